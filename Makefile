@@ -1,0 +1,60 @@
+# The two commands: `make` sets up and runs the workflow, `make test` runs the tests.
+# `make help` lists the rest.
+
+PYTHON ?= python3
+CORES ?= 2
+BIN := .venv/bin
+LOCK := requirements/requirements.txt
+# Settings of the machine's pip and python must not leak into a locked environment.
+CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL -u PYTHONPATH \
+	-u VIRTUAL_ENV PIP_CONFIG_FILE=/dev/null PIP_DISABLE_PIP_VERSION_CHECK=1
+RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
+
+.DEFAULT_GOAL := run
+.PHONY: run env test study lint report benchmark lock clean help
+
+run: env  ## set up, then regenerate every table and figure (the default)
+	@$(RUN) snakemake --cores $(CORES)
+
+env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled requirements
+
+.venv/.ready: $(LOCK) requirements/uv.txt pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "mocap-metrology needs Python >= 3.11; name one with: make PYTHON=python3.12" >&2; exit 1; }
+	@rm -f $@
+	@$(PYTHON) -m venv --clear .venv 2>/dev/null && $(BIN)/python -m pip --version >/dev/null 2>&1 || \
+		{ rm -rf .venv; echo "$(PYTHON) cannot make a virtual environment; install its venv package" \
+		"(Debian, Ubuntu: apt-get install python3-venv) or name another: make PYTHON=python3.12" >&2; exit 1; }
+	$(CLEAN) $(BIN)/python -m pip install --quiet --require-hashes -r requirements/uv.txt
+	$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip sync --quiet --require-hashes --compile-bytecode $(LOCK) requirements/uv.txt
+	$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --no-deps --no-build-isolation -e .
+	$(RUN) python -m mocap_metrology.common.warm
+	@touch $@
+
+test: env  ## run the tests
+	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest
+
+study: env  ## run the long Monte Carlo studies
+	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest -m study
+
+lint: env  ## check style of code and workflow
+	@$(RUN) sh -ec 'ruff check .; ruff format --check .; \
+		snakefmt --check Snakefile workflow; snakemake --lint'
+
+report: env  ## one page with all tables and figures: results/report.html
+	@$(RUN) snakemake --report results/report.html
+
+benchmark: env  ## time the project beside its peers (installs allantools and hampel)
+	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/benchmark.txt
+	@$(RUN) python benchmarks/peers.py
+
+lock: .venv/.ready  ## compile requirements/*.in anew
+	@cd requirements && for name in requirements uv benchmark; do \
+		$(CLEAN) ../$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --generate-hashes \
+		--python-version 3.11 --no-header --no-annotate -o $$name.txt $$name.in >/dev/null; done
+
+clean:  ## remove the environment (results stay)
+	rm -rf .venv
+
+help:
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12

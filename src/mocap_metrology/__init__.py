@@ -1,0 +1,1 @@
+"""How good an optical tracking system is, from the recordings it makes."""

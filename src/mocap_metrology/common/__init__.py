@@ -1,0 +1,1 @@
+"""What noise, lighthouse and c3d share: refusals, whole files, Parquet, compiled kernels."""

@@ -1,0 +1,76 @@
+"""`njit`: numba's, with a cache that cannot go stale.
+
+numba's own file cache watches only the file of the function that is called: a compiled helper
+edited in another file keeps running as old machine code. Here the cache folder is named by the
+hash of every source file of the package, so any edit starts a new one. It lies beside the package;
+where that cannot be written, in a per-user temporary folder; where that cannot either, nothing is
+cached and every process compiles for itself.
+"""
+
+from __future__ import annotations
+
+import getpass
+import hashlib
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def sources_hash(package: Path = PACKAGE) -> str:
+    """Hash of the names and contents of all Python files below `package`."""
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def _candidates() -> list[Path]:
+    try:
+        user = getpass.getuser()
+    except (KeyError, OSError):  # no entry for this uid, as in some containers
+        user = str(os.getuid())
+    return [PACKAGE / ".compiled", Path(tempfile.gettempdir()) / f"mocap-metrology-{user}"]
+
+
+def cache_folder() -> Path | None:
+    """Where compiled kernels of these sources are kept, or None where nothing can be written."""
+    name = sources_hash()
+    return next((c / name for c in _candidates() if _writable(c / name)), None)
+
+
+def prune(keep: Path | None) -> None:
+    """Remove the caches of other states of the sources."""
+    if keep is not None:
+        for old in keep.parent.iterdir():
+            if old != keep and old.is_dir():
+                shutil.rmtree(old, ignore_errors=True)
+
+
+CACHE = cache_folder()
+if CACHE is not None:
+    numba.config.CACHE_DIR = str(CACHE)
+
+
+def njit(function: Callable | None = None, **options: Any) -> Callable:
+    """`numba.njit`, cached as described above; the GIL is released.
+
+    Every compiled function of the project goes through here, helpers included.
+    """
+    options = {"cache": CACHE is not None, "nogil": True, "error_model": "numpy", **options}
+    return numba.njit(**options) if function is None else numba.njit(**options)(function)

@@ -1,0 +1,132 @@
+"""Files that are whole or absent, and Parquet tables that carry their origin."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from importlib import metadata as package_metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+METADATA_KEY = b"mocap_metrology"
+ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
+
+
+@contextmanager
+def whole(path: str | Path) -> Iterator[Path]:
+    """Yield a name beside `path` to write to; on success it replaces `path`, on failure it goes.
+
+    The name is unique, so a killed job leaves at most a `.part-*` file and never half a result.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".part-{uuid.uuid4().hex[:12]}-{path.name}")
+    try:
+        yield part
+        os.replace(part, path)
+    finally:
+        with suppress(FileNotFoundError):
+            part.unlink()
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write `text` as UTF-8, whole or not at all."""
+    with whole(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def write_json(path: str | Path, value: Any) -> None:
+    """Write `value` as readable JSON (NaN becomes null, as JSON has none)."""
+    write_text(path, json.dumps(_jsonable(value), indent=2, ensure_ascii=False) + "\n")
+
+
+def _jsonable(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _jsonable(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_jsonable(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
+
+
+def sha256(path: str | Path) -> str:
+    """SHA-256 of a file, hex."""
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def versions(*packages: str) -> dict[str, str]:
+    """Installed versions of the named packages, and of this one."""
+    return {name: package_metadata.version(name) for name in ("mocap-metrology", *packages)}
+
+
+def write_table(
+    path: str | Path,
+    columns: Mapping[str, Any],
+    metadata: Mapping[str, Any],
+    dictionary: Sequence[str] = (),
+) -> None:
+    """Write columns of equal length as Parquet (zstd 1), with `metadata` as JSON in the schema.
+
+    Floating columns are byte-stream-split, which suits measured values; text columns and those
+    named in `dictionary` (few distinct values, as from an int16 recording) are dictionary-coded.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.table({name: pa.array(values) for name, values in columns.items()})
+    text = json.dumps(_jsonable(metadata), ensure_ascii=False, sort_keys=True)
+    table = table.replace_schema_metadata({METADATA_KEY: text.encode()})
+    coded = [f.name for f in table.schema if f.name in dictionary or pa.types.is_string(f.type)]
+    split = {
+        f.name: "BYTE_STREAM_SPLIT"
+        for f in table.schema
+        if pa.types.is_floating(f.type) and f.name not in coded
+    }
+    with whole(path) as part:
+        pq.write_table(
+            table,
+            part,
+            compression="zstd",
+            compression_level=1,
+            use_dictionary=coded or False,
+            column_encoding=split or None,
+            row_group_size=ROW_GROUP,
+        )
+
+
+def read_table(
+    path: str | Path, columns: Sequence[str] | None = None
+) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Read a table of `write_table`: columns as arrays, and the metadata."""
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(path, columns=list(columns) if columns is not None else None)
+    arrays = {
+        name: table[name].to_numpy() if table.num_rows else np.array([])
+        for name in table.column_names
+    }
+    return arrays, read_metadata(path)
+
+
+def read_metadata(path: str | Path) -> dict[str, Any]:
+    """The metadata alone, without reading a column."""
+    import pyarrow.parquet as pq
+
+    return json.loads((pq.read_schema(path).metadata or {}).get(METADATA_KEY, b"{}"))
+
+
+def table_columns(path: str | Path) -> list[str]:
+    """Names of the columns, without reading one."""
+    import pyarrow.parquet as pq
+
+    return pq.read_schema(path).names

@@ -1,0 +1,27 @@
+"""Compile every kernel once: `python -m mocap_metrology.common.warm`, called by `make env`."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+
+import mocap_metrology
+from mocap_metrology.common import compiled
+
+
+def warm() -> list[str]:
+    """Call `warm_up()` of every module of the package that has one; return their names."""
+    done = []
+    for module in pkgutil.walk_packages(mocap_metrology.__path__, "mocap_metrology."):
+        if module.name == __name__:
+            continue
+        warm_up = getattr(importlib.import_module(module.name), "warm_up", None)
+        if warm_up is not None:
+            warm_up()
+            done.append(module.name)
+    return done
+
+
+if __name__ == "__main__":
+    compiled.prune(compiled.CACHE)
+    warm()

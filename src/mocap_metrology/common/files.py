@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -29,7 +28,7 @@ def whole(path: str | Path) -> Iterator[Path]:
     part = path.with_name(f".part-{uuid.uuid4().hex[:12]}-{path.name}")
     try:
         yield part
-        os.replace(part, path)
+        part.replace(path)
     finally:
         with suppress(FileNotFoundError):
             part.unlink()
@@ -60,7 +59,7 @@ def _jsonable(value: Any) -> Any:
 
 def sha256(path: str | Path) -> str:
     """SHA-256 of a file, hex."""
-    with open(path, "rb") as stream:
+    with Path(path).open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 

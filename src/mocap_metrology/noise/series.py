@@ -1,0 +1,48 @@
+"""The series that are analysed: coordinates of markers, and distances of pairs of markers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+AXES = ("x", "y", "z")
+
+
+def coordinate_names(n_markers: int) -> list[str]:
+    """`x1, y1, z1, x2, ...`, markers numbered from 1 as in S."""
+    return [f"{axis}{k}" for k in range(1, n_markers + 1) for axis in AXES]
+
+
+def pair_name(pair: tuple[int, int], pairs: Sequence[tuple[int, int]]) -> str:
+    """`L` for the first pair (S 3.3), `L_1_3` for further ones; markers numbered from 1."""
+    return "L" if pair == pairs[0] else f"L_{pair[0]}_{pair[1]}"
+
+
+def position(series: Mapping[str, np.ndarray], marker: int) -> np.ndarray:
+    """(3, n) float64 coordinates of one marker (numbered from 1) out of named series."""
+    return np.array([series[f"{axis}{marker}"] for axis in AXES], dtype=np.float64)
+
+
+def distance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(n,) Euclidean distance of two markers, each (3, n); NaN where either is missing.
+
+    S Eq. 12 with differences inside the squares (printed there as sums).
+    """
+    return np.sqrt(np.sum((np.asarray(first, float) - np.asarray(second, float)) ** 2, axis=0))
+
+
+def all_series(
+    coordinates: Mapping[str, np.ndarray], pairs: Sequence[tuple[int, int]]
+) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and (n,) float64 values of every coordinate, then of every pair's distance.
+
+    Distances come from these coordinates: give the raw ones, and clean L as a series of its own.
+    """
+    for name, values in coordinates.items():
+        yield name, np.asarray(values, dtype=np.float64)
+    for pair in pairs:
+        yield (
+            pair_name(pair, pairs),
+            distance(position(coordinates, pair[0]), position(coordinates, pair[1])),
+        )

@@ -1,0 +1,65 @@
+"""Welch's estimate of the power spectral density, gaps included."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+
+MAX_MISSING = 0.1  # share of a segment that may be bridged by straight lines
+LEAST_SEGMENT = 16
+
+
+@dataclass(frozen=True)
+class PowerSpectrum:
+    """f_hz, psd: (k,), one-sided density, unit of the series squared per Hz."""
+
+    f_hz: np.ndarray
+    psd: np.ndarray
+    segment: int
+    n_segments: int
+    n_bridged: int
+
+
+def welch(
+    series: np.ndarray, frame_rate_hz: float, segment_s: float = 600.0, overlap: float = 0.5
+) -> PowerSpectrum:
+    """Mean of the Hann-windowed periodograms of overlapping segments [Welch 1967; S Figure 17].
+
+    Segments last `segment_s`, or shorter where the series does not hold eight of them. A segment
+    with up to a tenth of its samples missing is bridged linearly, one with more is left out; where
+    none is left, segments are halved until one is. Without gaps it equals `scipy.signal.welch`.
+    Raises Refusal when no stretch of 16 samples is complete enough.
+    """
+    from scipy.signal import periodogram
+
+    n = series.size
+    segment = min(round(segment_s * frame_rate_hz), max(2 * n // 9, LEAST_SEGMENT), n)
+    valid = np.isfinite(series)
+    while True:
+        starts = np.arange(0, n - segment + 1, max(round(segment * (1 - overlap)), 1))
+        counts = np.concatenate([[0], np.cumsum(valid)])
+        missing = segment - (counts[starts + segment] - counts[starts])
+        used = missing <= MAX_MISSING * segment
+        if used.any():
+            break
+        segment //= 2
+        if segment < LEAST_SEGMENT:
+            raise Refusal(
+                "power spectrum: no stretch of 16 frames with nine tenths valid; "
+                "expected a series with fewer gaps"
+            )
+    filled = series
+    if not valid.all():
+        at = np.flatnonzero(valid)
+        filled = np.interp(np.arange(n), at, series[at])
+    total = 0.0
+    for start in starts[used]:
+        f_hz, density = periodogram(
+            filled[start : start + segment], frame_rate_hz, window="hann", detrend="constant"
+        )
+        total = total + density
+    n_used = int(np.count_nonzero(used))
+    return PowerSpectrum(f_hz, total / n_used, segment, n_used, int(missing[used].sum()))

@@ -1,0 +1,25 @@
+"""Shared fixtures. Reference recordings lie beside the project, in ../shared; without them the
+tests that need them are skipped and say so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """The project's root folder."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """Folder of recordings and reference data by other people."""
+    folder = ROOT.parent / "shared"
+    if not (folder / "data").is_dir():
+        pytest.skip("reference data folder ../shared is absent")
+    return folder

@@ -1,0 +1,299 @@
+"""Recordings by other people's systems, against ezc3d and against what is known about them."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.c3d import Recording, inspect, read_recording
+from mocap_metrology.c3d.points import read_points
+from mocap_metrology.c3d.second_opinion import ask_ezc3d
+from mocap_metrology.common.errors import Refusal
+
+READ = (
+    "btk_others/ADemo1_rewrite_c3d_pc_float.c3d",
+    "btk_others/ADemo1_rewrite_c3d_pc_integer.c3d",
+    "btk_others/FunctionalStatic.c3d",
+    "btk_pig/PiG_Calibration3_FF.c3d",
+    "c3dorg_sample01/Eb015pi.c3d",
+    "c3dorg_sample01/Eb015pr.c3d",
+    "c3dorg_sample01/Eb015vi.c3d",
+    "c3dorg_sample01/Eb015vr.c3d",
+    "c3dorg_sample04/sub_labels.c3d",
+    "c3dorg_sample08/TESTAPI.c3d",
+    "c3dorg_sample08/TESTBPI.c3d",
+    "c3dorg_sample08/TESTCPI.c3d",
+    "c3dorg_sample08/TESTDPI.c3d",
+    "c3dorg_sample15/FP1.C3D",
+    "c3dorg_sample24/MotionMonitorC3D.c3d",
+    "ezc3d_testfiles/Qualisys.c3d",
+    "kineticstoolkit/duplicate_labels.c3d",
+    "kineticstoolkit/kinematics_racing_probing_acromion_R.c3d",
+    "kineticstoolkit/kinematics_racing_static.c3d",
+)
+
+
+@pytest.fixture(scope="session")
+def c3d(shared) -> Path:
+    return shared / "data" / "c3d"
+
+
+def all_markers(path: Path) -> list[str]:
+    """Every marker of a file, numbered where labels occur twice."""
+    labels = inspect(path).labels
+    counts = [labels[: i + 1].count(label) for i, label in enumerate(labels)]
+    return [
+        f"{label}#{k}" if labels.count(label) > 1 else label
+        for label, k in zip(labels, counts, strict=True)
+    ]
+
+
+@cache
+def read_all(path: Path) -> Recording:
+    """All markers that are seen in at least one frame."""
+    structure = inspect(path)
+    every = range(structure.n_points)
+    out = np.empty((structure.n_points, 3, structure.n_frames))
+    counts, _ = read_points(structure, every, out)
+    seen = [sum(n.values()) < structure.n_frames for n in counts]
+    markers = [m for m, is_seen in zip(all_markers(path), seen, strict=True) if is_seen]
+    return read_recording([path], markers, second_opinion=False)
+
+
+@pytest.mark.parametrize("name", READ)
+def test_same_as_ezc3d(c3d, name):
+    import ezc3d
+
+    path = c3d / name
+    theirs = ezc3d.c3d(str(path))
+    ours = read_all(path)
+    structure = inspect(path)
+    points = theirs["data"]["points"]
+    assert points.shape[1:] == (structure.n_points, structure.n_frames)
+    assert theirs["header"]["points"]["frame_rate"] == pytest.approx(ours.frame_rate_hz, rel=1e-6)
+    labels = theirs["parameters"]["POINT"]["LABELS"]["value"][: structure.n_points]
+    given = [label or f"point_{i}" for i, label in enumerate(labels, start=1)]
+    assert tuple(given) == structure.labels[: len(given)]
+    names = all_markers(path)
+    chosen = [names.index(label) for label in ours.labels]
+    expected = points[:3, chosen].transpose(1, 0, 2) * structure.mm_per_unit
+    expected = np.where((expected == 0).all(axis=1, keepdims=True), np.nan, expected)
+    np.testing.assert_allclose(ours.position_mm, expected, rtol=3e-7, atol=0)
+    negative = (theirs["data"]["meta_points"]["residuals"][0, chosen] < 0).sum(axis=1)
+    assert [n["negative_residual"] for n in ours.n_invalid] == negative.tolist()
+
+
+@pytest.mark.parametrize("name", (READ[1], READ[2], READ[4], READ[7], READ[8], *READ[-5:-1]))
+def test_second_opinion_agrees(c3d, name):
+    recording = read_recording([c3d / name], all_markers(c3d / name)[-3:-1])
+    assert recording.segments[0].second_opinion == "agrees"
+
+
+def test_six_encodings_of_one_recording(c3d):
+    """The int16 files hold the float files' values rounded to the scale, 1/12 mm."""
+    names = ("pr", "vr", "sr", "pi", "vi", "si")
+    read = [read_all(c3d / "c3dorg_sample01" / f"Eb015{name}.c3d") for name in names]
+    assert [r.encoding for r in read[::3]] == ["Intel float", "Intel int16"]
+    assert {r.encoding for r in read} >= {"DEC float", "DEC int16", "MIPS float", "MIPS int16"}
+    step = read[3].resolution_mm
+    assert step == pytest.approx(1 / 12) and read[3].resolution_kind == "int16"
+    for other in read[1:3]:
+        assert np.array_equal(read[0].position_mm, other.position_mm, equal_nan=True)
+        assert other.n_invalid == read[0].n_invalid
+    for other in read[4:]:
+        assert np.array_equal(read[3].position_mm, other.position_mm, equal_nan=True)
+    assert read[3].n_invalid == read[0].n_invalid
+    assert np.nanmax(np.abs(read[3].position_mm - read[0].position_mm)) <= step / 2 * 1.001
+    assert read[0].position_mm.dtype == np.float32 and read[3].position_mm.dtype == np.float64
+
+
+def test_float_and_integer_of_one_recording(c3d):
+    folder = c3d / "btk_others"
+    exact = read_all(folder / "ADemo1_rewrite_c3d_pc_float.c3d")
+    rounded = read_all(folder / "ADemo1_rewrite_c3d_pc_integer.c3d")
+    assert np.nanmax(np.abs(exact.position_mm - rounded.position_mm)) <= 0.1
+    assert exact.n_invalid == rounded.n_invalid
+
+
+def invalid_share(path: Path) -> float:
+    """Share of invalid positions, markers never seen included."""
+    structure, recording = inspect(path), read_all(path)
+    never = (structure.n_points - len(recording.labels)) * structure.n_frames
+    bad = sum(sum(n.values()) for n in recording.n_invalid) + never
+    return bad / (structure.n_points * structure.n_frames)
+
+
+@pytest.mark.parametrize(
+    ("name", "share"),
+    [
+        ("btk_others/FunctionalStatic.c3d", 0.2759),
+        ("kineticstoolkit/kinematics_racing_static.c3d", 0.205),
+        ("c3dorg_sample04/sub_labels.c3d", 0.5483),
+        ("kineticstoolkit/duplicate_labels.c3d", 0.7381),
+        ("btk_pig/PiG_Calibration3_FF.c3d", 0.0006),
+    ],
+)
+def test_share_of_missing_points(c3d, name, share):
+    """As counted with ezc3d in the data's own description."""
+    assert invalid_share(c3d / name) == pytest.approx(share, abs=5e-5)
+
+
+def test_zeros_as_gaps(c3d):
+    """Vicon Workstation wrote 0, 0, 0 with a fourth word 0 for 32 markers that it never saw."""
+    path = c3d / "btk_others/FunctionalStatic.c3d"
+    with pytest.raises(Refusal, match=r"'LFHD' is valid in no frame of 655 \(655 zero\)"):
+        read_recording([path], ["LFHD"])
+    recording = read_all(path)
+    assert len(recording.labels) == 116 - 32 and recording.segments[0].first_frame == 16
+
+
+def test_metres_and_nan(c3d):
+    recording = read_all(c3d / "kineticstoolkit/kinematics_racing_static.c3d")
+    assert recording.frame_rate_hz == 69.9
+    assert recording.units == "m" and recording.position_mm.dtype == np.float64
+    assert sum(n["not_finite"] for n in recording.n_invalid) > 0
+    assert sum(n["negative_residual"] for n in recording.n_invalid) == 0
+    # A wheelchair athlete is measured in hundreds of mm; the file holds metres in float32.
+    assert 200 < np.nanmedian(np.abs(recording.position_mm)) < 3000
+    assert recording.resolution_kind == "float32" and recording.resolution_mm > 5e-5
+
+
+def test_unit_cut_to_four_characters(c3d):
+    recording = read_all(c3d / "c3dorg_sample15/FP1.C3D")
+    assert recording.units == "mete"
+    assert np.nanmedian(recording.position_mm.std(axis=2)) > 10  # a moving person, in mm
+
+
+def test_unit_once_per_point(c3d, tmp_path):
+    """The sample is cut off: 29 of 1149 frames, which ezc3d returns without a word."""
+    path = c3d / "ezc3d_testfiles/Optotrak.c3d"
+    with pytest.raises(Refusal, match=r"^Optotrak\.c3d: cut off: .*1149 by POINT.*file: 29$"):
+        inspect(path)
+    taken = read_recording([path], ["Marker_1"], accept_truncated=True)
+    assert taken.position_mm.shape == (1, 3, 29)
+    assert any("cut off" in note for note in taken.notes)
+    raw = bytearray(path.read_bytes())
+    raw[8:10] = (29).to_bytes(2, "little")
+    at = raw.index(b"FRAMES") + 6 + 4
+    assert int.from_bytes(raw[at : at + 2], "little") == 1149
+    raw[at : at + 2] = (29).to_bytes(2, "little")
+    (tmp_path / "a.c3d").write_bytes(bytes(raw))
+    recording = read_recording([tmp_path / "a.c3d"], ["Marker_1"])
+    assert recording.units == "mm" and recording.position_mm.shape == (1, 3, 29)
+    assert recording.segments[0].second_opinion == "agrees"
+
+
+def test_subject_prefix(c3d):
+    path = c3d / "c3dorg_sample04/sub_labels.c3d"
+    full, short = (read_recording([path], [n], None, False) for n in ("Matt:C7", "C7"))
+    assert np.array_equal(full.position_mm, short.position_mm, equal_nan=True)
+    assert short.labels == ("C7",)
+    with pytest.raises(Refusal, match=r"no marker 'C8'; there are: Matt:C7, .* … and 94 more$"):
+        read_recording([path], ["C8"])
+
+
+def test_duplicate_labels(c3d):
+    path = c3d / "kineticstoolkit/duplicate_labels.c3d"
+    labels = inspect(path).labels
+    twice = next(label for label in labels if labels.count(label) == 2)
+    with pytest.raises(Refusal, match=f"2 points are labelled .*{twice}#1, {twice}#2$"):
+        read_recording([path], [twice])
+    with pytest.raises(Refusal, match=f"no '{twice}#3': points labelled '{twice}': 2"):
+        read_recording([path], [f"{twice}#3"])
+
+
+def test_dance(c3d):
+    """POINT:DATA_START 0, ANALOG:OFFSET a float (ezc3d refuses), 500 frames declared for 499."""
+    path = c3d / "c3dorg_sample13/Dance.c3d"
+    structure = inspect(path)
+    assert (structure.n_frames, structure.frame_count_source) == (499, "header")
+    recording = read_recording([path], ["Channel101", "Channel102"])
+    assert recording.segments[0].second_opinion == "none"
+    assert any("OFFSET parameter is not an INT" in note for note in recording.notes)
+    # Points of a body move by less than 200 mm from one frame to the next at 65 Hz.
+    assert np.nanmax(np.abs(np.diff(recording.position_mm, axis=2))) < 200
+
+
+def test_analog_words_wrong_in_the_header(c3d):
+    structure = inspect(c3d / "c3dorg_sample24/MotionMonitorC3D.c3d")
+    assert structure.frame_bytes == (4 * 8 + 16 * 7) * 4
+    assert structure.labels[:2] == ("point_1", "M1")
+
+
+def test_more_labels_than_points(c3d):
+    assert len(inspect(c3d / "c3dorg_sample01/Eb015pi.c3d").labels) == 26
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("btk_others/1123x01EMG.c3d", "has no points (analog data only)"),
+        ("c3dorg_sample20/phasespace_sample.c3d", "has no parameters"),
+        ("btk_others/badParameterOffset.c3d", "damaged: description of 'LABELS' reaches past"),
+        ("btk_others/MyCube.c3d", "has 1 frame, expected at least 2 frames"),
+    ],
+)
+def test_refused(c3d, name, message):
+    path = c3d / name
+    with pytest.raises(Refusal) as refusal:
+        read_recording([path], ["PBLeiden01_1"])
+    assert str(refusal.value).startswith(f"{path.name}: {message}")
+
+
+@pytest.fixture(scope="module")
+def read(c3d):
+    path = c3d / "btk_pig/PiG_Calibration3_FF.c3d"
+    return inspect(path), read_recording([path], ["LASI", "RASI"]).position_mm
+
+
+class TestSecondOpinion:
+    """A reading that differs from ezc3d's is refused; no answer from it is a remark."""
+
+    @pytest.mark.parametrize(
+        ("change", "message"),
+        [
+            ({"frame_rate_hz": 120.0}, "100 Hz instead of 120 Hz"),
+            ({"units": "m"}, "unit 'mm' instead of 'm'"),
+            ({"n_frames": 94}, "95 frames instead of 94"),
+            ({"given_labels": ("LASI", "ROSI")}, "label 'RASI' instead of 'ROSI'"),
+            ({"n_points": 65}, "66 points instead of 65"),
+        ],
+    )
+    def test_structure_differs(self, read, change, message):
+        structure, position = read
+        changed = replace(structure, **change)
+        with pytest.raises(Refusal, match=f"^PiG.*: ezc3d reads it differently: {message}"):
+            ask_ezc3d(changed, [0, 1], position[:, :, : changed.n_frames])
+
+    def test_position_differs(self, read):
+        structure, position = read
+        moved = position.copy()
+        moved[1, 2, 40] += 0.001
+        with pytest.raises(Refusal, match="point 2, frame 41: "):
+            ask_ezc3d(structure, [0, 1], moved)
+        moved[1, :, 40] = np.nan
+        with pytest.raises(Refusal, match="point 2 is valid in frame 41"):
+            ask_ezc3d(structure, [0, 1], moved)
+
+    def test_limits(self, read, c3d, tmp_path):
+        structure, position = read
+        opinion, note = ask_ezc3d(structure, [0, 1], position, time_limit_s=0.01)
+        assert opinion == "none" and "took longer than 0.01 s" in note
+        opinion, note = ask_ezc3d(structure, [0, 1], position, memory_limit=1 << 20)
+        assert opinion == "none" and "no second opinion: " in note
+        gone = shutil.copy(c3d / "btk_pig/PiG_Calibration3_FF.c3d", tmp_path / "gone.c3d")
+        missing = replace(inspect(gone), path=tmp_path / "missing.c3d")
+        opinion, note = ask_ezc3d(missing, [0, 1], position)
+        assert opinion == "none" and "ezc3d does not read it" in note
+
+    def test_not_asked(self, c3d):
+        path = c3d / "c3dorg_sample01/Eb015sr.c3d"
+        segment = read_recording([path], ["RFT1"]).segments[0]
+        assert segment.second_opinion == "not asked (ezc3d does not read MIPS files)"
+        segment = read_recording([path], ["RFT1"], second_opinion=False).segments[0]
+        assert segment.second_opinion == "not asked (switched off)"

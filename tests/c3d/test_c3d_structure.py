@@ -1,0 +1,184 @@
+"""What is not a C3D file, or a damaged one, is refused in one line; nothing hangs or crashes."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import os
+import time
+import zipfile
+
+import numpy as np
+import pytest
+from make_c3d import build, record, still
+
+from mocap_metrology.c3d import inspect, read_recording
+from mocap_metrology.common.errors import Refusal
+
+
+def zipped() -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("a.txt", "text " * 1000)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("content", "looks"),
+    [
+        (zipped(), "a ZIP archive"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(2000), "a PNG picture"),
+        (b"%PDF-1.4\n" + bytes(2000), "a PDF document"),
+        (gzip.compress(bytes(9000)), "a gzip archive"),
+        (b"Frame\tTime\tX1\tY1\n" * 100, "text"),
+        ("Größe;1\n".encode("latin-1") * 100, "text"),
+        (bytes(4096), "zeros only"),
+        (np.random.default_rng(1).bytes(4096), "another binary format"),
+        (b"\x02", "another binary format"),
+    ],
+)
+def test_not_a_c3d_file(tmp_path, content, looks):
+    (tmp_path / "a.c3d").write_bytes(content)
+    with pytest.raises(Refusal, match=rf"^a\.c3d: is not a C3D file: it looks like {looks}"):
+        inspect(tmp_path / "a.c3d")
+
+
+def test_not_a_file(tmp_path):
+    (tmp_path / "empty.c3d").touch()
+    (tmp_path / "folder.c3d").mkdir()
+    os.mkfifo(tmp_path / "pipe.c3d")
+    for name, message in (
+        ("empty.c3d", "is empty"),
+        ("folder.c3d", "is a folder"),
+        ("pipe.c3d", "is a device or a pipe"),
+        ("missing.c3d", "no such file"),
+        ("nul\0.c3d", "not a file name"),
+        ("empty.c3d/a.c3d", "cannot be read: Not a directory"),
+    ):
+        with pytest.raises(Refusal) as refusal:
+            inspect(tmp_path / name)
+        assert str(refusal.value).split(": ", 1)[1].startswith(message), name
+    with pytest.raises(Refusal, match=r"^null: is a device"):
+        inspect("/dev/null")
+
+
+def test_upper_case_extension(tmp_path):
+    assert inspect(build(tmp_path / "A.C3D", still(50))).n_frames == 50
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"point": {"USED": 3}}, "2 points by the header, 3 by POINT:USED"),
+        ({"point": {"USED": None}}, "has no POINT:USED"),
+        ({"data_start": 7}, "data at block 3 by the header, 7 by POINT:DATA_START"),
+        ({"header_scale": 0.1}, "scale 0.1 by the header, -0.1 by POINT:SCALE"),
+        ({"point": {"SCALE": 0.0}}, "POINT:SCALE is 0, expected"),
+        ({"point": {"X": b"\xff\x07" + b"\xff" * 7}}, "values of 'X' reach"),
+        ({"point": {"X": b"\x02\x01\x05"}}, "values of 'X' reach 9 bytes past"),
+        ({"point": {"X": b"\x02\x08" + b"\x01" * 8}}, "type 2 and 8 dimensions"),
+        ({"point": {"X": b"\x03\x00"}}, "type 3 and 0 dimensions"),
+        ({"point": {"X": b""}}, "parameter 'X' has"),
+    ],
+)
+def test_contradictions(tmp_path, keys, message):
+    with pytest.raises(Refusal) as refusal:
+        inspect(build(tmp_path / "a.c3d", still(50), **keys))
+    assert str(refusal.value).startswith("a.c3d: ") and message in str(refusal.value)
+
+
+def test_int16_step_must_be_sure(tmp_path):
+    points = np.ones((50, 2, 4), int)
+    with pytest.raises(Refusal, match=r"scale 0.2 by the header, 0.1 by POINT:SCALE"):
+        inspect(build(tmp_path / "a.c3d", points, scale=0.1, header_scale=0.2))
+    # Of floats the scale is only that of the residual.
+    assert inspect(build(tmp_path / "a.c3d", still(50), header_scale=-1.0)).scale > 0
+
+
+def patched(tmp_path, at: int, value: bytes):
+    path = build(tmp_path / "a.c3d", still(50))
+    raw = bytearray(path.read_bytes())
+    raw[at : at + len(value)] = value
+    path.write_bytes(bytes(raw))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "message"),
+    [
+        (0, b"\0", "parameters should be at block 0"),
+        (0, b"\xff", "parameters should be at block 255"),
+        (515, b"\x53", "processor 83, expected 84 (Intel), 85 (DEC), 86 (MIPS)"),
+        (516, b"\0", "has no parameters"),
+        (517, b"\0", "belongs to group 0"),
+        (523, b"\xff\xff", "reaches past its section"),
+        (16, b"\xff\xff", "data at block 65535 by the header"),
+    ],
+)
+def test_pointers(tmp_path, at, value, message):
+    with pytest.raises(Refusal) as refusal:
+        inspect(patched(tmp_path, at, value))
+    assert message in str(refusal.value)
+
+
+def test_description_past_its_record(tmp_path):
+    path = build(tmp_path / "a.c3d", still(50))
+    raw = path.read_bytes()
+    old = record("RATE", 1, b"\x04\x00" + np.float32(120).tobytes(), "Intel")
+    assert raw.count(old) == 1
+    path.write_bytes(raw.replace(old, old[:-1] + b"\x09"))
+    with pytest.raises(Refusal, match="description of 'RATE' reaches past its record"):
+        inspect(path)
+
+
+@pytest.mark.parametrize("size", [2, 100, 511, 512, 514, 520, 600, 1000, 1500])
+def test_cut_before_the_data(tmp_path, size):
+    path = build(tmp_path / "a.c3d", still(50))
+    path.write_bytes(path.read_bytes()[:size])
+    with pytest.raises(Refusal, match=r"^a\.c3d: (cut off|damaged)"):
+        inspect(path)
+
+
+def test_declared_parameter_blocks_reach_into_the_data(tmp_path):
+    path = patched(tmp_path, 514, b"\x30")
+    assert "declared longer" in inspect(path).notes[0]
+
+
+def mutants(raw: bytes, front: int, seed: int, n: int):
+    """Bit flips and wild bytes in the first `front` bytes, and cuts: (kind, bytes)."""
+    rng = np.random.default_rng(seed)
+    for i in range(n):
+        if i % 4 == 3:
+            yield "cut", raw[: int(rng.integers(0, len(raw)))]
+            continue
+        out = bytearray(raw)
+        for at in rng.integers(0, front if i % 4 else 24, 1 + i % 3):
+            out[at] = out[at] ^ (1 << int(rng.integers(8))) if i % 2 else int(rng.integers(256))
+        yield "flip", bytes(out)
+
+
+@pytest.mark.parametrize(
+    ("seed", "keys"),
+    [(1, {"trial": (1, 50), "long_frames": 50}), (2, {"processor": "MIPS", "scale": 0.1})],
+)
+def test_mutants(tmp_path, seed, keys):
+    """Refused, or read: never another exception, a hang, or much memory."""
+    points = still(50)
+    if "scale" in keys:
+        points = np.round(points / 0.1).astype(int)
+    path = build(tmp_path / "a.c3d", points, pad=False, **keys)
+    raw, front = path.read_bytes(), inspect(path).data_offset
+    start, read, refused = time.process_time(), 0, 0
+    for kind, mutant in mutants(raw, front, seed, 400):
+        path.write_bytes(mutant)
+        try:
+            recording = read_recording([path], ["M1", "M2"], second_opinion=False)
+        except Refusal as refusal:
+            refused += 1
+            assert str(refusal).startswith("a.c3d: ") and "\n" not in str(refusal)
+        else:
+            read += 1
+            assert kind != "cut"
+            assert recording.position_mm.shape == (2, 3, 50)
+    assert read > 20 and refused > 150
+    assert time.process_time() - start < 10

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 import json
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
@@ -45,6 +47,15 @@ def write_json(path: str | Path, value: Any) -> None:
     write_text(path, json.dumps(_jsonable(value), indent=2, ensure_ascii=False) + "\n")
 
 
+def write_csv(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows with equal keys as CSV; NaN and None become empty cells."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({k: "" if v is None or v != v else v for k, v in row.items()} for row in rows)
+    write_text(path, text.getvalue())
+
+
 def _jsonable(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _jsonable(item) for key, item in value.items()}
@@ -76,8 +87,9 @@ def write_table(
 ) -> None:
     """Write columns of equal length as Parquet (zstd 1), with `metadata` as JSON in the schema.
 
-    Floating columns are byte-stream-split, which suits measured values; text columns and those
-    named in `dictionary` (few distinct values, as from an int16 recording) are dictionary-coded.
+    Floating columns are byte-stream-split, which suits measured values, whole numbers stored as
+    differences; text columns and those named in `dictionary` (few distinct values, as from an
+    int16 recording) are dictionary-coded.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -86,10 +98,10 @@ def write_table(
     text = json.dumps(_jsonable(metadata), ensure_ascii=False, sort_keys=True)
     table = table.replace_schema_metadata({METADATA_KEY: text.encode()})
     coded = [f.name for f in table.schema if f.name in dictionary or pa.types.is_string(f.type)]
-    split = {
-        f.name: "BYTE_STREAM_SPLIT"
+    encoding = {
+        f.name: "BYTE_STREAM_SPLIT" if pa.types.is_floating(f.type) else "DELTA_BINARY_PACKED"
         for f in table.schema
-        if pa.types.is_floating(f.type) and f.name not in coded
+        if f.name not in coded and not pa.types.is_boolean(f.type)
     }
     with whole(path) as part:
         pq.write_table(
@@ -98,7 +110,7 @@ def write_table(
             compression="zstd",
             compression_level=1,
             use_dictionary=coded or False,
-            column_encoding=split or None,
+            column_encoding=encoding or None,
             row_group_size=ROW_GROUP,
         )
 

@@ -59,9 +59,8 @@ def _lag1_exponent(means: np.ndarray, max_differences: int) -> float | None:
         power = np.mean(z[known] ** 2)
         if not pairs.any() or not power > 0:
             return None
-        r1 = (
-            products[pairs].mean() * (z.size - 1) / (power * z.size)
-        )  # the ratio of sums, gaps aside
+        # Without gaps, the textbook ratio of sums
+        r1 = products[pairs].mean() * (z.size - 1) / (power * z.size)
         delta = r1 / (1 + r1)
         if delta < 0.25 or differences == max_differences:
             return -2 * (delta + differences)
@@ -130,9 +129,9 @@ def _averaged(lag: np.ndarray, stride: float, alpha: int, modified: bool) -> np.
 def _running_sum_covariance(lag: np.ndarray, alpha: int) -> np.ndarray:
     """Generalised autocovariance of the running sum of sampled noise with exponent alpha.
 
-    Sampled noise is white noise differenced alpha / 2 times [Kasdin 1995]; its running sum,
-    differenced 1 - p times with p = 2 - alpha / 2 - 1, has Gamma(j + p) / Gamma(j + 1 - p), up to a
-    factor and to even polynomials of lower degree, which the differences of a term remove. For even
+    Its running sum is white noise summed p = 1 - alpha / 2 times [Kasdin 1995], which has
+    Gamma(j + p) / Gamma(j + 1 - p) at lag j, up to a factor, and to even polynomials of lower
+    degree, which the differences of a term remove. For even
     alpha that is a polynomial in |j|: delta(j), |j|, |j|^3 - |j|, ...; for odd alpha the derivative
     by p: a polynomial times digamma functions.
     """

@@ -115,21 +115,23 @@ def correlation_time(series: np.ndarray) -> float:
     return max(float(tau[enough[0]] if enough.size else tau[-1]), 0.5)
 
 
-def chi_squared_normal(series: np.ndarray, mu: float, sigma: float, n_bins: int = 30) -> ChiSquared:
+def chi_squared_normal(
+    series: np.ndarray, mu: float, sigma: float, n_bins: int = 30, step: int | None = None
+) -> ChiSquared:
     """Pearson's chi-squared test of `series` (n,) against N(mu, sigma) (S 4.2).
 
     Successive frames are far from independent, and the test supposes that they are: so every
-    `step`-th valid sample is used, step = 2 x correlation time. The bins are equally probable,
-    `n_bins` or as many as expect five samples each; dof = bins - 1, as mu and sigma do not come
-    from the sample tested. NaN statistic where fewer than four bins can be had: too few independent
-    samples to say.
+    `step`-th valid sample is used, by default step = 2 x `correlation_time`. The bins are equally
+    probable, `n_bins` or as many as expect five samples each; dof = bins - 1, as mu and sigma do
+    not come from the sample tested. NaN statistic where fewer than four bins can be had: too few
+    independent samples to say.
     """
     from scipy.special import chdtrc, ndtr
 
     valid = series[np.isfinite(series)]
     if valid.size < 2 or not sigma > 0:
         return ChiSquared(math.nan, 0, math.nan, 0, 0)
-    step = math.ceil(2 * correlation_time(series))
+    step = math.ceil(2 * correlation_time(series)) if step is None else step
     sample = valid[::step]
     bins = min(n_bins, sample.size // MIN_PER_BIN)
     if bins < 4:

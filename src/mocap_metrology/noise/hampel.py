@@ -78,18 +78,21 @@ def hampel(
     return Cleaned(values, outlier, n_valid)
 
 
-def white_level_kept(n_sigma: float = 3.0) -> tuple[float, float]:
-    """What the filter does to clean Gaussian white noise: (share replaced, variance kept).
+def white_level_kept(n_sigma: float, half_window: int) -> tuple[float, float]:
+    """What the filter does to clean Gaussian noise: (share taken for outliers, variance kept).
 
-    Limit of a long window, where med = 0 and 1.4826 MAD = sigma:
-    share = 2 Q(k), kept = 1 - 2 [k phi(k) + Q(k)], k = n_sigma. With 241 samples the scatter of the
-    MAD raises the share from 0.27 % to 0.34 % and lowers what is kept from 0.971 to 0.966.
+    Against a threshold of k sigma exactly: share 2 Q(k), variance kept 1 - 2 (k phi(k) + Q(k)). The
+    MAD of a window of w samples scatters, k = n_sigma (1 + 1.1664 z / sqrt(w)), z ~ N(0, 1) [its
+    asymptotic variance, Falk 1997]; both are averaged over that. 3 sigma, 241 samples: 0.0034 and
+    0.966; a long window: 0.0027 and 0.971.
     """
     from scipy.special import ndtr
 
-    tail = float(ndtr(-n_sigma))
-    density = float(np.exp(-0.5 * n_sigma**2) / np.sqrt(2 * np.pi))
-    return 2 * tail, 1 - 2 * (n_sigma * density + tail)
+    z, weight = np.polynomial.hermite_e.hermegauss(40)
+    k = np.abs(n_sigma * (1 + 1.1664 * z / np.sqrt(2 * half_window + 1)))
+    tail, density = ndtr(-k), np.exp(-0.5 * k**2) / np.sqrt(2 * np.pi)
+    weight = weight / weight.sum()
+    return float(weight @ (2 * tail)), float(1 - weight @ (2 * (k * density + tail)))
 
 
 @njit

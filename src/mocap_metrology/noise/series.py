@@ -46,3 +46,13 @@ def all_series(
             pair_name(pair, pairs),
             distance(position(coordinates, pair[0]), position(coordinates, pair[1])),
         )
+
+
+def pair_numbers(
+    labels: Sequence[str], pairs: Sequence[Sequence[str]] | None
+) -> list[tuple[int, int]]:
+    """Numbers (from 1) of the markers of each pair; without pairs, the first two markers."""
+    if not pairs:
+        return [(1, 2)] if len(labels) > 1 else []
+    place = {label: number for number, label in enumerate(labels, start=1)}
+    return [(place[first], place[second]) for first, second in pairs]

@@ -1,0 +1,108 @@
+"""What the simple statistics say of a recording: rows of gaussian.csv, warnings of movement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.noise.gaussian import (
+    ChiSquared,
+    Drift,
+    GaussianModel,
+    along_pair,
+    chi_squared_normal,
+    correlation_time,
+    drift,
+    gaussian_model,
+)
+from mocap_metrology.noise.series import AXES, pair_name, position
+
+
+def moving_markers(
+    positions: Mapping[str, np.ndarray], frame_rate_hz: float, range_mm: float
+) -> list[str]:
+    """A line for every marker, label -> (3, n), whose one-second means span more than `range_mm`.
+
+    The Allan variance takes every change for noise, so it supposes a marker that does not move.
+    """
+    warnings = []
+    for label, values in positions.items():
+        found = {
+            a: drift(np.asarray(p, float), frame_rate_hz) for a, p in zip(AXES, values, strict=True)
+        }
+        axis, worst = max(found.items(), key=lambda item: np.nan_to_num(item[1].range))
+        if worst.range > range_mm:
+            warnings.append(
+                f"marker {label} seems to move: its one-second means span {worst.range:.3g} mm "
+                f"along {axis} (drift {worst.per_hour:+.3g} mm/h, limit {range_mm:g} mm); "
+                "the Allan variance supposes a still marker"
+            )
+    return warnings
+
+
+def gaussian_rows(
+    series: Mapping[str, np.ndarray],
+    labels: Sequence[str],
+    pairs: Sequence[tuple[int, int]],
+    frame_rate_hz: float,
+    n_bins: int = 30,
+) -> list[dict[str, Any]]:
+    """Rows of gaussian.csv from named series in mm: two a pair, along x and along the line.
+
+    Columns are those of S Table 4; then the chi-squared test of L against N(mu_e, sigma_C) (S 4.2)
+    and drift and drift range of either marker along the axis and of L. Without a pair, one row for
+    each marker with what it alone can tell.
+    """
+    rows = []
+    for number in range(1, len(labels) + 1) if not pairs else ():
+        x = np.asarray(series[f"x{number}"], float)
+        model = GaussianModel(float(np.nanmean(x)), float(np.nanstd(x, ddof=1)), *[math.nan] * 11)
+        moves = (drift(x, frame_rate_hz), *[Drift(math.nan, math.nan)] * 2)
+        test = ChiSquared(math.nan, 0, math.nan, 0, 0)
+        rows.append(_row("", labels[number - 1], "", "x", model, test, moves))
+    for pair in pairs:
+        first, second = (position(series, number) for number in pair)
+        name = pair_name(pair, pairs)
+        length = np.asarray(series[name], float)
+        step = math.ceil(2 * correlation_time(length)) if np.isfinite(length).any() else None
+        for axis, (a, b) in {"x": (first[0], second[0]), "pair": along_pair(first, second)}.items():
+            model = gaussian_model(a, b, length)
+            test = chi_squared_normal(length, model.mu_e, model.sigma_C, n_bins, step)
+            moves = tuple(drift(s, frame_rate_hz) for s in (a, b, length))
+            ends = labels[pair[0] - 1], labels[pair[1] - 1]
+            rows.append(_row(name, *ends, axis, model, test, moves))
+    return rows
+
+
+def _row(
+    name: str,
+    first: str,
+    second: str,
+    axis: str,
+    model: GaussianModel,
+    test: ChiSquared,
+    moves: Sequence[Drift],
+) -> dict[str, Any]:
+    units = {"rho_12": "rho_12", "sigma_12": "sigma_12_mm2"}
+    return {
+        "pair": name,
+        "marker_1": first,
+        "marker_2": second,
+        "axis": axis,
+        **{units.get(key, f"{key}_mm"): value for key, value in asdict(model).items()},
+        "chi2": test.statistic,
+        "chi2_dof": test.dof,
+        "chi2_p": test.p_value,
+        "thinning_frames": test.step,
+        "n_independent": test.n_independent,
+        "drift_1_mm_per_h": moves[0].per_hour,
+        "drift_2_mm_per_h": moves[1].per_hour,
+        "drift_mm_per_h": moves[2].per_hour,
+        "range_1_mm": moves[0].range,
+        "range_2_mm": moves[1].range,
+        "range_mm": moves[2].range,
+    }

@@ -1,0 +1,296 @@
+"""Twins: exact expectation of their Allan variance, joint behaviour, effects, configuration."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.published import published_gaussian, published_row
+from mocap_metrology.noise.simulate import (
+    simulate,
+    stream,
+    twin_from_mapping,
+    twins_from_document,
+)
+from mocap_metrology.noise.synthesis import Cross, circle_length, draw_pair, increment_spectrum
+
+TAU0 = 1 / 120
+T40 = {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 1}
+WHITE = {"coefficients": {"all": {"h_0": "1e-6"}}, "seed": 1}
+
+
+@pytest.fixture(scope="module")
+def document(root):
+    return yaml.safe_load((root / "config" / "twins.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def twins(document):
+    return twins_from_document(document)
+
+
+def allan_variance(y, m):
+    s = np.concatenate([[0.0], np.cumsum(y)])
+    d = s[2 * m :] - 2 * s[m:-m] + s[: -2 * m]
+    return float(d @ d) / d.size / (2 * m**2)
+
+
+def expected_on_the_circle(model, n, m):
+    """Exact expectation of the Allan variance of drawn series: the drawn spectrum of first
+    differences through sin^4(pi f m tau0) / (2 m^2 sin^4(pi f tau0)), bin by bin."""
+    length = circle_length(n)
+    spectrum = increment_spectrum(model, length, TAU0) / (length * TAU0)
+    assert spectrum.min() >= 0
+    spectrum[[0, -1]] /= 2
+    u = np.arange(1, spectrum.size) / length
+    gain = np.sin(np.pi * u * m) ** 4 / (2 * m**2 * np.sin(np.pi * u) ** 4)
+    return spectrum[0] * m**2 / 2 + spectrum[1:] @ gain
+
+
+@pytest.mark.parametrize(
+    "component",
+    [
+        *(PowerLaw(alpha, 1.0) for alpha in (-2, -1, 0, 1, 2)),
+        *(GaussMarkov(1.0, T_c) for T_c in (0.001, 0.3, 6.0, 100.0, 2000.0)),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("n", [600, 6001])
+def test_expected_allan_variance_is_the_models_at_every_tau(component, n):
+    # 5 s and 50 s, so T_c = 2000 s is far beyond the recording
+    model = NoiseModel((component,))
+    for m in (1, 2, 10, n // 10, n // 3, n // 2 - 1):
+        tolerance = 2e-3 if component == PowerLaw(1, 1.0) else 1e-5
+        model_value = model.avar(m, TAU0)
+        assert expected_on_the_circle(model, n, m) == pytest.approx(model_value, rel=tolerance)
+
+
+def test_drawn_series_have_the_variances_of_their_models():
+    # 300 short recordings of T40-10: x1, x2 and L together
+    models, n, runs = published_row("T40", 10), 2400, 300
+    rng = np.random.default_rng(3)
+    m = np.array([1, 4, 20, 100, 400, 800])
+    found = {"x1": [], "x2": [], "L": []}
+    for _ in range(runs):
+        x1, x2 = draw_pair(models["x1"], models["x2"], Cross(models["L"]), n, TAU0, rng)
+        assert x1[0] == x2[0] == 0
+        for name, series in (("x1", x1), ("x2", x2), ("L", x1 - x2)):
+            found[name].append([allan_variance(series, k) for k in m])
+    for name, values in found.items():
+        model = NoiseModel(models[name].broadband).avar(m, TAU0)
+        ratio, error = np.mean(values, 0) / model, np.std(values, 0) / model / math.sqrt(runs)
+        assert np.all(np.abs(ratio - 1) < 3.5 * error)
+        assert ratio[:2] == pytest.approx(1, abs=0.02)
+
+
+def test_yz_coherence_and_coherence_factor():
+    one, two = NoiseModel((PowerLaw(0, 1.0),)), NoiseModel((PowerLaw(0, 4.0),))
+    rng = np.random.default_rng(4)
+    a, b = draw_pair(one, two, Cross(constant=0.6), 100_000, TAU0, rng)
+    assert np.corrcoef(np.diff(a), np.diff(b))[0, 1] == pytest.approx(0.6, abs=0.02)
+    # a distance twice as noisy as x1 - x2 can be is clipped: coherence -1, halved
+    far = NoiseModel((PowerLaw(0, 30.0),))
+    a, b = draw_pair(one, two, Cross(far, 0.5), 100_000, TAU0, rng)
+    assert np.corrcoef(np.diff(a), np.diff(b))[0, 1] == pytest.approx(-0.5, abs=0.02)
+
+
+def test_start_and_mean_distance_are_those_of_table_4():
+    for kind in ("T40", "All"):
+        published = {"camera_type": "T40", "n_cameras": 10, "gaussian": kind}
+        position = simulate(twin_from_mapping(T40 | {"published": published}), 60).position_mm
+        row = published_gaussian(kind)
+        assert position[:, 0, 0] == pytest.approx([row["mu_1_mm"], row["mu_2_mm"]])
+        distance = np.linalg.norm(position[0] - position[1], axis=0)
+        assert distance[0] == pytest.approx(row["mu_L_mm"], abs=1e-9)
+        assert distance.mean() == pytest.approx(row["mu_L_mm"], abs=0.02)
+
+
+def test_sinusoids_are_where_they_belong():
+    twin = twin_from_mapping(T40, "T40-10")
+    keep = {s: NoiseModel(m.lines) for s, m in twin.models.items()}
+    recording = simulate(replace(twin, models=keep), 100)
+    noise = recording.position_mm - recording.position_mm[:, :, :1]
+    m = np.array([3, 20])
+    for (marker, axis), series in {(0, 2): "z1", (1, 2): "z2", (0, 1): "y1"}.items():
+        found = [allan_variance(noise[marker, axis], k) for k in m]
+        assert found == pytest.approx(keep[series].avar(m, TAU0), rel=0.02)
+    found = [allan_variance(noise[0, 0] - noise[1, 0], k) for k in m]
+    assert found == pytest.approx(keep["L"].avar(m, TAU0), rel=0.02)
+    assert noise[0, 0] == pytest.approx(-noise[1, 0])
+    omitted = simulate(replace(twin, models=keep, distance_line="omit"), 100)
+    assert np.ptp(omitted.position_mm[:, 0], axis=1) == pytest.approx(0)
+
+
+def test_same_seed_same_bytes_and_no_stream_depends_on_another():
+    twin = twin_from_mapping(T40, "T40-10")
+    first = simulate(twin, 30)
+    assert simulate(twin, 30).position_mm.tobytes() == first.position_mm.tobytes()
+    for other in (replace(twin, name="T40-9"), replace(twin, seed=2)):
+        different = simulate(other, 30).position_mm - first.position_mm
+        assert np.all(np.abs(different).max(axis=2) > 1e-3)
+    assert simulate(twin, 30, seed=2).truth["seed"] == 2
+    streams = {stream("a", 1, p).integers(1 << 62) for p in ("x", "y", "z", "phases")}
+    assert len(streams) == 4
+    spiky = twin_from_mapping(T40 | {"outliers": {"per_hour": 3600, "amplitude_mm": 2}}, "T40-10")
+    changed = simulate(spiky, 30).position_mm != first.position_mm
+    assert 10 < changed.sum() < 60
+
+
+def test_outliers_are_as_told():
+    for kind, ratio in (("exponential", math.sqrt(2)), ("normal", 1.0)):
+        outliers = {"per_hour": 36_000, "amplitude_mm": 2.0, "distribution": kind}
+        twin = twin_from_mapping(WHITE | {"outliers": outliers}, "w")
+        told = simulate(twin, 120)
+        clean = simulate(replace(twin, outliers=None), 120)
+        truth = told.truth["outliers"]
+        expected = np.zeros_like(clean.position_mm)
+        marker = [("Wand1", "Wand2").index(label) for label in truth["marker"]]
+        axis = ["xyz".index(letter) for letter in truth["axis"]]
+        expected[marker, axis, truth["frame"]] = truth["amplitude_mm"]
+        assert told.position_mm - clean.position_mm == pytest.approx(expected)
+        count = len(truth["frame"])
+        assert abs(count - 1200) < 4 * math.sqrt(1200) and len(set(truth["frame"])) == count
+        rms = math.sqrt(np.mean(np.square(truth["amplitude_mm"])))
+        assert rms == pytest.approx(2.0 * ratio, rel=0.15)
+        assert abs(np.mean(np.sign(truth["amplitude_mm"]))) < 0.15
+
+
+def test_crump_gaps_drift_and_rounding():
+    quiet = {"coefficients": {"all": {}}, "seed": 1, "start_mm": [[160, 1, 1], [0, 0, 0]]}
+    crump = {"time_s": 10, "amplitude_mm": 0.5, "decay_s": 2, "frequency_hz": 3}
+    swing = simulate(twin_from_mapping(quiet | {"crump": crump}), 60)
+    moved = swing.position_mm - swing.position_mm[:, :, :1]
+    t = np.arange(moved.shape[2]) / 120 - 10
+    shape = 0.5 * np.exp(-t.clip(0) / 2) * np.sin(6 * np.pi * t) * (t >= 0)
+    weights = np.array(swing.truth["crump"]["weights"])
+    assert moved == pytest.approx(weights[:, :, None] * shape, abs=1e-8)
+    assert np.all((np.abs(weights) >= 0.5) & (np.abs(weights) <= 1))
+    late = simulate(twin_from_mapping(quiet | {"crump": crump | {"time_s": 100}}), 60)
+    assert np.ptp(late.position_mm, axis=2) == pytest.approx(0)
+
+    drift = simulate(twin_from_mapping(quiet | {"drift_mm_per_h": {"Wand2": [0, 0, -6]}}), 60)
+    moved = drift.position_mm[:, :, -1] - drift.position_mm[:, :, 0]
+    assert moved == pytest.approx(np.array([[0, 0, 0], [0, 0, -0.1]]), abs=1e-4)
+
+    gaps = simulate(twin_from_mapping(WHITE | {"gaps": {"per_hour": 600, "mean_s": 0.5}}), 600)
+    lost = np.isnan(gaps.position_mm)
+    assert np.array_equal(lost[:, 0], lost[:, 1]) and np.array_equal(lost[:, 0], lost[:, 2])
+    truth = gaps.truth["gaps"]
+    assert abs(len(truth["frames"]) - 200) < 4 * math.sqrt(200)
+    assert np.mean(truth["frames"]) / 120 == pytest.approx(0.5, rel=0.3)
+    assert 0.9 * sum(truth["frames"]) < lost[:, 0].sum() <= sum(truth["frames"])
+
+    rounded = simulate(twin_from_mapping(WHITE | {"resolution_mm": 0.01}), 60).position_mm
+    assert rounded * 100 == pytest.approx(np.round(rounded * 100), abs=1e-9)
+    assert len(np.unique(rounded[0, 1])) > 3
+
+
+def test_scale_without_and_correlation_limit():
+    base = twin_from_mapping(T40, "T40-10")
+    plain = simulate(replace(base, distance_line="omit"), 20).position_mm
+    double = twin_from_mapping(T40 | {"scale": {"x1": 2}, "distance_line": "omit"}, "T40-10")
+    louder = simulate(double, 20)
+    start = plain[:, :, :1]
+    assert (louder.position_mm - start)[0, 0] == pytest.approx(2 * (plain - start)[0, 0])
+    assert louder.position_mm[1] == pytest.approx(plain[1])
+    assert "L" not in louder.truth["coefficients"]
+    x1 = louder.truth["coefficients"]["x1"]
+    assert x1["h_0"] == pytest.approx(4 * 9.26e-7) and x1["q_c1"] == pytest.approx(0.1)
+    assert twin_from_mapping(T40 | {"scale": 3}).scale == dict.fromkeys(base.scale or "", 3) | {
+        f"{a}{k}": 3 for k in (1, 2) for a in "xyz"
+    }
+    fewer = twin_from_mapping(T40 | {"without": ["q_c1", "A_s"]})
+    assert fewer.models["y1"].coefficients().get("T_c1") == 1.0 and not fewer.models["y1"].lines
+    slow = twin_from_mapping(T40 | {"without_T_c_below_s": 10})
+    assert slow.models["x1"].coefficients()["T_c1"] == 2000.0
+    assert "x1: left out on request: q_c1, q_c2, q_c3" in slow.notes
+
+
+def test_every_twin_of_the_configuration_simulates(twins):
+    table_3 = {"T40": (2, 3, 4, 5, 6, 8, 10), "Bonita": (2, 3, 4, 5, 6, 8, 10)}
+    table_3["Vantage"] = (2, 3, 4, 5, 6, 8, 9, 10)
+    expected = {f"{kind}-{n}" for kind, counts in table_3.items() for n in counts}
+    expected |= {"All-30", "crump", "outliers", "rounded", "walk-and-white"}
+    assert expected <= set(twins)
+    assert len({twin.seed for twin in twins.values()}) == len(twins)
+    for name, twin in twins.items():
+        recording = simulate(twin, 60)
+        assert twin.name == name and recording.position_mm.shape == (2, 3, 7200)
+        assert np.all(np.isfinite(recording.position_mm))
+        truth = json.loads(json.dumps(recording.truth, allow_nan=False))
+        assert truth == recording.truth
+
+
+def test_what_a_twin_changed_is_told(twins):
+    truth = simulate(twins["Bonita-5"], 60).truth
+    assert truth["clipped_bands_hz"][0] == pytest.approx([5.8, 60], rel=0.02)
+    assert any("contradicts" in note for note in truth["notes"])
+    assert any("3084e-02" in note for note in simulate(twins["Bonita-2"], 60).truth["notes"])
+    assert twins["walk-and-white"].models["x1"] == twins["walk-and-white"].models["z2"]
+
+
+def test_clipped_distance_of_bonita_5_is_12_percent_low():
+    models, rng = published_row("Bonita", 5), np.random.default_rng(8)
+    x1, x2 = draw_pair(models["x1"], models["x2"], Cross(models["L"]), 400_000, TAU0, rng)
+    for series, ratio in ((x1, 1.0), (x2, 1.0), (x1 - x2, 0.88)):
+        name = "x1" if series is x1 else "x2" if series is x2 else "L"
+        value = allan_variance(series, 1) / models[name].avar(1, TAU0)
+        assert value == pytest.approx(ratio, abs=0.015)
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ({"seed": 1}, "expected either published or coefficients"),
+        (T40 | {"colour": 1}, "unknown key 'colour', expected one of published"),
+        (T40 | {"seed": -1}, "seed: -1, expected a whole number >= 0"),
+        ({"published": {"camera_type": "T40"}, "seed": 1}, "n_cameras is missing"),
+        ({"published": {"camera_type": "T40", "n_cameras": 7}, "seed": 1}, "expected T40 with"),
+        ({"coefficients": {"x1": {"h_5": 1}}, "seed": 1}, "coefficients.x1: noise coefficient"),
+        ({"coefficients": {"w": {}}, "seed": 1}, "unknown key 'w', expected one of x1"),
+        ({"coefficients": {"all": {"h_0": "ten"}}, "seed": 1}, "'ten', expected a number >= 0"),
+        (T40 | {"labels": ["A", "A"]}, "expected two names"),
+        (T40 | {"labels": 5}, "expected two names"),
+        (T40 | {"distance_line": "both"}, "split or omit"),
+        (T40 | {"coherence_factor": 2}, "expected a number from 0 to 1"),
+        (T40 | {"yz_coherence": -2}, "expected a number from -1 to 1"),
+        (T40 | {"frame_rate_hz": 0}, "expected a number > 0"),
+        (T40 | {"outliers": {"per_hour": 3}}, "outliers: amplitude_mm is missing"),
+        (T40 | {"outliers": {"per_hour": 3, "amplitude_mm": 1, "distribution": "flat"}}, "'flat'"),
+        (T40 | {"gaps": 3}, "gaps: 3, expected keys with values"),
+        (T40 | {"drift_mm_per_h": {"Wand9": [0, 0, 1]}}, "unknown key 'Wand9'"),
+        (T40 | {"drift_mm_per_h": {"Wand1": [0, 1]}}, "expected three numbers"),
+        (T40 | {"without": ["q_c9"]}, "'q_c9', expected one of"),
+        (T40 | {"scale": {"L": 2}}, "unknown key 'L'"),
+    ],
+)
+def test_a_wrong_entry_is_refused_in_one_line(entry, words):
+    with pytest.raises(Refusal, match=r"^twin T9: [^\n]*$") as refusal:
+        twin_from_mapping(entry, "T9")
+    assert words in str(refusal.value)
+
+
+def test_too_short_is_refused():
+    with pytest.raises(Refusal, match="expected 16 frames at least"):
+        simulate(twin_from_mapping(WHITE), 0.1)
+
+
+@pytest.mark.study
+def test_all_thirty_cameras_meet_their_row_of_table_4(twins):
+    twin, row = twins["All-30"], published_gaussian("All")
+    found = []
+    for seed in range(24):
+        rng, cross = stream(twin.name, seed, "x"), Cross(twin.models["L"], twin.coherence_factor)
+        x = draw_pair(twin.models["x1"], twin.models["x2"], cross, 9 * 432_000, TAU0, rng)
+        x1, x2 = (twin.scale[s] * v for s, v in zip(("x1", "x2"), x, strict=True))
+        found.append([x1.std(), x2.std(), np.corrcoef(x1, x2)[0, 1], (x1 - x2).std()])
+    expected = [row[k] for k in ("sigma_1_mm", "sigma_2_mm", "rho_12", "sigma_L_mm")]
+    # the standard error of a median of 24 is 6 %, of the second sigma 9 %
+    assert np.median(found, axis=0) == pytest.approx(expected, rel=0.2)

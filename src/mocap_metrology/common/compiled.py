@@ -2,7 +2,8 @@
 
 numba's own file cache watches only the file of the function that is called: a compiled helper
 edited in another file keeps running as old machine code. Here the cache folder is named by the
-hash of every source file of the package, so any edit starts a new one. It lies beside the package;
+hash of every source file of the package that imports this decorator, so an edit of any kernel
+starts a new one; kernels take constants from their own file only. It lies beside the package;
 where that cannot be written, in a per-user temporary folder; where that cannot either, nothing is
 cached and every process compiles for itself.
 """
@@ -24,10 +25,12 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def sources_hash(package: Path = PACKAGE) -> str:
-    """Hash of the names and contents of all Python files below `package`."""
-    digest = hashlib.sha256()
+    """Hash of the names and contents of this file and all below `package` that import it."""
+    digest = hashlib.sha256(Path(__file__).read_bytes())
     for path in sorted(package.rglob("*.py")):
-        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
+        text = path.read_bytes()
+        if b"common.compiled import njit" in text:
+            digest.update(path.relative_to(package).as_posix().encode() + b"\0" + text)
     return digest.hexdigest()[:16]
 
 

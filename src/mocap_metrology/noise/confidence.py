@@ -30,15 +30,16 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     out of the means, windows without any out of the sum.
     """
     valid = np.isfinite(series)
+    whole = bool(valid.all())
     mean = series[valid].mean() if valid.any() else 0.0
-    sums, counts = running_sum(np.where(valid, series - mean, 0.0)), running_sum(valid)
+    sums = running_sum(series - mean if whole else np.where(valid, series - mean, 0.0))
+    counts = None if whole else running_sum(valid)
     exponents = np.zeros(len(m), dtype=np.int64)
     last = None
     for k in np.argsort(m):
-        edges = np.arange(0, series.size + 1, m[k])
-        if edges.size > MIN_MEANS:
+        if series.size // m[k] >= MIN_MEANS:
             with np.errstate(invalid="ignore", divide="ignore"):
-                means = np.diff(sums[edges]) / np.diff(counts[edges])
+                means = np.diff(sums[:: m[k]]) / (m[k] if whole else np.diff(counts[:: m[k]]))
             found = _lag1_exponent(means, DIFFERENCING[estimator])
             if found is not None and (
                 last is None or abs(found - last) > 0.5 + 4 / np.sqrt(means.size)
@@ -51,16 +52,19 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
 def _lag1_exponent(means: np.ndarray, max_differences: int) -> float | None:
     for differences in range(max_differences + 1):
         known = np.isfinite(means)
-        if np.count_nonzero(known) < MIN_MEANS - max_differences:
+        n_known = np.count_nonzero(known)
+        if n_known < MIN_MEANS - max_differences:
             return None
-        z = means - means[known].mean()
-        products = z[1:] * z[:-1]
-        pairs = np.isfinite(products)
-        power = np.mean(z[known] ** 2)
-        if not pairs.any() or not power > 0:
+        z = means - (means.mean() if n_known == means.size else means[known].mean())
+        n_pairs = z.size - 1
+        if n_known < z.size:
+            n_pairs = np.count_nonzero(known[1:] & known[:-1])
+            z[~known] = 0.0
+        power = z @ z
+        if not n_pairs or not power > 0:
             return None
         # Without gaps, the textbook ratio of sums
-        r1 = products[pairs].mean() * (z.size - 1) / (power * z.size)
+        r1 = (z[1:] @ z[:-1]) / power * (z.size - 1) / n_pairs * n_known / z.size
         delta = r1 / (1 + r1)
         if delta < 0.25 or differences == max_differences:
             return -2 * (delta + differences)

@@ -1,0 +1,130 @@
+"""Figures of one recording: Allan deviation, power spectrum, and trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mocap_metrology.present.curves import Curve, Key, arrange, curves_figure
+from mocap_metrology.present.decades import log_limits
+from mocap_metrology.present.decimate import log_bins
+from mocap_metrology.present.style import styled
+from mocap_metrology.present.trajectory import trajectory_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["allan_figure", "psd_figure", "trajectory_figure"]
+
+# What the slope of each figure tells of the noise (S Table 1, Figure 3)
+ALLAN_SLOPES = (
+    (1.0, "+1  drift"),
+    (0.5, "+½  random walk"),
+    (0.0, "0  flicker"),
+    (-0.5, "−½  white"),
+    (-1.0, "−1  violet, blue, sinusoid"),
+)
+PSD_SLOPES = (
+    (2.0, "+2  violet"),
+    (1.0, "+1  blue"),
+    (0.0, "0  white"),
+    (-1.0, "−1  flicker"),
+    (-2.0, "−2  random walk"),
+)
+ESTIMATORS = ("oadev", "mdev", "hdev")
+BINS_PER_DECADE = 40  # of a power spectrum; 0.4 mm each where two panels share a row
+ALLAN_DECADES, PSD_DECADES = 7, 14  # shown at most: below is rounding
+FARTHEST_BAND = 4.0  # an interval counts for the limits up to so many times the deviation
+
+
+@styled()
+def allan_figure(
+    columns: Mapping[str, np.ndarray],
+    title: str,
+    note: str = "",
+    *,
+    expected: Sequence[str] = (),
+    confidence: float | None = None,
+) -> Figure:
+    """Allan deviation over averaging time of every series of a recording.
+
+    columns: of `allan.parquet`, one row a point: `series`, `estimator`, `tau_s`, `adev_mm`,
+    `adev_lower_mm`, `adev_upper_mm`. oadev is drawn with its interval, other estimators as thin
+    lines; where there is no oadev, the first estimator there is takes its place. `expected`: series
+    that should be there; one that is not is said to have no valid samples. `confidence` (0 ... 1)
+    of the interval, for the key.
+    """
+    names = np.asarray(columns["series"]).astype(str)
+    estimator = np.asarray(columns["estimator"]).astype(str)
+    present = [e for e in ESTIMATORS if np.any(estimator == e)] or ["oadev"]
+    tau, adev, lower, upper = (
+        np.asarray(columns[key], dtype=np.float64)
+        for key in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
+    )
+    curves = []
+    for name in _in_order(names, expected):
+        rows = {e: np.flatnonzero((names == name) & (estimator == e)) for e in present}
+        main = rows[present[0]]
+        extra = tuple((e, tau[rows[e]], adev[rows[e]]) for e in present[1:])
+        curves.append(Curve(name, tau[main], adev[main], (lower[main], upper[main]), extra=extra))
+    bands = [
+        np.clip(bound, curve.y / FARTHEST_BAND, curve.y * FARTHEST_BAND)
+        for curve in curves
+        for bound in curve.band or ()
+    ]
+    band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
+    return curves_figure(
+        arrange(curves),
+        ("Averaging time τ (s)", "Allan deviation (mm)"),
+        (
+            log_limits([c.x for c in curves]),
+            log_limits([c.y for c in curves] + bands, 1.0, ALLAN_DECADES),
+        ),
+        Key(ALLAN_SLOPES, "Allan deviation", band, present[1:]),
+        title,
+        note,
+    )
+
+
+@styled()
+def psd_figure(
+    columns: Mapping[str, np.ndarray],
+    title: str,
+    note: str = "",
+    *,
+    expected: Sequence[str] = (),
+) -> Figure:
+    """Power spectral density of every series of a recording.
+
+    columns: of `psd.parquet`, one row a point: `series`, `f_hz`, `psd_mm2_hz`, f ascending within a
+    series. 40 bins a decade: the line is the median of a bin, the band reaches to its greatest
+    value, so a narrow line shows as high as it is. `expected` as in `allan_figure`.
+    """
+    names = np.asarray(columns["series"]).astype(str)
+    f_hz, psd = (np.asarray(columns[key], dtype=np.float64) for key in ("f_hz", "psd_mm2_hz"))
+    curves = []
+    for name in _in_order(names, expected):
+        rows = names == name
+        bins = log_bins(f_hz[rows], psd[rows], BINS_PER_DECADE)
+        curves.append(
+            Curve(name, bins.centre, bins.median, (bins.median, bins.high), outlined=True)
+        )
+    highs = [curve.band[1] for curve in curves if curve.band]
+    return curves_figure(
+        arrange(curves),
+        ("Frequency (Hz)", "PSD (mm²/Hz)"),
+        (
+            log_limits([c.x for c in curves]),
+            log_limits([c.y for c in curves] + highs, 2.0, PSD_DECADES),
+        ),
+        Key(PSD_SLOPES, "PSD", "to the bin's maximum"),
+        title,
+        note,
+    )
+
+
+def _in_order(names: np.ndarray, expected: Sequence[str]) -> list[str]:
+    """Distinct series in order of appearance, then those expected that are missing."""
+    return list(dict.fromkeys([*names.tolist(), *expected]))

@@ -1,0 +1,59 @@
+"""Arrows between the parts of the package only point down, and it knows nothing of the workflow."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "src/mocap_metrology"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+# What each part may import of the others.
+BELOW = {
+    "common": set(),
+    "c3d": {"common"},
+    "noise": {"common"},
+    "lighthouse": {"common"},
+    "present": {"common", "noise", "lighthouse"},
+}
+
+
+def part(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0]
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Every module named in an import, lazy and relative ones included."""
+    base = ["mocap_metrology", *path.parent.relative_to(PACKAGE).parts]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            start = base[: len(base) - node.level + 1] if node.level else []
+            module = ".".join([*start, *([node.module] if node.module else [])])
+            yield from (f"{module}.{alias.name}" for alias in node.names)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_imports_point_down(path: Path) -> None:
+    own = part(path)
+    for name in imports(path):
+        first, *rest = name.split(".")
+        assert first not in ("snakemake", "yaml", "lib", "step"), f"{path} imports {name}"
+        assert first != "ezc3d" or own == "c3d", f"{path} imports {name}; only c3d may"
+        if first == "mocap_metrology" and rest and own in BELOW:
+            assert rest[0] in BELOW[own] | {own}, f"{path} imports {name}"
+
+
+def test_every_part_has_its_place() -> None:
+    folders = {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").is_file()}
+    assert folders <= set(BELOW)
+
+
+def test_the_environment_is_not_read_as_configuration() -> None:
+    """Choices are arguments; only the compiler's cache asks who and where it is."""
+    for path in MODULES:
+        text = path.read_text(encoding="utf-8")
+        assert "os.environ[" not in text and "getenv(" not in text, path

@@ -1,0 +1,74 @@
+"""What the tests of the workflow share: its library, and a toy project run by Snakemake itself."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from running import command, environment
+
+ROOT = Path(__file__).resolve().parents[2]
+TWINS = "twins: {T: {published: {camera_type: T40, n_cameras: 10}, seed: 1}}\n"
+TOY = Path(__file__).with_name("toy")
+sys.path.insert(0, str(ROOT / "workflow"))
+
+Snakemake = Callable[..., subprocess.CompletedProcess]
+
+
+@pytest.fixture(scope="session")
+def snakemake() -> Snakemake:
+    """Run Snakemake in a folder; both outputs come as `stdout`."""
+
+    def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+        return subprocess.run(
+            command(*arguments),
+            cwd=folder,
+            env=environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=120,
+        )
+
+    return run
+
+
+@pytest.fixture
+def toy(tmp_path: Path) -> Path:
+    """The project's own workflow folder with toy rules in place of the science.
+
+    A recording is a text file: with `bad` in it it is refused, with `moves` warned of.
+    """
+    for name in ("Snakefile", "workflow", "profiles"):
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, tmp_path / name)
+    for name in ("src", "requirements"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    shutil.copy(TOY / "Snakefile", tmp_path / "workflow/Snakefile")
+    shutil.copy(TOY / "toy.smk", tmp_path / "workflow/rules/toy.smk")
+    shutil.copy(TOY / "toy.py", tmp_path / "workflow/scripts/toy.py")
+    (tmp_path / "config").mkdir()
+    shutil.copy(ROOT / "config/config.yaml", tmp_path / "config/config.yaml")
+    (tmp_path / "config/twins.yaml").write_text(TWINS)
+    shutil.copy(ROOT / "config/calibrations.tsv", tmp_path / "config/calibrations.tsv")
+    rows = ["recording\tpath\tmarkers\tgroup"]
+    for name, group in (("a", "g"), ("b", "g"), ("c", "h")):
+        (tmp_path / f"config/{name}.c3d").write_text(f"{name} is good\n")
+        rows.append(f"{name}\t{name}.c3d\tA;B\t{group}")
+    rows.append("t\tsimulate:T\t\tt")
+    (tmp_path / "config/recordings.tsv").write_text("\n".join(rows) + "\n")
+    return tmp_path
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with files that a sheet can name."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.c3d", "b.c3d", "board.csv", "poses.json", "ref.c3d", "dump.bin"):
+        (tmp_path / name).write_text("x")
+    return tmp_path

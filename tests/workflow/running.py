@@ -1,0 +1,50 @@
+"""Calling Snakemake, and reading what it says of its jobs."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+
+def command(*arguments: str) -> list[str]:
+    """Snakemake of this environment, in plain lines."""
+    plain = ("--workflow-profile", "profiles/ci")
+    return [sys.executable, "-m", "snakemake", *plain, *arguments]
+
+
+def side_by_side(*calls: Callable[[], Any]) -> list[Any]:
+    """What the calls return; they run at once, as most of a dry-run is spent starting Snakemake."""
+    with ThreadPoolExecutor(len(calls)) as pool:
+        return [future.result() for future in [pool.submit(call) for call in calls]]
+
+
+def environment() -> dict[str, str]:
+    """The environment, without what would slow Snakemake down or change its settings."""
+    unwanted = ("PYTHONDONTWRITEBYTECODE", "PYTHONPATH", "SNAKEMAKE_PROFILE")
+    return {key: value for key, value in os.environ.items() if key not in unwanted}
+
+
+def planned(output: str) -> Counter:
+    """Jobs of each rule, from the table of a dry-run."""
+    table = output.partition("Job stats:")[2].partition("Reasons:")[0]
+    counts = {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", table, re.M)}
+    counts.pop("total", None)
+    return Counter(counts)
+
+
+def finished(output: str) -> Counter:
+    """Jobs of each rule that finished in a run."""
+    return Counter(re.findall(r"Finished jobid: \d+ \(Rule: (\w+)\)", output))
+
+
+def write_sheet(folder: Path, header: list[str], *rows: dict[str, str]) -> str:
+    """Write `sheet.tsv` and return its name; columns that a row does not name stay empty."""
+    lines = ["\t".join(header)] + ["\t".join(row.get(c, "") for c in header) for row in rows]
+    (folder / "sheet.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return "sheet.tsv"

@@ -1,0 +1,70 @@
+"""What the workflow would do, asked of Snakemake itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from running import finished, planned, side_by_side
+
+
+def test_both_entries_list_the_same_jobs_and_quick_outlives_other_settings(
+    toy: Path, root: Path, snakemake
+) -> None:
+    expected = {"check_recording": 3, "gate": 1}
+    (toy / "config/quick.yaml").write_text((root / "config/quick.yaml").read_text())
+    with (toy / "workflow/Snakefile").open("a") as stream:
+        stream.write('\nprint("duration", config["duration_s"], config["hampel"])\n')
+    quick = ("--profile", "profiles/quick", "--config", "hampel={action: mask}")
+    top, inner = side_by_side(
+        lambda: snakemake(toy, "-n"),
+        lambda: snakemake(toy, "-n", "-s", "workflow/Snakefile", *quick),
+    )
+    assert planned(top.stdout) == expected | {"default": 1}, top.stdout
+    assert planned(inner.stdout) == expected | {"all": 1}, inner.stdout
+    hampel = {"half_window_s": 1.0, "n_sigma": 3.0, "action": "mask"}
+    assert f"duration 600.0 {hampel}" in inner.stdout, inner.stdout
+
+
+def test_no_rows_are_nothing_to_do_and_a_folder_without_configuration_gets_the_projects(
+    toy: Path, tmp_path_factory: pytest.TempPathFactory, snakemake
+) -> None:
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    (elsewhere / "profiles").symlink_to(toy / "profiles")
+    entry = ("-s", str(toy / "Snakefile"))
+    empty = ("--cores", "1", "--config", "recordings=")
+    done, nothing = side_by_side(
+        lambda: snakemake(elsewhere, "-n", *entry),
+        lambda: snakemake(elsewhere, *entry, *empty),
+    )
+    assert planned(done.stdout)["check_recording"] == 3, done.stdout
+    assert nothing.returncode == 0
+    assert finished(nothing.stdout) == {"default": 1}
+    assert not (elsewhere / "results").exists()
+
+
+def test_wrong_input_is_lines_and_status_1(toy: Path, snakemake) -> None:
+    (toy / "config/mine.tsv").write_text(
+        "recording\tpath\tmarkers\tgroup\na\tno.c3d\tA\tg\nb\tsimulate:U\t\tg\n"
+    )
+    (toy / "config/dumps.tsv").write_text("calibration\tsetup\n")
+    wrong = ("recording=x", "seed=-1")
+    named = ("recordings=config/mine.tsv", "calibrations=config/dumps.tsv")
+    settings, sheets = side_by_side(
+        lambda: snakemake(toy, "-n", "--config", *wrong),
+        lambda: snakemake(toy, "-n", "--config", *named),
+    )
+    assert settings.returncode == 1
+    assert settings.stdout.splitlines()[-2:] == [
+        "config, key recording: unknown; did you mean recordings?",
+        "config, key seed: -1; expected a whole number >= 0",
+    ]
+    assert sheets.returncode == 1
+    assert sheets.stdout.splitlines()[-3:] == [
+        'config/mine.tsv, row 2 (recording "a"), column path: "no.c3d"; '
+        "expected a file (config/no.c3d does not exist)",
+        'config/mine.tsv, row 3 (recording "b"), column path: "simulate:U"; '
+        "expected simulate: and a twin of the file of twins (unknown; expected one of T)",
+        "config/dumps.tsv: no column group, path, format; expected a header with it",
+    ]
+    assert "Traceback" not in settings.stdout + sheets.stdout

@@ -1,0 +1,286 @@
+"""Sheets: every wrong cell is named, all of them at once, and nothing else is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from lib import recordings, tsv
+from lib.configuration import load_schema
+from lib.faults import Faults
+from lib.files import beside, found, load_twins
+from running import write_sheet
+
+SCHEMAS = Path(__file__).resolve().parents[2] / "workflow/schemas"
+RECORDINGS = load_schema(SCHEMAS / "recordings.schema.yaml")
+CALIBRATIONS = load_schema(SCHEMAS / "calibrations.schema.yaml")
+HEADER = list(RECORDINGS["columns"])
+GOOD = {"recording": "A", "path": "a.c3d", "markers": "M1;M2;M3", "group": "g"}
+
+
+def load(folder: Path, *rows: dict[str, str]) -> dict:
+    return recordings.load(write_sheet(folder, HEADER, *rows), RECORDINGS, ["T", "crump"])
+
+
+def faults(folder: Path, *rows: dict[str, str]) -> list[str]:
+    with pytest.raises(Faults) as caught:
+        load(folder, *rows)
+    return caught.value.lines
+
+
+def test_a_right_row_becomes_plain_values(folder: Path) -> None:
+    row = GOOD | {
+        "path": "a.c3d; b.c3d",
+        "n_cameras": "2",
+        "camera_ids": "3; 7",
+        "pairs": "M1-M3;M2-M3",
+        "frame_rate_hz": "119.88",
+        "truncated": "accept",
+        "sha256": "AB" * 32 + ";" + "0" * 64,
+    }
+    assert load(folder, row) == {
+        "A": {
+            "recording": "A",
+            "group": "g",
+            "paths": ["a.c3d", "b.c3d"],
+            "twin": None,
+            "markers": ["M1", "M2", "M3"],
+            "pairs": [["M1", "M3"], ["M2", "M3"]],
+            "camera_type": "",
+            "n_cameras": 2,
+            "camera_ids": [3, 7],
+            "frame_rate_hz": 119.88,
+            "accept_truncated": True,
+            "sha256": ["ab" * 32, "0" * 64],
+            "comment": "",
+        }
+    }
+
+
+def test_what_is_left_out_is_derived(folder: Path) -> None:
+    rows = load(
+        folder,
+        GOOD | {"camera_ids": "1;2;3"},
+        GOOD | {"recording": "one", "markers": "M1"},
+        GOOD | {"recording": "twin", "path": "simulate: crump", "markers": ""},
+    )
+    assert rows["A"]["n_cameras"] == 3
+    assert rows["A"]["pairs"] == [["M1", "M2"]]
+    assert rows["one"]["pairs"] == []
+    assert (rows["twin"]["twin"], rows["twin"]["paths"]) == ("crump", [])
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "expected"),
+    [
+        ("recording", "", 'nothing; expected a name of letters, digits, "_", "." and "-"'),
+        ("recording", "-a", '"-a"; expected a name'),
+        ("recording", "a/b", '"a/b"; expected a name'),
+        ("recording", "ü", '"ü"; expected a name'),
+        ("group", "", "nothing; expected a name"),
+        ("path", "", "nothing; expected a C3D file"),
+        ("path", "no.c3d", '"no.c3d"; expected a file (no.c3d does not exist)'),
+        ("path", ".", '"."; expected a file (. is something else)'),
+        ("path", "a.c3d;;b.c3d", "none empty, none twice"),
+        ("path", "a.c3d;a.c3d", "none empty, none twice"),
+        ("path", "{x}.c3d", "expected a path without any of < > { }"),
+        ("path", "a.c3d;simulate:T", "expected files, or simulate:<twin> by itself"),
+        ("path", "simulate:crumb", "unknown; did you mean crump?"),
+        ("path", "simulate:zzzzz", "unknown; expected one of T, crump"),
+        ("markers", "", "nothing; expected the labels of one or more markers"),
+        ("markers", "M1;M1", "none empty, none twice"),
+        ("n_cameras", "ten", '"ten"; expected a whole number >= 1 or nothing'),
+        ("n_cameras", "0", '"0"; expected a whole number >= 1 or nothing'),
+        ("n_cameras", "2.0", '"2.0"; expected a whole number >= 1 or nothing'),
+        ("camera_ids", "1,2", '"1,2"; expected whole numbers separated by ";"'),
+        ("camera_ids", "1;1", "expected each camera once"),
+        ("frame_rate_hz", "120 Hz", '"120 Hz"; expected a number of Hz > 0'),
+        ("frame_rate_hz", "0", '"0"; expected a number of Hz > 0'),
+        ("frame_rate_hz", "1e999", '"1e999"; expected a number of Hz > 0'),
+        ("frame_rate_hz", "nan", '"nan"; expected a number of Hz > 0'),
+        ("truncated", "yes", '"yes"; expected accept or nothing'),
+        ("sha256", "abc", "expected 64 hexadecimal digits for each file"),
+        ("sha256", "a" * 64 + ";" + "b" * 64, "expected one for each file of column path (1)"),
+        ("pairs", "M1", '"M1"; expected two of the chosen markers (M1, M2, M3) joined by "-"'),
+        ("pairs", "M1-M9", '"M1-M9"; expected two of the chosen markers'),
+        ("pairs", "M1-M1", "expected two different markers"),
+        ("pairs", "M1-M2;M2-M1", '"M2-M1"; expected each pair once'),
+    ],
+)
+def test_a_wrong_cell_is_named(folder: Path, column: str, value: str, expected: str) -> None:
+    lines = faults(folder, GOOD | {column: value})
+    assert len(lines) == 1, lines
+    assert lines[0].startswith("sheet.tsv, row 2")
+    assert f", column {column}: " in lines[0]
+    assert expected in lines[0]
+
+
+def test_the_line_is_as_users_know_it(folder: Path) -> None:
+    row = GOOD | {"recording": "T40-10", "n_cameras": "ten"}
+    assert faults(folder, GOOD, row) == [
+        'sheet.tsv, row 3 (recording "T40-10"), column n_cameras: "ten"; '
+        "expected a whole number >= 1 or nothing"
+    ]
+
+
+def test_all_wrong_cells_come_at_once_in_the_order_of_the_sheet(folder: Path) -> None:
+    lines = faults(
+        folder,
+        GOOD | {"n_cameras": "x", "frame_rate_hz": "y", "path": "no.c3d"},
+        GOOD | {"recording": "a", "markers": ""},
+        GOOD | {"recording": "B", "n_cameras": "3", "camera_ids": "1;2"},
+    )
+    starts = [line.split(":")[0].rpartition("), ")[2] for line in lines]
+    assert starts[:3] == ["column n_cameras", "column frame_rate_hz", "column path"]
+    assert "expected a name of its own (row 2 has it)" in lines[3]
+    assert "column markers" in lines[4]
+    assert '"1;2"; expected as many as column n_cameras says (3)' in lines[5]
+    assert len(lines) == 6
+
+
+def test_labels_with_a_dash_split_where_both_sides_are_markers(folder: Path) -> None:
+    row = GOOD | {"markers": "L-knee;R-knee", "pairs": "L-knee-R-knee"}
+    assert load(folder, row)["A"]["pairs"] == [["L-knee", "R-knee"]]
+    row = GOOD | {"markers": "a;a-a;a-b;b", "pairs": "a-a-b"}
+    assert (
+        "expected one way to read it, not several (a and a-b or a-a and b)"
+        in faults(folder, row)[0]
+    )
+
+
+def test_a_twin_needs_no_labels_but_pairs_do(folder: Path) -> None:
+    row = GOOD | {"path": "simulate:T", "markers": "", "pairs": "M1-M2"}
+    assert "none: column markers is empty" in faults(folder, row)[0]
+    row = GOOD | {"path": "simulate:T", "sha256": "0" * 64}
+    assert "expected nothing for a simulated recording" in faults(folder, row)[0]
+
+
+def test_files_are_relative_to_the_sheet(folder: Path) -> None:
+    (folder / "deep").mkdir()
+    write_sheet(folder / "deep", HEADER, GOOD | {"path": "../a.c3d"})
+    assert recordings.load("deep/sheet.tsv", RECORDINGS, [])["A"]["paths"] == ["a.c3d"]
+    absolute = folder / "deep/sheet.tsv"
+    rows = recordings.load(str(absolute), RECORDINGS, [])
+    assert rows["A"]["paths"] == [str(folder / "a.c3d")]
+    assert beside("config/x.tsv", "/data/y.c3d") == "/data/y.c3d"
+
+
+def written(folder: Path, content: bytes) -> list[str] | dict:
+    (folder / "sheet.tsv").write_bytes(content)
+    try:
+        return recordings.load("sheet.tsv", RECORDINGS, [])
+    except Faults as error:
+        return error.lines
+
+
+SHEET = "recording\tpath\tmarkers\tgroup\nA\ta.c3d\tM1\tg\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        SHEET.encode("utf-8-sig"),
+        SHEET.replace("\n", "\r\n").encode(),
+        SHEET.replace("\n", "\r").encode(),
+        SHEET.replace("\n", "\t\t \n").encode(),
+        SHEET.replace("A\t", " A \t").encode(),
+        f"# a word first\n\n{SHEET}\t\t\t\n  # and last".encode(),
+        SHEET.replace("a.c3d", '"a.c3d"').encode(),
+    ],
+    ids=["BOM", "CRLF", "CR", "trailing tabs", "blanks", "comments", "quotes"],
+)
+def test_what_editors_do_to_a_sheet_is_tolerated(folder: Path, content: bytes) -> None:
+    rows = written(folder, content)
+    assert isinstance(rows, dict), rows
+    assert rows["A"]["paths"] == ["a.c3d"]
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (SHEET.encode("utf-16"), "sheet.tsv: UTF-16; expected UTF-8 text"),
+        (SHEET.encode("utf-16-le"), "sheet.tsv: not a text file"),
+        (b"PK\x03\x04 a spreadsheet", "sheet.tsv: not a text file"),
+        (SHEET.replace("M1", "M\xe4").encode("latin-1"), "sheet.tsv, row 2: not UTF-8"),
+        (b"", "sheet.tsv: no header; expected columns recording, path, markers"),
+        (SHEET.replace("\t", ",").encode(), "sheet.tsv: cells are separated by commas"),
+        (SHEET.replace("\t", ";").encode(), "sheet.tsv: cells are separated by semicolons"),
+        (SHEET.replace("\t", "  ").encode(), "sheet.tsv: cells are separated by blanks"),
+        (SHEET.replace("markers", "marker").encode(), '"marker": unknown; did you mean markers?'),
+        (SHEET.replace("markers", "x_note").encode(), '"x_note": unknown; expected one of'),
+        (SHEET.replace("markers", "group").encode(), "column group: there twice; expected once"),
+        (SHEET.replace("markers", "").encode(), "sheet.tsv: column 3 has no name"),
+        (SHEET.replace("\tgroup", "").encode(), "sheet.tsv: no column group; expected"),
+        (SHEET.replace("\tg\n", "\tg\tmore\n").encode(), "sheet.tsv, row 2: 5 cells; expected 4"),
+        (
+            SHEET.replace("a.c3d", '"a.c3d').encode(),
+            "sheet.tsv, row 2: a quote that does not close",
+        ),
+    ],
+)
+def test_a_sheet_that_is_none_is_refused_in_one_line(
+    folder: Path, content: bytes, expected: str
+) -> None:
+    lines = written(folder, content)
+    assert isinstance(lines, list), lines
+    assert expected in lines[0]
+    assert len(lines) == 1
+
+
+def test_rows_are_counted_as_an_editor_does(folder: Path) -> None:
+    lines = written(folder, b"# one\n\n" + SHEET.replace("M1", "").encode())
+    assert lines[0].startswith('sheet.tsv, row 4 (recording "A"), column markers')
+
+
+def test_no_sheet_an_empty_one_and_one_that_is_missing(folder: Path) -> None:
+    assert recordings.load(None, RECORDINGS, []) == {}
+    assert written(folder, SHEET.splitlines()[0].encode()) == {}
+    with pytest.raises(Faults, match=r"^gone\.tsv: no such file; expected a sheet"):
+        recordings.load("gone.tsv", RECORDINGS, [])
+    with pytest.raises(Faults, match=r"^\.: Is a directory; expected a sheet"):
+        recordings.load(".", RECORDINGS, [])
+
+
+def test_long_cells_are_cut_in_messages(folder: Path) -> None:
+    (line,) = faults(folder, GOOD | {"n_cameras": "9" * 500 + "x"})
+    assert len(line) < 250
+
+
+def test_the_projects_own_sheets_have_right_headers() -> None:
+    config = SCHEMAS.parents[1] / "config"
+    for name, schema in (("recordings", RECORDINGS), ("calibrations", CALIBRATIONS)):
+        tsv.read(config / f"{name}.tsv", schema)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("twins: {}", None),
+        ("twins: {T: {seed: 1}}\ndefaults: {recording: {seed: 2}}", None),
+        ("other: {}", "no section twins"),
+        ("- a", "no section twins"),
+        ("twins: [a", "not YAML"),
+        ("twins: {a/b: {}}", 'twins, "a/b": expected a name'),
+        ("twins: {a: 1}", 'twins, "a": expected a name .* and a section of settings'),
+        ("twins: {}\ndefault: {}", "section default: unknown; did you mean defaults?"),
+    ],
+)
+def test_file_of_twins(folder: Path, text: str, expected: str | None) -> None:
+    (folder / "twins.yaml").write_text(text)
+    assert load_twins(None)["twins"] == {}
+    if expected is None:
+        assert set(load_twins("twins.yaml")) == {"twins", "defaults"}
+    else:
+        with pytest.raises(Faults, match=expected):
+            load_twins("twins.yaml")
+    with pytest.raises(Faults, match=r"^gone\.yaml: no such file"):
+        load_twins("gone.yaml")
+
+
+def test_a_path_of_the_configuration_is_sought_here_then_in_the_project(folder: Path) -> None:
+    (folder / "project").mkdir()
+    (folder / "project/only-there.tsv").touch()
+    assert found("a.c3d", folder / "project") == "a.c3d"
+    assert found("only-there.tsv", folder / "project") == str(folder / "project/only-there.tsv")
+    assert found("nowhere.tsv", folder / "project") == "nowhere.tsv"
+    assert found(None, folder) is None

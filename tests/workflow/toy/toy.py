@@ -1,0 +1,27 @@
+# ruff: noqa: F821
+"""Every toy rule: joins texts; the check refuses `bad`, `wait` waits to be killed."""
+
+from step import step
+
+with step(snakemake) as log:
+    import json
+    import time
+    from pathlib import Path
+
+    files = snakemake.input.get("files", [])
+    paths = [files] if isinstance(files, str) else files
+    text = "".join(Path(path).read_text() for path in paths) or f"{snakemake.params.twin}\n"
+    output = Path(snakemake.output[0])
+    log.info("%s", snakemake.rule)
+    if snakemake.rule == "noise" and "wait" in text and not Path("go").exists():
+        Path("waiting").touch()
+        time.sleep(60)
+    if snakemake.rule == "check_recording":
+        check = {"ok": "bad" not in text, "why": "it is bad", "warnings": []}
+        if "moves" in text:
+            check["warnings"] = ["marker A moves"]
+        if not check["ok"]:
+            for old in output.parent.glob("*.*"):
+                old.unlink()
+        text = json.dumps(check)
+    output.write_text(text)

@@ -1,0 +1,82 @@
+"""What workflow/rules/common.smk does once: configuration and sheets, or every fault in them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from lib import calibrations, files, recordings
+from lib.configuration import checked, load_schema
+from lib.faults import Faults
+
+Rows = dict[str, dict[str, Any]]
+
+
+def configuration(config: Mapping[str, Any], root: Path) -> dict[str, Any]:
+    """The checked configuration; paths of its sheets as seen from the working folder."""
+    result = checked(config, _schema(root, "config"))
+    for key in ("recordings", "calibrations", "twins"):
+        result[key] = files.found(result[key], root)
+    return result
+
+
+def sheets(
+    config: Mapping[str, Any], root: Path, twins: Rows, calibrations_refused: str | None
+) -> list[Rows]:
+    """Recordings and calibrations by name; the faults of both sheets come together."""
+    faults: list[str] = []
+    loaded: list[Rows] = []
+    for name, load in (("recordings", recordings.load), ("calibrations", calibrations.load)):
+        try:
+            loaded.append(load(config[name], _schema(root, name), twins))
+        except Faults as found:
+            faults += found.lines
+    if not faults and loaded[1] and calibrations_refused:
+        faults.append(f"{config['calibrations']}: {calibrations_refused}")
+    if faults:
+        raise Faults(faults)
+    return loaded
+
+
+def recording_twins(
+    rows: Rows, twins: Mapping[str, Any], duration_s: float
+) -> dict[str, dict[str, Any]]:
+    """Settings of every twin that the sheet of recordings uses, defaults filled in and checked.
+
+    A twin's own `duration_s` wins over that of the configuration.
+    """
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.noise.twins import twin_from_mapping
+
+    common = {"duration_s": duration_s} | (twins["defaults"].get("recording") or {})
+    settings = {
+        name: common | twins["twins"][name]
+        for name in dict.fromkeys(row["twin"] for row in rows.values() if row["twin"])
+    }
+    faults = []
+    for name, values in settings.items():
+        try:
+            twin_from_mapping(values, name)
+        except Refusal as refusal:
+            faults.append(str(refusal))
+    if faults:
+        raise Faults(faults)
+    return settings
+
+
+def refuse_containers(deployment: Any) -> None:
+    """No image can run the workflow; the one it names is there for lint."""
+    chosen = {str(method) for method in getattr(deployment, "deployment_method", None) or ()}
+    if "apptainer" in chosen:
+        raise Faults(["--software-deployment-method apptainer: expected the .venv of `make env`"])
+
+
+def any_of(names: Iterable[str]) -> str:
+    """Regular expression of exactly these names; of nothing when there is none."""
+    return "|".join(re.escape(name) for name in dict.fromkeys(names)) or "(?!)"
+
+
+def _schema(root: Path, name: str) -> dict[str, Any]:
+    return load_schema(root / f"workflow/schemas/{name}.schema.yaml")

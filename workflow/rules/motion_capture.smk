@@ -1,0 +1,134 @@
+# Motion capture: C3D -> trajectories -> clean -> Allan deviations, spectrum, Gaussian model.
+
+
+# A refusal is a result: this rule succeeds, and check.json says why not. Twins need no check.
+checkpoint check_recording:
+    input:
+        inputs_of,
+    output:
+        "<results>/recordings/{recording}/check.json",
+    log:
+        "<logs>/check_recording/{recording}.log",
+    benchmark:
+        "<benchmarks>/check_recording/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=4000,
+    params:
+        code=digest("check.py"),
+        row=row,
+        second_opinion=config["second_opinion"],
+        still=config["still"],
+    message:
+        "{wildcards.recording}: checking"
+    script:
+        "../scripts/check.py"
+
+
+# Before other simulations: so no more than two raw twins lie on the disk at any time.
+rule trajectories:
+    input:
+        c3d=inputs_of,
+        check=check_of,
+    output:
+        "<results>/recordings/{recording}/trajectories.parquet",
+    log:
+        "<logs>/trajectories/{recording}.log",
+    benchmark:
+        "<benchmarks>/trajectories/{recording}.tsv"
+    priority: 10
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("trajectories.py"),
+        row=row,
+    message:
+        "{wildcards.recording}: reading C3D"
+    script:
+        "../scripts/trajectories.py"
+
+
+rule clean:
+    input:
+        "<results>/recordings/{recording}/trajectories.parquet",
+    output:
+        table="<results>/recordings/{recording}/clean.parquet",
+        outliers="<results>/recordings/{recording}/outliers.csv",
+    log:
+        "<logs>/clean/{recording}.log",
+    benchmark:
+        "<benchmarks>/clean/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1500,
+    params:
+        code=digest("clean.py"),
+        hampel=config["hampel"],
+    message:
+        "{wildcards.recording}: cleaning outliers"
+    script:
+        "../scripts/clean.py"
+
+
+rule allan:
+    input:
+        "<results>/recordings/{recording}/clean.parquet",
+    output:
+        "<results>/recordings/{recording}/allan.parquet",
+    log:
+        "<logs>/allan/{recording}.log",
+    benchmark:
+        "<benchmarks>/allan/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("allan.py"),
+        allan=config["allan"],
+    message:
+        "{wildcards.recording}: Allan deviations"
+    script:
+        "../scripts/allan.py"
+
+
+rule psd:
+    input:
+        "<results>/recordings/{recording}/clean.parquet",
+    output:
+        "<results>/recordings/{recording}/psd.parquet",
+    log:
+        "<logs>/psd/{recording}.log",
+    benchmark:
+        "<benchmarks>/psd/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("psd.py"),
+        psd=config["psd"],
+    message:
+        "{wildcards.recording}: power spectral density"
+    script:
+        "../scripts/psd.py"
+
+
+rule gaussian:
+    input:
+        "<results>/recordings/{recording}/clean.parquet",
+    output:
+        "<results>/recordings/{recording}/gaussian.csv",
+    log:
+        "<logs>/gaussian/{recording}.log",
+    benchmark:
+        "<benchmarks>/gaussian/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        code=digest("gaussian.py"),
+        gaussian=config["gaussian"],
+    message:
+        "{wildcards.recording}: Gaussian model"
+    script:
+        "../scripts/gaussian.py"

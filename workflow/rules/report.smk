@@ -1,0 +1,92 @@
+# What people look at: figures of each recording, tables of each group and of the papers.
+
+
+rule recording_figures:
+    input:
+        raw="<results>/recordings/{recording}/trajectories.parquet",
+        clean="<results>/recordings/{recording}/clean.parquet",
+        allan="<results>/recordings/{recording}/allan.parquet",
+        psd="<results>/recordings/{recording}/psd.parquet",
+    output:
+        multiext(
+            "<results>/recordings/{recording}/",
+            "adev.svg",
+            "adev.png",
+            "trajectory.svg",
+            "trajectory.png",
+            "psd.svg",
+            "psd.png",
+        ),
+    log:
+        "<logs>/recording_figures/{recording}.log",
+    benchmark:
+        "<benchmarks>/recording_figures/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        code=digest("recording_figures.py"),
+    message:
+        "{wildcards.recording}: figures"
+    script:
+        "../scripts/recording_figures.py"
+
+
+rule group_tables:
+    input:
+        checks=lambda wildcards: checks(wildcards.group),
+        gaussian=of_accepted("<results>/recordings/{recording}/gaussian.csv"),
+        outliers=of_accepted("<results>/recordings/{recording}/outliers.csv"),
+        allan=of_accepted("<results>/recordings/{recording}/allan.parquet"),
+    output:
+        multiext(
+            "<results>/tables/{group}",
+            "_subsets.csv",
+            "_subsets.md",
+            "_gaussian.csv",
+            "_gaussian.md",
+            "_outliers.csv",
+            "_outliers.md",
+            "_allan.csv",
+            "_allan.md",
+        ),
+    log:
+        "<logs>/group_tables/{group}.log",
+    benchmark:
+        "<benchmarks>/group_tables/{group}.tsv"
+    threads: 1
+    params:
+        code=digest("group_tables.py"),
+        rows=rows_of_accepted,
+    message:
+        "{wildcards.group}: tables of the group"
+    script:
+        "../scripts/group_tables.py"
+
+
+rule skurowski_tables:
+    input:
+        checks=checks("skurowski2019"),
+        gaussian=lambda wildcards: [
+            f"<results>/recordings/{name}/gaussian.csv" for name in accepted("skurowski2019")
+        ],
+    output:
+        multiext(
+            "<results>/tables/skurowski_table",
+            "3.csv",
+            "3.md",
+            "4.csv",
+            "4.md",
+        ),
+    log:
+        "<logs>/skurowski_tables.log",
+    benchmark:
+        "<benchmarks>/skurowski_tables.tsv"
+    threads: 1
+    params:
+        code=digest("skurowski_tables.py"),
+        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
+    message:
+        "Tables 3 and 4 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski_tables.py"

@@ -1,0 +1,23 @@
+# Twins: simulated recordings that stand in for those that were never published.
+
+
+rule simulate_recording:
+    output:
+        c3d=temp("<results>/recordings/{recording}/twin.c3d"),
+        truth="<results>/recordings/{recording}/truth.json",
+    log:
+        "<logs>/simulate_recording/{recording}.log",
+    benchmark:
+        "<benchmarks>/simulate_recording/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1500,
+    params:
+        code=digest("simulate.py"),
+        name=twin_of,
+        twin=twin_settings,
+        seed=config["seed"],
+    message:
+        "{wildcards.recording}: simulating {params.name}"
+    script:
+        "../scripts/simulate.py"

@@ -1,0 +1,41 @@
+"""Read a whole recording; say in check.json whether it can be used, and what to beware of."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.c3d import read_recording
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.files import sha256, write_json
+    from mocap_metrology.noise.describe import moving_markers
+
+    row = snakemake.params.row
+    check = {"ok": True, "why": "", "warnings": [], "notes": []}
+    try:
+        for path, expected in zip(row["paths"], row["sha256"], strict=False):
+            if sha256(path) != expected:
+                raise Refusal(f"{Path(path).name}: SHA-256 is {sha256(path)}; expected {expected}")
+        recording = read_recording(
+            row["paths"],
+            row["markers"],
+            row["frame_rate_hz"],
+            snakemake.params.second_opinion,
+            row["accept_truncated"],
+        )
+        check["notes"] = list(recording.notes)
+        check["warnings"] = moving_markers(
+            dict(zip(recording.labels, recording.position_mm, strict=True)),
+            recording.frame_rate_hz,
+            snakemake.params.still["range_mm"],
+        )
+    except Refusal as refusal:
+        why = str(refusal)
+        if ": cut off" in why:
+            why += '; to use what is there, write "accept" in column truncated of the sheet'
+        check |= {"ok": False, "why": why}
+        for old in Path(snakemake.output[0]).parent.iterdir():  # results of an earlier input
+            if old.is_file():
+                old.unlink()
+    log.info("%s", check)
+    write_json(snakemake.output[0], check)

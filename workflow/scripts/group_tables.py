@@ -1,0 +1,39 @@
+"""Tables of one group: its subsets, Gaussian model, outliers and Allan deviations."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.present import tables
+
+    rows, group = snakemake.params.rows, snakemake.wildcards.group
+    source = {row["recording"]: "twin" if row["twin"] else "measured" for row in rows}
+    sentence = tables.source_sentence(source)
+    stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
+
+    def gathered(paths):
+        parts = []
+        for name, path in zip(source, paths, strict=True):
+            part = pd.read_csv(path, keep_default_na=False).drop(
+                columns="recording", errors="ignore"
+            )
+            part.insert(0, "recording", name)
+            part.insert(1, "source", source[name])
+            parts.append(part)
+        return pd.concat(parts).to_dict("records")
+
+    def write(kind, rows, title, caption):
+        tables.write(f"{stem}_{kind}", rows, f"{group}: {title}", f"{caption} {sentence}")
+
+    write("subsets", tables.subsets(rows), "recordings and cameras", tables.SUBSETS)
+    write("gaussian", gathered(snakemake.input.gaussian), "Gaussian model", tables.GAUSSIAN)
+    write("outliers", gathered(snakemake.input.outliers), "outliers", tables.OUTLIERS)
+    summary = []
+    for name, path in zip(source, snakemake.input.allan, strict=True):
+        summary += tables.allan_summary(name, source[name], read_table(path)[0])
+    write("allan", summary, "Allan deviations", tables.ALLAN)
+    log.info("%s: %d recordings", group, len(rows))

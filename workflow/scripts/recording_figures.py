@@ -1,0 +1,62 @@
+"""Figures of one recording: Allan deviation, trajectory with replaced samples, spectrum."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    import numpy as np
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.series import all_series
+    from mocap_metrology.present.recording import allan_figure, psd_figure
+    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.trajectory import trajectory_figure
+
+    name = snakemake.wildcards.recording
+    folder = Path(snakemake.output[0]).parent
+    columns, origin = read_table(snakemake.input.clean)
+    clean = {k.removesuffix("_mm"): v for k, v in columns.items() if k != "frame"}
+    columns, _ = read_table(snakemake.input.raw)
+    raw = {k.removesuffix("_mm"): v for k, v in columns.items() if k != "frame"}
+    raw = dict(all_series(raw, [tuple(pair) for pair in origin["pairs"]]))
+    changed = {k: np.isfinite(v) & (v.astype(clean[k].dtype) != clean[k]) for k, v in raw.items()}
+
+    where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
+    markers = ", ".join(f"{k} = {label}" for k, label in enumerate(origin["labels"], start=1))
+    note = f"Source: {where}. Markers: {markers}. {origin['frame_rate_hz']:g} Hz."
+    hampel, allan = origin["hampel"], read_table(snakemake.input.allan)
+    interval = f"Bands: {100 * allan[1]['allan']['confidence']:g} % intervals."
+    filtered = (
+        f"Hampel filter, {hampel['n_sigma']:g} sigma, {origin['window_frames']} frames: "
+        f"{hampel['action']}."
+    )
+    save_figure(
+        allan_figure(
+            allan[0],
+            f"{name}: Allan deviation",
+            f"{note} {filtered} {interval}",
+            expected=list(raw),
+        ),
+        folder / "adev",
+    )
+    save_figure(
+        psd_figure(
+            read_table(snakemake.input.psd)[0],
+            f"{name}: power spectral density",
+            f"{note} {filtered} Welch's estimate.",
+            expected=list(raw),
+        ),
+        folder / "psd",
+    )
+    save_figure(
+        trajectory_figure(
+            raw,
+            clean,
+            changed,
+            origin["frame_rate_hz"],
+            f"{name}: trajectory",
+            f"{note} {filtered}",
+        ),
+        folder / "trajectory",
+    )

@@ -1,0 +1,21 @@
+"""Simulate a twin and write it as a C3D file that a lab could have exported."""
+
+from step import step
+
+with step(snakemake) as log:
+    import numpy as np
+
+    from mocap_metrology.c3d import write_c3d
+    from mocap_metrology.common.files import write_json
+    from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+
+    twin = twin_from_mapping(snakemake.params.twin, snakemake.params.name)
+    made = simulate(twin, seed=snakemake.params.seed + twin.seed)
+    n_frames = made.position_mm.shape[2]
+    log.info("%s: %d frames at %g Hz", twin.name, n_frames, made.frame_rate_hz)
+    chunks = (
+        np.moveaxis(made.position_mm[:, :, start : start + 65_536], 2, 0).astype(np.float32)
+        for start in range(0, n_frames, 65_536)
+    )
+    write_c3d(snakemake.output.c3d, twin.labels, made.frame_rate_hz, chunks, n_frames)
+    write_json(snakemake.output.truth, made.truth)

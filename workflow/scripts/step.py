@@ -1,0 +1,97 @@
+"""What every script does around its work: a log, one thread, failures in one line.
+
+    from step import step
+
+    with step(snakemake) as log:
+        from mocap_metrology.noise import hampel
+        log.info("cleaning")
+
+Import what is heavy inside, so that its failures reach the log too. Information goes to the log,
+warnings and errors to the log and the terminal.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+# One thread, so that no result depends on --cores; read by the libraries when they are imported.
+for _pool in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA"):
+    os.environ[f"{_pool}_NUM_THREADS"] = "1"
+
+
+@contextmanager
+def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
+    """Send all output to the rule's log; end a refusal or a crash with one line and status 1.
+
+    `prefix` begins each line on the terminal, by default the rule and its wildcards.
+    """
+    from mocap_metrology.common.errors import Refusal
+
+    path = Path(snakemake.log[0])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with _redirected(path) as terminal:
+        log = _logger(terminal, _job(snakemake) if prefix is None else prefix)
+        try:
+            yield log
+        except Refusal as refusal:
+            log.error("%s", refusal)
+            sys.exit(1)
+        except Exception as error:
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            log.error("%s (see %s)", what, path, exc_info=True)
+            sys.exit(1)
+
+
+def _job(snakemake: Any) -> str:
+    return " ".join((snakemake.rule, *map(str, dict(snakemake.wildcards.items()).values()))) + ": "
+
+
+class _OneLine(logging.Formatter):
+    """A line for the terminal: no time, no traceback."""
+
+    def __init__(self, prefix: str):
+        super().__init__()
+        self.prefix = prefix
+
+    def format(self, record: logging.LogRecord) -> str:
+        warning = "warning: " if record.levelno == logging.WARNING else ""
+        return f"{warning}{self.prefix}{' '.join(record.getMessage().split())}"
+
+
+def _logger(terminal: int, prefix: str) -> logging.Logger:
+    log = logging.getLogger("mocap_metrology")
+    to_file = logging.StreamHandler()  # sys.stderr, by now the log
+    to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%H:%M:%S"))
+    to_terminal = logging.StreamHandler(os.fdopen(terminal, "w", encoding="utf-8", closefd=False))
+    to_terminal.setLevel(logging.WARNING)
+    to_terminal.setFormatter(_OneLine(prefix))
+    log.handlers = [to_file, to_terminal]
+    log.setLevel(logging.INFO)
+    log.propagate = False
+    return log
+
+
+@contextmanager
+def _redirected(path: Path) -> Iterator[int]:
+    """Point file descriptors 1 and 2 at the log, so that C libraries' lines land there too."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept = os.dup(1), os.dup(2)
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o666)
+    os.dup2(handle, 1)
+    os.dup2(handle, 2)
+    os.close(handle)
+    try:
+        yield kept[1]
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for number, old in enumerate(kept, start=1):
+            os.dup2(old, number)
+            os.close(old)

@@ -79,11 +79,6 @@ def is_twin(recording):
     return twin_of(recording) is not None
 
 
-def twin_settings(recording):
-    """What the file of twins says of a recording's twin, over what it says of every recording."""
-    return twins["defaults"].get("recording", {}) | twins["twins"][twin_of(recording)]
-
-
 def inputs_of(recording):
     """The C3D files of a recording in order; for a twin the file that simulate_recording makes."""
     name = row(recording)["recording"]
@@ -144,11 +139,6 @@ def of_accepted(pattern):
         return [pattern.replace("{recording}", name) for name in names]
 
     return paths
-
-
-def rows_of_accepted(wildcards):
-    """Rows of the sheet for every accepted recording of the rule's group."""
-    return [row(name) for name in accepted(wildcards.group)]
 
 
 # Targets.

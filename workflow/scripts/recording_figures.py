@@ -9,9 +9,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.series import all_series
-    from mocap_metrology.present.recording import allan_figure, psd_figure
+    from mocap_metrology.present.recording import allan_figure, psd_figure, trajectory_figure
     from mocap_metrology.present.style import save_figure
-    from mocap_metrology.present.trajectory import trajectory_figure
 
     name = snakemake.wildcards.recording
     folder = Path(snakemake.output[0]).parent
@@ -26,7 +25,6 @@ with step(snakemake) as log:
     markers = ", ".join(f"{k} = {label}" for k, label in enumerate(origin["labels"], start=1))
     note = f"Source: {where}. Markers: {markers}. {origin['frame_rate_hz']:g} Hz."
     hampel, allan = origin["hampel"], read_table(snakemake.input.allan)
-    interval = f"Bands: {100 * allan[1]['allan']['confidence']:g} % intervals."
     filtered = (
         f"Hampel filter, {hampel['n_sigma']:g} sigma, {origin['window_frames']} frames: "
         f"{hampel['action']}."
@@ -35,8 +33,9 @@ with step(snakemake) as log:
         allan_figure(
             allan[0],
             f"{name}: Allan deviation",
-            f"{note} {filtered} {interval}",
+            f"{note} {filtered}",
             expected=list(raw),
+            confidence=allan[1]["allan"]["confidence"],
         ),
         folder / "adev",
     )

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present import style
 from mocap_metrology.present.decades import Limits, decade_axis, slope_fan
 from mocap_metrology.present.legend import Entry, columns_of
 from mocap_metrology.present.names import coordinate_of
@@ -20,6 +19,7 @@ from mocap_metrology.present.style import (
     LOOKS,
     OTHER_LOOKS,
     SMALL_PT,
+    WIDTH_MM,
     Look,
     Sheet,
     blank_sheet,
@@ -129,7 +129,7 @@ class Grid:
     @property
     def cell(self) -> tuple[float, float]:
         """Width and height of a panel."""
-        free = style.WIDTH_MM - LEFT_MM - RIGHT_MM - GAP_MM * (self.n_columns - 1)
+        free = WIDTH_MM - LEFT_MM - RIGHT_MM - GAP_MM * (self.n_columns - 1)
         width = free / self.n_columns
         if self.n_panels == 1:
             return 2 * width + GAP_MM, 62.0
@@ -151,7 +151,7 @@ class Grid:
         left, top = self.corner(self.n_panels)
         height = self.cell[1]
         below_labels = LABELS_MM if self.n_panels >= self.n_columns else 0.0
-        right = style.WIDTH_MM - RIGHT_MM
+        right = WIDTH_MM - RIGHT_MM
         return left + 2.0, top + below_labels, right - left - 2.0, height - below_labels
 
     @property
@@ -217,7 +217,7 @@ def _draw_curve(axes: Axes, curve: Curve, look: Look, order: int, y_limits: Limi
             high = np.clip(high, y_limits[0] / 10, y_limits[1] * 10)
         axes.fill_between(curve.x, low, high, where=shown, color=look.colour, alpha=0.18, lw=0)
         if curve.outlined:
-            axes.plot(curve.x, np.where(shown, high, np.nan), color=look.colour, lw=0.4, alpha=0.8)
+            axes.plot(curve.x, np.where(shown, high, np.nan), color=look.colour, lw=0.5)
     for name, x, values in curve.extra:
         axes.plot(x, _positive(values), color=look.colour, ls=EXTRA_DASHES[name], lw=0.8, alpha=0.7)
     every = max(curve.x.size // 8, 1)

@@ -1,4 +1,4 @@
-"""What a figure shows of one trajectory: ranges, means, replaced samples, limits."""
+"""What a figure shows of one trajectory: ranges, means, outliers, limits."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ class Prepared:
     """One trajectory about `centre`, the mean of its clean samples; values in mm.
 
     raw, clean: ranges over columns, of one sample each if `single`; means: over columns of
-    `mean_s`, None if the series is too short for that. replaced: sample numbers and
-    raw values of the replaced samples shown, (k,) each. limits: of the axis; core: range without
-    what stands out; n_beyond: samples outside of the limits, farthest: the one that is (or NaN).
+    `mean_s`, None if the series is too short for that. outliers: sample numbers and raw values of
+    those shown, (k,) each, of `n_outliers`. limits: of the axis; core: range without what stands
+    out; n_beyond: samples outside of the limits, farthest: the one that is (or NaN).
     """
 
     name: str
     n: int
     n_missing: int
-    n_replaced: int
+    n_outliers: int
     centre: float
     single: bool
     raw: Columns
     clean: Columns
     means: Columns | None
     mean_s: float
-    replaced: tuple[np.ndarray, np.ndarray]
+    outliers: tuple[np.ndarray, np.ndarray]
     limits: tuple[float, float]
     core: float
     n_beyond: int
@@ -50,48 +50,49 @@ def prepare(
     outlier: np.ndarray,
     frame_rate_hz: float,
     n_columns: int,
-    n_replaced: int = 400,
+    most_outliers: int = 400,
 ) -> Prepared:
-    """Reduce one series: raw, clean (n,) mm, NaN in gaps; outlier (n,) bool; at most `n_replaced`
-    of the replaced samples are kept, half of them the largest of stretches of equal length."""
+    """Reduce one series: raw, clean (n,) mm, NaN in gaps; outlier (n,) bool; at most
+    `most_outliers` of them are kept, half of these the largest of stretches of equal length."""
     n = raw.size
     single = n <= SINGLE * n_columns
     n_columns = n if single else n_columns
     ranges, cleaned = columns(raw, n_columns), columns(clean, n_columns)
     known = cleaned.n_valid > 0
-    centre = (
-        float(np.average(cleaned.mean[known], weights=cleaned.n_valid[known]))
-        if known.any()
-        else 0.0
-    )
+    weights = cleaned.n_valid[known]
+    centre = float(np.average(cleaned.mean[known], weights=weights)) if known.any() else 0.0
     n_means = min(n_columns, int(n / frame_rate_hz / MEAN_S))
     means = None
     if n_means >= LEAST_MEANS:
         means = cleaned if n_means == n_columns else columns(clean, n_means)
     limits, core = axis_limits(ranges, cleaned)
-    at = np.flatnonzero(outlier)
-    at = at[np.isfinite(raw[at])]
-    expected = cleaned.mean[np.searchsorted(cleaned.first, at, side="right") - 1]
-    deviation = np.nan_to_num(np.abs(raw[at] - expected), nan=np.inf)
-    shown = at[standouts(deviation, at, n, n_replaced // 2, n_replaced - n_replaced // 2)]
+    at = np.flatnonzero(outlier & np.isfinite(raw))
+    shown = at[_largest(raw[at], at, cleaned, n, most_outliers)]
     n_beyond, farthest = _beyond(raw, ranges, limits, centre)
     return Prepared(
         name=name,
         n=n,
         n_missing=n - int(ranges.n_valid.sum()),
-        n_replaced=at.size,
+        n_outliers=at.size,
         centre=centre,
         single=single,
         raw=ranges.about(centre),
         clean=cleaned.about(centre),
         means=means and means.about(centre),
         mean_s=n / frame_rate_hz / n_means if n_means else np.nan,
-        replaced=(shown, raw[shown] - centre),
+        outliers=(shown, raw[shown] - centre),
         limits=(limits[0] - centre, limits[1] - centre),
         core=core,
         n_beyond=n_beyond,
         farthest=farthest - centre,
     )
+
+
+def _largest(values: np.ndarray, at: np.ndarray, clean: Columns, n: int, most: int) -> np.ndarray:
+    """Indices of the values (at samples `at`) that are farthest from the mean of their column."""
+    expected = clean.mean[np.searchsorted(clean.first, at, side="right") - 1]
+    deviation = np.nan_to_num(np.abs(values - expected), nan=np.inf)
+    return standouts(deviation, at, n, most // 2, most - most // 2)
 
 
 def _beyond(

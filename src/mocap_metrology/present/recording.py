@@ -56,19 +56,7 @@ def allan_figure(
     that should be there; one that is not is said to have no valid samples. `confidence` (0 ... 1)
     of the interval, for the key.
     """
-    names = np.asarray(columns["series"]).astype(str)
-    estimator = np.asarray(columns["estimator"]).astype(str)
-    present = [e for e in ESTIMATORS if np.any(estimator == e)] or ["oadev"]
-    tau, adev, lower, upper = (
-        np.asarray(columns[key], dtype=np.float64)
-        for key in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
-    )
-    curves = []
-    for name in _in_order(names, expected):
-        rows = {e: np.flatnonzero((names == name) & (estimator == e)) for e in present}
-        main = rows[present[0]]
-        extra = tuple((e, tau[rows[e]], adev[rows[e]]) for e in present[1:])
-        curves.append(Curve(name, tau[main], adev[main], (lower[main], upper[main]), extra=extra))
+    present, curves = _allan_curves(columns, expected)
     bands = [
         np.clip(bound, curve.y / FARTHEST_BAND, curve.y * FARTHEST_BAND)
         for curve in curves
@@ -86,6 +74,26 @@ def allan_figure(
         title,
         note,
     )
+
+
+def _allan_curves(
+    columns: Mapping[str, np.ndarray], expected: Sequence[str]
+) -> tuple[list[str], list[Curve]]:
+    """Estimators there are, the main one first, and a curve a series."""
+    names = np.asarray(columns["series"]).astype(str)
+    estimator = np.asarray(columns["estimator"]).astype(str)
+    present = [e for e in ESTIMATORS if np.any(estimator == e)] or ["oadev"]
+    tau, adev, lower, upper = (
+        np.asarray(columns[key], dtype=np.float64)
+        for key in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
+    )
+    curves = []
+    for name in _in_order(names, expected):
+        rows = {e: np.flatnonzero((names == name) & (estimator == e)) for e in present}
+        main = rows[present[0]]
+        extra = tuple((e, tau[rows[e]], adev[rows[e]]) for e in present[1:])
+        curves.append(Curve(name, tau[main], adev[main], (lower[main], upper[main]), extra=extra))
+    return present, curves
 
 
 @styled()

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 LEFT_MM, RIGHT_MM, GAP_MM, HEAD_MM, LABELS_MM = 13.0, 3.0, 6.0, 5.5, 10.0
 OTHERS_LEFT_MM = (0.0, 12.0)  # more room for longer names
-MOST_DOTS, DOT_PT = 40, 1.5  # replaced samples drawn in a row
+MOST_DOTS, DOT_PT = 40, 1.5  # outliers drawn in a row
 ROWS_MM, ROW_MM = 190.0, (2.2, 9.0)
 TYPICAL, ROW_OF_CORE = 0.9, 1.6  # a row is so many times this quantile of the series' ranges
 
@@ -83,8 +83,8 @@ def ridges_figure(series: Sequence[Prepared], time: TimeAxis, title: str, note: 
         for place, name in enumerate(names):
             _row(axes, named[name], place, time.per_frame, step, half)
         _row_names(axes, names, row, bool(axis))
-        replaced = sum(named[name].n_replaced for name in names)
-        head(axes, axis or "L", f"{number(replaced)} replaced")
+        outliers = sum(named[name].n_outliers for name in names)
+        head(axes, axis or "L", f"{number(outliers)} outliers")
         label_axes(axes, x=time.label)
         if k == 0:
             size = f"{float(f'{step * unit.per_mm:.2g}'):g} {unit.symbol}"

@@ -51,7 +51,7 @@ def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> No
 
 
 def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
-    """A Markdown table, numbers to five significant digits, columns of equal width."""
+    """A Markdown table, numbers to seven significant digits, columns of equal width."""
     head = list(rows[0])
     cells = [head, *([_shown(row[name]) for name in head] for row in rows)]
     width = [max(len(line[k]) for line in cells) for k in range(len(head))]
@@ -68,7 +68,7 @@ def _shown(value: Any) -> str:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, (float, np.floating)):
-        return f"{value:.5g}"
+        return f"{value:.7g}"
     return str(value).replace("|", "\\|").replace("\n", " ")
 
 
@@ -161,7 +161,11 @@ def skurowski_table_4(
                     "quantity": quantity,
                     "published": published,
                     "regenerated": found.get(quantity),
-                    "source": "twin" if name and recordings[name]["twin"] else "measured",
+                    "source": "cited"
+                    if not name
+                    else "twin"
+                    if recordings[name]["twin"]
+                    else "measured",
                     "recording": name,
                 }
             )

@@ -1,4 +1,4 @@
-"""One trajectory drawn into axes: ranges, mean, replaced samples, gaps."""
+"""One trajectory drawn into axes: ranges, mean, outliers, gaps."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from mocap_metrology.present.style import INK
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RAW, CLEAN, MEAN, REPLACED, GAP = "#949494", "#b4d3ee", "#10307a", "#cf4a2c", "#ececec"
+RAW, CLEAN, MEAN, OUTLIER, GAP = "#949494", "#b4d3ee", "#10307a", "#cf4a2c", "#ececec"
 CLEAN_EDGE = "#5f9bd1"  # darker, that a column of its own is seen
 FEW = 150  # samples up to which each is marked
-DOTS = {"marker": "o", "ms": 2.2, "mew": 0, "color": REPLACED}
+DOTS = {"marker": "o", "ms": 2.2, "mew": 0, "color": OUTLIER}
 EDGES = {"ms": 3.4, "mew": 0, "color": INK}
 UP, DOWN = "^", "v"
 
@@ -36,7 +36,7 @@ class Trace:
     offset: float = 0.0
 
     def draw(self, axes: Axes, dot_pt: float = DOTS["ms"], mean_as_image: bool = False) -> None:
-        """Gaps at the back, then raw, cleaned, replaced, mean. All but the mean becomes one image
+        """Gaps at the back, then raw, cleaned, outliers, mean. All but the mean becomes one image
         in an SVG (neighbours in zorder do), if there is much of it."""
         one = self.one
         dense = {"rasterized": one.n > FEW}
@@ -53,7 +53,7 @@ class Trace:
         if one.means is not None:
             how = {"zorder": 2.25, "rasterized": True} if mean_as_image else {"zorder": 2.6}
             self._line(axes, one.means, color=MEAN, lw=0.8, **how)
-        at, values = one.replaced
+        at, values = one.outliers
         inside = (values >= self.limits[0]) & (values <= self.limits[1])
         time = (at[inside] + 0.5) * self.per_frame
         dots = {**DOTS, "ms": dot_pt, **dense}
@@ -132,9 +132,9 @@ def entries(series: Sequence[Prepared], limits: Sequence[tuple[float, float]]) -
         ]
     if first.means is not None:
         found.append(Entry(f"mean over {first.mean_s:.3g} s", line={"color": MEAN, "lw": 1.2}))
-    if any(one.n_replaced for one in drawable):
-        thinned = any(one.n_replaced > one.replaced[0].size for one in drawable)
-        text = "replaced, the largest" if thinned else "replaced"
+    if any(one.n_outliers for one in drawable):
+        thinned = any(one.n_outliers > one.outliers[0].size for one in drawable)
+        text = "outliers, the largest" if thinned else "outliers"
         found.append(Entry(text, dot={**DOTS, "ms": 3.0}))
     if any(reaches_beyond(one, edge) for one, edge in zip(series, limits, strict=True)):
         found.append(Entry("beyond the axis", dot={**EDGES, "marker": UP}))

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PANELS = 20  # six markers and two distances; more are drawn as ridges
-MOST_DOTS = 400  # replaced samples drawn in a panel
+MOST_DOTS = 400  # outliers drawn in a panel
 LEFT_MM, FACTS_MM, GAP_MM, LABELS_MM = 18.0, 40.0, 2.2, 9.0
 PANEL_MM = WIDTH_MM - LEFT_MM - FACTS_MM
 LINE_SPACING = 1.25
@@ -49,10 +49,10 @@ def trajectory_figure(
 
     raw, clean: name -> (n,) values in mm, NaN where missing; outliers: name -> (n,) bool. A panel a
     series: each column of pixels shows the range of all its samples, raw behind cleaned, and a line
-    the mean over a column, over 1 s at least. Of more than 400 replaced samples the largest of each
-    of 200 stretches and the 200 largest of all are drawn. Where a few samples reach far beyond the
-    rest, the axis stops short of them: triangles at its edge, and the farthest in numbers beside
-    it. With more than 20 series, one row a marker (`ridges`).
+    the mean over a column, over 1 s at least. Of more than 400 outliers the largest of each of 200
+    stretches and the 200 largest of all are drawn. Where a few samples reach far beyond the rest,
+    the axis stops short of them: triangles at its edge, and the farthest in numbers beside it. With
+    more than 20 series, one row a marker (`ridges`).
     """
     many = len(raw) > MOST_PANELS
     pixels = round((ridges.column_mm(list(raw)) if many else PANEL_MM) * MM * IMAGE_DPI)
@@ -113,7 +113,7 @@ def _facts(one: Prepared) -> list[str]:
     valid = one.n - one.n_missing
     facts = [
         f"mean {number(one.centre, 3)} mm",
-        f"replaced {number(one.n_replaced)} ({100 * one.n_replaced / valid:.2g} %)",
+        f"outliers {number(one.n_outliers)} ({100 * one.n_outliers / valid:.2g} %)",
     ]
     if one.n_missing:
         facts.append(f"missing {number(one.n_missing)} ({100 * one.n_missing / one.n:.2g} %)")

@@ -1,0 +1,108 @@
+"""Made-up recordings for the tests of figures, and what every figure must satisfy."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+from mocap_metrology.present.style import save_figure, styled
+
+RATE = 120.0
+NINE_HOURS = 3_888_000
+ODD_TEXT = "a$b$_c^{2} -- <&> \\frac \x00\n\t é µ " + "unbroken" * 40
+
+
+def recording(n: int, n_markers: int = 2, pairs: bool = True, seed: int = 1):
+    """Raw, clean, outliers of white noise with spikes, in mm."""
+    rng = np.random.default_rng(seed)
+    names = [f"{axis}{k}" for k in range(1, n_markers + 1) for axis in "xyz"]
+    names += ["L"] if pairs else []
+    clean = {name: 100.0 + 0.02 * rng.standard_normal(n) for name in names}
+    raw = {name: values.copy() for name, values in clean.items()}
+    outliers = {name: rng.random(n) < 0.01 for name in names}
+    for name in names:
+        raw[name][outliers[name]] += 0.5
+    return raw, clean, outliers
+
+
+def allan_columns(names, n: int = 40, estimators=("oadev",)):
+    """Columns of allan.parquet for white noise and a random walk, in closed form."""
+    rows = {"series": [], "estimator": [], "m": [], "tau_s": [], "adev_mm": [], "edf": []}
+    m = np.unique(np.geomspace(1, 10_000, n).astype(int))
+    for name in names:
+        for estimator in estimators:
+            tau = m / RATE
+            rows["series"] += [name] * m.size
+            rows["estimator"] += [estimator] * m.size
+            rows["m"].append(m)
+            rows["tau_s"].append(tau)
+            rows["adev_mm"].append(np.sqrt(1e-6 / tau + 1e-8 * tau))
+            rows["edf"].append(np.full(m.size, 9.0))
+    out = {k: np.array(v) if k in ("series", "estimator") else join(v) for k, v in rows.items()}
+    out["adev_lower_mm"], out["adev_upper_mm"] = 0.8 * out["adev_mm"], 1.4 * out["adev_mm"]
+    return out
+
+
+def psd_columns(names, n: int = 2000):
+    f_hz = np.arange(n) * RATE / 2 / n
+    return {
+        "series": np.repeat(np.array(names, dtype=str), n),
+        "f_hz": np.tile(f_hz, len(names)),
+        "psd_mm2_hz": np.full(n * len(names), 1e-5),
+    }
+
+
+def join(parts):
+    return np.concatenate(parts) if parts else np.array([])
+
+
+def every_text(figure) -> list[str]:
+    """All text that the figure shows."""
+    found = [text.get_text() for text in figure.texts]
+    for axes in figure.axes:
+        found += [text.get_text() for text in axes.texts]
+        found += [axes.get_xlabel(), axes.get_ylabel()]
+    return [text for text in found if text]
+
+
+def check(figure, draw: bool = True) -> None:
+    """Draw at a low resolution; no text leaves the page, labels of an axis do not touch."""
+    figure.set_dpi(80)
+    canvas = FigureCanvasAgg(figure)
+    with styled():
+        if draw:
+            canvas.draw()
+        extent = partial(Text.get_window_extent, renderer=canvas.get_renderer())
+        page, slack = figure.bbox, 0.01 * figure.bbox.width  # hinting widens small text
+        for text in [text for owner in (figure, *figure.axes) for text in owner.texts]:
+            box = extent(text)
+            assert page.x0 <= box.x0 and box.x1 <= page.x1 + slack, text.get_text()
+            assert page.y0 <= box.y0 and box.y1 <= page.y1, text.get_text()
+        for axis in [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]:
+            if not axis.get_visible() or not axis.axes.axison:
+                continue
+            labels = [
+                axis.label,
+                *(t.label1 for t in axis.get_major_ticks() if t.label1.get_visible()),
+            ]
+            boxes = [extent(text) for text in labels if text.get_text()]
+            for one, other in combinations(boxes, 2):
+                # Squeezed by half a point, for the box holds room for descenders
+                assert not one.padded(-1).overlaps(other.padded(-1)), labels
+
+
+def check_saved(figure, folder: Path) -> Path:
+    """Save: both files are there, the SVG well-formed and small. Return the PNG."""
+    check(figure)
+    folder.mkdir(exist_ok=True)
+    svg, png = save_figure(figure, folder / "figure")
+    assert sorted(path.name for path in folder.iterdir()) == ["figure.png", "figure.svg"]
+    ElementTree.parse(svg)
+    assert svg.stat().st_size < 1_000_000
+    return png

@@ -1,0 +1,174 @@
+"""Figures of odd recordings, with warnings as errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from figure_data import (
+    ODD_TEXT,
+    RATE,
+    allan_columns,
+    check,
+    check_saved,
+    every_text,
+    psd_columns,
+    recording,
+)
+
+from mocap_metrology.present.recording import allan_figure, psd_figure, trajectory_figure
+from mocap_metrology.present.style import save_figure
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+def _gaps(data):
+    for series in data[:2]:
+        series["x1"][10:20] = np.nan
+        series["y2"][:] = np.nan
+        series["z1"][1::2] = np.nan
+        series["z2"][5] = np.inf
+
+
+def _constant(data):
+    for series in data[:2]:
+        series["x1"][:] = 3.0
+        series["L"][:] = 0.0
+
+
+def _lone_frame(data):
+    for series in data[:2]:
+        series["x1"][:] = np.nan
+        series["x1"][7] = 1.0
+
+
+TRAJECTORIES = {
+    "one marker": (recording(500, 1, pairs=False), None),
+    "29 frames": (recording(29), _gaps),
+    "one frame": (recording(1, 1), None),
+    "no frame": (recording(0, 1), None),
+    "no series": (({}, {}, {}), None),
+    "gaps": (recording(9000), _gaps),
+    "constant": (recording(9000), _constant),
+    "constant and short": (recording(200, 1), _constant),
+    "lone frame": (recording(9000, 1, pairs=False), _lone_frame),
+    "many markers": (recording(300, 40), _gaps),
+}
+
+
+@pytest.mark.parametrize("case", TRAJECTORIES)
+def test_odd_trajectories(case):
+    data, change = TRAJECTORIES[case]
+    if change is not None:
+        change(data)
+    figure = trajectory_figure(*data, RATE, ODD_TEXT, ODD_TEXT)
+    check(figure)
+    shown = every_text(figure)
+    assert ("no valid samples" in shown) >= (case in ("gaps", "29 frames", "many markers"))
+
+
+def test_masked_outliers_are_drawn():
+    raw, clean, outliers = recording(9000, 1, pairs=False)
+    for name in raw:
+        clean[name][outliers[name]] = np.nan
+    raw["x1"][:200], clean["x1"][:200], outliers["x1"][:200] = 7.0, np.nan, True
+    check(trajectory_figure(raw, clean, outliers, RATE, "t"))
+
+
+def test_odd_names(tmp_path):
+    raw, clean, outliers = recording(300, 1, pairs=False)
+    names = ["L_1_3", "_hidden", "$x_1$", "µ" * 60]
+    for data in (raw, clean, outliers):
+        for name in names:
+            data[name] = data["x1"]
+    check(trajectory_figure(raw, clean, outliers, RATE, "t", "n"))
+    figure = allan_figure(allan_columns(list(raw)), "t")
+    check_saved(figure, tmp_path)
+    assert {"L_1_3", "_hidden", "$x_1$"} <= set(every_text(figure))
+
+
+def _names(n_markers, pairs=()):
+    return [f"{a}{k}" for k in range(1, n_markers + 1) for a in "xyz"] + list(pairs)
+
+
+@pytest.mark.parametrize(
+    ("n_markers", "n_pairs"),
+    [(1, 0), (1, 2), (2, 0), (2, 9), (3, 0), (5, 0), (5, 1), (6, 9), (40, 0), (40, 9)],
+)
+def test_layouts(n_markers, n_pairs):
+    names = _names(n_markers, [f"L_{k}_{k + 1}" for k in range(n_pairs)])
+    figure = allan_figure(allan_columns(names), "t", "n")
+    check(figure, draw=(n_markers, n_pairs) == (5, 1))
+    n_panels = (n_markers if n_markers <= 6 else 3) + (n_pairs > 0)
+    assert len(figure.axes) == n_panels + 1  # and the key
+
+
+def test_20_panels_stay_small(tmp_path):
+    data = recording(4000, 6)
+    for part in data:
+        part["L_1_3"] = part["L"]
+    figure = trajectory_figure(*data, RATE, "t", "n")
+    assert len(figure.axes) == 21  # and the key
+    svg, _png = save_figure(figure, tmp_path / "figure")
+    assert svg.stat().st_size < 1_000_000
+    # Only the dense parts are an image: every tick label is drawn as text
+    assert svg.read_text().count("<!-- 0 -->") > 20
+
+
+@pytest.mark.parametrize("case", ["infinite", "few", "zero", "tiny", "missing", "none", "three"])
+def test_odd_allan_curves(case):
+    names = _names(2, ["L"])
+    data = allan_columns([] if case == "none" else names)
+    chosen = data["series"] == "x1"
+    if case == "infinite":
+        data["adev_upper_mm"][5:] = np.inf
+        data["adev_lower_mm"][::3] = np.nan
+    elif case == "few":
+        data = {key: values[::40] for key, values in data.items()}
+    elif case == "zero":
+        for key in ("adev_mm", "adev_lower_mm", "adev_upper_mm"):
+            data[key][chosen] = 0.0
+    elif case == "tiny":
+        data["adev_mm"][chosen] = 1e-17
+    elif case == "missing":
+        data = {key: values[~chosen] for key, values in data.items()}
+    elif case == "three":
+        data = allan_columns(names, estimators=("oadev", "mdev", "hdev"))
+    figure = allan_figure(data, ODD_TEXT, ODD_TEXT, expected=names)
+    check(figure)
+    said = {"zero": "x1: zero", "tiny": "x1: below the axis", "missing": "x1: no valid samples"}
+    if case in said:
+        assert said[case] in every_text(figure)
+    if case == "none":
+        assert every_text(figure).count("no valid samples") == 3
+    if case == "three":
+        assert {"mdev", "hdev"} <= set(every_text(figure))
+
+
+def test_all_zero_is_not_no_data():
+    data = allan_columns(["x1", "L"])
+    data["adev_mm"][data["series"] == "L"] = 0.0
+    assert "all zero" in every_text(allan_figure(data, "t"))
+
+
+@pytest.mark.parametrize("span", [1.2, 30.0, 1e3, 1e12])
+def test_ticks_of_any_span(span):
+    data = psd_columns(["x1", "x2", "L"])
+    data["psd_mm2_hz"] = np.geomspace(3e-7, 3e-7 * span, data["f_hz"].size)
+    figure = psd_figure(data, "t")
+    check(figure)
+    ticks = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert 2 <= len(ticks) <= 14 and any(text.startswith("10") for text in ticks)
+
+
+@pytest.mark.parametrize("case", ["zero", "nan", "short", "none"])
+def test_odd_spectra(case):
+    names = _names(1)
+    data = psd_columns([] if case == "none" else names, n=9 if case == "short" else 2000)
+    if case == "zero":
+        data["psd_mm2_hz"][data["series"] == "y1"] = 0.0
+    elif case == "nan":
+        data["psd_mm2_hz"][:] = np.nan
+    figure = psd_figure(data, ODD_TEXT, ODD_TEXT)
+    check(figure)
+    if case == "zero":
+        assert "y1: zero" in every_text(figure)

@@ -1,0 +1,277 @@
+"""The workflow itself, from sheet to tables: real recordings by other people, bad input, twins."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from running import finished, planned, write_sheet
+
+from mocap_metrology.c3d import write_c3d
+
+HEADER = ["recording", "path", "markers", "group", "camera_type", "n_cameras", "truncated"]
+ENCODINGS = ("pi", "pr", "vi", "vr", "si", "sr")
+
+REAL = {  # recording: file, markers
+    "functional-static": ("btk_others/FunctionalStatic.c3d", "LTOE;RTOE"),
+    "calibration": ("btk_pig/PiG_Calibration3_FF.c3d", "LTOE;*2"),
+    "racing": ("kineticstoolkit/kinematics_racing_static.c3d", "WheelchairFront;WheelchairRearR"),
+    "optotrak": ("ezc3d_testfiles/Optotrak.c3d", "Marker_50;Marker_49"),
+} | {f"sample01-{code}": (f"c3dorg_sample01/Eb015{code}.c3d", "RFT1;RFT2") for code in ENCODINGS}
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture(scope="module")
+def real(shared, tmp_path_factory, root, snakemake):
+    """Folder of results and the output of one run over ten real recordings, a sheet row each."""
+    folder = tmp_path_factory.mktemp("real")
+    data = shared / "data/c3d"
+    sheet = write_sheet(
+        folder,
+        HEADER,
+        *(
+            {"recording": name, "path": str(data / file), "markers": markers, "group": "real"}
+            | ({"truncated": "accept"} if name == "optotrak" else {})
+            for name, (file, markers) in REAL.items()
+        ),
+    )
+    results = folder / "results"
+    figure = results / "recordings/racing/trajectory.png"
+    out = snakemake(
+        root,
+        *("--cores", "2", "tables", figure, "--config"),
+        *(f"recordings={folder / sheet}", "calibrations=", f"results={results}"),
+    )
+    return results, out
+
+
+def allan(results: Path, name: str, series: str) -> tuple[np.ndarray, np.ndarray]:
+    table = pq.read_table(results / f"recordings/{name}/allan.parquet").to_pydict()
+    chosen = [k for k, found in enumerate(table["series"]) if found == series]
+    return tuple(np.array([table[c][k] for k in chosen]) for c in ("tau_s", "adev_mm"))
+
+
+def test_real_recordings_give_allan_deviations_and_tables(real) -> None:
+    results, out = real
+    assert out.returncode == 0, out.stdout
+    for name in REAL:
+        for series in ("x1", "y1", "z1", "x2", "y2", "z2", "L"):
+            tau, adev = allan(results, name, series)
+            assert tau.size > 5
+            assert np.isfinite(adev).all()
+    table = rows(results / "tables/real_gaussian.csv")
+    assert [row["recording"] for row in table if row["axis"] == "x"] == list(REAL)
+    assert {row["source"] for row in table} == {"measured"}
+    assert (results / "tables/real_allan.md").stat().st_size > 0
+    assert (results / "recordings/racing/trajectory.png").stat().st_size > 10_000
+    assert not list(results.rglob(".part-*"))
+    assert not (results / "tables/skurowski_table4.csv").exists()  # no paper group, no paper table
+
+
+def test_real_units_rates_and_gaps(real) -> None:
+    results, _ = real
+    racing = pq.read_schema(results / "recordings/racing/trajectories.parquet").metadata
+    origin = json.loads(racing[b"mocap_metrology"])
+    assert origin["file_units"] == "m"
+    assert origin["frame_rate_hz"] == pytest.approx(69.9)
+    tau, adev = allan(results, "racing", "L")
+    assert tau[0] == pytest.approx(1 / 69.9)
+    assert 1e-4 < adev[0] < 0.1  # mm: in metres it would be a thousand times less
+    gaps = pq.read_table(results / "recordings/calibration/trajectories.parquet")
+    assert np.isnan(gaps["x2_mm"].to_numpy()).sum() == 2
+    assert np.isnan(gaps["x1_mm"].to_numpy()).sum() == 0
+
+
+def test_six_encodings_give_the_same_deviations(real) -> None:
+    """Float files agree in the last bits; the int16 ones hold the same numbers rounded."""
+    results, _ = real
+    for series in ("x1", "z2", "L"):
+        tau, expected = allan(results, "sample01-pr", series)
+        for code in ENCODINGS:
+            found_tau, adev = allan(results, f"sample01-{code}", series)
+            np.testing.assert_array_equal(found_tau, tau)
+            np.testing.assert_allclose(adev, expected, rtol=1e-5 if code[1] == "r" else 0.02)
+
+
+def test_moving_markers_are_warned_of_with_the_drift(real) -> None:
+    _, out = real
+    for code in ENCODINGS:
+        assert f"recording sample01-{code}: marker RFT1 seems to move" in out.stdout
+    assert "recording racing: marker" not in out.stdout
+    assert "recording optotrak" not in out.stdout
+
+
+# Bad input
+
+
+def png() -> bytes:
+    def chunk(kind: bytes, body: bytes) -> bytes:
+        crc = zlib.crc32(kind + body).to_bytes(4, "big")
+        return len(body).to_bytes(4, "big") + kind + body + crc
+
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", bytes(13)) + chunk(b"IEND", b"")
+
+
+def recording(path: Path, n: int = 600, first_frame: int = 1, valid: bool = True) -> None:
+    rng = np.random.default_rng(n + first_frame)
+    points = 100 * np.arange(6).reshape(2, 3) + 0.01 * rng.normal(size=(n, 2, 3))
+    if not valid:
+        points[:, 1] = np.nan
+    write_c3d(path, ["A", "B"], 100.0, [points.astype(np.float32)], n, first_frame=first_frame)
+
+
+@pytest.fixture(scope="module")
+def bad(tmp_path_factory, root, snakemake):
+    """One run over a good recording, a good twin, and one of every kind that is refused."""
+    folder = tmp_path_factory.mktemp("bad")
+    recording(folder / "good.c3d")
+    whole = (folder / "good.c3d").read_bytes()
+    (folder / "truncated.c3d").write_bytes(whole[: len(whole) * 2 // 3])
+    shutil.make_archive(str(folder / "archive"), "zip", folder, "good.c3d")
+    shutil.move(folder / "archive.zip", folder / "zip.c3d")
+    (folder / "png.c3d").write_bytes(png())
+    (folder / "empty.c3d").write_bytes(b"")
+    (folder / "directory.c3d").mkdir()
+    counts = bytearray(whole)
+    counts[8:10] = (7).to_bytes(2, "little")  # header: last frame
+    at = whole.index(b"FRAMES") + 10  # POINT:FRAMES
+    counts[at : at + 2] = (7000).to_bytes(2, "little")
+    for name in (b"ACTUAL_END_FIELD", b"LONG_FRAMES"):
+        if name in whole:
+            at = whole.index(name)
+            counts[at : at + 6] = b"UNUSED"
+    (folder / "counts.c3d").write_bytes(bytes(counts))
+    recording(folder / "single.c3d", n=1)
+    recording(folder / "invalid.c3d", valid=False)
+    recording(folder / "first.c3d", n=500)
+    recording(folder / "second.c3d", n=500, first_frame=300)
+    refused = {
+        "truncated": "cut off",
+        "zip": "ZIP",
+        "png": "PNG",
+        "empty": "empty",
+        "directory": "directory",
+        "counts": "frame",
+        "single": "1 frame",
+        "invalid": "valid in no frame",
+        "absent": "A, B",
+        "overlap": "overlap",
+    }
+    files = {"absent": "good.c3d", "overlap": "first.c3d;second.c3d"}
+    sheet = [
+        {"recording": "good", "path": "good.c3d", "markers": "A;B", "group": "mixed"},
+        {"recording": "twin", "path": "simulate:walk-and-white", "group": "mixed"},
+    ] + [
+        {
+            "recording": name,
+            "path": files.get(name, f"{name}.c3d"),
+            "markers": "A;C" if name == "absent" else "A;B",
+            "group": "mixed",
+        }
+        for name in refused
+    ]
+    # An hour of twin is its own choice; here a minute is enough
+    twins = (root / "config/twins.yaml").read_text().replace("duration_s: 3600", "duration_s: 60")
+    (folder / "twins.yaml").write_text(twins)
+    old = folder / "results/recordings/zip/allan.parquet"
+    old.parent.mkdir(parents=True)
+    old.write_text("of an earlier input")
+    arguments = (
+        *("--cores", "2", "tables", "--config"),
+        f"recordings={folder / write_sheet(folder, HEADER, *sheet)}",
+        *("calibrations=", f"results={folder / 'results'}", f"twins={folder / 'twins.yaml'}"),
+    )
+    return folder / "results", refused, snakemake(root, *arguments), arguments
+
+
+def test_every_bad_input_is_one_line_and_the_rest_is_computed(bad) -> None:
+    results, refused, out, _ = bad
+    assert out.returncode == 1
+    for name, reason in refused.items():
+        lines = [x for x in out.stdout.splitlines() if x.startswith(f"recording {name} refused:")]
+        assert len(lines) == 1, (name, out.stdout)
+        assert reason in lines[0], lines[0]
+    table = rows(results / "tables/mixed_gaussian.csv")
+    assert {row["recording"] for row in table} == {"good", "twin"}
+    assert {row["source"] for row in table} == {"measured", "twin"}
+    assert "Traceback" not in out.stdout
+
+
+def test_nothing_half_written_or_outdated_is_left(bad) -> None:
+    results, refused, _, _ = bad
+    assert not list(results.rglob(".part-*"))
+    for name in refused:
+        assert [p.name for p in (results / "recordings" / name).iterdir()] == ["check.json"]
+    assert not list(results.rglob("twin.c3d"))  # raw twins are temporary
+    assert (results / "recordings/twin/truth.json").exists()
+
+
+def test_rerun_repeats_the_verdict_alone(bad, root, snakemake) -> None:
+    _, refused, _, arguments = bad
+    again = snakemake(root, *arguments)
+    assert again.returncode == 1
+    assert set(finished(again.stdout)) == set()
+    assert sum(x.startswith("recording ") for x in again.stdout.splitlines()) == len(refused)
+
+
+# The default sheet
+
+
+def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
+    out = snakemake(root, "-n", "--config", f"results={tmp_path}/results")
+    per_recording = (
+        *("simulate_recording", "trajectories", "clean"),
+        *("allan", "psd", "gaussian", "recording_figures"),
+    )
+    once = ("group_tables", "skurowski_tables", "gate", "default")
+    expected = dict.fromkeys(per_recording, 23) | dict.fromkeys(once, 1)
+    assert planned(out.stdout) == expected, out.stdout
+
+
+def test_paper_tables_hold_every_published_number(root, tmp_path, snakemake) -> None:
+    """Two minutes of T40-10 alone: the published columns are complete, the rest says what it is."""
+    sheet = [
+        line
+        for line in (root / "config/recordings.tsv").read_text().splitlines()
+        if line.split("\t")[0] in ("recording", "T40-10")
+    ]
+    (tmp_path / "sheet.tsv").write_text("\n".join(sheet) + "\n")
+    results = tmp_path / "results"
+    arguments = (
+        *("--cores", "2", "tables", "--config", f"recordings={tmp_path / 'sheet.tsv'}"),
+        *("calibrations=", f"results={results}", "duration_s=120"),
+    )
+    out = snakemake(root, *arguments)
+    assert out.returncode == 0, out.stdout
+    published = rows(root / "src/mocap_metrology/reference/gaussian_model_table4.csv")
+    expected = {
+        (row["camera_type"], key): float(value)
+        for row in published
+        for key, value in row.items()
+        if key not in ("camera_type", "note")
+    }
+    table = rows(results / "tables/skurowski_table4.csv")
+    found = {(r["camera_type"], r["quantity"]): float(r["published"]) for r in table}
+    assert found == expected
+    computed = {r["quantity"]: r for r in table if r["camera_type"] == "T40"}
+    assert {r["source"] for r in computed.values()} == {"twin"}
+    assert float(computed["mu_L_mm"]["regenerated"]) == pytest.approx(160.58, abs=0.05)
+    missing = [r for r in table if r["camera_type"] == "Vantage"]
+    assert {(r["regenerated"], r["source"]) for r in missing} == {("", "cited")}
+    subsets = rows(results / "tables/skurowski_table3.csv")
+    cited = rows(root / "src/mocap_metrology/reference/camera_subsets_table3.csv")
+    assert [r["published"] for r in subsets] == [r["camera_ids"] for r in cited]
+    assert "simulated" in (results / "tables/skurowski_table4.md").read_text()
+    again = snakemake(root, *arguments)
+    assert again.returncode == 0
+    assert "Nothing to be done" in again.stdout

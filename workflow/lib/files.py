@@ -29,14 +29,17 @@ def beside(sheet: str, path: str) -> str:
     return os.path.normpath(Path(sheet).parent / path)
 
 
-def check_file(row: Row, column: str, path: str) -> str:
-    """The path beside the sheet; blame one that is no file or that Snakemake cannot name."""
+def check_file(row: Row, column: str, path: str, any_kind: bool = False) -> str:
+    """The path beside the sheet; blame one that is no file or that Snakemake cannot name.
+
+    `any_kind` leaves what is there but no file to the rule that reads it.
+    """
     here = beside(row.sheet, path)
     if set("<>{}") & set(here):
         row.blame(column, "a path without any of < > { }", path)
     elif not Path(here).exists():
         row.blame(column, f"a file ({here} does not exist)", path)
-    elif not Path(here).is_file():
+    elif not (any_kind or Path(here).is_file()):
         row.blame(column, f"a file ({here} is something else)", path)
     return here
 

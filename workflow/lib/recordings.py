@@ -62,7 +62,8 @@ def _paths(row: Row) -> list[str]:
     if any(part.startswith(files.SIMULATE) for part in parts):
         row.blame("path", f"files, or {files.SIMULATE}<twin> by itself")
         return []
-    return [files.check_file(row, "path", part) for part in parts]
+    # A folder is one refused recording; the others are computed all the same
+    return [files.check_file(row, "path", part, any_kind=True) for part in parts]
 
 
 def _markers(row: Row, twin: str | None) -> list[str]:

@@ -11,9 +11,9 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import (
     read_metadata,
+    read_series,
     read_table,
     sha256,
-    table_columns,
     whole,
     write_json,
     write_table,
@@ -52,7 +52,10 @@ def test_table_round_trip_and_other_readers(tmp_path):
     assert found["x1_mm"].dtype == np.float32
     assert back == {"frame_rate_hz": 120.0, "unit": "mm", "n": 3, "nan": None}
     assert read_metadata(path) == back
-    assert table_columns(path) == list(columns())
+    numbers = {name: columns()[name] for name in ("frame", "x1_mm", "L_mm")}
+    write_table(tmp_path / "numbers", numbers, {})
+    series = dict(read_series(tmp_path / "numbers"))
+    assert {name: values.dtype for name, values in series.items()} == {"x1": float, "L": float}
     assert list(read_table(path, ["L_mm"])[0]) == ["L_mm"]
     assert pq.read_table(path).num_rows == 1000
 

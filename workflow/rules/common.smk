@@ -31,6 +31,14 @@ try:
 except Faults as faults:
     stop(faults)
 
+
+# Snakemake 9.27 starts another one-second timer at every look at the queue; with 165 jobs they
+# keep a core busy. The limit they serve is for submissions to a cluster.
+onstart:
+    if workflow.local_exec:
+        workflow.scheduler.job_rate_limiter = None
+
+
 sources = Sources(ROOT / "workflow/scripts", package, ROOT / "requirements/requirements.txt")
 
 

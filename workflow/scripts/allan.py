@@ -5,21 +5,14 @@ from step import step
 with step(snakemake) as log:
     import numpy as np
 
-    from mocap_metrology.common.files import (
-        read_metadata,
-        read_table,
-        table_columns,
-        versions,
-        write_table,
-    )
+    from mocap_metrology.common.files import read_metadata, read_series, versions, write_table
     from mocap_metrology.noise.allan import averaging_factors
     from mocap_metrology.noise.confidence import allan_curve
 
     path, settings = snakemake.input[0], snakemake.params.allan
     origin = read_metadata(path)
     parts = []
-    for column in table_columns(path)[1:]:
-        series = read_table(path, [column])[0][column].astype(np.float64)
+    for name, series in read_series(path):
         m = averaging_factors(
             series.size, settings["n_taus"], settings["min_m"], settings["max_fraction"]
         )
@@ -35,7 +28,7 @@ with step(snakemake) as log:
             k = curve.m.size
             parts.append(
                 {
-                    "series": np.full(k, column.removesuffix("_mm"), dtype=object),
+                    "series": np.full(k, name, dtype=object),
                     "estimator": np.full(k, estimator, dtype=object),
                     "m": curve.m,
                     "tau_s": curve.tau_s,
@@ -48,7 +41,7 @@ with step(snakemake) as log:
                     "adev_upper_mm": curve.upper,
                 }
             )
-        log.info("%s: %d averaging factors", column, m.size)
+        log.info("%s: %d averaging factors", name, m.size)
     origin |= {"allan": settings, "versions": versions("numpy", "scipy", "numba", "pyarrow")}
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     write_table(snakemake.output[0], columns, origin)

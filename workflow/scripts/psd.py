@@ -6,28 +6,21 @@ with step(snakemake) as log:
     import numpy as np
 
     from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.common.files import (
-        read_metadata,
-        read_table,
-        table_columns,
-        versions,
-        write_table,
-    )
+    from mocap_metrology.common.files import read_metadata, read_series, versions, write_table
     from mocap_metrology.noise.spectrum import welch
 
     path, settings = snakemake.input[0], snakemake.params.psd
     origin = read_metadata(path)
     names, parts = [], []
-    for column in table_columns(path)[1:]:
-        series = read_table(path, [column])[0][column].astype(np.float64)
+    for name, series in read_series(path):
         try:
             found = welch(series, origin["frame_rate_hz"], **settings)
         except Refusal as refusal:  # the other series are whole enough
-            log.warning("%s: %s", column.removesuffix("_mm"), refusal)
+            log.warning("%s: %s", name, refusal)
             continue
-        names += [column.removesuffix("_mm")] * found.f_hz.size
+        names += [name] * found.f_hz.size
         parts.append((found.f_hz, found.psd, np.full(found.f_hz.size, found.n_segments)))
-        log.info("%s: %d segments of %d frames", column, found.n_segments, found.segment)
+        log.info("%s: %d segments of %d frames", name, found.n_segments, found.segment)
     empty = [np.array([])] * 3
     f_hz, density, n_segments = (
         np.concatenate(c) for c in (zip(*parts, strict=True) if parts else zip(empty, strict=True))

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 MOST_MARKERS = 6  # with a panel each
 MOST_SINGLE = len(OTHER_LOOKS)  # curves in one panel that can be told apart
-LEFT_MM, RIGHT_MM, GAP_MM = 15.0, 3.0, 7.0
+LEFT_MM, RIGHT_MM, GAP_MM = 16.5, 3.0, 7.0
 TITLE_MM, LABELS_MM = 5.5, 10.0
 MOST_VECTORS = 60  # lines of a family; more become an image
 SLOPES_BESIDE_MM = 90.0  # a key this wide has its slopes beside the entries, else below
@@ -179,7 +179,7 @@ def curves_figure(
         if grid.lowest(k):
             label_axes(axes, x=axis_labels[0])
         if k % grid.n_columns == 0:
-            label_axes(axes, y=axis_labels[1])
+            label_axes(axes, y=axis_labels[1], y_mm=13.5)
         _draw_panel(axes, panel, limits[1])
         head(axes, panel.title, "; ".join(_remarks(panel, limits[1])))
     decade_mm = tuple(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+import threading
 import zlib
 from pathlib import Path
 
@@ -236,6 +237,34 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     once = ("group_tables", "skurowski_tables", "gate", "default")
     expected = dict.fromkeys(per_recording, 23) | dict.fromkeys(once, 1)
     assert planned(out.stdout) == expected, out.stdout
+
+
+def test_no_more_than_two_raw_twins_at_once(root, tmp_path, snakemake) -> None:
+    """Six twins on two cores: nine hours of one are 124 MB, so the disk they take is bounded."""
+    lines = (root / "config/recordings.tsv").read_text().splitlines()
+    chosen = [x for x in lines if x.split("\t")[0] == "recording" or x.startswith("Bonita-")][:7]
+    (tmp_path / "sheet.tsv").write_text("\n".join(chosen) + "\n")
+    names = [line.split("\t")[0] for line in chosen[1:]]
+    most, done = [], threading.Event()
+
+    def watch() -> None:
+        while not done.wait(0.02):
+            most.append(len(list(tmp_path.glob("results/recordings/*/twin.c3d"))))
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    out = snakemake(
+        root,
+        *("--cores", "2"),
+        *(tmp_path / f"results/recordings/{name}/trajectories.parquet" for name in names),
+        *("--config", f"recordings={tmp_path / 'sheet.tsv'}", "calibrations="),
+        *(f"results={tmp_path / 'results'}", "duration_s=600"),
+    )
+    done.set()
+    watcher.join()
+    assert out.returncode == 0, out.stdout
+    assert len(list(tmp_path.glob("results/recordings/*/trajectories.parquet"))) == 6
+    assert 1 <= max(most) <= 2
 
 
 def test_paper_tables_hold_every_published_number(root, tmp_path, snakemake) -> None:

@@ -11,7 +11,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run env test study lint report benchmark lock clean help
+.PHONY: run env test study lint benchmark lock clean help
 
 run: env  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) snakemake --cores $(CORES)
@@ -40,9 +40,6 @@ study: env  ## run the long Monte Carlo studies
 lint: env  ## check style of code and workflow
 	@$(RUN) sh -ec 'ruff check .; ruff format --check .; \
 		snakefmt --check Snakefile workflow; snakemake --lint'
-
-report: env  ## one page with all tables and figures: results/report.html
-	@$(RUN) snakemake --report results/report.html
 
 benchmark: env  ## time the project beside its peers (installs allantools and hampel)
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/benchmark.txt

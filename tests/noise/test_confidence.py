@@ -87,6 +87,25 @@ def test_intervals_cover(alpha):
     assert ((covered[0.95] / 600 >= 0.92) & (covered[0.95] / 600 <= 0.98)).all()
 
 
+def test_intervals_cover_under_gaps():
+    """20 % missing at random: the 68.3 % interval covers the truth in 63 % of 400 runs or more, and
+    no deviation is zero."""
+    rng = np.random.default_rng(33)
+    m = np.array([1, 10, 100, 400])
+    covered, runs = np.zeros(m.size), np.zeros(m.size)
+    for _ in range(400):
+        series = rng.normal(size=2000)
+        series[rng.random(2000) < 0.2] = np.nan
+        curve = allan_curve(series, 1.0, m)
+        place = np.searchsorted(m, curve.m)
+        truth = 1 / np.sqrt(curve.m)
+        covered[place] += (curve.lower <= truth) & (truth <= curve.upper)
+        runs[place] += 1
+        assert (curve.variance > 0).all()
+    assert (covered / runs >= 0.63).all()
+    assert (runs >= 380).all()
+
+
 def test_interval_is_chi_squared():
     from scipy.stats import chi2
 

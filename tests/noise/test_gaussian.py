@@ -109,4 +109,7 @@ def test_drift():
     found = drift(series, 120.0)
     assert found.per_hour == pytest.approx(0.6, abs=0.005)
     assert found.range == pytest.approx(0.1, abs=0.01)
-    assert np.isnan(drift(series[:100], 120.0).per_hour)
+    short = drift(series[:100], 120.0)  # less than ten seconds: means of a tenth
+    assert short.block_s == pytest.approx(10 / 120)
+    assert short.range < 0.03
+    assert np.isnan(drift(np.full(9, np.nan), 120.0).range)

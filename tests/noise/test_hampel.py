@@ -99,6 +99,11 @@ def test_what_clean_gaussian_noise_loses(half_window):
     assert cleaned.values.var() / series.var() == pytest.approx(kept, abs=0.003)
     if half_window == 120:
         assert (share, kept) == (pytest.approx(0.0034, abs=5e-5), pytest.approx(0.966, abs=5e-4))
+    masked = hampel(series, half_window, action="mask").values
+    _, left = white_level_kept(3.0, half_window, "mask")
+    assert np.nanvar(masked) / series.var() == pytest.approx(left, abs=0.003)
+    assert white_level_kept(3.0, half_window, "off") == (0.0, 1.0)
+    assert np.isnan(white_level_kept(3.0, 3)).all()
     share, kept = white_level_kept(3.0, 10**9)
     assert share == pytest.approx(0.0026998, abs=1e-6)  # two-sided 3-sigma tail
     assert kept == pytest.approx(0.9707, abs=1e-4)  # variance of N(0, 1) within 3 sigma, tails at 0

@@ -4,13 +4,20 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table, versions, write_csv, write_table
-    from mocap_metrology.noise.hampel import hampel, white_level_kept
+    from mocap_metrology.noise.hampel import SHORT_WINDOW, hampel, white_level_kept
     from mocap_metrology.noise.series import all_series
 
     columns, origin = read_table(snakemake.input[0])
     settings = snakemake.params.hampel
     half_window = max(round(settings["half_window_s"] * origin["frame_rate_hz"]), 1)
-    share_of_noise, kept = white_level_kept(settings["n_sigma"], half_window)
+    share_of_noise, kept = white_level_kept(settings["n_sigma"], half_window, settings["action"])
+    if half_window < SHORT_WINDOW and settings["action"] != "off":
+        log.warning(
+            "the window holds %d frames, so the filter takes many good samples too; "
+            "raise hampel.half_window_s to %g or more",
+            2 * half_window + 1,
+            SHORT_WINDOW / origin["frame_rate_hz"],
+        )
     frame = columns.pop("frame")
     raw = {name.removesuffix("_mm"): values for name, values in columns.items()}
     cleaned, report = {"frame": frame}, []
@@ -30,7 +37,7 @@ with step(snakemake) as log:
                 "n_outliers": int(result.outlier.sum()),
                 "share": result.share,
                 "share_of_clean_gaussian_noise": share_of_noise,
-                "white_level_kept": kept if settings["action"] != "off" else 1.0,
+                "white_level_kept": kept,
             }
         )
         log.info("%s: %.3f %% outliers", name, 100 * result.share)

@@ -15,12 +15,15 @@ with step(snakemake) as log:
     sentence = tables.source_sentence(source)
     stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
 
+    def read(path):
+        return pd.read_csv(
+            path, keep_default_na=False, na_values=[""], float_precision="round_trip"
+        )
+
     def gathered(paths):
         parts = []
         for name, path in zip(source, paths, strict=True):
-            part = pd.read_csv(path, keep_default_na=False).drop(
-                columns="recording", errors="ignore"
-            )
+            part = read(path).drop(columns="recording", errors="ignore")
             part.insert(0, "recording", name)
             part.insert(1, "source", source[name])
             parts.append(part)
@@ -33,7 +36,9 @@ with step(snakemake) as log:
     write("gaussian", gathered(snakemake.input.gaussian), "Gaussian model", tables.GAUSSIAN)
     write("outliers", gathered(snakemake.input.outliers), "outliers", tables.OUTLIERS)
     summary = []
-    for name, path in zip(source, snakemake.input.allan, strict=True):
-        summary += tables.allan_summary(name, source[name], read_table(path)[0])
+    paths = zip(source, snakemake.input.allan, snakemake.input.outliers, strict=True)
+    for name, path, series in paths:
+        expected = read(series)["series"].tolist()
+        summary += tables.allan_summary(name, source[name], read_table(path)[0], expected)
     write("allan", summary, "Allan deviations", tables.ALLAN)
     log.info("%s: %d recordings", group, len(rows))

@@ -19,10 +19,17 @@ with step(snakemake) as log:
             log.warning("%s: %s", name, refusal)
             continue
         names += [name] * found.f_hz.size
-        parts.append((found.f_hz, found.psd, np.full(found.f_hz.size, found.n_segments)))
+        parts.append(
+            (
+                found.f_hz,
+                found.psd,
+                np.full(found.f_hz.size, found.n_segments),
+                np.full(found.f_hz.size, found.n_bridged),
+            )
+        )
         log.info("%s: %d segments of %d frames", name, found.n_segments, found.segment)
-    empty = [np.array([])] * 3
-    f_hz, density, n_segments = (
+    empty = [np.array([])] * 4
+    f_hz, density, n_segments, n_bridged = (
         np.concatenate(c) for c in (zip(*parts, strict=True) if parts else zip(empty, strict=True))
     )
     write_table(
@@ -32,6 +39,7 @@ with step(snakemake) as log:
             "f_hz": f_hz,
             "psd_mm2_hz": density,
             "n_segments": n_segments.astype(np.int64),
+            "n_bridged": n_bridged.astype(np.int64),
         },
         origin | {"psd": settings, "versions": versions("numpy", "scipy", "pyarrow")},
     )

@@ -12,7 +12,7 @@ with step(snakemake) as log:
     rows = {row["recording"]: row for row in snakemake.params.rows}
     gaussian = {}
     for name, path in zip(rows, snakemake.input.gaussian, strict=True):
-        table = pd.read_csv(path)
+        table = pd.read_csv(path, float_precision="round_trip")
         gaussian[name] = table[table["axis"] == "x"].iloc[0].to_dict()
     sentence = tables.source_sentence(
         {name: "twin" if row["twin"] else "measured" for name, row in rows.items()}

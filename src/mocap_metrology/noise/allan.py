@@ -13,7 +13,8 @@ all overlapping windows [Riley, NIST SP 1065, sections 5.2.4, 5.2.5, 5.2.10; S E
 full window with variance (1/c - 1/m) s^2, s^2 being the sample variance within the window (simple
 random sampling without replacement, whatever the noise [Cochran 1977, theorem 2.2]); that much is
 subtracted, so that randomly missing samples do not bias the variance. White noise is corrected for
-any pattern of gaps; a slow noise under long gaps keeps a small positive bias.
+any pattern of gaps; a slow noise under long gaps keeps a small positive bias. For mdev, which
+averages overlapping windows, this is an approximation: its terms need nine tenths of their parts.
 """
 
 from __future__ import annotations
@@ -35,14 +36,17 @@ BLOCK = 8192  # samples worked on for every tau before moving on: 64 KB stay in 
 class AllanVariance:
     """Variances over averaging factors.
 
-    m: (k,) int64; variance: (k,) unit of the series squared, NaN where no term was left;
-    n_terms: (k,) int64 terms averaged; n_full: (k,) int64 terms a series without gaps has.
+    m: (k,) int64; variance: (k,) unit of the series squared, NaN where no term was left or where
+    what the gaps added is more than all there was; n_terms: (k,) int64 terms averaged; n_full: (k,)
+    int64 terms a series without gaps has; kept: (k,) share of the variance left when what the gaps
+    added is gone (1 without gaps).
     """
 
     m: np.ndarray
     variance: np.ndarray
     n_terms: np.ndarray
     n_full: np.ndarray
+    kept: np.ndarray
 
 
 def averaging_factors(
@@ -84,15 +88,17 @@ def allan_variance(
     n_valid = np.count_nonzero(valid)
     if n_valid == series.size:
         total = _full(series - series.mean(), m, n_full, estimator)
-        n_terms = n_full
+        n_terms, excess = n_full, np.zeros(m.size)
     else:
         mean = series[valid].mean() if n_valid else 0.0
-        total, n_terms = _gapped(
+        total, n_terms, excess = _gapped(
             np.where(valid, series - mean, 0.0), valid, m, n_full, estimator, min_coverage
         )
     with np.errstate(invalid="ignore", divide="ignore"):
-        variance = np.maximum(SCALE[estimator] * total / n_terms, 0.0)
-    return AllanVariance(m, np.where(n_terms > 0, variance, np.nan), n_terms, n_full)
+        variance = SCALE[estimator] * (total / n_terms - excess)
+        kept = np.where(total > 0, 1 - excess * n_terms / total, 1.0)
+    usable = (n_terms > 0) & (kept > 0)
+    return AllanVariance(m, np.where(usable, variance, np.nan), n_terms, n_full, kept)
 
 
 def running_sum(series: np.ndarray) -> np.ndarray:
@@ -134,7 +140,7 @@ def _gapped(series, valid, m, n_full, estimator, min_coverage):
         _sum_allan_gapped(sums, counts, m, least, n_full, total, n_terms)
         weights, kept = np.array([1.0, 1.0, 0.0]), 1.0
     excess = _gap_excess(sums, squares, counts, m, least, n_full, weights)
-    return total - kept * excess * n_terms, n_terms.astype(np.int64)
+    return total, n_terms.astype(np.int64), kept * excess
 
 
 # Reassociation lets the compiler add in vector lanes; it reorders sums and changes nothing else.
@@ -219,12 +225,15 @@ def _gap_excess(sums, squares, counts, m, least, n_full, weights):
     """Mean over the terms of sum_w weights_w (1/c_w - 1/m) s_w^2: what the gaps of the windows of a
     term add to its square. Taken over evenly spread terms, not all."""
     excess = np.zeros(m.size)
+    state = 1
     for k in range(m.size):
         factor = m[k]
         used = 0
         n_looked_at = max(EXCESS_TERMS, EXCESS_SAMPLES // factor)
-        stride = 1 + 2 * (n_full[k] // (2 * n_looked_at))  # odd: no beat with regular gaps
-        for i in range(0, n_full[k], stride):
+        stride = max(1, n_full[k] // n_looked_at)
+        for start in range(0, n_full[k] - stride + 1, stride):
+            state = (state * 1103515245 + 12345) & 0x7FFFFFFF
+            i = start + (state >> 8) % stride  # anywhere in the stride: no beat with regular gaps
             term = 0.0
             whole = True
             for w in range(weights.size):
@@ -313,7 +322,7 @@ def _differences_gapped(s, c, factor, least, difference, use):
 
 @njit
 def _sum_modified_gapped(s, c, m, least, n_full, total, n_terms):
-    """As `_sum_modified`, over the differences that exist; a term counts from half of them on."""
+    """As `_sum_modified`, over the differences that exist; a term needs nine tenths of them."""
     differences, uses = np.empty(s.size), np.empty(s.size)
     for k in range(m.size):
         f = m[k]
@@ -328,7 +337,7 @@ def _sum_modified_gapped(s, c, m, least, n_full, total, n_terms):
             if i >= f:
                 inner -= difference[i - f]
                 count -= use[i - f]
-            if i >= f - 1 and 2.0 * count >= f:
+            if i >= f - 1 and count >= 0.9 * f:
                 total[k] += (inner / count) ** 2
                 n_terms[k] += 1.0
 

@@ -197,13 +197,14 @@ def allan_curve(
     confidence: float = 0.683,
     min_coverage: float = 0.5,
 ) -> AllanCurve:
-    """Variances of `series` at the factors `m` where at least one term is left, with intervals.
+    """Variances of `series` at the factors `m` where there is one, with intervals.
 
-    The degrees of freedom are those of the noise found at each tau; gaps lower them in proportion
-    to the terms they cost.
+    The degrees of freedom are those of the noise found at each tau. Gaps lower them in proportion
+    to the terms they cost, and by the square of what is left of the variance when that of the gaps
+    is subtracted: the scatter stays and the mean shrinks.
     """
     found = allan_variance(series, m, estimator, min_coverage)
-    keep = found.n_terms > 0
+    keep = np.isfinite(found.variance)
     m, variance, n_terms = found.m[keep], found.variance[keep], found.n_terms[keep]
     alpha = noise_exponents(series, m, estimator)
     full = np.array(
@@ -212,6 +213,6 @@ def allan_curve(
             for a, k in zip(alpha, m, strict=True)
         ]
     )
-    edf = np.maximum(full * n_terms / found.n_full[keep], 1.0)
+    edf = np.maximum(full * n_terms / found.n_full[keep] * found.kept[keep] ** 2, 1.0)
     lower, upper = interval(variance, edf, confidence)
     return AllanCurve(m, m / frame_rate_hz, variance, n_terms, alpha, edf, lower, upper)

@@ -25,7 +25,7 @@ from mocap_metrology.noise.series import AXES, pair_name, position
 def moving_markers(
     positions: Mapping[str, np.ndarray], frame_rate_hz: float, range_mm: float
 ) -> list[str]:
-    """A line for every marker, label -> (3, n), whose one-second means span more than `range_mm`.
+    """A line for every marker, label -> (3, n), whose means (`drift`) span more than `range_mm`.
 
     The Allan variance takes every change for noise, so it supposes a marker that does not move.
     """
@@ -37,9 +37,9 @@ def moving_markers(
         axis, worst = max(found.items(), key=lambda item: np.nan_to_num(item[1].range))
         if worst.range > range_mm:
             warnings.append(
-                f"marker {label} seems to move: its one-second means span {worst.range:.3g} mm "
-                f"along {axis} (drift {worst.per_hour:+.3g} mm/h, limit {range_mm:g} mm); "
-                "the Allan variance supposes a still marker"
+                f"marker {label} seems to move: its means over {worst.block_s:.2g} s span "
+                f"{worst.range:.3g} mm along {axis} (drift {worst.per_hour:+.3g} mm/h, limit "
+                f"{range_mm:g} mm); the Allan variance supposes a still marker"
             )
     return warnings
 
@@ -61,7 +61,7 @@ def gaussian_rows(
     for number in range(1, len(labels) + 1) if not pairs else ():
         x = np.asarray(series[f"x{number}"], float)
         model = GaussianModel(float(np.nanmean(x)), float(np.nanstd(x, ddof=1)), *[math.nan] * 11)
-        moves = (drift(x, frame_rate_hz), *[Drift(math.nan, math.nan)] * 2)
+        moves = (drift(x, frame_rate_hz), *[Drift(math.nan, math.nan, math.nan)] * 2)
         test = ChiSquared(math.nan, 0, math.nan, 0, 0)
         rows.append(_row("", labels[number - 1], "", "x", model, test, moves))
     for pair in pairs:

@@ -42,10 +42,12 @@ class ChiSquared:
 
 @dataclass(frozen=True)
 class Drift:
-    """Slow movement of a series: slope of the least-squares line, and range of its means."""
+    """Slow movement of a series: slope of the least-squares line, and range of its means over
+    `block_s`."""
 
     per_hour: float
     range: float
+    block_s: float
 
 
 def gaussian_model(first: np.ndarray, second: np.ndarray, length: np.ndarray) -> GaussianModel:
@@ -99,6 +101,8 @@ def correlation_time(series: np.ndarray) -> float:
 
     valid = np.isfinite(series)
     n = series.size
+    if not valid.any():
+        return 0.5
     size = fft.next_fast_len(2 * n, real=True)
     filled = np.where(valid, series - series[valid].mean(), 0.0)
     spectrum = fft.rfft(filled, size)
@@ -107,7 +111,8 @@ def correlation_time(series: np.ndarray) -> float:
         pairs = np.arange(n, 0, -1.0)
     else:
         pairs = np.maximum(fft.irfft(np.abs(fft.rfft(valid.astype(float), size)) ** 2, size)[:n], 1)
-    if not covariance[0] > 0:
+    rounding = np.finfo(float).eps * np.abs(series[valid]).max()
+    if not covariance[0] > n * rounding**2:  # constant but for rounding
         return 0.5
     rho = covariance / pairs
     tau = np.cumsum(rho / rho[0]) - 0.5
@@ -122,9 +127,10 @@ def chi_squared_normal(
 
     Successive frames are far from independent, and the test supposes that they are: so every
     `step`-th valid sample is used, by default step = 2 x `correlation_time`. The bins are equally
-    probable, `n_bins` or as many as expect five samples each; dof = bins - 1, as mu and sigma do
-    not come from the sample tested. NaN statistic where fewer than four bins can be had: too few
-    independent samples to say.
+    probable, `n_bins` or as many as expect five samples each. dof = bins - 1 is right for stated
+    mu and sigma; where they are in effect fitted to the same series, as along the line between two
+    markers, p is an upper bound (the truth lies between bins - 3 and bins - 1). NaN statistic where
+    fewer than four bins can be had: too few independent samples to say.
     """
     from scipy.special import chdtrc, ndtr
 
@@ -145,20 +151,20 @@ def chi_squared_normal(
 def drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     """Drift velocity (unit per hour) and drift range of a series (n,) [Jensenius et al., in S 2.1].
 
-    Both of one-second means, so that the range tells how far the marker seemed to wander and not
-    how noisy a single frame is. Seconds without a valid sample are left out.
+    Both of one-second means (means of a tenth of a series shorter than ten seconds), so that the
+    range tells how far the marker seemed to wander and not how noisy a single frame is. Blocks
+    without a valid sample are left out.
     """
-    block = max(round(frame_rate_hz), 1)
+    block = max(min(round(frame_rate_hz), series.size // 10), 1)
     n_blocks = max(series.size // block, 1)
     blocks = series[: n_blocks * block].reshape(n_blocks, -1)
     valid = np.isfinite(blocks)
     counts = valid.sum(axis=1)
     known = counts > 0
     if np.count_nonzero(known) < 2:
-        values = series[np.isfinite(series)]
-        return Drift(math.nan, float(np.ptp(values)) if values.size else math.nan)
+        return Drift(math.nan, math.nan, block / frame_rate_hz)
     means = np.where(valid, blocks, 0.0).sum(axis=1)[known] / counts[known]
     hours = np.flatnonzero(known) * block / frame_rate_hz / 3600
     hours = hours - hours.mean()
     slope = float(np.sum(hours * (means - means.mean())) / np.sum(hours**2))
-    return Drift(slope, float(np.ptp(means)))
+    return Drift(slope, float(np.ptp(means)), block / frame_rate_hz)

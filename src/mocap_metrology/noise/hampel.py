@@ -18,6 +18,7 @@ from mocap_metrology.common.errors import Refusal
 
 MAD_TO_SIGMA = 1.4826  # 1 / Phi^-1(3/4): the MAD of a Gaussian times this is its sigma
 ACTIONS = ("replace", "mask", "off")
+SHORT_WINDOW = 15  # frames to each side; below, the MAD scatters too much to be a scale
 
 
 @dataclass(frozen=True)
@@ -78,21 +79,29 @@ def hampel(
     return Cleaned(values, outlier, n_valid)
 
 
-def white_level_kept(n_sigma: float, half_window: int) -> tuple[float, float]:
+def white_level_kept(
+    n_sigma: float, half_window: int, action: str = "replace"
+) -> tuple[float, float]:
     """What the filter does to clean Gaussian noise: (share taken for outliers, variance kept).
 
     Against a threshold of k sigma exactly: share 2 Q(k), variance kept 1 - 2 (k phi(k) + Q(k)). The
     MAD of a window of w samples scatters, k = n_sigma (1 + 1.1664 z / sqrt(w)), z ~ N(0, 1) [its
     asymptotic variance, Falk 1997]; both are averaged over that. 3 sigma, 241 samples: 0.0034 and
-    0.966; a long window: 0.0027 and 0.971.
+    0.966; a long window: 0.0027 and 0.971. Masked samples leave the variance of the others. NaN for
+    windows below SHORT_WINDOW, where the MAD is not nearly normal.
     """
+    if action == "off":
+        return 0.0, 1.0
+    if half_window < SHORT_WINDOW:
+        return np.nan, np.nan
     from scipy.special import ndtr
 
     z, weight = np.polynomial.hermite_e.hermegauss(40)
     k = np.abs(n_sigma * (1 + 1.1664 * z / np.sqrt(2 * half_window + 1)))
     tail, density = ndtr(-k), np.exp(-0.5 * k**2) / np.sqrt(2 * np.pi)
     weight = weight / weight.sum()
-    return float(weight @ (2 * tail)), float(1 - weight @ (2 * (k * density + tail)))
+    share, kept = float(weight @ (2 * tail)), float(1 - weight @ (2 * (k * density + tail)))
+    return share, kept / (1 - share) if action == "mask" else kept
 
 
 @njit

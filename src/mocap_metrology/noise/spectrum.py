@@ -8,7 +8,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 
-MAX_MISSING = 0.1  # share of a segment that may be bridged by straight lines
+MAX_MISSING = 0.02  # share of a segment that may be bridged: biases the density by about as much
 LEAST_SEGMENT = 16
 BATCH = 32  # segments at a time: a call has its price, memory too
 
@@ -30,16 +30,17 @@ def welch(
     """Mean of the Hann-windowed periodograms of overlapping segments [Welch 1967; S Figure 17].
 
     Segments last `segment_s`, or shorter where the series does not hold eight of them. A segment
-    with up to a tenth of its samples missing is bridged linearly, one with more is left out; where
+    with up to 2 % of its samples missing is bridged linearly, one with more is left out; where
     none is left, segments are halved until one is. Without gaps it equals `scipy.signal.welch`.
     Raises Refusal when no stretch of 16 samples is complete enough.
     """
     from scipy.signal import periodogram
 
     n = series.size
-    segment = min(round(segment_s * frame_rate_hz), max(2 * n // 9, LEAST_SEGMENT), n)
+    segment = max(round(segment_s * frame_rate_hz), LEAST_SEGMENT)
+    segment = min(segment, max(2 * n // 9, LEAST_SEGMENT))
     valid = np.isfinite(series)
-    while True:
+    while segment <= n:
         starts = np.arange(0, n - segment + 1, max(round(segment * (1 - overlap)), 1))
         counts = np.concatenate([[0], np.cumsum(valid)])
         missing = segment - (counts[starts + segment] - counts[starts])
@@ -48,10 +49,12 @@ def welch(
             break
         segment //= 2
         if segment < LEAST_SEGMENT:
-            raise Refusal(
-                "power spectrum: no stretch of 16 frames with nine tenths valid; "
-                "expected a series with fewer gaps"
-            )
+            break
+    if segment < LEAST_SEGMENT or segment > n:
+        raise Refusal(
+            f"power spectrum: no {LEAST_SEGMENT} frames in a row without a gap; "
+            "expected a longer series or fewer gaps"
+        )
     filled = series
     if not valid.all():
         at = np.flatnonzero(valid)

@@ -17,12 +17,15 @@ Row = dict[str, Any]
 # The recording that stands for each row of S Table 4. Its Vantage row agrees with nine cameras;
 # the tenth was the failing one, which S 3.5 excludes.
 TABLE_4 = {"T40": 10, "Bonita": 10, "Vantage": 9, "All": 30}
+FIRST = ("tau_1_s", "adev_1_mm")
+MINIMUM = ("adev_min_mm", "tau_min_s", "adev_min_lower_mm", "adev_min_upper_mm")
 SUBSETS = "The recordings of the group as in the sheet."
 GAUSSIAN = (
     "Moments of the cleaned coordinates, along x as in S and along the line between the markers "
     "(axis pair); only the latter's sigma_C can be held against sigma_L. chi2: test of L against "
-    "N(mu_e, sigma_C) on every thinning_frames-th frame (empty: fewer than 20 independent ones). "
-    "Drift and range are of one-second means."
+    "N(mu_e, sigma_C) on every thinning_frames-th frame (empty: fewer than 20 independent ones; "
+    "along the pair chi2_p is an upper bound). "
+    "Drift and range are of one-second means (of tenths of a recording below 10 s)."
 )
 OUTLIERS = (
     "Samples taken for outliers. On clean Gaussian noise the filter itself takes the share in "
@@ -53,7 +56,10 @@ def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> No
 def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     """A Markdown table, numbers to seven significant digits, columns of equal width."""
     head = list(rows[0])
-    cells = [head, *([_shown(row[name]) for name in head] for row in rows)]
+    cells = [
+        [_shown(name) for name in head],
+        *([_shown(row[name]) for name in head] for row in rows),
+    ]
     width = [max(len(line[k]) for line in cells) for k in range(len(head))]
     lines = [_line(line, width) for line in cells]
     lines.insert(1, "|" + "|".join("-" * (w + 2) for w in width) + "|")
@@ -97,36 +103,49 @@ def subsets(recordings: Sequence[Mapping[str, Any]]) -> list[Row]:
     ]
 
 
-def allan_summary(recording: str, source: str, columns: Mapping[str, np.ndarray]) -> list[Row]:
-    """One row a series of allan.parquet: sigma of one frame's worth, chosen tau, and the minimum.
+def allan_summary(
+    recording: str, source: str, columns: Mapping[str, np.ndarray], expected: Sequence[str]
+) -> list[Row]:
+    """One row a series of allan.parquet: its first tau, chosen tau, and the minimum.
 
-    The value at a chosen tau is that of the nearest tau computed, within 10 %, else empty.
+    The value at a chosen tau is that of the nearest tau computed, within 10 %, else empty; a series
+    of `expected` without a single value has a row of empty cells.
     """
     rows = []
     overlapping = columns["estimator"] == "oadev"
-    for series in dict.fromkeys(columns["series"].tolist()):
+    for series in expected:
         pick = overlapping & (columns["series"] == series)
         tau, adev = columns["tau_s"][pick], columns["adev_mm"][pick]
         lower, upper = columns["adev_lower_mm"][pick], columns["adev_upper_mm"][pick]
         row: Row = {"recording": recording, "source": source, "series": series}
-        row |= {"tau_1_s": tau[0], "adev_1_mm": adev[0]} if tau.size else {}
+        row |= {"tau_1_s": tau[0], "adev_1_mm": adev[0]} if tau.size else dict.fromkeys(FIRST)
         for wanted in CHOSEN_TAUS_S:
             k = int(np.abs(np.log(tau / wanted)).argmin()) if tau.size else -1
             near = k >= 0 and abs(tau[k] / wanted - 1) < 0.1
             row[f"adev_{wanted:g}s_mm"] = adev[k] if near else math.nan
-        best = int(adev.argmin())
-        row |= {"adev_min_mm": adev[best], "tau_min_s": tau[best]}
-        row |= {"adev_min_lower_mm": lower[best], "adev_min_upper_mm": upper[best]}
-        rows.append(row)
+        best = int(adev.argmin()) if tau.size else None
+        least = [values[best] if tau.size else None for values in (adev, tau, lower, upper)]
+        rows.append(row | dict(zip(MINIMUM, least, strict=True)))
     return rows
+
+
+def _standing_for(
+    recordings: Mapping[str, Mapping[str, Any]], camera_type: str, n_cameras: int
+) -> str | None:
+    """Name of the recording of that subset: a measured one before a twin, then the first."""
+    names = [
+        name
+        for name, row in recordings.items()
+        if (row["camera_type"], row["n_cameras"]) == (camera_type, n_cameras)
+    ]
+    return min(names, key=lambda name: recordings[name]["twin"] is not None, default=None)
 
 
 def skurowski_table_3(recordings: Mapping[str, Mapping[str, Any]]) -> list[Row]:
     """S Table 3: the cameras of every subset, as published and as in the sheet."""
-    sheet = {(row["camera_type"], row["n_cameras"]): row for row in recordings.values()}
     rows = []
     for (camera_type, n_cameras), ids in published_subsets().items():
-        row = sheet.get((camera_type, n_cameras))
+        row = recordings.get(_standing_for(recordings, camera_type, n_cameras))
         rows.append(
             {
                 "camera_type": camera_type,
@@ -149,10 +168,7 @@ def skurowski_table_4(
     """
     rows = []
     for camera_type, n_cameras in TABLE_4.items():
-        wanted = camera_type, n_cameras
-        name = next(
-            (n for n, r in recordings.items() if (r["camera_type"], r["n_cameras"]) == wanted), None
-        )
+        name = _standing_for(recordings, camera_type, n_cameras)
         found = gaussian.get(name, {}) if name else {}
         for quantity, published in published_gaussian(camera_type).items():
             rows.append(

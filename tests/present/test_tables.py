@@ -1,0 +1,50 @@
+"""Tables: what stands for a published row, empty series, and what a reader of Markdown sees."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_metrology.present import tables
+
+
+def recording(name: str, twin: str | None, n_cameras: int = 10) -> dict:
+    ids = list(range(n_cameras))
+    return {
+        "recording": name,
+        "twin": twin,
+        "camera_type": "T40",
+        "n_cameras": n_cameras,
+        "camera_ids": ids,
+        "comment": "",
+    }
+
+
+def test_a_measured_recording_stands_before_a_twin_in_both_tables() -> None:
+    rows = {"a": recording("a", "T40-10"), "b": recording("b", None), "c": recording("c", None)}
+    third = next(r for r in tables.skurowski_table_3(rows) if r["regenerated"])
+    fourth = tables.skurowski_table_4(rows, {"b": {"mu_1_mm": 1.0}})[0]
+    assert (third["recording"], third["source"]) == ("b", "measured")
+    assert (fourth["recording"], fourth["source"], fourth["regenerated"]) == ("b", "measured", 1.0)
+
+
+def test_a_series_without_a_value_has_an_empty_row() -> None:
+    columns = {
+        "series": np.array(["x1", "x1"], dtype=object),
+        "estimator": np.array(["oadev", "oadev"], dtype=object),
+        **{
+            name: np.array([0.1, 0.2])
+            for name in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
+        },
+    }
+    first, second = tables.allan_summary("r", "measured", columns, ["x1", "L"])
+    assert list(first) == list(second)
+    assert (first["adev_min_mm"], first["tau_min_s"]) == (0.1, 0.1)
+    assert second["series"] == "L"
+    assert second["adev_min_mm"] is None
+
+
+def test_markdown_escapes_and_rounds() -> None:
+    text = tables.markdown([{"a|b": 1, "value": 1 / 3}, {"a|b": "x|y", "value": None}], "T", "C")
+    assert "0.3333333 |" in text
+    assert "x\\|y" in text
+    assert text.startswith("# T\n\nC\n\n| a\\|b")

@@ -104,6 +104,17 @@ def test_six_encodings_give_the_same_deviations(real) -> None:
             np.testing.assert_allclose(adev, expected, rtol=1e-5 if code[1] == "r" else 0.02)
 
 
+def test_resolution_of_the_file_is_reported(real) -> None:
+    results, _ = real
+    table = rows(results / "tables/real_outliers.csv")
+    found = {row["recording"]: row for row in table if row["series"] == "x1"}
+    assert found["sample01-pi"]["resolution_kind"] == "int16"
+    assert found["sample01-pi"]["resolution_mm"] == found["sample01-si"]["resolution_mm"]
+    assert 0.01 < float(found["sample01-pi"]["resolution_mm"]) < 1  # POINT:SCALE
+    assert found["racing"]["resolution_kind"] == "float32"
+    assert float(found["racing"]["resolution_mm"]) < 1e-3
+
+
 def test_moving_markers_are_warned_of_with_the_drift(real) -> None:
     _, out = real
     for code in ENCODINGS:

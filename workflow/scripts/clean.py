@@ -38,6 +38,8 @@ with step(snakemake) as log:
                 "share": result.share,
                 "share_of_clean_gaussian_noise": share_of_noise,
                 "white_level_kept": kept,
+                "resolution_mm": origin["resolution_mm"],
+                "resolution_kind": origin["resolution_kind"],
             }
         )
         log.info("%s: %.3f %% outliers", name, 100 * result.share)

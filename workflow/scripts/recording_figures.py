@@ -23,7 +23,8 @@ with step(snakemake) as log:
 
     where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
     markers = ", ".join(f"{k} = {label}" for k, label in enumerate(origin["labels"], start=1))
-    note = f"Source: {where}. Markers: {markers}. {origin['frame_rate_hz']:g} Hz."
+    step_mm = f"{origin['resolution_mm']:.2g} mm ({origin['resolution_kind']})"
+    note = f"Source: {where}. Markers: {markers}. {origin['frame_rate_hz']:g} Hz, step {step_mm}."
     hampel, allan = origin["hampel"], read_table(snakemake.input.allan)
     filtered = (
         f"Hampel filter, {hampel['n_sigma']:g} sigma, {origin['window_frames']} frames: "

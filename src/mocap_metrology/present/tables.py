@@ -30,7 +30,9 @@ GAUSSIAN = (
 OUTLIERS = (
     "Samples taken for outliers. On clean Gaussian noise the filter itself takes the share in "
     "share_of_clean_gaussian_noise (0.34 % at 3 sigma and 241 frames) and leaves white_level_kept "
-    "(0.966) of the white level: Allan deviations at short tau are 1.7 % low by that much."
+    "(0.966) of the white level: Allan deviations at short tau are 1.7 % low by that much. "
+    "resolution: the smallest step the file can tell (int16 or float32 spacing, or a coarser "
+    "rounding found in the values)."
 )
 ALLAN = (
     "Overlapping Allan deviation at one frame, at chosen averaging times, and at its minimum with "

@@ -81,7 +81,7 @@ def equivalent_dof(
     edf = M R(0)^2 / sum_(|j|<M) (1 - |j|/M) R(j)^2 for M terms with autocovariance R, which is zero
     beyond the span of a term. R is a difference of the generalised autocovariance of the running
     sum of the series. They take that of continuous noise; here it is that of sampled noise
-    (`_running_sum_covariance`), which is exact at small m too, where theirs is off by up to 20 %.
+    (`_running_sum_covariance`), which is exact at small m too, where theirs is off by up to 30 %.
     Long sums are taken at an equal ratio of length to stride with `max_terms` terms. NaN where n
     samples hold no term.
     """

@@ -123,12 +123,6 @@ def accepted(group=None):
     return [name for name in recording_names(group) if is_twin(name) or verdict(name)["ok"]]
 
 
-def refused():
-    """Why, by name, of refused recordings."""
-    real = {name: verdict(name) for name in recording_names() if not is_twin(name)}
-    return {name: check["why"] for name, check in real.items() if not check["ok"]}
-
-
 def accepted_groups():
     """Groups with an accepted recording."""
     return [group for group in groups() if accepted(group)]

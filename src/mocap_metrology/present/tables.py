@@ -50,21 +50,33 @@ CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
 
 def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> None:
     """Write `<path>.csv` and `<path>.md`; `path` has no suffix."""
+    write_with(path, rows, markdown(rows, title, caption))
+
+
+def write_with(path: str | Path, rows: Sequence[Row], text: str, head: Sequence[str] = ()) -> None:
+    """Write rows as `<path>.csv` and `text` as `<path>.md`; `head`: columns where no row is."""
     path = Path(path)
-    write_csv(path.with_name(f"{path.name}.csv"), rows)
-    write_text(path.with_name(f"{path.name}.md"), markdown(rows, title, caption))
+    table = path.with_name(f"{path.name}.csv")
+    if rows:
+        write_csv(table, rows)
+    else:
+        write_text(table, ",".join(head) + "\n")
+    write_text(path.with_name(f"{path.name}.md"), text)
+
+
+def aligned(lines: Sequence[Sequence[Any]]) -> list[str]:
+    """Lines of a Markdown table, the first its head, columns of equal width."""
+    cells = [[_shown(cell) for cell in line] for line in lines]
+    width = [max(len(line[k]) for line in cells) for k in range(len(cells[0]))]
+    shown = [_line(line, width) for line in cells]
+    shown.insert(1, "|" + "|".join("-" * (w + 2) for w in width) + "|")
+    return shown
 
 
 def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     """A Markdown table, numbers to seven significant digits, columns of equal width."""
     head = list(rows[0])
-    cells = [
-        [_shown(name) for name in head],
-        *([_shown(row[name]) for name in head] for row in rows),
-    ]
-    width = [max(len(line[k]) for line in cells) for k in range(len(head))]
-    lines = [_line(line, width) for line in cells]
-    lines.insert(1, "|" + "|".join("-" * (w + 2) for w in width) + "|")
+    lines = aligned([head, *([row[name] for name in head] for row in rows)])
     return "\n".join([f"# {title}", "", caption, "", *lines, ""])
 
 
@@ -131,7 +143,7 @@ def allan_summary(
     return rows
 
 
-def _standing_for(
+def standing_for(
     recordings: Mapping[str, Mapping[str, Any]], camera_type: str, n_cameras: int
 ) -> str | None:
     """Name of the recording of that subset: a measured one before a twin, then the first."""
@@ -143,18 +155,23 @@ def _standing_for(
     return min(names, key=lambda name: recordings[name]["twin"] is not None, default=None)
 
 
+def source_of(recording: Mapping[str, Any] | None) -> str:
+    """`twin`, `measured`, or `cited` where no recording stands for the published row."""
+    return "cited" if recording is None else "twin" if recording["twin"] else "measured"
+
+
 def skurowski_table_3(recordings: Mapping[str, Mapping[str, Any]]) -> list[Row]:
     """S Table 3: the cameras of every subset, as published and as in the sheet."""
     rows = []
     for (camera_type, n_cameras), ids in published_subsets().items():
-        row = recordings.get(_standing_for(recordings, camera_type, n_cameras))
+        row = recordings.get(standing_for(recordings, camera_type, n_cameras))
         rows.append(
             {
                 "camera_type": camera_type,
                 "n_cameras": n_cameras,
                 "published": ";".join(map(str, ids)),
                 "regenerated": ";".join(map(str, row["camera_ids"])) if row else None,
-                "source": "cited" if row is None else "twin" if row["twin"] else "measured",
+                "source": source_of(row),
                 "recording": row["recording"] if row else None,
             }
         )
@@ -170,7 +187,7 @@ def skurowski_table_4(
     """
     rows = []
     for camera_type, n_cameras in TABLE_4.items():
-        name = _standing_for(recordings, camera_type, n_cameras)
+        name = standing_for(recordings, camera_type, n_cameras)
         found = gaussian.get(name, {}) if name else {}
         for quantity, published in published_gaussian(camera_type).items():
             rows.append(
@@ -179,11 +196,7 @@ def skurowski_table_4(
                     "quantity": quantity,
                     "published": published,
                     "regenerated": found.get(quantity),
-                    "source": "cited"
-                    if not name
-                    else "twin"
-                    if recordings[name]["twin"]
-                    else "measured",
+                    "source": source_of(recordings.get(name)),
                     "recording": name,
                 }
             )

@@ -1,0 +1,180 @@
+"""Gaps filled by a draw from the noise model, given the samples around them.
+
+A gap bridged by a line or a median has less noise than the rest, and a periodogram shows it. A
+draw from the conditional distribution has the spectrum of the model, so what is fitted to the
+filled series is not pulled anywhere, as long as few samples are missing; what the filled samples
+cannot tell is taken off the degrees of freedom by the caller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+
+NEIGHBOURS = 16  # samples on each side a draw is conditioned on
+CHUNK = 128  # samples drawn at once; a longer gap is filled from left to right
+LAGS = 1 << 16  # of the covariance; twice as many frequencies
+DIFFUSE = 100.0  # variance of the unknown local mean, in variances of the noise
+
+
+def stretches(series: np.ndarray, longest_gap: int, shortest: int) -> list[slice]:
+    """The series cut at gaps of more than `longest_gap` samples, without gaps at either end.
+
+    Stretches with fewer than `shortest` valid samples are left out.
+    """
+    at = np.flatnonzero(np.isfinite(series))
+    if at.size == 0:
+        return []
+    cut = np.flatnonzero(np.diff(at) > longest_gap + 1) + 1
+    groups = np.split(at, cut)
+    return [slice(int(g[0]), int(g[-1]) + 1) for g in groups if g.size >= shortest]
+
+
+def bridged(series: np.ndarray) -> np.ndarray:
+    """Gaps filled by straight lines; the first guess, before there is a model."""
+    valid = np.isfinite(series)
+    if valid.all():
+        return series.copy()
+    at = np.flatnonzero(valid)
+    return np.interp(np.arange(series.size), at, series[at])
+
+
+def filled(
+    series: np.ndarray,
+    density: Callable[[np.ndarray], np.ndarray],
+    tau0: float,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """(n,) series with its NaN replaced by a draw of Gaussian noise of one-sided density
+    f -> unit^2/Hz, conditioned on up to 16 samples on each side and on an unknown local mean.
+
+    The covariance is the cosine transform of the density down to one cycle in 2^17 frames; what is
+    slower is constant over a gap, and part of the mean. First and last sample must be valid.
+    """
+    missing = ~np.isfinite(series)
+    if not missing.any():
+        return series.copy()
+    out = series.copy()
+    step = np.diff(np.concatenate([[0], missing.view(np.int8), [0]]))
+    draws = rng.standard_normal(int(missing.sum()))
+    _fill(
+        out, missing, np.flatnonzero(step == 1), np.flatnonzero(step == -1),
+        _covariance(density, tau0), draws,
+    )  # fmt: skip
+    return out
+
+
+def _covariance(density: Callable[[np.ndarray], np.ndarray], tau0: float) -> np.ndarray:
+    """Autocovariance at lags 0 ... LAGS - 1, plus that of the diffuse mean."""
+    from scipy.fft import irfft
+
+    f = np.arange(1, LAGS + 1) / (2 * LAGS * tau0)
+    psd = np.concatenate([[0.0], density(f)])
+    covariance = irfft(psd)[:LAGS] / (2 * tau0)
+    return covariance + DIFFUSE * covariance[0]
+
+
+@njit(cache=True)
+def _fill(
+    x: np.ndarray,
+    missing: np.ndarray,
+    begins: np.ndarray,
+    ends: np.ndarray,
+    covariance: np.ndarray,
+    draws: np.ndarray,
+) -> None:
+    """Fill x in place. The joint covariance of known and unknown samples, known first, is L L^T:
+    unknown = L_uk L_kk^-1 known + L_uu draw. A lone gap among valid samples is the common case
+    and its L is kept."""
+    size = 2 * NEIGHBOURS + CHUNK
+    place = np.empty(size, np.int64)
+    lone, root = np.empty((size, size)), np.empty((size, size))
+    have_lone = False
+    used = 0
+    for g in range(begins.size):
+        start = begins[g]
+        while start < ends[g]:
+            stop = min(ends[g], start + CHUNK)
+            left = min(NEIGHBOURS, start)
+            known = 0
+            for i in range(start - left, start):
+                place[known] = i
+                known += 1
+            i = ends[g]
+            contiguous = stop - start == 1 and left == NEIGHBOURS and stop == ends[g]
+            while known < left + NEIGHBOURS and i < x.size and i < ends[g] + 4 * NEIGHBOURS:
+                if not missing[i]:
+                    place[known] = i
+                    known += 1
+                elif known < left + NEIGHBOURS:
+                    contiguous = False
+                i += 1
+            contiguous = contiguous and known == 2 * NEIGHBOURS
+            total = known
+            for i in range(start, stop):
+                place[total] = i
+                total += 1
+            if contiguous and have_lone:
+                _draw(x, place, known, total, lone, draws[used : used + 1])
+            else:
+                _root(place, total, covariance, root)
+                if contiguous:
+                    lone[:] = root
+                    have_lone = True
+                _draw(x, place, known, total, root, draws[used : used + total - known])
+            used += stop - start
+            start = stop
+
+
+@njit(cache=True)
+def _root(place: np.ndarray, total: int, covariance: np.ndarray, out: np.ndarray) -> None:
+    """Cholesky factor of the covariance of the samples at `place`."""
+    least = 1e-12 * covariance[0]
+    for i in range(total):
+        for j in range(i + 1):
+            s = covariance[min(abs(place[i] - place[j]), covariance.size - 1)]
+            for k in range(j):
+                s -= out[i, k] * out[j, k]
+            if i == j:
+                out[i, i] = np.sqrt(max(s, least))
+            else:
+                out[i, j] = s / out[j, j]
+
+
+@njit(cache=True)
+def _draw(
+    x: np.ndarray,
+    place: np.ndarray,
+    known: int,
+    total: int,
+    root: np.ndarray,
+    draws: np.ndarray,
+) -> None:
+    """Draw the samples at place[known:total] given those at place[:known]."""
+    mean = 0.0
+    for i in range(known):
+        mean += x[place[i]]
+    mean /= known
+    z = np.empty(total)
+    for i in range(total):
+        s = 0.0
+        if i < known:
+            s = x[place[i]] - mean
+            for k in range(i):
+                s -= root[i, k] * z[k]
+            z[i] = s / root[i, i]
+        else:
+            z[i] = draws[i - known]
+            for k in range(i + 1):
+                s += root[i, k] * z[k]
+            x[place[i]] = mean + s
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    x = np.arange(64.0)
+    x[20] = np.nan
+    filled(x, np.ones_like, 1.0, np.random.default_rng(0))

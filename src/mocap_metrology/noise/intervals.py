@@ -1,0 +1,175 @@
+"""From a maximum of the likelihood to the lines of noise.csv: errors, intervals, limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from mocap_metrology.noise.estimates import CLASSES, Z_68, Z_95, Coefficient, Components
+from mocap_metrology.noise.fisher import parameter_names, standard_errors
+from mocap_metrology.noise.lines import Line, line_errors, threshold
+from mocap_metrology.noise.model import ALPHAS
+from mocap_metrology.noise.periodogram import Periodogram, gauss_markov_unit
+from mocap_metrology.noise.whittle import Fit, Likelihood
+
+ONE_SIDED_95 = 1.6448536269514722
+LINE_FROM_HZ = 1.0  # a limit on lines is given from here up: below, the noise rises and so does it
+DOUBLINGS = 40  # of a first guess of a limit
+PLACES = 8  # values of T_c in a class a limit is computed for
+
+
+def coefficients(
+    data: Periodogram,
+    fit: Fit,
+    line: Line | None,
+    components: Components | None,
+    most_terms: int,
+    wants_line: bool,
+) -> tuple[Coefficient, ...]:
+    """Every coefficient with its error and intervals; limits for what is not there.
+
+    Intervals: h normal, from 0 up; q_c, T_c, A_s log-normal, as they are positive scales.
+    """
+    bins = data.bins
+    weight = bins.n.astype(float)
+    likelihood = Likelihood(data, (bins.tau0 / 2, bins.span_s / 5))
+    complete = Likelihood(Periodogram(bins, data.psd, weight), likelihood.bounds)
+    spectrum = fit.spectrum
+    error = standard_errors(fit.information, spectrum)
+    bound = standard_errors(complete.information(spectrum), spectrum)
+    status = {} if fit.converged else dict.fromkeys(parameter_names(spectrum), "not_converged")
+    status |= _at_bound(fit, likelihood.bounds)
+    rows = []
+    for alpha in components.alphas if components else ALPHAS:
+        name = f"h_{alpha}"
+        h = spectrum.h.get(alpha, 0.0)
+        if h > 0:
+            rows.append(_linear(name, h, error[name], bound[name], status.get(name, "ok")))
+        else:
+            rows.append(_limit(name, law_limit(likelihood, fit, alpha)))
+    for k, (q2, T_c) in enumerate(zip(spectrum.q2, spectrum.T_c, strict=True), start=1):
+        for name, value in ((f"q_c{k}", math.sqrt(q2)), (f"T_c{k}", float(T_c))):
+            kind = status.get(name, "ok")
+            rows.append(_positive(name, value, error[name], bound[name], kind))
+    if components is None and len(spectrum.T_c) < most_terms:
+        rows += _class_limits(likelihood, fit, most_terms)
+    if wants_line:
+        rows += _line_rows(line, likelihood, fit)
+    return tuple(rows)
+
+
+def _at_bound(fit: Fit, bounds: tuple[float, float]) -> dict[str, str]:
+    at = np.isclose(fit.spectrum.T_c, bounds[0]) | np.isclose(fit.spectrum.T_c, bounds[1])
+    return {f"T_c{k + 1}": "at_bound" for k in np.flatnonzero(at)}
+
+
+def _linear(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
+    ends = [max(value + sign * z * error, 0.0) for z in (Z_68, Z_95) for sign in (-1, 1)]
+    return Coefficient(name, value, error, bound, *ends, status=status)
+
+
+def _positive(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
+    relative = error / value
+    ends = [value * _exp(sign * z * relative) for z in (Z_68, Z_95) for sign in (-1, 1)]
+    return Coefficient(name, value, error, bound, *ends, status=status)
+
+
+def _exp(x: float) -> float:
+    return math.exp(min(x, 700.0))
+
+
+def _limit(name: str, upper: float, note: str = "") -> Coefficient:
+    return Coefficient(
+        name, math.nan, upper_95=upper, detected=False, status="not_detected", note=note
+    )
+
+
+def _one_step(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> tuple[float, float]:
+    """Coefficient of a further spectrum `column` (B,) by one scoring step from 0, the others
+    refitted, and its standard error."""
+    density, columns = likelihood.jacobian(fit.spectrum)
+    root = np.sqrt(likelihood.weight / 2)
+    used = columns[:, np.abs(columns).max(axis=0) > 0] / density[:, None] * root[:, None]
+    basis, _ = np.linalg.qr(used)
+    own = column / density * root
+    left = own - basis @ (basis.T @ own)
+    information = left @ left
+    if information < 1e-12 * (own @ own):
+        return 0.0, math.inf
+    rest = root * (likelihood.psd / density - 1)
+    return max(left @ rest / information, 0.0), 1 / math.sqrt(information)
+
+
+def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> float:
+    """Upper 95 % limit of the coefficient of a further spectrum `column` (B,), >= 0.
+
+    Profile likelihood: the value at which twice the log likelihood, all else refitted, has fallen
+    by 1.645^2 from its maximum (one-sided). A scoring step would do if the fit without the
+    component had the right weights, which it has not where the component would stand out.
+    """
+    from scipy.optimize import brentq
+
+    estimate, error = _one_step(likelihood, fit, column)
+    if not math.isfinite(error):
+        return math.inf
+
+    def deviance(value: float) -> float:
+        return likelihood.fit(fit.spectrum, value * column).deviance
+
+    # (deviance, value) of the lowest point seen: the maximum of the likelihood, near enough
+    best = min((fit.deviance, 0.0), (deviance(estimate), estimate))
+    high = estimate + ONE_SIDED_95 * error
+    for _ in range(DOUBLINGS):
+        found = deviance(high)
+        if found > best[0] + ONE_SIDED_95**2:
+            break
+        best, high = min(best, (found, high)), 2 * high
+    else:
+        return math.inf  # something else gives way to it: the spectrum does not limit it
+    fall = best[0] + ONE_SIDED_95**2
+    return brentq(lambda value: deviance(value) - fall, best[1], high, rtol=0.01, xtol=1e-300)
+
+
+def law_limit(likelihood: Likelihood, fit: Fit, alpha: int) -> float:
+    """`upper_limit` of h_alpha."""
+    others = {a: h for a, h in fit.spectrum.h.items() if a != alpha}
+    alone = replace(fit, spectrum=replace(fit.spectrum, h=others))
+    return upper_limit(likelihood, alone, likelihood.laws[alpha])
+
+
+def _class_limits(likelihood: Likelihood, fit: Fit, most: int) -> list[Coefficient]:
+    """Limits of q_c of a further term in each class of S 4.6 that has none; the greatest over the
+    class, so they hold for every T_c in it."""
+    rows, number = [], len(fit.spectrum.T_c)
+    for name, low, high in CLASSES:
+        low, high = max(low, likelihood.bounds[0]), min(high, likelihood.bounds[1])
+        taken = any(low <= T_c < high for T_c in fit.spectrum.T_c)
+        if taken or high <= low or number == most:
+            continue
+        number += 1
+        units = [gauss_markov_unit(likelihood.bins, T) for T in np.geomspace(low, high, PLACES)]
+        worst = max(units, key=lambda unit: sum(_one_step(likelihood, fit, unit)))
+        upper = math.sqrt(upper_limit(likelihood, fit, worst))
+        note = f"class {name}: limit for every T_c from {low:.3g} to {high:.3g} s"
+        rows.append(_limit(f"q_c{number}", upper, note))
+    return rows
+
+
+def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coefficient]:
+    duration = likelihood.bins.span_s
+    if line is not None:
+        errors = line_errors(line.A_s, line.psd, duration)
+        return [
+            _positive("A_s", line.A_s, errors[0], errors[0], "ok"),
+            _linear("f_0", line.f_0, errors[1], errors[1], "ok"),
+        ]
+    from_hz = min(LINE_FROM_HZ, likelihood.bins.centre_hz.max())
+    above = likelihood.bins.centre_hz >= from_hz
+    psd = float(likelihood.density(fit.spectrum)[above].max())
+    # gain = A^2 T / S must exceed the threshold; its root has unit variance
+    root = math.sqrt(threshold(int(likelihood.bins.n.sum()))) + ONE_SIDED_95
+    upper = root * math.sqrt(psd / duration)
+    note = f"a line of this size, from {from_hz:.3g} Hz up, is found in 95 of 100 recordings"
+    return [_limit("A_s", upper, note), _limit("f_0", math.nan)]

@@ -1,0 +1,182 @@
+"""Periodogram by cosine transform, in logarithmic bins: what the likelihood estimator fits.
+
+The cosine transform (DCT-II) continues a series evenly past its ends, where a Fourier transform
+takes it for a loop. A random walk does not close: in a Fourier periodogram its end-to-end jump
+doubles the power at every frequency. The cosine functions are the eigenvectors of the covariance
+of a random walk of n points with its mean removed, and of white noise, so for both the transform's
+coefficients are independent and their variances are the sampled spectra exactly; for a
+Gauss-Markov process a closed-form end correction remains (`gauss_markov_unit`). Nothing is tapered
+away: n - 1 coefficients, one degree of freedom each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.noise.model import four_sin2
+
+BINS_PER_DECADE = 64  # 3.7 % wide: the widest spectra here, f^2 and f^-2, bend by 2e-4 in one
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Frequencies of the bins of one or several stretches of a series, one row a bin (B bins).
+
+    f_hz (B, 3): Gauss-Legendre nodes of the bin; gain: 4 sin^2(pi f tau0) there; f_lower_hz,
+    f_upper_hz (B,); n (B,): coefficients in the bin; duration_s (B,): of its stretch; parity (B,):
+    1 even, -1 odd, 0 several coefficients.
+    """
+
+    f_hz: np.ndarray
+    gain: np.ndarray
+    f_lower_hz: np.ndarray
+    f_upper_hz: np.ndarray
+    n: np.ndarray
+    duration_s: np.ndarray
+    parity: np.ndarray
+    tau0: float
+
+    @property
+    def centre_hz(self) -> np.ndarray:
+        """(B,): geometric mean of the coefficients' frequencies, near enough."""
+        return self.f_hz[:, 1]
+
+    @property
+    def where(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """What the compiled spectra need."""
+        return self.gain, self.parity, self.duration_s, self.tau0
+
+    @property
+    def span_s(self) -> float:
+        """Duration of the longest stretch."""
+        return float(self.duration_s.max())
+
+
+@dataclass(frozen=True)
+class Periodogram:
+    """psd (B,): mean of the one-sided periodogram in each bin, unit^2/Hz; weight (B,): degrees of
+    freedom, the number of coefficients times the share of samples that were measured."""
+
+    bins: Bins
+    psd: np.ndarray
+    weight: np.ndarray
+
+
+def edges(n: int, per_decade: int = BINS_PER_DECADE) -> np.ndarray:
+    """First coefficient of each bin and, last, n: single ones at first, then even steps in log k;
+    k = 1 ... n - 1."""
+    wanted = np.logspace(0, math.log10(n), max(round(math.log10(n) * per_decade), 1) + 1)
+    whole = np.unique(np.rint(wanted).astype(np.int64))
+    return np.unique(np.concatenate([whole[whole < n], [n]]))
+
+
+def bins_of(n: int, tau0: float, per_decade: int = BINS_PER_DECADE) -> Bins:
+    """Bins of a stretch of n samples; coefficient k has the frequency k / (2 n tau0)."""
+    edge = edges(n, per_decade)
+    first, last = edge[:-1], edge[1:] - 1
+    count = last - first + 1
+    # From half a step before the first coefficient to half a step after the last
+    half = count[:, None] / 2
+    k = (first + last)[:, None] / 2 + np.where(count[:, None] > 1, half * NODES, 0.0)
+    step = 1 / (2 * n * tau0)
+    f_hz = k * step
+    parity = np.where(count > 1, 0, np.where(first % 2 == 0, 1, -1))
+    return Bins(
+        f_hz,
+        four_sin2(f_hz, tau0),
+        (first - 0.5) * step,
+        (last + 0.5) * step,
+        count,
+        np.full(count.size, n * tau0),
+        parity.astype(np.int64),
+        tau0,
+    )
+
+
+def joined(parts: Sequence[Bins]) -> Bins:
+    """Bins of several stretches as one."""
+    if len(parts) == 1:
+        return parts[0]
+    names = ("f_hz", "gain", "f_lower_hz", "f_upper_hz", "n", "duration_s", "parity")
+    columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    return Bins(*columns, parts[0].tau0)
+
+
+def binned(series: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
+    """(B,) mean of 2 tau0 c_k^2 in each bin, c_k the orthonormal DCT-II of `series` (n,), complete.
+
+    For white noise of variance s^2 its expectation is 2 tau0 s^2 = h_0.
+    """
+    from scipy.fft import dct
+
+    c = dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
+    return 2 * tau0 * _mean_squares(c, edges(series.size)[:-1], bins.n)
+
+
+@njit(cache=True)
+def _mean_squares(c: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    out = np.empty(first.size)
+    for b in range(first.size):
+        total = 0.0
+        for k in range(first[b], first[b] + count[b]):
+            total += c[k] * c[k]
+        out[b] = total / count[b]
+    return out
+
+
+def power_law_unit(bins: Bins, alpha: int) -> np.ndarray:
+    """(B,) sampled spectrum of h_alpha = 1, mean over each bin (see `model.PowerLaw.psd`)."""
+    if alpha == -2:
+        return (2 * np.pi * bins.tau0) ** 2 * ((1 / bins.gain) @ WEIGHTS) / 2
+    return (bins.f_hz ** float(alpha)) @ WEIGHTS / 2
+
+
+def gauss_markov_unit(bins: Bins, T_c: float) -> np.ndarray:
+    """(B,) expected periodogram of a Gauss-Markov component of q_c = 1.
+
+    The sampled spectrum S (`model.GaussMarkov.psd`) times the end correction of the DCT,
+    1 - S / (T var (1 + c)) with c = coth(T / 2 T_c) for even and tanh for odd coefficients, T the
+    duration, var = T_c / 2: the process is the one with reflecting ends, whose covariance the DCT
+    diagonalises, conditioned by one rank-one term at each end (Sherman-Morrison).
+    """
+    out = np.empty(bins.n.size)
+    unit_into(T_c, bins.where, out)
+    return out
+
+
+@njit(cache=True)
+def unit_into(T_c: float, where: tuple, out: np.ndarray) -> None:
+    """`gauss_markov_unit`, compiled; where: `Bins.where`."""
+    gain, parity, duration, tau0 = where
+    a = tau0 / T_c
+    variance = T_c / 2
+    phi = math.exp(-a)
+    square = math.expm1(-a) ** 2
+    numerator = -2 * tau0 * variance * math.expm1(-2 * a)
+    last, even, odd = -1.0, 0.0, 0.0
+    for b in range(out.size):
+        if duration[b] != last:
+            last = duration[b]
+            tanh = math.tanh(last / (2 * T_c))
+            even = 1 / (last * variance * (1 + 1 / tanh))
+            odd = 1 / (last * variance * (1 + tanh))
+        end = even if parity[b] == 1 else odd if parity[b] == -1 else (even + odd) / 2
+        # weights 5/18, 8/18, 5/18; one coefficient has three equal nodes
+        total = 0.0
+        for j in range(3):
+            s = numerator / (square + phi * gain[b, j])
+            total += s * (1 - s * end) * (8.0 if j == 1 else 5.0)
+        out[b] = total / 18
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    bins = bins_of(16, 1.0)
+    binned(np.arange(16.0), 1.0, bins)
+    gauss_markov_unit(bins, 3.0)

@@ -1,0 +1,264 @@
+"""Least squares for sums of curves: non-negative amplitudes, searched time constants and frequency.
+
+Curves are (k,) vectors of a whitened problem: power laws of one shape each, Gauss-Markov terms of
+a shape by log T_c, a sinusoid of a shape by log f_0. For given shapes the best amplitudes are a
+convex problem (non-negative least squares, Lawson & Hanson 1974), so only shapes are searched:
+variable projection [Golub & Pereyra 1973, with Kaufman's 1975 Jacobian]. Starts come from the
+data: amplitudes of a whole grid of time constants are convex too, and where they end up positive
+are the terms; then terms are removed and inserted one at a time. No random numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+MAX_STEPS = 100
+ROUGH = 1e-5  # tolerance while numbers of terms are compared
+DICTIONARY_STRIDE = 4  # every fourth time constant of the table is an atom of the first fit
+
+
+@dataclass(frozen=True)
+class Problem:
+    """target: (k,); fixed: (k, a) power laws; log_T: (g,) rising by equal steps, table and slope:
+    (g, k) Gauss-Markov curves there and their derivatives by log T_c; line: (k,) by log f_0, of
+    which log_f: (2,) is the range."""
+
+    target: np.ndarray
+    fixed: np.ndarray
+    log_T: np.ndarray
+    table: np.ndarray
+    slope: np.ndarray
+    line: Callable[[float], np.ndarray]
+    log_f: tuple[float, float]
+
+    def correlated(self, log_T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(k, t) curves at log_T (t,) and their derivatives: cubic Hermite interpolation."""
+        step = self.log_T[1] - self.log_T[0]
+        place = (log_T - self.log_T[0]) / step
+        i = np.minimum(np.maximum(place.astype(int), 0), self.log_T.size - 2)
+        t = place - i
+        square, cube = t * t, t * t * t
+        rise = 3 * square - 2 * cube
+        value = np.stack([1 - rise, rise, step * (cube - 2 * square + t), step * (cube - square)])
+        rate = 6 * (t - square) / step
+        slope = np.stack([-rate, rate, 3 * square - 4 * t + 1, 3 * square - 2 * t])
+        nodes = np.stack([self.table[i], self.table[i + 1], self.slope[i], self.slope[i + 1]])
+        return np.einsum("nt,ntk->kt", value, nodes), np.einsum("nt,ntk->kt", slope, nodes)
+
+    def tone(self, log_f: float) -> tuple[np.ndarray, np.ndarray]:
+        """Curve of the sinusoid and its derivative by log f_0."""
+        h = 1e-6
+        difference = self.line(log_f + h) - self.line(log_f - h)
+        return self.line(log_f), difference / (2 * h)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """log_T: (terms,) rising; log_f: of the sinusoid or None; amplitudes: of the power laws, the
+    terms and the sinusoid, in that order, >= 0; cost: sum of squared residuals (k,). curves: (k,
+    a + s), slopes: (k, s) derivatives of the s that have a shape."""
+
+    log_T: np.ndarray
+    log_f: float | None
+    amplitudes: np.ndarray
+    residual: np.ndarray
+    curves: np.ndarray
+    slopes: np.ndarray
+    converged: bool = True
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def shapes(self) -> np.ndarray:
+        """What is searched: log_T and, last, log_f."""
+        return self.log_T if self.log_f is None else np.append(self.log_T, self.log_f)
+
+    @property
+    def shaped(self) -> np.ndarray:
+        """Amplitudes of the curves that have a shape."""
+        return self.amplitudes[self.amplitudes.size - self.slopes.shape[1] :]
+
+
+def amplitudes(curves: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Non-negative least squares; columns are scaled first, as their units differ by powers."""
+    from scipy.optimize import nnls
+
+    if not curves.shape[1]:
+        return np.empty(0)
+    norm = np.sqrt(np.einsum("ij,ij->j", curves, curves))
+    norm = np.where(norm > 0, norm, 1.0)
+    return nnls(curves / norm, target, maxiter=50 * curves.shape[1])[0] / norm
+
+
+def solved(problem: Problem, log_T: np.ndarray, log_f: float | None = None) -> Fit:
+    """The fit with these shapes."""
+    curves, slopes = problem.correlated(np.asarray(log_T, float))
+    if log_f is not None:
+        tone = problem.tone(log_f)
+        curves, slopes = np.column_stack([curves, tone[0]]), np.column_stack([slopes, tone[1]])
+    curves = np.hstack([problem.fixed, curves])
+    found = amplitudes(curves, problem.target)
+    residual = problem.target - curves @ found
+    return Fit(np.asarray(log_T, float), log_f, found, residual, curves, slopes)
+
+
+def polish(
+    problem: Problem, log_T: np.ndarray, log_f: float | None = None, tolerance: float = 1e-8
+) -> Fit:
+    """Local minimum over the shapes, within the table and the range of frequencies: damped
+    Gauss-Newton steps (Levenberg-Marquardt) until one changes the cost by less than `tolerance`
+    times it. Terms of amplitude 0 are left out of the result."""
+    low = np.append(np.full(len(log_T), problem.log_T[0]), problem.log_f[0])
+    high = np.append(np.full(len(log_T), problem.log_T[-1]), problem.log_f[1])
+    fit = solved(problem, np.clip(log_T, low[:-1], high[:-1]), log_f)
+    size = fit.shapes.size
+    low, high = low[:size], high[:size]
+    damping, converged = 1e-3, size == 0
+    for _ in range(MAX_STEPS if size else 0):
+        step = _step(fit, damping, low, high)
+        shapes = np.minimum(np.maximum(fit.shapes + step, low), high)
+        trial = solved(problem, shapes[: len(log_T)], None if log_f is None else shapes[-1])
+        gain = fit.cost - trial.cost
+        if gain > 0:
+            fit, damping = trial, damping / 8
+        else:
+            damping *= 6
+        if abs(gain) < tolerance * (1 + fit.cost) or damping > 1e9:
+            converged = True
+            break
+    return _pruned(replace(fit, converged=converged))
+
+
+def _step(fit: Fit, damping: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    shapes, own = fit.shapes, fit.shaped
+    jacobian = projected(fit.slopes * own, fit.curves[:, fit.amplitudes > 0])
+    gradient = jacobian.T @ fit.residual
+    # A shape on its bound that would leave it stays out of the step, one without amplitude too
+    free = (own > 0) & ~((shapes <= low) & (gradient < 0)) & ~((shapes >= high) & (gradient > 0))
+    step = np.zeros(shapes.size)
+    if free.any():
+        normal = jacobian[:, free].T @ jacobian[:, free]
+        scale = np.diag(normal)
+        normal = normal + np.diag(damping * scale + 1e-12 * scale.max() + 1e-300)
+        step[free] = np.linalg.solve(normal, gradient[free])
+    return np.minimum(np.maximum(step, -1.0), 1.0)
+
+
+def projected(vectors: np.ndarray, onto_complement_of: np.ndarray) -> np.ndarray:
+    """Columns less what the other columns explain."""
+    if not onto_complement_of.shape[1]:
+        return vectors
+    norm = np.linalg.norm(onto_complement_of, axis=0)
+    basis, _ = np.linalg.qr(onto_complement_of / np.where(norm > 0, norm, 1.0))
+    return vectors - basis @ (basis.T @ vectors)
+
+
+def _pruned(fit: Fit) -> Fit:
+    """Without empty terms, by rising log_T."""
+    size = fit.log_T.size
+    first = fit.amplitudes.size - fit.slopes.shape[1]
+    order = np.argsort(fit.log_T)
+    order = order[fit.amplitudes[first + order] > 0]
+    shaped = np.append(order, np.arange(size, fit.slopes.shape[1]))
+    every = np.append(np.arange(first), first + shaped)
+    return replace(
+        fit,
+        log_T=fit.log_T[order],
+        amplitudes=fit.amplitudes[every],
+        curves=fit.curves[:, every],
+        slopes=fit.slopes[:, shaped],
+    )
+
+
+def dictionary(problem: Problem, log_f: float | None = None) -> Fit:
+    """The convex fit: a term at every atom of a grid of time constants."""
+    return _pruned(solved(problem, problem.log_T[::DICTIONARY_STRIDE], log_f))
+
+
+def merged(problem: Problem, fit: Fit) -> np.ndarray:
+    """Time constants of a `dictionary` fit, neighbouring atoms merged to their mean by amplitude
+    times length of curve (two neighbours stand for one term between them)."""
+    if not fit.log_T.size:
+        return fit.log_T
+    first = problem.fixed.shape[1]
+    at = np.rint((fit.log_T - problem.log_T[0]) / (problem.log_T[1] - problem.log_T[0])).astype(int)
+    weight = fit.amplitudes[first : first + at.size] * np.linalg.norm(problem.table[at], axis=1)
+    groups = np.cumsum(np.concatenate([[0], np.diff(at) > DICTIONARY_STRIDE]))
+    return np.bincount(groups, weight * fit.log_T) / np.bincount(groups, weight)
+
+
+def path(problem: Problem, most: int, log_f: float | None = None) -> list[Fit]:
+    """The best fits found with at most 0, 1, ..., `most` terms.
+
+    From the merged dictionary down: the term that is missed least goes, the others are polished.
+    Then up: a term is put in where it gains most. The better of both ways stands.
+    """
+    best: list[Fit | None] = [None] * (most + 1)
+    fit = polish(problem, merged(problem, dictionary(problem, log_f)), log_f, ROUGH)
+    while True:
+        size = fit.log_T.size
+        if size <= most and (best[size] is None or fit.cost < best[size].cost):
+            best[size] = fit
+        if size == 0:
+            break
+        fit = _without_one(problem, fit)
+    for size in range(1, most + 1):
+        for log_T in best_insertions(problem, best[size - 1]):
+            below = best[size - 1]
+            trial = polish(problem, np.append(below.log_T, log_T), below.log_f, ROUGH)
+            if best[size] is None or trial.cost < best[size].cost:
+                best[size] = trial
+        if best[size] is None or best[size - 1].cost <= best[size].cost:
+            best[size] = best[size - 1]
+    return best
+
+
+def _without_one(problem: Problem, fit: Fit) -> Fit:
+    rest = [np.delete(fit.log_T, i) for i in range(fit.log_T.size)]
+    costs = [solved(problem, log_T, fit.log_f).cost for log_T in rest]
+    first, *others = np.argsort(costs)
+    close = [i for i in others[:1] if costs[i] - fit.cost < 3 * (costs[first] - fit.cost) + 1]
+    tried = [polish(problem, rest[i], fit.log_f, ROUGH) for i in (first, *close)]
+    return min(tried, key=lambda f: f.cost)
+
+
+def gains(fit: Fit, columns: np.ndarray) -> np.ndarray:
+    """(g,) how much each of the columns (k, g), of positive amplitude, would lower the cost with
+    the shapes as they are."""
+    new = projected(columns, fit.curves[:, fit.amplitudes > 0])
+    power = np.einsum("ij,ij->j", new, new)
+    floor = 1e-10 * np.einsum("ij,ij->j", columns, columns)
+    along = np.maximum(fit.residual @ new, 0.0)
+    return np.where(power > floor, along**2 / np.maximum(power, floor + 1e-300), 0.0)
+
+
+def peaks(values: np.ndarray, count: int) -> np.ndarray:
+    """Places of the highest local maxima above 0, highest first."""
+    padded = np.concatenate([[-1.0], values, [-1.0]])
+    high = (values > padded[:-2]) & (values >= padded[2:]) & (values > 0)
+    at = np.flatnonzero(high)
+    return at[np.argsort(-values[at], kind="stable")][:count]
+
+
+def best_insertions(problem: Problem, fit: Fit, count: int = 2) -> np.ndarray:
+    """log T_c where one more term would gain most; empty where none gains 0.01, a tenth of a
+    standard error."""
+    gained = gains(fit, problem.table.T)
+    at = peaks(gained, count)
+    return problem.log_T[at[gained[at] > max(0.01, 0.2 * gained.max())]]
+
+
+def with_line(problem: Problem, fit: Fit, log_f: np.ndarray, columns: np.ndarray) -> Fit | None:
+    """The fit plus a sinusoid, or None where none gains; its frequency from a scan of log_f (g,),
+    whose curves are columns (k, g), then polished from the three best peaks."""
+    bare = fit if fit.log_f is None else solved(problem, fit.log_T)
+    tried = [
+        polish(problem, bare.log_T, float(log_f[i]), ROUGH) for i in peaks(gains(bare, columns), 3)
+    ]
+    return min(tried, key=lambda f: f.cost, default=None)

@@ -1,0 +1,335 @@
+"""Noise coefficients from Allan variances, weighted by their full covariance (generalised least
+squares), with the sampled noise model.
+
+Overlapping Allan variances at neighbouring tau are almost copies of each other, so the fit that
+counts each as new data says too much, and the fit that weighs them by relative residuals (S Eq. 13)
+misses what the differences between neighbours tell. Here C = Cov[AVAR_a, AVAR_b] of the fitted
+model (`avar_covariance`) weighs them: minimised is r^T C^-1 r, r = observed - model. With all
+integers m up to ten and ten or more a decade beyond, that reaches the Cramer-Rao bound to 2 %.
+
+The model inside C comes from a first fit with weights edf / 2 on relative residuals, and C is then
+held fixed within a fit, so that long tau, which scatter by their own size, do not drag the model
+down to the lowest of them. Standard errors: (J^T C^-1 J)^-1, J over all coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise import separable
+from mocap_metrology.noise.avar_covariance import avar_covariance
+from mocap_metrology.noise.estimates import Components, Estimate
+from mocap_metrology.noise.model import ALPHAS, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.separable import ROUGH, Fit, Problem
+from mocap_metrology.noise.weighted_report import Found, coefficients
+
+# criterion: `bic` or `aicc`; max_gauss_markov: most terms that are tried when the number is not
+# given; ridge: share of its own variance by which each Allan variance is doubted beyond C (0.01
+# costs 1-3 % of standard error, and a curve that no model fits exactly is then not fitted to the
+# fifth digit); passes: how often C is renewed from the fit
+SETTINGS = {"criterion": "bic", "max_gauss_markov": 4, "ridge": 0.01, "passes": 2}
+TABLE_PER_DECADE = 40
+TONE_STEP = 0.01  # of log f_0: the Allan curve's oscillations that stand out move by less
+ENVELOPE = 10.0  # degrees of freedom are compared with the model's over a decade to either side
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Unit curves at the averaging factors: power (k, 5) for h_alpha = 1, log_T (g,) with table
+    and slope (g, k) for q_c = 1, log_f (f,) with tones (k, f) for A_s = 1."""
+
+    m: np.ndarray
+    n: int
+    tau0: float
+    power: np.ndarray
+    log_T: np.ndarray
+    table: np.ndarray
+    slope: np.ndarray
+    log_f: np.ndarray
+    tones: np.ndarray
+
+
+@lru_cache(maxsize=4)
+def unit_curves(m_bytes: bytes, n: int, tau0: float) -> Curves:
+    """Those of a series of n samples. T_c from tau0/2 to T/10; f_0 from one period in the longest
+    tau (slower, the curve only rises, as with random walk) to Nyquist."""
+    from scipy.interpolate import CubicSpline
+
+    m = np.frombuffer(m_bytes, dtype=np.int64)
+    power = np.stack([PowerLaw(alpha, 1.0).avar(m, tau0) for alpha in ALPHAS], axis=1)
+    ends = np.log(tau0 / 2), np.log(n * tau0 / 10)
+    log_T = np.linspace(*ends, max(int(np.ptp(ends) / np.log(10) * TABLE_PER_DECADE), 8))
+    table = np.stack([GaussMarkov(1.0, float(np.exp(x))).avar(m, tau0) for x in log_T])
+    slope = CubicSpline(log_T, table, axis=0)(log_T, 1)
+    ends = np.log(1 / (max(m[-1], 3) * tau0)), np.log(0.5 / tau0)
+    log_f = np.linspace(*ends, max(int(np.ptp(ends) / TONE_STEP), 8) + 2)[1:-1]
+    tones = np.stack([Sinusoid(1.0, float(np.exp(x))).avar(m, tau0) for x in log_f], axis=1)
+    return Curves(m, n, tau0, power, log_T, table, slope, log_f, tones)
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """A `Problem` with the matrix (k, k) that whitened it and its effective number of data."""
+
+    problem: Problem
+    matrix: np.ndarray
+    n_effective: float
+
+
+def weighted(
+    m: np.ndarray,
+    avar: np.ndarray,
+    edf: np.ndarray,
+    n: int,
+    tau0: float,
+    components: Components | None = None,
+    settings: Mapping[str, Any] | None = None,
+) -> Estimate:
+    """Coefficients of one series of n samples from its overlapping Allan variances.
+
+    m: (k,) averaging factors; avar: (k,) mm^2; edf: (k,) degrees of freedom, which lower the
+    weights where they are fewer than n samples without gaps would have. `components`: what is
+    fitted; None: chosen by the criterion from all power laws, 0 to 4 Gauss-Markov terms and a
+    sinusoid. `settings`: see SETTINGS. The same data give the same numbers; there is no start to
+    choose. Refuses arrays of unequal length, values that are not positive numbers, and fewer
+    variances than coefficients.
+    """
+    options = _options(settings)
+    m, avar, edf = _checked(m, avar, edf, n, tau0, components)
+    curves = unit_curves(m.tobytes(), int(n), float(tau0))
+    alphas = ALPHAS if components is None else tuple(sorted(components.alphas))
+    white = _pilot(curves, avar, edf, alphas, options)
+    if components is None:
+        alphas, fit = _chosen(white, curves, options)
+    else:
+        fit = _known(white, curves, components)
+    for _ in range(options["passes"]):
+        model = _model(alphas, fit)
+        if not model.components:
+            break
+        white = whitened(curves, avar, edf, model, alphas, options["ridge"])
+        fit = separable.polish(white.problem, fit.log_T, fit.log_f)
+    if components is None:
+        most = options["max_gauss_markov"]
+        components = Components(ALPHAS, min(fit.log_T.size + 1, most), True)
+    power = white.matrix @ curves.power
+    found = Found(
+        alphas,
+        fit,
+        white.problem,
+        dict(zip(ALPHAS, power.T, strict=True)),
+        curves.log_f,
+        white.matrix @ curves.tones,
+    )
+    parts, note = coefficients(found, components)
+    return Estimate("weighted", "sampled", parts, fit.cost, note)
+
+
+def whitened(
+    curves: Curves,
+    avar: np.ndarray,
+    edf: np.ndarray,
+    model: NoiseModel,
+    alphas: tuple[int, ...],
+    ridge: float,
+) -> Whitened:
+    """The problem with the covariance of `model`."""
+    from scipy.linalg import solve_triangular
+
+    scale = _curve(curves, model)
+    covariance = avar_covariance(model, curves.m, curves.n, curves.tau0)
+    variance = np.diag(covariance)
+    sigma = np.sqrt(variance)
+    correlation = covariance / np.outer(sigma, sigma) + ridge * np.eye(sigma.size)
+    sigma = sigma / np.sqrt(kept_share(curves.m, edf, 2 * scale**2 / variance))
+    matrix = solve_triangular(_cholesky(correlation), np.diag(1 / sigma), lower=True)
+    return _whitened_by(matrix, curves, avar, alphas, scale)
+
+
+def _curve(curves: Curves, model: NoiseModel) -> np.ndarray:
+    """The model's Allan variance, power laws from the unit curves (integrals are slow)."""
+    total = np.zeros(curves.m.size)
+    for part in model.components:
+        if isinstance(part, PowerLaw):
+            total += part.h * curves.power[:, ALPHAS.index(part.alpha)]
+        else:
+            total += part.avar(curves.m, curves.tau0)
+    return total
+
+
+def kept_share(m: np.ndarray, edf: np.ndarray, edf_model: np.ndarray) -> np.ndarray:
+    """(k,) share of the model's degrees of freedom that the data have: below 1 where gaps took
+    some. edf / edf_model also scatters, as edf follows whole exponents: its upper envelope over a
+    decade of tau to either side is taken, and at most 1."""
+    ratio = edf / edf_model
+    near = np.abs(np.log(m[:, None] / m)) <= np.log(ENVELOPE)
+    return np.minimum(np.max(np.where(near, ratio, 0.0), axis=1), 1.0)
+
+
+def _cholesky(correlation: np.ndarray) -> np.ndarray:
+    """Factor of a correlation matrix; what rounding and the ends of the series made negative in its
+    spectrum is lifted as little as needed."""
+    for lift in (0.0, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1):
+        try:
+            return np.linalg.cholesky(correlation + lift * np.eye(len(correlation)))
+        except np.linalg.LinAlgError:
+            continue
+    return np.eye(len(correlation))
+
+
+def _whitened_by(
+    matrix: np.ndarray,
+    curves: Curves,
+    avar: np.ndarray,
+    alphas: tuple[int, ...],
+    scale: np.ndarray,
+) -> Whitened:
+    def line(log_f: float) -> np.ndarray:
+        return matrix @ Sinusoid(1.0, float(np.exp(log_f))).avar(curves.m, curves.tau0)
+
+    fixed = matrix @ curves.power[:, [ALPHAS.index(alpha) for alpha in alphas]]
+    table, slope = curves.table @ matrix.T, curves.slope @ matrix.T
+    ends = float(curves.log_f[0]), float(curves.log_f[-1])
+    problem = Problem(matrix @ avar, fixed, curves.log_T, table, slope, line, ends)
+    # 2 / (relative variance of one common factor): n for white noise
+    return Whitened(problem, matrix, 2 * float(np.sum((matrix @ scale) ** 2)))
+
+
+def _pilot(
+    curves: Curves, avar: np.ndarray, edf: np.ndarray, alphas: tuple[int, ...], options: dict
+) -> Whitened:
+    """The problem with the covariance of a model of as many terms as the data like: first without
+    correlations and relative to the data, then twice with the covariance of the fit before."""
+    white = _whitened_by(np.diag(np.sqrt(edf / 2) / avar), curves, avar, alphas, avar)
+    for _ in range(2):
+        model = _model(alphas, separable.dictionary(white.problem))
+        white = whitened(curves, avar, edf, model, alphas, options["ridge"])
+    return white
+
+
+def _model(alphas: tuple[int, ...], fit: Fit) -> NoiseModel:
+    a, size = fit.amplitudes, len(alphas)
+    parts: list = [PowerLaw(alpha, float(h)) for alpha, h in zip(alphas, a, strict=False) if h > 0]
+    terms = zip(a[size:], fit.log_T, strict=False)
+    parts += [GaussMarkov(float(np.sqrt(p)), float(np.exp(x))) for p, x in terms]
+    if fit.log_f is not None and a[-1] > 0:
+        parts.append(Sinusoid(float(np.sqrt(a[-1])), float(np.exp(fit.log_f))))
+    return NoiseModel(tuple(parts))
+
+
+def _only(problem: Problem, alphas: tuple[int, ...]) -> Problem:
+    """A problem with all power laws, reduced to some."""
+    return replace(problem, fixed=problem.fixed[:, [ALPHAS.index(alpha) for alpha in alphas]])
+
+
+def _known(white: Whitened, curves: Curves, components: Components) -> Fit:
+    problem, tones = white.problem, white.matrix @ curves.tones
+    fit = separable.path(problem, components.gauss_markov)[-1]
+    if not components.sinusoid:
+        return fit
+    # The terms may have stood in for the line: search both again, each beside the other
+    for _ in range(2):
+        trial = separable.with_line(problem, fit, curves.log_f, tones)
+        if trial is None:
+            break
+        fit = separable.path(problem, components.gauss_markov, trial.log_f)[-1]
+        fit = min(fit, trial, key=lambda f: f.cost)
+    return fit
+
+
+def _chosen(white: Whitened, curves: Curves, options: dict) -> tuple[tuple[int, ...], Fit]:
+    """Power laws and fit of least cost plus price."""
+    price = 2.0 if options["criterion"] == "aicc" else float(np.log(white.n_effective))
+    problem, most = white.problem, options["max_gauss_markov"]
+    best = _cheapest(problem, separable.path(problem, most), price)
+    tones = white.matrix @ curves.tones
+    line = separable.with_line(_only(problem, best[0]), best[1], curves.log_f, tones)
+    if line is not None and line.cost + 2 * price < best[1].cost:
+        # The terms may have stood in for the line
+        again = _cheapest(problem, separable.path(problem, most, line.log_f), price)
+        choices = [best, (best[0], line), again]
+        best = min(choices, key=lambda choice: choice[1].cost + _price(choice[1], price))
+    return best
+
+
+def _price(fit: Fit, price: float) -> float:
+    return price * (np.count_nonzero(fit.amplitudes > 0) + fit.shapes.size)
+
+
+def _cheapest(problem: Problem, fits: list[Fit], price: float) -> tuple[tuple[int, ...], Fit]:
+    """Least cost plus price over numbers of terms, each after power laws that do not pay are gone.
+    A term whose T_c is an end of the range is not resolved and does not count as found."""
+    low, high = problem.log_T[[0, -1]]
+    choices = []
+    for fit in fits:
+        alphas, left = _pay(problem, fit, price)
+        resolved = np.all((left.log_T > low) & (left.log_T < high))
+        choices.append((not resolved, left.cost + _price(left, price), alphas, left))
+    return min(choices, key=lambda choice: choice[:2])[2:]
+
+
+def _pay(problem: Problem, fit: Fit, price: float) -> tuple[tuple[int, ...], Fit]:
+    """Without the power laws that lower the cost by less than `price`, least first."""
+    alphas = tuple(a for a, h in zip(ALPHAS, fit.amplitudes, strict=False) if h > 0)
+    fit = separable.solved(_only(problem, alphas), fit.log_T, fit.log_f)
+    while len(alphas) > (not fit.shapes.size):
+        rests = [tuple(a for a in alphas if a != alpha) for alpha in alphas]
+        costs = [separable.solved(_only(problem, r), fit.log_T, fit.log_f).cost for r in rests]
+        rest = rests[int(np.argmin(costs))]
+        least = separable.polish(_only(problem, rest), fit.log_T, fit.log_f, ROUGH)
+        if least.cost - fit.cost >= price:
+            break
+        alphas, fit = rest, least
+    return alphas, fit
+
+
+def _options(settings: Mapping[str, Any] | None) -> dict[str, Any]:
+    options = {**SETTINGS, **(settings or {})}
+    unknown = sorted(set(options) - set(SETTINGS))
+    if unknown:
+        raise Refusal(f"weighted fit: setting {unknown[0]!r}, expected {', '.join(SETTINGS)}")
+    if options["criterion"] not in ("bic", "aicc"):
+        raise Refusal(f"weighted fit: criterion {options['criterion']!r}, expected bic or aicc")
+    return options
+
+
+def _checked(
+    m: np.ndarray,
+    avar: np.ndarray,
+    edf: np.ndarray,
+    n: int,
+    tau0: float,
+    components: Components | None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    m, avar, edf = (np.atleast_1d(np.asarray(x, float)) for x in (m, avar, edf))
+    if not m.shape == avar.shape == edf.shape or m.ndim != 1:
+        raise Refusal(
+            f"weighted fit: {m.size} averaging factors, {avar.size} Allan variances and "
+            f"{edf.size} degrees of freedom, expected as many of each"
+        )
+    for name, values in (("Allan variance", avar), ("degrees of freedom", edf)):
+        wrong = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
+        if wrong.size:
+            raise Refusal(
+                f"weighted fit: {name} {values[wrong[0]]} at m = {m[wrong[0]]:g}, "
+                "expected a number > 0"
+            )
+    if not (np.all(m == np.rint(m)) and np.all(m >= 1) and np.all(np.diff(m) > 0)):
+        raise Refusal("weighted fit: averaging factors, expected rising whole numbers >= 1")
+    if m.size and 2 * m[-1] > n:
+        raise Refusal(f"weighted fit: m = {m[-1]:g} of {n} samples, expected at most half of them")
+    if not (np.isfinite(tau0) and tau0 > 0):
+        raise Refusal(f"weighted fit: frame period {tau0} s, expected a number > 0")
+    needed = 2 if components is None else max(len(components.names), 1)
+    if m.size < needed:
+        raise Refusal(
+            f"weighted fit: {m.size} Allan variances for {needed} coefficients, "
+            "expected at least as many"
+        )
+    return m.astype(np.int64), avar, edf

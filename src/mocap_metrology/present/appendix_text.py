@@ -1,0 +1,118 @@
+"""Tables A1-A3 of S to read: panels (a) x1 ... (g) L as in the paper, in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mocap_metrology.noise.estimates import unit_key
+from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.published import COEFFICIENTS, SERIES
+from mocap_metrology.present.appendix import (
+    DEFAULT,
+    PAPER,
+    UNPAIRED,
+    notes_by_coefficient,
+    support_counts,
+)
+from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.tables import Row, aligned
+
+UNSUPPORTED, LEFT_OUT, MARKS = "†", "‡", {"at_bound": "§", "not_converged": "¶"}
+SIGNS = (
+    f"Three lines a number of cameras: published, {PAPER}, {DEFAULT}. {UNSUPPORTED} nine hours "
+    f"cannot support the number (least standard error above the number itself); {LEFT_OUT} "
+    "corrected, left out or to be read with care: see the notes below; "
+    f"{MARKS['at_bound']} at the end of the range searched; {MARKS['not_converged']} not "
+    "converged; < not detected, upper 95 % limit; – no partner. Empty: no such estimate."
+)
+
+
+def table_a_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
+    """Markdown of the rows of one `table_a`: a panel a series, full digits are in the CSV."""
+    lines = [f"# {title}", "", caption, "", SIGNS, ""]
+    lines += [_count_sentence(rows), ""]
+    for kind, n, label in dict.fromkeys(
+        (row["camera_type"], row["n_cameras"], row["printed_row"]) for row in rows
+    ):
+        for note in notes_by_coefficient(kind, n)[1]:
+            lines += [f"{label}, all series: {note}.", ""]
+    for letter, series in zip("abcdefg", SERIES, strict=True):
+        panel = [row for row in rows if row["series"] == series]
+        if panel:
+            lines += [f"## ({letter}) {series}", "", *_panel(panel), ""]
+            lines += [*_below(panel), ""]
+    while lines[-1] == "":
+        lines.pop()
+    return "\n".join([*lines, ""])
+
+
+def _count_sentence(rows: Sequence[Row]) -> str:
+    total = next((c for c in support_counts(rows) if c["parameter"] == "all"), None)
+    if total is None or total["not_computed"] == total["published"]:
+        return "What nine hours could support was not computed."
+    left = f", {total['not_computed']} have no bound" if total["not_computed"] else ""
+    return (
+        f"Of {total['published']} published numbers nine hours could not have supported "
+        f"{total['unsupported']}{left}."
+    )
+
+
+def _panel(rows: Sequence[Row]) -> list[str]:
+    published = [row for row in rows if row["published"] is not None]
+    names = [n for n in COEFFICIENTS if n in {row["parameter"] for row in published}]
+    units = [NoiseModel.UNITS[unit_key(name)] for name in names]
+    lines = [["cameras", "", *(f"{n} ({u})" for n, u in zip(names, units, strict=True))]]
+    for n_cameras in dict.fromkeys(row["n_cameras"] for row in rows):
+        cells = {row["parameter"]: row for row in published if row["n_cameras"] == n_cameras}
+        ordered = [cells.get(name) for name in names]
+        label = next(iter(cells.values()))["printed_row"]
+        lines.append([label, "published", *(_published(row) for row in ordered)])
+        for column, estimator in (("regenerated", PAPER), (DEFAULT, DEFAULT)):
+            texts = [_estimated(row, column) for row in ordered]
+            if any(texts):
+                lines.append(["", estimator, *texts])
+    return aligned(lines)
+
+
+def _published(row: Row | None) -> str:
+    if row is None:
+        return ""
+    sign = UNSUPPORTED if row["supported"] is False else ""
+    return three_digits(row["published"]) + sign + (LEFT_OUT if _own_notes(row) else "")
+
+
+def _own_notes(row: Row) -> list[str]:
+    """What is said of this published number."""
+    notes, _ = notes_by_coefficient(row["camera_type"], row["n_cameras"])
+    return notes.get((row["series"], row["parameter"]), [])
+
+
+def _estimated(row: Row | None, column: str) -> str:
+    if row is None:
+        return ""
+    status = row[f"{column}_status"]
+    if status == "not_detected":
+        upper = row.get(f"{column}_upper_95")
+        return f"< {three_digits(upper)}" if upper is not None else "not detected"
+    if status == UNPAIRED:
+        return "–"
+    return three_digits(row[column]) + MARKS.get(status, "") if row[column] is not None else ""
+
+
+def _below(rows: Sequence[Row]) -> list[str]:
+    """Notes on published numbers, and the terms that were not published."""
+    said: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        if row["published"] is not None:
+            for note in _own_notes(row):
+                said.setdefault((row["printed_row"], note), []).append(row["parameter"])
+    lines = [f"- {n} {', '.join(names)}{LEFT_OUT}: {note}" for (n, note), names in said.items()]
+    groups: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        if row["published"] is None:
+            name, _, estimator = row["parameter"].partition(" (")
+            value = next(row[k] for k in ("regenerated", "expected", DEFAULT) if row[k] is not None)
+            place = groups.setdefault((row["printed_row"], estimator[:-1]), [])
+            place.append(f"{name} {three_digits(value)} {row['unit']}")
+    lines += [f"- {n} {who}, not published: {', '.join(v)}" for (n, who), v in groups.items()]
+    return lines

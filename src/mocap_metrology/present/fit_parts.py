@@ -1,0 +1,199 @@
+"""What a figure of a fit shows: a model taken apart, its curves, and how far the data are off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.noise.estimates import model_of
+from mocap_metrology.noise.model import Component, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.present.matching import limit_class
+from mocap_metrology.present.numbers import symbol, typeset, unit
+
+PER_DECADE = 120  # points of a curve: eight a period for the first six periods of a sinusoid
+PERIODS = 6  # of a sinusoid drawn one by one; then their envelope
+
+
+@dataclass(frozen=True)
+class Part:
+    """One component: its name, and its name with its value."""
+
+    component: Component
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One estimate: its model, the form of the Allan variances it was fitted in, its parts, and
+    what it did not detect, with upper limits."""
+
+    estimator: str
+    form: Form
+    model: NoiseModel
+    parts: tuple[Part, ...]
+    absent: tuple[str, ...]
+
+
+def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]]) -> Fit:
+    """A fit out of rows of noise.csv of one series and estimator."""
+    rows = [row for row in rows if row["estimator"] == estimator]
+    model = model_of(_usable(rows))
+    by_name = {r["parameter"]: r for r in _usable(rows)}
+    absent = []
+    for row in rows:
+        upper = row.get("upper_95")
+        if row["status"] == "not_detected" and upper is not None and np.isfinite(float(upper)):
+            limit = f"{symbol(row['parameter'])} < {typeset(float(upper))} {unit(row['parameter'])}"
+            kind = limit_class(row)
+            absent.append(f"{limit} ({kind})" if kind else limit)
+    form = rows[0]["model"] if rows else "sampled"
+    return Fit(estimator, form, model, tuple(_parts(model, by_name)), tuple(absent))
+
+
+def _usable(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Rows of the components all of whose numbers are there and can be drawn."""
+    bad = set()
+    for row in rows:
+        value = np.nan if row["value"] in (None, "") else float(row["value"])
+        positive = row["parameter"][:3] in ("T_c", "f_0")
+        fine = np.isfinite(value) and (value > 0 if positive else value >= 0)
+        if row["status"] == "not_detected" or not fine:
+            bad.add(_component(row["parameter"]))
+    return [row for row in rows if _component(row["parameter"]) not in bad]
+
+
+def _component(parameter: str) -> str:
+    """What a coefficient belongs to: itself, a Gauss-Markov number, or the line."""
+    if parameter[1:3] == "_c":
+        return parameter[3:]
+    return "line" if parameter in ("A_s", "f_0") else parameter
+
+
+def _parts(model: NoiseModel, rows: Mapping[str, Mapping[str, Any]]) -> list[Part]:
+    """Power laws by alpha, Gauss-Markov terms as they are numbered, the sinusoid."""
+    own = sorted(int(name[3:]) for name in rows if name.startswith("T_c"))
+    parts, seen = [], 0
+    for component in model.components:
+        if isinstance(component, PowerLaw):
+            names = [f"h_{component.alpha}"]
+            short = symbol(names[0])
+        elif isinstance(component, GaussMarkov):
+            names = [f"q_c{own[seen]}", f"T_c{own[seen]}"]
+            short = f"GM {own[seen]}"
+            seen += 1
+        else:
+            names, short = ["A_s", "f_0"], "line"
+        values = ", ".join(_value(name, rows.get(name), component) for name in names)
+        prefix = "" if isinstance(component, PowerLaw) else f"{short}: "
+        parts.append(Part(component, short, prefix + values))
+    return parts
+
+
+def _value(name: str, row: Mapping[str, Any] | None, component: Component) -> str:
+    attribute = {"h_": "h"}.get(name[:2], name.rstrip("0123456789") if name != "f_0" else "f_0")
+    value = float(getattr(component, attribute))
+    error = float(row["std_error"]) if row and row.get("std_error") not in (None, "") else np.nan
+    spread = f" ±{_percent(error / value)}" if value > 0 and np.isfinite(error) else ""
+    mark = {"at_bound": " (at bound)", "not_converged": " (not converged)"}
+    status = mark.get(row["status"], "") if row else ""
+    return f"{symbol(name)} {typeset(value)} {unit(name)}{spread}{status}"
+
+
+def _percent(share: float) -> str:
+    """One digit, or two from 10 % on."""
+    if share >= 10:
+        return ">1000 %"
+    percent = float(f"{100 * share:.{int(share >= 0.095)}e}")
+    return f"{percent:g} %" if percent >= 1e-3 or percent == 0 else f"{typeset(percent)} %"
+
+
+def drawn_m(last: int) -> np.ndarray:
+    """Averaging factors to draw a model at, from 1 to `last`."""
+    count = int(np.log10(max(last, 2)) * PER_DECADE) + 2
+    return np.unique(np.geomspace(1, max(last, 2), count).round().astype(np.int64))
+
+
+@lru_cache(maxsize=64)
+def _unit_avar(alpha: int, form: Form, tau0: float, m: bytes) -> np.ndarray:
+    """Allan variance of h = 1: an integral a point, and the same for every series."""
+    return PowerLaw(alpha, 1.0).avar(np.frombuffer(m, np.int64), tau0, form)
+
+
+def component_avar(c: Component, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
+    """Allan variance of a component; whole m (k,)."""
+    if isinstance(c, PowerLaw):
+        return c.h * _unit_avar(c.alpha, form, tau0, np.asarray(m, np.int64).tobytes())
+    return c.avar(m, tau0, form)
+
+
+def model_avar(model: NoiseModel, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
+    """`NoiseModel.avar`, with what is the same for every series computed once."""
+    parts = (component_avar(c, m, tau0, form) for c in model.components)
+    return sum(parts, np.zeros(len(m)))
+
+
+def drawn_avar(c: Component, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
+    """The same to draw: of a sinusoid the envelope where its periods are too narrow."""
+    values = component_avar(c, m, tau0, form)
+    if not isinstance(c, Sinusoid):
+        return values
+    x = np.pi * c.f_0 * tau0
+    gain = np.sin(x) if form == "sampled" else x
+    if abs(gain) < 1e-12 * max(1.0, x):
+        return values
+    envelope = c.A_s**2 / (m * gain) ** 2
+    return np.where(m * tau0 * c.f_0 > PERIODS, envelope, values)
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """A binned periodogram: f, lower and upper edge in Hz, density in mm^2/Hz, degrees of freedom
+    of each bin, (k,) each. lines: whether sinusoids are in it, or were subtracted before."""
+
+    f: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    psd: np.ndarray
+    dof: np.ndarray
+    lines: bool = True
+
+    @classmethod
+    def of(cls, columns: Mapping[str, np.ndarray], lines: bool = True) -> Spectrum:
+        """From columns of periodogram.parquet of one series; bins without a density left out."""
+        names = ("f_hz", "f_lower_hz", "f_upper_hz", "psd_mm2_hz", "dof")
+        f, lower, upper, psd, dof = (np.asarray(columns[n], dtype=np.float64) for n in names)
+        keep = (f > 0) & np.isfinite(psd) & (psd >= 0) & (dof > 0)
+        return cls(f[keep], lower[keep], upper[keep], psd[keep], dof[keep], lines)
+
+    def interval(self, confidence: float = 0.683) -> tuple[np.ndarray, np.ndarray]:
+        """Interval of the density, from the chi-squared distribution of dof."""
+        from scipy.special import gammaincinv
+
+        half = self.dof / 2
+        low, high = (
+            self.psd * half / gammaincinv(half, q)
+            for q in ((1 + confidence) / 2, (1 - confidence) / 2)
+        )
+        return low, high
+
+    def share(self, line: Sinusoid) -> np.ndarray:
+        """What a sinusoid adds to each bin's density: A_s^2/2 over the width of its bin."""
+        inside = (self.lower <= line.f_0) & (line.f_0 < self.upper)
+        return np.where(inside, line.A_s**2 / 2 / (self.upper - self.lower), 0.0)
+
+    def expected(self, model: NoiseModel, tau0: float) -> np.ndarray:
+        """Density of the model at the bins, mm^2/Hz, the sinusoid, if there, in its bin."""
+        lines = model.lines if self.lines else ()
+        return model.psd(self.f, tau0) + sum((self.share(line) for line in lines), 0.0)
+
+    def residual(self, model: NoiseModel, tau0: float) -> np.ndarray:
+        """(data / model - 1) in standard deviations sqrt(2 / dof); NaN where the model is zero."""
+        expected = self.expected(model, tau0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.where(expected > 0, self.psd / expected - 1, np.nan)
+        return off / np.sqrt(2 / self.dof)

@@ -1,0 +1,62 @@
+"""Numbers and names of coefficients as people read them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mocap_metrology.noise.estimates import unit_key
+from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.present.decades import SUPERSCRIPT
+
+SUBSCRIPT = str.maketrans("0123456789-", "₀₁₂₃₄₅₆₇₈₉₋")
+
+
+def three_digits(value: float | None) -> str:
+    """`0.225`, `5.86`, `2000`; `9.26e-07` beyond 0.001 ... 9999; empty for nothing."""
+    if value is None or math.isnan(value):
+        return ""
+    value = float(f"{value:.2e}")
+    if value == 0 or 1e-3 <= abs(value) < 1e4:
+        decimals = 0 if value == 0 else max(2 - math.floor(math.log10(abs(value))), 0)
+        return f"{value:.{decimals}f}"
+    return f"{value:.2e}"
+
+
+def typeset(value: float) -> str:
+    """`three_digits` with a power of ten set as one: 9.26×10⁻⁷."""
+    mantissa, e, exponent = three_digits(value).partition("e")
+    return f"{mantissa}×10{str(int(exponent)).translate(SUPERSCRIPT)}" if e else mantissa
+
+
+def symbol(parameter: str) -> str:
+    """h₋₂ of `h_-2`; q_c, T_c, A_s, f₀."""
+    if parameter.startswith("h_"):
+        return "h" + parameter[2:].translate(SUBSCRIPT)
+    return "f₀" if parameter == "f_0" else unit_key(parameter)
+
+
+def unit(parameter: str) -> str:
+    """mm²/Hz² of `h_1`."""
+    text = NoiseModel.UNITS[unit_key(parameter)].replace("/s^0.5", "/√s")
+    return text.replace("^2", "²").replace("^3", "³")
+
+
+def with_interval(value: float | None, lower: Any, upper: Any) -> str:
+    """`9.26 (9.25…9.27)e-07`: value and interval over one power of ten; what is unknown is left
+    out. Three digits of the value, or as many as the interval's first."""
+    if value is None or math.isnan(value):
+        return ""
+    ends = [float(end) for end in (lower, upper) if end is not None and end == end]
+    if len(ends) < 2 or value == 0:
+        return three_digits(value)
+    _, e, exponent = three_digits(value).partition("e")
+    scale = 10.0 ** int(exponent) if e else 1.0
+    wide = max(ends[1] - ends[0], 0.0) / 2
+    digit = math.floor(math.log10(max(wide / scale, 1e-9)))
+    decimals = min(max(len(three_digits(value / scale).partition(".")[2]), -digit), 9)
+    shown, low, high = (
+        f"{v / scale:.{decimals}f}" if abs(v / scale) < 1e4 else f"{v / scale:.2e}"
+        for v in (value, *ends)
+    )
+    return f"{shown} ({low}…{high}){e}{exponent}"

@@ -1,0 +1,175 @@
+"""Panels of coefficients against the number of cameras: a group a number, a slot a series."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mocap_metrology.noise.published import SERIES
+from mocap_metrology.present.appendix import DEFAULT, PAPER
+from mocap_metrology.present.decades import Limits, decade_axis
+from mocap_metrology.present.legend import Entry
+from mocap_metrology.present.names import coordinate_of
+from mocap_metrology.present.style import (
+    FAINT,
+    GREY,
+    INK,
+    LOOKS,
+    OTHER_LOOKS,
+    SMALL_PT,
+    WIDTH_MM,
+    Look,
+    Sheet,
+)
+from mocap_metrology.present.tables import Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+TYPES = ("T40", "Bonita", "Vantage")
+LEFT_MM, GAP_MM, RIGHT_MM = 17.0, 9.0, 3.0
+PANEL_MM = (WIDTH_MM - LEFT_MM - RIGHT_MM - 2 * GAP_MM) / 3
+PITCH = 1 / 8.6  # of the slots, in groups
+FLOOR, BAND_DECADES = 1e-20, 2.5  # smaller values stand in a band below it, so many decades high
+IN_BAND = FLOOR * 10 ** (-BAND_DECADES / 2)
+PALE = 0.4  # opacity of what nine hours could not support
+PUBLISHED = {"markersize": 3.0, "markerfacecolor": "none", "mew": 0.7, "ls": ""}
+REGENERATED = {"markersize": 1.5, "mew": 0, "ls": ""}
+LIKELIHOOD = {"marker": "_", "color": INK, "markersize": 3.4, "mew": 0.9, "ls": ""}
+LIMIT = {"marker": "v", "color": INK, "markersize": 2.2, "mew": 0, "ls": "", "alpha": 0.55}
+INTERVAL = {"color": INK, "lw": 0.5}
+
+Scale = Callable[[np.ndarray], np.ndarray]
+
+
+def look_of(series: str) -> Look:
+    """Look of a series: by coordinate; the distance black."""
+    found = coordinate_of(series)
+    return LOOKS[found[0]] if found else OTHER_LOOKS[0]
+
+
+def key_entries(limits: bool = True) -> list[Entry]:
+    """What colours, shapes and fillings mean."""
+    entries = []
+    for name, series in (("x", "x1"), ("y", "y1"), ("z", "z1"), ("L", "L")):
+        look = look_of(series)
+        entries.append(Entry(name, dot=_dot(look, markersize=3.5, mew=0)))
+    look, grey = look_of("x1"), {"color": GREY}
+    entries.append(Entry("published", dot=_dot(look, markerfacecolor="none") | grey))
+    pale = _dot(look, markerfacecolor="none", alpha=PALE) | grey
+    entries.append(Entry("published, not supported by nine hours", dot=pale))
+    entries.append(Entry(PAPER, dot=_dot(look, markersize=2.0, mew=0) | grey))
+    bar = {k: v for k, v in LIKELIHOOD.items() if k != "ls"}
+    entries.append(Entry(f"{DEFAULT}, 95 % interval", dot=bar))
+    if limits:
+        arrow = {k: v for k, v in LIMIT.items() if k != "ls"}
+        entries.append(Entry(f"{DEFAULT}: not detected, 95 % limit", dot=arrow))
+    return entries
+
+
+def _dot(look: Look, **how: Any) -> dict[str, Any]:
+    return {"color": look.colour, "marker": look.marker, "markersize": 3.2, "mew": 0.7} | how
+
+
+def panel_axes(sheet: Sheet, column: int, top: float, height: float) -> Axes:
+    """Axes of one panel of three in a row."""
+    return sheet.axes(LEFT_MM + column * (PANEL_MM + GAP_MM), top, PANEL_MM, height)
+
+
+def camera_axis(axes: Axes, cameras: Sequence[int], labels: bool) -> None:
+    """A group for each number of cameras, every second one shaded."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter
+
+    count = max(len(cameras), 1)
+    axes.set_xlim(-0.5, count - 0.5)
+    for k in range(1, count, 2):
+        axes.axvspan(k - 0.5, k + 0.5, color=FAINT, alpha=0.4, lw=0, zorder=0)
+    axes.xaxis.set_major_locator(FixedLocator(range(len(cameras))))
+    names = dict(enumerate(cameras))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _p: str(names.get(round(v), ""))))
+    axes.tick_params(axis="x", length=0, labelbottom=labels)
+
+
+def column_values(rows: Sequence[Row]) -> np.ndarray:
+    """All numbers that a panel of these rows shows, without interval ends and limits."""
+    values = [row[k] for row in rows for k in ("published", "regenerated", DEFAULT)]
+    return np.array([v for v in values if v is not None], dtype=np.float64)
+
+
+def floor_limits(rows: Sequence[Row]) -> Limits:
+    """Logarithmic limits round the numbers and upper limits shown; a band below FLOOR if any."""
+    ends = [row[f"{DEFAULT}_upper_95"] for row in rows if row[DEFAULT] is None]
+    limits = np.array([v for v in ends if v is not None], dtype=np.float64)
+    values = np.concatenate([column_values(rows), limits])
+    values = values[np.isfinite(values) & (values >= 0)]
+    above = values[values >= FLOOR]
+    if not above.size:
+        return FLOOR * 10**-BAND_DECADES, FLOOR * 1e3
+    low, high = above.min() / 3, above.max() * 3
+    if above.size < values.size:
+        low = FLOOR * 10**-BAND_DECADES
+    return float(low), float(high)
+
+
+def log_axis(axes: Axes, limits: Limits, height: float, labels: bool) -> None:
+    """Decades; where the axis goes below FLOOR, a band that says so."""
+    from matplotlib.ticker import FixedLocator
+
+    decade_axis(axes, "y", limits, height)
+    if limits[0] < FLOOR:
+        axes.axhspan(limits[0], FLOOR, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
+        ticks = axes.yaxis.get_major_locator().locs
+        axes.yaxis.set_major_locator(FixedLocator(ticks[ticks >= FLOOR * 0.99]))
+        if labels:
+            how = {"size": SMALL_PT - 1, "color": GREY, "ha": "right", "va": "center"}
+            place = axes.get_yaxis_transform()
+            axes.text(-0.03, IN_BAND, "< 10⁻²⁰", transform=place, **how)
+    axes.tick_params(labelleft=labels)
+
+
+def raised(values: np.ndarray) -> np.ndarray:
+    """Values to draw on a logarithmic axis: those below FLOOR at the middle of the band."""
+    return np.where(values < FLOOR, IN_BAND, values)
+
+
+def draw(axes: Axes, rows: Sequence[Row], cameras: Sequence[int], scale: Scale) -> None:
+    """Published, regenerated and default numbers of the rows of one camera type; `scale` turns
+    numbers into what the axis shows."""
+    group = {n: k for k, n in enumerate(cameras)}
+    slot = {series: (j - 3) * PITCH for j, series in enumerate(SERIES)}
+    for look in dict.fromkeys(look_of(series) for series in SERIES):
+        own = [row for row in rows if look_of(row["series"]) == look]
+        if not own:
+            continue
+        x = np.array([group[row["n_cameras"]] + slot[row["series"]] for row in own])
+        shape = {"color": look.colour, "marker": look.marker}
+        pale = np.array([row["supported"] is False for row in own])
+        published = _values(own, "published")
+        for which, alpha in ((pale, PALE), (~pale, 1.0)):
+            values = np.where(which, published, np.nan)
+            _plot(axes, x, values, scale, alpha=alpha, **shape, **PUBLISHED)
+        _plot(axes, x, _values(own, "regenerated"), scale, **shape, **REGENERATED)
+        _draw_default(axes, x, own, scale)
+
+
+def _draw_default(axes: Axes, x: np.ndarray, rows: Sequence[Row], scale: Scale) -> None:
+    value = _values(rows, DEFAULT)
+    low, high = (_values(rows, f"{DEFAULT}_{end}") for end in ("lower_95", "upper_95"))
+    known = np.isfinite(value) & np.isfinite(low) & np.isfinite(high)
+    if known.any():
+        ends = [scale(np.maximum(v[known], 0)) for v in (low, high)]
+        axes.vlines(x[known], *ends, **INTERVAL)
+    _plot(axes, x, value, scale, **LIKELIHOOD)
+    _plot(axes, x, np.where(np.isnan(value), high, np.nan), scale, **LIMIT)
+
+
+def _plot(axes: Axes, x: np.ndarray, y: np.ndarray, scale: Scale, **how: Any) -> None:
+    known = np.isfinite(y)
+    if known.any():
+        axes.plot(x[known], scale(y[known]), **how)
+
+
+def _values(rows: Sequence[Row], column: str) -> np.ndarray:
+    return np.array([np.nan if r[column] is None else r[column] for r in rows], dtype=np.float64)

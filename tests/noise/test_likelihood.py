@@ -1,0 +1,262 @@
+"""Estimator `likelihood`: truth recovered, order chosen, gaps, refusals, bounds."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.estimates import Components
+from mocap_metrology.noise.fisher import crlb, spectrum_of, tellable
+from mocap_metrology.noise.intervals import law_limit
+from mocap_metrology.noise.likelihood import LikelihoodSettings, check_series, likelihood
+from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.order import choose, fit_known, penalty
+from mocap_metrology.noise.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.whittle import Likelihood, Spectrum
+
+TAU0 = 1 / 120
+NINE_HOURS = 3_888_000
+# Truth of a published comparison of fitting programs: white, random walk, two correlated terms
+TRUTH = NoiseModel(
+    (PowerLaw(-2, 4e-10), PowerLaw(0, 1e-6), GaussMarkov(0.012, 0.3), GaussMarkov(0.002, 6.0))
+)
+MEDIUM = NoiseModel((PowerLaw(-2, 4e-9), PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.3)))
+
+
+def drawn(model: NoiseModel, n: int, seed: int) -> Likelihood:
+    """The likelihood of a periodogram drawn from its distribution."""
+    bins = bins_of(n, TAU0)
+    weight = bins.n.astype(float)
+    bounds = (TAU0 / 2, n * TAU0 / 5)
+    flat = Likelihood(Periodogram(bins, np.ones(weight.size), weight), bounds)
+    psd = flat.density(spectrum_of(model)) * np.random.default_rng(seed).chisquare(weight) / weight
+    return Likelihood(Periodogram(bins, psd, weight), bounds)
+
+
+@lru_cache(maxsize=2)
+def series_of(model: NoiseModel, n: int, seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return draw_pair(model, model, Cross(constant=0.0), n, TAU0, rng)[0]
+
+
+def by_name(estimate):
+    return {c.parameter: c for c in estimate.coefficients}
+
+
+def test_published_truth_from_a_whole_simulated_series():
+    run = likelihood(series_of(TRUTH, NINE_HOURS, 4), TAU0, Components.of(TRUTH))
+    found = by_name(run.estimate)
+    assert abs(found["h_0"].value / 1e-6 - 1) < 0.01
+    assert abs(found["T_c1"].value / 0.3 - 1) < 0.10
+    assert abs(found["T_c2"].value / 6.0 - 1) < 0.10
+    assert found["h_-2"].lower_95 <= 4e-10 <= found["h_-2"].upper_95
+    assert run.estimate.form == "sampled"
+    assert all(c.status == "ok" for c in run.estimate.coefficients)
+
+
+def test_same_optimum_from_twenty_starts():
+    likelihood_of = drawn(TRUTH, NINE_HOURS, 2)
+    best = fit_known(likelihood_of, (-2, 0), 2)
+    rng = np.random.default_rng(3)
+    reached = []
+    for _ in range(20):
+        T_c = np.sort(np.exp(rng.uniform(np.log(0.02), np.log(500.0), 2)))
+        q2 = np.exp(rng.uniform(np.log(1e-8), np.log(1e-3), 2))
+        start = Spectrum({-2: 10 ** rng.uniform(-12, -8), 0: 10 ** rng.uniform(-8, -4)}, q2, T_c)
+        reached.append(likelihood_of.fit(start))
+    assert all(fit.deviance >= best.deviance - 1e-4 for fit in reached)
+    same = [fit for fit in reached if fit.deviance < best.deviance + 0.01]
+    assert len(same) >= 10  # plain ascents; the estimator's own starts need no luck
+    for fit in same:
+        assert np.allclose(fit.spectrum.T_c, best.spectrum.T_c, rtol=1e-3)
+
+
+def test_errors_are_at_the_cramer_rao_bound_and_intervals_cover():
+    names, values = [*TRUTH.coefficients()], TRUTH.coefficients()
+    bounds = crlb(TRUTH, NINE_HOURS, TAU0)
+    errors = []
+    for seed in range(150):
+        fit = fit_known(drawn(TRUTH, NINE_HOURS, 100 + seed), (-2, 0), 2).spectrum
+        found = [*fit.h.values(), *np.stack([np.sqrt(fit.q2), fit.T_c], axis=1).ravel()]
+        errors.append([(v - values[k]) / bounds[k] for v, k in zip(found, names, strict=True)])
+    rms = np.sqrt(np.mean(np.square(errors), axis=0))
+    # 150 runs tell a root mean square to 6 %
+    assert np.all(rms < 1.2), dict(zip(names, rms, strict=True))
+    assert np.all(rms > 0.8)
+
+
+def test_crlb_of_white_noise_is_the_textbook_one():
+    found = crlb(NoiseModel((PowerLaw(0, 1e-6),)), 100_001, TAU0)
+    assert np.isclose(found["h_0"], 1e-6 * np.sqrt(2 / 100_000), rtol=1e-6)
+
+
+def test_crlb_of_a_gauss_markov_process_is_that_of_an_ar1():
+    n, T_c = 200_000, 0.1
+    phi = np.exp(-TAU0 / T_c)
+    found = crlb(NoiseModel((GaussMarkov(0.02, T_c),)), n, TAU0)
+    # AR(1): var(phi) = (1 - phi^2)/n, and dphi/dT_c = phi tau0/T_c^2
+    expected = np.sqrt((1 - phi**2) / n) / (phi * TAU0 / T_c**2)
+    assert np.isclose(found["T_c1"], expected, rtol=0.01)
+
+
+def test_crlb_says_what_nine_hours_cannot_tell():
+    model = NoiseModel((PowerLaw(-2, 1.55e-10), PowerLaw(0, 9.26e-7), GaussMarkov(3.6e-4, 2000.0)))
+    assert crlb(model, NINE_HOURS, TAU0)["h_-2"] > 1.55e-10
+    assert set(tellable(model, NINE_HOURS, TAU0).coefficients()) == {"h_0", "q_c1", "T_c1"}
+
+
+def test_pure_white_noise_shows_nothing_else():
+    nothing_else = 0
+    for seed in range(100):
+        series = np.random.default_rng(seed).normal(size=1 << 15)
+        run = likelihood(series, TAU0)
+        nothing_else += set(run.estimate.values) == {"h_0"}
+    assert nothing_else >= 95
+
+
+def test_limits_stand_where_nothing_is_detected():
+    run = likelihood(np.random.default_rng(5).normal(size=1 << 15), TAU0)
+    for c in run.estimate.coefficients:
+        if c.status == "not_detected":
+            assert np.isnan(c.value)
+            assert not c.detected
+            assert c.upper_95 > 0 or c.parameter == "f_0"
+    names = [c.parameter for c in run.estimate.coefficients]
+    assert names == ["h_-2", "h_-1", "h_0", "h_1", "h_2", "q_c1", "q_c2", "A_s", "f_0"]
+
+
+def test_upper_limit_holds_in_95_of_100():
+    """h_-1 is there, but too small to be detected: its limit is above it in about 95 %."""
+    model = NoiseModel((PowerLaw(-1, 2e-7), PowerLaw(0, 1e-4)))
+    held, undetected = 0, 0
+    for seed in range(200):
+        data = drawn(model, 1 << 17, seed)
+        fit = choose(data, (-1, 0), 0)
+        if -1 not in fit.spectrum.h:
+            undetected += 1
+            held += law_limit(data, fit, -1) > 2e-7
+    assert undetected > 150
+    assert 0.9 <= held / undetected <= 1.0
+
+
+def test_five_percent_of_gaps_change_little():
+    series = series_of(MEDIUM, 1 << 19, 7)
+    whole = by_name(likelihood(series, TAU0, Components.of(MEDIUM)).estimate)
+    rng = np.random.default_rng(8)
+    gone = rng.random(series.size) < 0.04
+    for start in rng.integers(1000, series.size - 2000, 40):
+        gone[start : start + 130] = True
+    broken = by_name(
+        likelihood(np.where(gone, np.nan, series), TAU0, Components.of(MEDIUM)).estimate
+    )
+    for name, c in broken.items():
+        assert abs(c.value - whole[name].value) < 1.5 * whole[name].std_error, name
+        assert c.std_error > whole[name].std_error * 0.99
+        assert c.crlb <= c.std_error
+
+
+def test_a_long_gap_parts_the_series():
+    series = series_of(MEDIUM, 1 << 19, 7).copy()
+    series[200_000:230_000] = np.nan
+    found = by_name(likelihood(series, TAU0, Components.of(MEDIUM)).estimate)
+    for name, value in MEDIUM.coefficients().items():
+        assert abs(found[name].value - value) < 4 * found[name].std_error, name
+
+
+def test_gross_outliers_masked_do_not_bias():
+    from mocap_metrology.noise.hampel import hampel
+
+    series = series_of(MEDIUM, 1 << 18, 9).astype(np.float32).astype(float)
+    rng = np.random.default_rng(10)
+    spiked = series.copy()
+    spiked[rng.integers(0, series.size, 300)] += rng.choice([-1, 1], 300) * 0.5
+    masked = hampel(spiked, 120, 6.0, "mask").values
+    clean = by_name(likelihood(series, TAU0, Components.of(MEDIUM)).estimate)
+    found = by_name(likelihood(masked, TAU0, Components.of(MEDIUM)).estimate)
+    assert abs(found["h_0"].value / clean["h_0"].value - 1) < 0.002
+
+
+def test_sinusoid_is_found_and_taken_out():
+    n = 1 << 18
+    series = series_of(MEDIUM, n, 11) + 0.003 * np.sin(2 * np.pi * 14.4 * TAU0 * np.arange(n) + 1)
+    run = likelihood(series, TAU0)
+    found = by_name(run.estimate)
+    assert abs(found["A_s"].value - 0.003) < 4 * found["A_s"].std_error
+    assert abs(found["f_0"].value - 14.4) < 4 * found["f_0"].std_error
+    assert abs(found["h_0"].value - 1e-6) < 4 * found["h_0"].std_error
+    without = likelihood(series, TAU0, Components((-2, 0), 1, False))
+    assert "A_s" not in without.estimate.values
+    assert "14.4 Hz" in without.estimate.note
+
+
+def test_units_scale():
+    series = series_of(MEDIUM, 1 << 17, 12)
+    small, large = (
+        by_name(likelihood(k * series, TAU0, Components.of(MEDIUM)).estimate) for k in (1.0, 1e3)
+    )
+    assert np.isclose(large["h_0"].value, 1e6 * small["h_0"].value, rtol=1e-6)
+    assert np.isclose(large["q_c1"].value, 1e3 * small["q_c1"].value, rtol=1e-4)
+    assert np.isclose(large["T_c1"].value, small["T_c1"].value, rtol=1e-4)
+
+
+def test_criteria():
+    assert penalty("bic", 1000.0)(3) == pytest.approx(3 * np.log(1000))
+    assert penalty("aicc", 1000.0)(3) == pytest.approx(6 + 24 / 996)
+    data = drawn(TRUTH, NINE_HOURS, 20)
+    assert len(choose(data, (-2, 0), 4).spectrum.T_c) == 2
+    assert len(choose(data, (-2, 0), 1).spectrum.T_c) == 1
+
+
+def test_a_component_at_the_end_of_its_range_says_so():
+    # Faster than half a frame: white to a camera
+    data = drawn(NoiseModel((PowerLaw(-2, 1e-9), GaussMarkov(1.0, 1e-4))), 1 << 18, 21)
+    from mocap_metrology.noise.intervals import coefficients
+
+    wanted = Components((-2,), 1, False)
+    fit = fit_known(data, wanted.alphas, 1)
+    source = Periodogram(data.bins, data.psd, data.weight)
+    found = {c.parameter: c for c in coefficients(source, fit, None, wanted, 4, False)}
+    assert found["T_c1"].status == "at_bound"
+    stopped = dataclasses.replace(fit, converged=False)
+    found = {c.parameter: c for c in coefficients(source, stopped, None, wanted, 4, False)}
+    assert found["h_-2"].status == "not_converged"
+
+
+@pytest.mark.parametrize(
+    ("series", "resolution", "said"),
+    [
+        (np.ones(999), 0.0, "999 valid samples, expected at least 1000"),
+        (np.full(5000, 2.5), 0.0, "all samples are equal, expected a series with noise"),
+        (np.full(5000, 2.5), 0.01, "all samples are equal: the file's resolution (0.01) hides"),
+        (
+            np.where(np.arange(5000) % 5 < 3, np.nan, np.arange(5000.0)),
+            0.0,
+            "60 % of the samples are missing, expected at most half",
+        ),
+    ],
+)
+def test_refusals_are_one_clear_line(series, resolution, said):
+    with pytest.raises(Refusal, match="^" + said.replace("(", r"\(").replace(")", r"\)")) as e:
+        check_series(series, resolution)
+    assert "\n" not in str(e.value)
+
+
+def test_only_short_stretches_are_refused():
+    series = np.random.default_rng(1).normal(size=3200)
+    series[990:2200] = np.nan
+    with pytest.raises(Refusal, match="no 1000 valid samples without a gap of more than 1200"):
+        likelihood(series[:3190], TAU0)
+    assert likelihood(series, TAU0).estimate.values  # the second stretch has 1000
+
+
+def test_settings_without_lines():
+    n = 1 << 16
+    series = np.random.default_rng(3).normal(size=n) + np.sin(2 * np.pi * 0.12 * np.arange(n))
+    run = likelihood(series, 1.0, settings=LikelihoodSettings(sinusoid=False))
+    assert run.lines == ()
+    assert not {"A_s", "f_0"} & {c.parameter for c in run.estimate.coefficients}

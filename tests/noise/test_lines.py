@@ -1,0 +1,88 @@
+"""Lines: found where they are, as exactly as theory allows, and not where they are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.noise.lines import find_lines, find_slow_lines, line_at, line_errors
+
+TAU0 = 1 / 120
+N = 1 << 15
+
+
+def sine(A_s: float, f_0: float, phase: float, n: int = N) -> np.ndarray:
+    return A_s * np.sin(2 * np.pi * f_0 * TAU0 * np.arange(n) + phase)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.25, 0.5])
+def test_amplitude_frequency_and_phase_reach_the_cramer_rao_bound(offset):
+    rng = np.random.default_rng(2)
+    duration = N * TAU0
+    f_0 = (4000 + offset) / duration
+    psd = 2 * TAU0  # of unit white noise
+    found = []
+    for _ in range(60):
+        phase = rng.uniform(-np.pi, np.pi)
+        lines = find_lines(rng.normal(size=N) + sine(0.1, f_0, phase), TAU0)
+        assert len(lines) == 1
+        turn = np.angle(np.exp(1j * (lines[0].phase - phase)))
+        found.append((lines[0].A_s - 0.1, lines[0].f_0 - f_0, turn))
+    rms = np.sqrt(np.mean(np.square(found), axis=0))
+    bounds = line_errors(0.1, psd, duration)
+    assert 0.75 < rms[0] / bounds[0] < 1.3
+    assert 0.75 < rms[1] / bounds[1] < 1.3
+    assert rms[2] < 2.5 * 2 * bounds[0] / 0.1  # 2 sigma/(A sqrt n): phase at the start, f unknown
+
+
+def test_noise_of_any_colour_has_no_lines():
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        white = rng.normal(size=N)
+        assert find_lines(white, TAU0) == []
+        assert find_lines(np.cumsum(white), TAU0) == []
+        assert find_lines(np.diff(white), TAU0) == []
+
+
+def test_strong_and_weak_lines_beside_a_random_walk():
+    rng = np.random.default_rng(4)
+    noise = rng.normal(size=N) + 0.05 * np.cumsum(rng.normal(size=N))
+    truth = [(3.0, 14.4, 0.3), (0.2, 14.5, 1.0), (0.15, 50.0, -2.0)]
+    lines = find_lines(noise + sum(sine(*line) for line in truth), TAU0)
+    assert [round(line.f_0, 2) for line in lines] == [14.4, 14.5, 50.0]
+    for line, (A_s, _, _) in zip(lines, truth, strict=True):
+        assert abs(line.A_s - A_s) < 5 * line_errors(A_s, line.psd, N * TAU0)[0]
+    rest = noise + sum(sine(*line) for line in truth) - sum(ln.wave(N, TAU0) for ln in lines)
+    assert np.std(rest - noise) < 0.02
+
+
+def test_the_strongest_comes_first_and_the_number_is_limited():
+    rng = np.random.default_rng(5)
+    series = rng.normal(size=N) + sine(0.2, 10, 0) + sine(0.5, 20, 0) + sine(0.3, 30, 0)
+    assert [round(line.f_0) for line in find_lines(series, TAU0)] == [20, 30, 10]
+    assert len(find_lines(series, TAU0, at_most=2)) == 2
+    assert find_lines(series, TAU0, at_most=0) == []
+
+
+def test_slow_line_is_found_against_the_density_of_its_noise():
+    rng = np.random.default_rng(6)
+    f_0 = 31.3 / (N * TAU0)
+    series = rng.normal(size=N) + sine(0.2, f_0, 0.7)
+    lines = find_slow_lines(series, TAU0, lambda f: np.full(f.size, 2 * TAU0))
+    assert len(lines) == 1
+    assert np.isclose(lines[0].f_0, f_0, rtol=2e-3)
+    assert np.isclose(lines[0].A_s, 0.2, atol=0.04)
+    assert np.std(series - lines[0].wave(N, TAU0)) < 1.01
+    assert find_slow_lines(rng.normal(size=N), TAU0, lambda f: np.full(f.size, 2 * TAU0)) == []
+
+
+def test_line_at_a_given_frequency():
+    rng = np.random.default_rng(7)
+    series = rng.normal(size=N) + sine(0.05, 14.4, 1.0)
+    line = line_at(series, TAU0, 14.4, 2 * TAU0)
+    assert np.isclose(line.A_s, 0.05, atol=0.03)
+    assert np.isclose(line.f_0, 14.4, atol=1 / (N * TAU0))
+
+
+def test_short_series_has_no_lines():
+    assert find_lines(np.random.default_rng(0).normal(size=200), TAU0) == []

@@ -1,0 +1,104 @@
+"""DCT periodogram: expectations against exact covariance matrices, not against our own spectra."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.fft import dct
+from scipy.linalg import toeplitz
+
+from mocap_metrology.noise.model import GaussMarkov, PowerLaw
+from mocap_metrology.noise.periodogram import (
+    binned,
+    bins_of,
+    edges,
+    gauss_markov_unit,
+    joined,
+    power_law_unit,
+)
+
+TAU0 = 0.01
+
+
+def expected_exactly(covariance: np.ndarray) -> np.ndarray:
+    """2 tau0 E[c_k^2], k = 1 ..., by transforming the covariance matrix on both sides."""
+    half = dct(covariance, type=2, norm="ortho", axis=0)
+    return 2 * TAU0 * np.diag(dct(half, type=2, norm="ortho", axis=1))[1:]
+
+
+@pytest.mark.parametrize("share", [1e-5, 0.002, 0.02, 0.1, 0.25])
+def test_gauss_markov_expectation_is_exact_but_for_a_percent(share):
+    n = 1024
+    T_c = share * n * TAU0
+    phi = np.exp(-TAU0 / T_c)
+    exact = expected_exactly(T_c / 2 * toeplitz(phi ** np.arange(n)))
+    bins = bins_of(n, TAU0, per_decade=10_000)  # one coefficient a bin
+    assert np.all(bins.n == 1)
+    ours = gauss_markov_unit(bins, T_c)
+    # The end correction is of the continuous process; frames matter where T_c is near one
+    assert np.allclose(ours, exact, rtol=0.005)
+
+
+def test_without_the_end_correction_the_slowest_coefficients_are_a_third_off():
+    n = 1024
+    T_c = 0.25 * n * TAU0
+    exact = expected_exactly(T_c / 2 * toeplitz(np.exp(-TAU0 / T_c) ** np.arange(n)))
+    plain = GaussMarkov(1.0, T_c).psd(np.arange(1, n) / (2 * n * TAU0), TAU0)
+    assert exact[0] / plain[0] < 0.7
+
+
+def test_random_walk_and_white_noise_are_exact():
+    n = 512
+    step = 2 * np.pi**2 * TAU0  # variance of a step for h_-2 = 1
+    walk = step * np.minimum.outer(np.arange(n), np.arange(n))
+    bins = bins_of(n, TAU0, per_decade=10_000)
+    assert np.allclose(power_law_unit(bins, -2), expected_exactly(walk), rtol=1e-8)
+    white = np.eye(n) / (2 * TAU0)
+    assert np.allclose(power_law_unit(bins, 0), expected_exactly(white), rtol=1e-12)
+
+
+def test_random_walk_coefficients_are_independent():
+    n = 256
+    walk = np.minimum.outer(np.arange(n), np.arange(n)).astype(float)
+    both = dct(dct(walk, type=2, norm="ortho", axis=0), type=2, norm="ortho", axis=1)[1:, 1:]
+    size = np.sqrt(np.diag(both))
+    correlation = both / np.outer(size, size) - np.eye(n - 1)
+    assert np.abs(correlation).max() < 1e-8
+
+
+@pytest.mark.parametrize("alpha", [-1, 1, 2])
+def test_wide_bins_hold_the_mean_of_their_coefficients(alpha):
+    n = 100_000
+    bins = bins_of(n, TAU0)
+    each = PowerLaw(alpha, 1.0).psd(np.arange(1, n) / (2 * n * TAU0), TAU0)
+    edge = edges(n)
+    mean = np.add.reduceat(each, edge[:-1] - 1) / np.diff(edge)
+    assert np.allclose(power_law_unit(bins, alpha), mean, rtol=2e-3)
+    wide = bins.n > 100
+    assert np.allclose(power_law_unit(bins, alpha)[wide], mean[wide], rtol=1e-6)
+
+
+def test_binned_sums_to_the_variance():
+    x = np.random.default_rng(1).normal(size=10_007)
+    bins = bins_of(x.size, TAU0)
+    psd = binned(x, TAU0, bins)
+    # Parseval: the coefficients but the mean hold the sum of squares
+    assert np.isclose((psd * bins.n).sum() / (2 * TAU0), x.var() * x.size, rtol=1e-12)
+    assert bins.n.sum() == x.size - 1
+
+
+@pytest.mark.parametrize("n", [16, 17, 1000, 4096])
+def test_bins_hold_every_coefficient_once(n):
+    bins = bins_of(n, TAU0)
+    assert bins.n.sum() == n - 1
+    assert np.allclose(bins.f_upper_hz[:-1], bins.f_lower_hz[1:])
+    assert bins.f_hz.max() < 0.5 / TAU0
+    assert bins.f_hz.min() > 0
+
+
+def test_joined_bins_keep_their_stretch():
+    both = joined([bins_of(1000, TAU0), bins_of(5000, TAU0)])
+    assert both.span_s == 50.0
+    assert both.n.sum() == 999 + 4999
+    alone = gauss_markov_unit(bins_of(5000, TAU0), 3.0)
+    assert np.array_equal(gauss_markov_unit(both, 3.0)[-alone.size :], alone)

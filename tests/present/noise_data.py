@@ -1,0 +1,109 @@
+"""Made-up rows of noise.csv and spectra for tests: published models, perturbed."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from mocap_metrology.noise.estimates import Coefficient, Estimate, rows
+from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.published import SERIES, published_keys, published_row
+from mocap_metrology.present.style import styled
+
+TAU0 = 1 / 120
+PAPER, DEFAULT = "annealing-ant-colony", "likelihood"
+
+
+def estimate(model: NoiseModel, estimator: str, spread: float, seed: int) -> Estimate:
+    """An estimate of so much relative scatter; power laws below 1e-12 are not detected."""
+    rng = np.random.default_rng(seed)
+    coefficients = []
+    for name, value in model.ordered().coefficients().items():
+        if estimator == DEFAULT and name.startswith("h_") and value < 1e-12:
+            found = Coefficient(
+                name, math.nan, upper_95=1e-11, detected=False, status="not_detected"
+            )
+        else:
+            at = value * math.exp(spread * rng.standard_normal())
+            ends = [at * math.exp(k * spread) for k in (-1, 1, -2, 2)]
+            found = Coefficient(name, at, at * spread, at * spread, *ends)
+        coefficients.append(found)
+    form = "sampled" if estimator == DEFAULT else "continuous"
+    return Estimate(estimator, form, tuple(coefficients), 0.0)
+
+
+def noise_rows(models, spread: float = 0.05, seed: int = 1) -> list[dict]:
+    """noise.csv of one recording, by the paper's estimator and the default one."""
+    made = []
+    for k, (series, model) in enumerate(models.items()):
+        for j, estimator in enumerate((PAPER, DEFAULT)):
+            made += rows(series, estimate(model, estimator, spread, 100 * seed + 10 * k + j))
+    return made
+
+
+def group(keys=None):
+    """Sheet, noise, expected and crlb for `table_a`, of all published rows or of some."""
+    keys = published_keys() if keys is None else keys
+    sheet, noise, expected, crlb = {}, {}, {}, {}
+    for k, (kind, n) in enumerate(keys):
+        name, models = f"{kind}-{n}", published_row(kind, n)
+        row = {"recording": name, "twin": name, "camera_type": kind, "n_cameras": n}
+        sheet[name] = row
+        noise[name] = noise_rows(models, seed=k)
+        expected[name] = [r for r in noise_rows(models, 0.01, k) if r["estimator"] == PAPER]
+        for series in SERIES:
+            values = models[series].coefficients()
+            crlb[kind, n, series] = {
+                c: v * (20.0 if c in ("h_-1", "h_2") else 0.1) for c, v in values.items()
+            }
+    return sheet, noise, expected, crlb
+
+
+def bounds(crlb, camera_type: str):
+    return {(n, series): v for (kind, n, series), v in crlb.items() if kind == camera_type}
+
+
+def allan_arrays(model: NoiseModel, n: int = 101, last: int = 1_296_000, seed: int = 3):
+    """Allan deviations of one series scattered about a model as nine hours would."""
+    rng = np.random.default_rng(seed)
+    m = np.unique(np.geomspace(1, last, n).astype(int))
+    edf = np.maximum(2.0 * last / m, 1.5)
+    width = np.minimum(np.sqrt(0.5 / edf), 0.45)
+    adev = np.sqrt(model.avar(m, TAU0)) * (1 + width * np.clip(rng.standard_normal(m.size), -2, 2))
+    return {
+        "m": m,
+        "tau_s": m * TAU0,
+        "adev_mm": adev,
+        "adev_lower_mm": adev * (1 - width),
+        "adev_upper_mm": adev * (1 + width),
+    }
+
+
+def periodogram_arrays(model: NoiseModel, per_decade: int = 40, n: int = 3_888_000, seed: int = 4):
+    """Binned periodogram of one series about a model, the line in its bin."""
+    rng = np.random.default_rng(seed)
+    count = n // 2
+    edges = np.unique(np.geomspace(1, count, int(np.log10(count) * per_decade)).astype(int))
+    first, last = edges[:-1], edges[1:] - 1
+    step = 1 / (n * TAU0)
+    f, dof = step * (first + last) / 2, 2.0 * (last - first + 1)
+    psd = model.psd(f, TAU0) * rng.chisquare(dof) / dof
+    lower, upper = step * (first - 0.5), step * (last + 0.5)
+    for line in model.lines:
+        inside = (lower <= line.f_0) & (line.f_0 < upper)
+        psd[inside] += line.A_s**2 / 2 / (upper - lower)[inside]
+    columns = ("f_hz", "f_lower_hz", "f_upper_hz", "psd_mm2_hz", "dof")
+    return dict(zip(columns, (f, lower, upper, psd, dof), strict=True))
+
+
+def assert_texts_apart(figure) -> None:
+    """No text lies on another one (axis labels: see `figure_data.check`)."""
+    texts = [text for owner in (figure, *figure.axes) for text in owner.texts if text.get_text()]
+    with styled():
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        boxes = [(t.get_text(), t.get_window_extent(renderer).padded(-1)) for t in texts]
+    for (one, box), (other, beside) in combinations(boxes, 2):
+        assert not box.overlaps(beside), (one, other)

@@ -1,0 +1,245 @@
+"""Tables A1-A3: every printed number once, partners, leftovers, what nine hours could support."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections import Counter
+
+import pytest
+from noise_data import DEFAULT, PAPER, bounds, estimate, group
+
+from mocap_metrology.noise.estimates import rows as noise_csv
+from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.published import SERIES, published_keys, published_row
+from mocap_metrology.present import appendix
+from mocap_metrology.present.appendix_text import table_a_markdown
+from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.tables import write_with
+
+KEY = ("camera_type", "n_cameras", "series", "parameter")
+
+
+@pytest.fixture(scope="module")
+def everything():
+    sheet, noise, expected, crlb = group()
+    return {
+        kind: appendix.table_a(kind, sheet, noise, expected, bounds(crlb, kind))
+        for kind in appendix.TABLES
+    }
+
+
+def test_every_printed_number_occurs_exactly_once(everything, shared) -> None:
+    with (shared / "reference/noise_coefficients.csv").open(encoding="utf-8") as stream:
+        printed = Counter(
+            (r["camera_type"], int(r["n_cameras"]), r["series"], r["parameter"], float(r["value"]))
+            for r in csv.DictReader(stream)
+        )
+    made = Counter(
+        (*(row[k] for k in KEY), row["published"])
+        for rows in everything.values()
+        for row in rows
+        if row["published"] is not None
+    )
+    assert made == printed and made.total() == 1862
+    assert {k: len(v) for k, v in everything.items()} == {"T40": 679, "Bonita": 567, "Vantage": 616}
+
+
+def test_numbers_beside_the_published_one_are_those_of_noise_csv(everything) -> None:
+    _, noise, expected, crlb = group()
+    published = {key: published_row(*key) for key in published_keys()}
+    for kind, rows in everything.items():
+        for row in rows:
+            name, series, parameter = row["recording"], row["series"], row["parameter"]
+            own = published[kind, row["n_cameras"]][series]
+            if parameter not in own.coefficients():
+                assert row["regenerated"] is row["likelihood"] is row["supported"] is None
+                assert "above half of the frame rate" in row["note"]
+                continue
+            value = own.coefficients()[parameter]
+            # Two terms of nearly one T_c may be swapped by their scatter, and with them q_c
+            near = math.inf if parameter.startswith("q_c") else 0.3
+            assert row["regenerated"] == pytest.approx(value, rel=near)
+            of_series = [r for r in noise[name] if r["series"] == series]
+            assert row["regenerated"] in {r["value"] for r in of_series if r["estimator"] == PAPER}
+            assert row["expected"] in {r["value"] for r in expected[name]}
+            if row["likelihood_status"] == "not_detected":
+                assert (row["likelihood"], row["likelihood_upper_95"]) == (None, 1e-11)
+            else:
+                assert row["likelihood"] == pytest.approx(value, rel=near)
+                assert row["likelihood_lower_95"] < row["likelihood"] < row["likelihood_upper_95"]
+            bound = crlb[kind, row["n_cameras"], series][parameter]
+            assert row["published_crlb"] == bound
+            assert row["supported"] is (parameter not in ("h_-1", "h_2"))
+
+
+def _table(published: NoiseModel, fitted: dict[str, NoiseModel], monkeypatch, **crlb):
+    """The rows of T40, ten cameras, x1, with this model as the published one."""
+    sheet, *_ = group([("T40", 10)])
+    printed = {"x1": published.coefficients()}
+    monkeypatch.setattr(appendix, "published_keys", lambda: [("T40", 10)])
+    monkeypatch.setattr(appendix, "printed_row", lambda *_: printed)
+    monkeypatch.setattr(appendix, "published_row", lambda *_: {"x1": published})
+    noise = [
+        row
+        for name, model in fitted.items()
+        for row in noise_csv("x1", estimate(model, name, 0.0, 1))
+    ]
+    rows = appendix.table_a("T40", sheet, {"T40-10": noise}, None, {(10, "x1"): crlb})
+    return {row["parameter"]: row for row in rows}
+
+
+def test_partners_and_leftovers(monkeypatch) -> None:
+    published = NoiseModel((PowerLaw(0, 1e-6), GaussMarkov(0.5, 10.0), GaussMarkov(0.2, 0.1)))
+    short, middle, far = GaussMarkov(0.21, 0.11), GaussMarkov(0.4, 30.0), GaussMarkov(0.9, 2000.0)
+    line = Sinusoid(1e-3, 14.4)
+    rows = _table(
+        published,
+        {
+            PAPER: NoiseModel((PowerLaw(0, 2e-6), short, far)),
+            DEFAULT: NoiseModel((PowerLaw(0, 1e-6), short, middle, far, line)),
+        },
+        monkeypatch,
+        h_0=1e-6,
+        T_c1=10.001,
+        q_c1=math.inf,
+    )
+    # annealing: 0.11 s belongs to 0.1 s; 2000 s is too far from 10 s
+    assert (rows["q_c2"]["regenerated"], rows["T_c2"]["regenerated"]) == (0.21, 0.11)
+    assert rows["T_c1"]["regenerated"] is None
+    assert rows["T_c1"]["regenerated_status"] == "unpaired"
+    assert "annealing-ant-colony: its T_c1" in rows["T_c2"]["note"]
+    # likelihood: 30 s belongs to 10 s, 2000 s and the line are left over
+    assert rows["T_c1"]["likelihood"] == 30.0 and rows["q_c1"]["likelihood"] == 0.4
+    left = [name for name, row in rows.items() if row["published"] is None]
+    assert left == [
+        *(f"{n} ({PAPER})" for n in ("q_c2", "T_c2")),
+        *(f"{n} ({DEFAULT})" for n in ("q_c3", "T_c3", "A_s", "f_0")),
+    ]
+    assert rows[f"T_c2 ({PAPER})"]["regenerated"] == 2000.0
+    assert rows[f"f_0 ({DEFAULT})"]["likelihood"] == 14.4
+    assert rows[f"f_0 ({DEFAULT})"]["note"] == "not published"
+    assert rows[f"f_0 ({DEFAULT})"]["unit"] == "Hz"
+    # supported: up to a relative standard error of one
+    assert rows["h_0"]["supported"] is True and rows["h_0"]["crlb_relative"] == 1.0
+    assert rows["T_c1"]["supported"] is False and rows["q_c1"]["supported"] is False
+    assert rows["T_c2"]["supported"] is None and rows["T_c2"]["crlb_relative"] is None
+
+
+def test_a_term_without_a_partner_has_the_limit_of_its_class(monkeypatch) -> None:
+    published = NoiseModel((GaussMarkov(0.2, 0.1), GaussMarkov(1e-4, 2000.0)))
+    sheet, *_ = group([("T40", 10)])
+    monkeypatch.setattr(appendix, "published_keys", lambda: [("T40", 10)])
+    monkeypatch.setattr(appendix, "printed_row", lambda *_: {"x1": published.coefficients()})
+    monkeypatch.setattr(appendix, "published_row", lambda *_: {"x1": published})
+    noise = noise_csv("x1", estimate(NoiseModel((GaussMarkov(0.2, 0.1),)), DEFAULT, 0.0, 1))
+    limit = {"value": math.nan, "status": "not_detected", "upper_95": 5e-4}
+    for number, kind in ((2, "medium"), (3, "long")):
+        note = f"class {kind}: limit for every T_c from 100 to 2000 s"
+        noise.append(noise[0] | limit | {"parameter": f"q_c{number}", "note": note})
+        limit = limit | {"upper_95": 7e-4}
+    rows = {r["parameter"]: r for r in appendix.table_a("T40", sheet, {"T40-10": noise})}
+    assert rows["q_c2"]["likelihood_status"] == "not_detected"
+    assert (rows["q_c2"]["likelihood"], rows["q_c2"]["likelihood_upper_95"]) == (None, 7e-4)
+    assert rows["T_c2"]["likelihood_status"] == "unpaired"
+    assert list(rows) == ["q_c1", "T_c1", "q_c2", "T_c2"]
+    assert "< 7.00e-04" in table_a_markdown(list(rows.values()), "T", "C")
+
+
+def test_a_line_elsewhere_is_said(monkeypatch) -> None:
+    published = NoiseModel((Sinusoid(1e-3, 10.0),))
+    fitted = {PAPER: NoiseModel((Sinusoid(1e-3, 13.0),)), DEFAULT: published}
+    rows = _table(published, fitted, monkeypatch)
+    assert rows["f_0"]["regenerated"] == 13.0
+    assert rows["f_0"]["note"] == f"{PAPER}: f_0 differs by +30 %"
+
+
+def test_what_was_left_out_or_corrected_is_noted(everything) -> None:
+    rows = {tuple(row[k] for k in KEY[1:]): row for row in everything["Bonita"]}
+    misprint = rows[2, "y1", "q_c2"]
+    assert misprint["published"] == 30.84 and "3.84e-02" in misprint["note"]
+    assert misprint["crlb_relative"] == pytest.approx(0.1)  # of the number used
+    vantage = [row for row in everything["Vantage"] if row["n_cameras"] == 10]
+    assert all("failing" in row["note"] for row in vantage)
+
+
+@pytest.mark.parametrize("given", ["nothing", "one recording", "recordings without estimates"])
+def test_missing_subsets(given) -> None:
+    sheet, noise, _, _ = group([("T40", 10)] if given == "one recording" else [("Bonita", 4)])
+    if given == "nothing":
+        sheet, noise = {}, {}
+    elif given == "recordings without estimates":
+        sheet["Bonita-4"]["camera_type"], noise = "T40", {}
+    rows = appendix.table_a("T40", sheet, noise)
+    assert len(rows) == 679
+    cited = [row for row in rows if row["source"] == "cited"]
+    assert len(cited) == {"nothing": 679}.get(given, 679 - 97)
+    assert all(row["regenerated"] is row["recording"] is None for row in cited)
+    text = table_a_markdown(rows, "T", "C")
+    assert "was not computed" in text and text.count("## (") == 7
+
+
+def test_markdown_shows_every_printed_number(everything) -> None:
+    for rows in everything.values():
+        text = table_a_markdown(rows, "Table", appendix.CAPTION)
+        panels = text.split("\n## ")[1:]
+        assert [p.split("\n")[0] for p in panels] == [
+            f"({a}) {s}" for a, s in zip("abcdefg", SERIES, strict=True)
+        ]
+        for panel in panels:
+            series = panel.split("\n")[0].split()[1]
+            own = [r for r in rows if r["series"] == series]
+            lines = [x.split("|")[1:-1] for x in panel.split("\n") if x.startswith("|")]
+            names = [cell.strip().split(" ")[0] for cell in lines[0]]
+            labels = [x[0].strip() for x in lines if x[1].strip() == "published"]
+            assert labels == list(dict.fromkeys(r["printed_row"] for r in own))
+            for cells in lines:
+                if cells[1].strip() != "published":
+                    continue
+                row = {r["parameter"]: r for r in own if r["printed_row"] == cells[0].strip()}
+                for name, cell in zip(names[2:], cells[2:], strict=True):
+                    shown = cell.strip().rstrip("†‡")
+                    assert shown == (three_digits(row[name]["published"]) if name in row else "")
+                    assert ("†" in cell) == (name in row and row[name]["supported"] is False)
+
+
+def test_markdown_marks_and_leftovers(monkeypatch) -> None:
+    published = NoiseModel((PowerLaw(0, 1e-6), GaussMarkov(0.2, 0.1)))
+    fitted = {DEFAULT: NoiseModel((PowerLaw(0, 1e-13), GaussMarkov(0.5, 100.0)))}
+    rows = list(_table(published, fitted, monkeypatch, h_0=1e-5).values())
+    rows[0]["regenerated"], rows[0]["regenerated_status"] = 2.5, "at_bound"
+    text = table_a_markdown(rows, "T", "C")
+    assert "1.00e-06†" in text and "< 1.00e-11" in text and "2.50§" in text and "–" in text
+    assert "- All likelihood, not published: q_c1 0.500 mm/s^0.5, T_c1 100 s" in text
+    assert "could not have supported 1, 2 have no bound" in text
+
+
+def test_counts_add_up(everything) -> None:
+    counts = {
+        (c["camera_type"], c["parameter"]): c
+        for c in appendix.support_counts([r for rows in everything.values() for r in rows])
+    }
+    for kind, rows in everything.items():
+        total = counts[kind, "all"]
+        assert total["published"] == len(rows)
+        assert (
+            total["unsupported"]
+            == sum(row["supported"] is False for row in rows)
+            == 98 + (14 if kind == "Vantage" else 0)
+        )
+        for word in ("published", "supported", "unsupported", "not_computed"):
+            parts = [c[word] for (k, p), c in counts.items() if k == kind and p != "all"]
+            assert sum(parts) == total[word]
+    assert counts["T40", "f_0"]["not_computed"] == 7
+
+
+def test_csv_keeps_every_digit(everything, tmp_path) -> None:
+    rows = everything["T40"]
+    write_with(tmp_path / "a", rows, table_a_markdown(rows, "T", "C"))
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "a.md"]
+    with (tmp_path / "a.csv").open(encoding="utf-8") as stream:
+        read = list(csv.DictReader(stream))
+    assert list(read[0]) == list(appendix.COLUMNS)
+    for row, line in zip(rows, read, strict=True):
+        for column in ("published", "regenerated", "expected", "likelihood", "crlb_relative"):
+            assert line[column] == ("" if row[column] is None else repr(float(row[column])))

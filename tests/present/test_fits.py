@@ -1,0 +1,222 @@
+"""Figure of a fit: what is drawn is data, model, components and residuals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from figure_data import ODD_TEXT, check, check_saved, every_text
+from noise_data import TAU0, allan_arrays, assert_texts_apart, estimate, periodogram_arrays
+
+from mocap_metrology.noise.estimates import rows as noise_csv
+from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.published import published_row
+from mocap_metrology.present import fit_parts
+from mocap_metrology.present.fits import MODEL, fit_figure, part_styles
+from mocap_metrology.present.style import save_figure
+
+pytestmark = pytest.mark.filterwarnings("error")
+MODEL_Z1 = published_row("T40", 10)["z1"].ordered()
+MAIN, OTHERS = "likelihood", ("weighted", "annealing-ant-colony", "levenberg-marquardt")
+
+
+def figure(model=MODEL_Z1, others=OTHERS, title="t", note="n", **changed):
+    estimates = {
+        name: noise_csv("z1", estimate(model, name, 0.01, k))
+        for k, name in enumerate((MAIN, *others))
+    }
+    data = {
+        "allan": allan_arrays(model),
+        "periodogram": periodogram_arrays(model),
+        "estimates": estimates,
+    } | changed
+    made = fit_figure(
+        title,
+        data["allan"],
+        data["periodogram"],
+        data["estimates"],
+        TAU0,
+        note,
+        main=MAIN,
+        lines_subtracted=False,
+    )
+    return made, data
+
+
+def lines_of(axes, **how):
+    return [
+        line
+        for line in axes.lines
+        if all(getattr(line, f"get_{key}")() == value for key, value in how.items())
+    ]
+
+
+def drawn_model(axes):
+    return next(
+        x for x in axes.lines if (x.get_linewidth(), x.get_color()) == (1.5, MODEL["color"])
+    )
+
+
+def test_data_and_models_are_those_given() -> None:
+    made, data = figure()
+    allan, below, psd, residual = made.axes[:4]
+    points = lines_of(allan, marker="o")[0].get_xydata()
+    assert np.array_equal(points[:, 0], data["allan"]["tau_s"])
+    assert np.array_equal(points[:, 1], data["allan"]["adev_mm"])
+    fit = fit_parts.fit_of(MAIN, data["estimates"][MAIN])
+    x, y = drawn_model(allan).get_data()
+    m = np.round(x / TAU0).astype(int)
+    assert np.allclose(m * TAU0, x) and m[0] == 1 and m[-1] == data["allan"]["m"][-1]
+    shown = np.isfinite(y)
+    assert shown.mean() > 0.9
+    assert np.allclose(y[shown], np.sqrt(fit.model.avar(m, TAU0))[shown], rtol=1e-9)
+    f, s = drawn_model(psd).get_data()
+    assert np.allclose(s, fit.model.psd(f, TAU0), rtol=1e-9)
+    spectrum = data["periodogram"]
+    assert np.array_equal(lines_of(psd, marker="o")[0].get_ydata(), spectrum["psd_mm2_hz"])
+    # Residuals: in per cent of the model, and in standard deviations
+    off = lines_of(below, marker="o")[0].get_ydata()
+    expected = np.sqrt(fit.model.avar(data["allan"]["m"], TAU0))
+    assert np.allclose(off, 100 * (data["allan"]["adev_mm"] / expected - 1))
+    sigma = lines_of(residual, marker="o")[0].get_ydata()
+    smooth = (spectrum["psd_mm2_hz"] / fit.model.psd(spectrum["f_hz"], TAU0) - 1) * np.sqrt(
+        spectrum["dof"] / 2
+    )
+    held = np.isfinite(sigma)
+    away = held & ~((spectrum["f_lower_hz"] < 15) & (spectrum["f_upper_hz"] > 13))
+    assert held.mean() > 0.8 and np.allclose(sigma[away], smooth[away])
+
+
+def test_every_component_is_drawn_and_named_with_its_value() -> None:
+    made, data = figure(others=())
+    fit = fit_parts.fit_of(MAIN, data["estimates"][MAIN])
+    assert [part.name for part in fit.parts] == [
+        *("h₋₂", "h₋₁", "h₀"),
+        *(f"GM {k}" for k in (1, 2, 3, 4)),
+        "line",
+    ]
+    texts = " ".join(every_text(made))
+    for part, how in zip(fit.parts, part_styles(fit), strict=True):
+        assert part.text in texts
+        drawn = [x for x in made.axes[0].lines if x.get_color() == how["color"] and x.get_lw() == 1]
+        x, _ = drawn[0].get_data()
+        m = np.round(x / TAU0).astype(int)
+        values = np.sqrt(fit_parts.drawn_avar(part.component, m, TAU0, "sampled"))
+        found = [
+            line for line in drawn
+            if np.isfinite(line.get_ydata()).any()
+            and np.allclose(np.nan_to_num(line.get_ydata() / values, nan=1.0), 1.0)
+        ]  # fmt: skip
+        assert found or values.max() < made.axes[0].get_ylim()[0]
+    assert "q_c 0.0187 mm/√s" in texts or "q_c 0.0188 mm/√s" in texts or "q_c 0.0186" in texts
+    assert "h₁ < 1.00×10⁻¹¹ mm²/Hz²" in texts and "h₂ <" in texts
+    assert "1 short, 2 short, 3 medium, 4 long" in texts.replace("\n", " ")
+
+
+def test_the_line_in_the_spectrum_is_a_stem_as_high_as_its_share() -> None:
+    model = NoiseModel((PowerLaw(0, 1e-6), Sinusoid(0.01, 7.0)))
+    made, data = figure(model, others=())
+    spectrum = fit_parts.Spectrum.of(data["periodogram"])
+    fit = fit_parts.fit_of(MAIN, data["estimates"][MAIN])
+    (line,) = fit.model.lines
+    inside = (spectrum.lower <= line.f_0) & (line.f_0 < spectrum.upper)
+    assert inside.sum() == 1
+    width = (spectrum.upper - spectrum.lower)[inside][0]
+    (top,) = lines_of(made.axes[2], marker="D")
+    assert top.get_xdata()[0] == line.f_0
+    assert top.get_ydata()[0] == pytest.approx(fit.model.broadband[0].h + line.A_s**2 / 2 / width)
+    # Its power, A^2/2, is what the bin has beyond the continuum
+    more = (spectrum.expected(fit.model, TAU0) - fit.model.psd(spectrum.f, TAU0))[inside][0]
+    assert more * width == pytest.approx(line.A_s**2 / 2)
+    gone = fit_parts.Spectrum.of(data["periodogram"], lines=False)
+    assert np.array_equal(gone.expected(fit.model, TAU0), fit.model.psd(spectrum.f, TAU0))
+
+
+def test_residuals_of_the_true_model_are_standard() -> None:
+    model = NoiseModel((PowerLaw(-2, 1e-9), PowerLaw(0, 1e-6), GaussMarkov(0.01, 1.0)))
+    spectrum = fit_parts.Spectrum.of(periodogram_arrays(model, per_decade=100))
+    residual = spectrum.residual(model, TAU0)[spectrum.dof > 20]
+    assert abs(residual.mean()) < 0.2 and residual.std() == pytest.approx(1.0, abs=0.15)
+    low, high = spectrum.interval()
+    share = np.mean((low < model.psd(spectrum.f, TAU0)) & (model.psd(spectrum.f, TAU0) < high))
+    assert share == pytest.approx(0.683, abs=0.07)
+
+
+def test_model_curves_are_those_of_the_model() -> None:
+    m = fit_parts.drawn_m(1_000_000)
+    assert m[0] == 1 and m[-1] == 1_000_000 and np.all(np.diff(m) > 0)
+    for form in ("sampled", "continuous"):
+        ours = fit_parts.model_avar(MODEL_Z1, m, TAU0, form)
+        assert np.allclose(ours, MODEL_Z1.avar(m, TAU0, form), rtol=1e-12)
+        line = MODEL_Z1.lines[0]
+        drawn = fit_parts.drawn_avar(line, m, TAU0, form)
+        exact = line.avar(m, TAU0, form)
+        assert np.array_equal(drawn[:40], exact[:40]) and np.all(drawn >= exact * (1 - 1e-12))
+
+
+ODD = {
+    "nothing": {},
+    "no main": {"weighted": 1.0},
+    "main alone": {MAIN: 1.0},
+}
+
+
+@pytest.mark.parametrize("case", ODD)
+def test_missing_estimates(case) -> None:
+    estimates = {name: noise_csv("z1", estimate(MODEL_Z1, name, 0.01, 1)) for name in ODD[case]}
+    made, _ = figure(estimates=estimates, title=ODD_TEXT, note=ODD_TEXT)
+    check(made, draw=case == "nothing")
+    assert (f"No estimate by {MAIN}." in " ".join(every_text(made))) == (case != "main alone")
+
+
+@pytest.mark.parametrize("case", ["empty", "gaps", "nothing detected", "not finite", "half a term"])
+def test_odd_data(case) -> None:
+    changed: dict = {}
+    if case == "empty":
+        changed["allan"] = {k: np.array([]) for k in allan_arrays(MODEL_Z1)}
+        changed["periodogram"] = {k: np.array([]) for k in periodogram_arrays(MODEL_Z1)}
+    elif case == "gaps":
+        allan, spectrum = allan_arrays(MODEL_Z1), periodogram_arrays(MODEL_Z1)
+        allan["adev_mm"][::3] = np.nan
+        allan["adev_upper_mm"][1::3] = np.inf
+        spectrum["psd_mm2_hz"][::4] = np.nan
+        spectrum["psd_mm2_hz"][1] = 0.0
+        changed = {"allan": allan, "periodogram": spectrum}
+    else:
+        rows = noise_csv("z1", estimate(MODEL_Z1, MAIN, 0.01, 1))
+        if case == "nothing detected":
+            for row in rows:
+                row |= {"value": math.nan, "status": "not_detected", "upper_95": 1.0}
+        elif case == "not finite":
+            rows[0]["value"], rows[2]["std_error"] = math.nan, math.nan
+        else:
+            rows = [row for row in rows if row["parameter"] != "q_c2"] + [
+                row | {"value": math.nan} for row in rows if row["parameter"] == "q_c2"
+            ]
+        changed["estimates"] = {MAIN: rows}
+    made, _ = figure(**changed)
+    check(made)
+    if case == "empty":
+        assert every_text(made).count("no valid samples") == 2
+    if case == "half a term":
+        assert not any("GM 2" in text for text in every_text(made))
+        assert any("GM 3" in text for text in every_text(made))
+
+
+@pytest.mark.parametrize(
+    ("kind", "n", "series"), [("T40", 10, "z1"), ("T40", 2, "y1"), ("Vantage", 10, "L")]
+)
+def test_no_text_touches_another(kind, n, series) -> None:
+    made, _ = figure(published_row(kind, n)[series], title="T40-2, y1: noise")
+    check(made, draw=False)
+    assert_texts_apart(made)
+
+
+def test_it_fits_the_page_and_repeats(tmp_path) -> None:
+    one, two = (figure()[0] for _ in range(2))
+    first = check_saved(one, tmp_path / "1")
+    again = save_figure(two, tmp_path / "2")
+    assert [path.read_bytes() for path in again] == [
+        first.with_suffix(end).read_bytes() for end in (".svg", ".png")
+    ]

@@ -1,0 +1,103 @@
+"""Coefficients of a group, and numbers as people read them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from noise_data import DEFAULT, group
+
+from mocap_metrology.present.noise_tables import COLUMNS, noise_markdown, noise_table
+from mocap_metrology.present.numbers import symbol, three_digits, typeset, unit, with_interval
+from mocap_metrology.present.tables import write_with
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (9.26e-7, "9.26e-07"),
+        (0.225, "0.225"),
+        (5.859, "5.86"),
+        (2000.0, "2000"),
+        (14.4, "14.4"),
+        (0.0009994, "9.99e-04"),
+        (0.00099996, "0.00100"),
+        (99999.0, "1.00e+05"),
+        (2.64e-309, "2.64e-309"),
+        (0.0, "0"),
+        (-0.5, "-0.500"),
+        (math.nan, ""),
+        (None, ""),
+    ],
+)
+def test_three_digits(value, text) -> None:
+    assert three_digits(value) == text
+    if value:
+        shown = float(text) if text else value
+        assert math.isnan(value) or shown == pytest.approx(value, rel=5.1e-3)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "text"),
+    [
+        ((9.26e-7, 9.1e-7, 9.4e-7), "9.26 (9.10…9.40)e-07"),
+        ((9.26e-7, 9.259e-7, 9.261e-7), "9.260 (9.259…9.261)e-07"),
+        ((0.225, 0.1, 0.5), "0.225 (0.100…0.500)"),
+        ((1e-9, 0.0, 4e-5), "1.00 (0.00…4.00e+04)e-09"),
+        ((0.225, None, 0.5), "0.225"),
+        ((0.225, math.nan, 0.5), "0.225"),
+        ((math.nan, 1.0, 2.0), ""),
+    ],
+)
+def test_with_interval(numbers, text) -> None:
+    assert with_interval(*numbers) == text
+
+
+def test_typesetting() -> None:
+    assert typeset(9.26e-7) == "9.26×10⁻⁷" and typeset(0.5) == "0.500"
+    assert [symbol(p) for p in ("h_-2", "q_c3", "f_0")] == ["h₋₂", "q_c", "f₀"]
+    assert unit("h_1") == "mm²/Hz²" and unit("q_c2") == "mm/√s"
+
+
+def test_long_rows_are_those_of_noise_csv() -> None:
+    _, noise, _, _ = group([("T40", 10), ("Bonita", 2)])
+    rows = noise_table(noise, {"T40-10": "twin", "Bonita-2": "measured"})
+    given = [row for name in noise for row in noise[name]]
+    assert len(rows) == len(given) and tuple(rows[0]) == COLUMNS
+    for row, was in zip(rows, given, strict=True):
+        assert row["source"] == ("twin" if row["recording"] == "T40-10" else "measured")
+        for key in set(COLUMNS) - {"recording", "source"}:
+            assert row[key] is was[key]
+
+
+def test_markdown_has_a_block_a_recording(tmp_path) -> None:
+    _, noise, _, _ = group([("T40", 10), ("Bonita", 2)])
+    noise["empty"] = [row for row in noise["T40-10"] if row["estimator"] != DEFAULT][:3]
+    rows = noise_table(noise, dict.fromkeys(noise, "twin"))
+    text = noise_markdown(rows, "T", "C")
+    assert [x for x in text.split("\n") if x.startswith("## ")] == [
+        "## T40-10 (twin)",
+        "## Bonita-2 (twin)",
+        "## empty (twin)",
+    ]
+    assert f"No coefficients by {DEFAULT}." in text
+    block = text.split("## ")[1]
+    names = [x.split("|")[1].strip() for x in block.split("\n") if x.startswith("|")][2:]
+    assert names[:7] == ["h_-2", "h_-1", "h_0", "h_1", "h_2", "q_c1", "T_c1"]
+    assert names[-2:] == ["A_s", "f_0"]
+    for row in (r for r in rows if r["recording"] == "T40-10" and r["estimator"] == DEFAULT):
+        if row["status"] == "ok":
+            shown = with_interval(row["value"], row["lower_95"], row["upper_95"])
+            assert shown in block
+    assert "< 1.00e-11" in block
+    write_with(tmp_path / "n", rows, text, COLUMNS)
+    write_with(tmp_path / "none", [], noise_markdown([], "T", "C"), COLUMNS)
+    assert (tmp_path / "none.csv").read_text() == ",".join(COLUMNS) + "\n"
+    assert "No coefficients." in (tmp_path / "none.md").read_text()
+
+
+def test_many_series_are_several_tables() -> None:
+    one = group([("T40", 10)])[1]["T40-10"]
+    rows = [row | {"series": f"x{k}"} for k in range(16) for row in one if row["series"] == "x1"]
+    text = noise_markdown(noise_table({"r": rows}, {"r": "twin"}), "T", "C")
+    assert text.count("| unit") == 3

@@ -1,0 +1,236 @@
+"""Figures 6, 14, 15, 16 and 17 of S: numbers drawn are numbers given, and odd input."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from figure_data import ODD_TEXT, check, check_saved, every_text
+from noise_data import (
+    PAPER,
+    TAU0,
+    allan_arrays,
+    assert_texts_apart,
+    bounds,
+    estimate,
+    group,
+)
+
+from mocap_metrology.noise.model import ALPHAS
+from mocap_metrology.noise.published import SERIES, published_row
+from mocap_metrology.present import slots
+from mocap_metrology.present.appendix import DEFAULT, TABLES, table_a
+from mocap_metrology.present.coefficients import colour_figure
+from mocap_metrology.present.correlated import correlated_figure, term_pairs
+from mocap_metrology.present.periodic import periodic_figure
+from mocap_metrology.present.regression import FINAL, ORDINARY, START, regression_figure
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+def table_rows(keys=None):
+    sheet, noise, expected, crlb = group(keys)
+    kinds = TABLES if keys is None else dict.fromkeys(kind for kind, _ in keys)
+    return [
+        row for kind in kinds
+        for row in table_a(kind, sheet, noise, expected, bounds(crlb, kind))
+        if keys is None or (kind, row["n_cameras"]) in keys
+    ]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return table_rows()
+
+
+def marks(axes, size: float) -> list[tuple[float, float]]:
+    """Points drawn with markers of that size (ticks have numbers for markers)."""
+    found = [
+        x.get_xydata()
+        for x in axes.lines
+        if x.get_markersize() == size and isinstance(x.get_marker(), str) and x.get_ls() == "None"
+    ]
+    return [tuple(point) for points in found for point in points]
+
+
+def places(own, column):
+    """Where the numbers of a panel should stand, from the rows alone."""
+    cameras = sorted({row["n_cameras"] for row in own})
+    return sorted(
+        (cameras.index(row["n_cameras"]) + (SERIES.index(row["series"]) - 3) * slots.PITCH, value)
+        for row in own
+        if (value := row[column]) is not None
+    )
+
+
+@pytest.mark.parametrize("logarithmic", [True, False])
+def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None:
+    made = colour_figure(rows, "t", "n", logarithmic=logarithmic)
+    panels = made.axes[:15]
+    for k, axes in enumerate(panels):
+        alpha, kind = ALPHAS[k // 3], list(TABLES)[k % 3]
+        own = [r for r in rows if r["parameter"] == f"h_{alpha}" and r["camera_type"] == kind]
+        assert len(own) == 49 + 7 * (kind == "Vantage")
+        scale = 1.0
+        if logarithmic:
+            own = [dict(row) for row in own]
+            for row in own:
+                for column in ("published", "regenerated", DEFAULT):
+                    if row[column] is not None and row[column] < slots.FLOOR:
+                        row[column] = slots.IN_BAND
+        else:
+            greatest = max(max(r["published"], r["regenerated"], r[DEFAULT] or 0) for r in own)
+            scale = 10.0 ** np.floor(np.log10(greatest))
+        sizes = {"published": 3.0, "regenerated": 1.5, DEFAULT: 3.4}
+        for column, size in sizes.items():
+            expected = [(x, y / scale) for x, y in places(own, column)]
+            assert np.allclose(sorted(marks(axes, size)), expected, rtol=1e-9, atol=0), (k, column)
+        limits = [r for r in own if r["likelihood_status"] == "not_detected"]
+        arrows = sorted(y * scale for _, y in marks(axes, slots.LIMIT["markersize"]))
+        assert np.allclose(arrows, sorted(r["likelihood_upper_95"] for r in limits))
+        if logarithmic:
+            low, high = axes.get_ylim()
+            assert low >= slots.FLOOR * 10**-slots.BAND_DECADES and high < 1
+    if logarithmic:
+        check_saved(made, tmp_path / "f")
+    assert_texts_apart(made)
+    assert {"T40", "Bonita", "Vantage"} <= set(every_text(made))
+    assert ("< 10⁻²⁰" in every_text(made)) == logarithmic
+
+
+def test_correlated_terms(rows, tmp_path) -> None:
+    made = correlated_figure(rows, "t", "n")
+    for source, column in (("published", 3.0), ("regenerated", 2.6), (DEFAULT, 2.6)):
+        pairs = term_pairs(rows, source)
+        assert len(pairs) == 511  # terms in Tables A1-A3
+        axes = next(a for a in made.axes if any(t.get_text().endswith(
+            {"published": "published", "regenerated": PAPER}.get(source, source)
+        ) and t.get_weight() == "bold" for t in a.texts))  # fmt: skip
+        assert np.allclose(sorted(marks(axes, column)), sorted(p[:2] for p in pairs), atol=0)
+        assert "511 terms" in [t.get_text() for t in axes.texts]
+    first = [r for r in rows if r["camera_type"] == "T40" and r["parameter"].startswith("T_c")]
+    drawn = np.array(sorted(marks(made.axes[0], 3.0)))
+    expected = np.array(places(first, "published"))
+    assert np.allclose(np.sort(drawn[:, 1]), np.sort(expected[:, 1]), atol=0)
+    check_saved(made, tmp_path / "f")
+    assert_texts_apart(made)
+
+
+def test_leftovers_are_terms_too() -> None:
+    made = table_rows([("T40", 10)])
+    extra = [
+        dict.fromkeys(made[0]) | {"parameter": f"{p} ({DEFAULT})", DEFAULT: v, "n_cameras": 10,
+                                  "camera_type": "T40", "series": "x1"}
+        for p, v in (("q_c9", 0.3), ("T_c9", 77.0))
+    ]  # fmt: skip
+    before, after = (term_pairs(r, DEFAULT) for r in (made, made + extra))
+    assert after[len(before) :] == [(77.0, 0.3, "T40", True)]
+    assert term_pairs(made + extra, "published") == term_pairs(made, "published")
+    check(correlated_figure(made + extra, "t"), draw=False)
+
+
+@pytest.mark.parametrize("draw", [colour_figure, correlated_figure])
+@pytest.mark.parametrize("case", ["none", "cited", "one", "not detected"])
+def test_odd_coefficients(draw, case) -> None:
+    keys = {"none": [], "one": [("Bonita", 4)]}.get(case, [("T40", 10)])
+    made = table_rows(keys)
+    if case == "cited":
+        made = table_a("T40", {}, {})
+    elif case == "not detected":
+        for row in made:
+            row |= {DEFAULT: None, "likelihood_status": "not_detected", "regenerated": None}
+    check(draw(made, ODD_TEXT, ODD_TEXT), draw=case == "not detected")
+
+
+# ---- Figures 6 and 17
+
+
+def regression(n_starts: int = 10, n: int = 101):
+    model = published_row("T40", 10)["z1"]
+    starts = [estimate(model, "a", 0.1, k).model for k in range(n_starts)]
+    data = allan_arrays(model, n)
+    ordinary = estimate(model, "a", 0.4, 99).model
+    figure = regression_figure(
+        data["tau_s"], data["adev_mm"], starts, ordinary, model, TAU0, "t", "n"
+    )
+    return figure, data, starts, ordinary, model
+
+
+@pytest.mark.parametrize("n_starts", [10, 0])
+def test_regression(n_starts, tmp_path) -> None:
+    figure, data, starts, ordinary, model = regression(n_starts)
+    above, below = figure.axes[:2]
+    for how, models in ((START, starts), (ORDINARY, [ordinary]), (FINAL, [model])):
+        lines = [
+            x for x in above.lines if x.get_color() == how["color"] and x.get_lw() == how["lw"]
+        ]
+        assert len(lines) == len(models)
+        for line, one in zip(lines, models, strict=True):
+            x, y = line.get_data()
+            m = np.round(x / TAU0).astype(int)
+            shown = np.isfinite(y)
+            expected = np.sqrt(one.avar(m, TAU0, "continuous"))
+            assert shown.any() and np.allclose(y[shown], expected[shown], rtol=1e-9)
+    points = next(x for x in above.lines if x.get_marker() == "o").get_xydata()
+    assert np.array_equal(points, np.column_stack([data["tau_s"], data["adev_mm"]]))
+    final = next(x for x in below.lines if x.get_color() == FINAL["color"]).get_ydata()
+    curve = np.sqrt(model.avar(data["m"], TAU0, "continuous"))
+    assert np.allclose(final, 100 * (data["adev_mm"] / curve - 1))
+    assert np.abs(final).max() <= below.get_ylim()[1]
+    check_saved(figure, tmp_path / "f")
+    assert_texts_apart(figure)
+    assert f"{n_starts} starts of annealing" in every_text(figure)
+
+
+def test_regression_without_data() -> None:
+    model = published_row("T40", 10)["z1"]
+    none = np.array([])
+    figure = regression_figure(none, none, [model], model, model, TAU0, ODD_TEXT, ODD_TEXT)
+    check(figure)
+    assert "no valid samples" in every_text(figure)
+
+
+def spectra(names, line_hz: float = 14.4):
+    f = np.arange(36_001) / 600
+    rng = np.random.default_rng(1)
+    made = {}
+    for k, name in enumerate(names):
+        psd = 10.0 ** (k - 6) * (1 + 0.1 * rng.standard_normal(f.size))
+        if k == 0:
+            psd[round(line_hz * 600)] = 1e-3
+        made[name] = f, psd
+    return made
+
+
+def test_the_line_is_seen(tmp_path) -> None:
+    given = spectra(["T40", "Bonita", "Vantage"])
+    figure = periodic_figure(given, 14.4, "t", "n")
+    whole, *close = figure.axes[:4]
+    tops = [line.get_ydata() for line in whole.lines if line.get_linewidth() == 0.5]
+    assert max(y.max() for y in tops) == 1e-3
+    for axes, (name, (f, psd)) in zip(close, given.items(), strict=True):
+        x, y = next(line for line in axes.lines if line.get_linewidth() == 0.6).get_data()
+        near = np.abs(f - 14.4) <= 2
+        assert np.array_equal(x, f[near])
+        exponent = np.floor(np.log10(psd[near].max()))
+        assert np.allclose(y * 10**exponent, psd[near])
+        assert any(line.get_xdata()[0] == 14.4 for line in axes.lines)
+        assert name in [text.get_text() for text in axes.texts]
+    assert any("peak" in t and "× median" in t for t in every_text(figure))
+    check_saved(figure, tmp_path / "f")
+    assert_texts_apart(figure)
+
+
+@pytest.mark.parametrize("case", ["one", "none", "zero", "nan", "empty"])
+def test_odd_spectra(case) -> None:
+    given = spectra(["T40"])
+    f, psd = given["T40"]
+    if case == "zero":
+        given["T40"] = f, np.zeros_like(psd)
+    elif case == "nan":
+        given["T40"] = f, np.full_like(psd, np.nan)
+    elif case == "empty":
+        given["T40"] = np.array([]), np.array([])
+    figure = periodic_figure({} if case == "none" else given, 14.4, ODD_TEXT, ODD_TEXT)
+    check(figure)
+    if case in ("none", "nan", "empty"):
+        assert "no spectrum" in every_text(figure)

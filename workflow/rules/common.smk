@@ -143,6 +143,22 @@ def of_accepted(pattern):
     return paths
 
 
+def of_paper(file):
+    """Input function: a file of every accepted recording of the first paper's group."""
+    return lambda wildcards: [
+        f"<results>/recordings/{name}/{file}" for name in accepted("skurowski2019")
+    ]
+
+
+def of_paper_twins(file):
+    """The same of the twins that stand for a row of the paper's tables of coefficients."""
+    return [
+        f"<results>/recordings/{name}/{file}"
+        for name in recording_names("skurowski2019")
+        if is_twin(name) and startup.printed(twin_settings(name), row(name))
+    ]
+
+
 # Targets.
 
 
@@ -163,7 +179,14 @@ def wanted(target):
 def paper_tables():
     """Tables of the papers: only their own groups feed them."""
     found = "skurowski2019" in accepted_groups()
-    return [f"<results>/tables/skurowski_table{number}.csv" for number in (3, 4) if found]
+    numbers = (3, 4, "A1") if found else ()  # the rule of A1 makes A2 and A3 too
+    return [f"<results>/tables/skurowski_table{number}.csv" for number in numbers]
+
+
+def paper_figures():
+    """Figures of the papers."""
+    found = "skurowski2019" in accepted_groups()
+    return ["<results>/figures/skurowski_fig06.svg"] if found else []
 
 
 def checks_of_target(target):

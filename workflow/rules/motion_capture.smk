@@ -132,3 +132,63 @@ rule gaussian:
         "{wildcards.recording}: Gaussian model"
     script:
         "../scripts/gaussian.py"
+
+
+# Longest of the jobs of a recording, so that none of them is left for the end alone.
+rule noise:
+    input:
+        raw="<results>/recordings/{recording}/trajectories.parquet",
+        allan="<results>/recordings/{recording}/allan.parquet",
+    output:
+        noise="<results>/recordings/{recording}/noise.csv",
+        allan="<results>/recordings/{recording}/allan_masked.parquet",
+        periodogram="<results>/recordings/{recording}/periodogram.parquet",
+    log:
+        "<logs>/noise/{recording}.log",
+    benchmark:
+        "<benchmarks>/noise/{recording}.tsv"
+    priority: 5
+    threads: 1
+    resources:
+        mem_mb=1500,
+    params:
+        code=digest("noise.py"),
+        row=row,
+        paper=lambda wildcards: row(wildcards)["group"] == "skurowski2019",
+        noise=config["noise"],
+        annealing=config["annealing"],
+        allan=config["allan"],
+        hampel=config["hampel"],
+        seed=config["seed"],
+    message:
+        "{wildcards.recording}: noise coefficients"
+    script:
+        "../scripts/noise.py"
+
+
+# Of a twin of the paper: what S's estimator gives for the published noise without chance.
+rule expected_noise:
+    input:
+        "<results>/recordings/{recording}/allan.parquet",
+    output:
+        "<results>/recordings/{recording}/expected.csv",
+    log:
+        "<logs>/expected_noise/{recording}.log",
+    benchmark:
+        "<benchmarks>/expected_noise/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("expected_noise.py"),
+        row=row,
+        twin=twin_settings,
+        noise=config["noise"],
+        annealing=config["annealing"],
+        allan=config["allan"],
+        hampel=config["hampel"],
+        seed=config["seed"],
+    message:
+        "{wildcards.recording}: noise coefficients as expected"
+    script:
+        "../scripts/expected_noise.py"

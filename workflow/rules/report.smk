@@ -32,12 +32,35 @@ rule recording_figures:
         "../scripts/recording_figures.py"
 
 
+rule noise_figures:
+    input:
+        noise="<results>/recordings/{recording}/noise.csv",
+        allan="<results>/recordings/{recording}/allan_masked.parquet",
+        periodogram="<results>/recordings/{recording}/periodogram.parquet",
+    output:
+        directory("<results>/recordings/{recording}/fit"),
+    log:
+        "<logs>/noise_figures/{recording}.log",
+    benchmark:
+        "<benchmarks>/noise_figures/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("noise_figures.py"),
+    message:
+        "{wildcards.recording}: figures of the noise model"
+    script:
+        "../scripts/noise_figures.py"
+
+
 rule group_tables:
     input:
         checks=lambda wildcards: checks(wildcards.group),
         gaussian=of_accepted("<results>/recordings/{recording}/gaussian.csv"),
         outliers=of_accepted("<results>/recordings/{recording}/outliers.csv"),
         allan=of_accepted("<results>/recordings/{recording}/allan.parquet"),
+        noise=of_accepted("<results>/recordings/{recording}/noise.csv"),
     output:
         multiext(
             "<results>/tables/{group}",
@@ -49,6 +72,8 @@ rule group_tables:
             "_outliers.md",
             "_allan.csv",
             "_allan.md",
+            "_noise.csv",
+            "_noise.md",
         ),
     log:
         "<logs>/group_tables/{group}.log",
@@ -90,3 +115,67 @@ rule skurowski_tables:
         "Tables 3 and 4 of Skurowski & Pawlyta 2019"
     script:
         "../scripts/skurowski_tables.py"
+
+
+rule skurowski_noise:
+    input:
+        checks=checks("skurowski2019"),
+        noise=of_paper("noise.csv"),
+        expected=of_paper_twins("expected.csv"),
+    output:
+        multiext(
+            "<results>/tables/skurowski_",
+            "tableA1.csv",
+            "tableA1.md",
+            "tableA2.csv",
+            "tableA2.md",
+            "tableA3.csv",
+            "tableA3.md",
+            "support.csv",
+            "support.md",
+        ),
+    log:
+        "<logs>/skurowski_noise.log",
+    benchmark:
+        "<benchmarks>/skurowski_noise.tsv"
+    threads: 1
+    params:
+        code=digest("skurowski_noise.py"),
+        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
+    message:
+        "Tables A1-A3 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski_noise.py"
+
+
+rule skurowski_noise_figures:
+    input:
+        checks=checks("skurowski2019"),
+        noise=of_paper("noise.csv"),
+        expected=of_paper_twins("expected.csv"),
+        allan=of_paper("allan.parquet"),
+        psd=of_paper("psd.parquet"),
+    output:
+        multiext(
+            "<results>/figures/skurowski_fig",
+            *(f"{n:02d}.{kind}" for n in (6, 14, 15, 16, 17) for kind in ("svg", "png")),
+        ),
+    log:
+        "<logs>/skurowski_noise_figures.log",
+    benchmark:
+        "<benchmarks>/skurowski_noise_figures.tsv"
+    threads: 1
+    resources:
+        mem_mb=1500,
+    params:
+        code=digest("skurowski_noise_figures.py"),
+        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
+        noise=config["noise"],
+        annealing=config["annealing"],
+        allan=config["allan"],
+        hampel=config["hampel"],
+        seed=config["seed"],
+    message:
+        "Figures 6 and 14-17 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski_noise_figures.py"

@@ -3,11 +3,10 @@
 from step import step
 
 with step(snakemake) as log:
-    import numpy as np
-
     from mocap_metrology.common.files import read_metadata, read_series, versions, write_table
     from mocap_metrology.noise.allan import averaging_factors
     from mocap_metrology.noise.confidence import allan_curve
+    from mocap_metrology.noise.noise_files import ALLAN, allan_columns, joined
 
     path, settings = snakemake.input[0], snakemake.params.allan
     origin = read_metadata(path)
@@ -25,23 +24,7 @@ with step(snakemake) as log:
                 settings["confidence"],
                 settings["min_coverage"],
             )
-            k = curve.m.size
-            parts.append(
-                {
-                    "series": np.full(k, name, dtype=object),
-                    "estimator": np.full(k, estimator, dtype=object),
-                    "m": curve.m,
-                    "tau_s": curve.tau_s,
-                    "avar_mm2": curve.variance,
-                    "adev_mm": curve.deviation,
-                    "n_terms": curve.n_terms,
-                    "alpha": curve.alpha,
-                    "edf": curve.edf,
-                    "adev_lower_mm": curve.lower,
-                    "adev_upper_mm": curve.upper,
-                }
-            )
+            parts.append(allan_columns(name, curve, estimator))
         log.info("%s: %d averaging factors", name, m.size)
     origin |= {"allan": settings, "versions": versions("numpy", "scipy", "numba", "pyarrow")}
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    write_table(snakemake.output[0], columns, origin)
+    write_table(snakemake.output[0], joined(parts, ALLAN), origin)

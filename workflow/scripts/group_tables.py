@@ -8,7 +8,7 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present import tables
+    from mocap_metrology.present import noise_tables, tables
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: "twin" if row["twin"] else "measured" for row in rows}
@@ -41,4 +41,9 @@ with step(snakemake) as log:
         expected = read(series)["series"].tolist()
         summary += tables.allan_summary(name, source[name], read_table(path)[0], expected)
     write("allan", summary, "Allan deviations", tables.ALLAN)
+    found = dict(zip(source, map(noise_tables.read_noise, snakemake.input.noise), strict=True))
+    noise = noise_tables.noise_table(found, source)
+    caption = f"{noise_tables.CAPTION} {sentence}"
+    text = noise_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)
+    tables.write_with(f"{stem}_noise", noise, text, noise_tables.COLUMNS)
     log.info("%s: %d recordings", group, len(rows))

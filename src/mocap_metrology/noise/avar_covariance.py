@@ -7,8 +7,9 @@ With S the sampled one-sided spectrum, T the length and
 
 Parseval's form of the sum of squared cross-covariances that Greenhall & Riley (PTTI 2003) use for
 a = b. At tau near T/3 the ends count: a pair's covariance is larger by a factor that hardly depends
-on the noise (in exact sums for 1200 samples it differed between white noise, random walk and two
-Gauss-Markov models by 2 % at T/30, 8 % at T/7 and 18 % at T/3). Taken is that of white noise.
+on the noise. Taken is that of white noise; against exact sums for 1200 samples the variance of a
+random walk is then too small by 1 % at T/30, 4 % at T/7 and 18 % at T/3, that of Gauss-Markov noise
+of T_c = T/30 right to 1 % everywhere.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from mocap_metrology.noise.model import ALPHAS, Form, GaussMarkov, NoiseModel, PowerLaw
 
-STATUSES = ("ok", "at_bound", "not_converged", "not_detected")
+STATUSES = ("ok", "at_bound", "not_converged", "not_detected", "refused")
 # Two-sided normal quantiles of the intervals named 68 % and 95 %
 Z_68, Z_95 = 0.9944578832097532, 1.959963984540054
 # The classes of correlation time of S 4.6, in s. S names 10^-2..10^0, 10^0..10^1 and 10^2..10^3 s;
@@ -107,7 +107,7 @@ def rows(series: str, estimate: Estimate) -> list[dict[str, Any]]:
                 "model": estimate.form,
                 "parameter": c.parameter,
                 "value": c.value,
-                "unit": NoiseModel.UNITS[unit_key(c.parameter)],
+                "unit": NoiseModel.UNITS.get(unit_key(c.parameter), ""),
                 **{k: getattr(c, k) for k in ("std_error", "crlb")},
                 **{k: getattr(c, k) for k in ("lower_68", "upper_68", "lower_95", "upper_95")},
                 "detected": c.detected,
@@ -119,6 +119,16 @@ def rows(series: str, estimate: Estimate) -> list[dict[str, Any]]:
     return lines
 
 
+def refused_rows(series: str, estimators: Sequence[str], why: str) -> list[dict[str, Any]]:
+    """A row of noise.csv an estimator without a number: status `refused`; the note says why."""
+    none = Coefficient("", math.nan, detected=False, status="refused", note=why)
+    return [
+        {**line, "model": ""}
+        for estimator in estimators
+        for line in rows(series, Estimate(estimator, "sampled", (none,), math.nan))
+    ]
+
+
 def unit_key(parameter: str) -> str:
     """`q_c1` -> `q_c`: the key of `NoiseModel.UNITS`."""
     return parameter[:3] if parameter[1:3] == "_c" else parameter
@@ -126,5 +136,6 @@ def unit_key(parameter: str) -> str:
 
 def model_of(noise_rows: list[Mapping[str, Any]]) -> NoiseModel:
     """The fitted model out of rows of noise.csv of one series and estimator (see `rows`)."""
-    found = {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] != "not_detected"}
+    absent = ("not_detected", "refused")
+    found = {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] not in absent}
     return NoiseModel.from_coefficients(found)

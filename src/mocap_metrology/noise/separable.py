@@ -23,15 +23,15 @@ DICTIONARY_STRIDE = 4  # every fourth time constant of the table is an atom of t
 @dataclass(frozen=True)
 class Problem:
     """target: (k,); fixed: (k, a) power laws; log_T: (g,) rising by equal steps, table and slope:
-    (g, k) Gauss-Markov curves there and their derivatives by log T_c; line: (k,) by log f_0, of
-    which log_f: (2,) is the range."""
+    (g, k) Gauss-Markov curves there and their derivatives by log T_c; line: (k, f) curves at log
+    f_0 (f,), of which log_f: (2,) is the range."""
 
     target: np.ndarray
     fixed: np.ndarray
     log_T: np.ndarray
     table: np.ndarray
     slope: np.ndarray
-    line: Callable[[float], np.ndarray]
+    line: Callable[[np.ndarray], np.ndarray]
     log_f: tuple[float, float]
 
     def correlated(self, log_T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -51,8 +51,8 @@ class Problem:
     def tone(self, log_f: float) -> tuple[np.ndarray, np.ndarray]:
         """Curve of the sinusoid and its derivative by log f_0."""
         h = 1e-6
-        difference = self.line(log_f + h) - self.line(log_f - h)
-        return self.line(log_f), difference / (2 * h)
+        below, at, above = self.line(np.array([log_f - h, log_f, log_f + h])).T
+        return at, (above - below) / (2 * h)
 
 
 @dataclass(frozen=True)
@@ -119,20 +119,37 @@ def polish(
     fit = solved(problem, np.clip(log_T, low[:-1], high[:-1]), log_f)
     size = fit.shapes.size
     low, high = low[:size], high[:size]
-    damping, converged = 1e-3, size == 0
+    damping, converged, last = 1e-3, size == 0, np.zeros(size)
     for _ in range(MAX_STEPS if size else 0):
         step = _step(fit, damping, low, high)
-        shapes = np.minimum(np.maximum(fit.shapes + step, low), high)
-        trial = solved(problem, shapes[: len(log_T)], None if log_f is None else shapes[-1])
+        stretch = _stretch(step, last)
+        trial = _moved(problem, fit, stretch * step, low, high)
+        if stretch > 1 and trial.cost > fit.cost:
+            stretch, trial = 1.0, _moved(problem, fit, step, low, high)
+        last = step if stretch == 1 else np.zeros(size)
         gain = fit.cost - trial.cost
         if gain > 0:
-            fit, damping = trial, damping / 8
+            fit, damping = trial, max(damping / 8, 1e-9)
         else:
             damping *= 6
         if abs(gain) < tolerance * (1 + fit.cost) or damping > 1e9:
             converged = True
             break
     return _pruned(replace(fit, converged=converged))
+
+
+def _stretch(step: np.ndarray, last: np.ndarray) -> float:
+    """Where steps go one way and shrink by a ratio r, their sum is 1 / (1 - r) times the first
+    [Aitken 1926]: in flat valleys Gauss-Newton steps do so for long."""
+    squares = step @ step, last @ last
+    ratio = np.sqrt(squares[0] / squares[1]) if squares[1] > 0 else 0.0
+    straight = 0.3 < ratio < 1 and step @ last > 0.95 * np.sqrt(squares[0] * squares[1])
+    return float(min(1 / (1 - ratio), 30.0)) if straight else 1.0
+
+
+def _moved(problem: Problem, fit: Fit, step: np.ndarray, low: np.ndarray, high: np.ndarray) -> Fit:
+    shapes = np.minimum(np.maximum(fit.shapes + step, low), high)
+    return solved(problem, shapes[: fit.log_T.size], None if fit.log_f is None else shapes[-1])
 
 
 def _step(fit: Fit, damping: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -36,6 +36,7 @@ from mocap_metrology.noise.weighted_report import Found, coefficients
 SETTINGS = {"criterion": "bic", "max_gauss_markov": 4, "ridge": 0.01, "passes": 2}
 TABLE_PER_DECADE = 40
 TONE_STEP = 0.01  # of log f_0: the Allan curve's oscillations that stand out move by less
+AT_BOUND_PAYS = 6.0  # 95 % of chi-squared with the two degrees of freedom of a term
 ENVELOPE = 10.0  # degrees of freedom are compared with the model's over a decade to either side
 
 
@@ -57,7 +58,7 @@ class Curves:
 
 @lru_cache(maxsize=4)
 def unit_curves(m_bytes: bytes, n: int, tau0: float) -> Curves:
-    """Those of a series of n samples. T_c from tau0/2 to T/10; f_0 from one period in the longest
+    """Those of a series of n samples. T_c from tau0/2 to T/10; f_0 from two periods in the longest
     tau (slower, the curve only rises, as with random walk) to Nyquist."""
     from scipy.interpolate import CubicSpline
 
@@ -67,7 +68,7 @@ def unit_curves(m_bytes: bytes, n: int, tau0: float) -> Curves:
     log_T = np.linspace(*ends, max(int(np.ptp(ends) / np.log(10) * TABLE_PER_DECADE), 8))
     table = np.stack([GaussMarkov(1.0, float(np.exp(x))).avar(m, tau0) for x in log_T])
     slope = CubicSpline(log_T, table, axis=0)(log_T, 1)
-    ends = np.log(1 / (max(m[-1], 3) * tau0)), np.log(0.5 / tau0)
+    ends = np.log(2 / (max(m[-1], 5) * tau0)), np.log(0.5 / tau0)
     log_f = np.linspace(*ends, max(int(np.ptp(ends) / TONE_STEP), 8) + 2)[1:-1]
     tones = np.stack([Sinusoid(1.0, float(np.exp(x))).avar(m, tau0) for x in log_f], axis=1)
     return Curves(m, n, tau0, power, log_T, table, slope, log_f, tones)
@@ -118,15 +119,9 @@ def weighted(
     if components is None:
         most = options["max_gauss_markov"]
         components = Components(ALPHAS, min(fit.log_T.size + 1, most), True)
-    power = white.matrix @ curves.power
-    found = Found(
-        alphas,
-        fit,
-        white.problem,
-        dict(zip(ALPHAS, power.T, strict=True)),
-        curves.log_f,
-        white.matrix @ curves.tones,
-    )
+    power = dict(zip(ALPHAS, (white.matrix @ curves.power).T, strict=True))
+    tones = white.matrix @ curves.tones
+    found = Found(alphas, fit, power, curves.log_T, white.problem.table, curves.log_f, tones)
     parts, note = coefficients(found, components)
     return Estimate("weighted", "sampled", parts, fit.cost, note)
 
@@ -190,8 +185,9 @@ def _whitened_by(
     alphas: tuple[int, ...],
     scale: np.ndarray,
 ) -> Whitened:
-    def line(log_f: float) -> np.ndarray:
-        return matrix @ Sinusoid(1.0, float(np.exp(log_f))).avar(curves.m, curves.tau0)
+    def line(log_f: np.ndarray) -> np.ndarray:
+        tones = [Sinusoid(1.0, float(np.exp(x))).avar(curves.m, curves.tau0) for x in log_f]
+        return matrix @ np.stack(tones, axis=1)
 
     fixed = matrix @ curves.power[:, [ALPHAS.index(alpha) for alpha in alphas]]
     table, slope = curves.table @ matrix.T, curves.slope @ matrix.T
@@ -229,24 +225,37 @@ def _only(problem: Problem, alphas: tuple[int, ...]) -> Problem:
 
 
 def _known(white: Whitened, curves: Curves, components: Components) -> Fit:
-    problem, tones = white.problem, white.matrix @ curves.tones
-    fit = separable.path(problem, components.gauss_markov)[-1]
+    problem, most = white.problem, components.gauss_markov
+    fit = _resolved(problem, separable.path(problem, most))
     if not components.sinusoid:
         return fit
-    # The terms may have stood in for the line: search both again, each beside the other
-    for _ in range(2):
-        trial = separable.with_line(problem, fit, curves.log_f, tones)
-        if trial is None:
+    # The terms may have stood in for the line: they are searched again beside it, and it once more
+    tones = white.matrix @ curves.tones
+    first = separable.with_line(problem, fit, curves.log_f, tones)
+    if first is None:
+        return fit
+    fit = _resolved(problem, separable.path(problem, most, first.log_f))
+    again = separable.with_line(problem, fit, curves.log_f, tones)
+    return min((f for f in (fit, first, again) if f is not None), key=lambda f: f.cost)
+
+
+def _resolved(problem: Problem, fits: list[Fit]) -> Fit:
+    """The last of fits with 0, 1, ... terms, less terms that end on a bound of T_c, where they are
+    white noise or random walk under another name, and gain less than AT_BOUND_PAYS."""
+    while len(fits) > 1:
+        ends = np.isin(fits[-1].log_T, problem.log_T[[0, -1]])
+        if not ends.any() or fits[-2].cost - fits[-1].cost > AT_BOUND_PAYS:
             break
-        fit = separable.path(problem, components.gauss_markov, trial.log_f)[-1]
-        fit = min(fit, trial, key=lambda f: f.cost)
-    return fit
+        fits = fits[:-1]
+    return fits[-1]
 
 
 def _chosen(white: Whitened, curves: Curves, options: dict) -> tuple[tuple[int, ...], Fit]:
     """Power laws and fit of least cost plus price."""
     price = 2.0 if options["criterion"] == "aicc" else float(np.log(white.n_effective))
-    problem, most = white.problem, options["max_gauss_markov"]
+    problem = white.problem
+    # As many as the data could tell, beside five power laws and a sinusoid
+    most = max(min(options["max_gauss_markov"], (problem.target.size - 7) // 2), 0)
     best = _cheapest(problem, separable.path(problem, most), price)
     tones = white.matrix @ curves.tones
     line = separable.with_line(_only(problem, best[0]), best[1], curves.log_f, tones)

@@ -7,81 +7,71 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.noise.estimates import Z_68, Z_95, Coefficient, Components
-from mocap_metrology.noise.separable import Fit, Problem, projected
+from mocap_metrology.noise.separable import Fit, projected
 
 ONE_SIDED_95 = 1.6448536269514722
 
 
 @dataclass(frozen=True)
 class Found:
-    """A fit and what limits need: alphas and fit as fitted with `problem`; power: {alpha: (k,)}
-    whitened unit curves of all power laws asked for; log_f (f,) and tones (k, f) as scanned."""
+    """A fit and what limits need: alphas of its power laws; power: {alpha: (k,)} whitened unit
+    curves of all; log_T (g,) with table (g, k), log_f (f,) with tones (k, f): what was scanned."""
 
     alphas: tuple[int, ...]
     fit: Fit
-    problem: Problem
     power: dict[int, np.ndarray]
+    log_T: np.ndarray
+    table: np.ndarray
     log_f: np.ndarray
     tones: np.ndarray
 
 
 def coefficients(found: Found, wanted: Components) -> tuple[tuple[Coefficient, ...], str]:
     """One for each of `wanted`, Gauss-Markov terms by rising T_c and those not detected last; and
-    a note. Intervals are symmetric in the logarithm where the standard error is below the value,
-    else about the value and cut at 0: none is negative."""
-    fit, first = found.fit, len(found.alphas)
-    used = fit.amplitudes > 0
-    own = fit.shaped
-    low, high = found.problem.log_T[[0, -1]]
-    inside = np.ones(own.size, bool)
-    inside[: fit.log_T.size] = (fit.log_T > low) & (fit.log_T < high)
-    moves = inside & (own > 0)
-    jacobian = np.hstack([fit.curves[:, used], (fit.slopes * own)[:, moves]])
-    errors = _standard_errors(jacobian)
-    amplitude_error = np.full(used.size, np.nan)
-    amplitude_error[used] = errors[: used.sum()]
-    shape_error = np.full(own.size, np.nan)
-    shape_error[moves] = errors[used.sum() :]
-    status = "ok" if fit.converged else "not_converged"
-
-    values = dict(
-        zip(found.alphas, zip(fit.amplitudes, amplitude_error, strict=False), strict=False)
-    )
-    lines = []
+    a note. Standard errors are those with the amplitudes that ended at 0 known to be 0. Intervals
+    are symmetric in the logarithm: value exp(+-z std_error / value). For the slow components, whose
+    error follows their size, those held in simulations where value +- z std_error did not."""
+    fit, status = found.fit, "ok" if found.fit.converged else "not_converged"
+    amplitude_error, shape_error, jacobian = _errors(found)
+    first, size = len(found.alphas), fit.log_T.size
+    h = {a: (fit.amplitudes[i], amplitude_error[i]) for i, a in enumerate(found.alphas)}
+    lines, notes = [], []
     for alpha in sorted(wanted.alphas):
-        h, error = values.get(alpha, (0.0, np.nan))
-        name = f"h_{alpha}"
-        if h > 0:
-            lines.append(_detected(name, h, error, status))
+        if alpha in h and h[alpha][0] > 0:
+            lines.append(_detected(f"h_{alpha}", *h[alpha], status))
         else:
-            lines.append(_missing(name, limit(found.power[alpha], fit.residual, jacobian)))
-    notes = []
-    for k in range(fit.log_T.size):
-        lines += _pair(
-            f"q_c{k + 1}",
-            f"T_c{k + 1}",
-            own[k],
-            amplitude_error[first + k],
-            fit.log_T[k],
-            shape_error[k],
-            bool(inside[k]),
-            status,
-        )
-    for k in range(fit.log_T.size, wanted.gauss_markov):
-        at, upper = _likeliest(found.problem.table.T, fit.residual, jacobian)
-        lines += [_missing(f"q_c{k + 1}", np.sqrt(upper)), _missing(f"T_c{k + 1}", np.nan)]
-        T_c = np.exp(found.problem.log_T[at])
-        notes.append(f"limit of q_c{k + 1} is for T_c = {T_c:.3g} s")
-    if wanted.sinusoid:
-        if fit.log_f is not None and own[-1] > 0:
-            lines += _pair(
-                "A_s", "f_0", own[-1], amplitude_error[-1], fit.log_f, shape_error[-1], True, status
-            )
+            _, upper = _likeliest(found.power[alpha][:, None], fit.residual, jacobian)
+            lines.append(_missing(f"h_{alpha}", upper))
+    pairs = list(zip(fit.shaped, amplitude_error[first:], fit.shapes, shape_error, strict=True))
+    for k in range(max(size, wanted.gauss_markov)):
+        names = f"q_c{k + 1}", f"T_c{k + 1}"
+        if k < size:
+            lines += _pair(*names, *pairs[k], status)
         else:
-            at, upper = _likeliest(found.tones, fit.residual, jacobian)
-            lines += [_missing("A_s", np.sqrt(upper)), _missing("f_0", np.nan)]
-            notes.append(f"limit of A_s is for f_0 = {np.exp(found.log_f[at]):.3g} Hz")
+            at, upper = _likeliest(found.table.T, fit.residual, jacobian)
+            lines += [_missing(names[0], np.sqrt(upper)), _missing(names[1], np.nan)]
+            notes.append(f"limit of {names[0]} is for T_c = {np.exp(found.log_T[at]):.3g} s")
+    if wanted.sinusoid and fit.log_f is not None and fit.shaped[-1] > 0:
+        lines += _pair("A_s", "f_0", *pairs[-1], status)
+    elif wanted.sinusoid:
+        at, upper = _likeliest(found.tones, fit.residual, jacobian)
+        lines += [_missing("A_s", np.sqrt(upper)), _missing("f_0", np.nan)]
+        notes.append(f"limit of A_s is for f_0 = {np.exp(found.log_f[at]):.3g} Hz")
     return tuple(lines), "; ".join(notes)
+
+
+def _errors(found: Found) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Standard errors of amplitudes and of logarithms of shapes, NaN for what is not free (an
+    amplitude of 0, a T_c on its bound), and the Jacobian (k, p) of what is."""
+    fit = found.fit
+    used, moves = fit.amplitudes > 0, fit.shaped > 0
+    moves[: fit.log_T.size] &= (fit.log_T > found.log_T[0]) & (fit.log_T < found.log_T[-1])
+    jacobian = np.hstack([fit.curves[:, used], (fit.slopes * fit.shaped)[:, moves]])
+    errors = _standard_errors(jacobian)
+    amplitude_error, shape_error = np.full(used.size, np.nan), np.full(moves.size, np.nan)
+    amplitude_error[used] = errors[: used.sum()]
+    shape_error[moves] = errors[used.sum() :]
+    return amplitude_error, shape_error, jacobian
 
 
 def _standard_errors(jacobian: np.ndarray) -> np.ndarray:
@@ -94,30 +84,17 @@ def _standard_errors(jacobian: np.ndarray) -> np.ndarray:
         return np.sqrt(np.sum((right / values[:, None]) ** 2, axis=0)) / norm
 
 
-def limit(column: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> float:
-    """One-sided 95 % limit of an amplitude that is not in the fit, all that is fitted free:
-    max(0, estimate) + 1.645 standard errors."""
-    return float(_limits(column[:, None], residual, jacobian)[1][0])
-
-
-def _limits(
+def _likeliest(
     columns: np.ndarray, residual: np.ndarray, jacobian: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(g,) significances and limits of the columns (k, g)."""
+) -> tuple[int, float]:
+    """Where among the columns (k, g) one more component is likeliest, and the one-sided 95 % limit
+    of its amplitude there, all that is fitted free: max(0, estimate) + 1.645 standard errors."""
     new = projected(columns, jacobian)
     length = np.sqrt(np.einsum("ij,ij->j", new, new))
     with np.errstate(divide="ignore", invalid="ignore"):
         significance = np.nan_to_num((residual @ new) / length)
-        return significance, (np.maximum(significance, 0.0) + ONE_SIDED_95) / length
-
-
-def _likeliest(
-    columns: np.ndarray, residual: np.ndarray, jacobian: np.ndarray
-) -> tuple[int, float]:
-    """Where among the columns one more component is likeliest, and its limit there."""
-    significance, limits = _limits(columns, residual, jacobian)
-    at = int(np.argmax(significance))
-    return at, float(limits[at])
+        at = int(np.argmax(significance))
+        return at, float((max(significance[at], 0.0) + ONE_SIDED_95) / length[at])
 
 
 def _pair(
@@ -127,14 +104,14 @@ def _pair(
     square_error: float,
     log_shape: float,
     log_error: float,
-    inside: bool,
     status: str,
 ) -> list[Coefficient]:
-    """q_c and T_c, or A_s and f_0: the amplitude is the root of what was fitted."""
+    """q_c and T_c, or A_s and f_0: the amplitude is the root of what was fitted. A shape without
+    error is an end of its range."""
     root, value = float(np.sqrt(square)), float(np.exp(log_shape))
     return [
         _detected(amplitude, root, square_error / (2 * root), status),
-        _detected(shape, value, value * log_error, status if inside else "at_bound"),
+        _detected(shape, value, value * log_error, status if log_error >= 0 else "at_bound"),
     ]
 
 
@@ -142,11 +119,8 @@ def _detected(name: str, value: float, error: float, status: str) -> Coefficient
     value, error = float(value), float(error)
     ends = {}
     for label, z in (("68", Z_68), ("95", Z_95)):
-        reach = z * error
-        if error < value:
-            low, high = value * np.exp(-reach / value), value * np.exp(reach / value)
-        else:
-            low, high = max(value - reach, 0.0), value + reach
+        spread = np.exp(min(z * error / value, 700.0))
+        low, high = value / spread, value * spread
         ends |= {f"lower_{label}": float(low), f"upper_{label}": float(high)}
     return Coefficient(name, value, error, **ends, status=status)
 

@@ -54,6 +54,11 @@ CAPTION = (
     "by estimator. published_crlb: the least standard error nine hours allow if the published "
     "coefficients are true; supported: whether it is below the coefficient itself."
 )
+SUPPORT = (
+    "How many published coefficients are larger than the least standard error the recordings' "
+    "length allows them (Cramer-Rao bound of the published model, all its coefficients unknown), "
+    "and how many are not. Coefficients left out of the twins have no bound."
+)
 FROM, OWN = ("regenerated", EXPECTED, DEFAULT), {"regenerated": PAPER}
 
 
@@ -100,6 +105,29 @@ def table_a(
                 row |= support.get(row["parameter"], _support(None, math.nan))
                 rows.append({column: row[column] for column in COLUMNS})
     return rows
+
+
+def tables_a(
+    recordings: Mapping[str, Mapping[str, Any]],
+    noise: Mapping[str, Sequence[Mapping[str, Any]]],
+    expected: Mapping[str, Sequence[Mapping[str, Any]]],
+) -> dict[str, list[Row]]:
+    """`table_a` of every camera type, by the number of its table.
+
+    expected: rows of expected.csv by recording, whose estimator `published` holds the bounds.
+    """
+    bounds: dict[str, dict[tuple[int, str], dict[str, float]]] = {kind: {} for kind in TABLES}
+    for name, rows in expected.items():
+        row = recordings[name]
+        for found in rows:
+            if found["estimator"] == "published":
+                key = row["n_cameras"], found["series"]
+                of_series = bounds[row["camera_type"]].setdefault(key, {})
+                of_series[found["parameter"]] = found["crlb"]
+    return {
+        number: table_a(kind, recordings, noise, expected, bounds[kind])
+        for kind, number in TABLES.items()
+    }
 
 
 def _support(std_error: float | None, value: float) -> Row:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
+import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from mocap_metrology.noise.estimates import unit_key
@@ -31,8 +34,20 @@ CAPTION = (
     "§ at the end of the range searched; ¶ not converged. Gauss-Markov terms by rising T_c. "
     "All estimators, with standard errors, are in the CSV."
 )
+NUMBERS = ("value", "std_error", "crlb", "lower_68", "upper_68", "lower_95", "upper_95")
 MARKS = {"at_bound": "§", "not_converged": "¶"}
 MOST_SERIES = 7  # columns of a table to read
+
+
+def read_noise(path: str | Path) -> list[Row]:
+    """Rows of a noise.csv with numbers as numbers; NaN where a cell is empty."""
+    with Path(path).open(encoding="utf-8", newline="") as stream:
+        return [
+            row
+            | {k: float(row[k]) if row[k] else math.nan for k in NUMBERS}
+            | {"detected": row["detected"] == "True"}
+            for row in csv.DictReader(stream)
+        ]
 
 
 def noise_table(

@@ -1,0 +1,195 @@
+"""Every estimator of noise coefficients on one series, and what the published row says it is.
+
+    found = estimate_series(raw, (m, avar), 1 / 120, NoiseSettings(), components, seed=1)
+
+`likelihood` and `weighted` get the series as recorded with gross outliers masked; S's estimator and
+its baselines get the Allan variances of the series cleaned as in S.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan import averaging_factors
+from mocap_metrology.noise.annealing import (
+    AnnealingRun,
+    AnnealingSettings,
+    annealing_ant_colony,
+    annealing_run,
+)
+from mocap_metrology.noise.confidence import AllanCurve, allan_curve
+from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
+from mocap_metrology.noise.fisher import crlb
+from mocap_metrology.noise.hampel import hampel
+from mocap_metrology.noise.levenberg import levenberg_marquardt
+from mocap_metrology.noise.likelihood import LikelihoodSettings, check_series, likelihood
+from mocap_metrology.noise.model import Form, NoiseModel
+from mocap_metrology.noise.periodogram import Periodogram
+from mocap_metrology.noise.published import printed_row, published_keys
+from mocap_metrology.noise.slopes import slopes
+from mocap_metrology.noise.weighted import weighted
+
+ESTIMATORS = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marquardt", "slopes")
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """estimators: which are run; mask_sigma, half_window: of the Hampel filter that masks gross
+    outliers (samples to each side); criterion, max_gauss_markov, sinusoid: of the choice of order;
+    form: of the model the estimators of S fit; gauss_markov: terms they fit where the paper prints
+    no panel; n_taus, min_m, max_fraction, min_coverage: of the Allan variances."""
+
+    estimators: tuple[str, ...] = ESTIMATORS
+    mask_sigma: float = 6.0
+    half_window: int = 120
+    criterion: str = "bic"
+    max_gauss_markov: int = 4
+    sinusoid: bool = True
+    form: Form = "continuous"
+    gauss_markov: int = 3
+    n_taus: int = 100
+    min_m: int = 1
+    max_fraction: float = 1 / 3
+    min_coverage: float = 0.5
+    annealing: AnnealingSettings = field(default_factory=AnnealingSettings)
+
+
+@dataclass(frozen=True)
+class SeriesNoise:
+    """estimates: in the order asked for; curve: Allan variances of the masked series; periodogram:
+    what the likelihood was fitted to (None if it was not); refused: estimator -> why."""
+
+    estimates: tuple[Estimate, ...]
+    curve: AllanCurve
+    periodogram: Periodogram | None
+    refused: dict[str, str]
+
+
+def panel(camera_type: str, n_cameras: int, series: str) -> Components | None:
+    """Components of the panel of Tables A1-A3 that the series has, None if there is none."""
+    if (camera_type, n_cameras) not in published_keys():
+        return None
+    printed = printed_row(camera_type, n_cameras).get(series)
+    if printed is None:
+        return None
+    terms = sum(name.startswith("q_c") for name in printed)
+    return Components(gauss_markov=terms, sinusoid="A_s" in printed)
+
+
+def estimate_series(
+    raw: np.ndarray,
+    cleaned: tuple[np.ndarray, np.ndarray],
+    tau0: float,
+    settings: NoiseSettings,
+    components: Components | None = None,
+    seed: int = 0,
+    resolution: float = 0.0,
+) -> SeriesNoise:
+    """Run every estimator of `settings` on one series.
+
+    raw: (n,) as recorded, NaN in gaps; cleaned: m and Allan variances (mm^2) of the series cleaned
+    as in S; components: what S's estimators fit (default: all power laws, `gauss_markov` terms,
+    a sinusoid). Raises Refusal for a series without noise to estimate; the refusal of a single
+    estimator is in the result.
+    """
+    check_series(raw, resolution)
+    masked = hampel(raw, settings.half_window, settings.mask_sigma, "mask", resolution).values
+    check_series(masked, resolution)
+    n = raw.size
+    m = averaging_factors(n, settings.n_taus, settings.min_m, settings.max_fraction)
+    curve = allan_curve(masked, 1 / tau0, m, min_coverage=settings.min_coverage)
+    components = components or Components(
+        gauss_markov=settings.gauss_markov, sinusoid=settings.sinusoid
+    )
+    order = LikelihoodSettings(settings.criterion, settings.max_gauss_markov, settings.sinusoid)
+    kept: list[Periodogram] = []
+
+    def by_likelihood() -> Estimate:
+        run = likelihood(masked, tau0, None, order, seed)
+        kept.append(run.periodogram)
+        return run.estimate
+
+    chosen = {"criterion": settings.criterion, "max_gauss_markov": settings.max_gauss_markov}
+    fit = (*cleaned, tau0, components)
+    runs: dict[str, Callable[[], Estimate]] = {
+        "likelihood": by_likelihood,
+        "weighted": lambda: weighted(curve.m, curve.variance, curve.edf, n, tau0, None, chosen),
+        "annealing-ant-colony": lambda: annealing_ant_colony(
+            *fit, settings.annealing, seed, settings.form, n * tau0
+        ),
+        "levenberg-marquardt": lambda: levenberg_marquardt(
+            *fit, seed, settings.form, duration=n * tau0
+        ),
+        "slopes": lambda: slopes(*cleaned, tau0),
+    }
+    estimates, refused = [], {}
+    for name in settings.estimators:
+        try:
+            estimates.append(with_crlb(runs[name](), n, tau0))
+        except Refusal as refusal:
+            refused[name] = str(refusal)
+    return SeriesNoise(tuple(estimates), curve, kept[0] if kept else None, refused)
+
+
+def regression(
+    m: np.ndarray,
+    avar: np.ndarray,
+    tau0: float,
+    settings: NoiseSettings,
+    row: Mapping[str, Any],
+    series: str,
+    seed: int,
+) -> tuple[AnnealingRun, Estimate]:
+    """What S Figure 6 compares: every start of annealing with its result, and ordinary least
+    squares, of one series; row: of the sheet (`camera_type`, `n_cameras`)."""
+    asked = panel(row["camera_type"], row["n_cameras"], series) or Components(
+        gauss_markov=settings.gauss_markov, sinusoid=settings.sinusoid
+    )
+    run = annealing_run(m, avar, tau0, asked, settings.annealing, seed, settings.form)
+    return run, levenberg_marquardt(m, avar, tau0, asked, seed, settings.form)
+
+
+def expected_estimate(
+    truth: NoiseModel,
+    m: np.ndarray,
+    n: int,
+    tau0: float,
+    settings: NoiseSettings,
+    components: Components,
+    seed: int,
+) -> Estimate:
+    """S's estimator on the Allan variances the model has in point samples, without chance.
+
+    What it gives differs from the truth where S's formulas, for continuous time, do.
+    """
+    avar = truth.avar(m, tau0, "sampled")
+    found = annealing_ant_colony(
+        m, avar, tau0, components, settings.annealing, seed, settings.form, n * tau0
+    )
+    return with_crlb(found, n, tau0)
+
+
+def published_estimate(truth: NoiseModel, n: int, tau0: float) -> Estimate:
+    """The model itself as an estimate, with the Cramer-Rao bounds of n samples."""
+    bounds = crlb(truth, n, tau0)
+    found = tuple(
+        Coefficient(name, value, crlb=bounds[name]) for name, value in truth.coefficients().items()
+    )
+    return Estimate("published", "sampled", found, np.nan)
+
+
+def with_crlb(estimate: Estimate, n: int, tau0: float) -> Estimate:
+    """The estimate with the bounds of its own model where it has none of its own."""
+    if all(np.isfinite(c.crlb) for c in estimate.coefficients if c.detected):
+        return estimate
+    bounds = crlb(estimate.model, n, tau0)
+    coefficients = tuple(
+        replace(c, crlb=bounds.get(c.parameter, np.nan)) if c.detected else c
+        for c in estimate.coefficients
+    )
+    return replace(estimate, coefficients=coefficients)

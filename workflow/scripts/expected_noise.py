@@ -1,0 +1,35 @@
+"""allan.parquet -> expected.csv: what S's estimator makes of the published noise without chance.
+
+Estimator `published`: the coefficients behind the twin and their Cramer-Rao bounds at its length;
+`annealing-ant-colony`: the same fit as in noise.csv of the sampled Allan variances of that model.
+"""
+
+from step import step
+
+with step(snakemake) as log:
+    from mocap_metrology.common.files import read_table, write_csv
+    from mocap_metrology.noise import estimates, noise_files
+    from mocap_metrology.noise.estimators import expected_estimate, panel, published_estimate
+    from mocap_metrology.noise.published import published_row
+
+    row, given = snakemake.params.row, snakemake.params
+    allan, origin = read_table(snakemake.input[0])
+    rate = origin["frame_rate_hz"]
+    n = round(given.twin["duration_s"] * rate)
+    settings = noise_files.settings(given.noise, given.annealing, given.allan, given.hampel, rate)
+    table = []
+    for name, model in published_row(row["camera_type"], row["n_cameras"]).items():
+        m = allan["m"][(allan["series"] == name) & (allan["estimator"] == "oadev")]
+        found = expected_estimate(
+            model,
+            m,
+            n,
+            1 / rate,
+            settings,
+            panel(row["camera_type"], row["n_cameras"], name),
+            given.seed,
+        )
+        table += estimates.rows(name, published_estimate(model, n, 1 / rate))
+        table += estimates.rows(name, found)
+        log.info("%s: cost %.6g %s", name, found.cost, found.note)
+    write_csv(snakemake.output[0], table)

@@ -1,0 +1,42 @@
+"""noise.csv and what was fitted -> fit/<series>: data, models, components and residuals."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.present.fits import fit_figure
+    from mocap_metrology.present.noise_tables import read_noise
+    from mocap_metrology.present.style import save_figure
+
+    name, folder = snakemake.wildcards.recording, Path(snakemake.output[0])
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = read_noise(snakemake.input.noise)
+    allan, origin = read_table(snakemake.input.allan)
+    periodogram, _ = read_table(snakemake.input.periodogram)
+    where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
+    note = (
+        f"Source: {where}. As recorded, beyond {origin['noise']['mask_sigma']:g} sigma masked; "
+        "components are those of the likelihood estimator."
+    )
+    for series in dict.fromkeys(row["series"] for row in rows):
+        own = [row for row in rows if row["series"] == series and row["status"] != "refused"]
+        if not own:
+            log.warning("%s: no figure, as there are no coefficients", series)
+            continue
+        save_figure(
+            fit_figure(
+                f"{name}, {series}: noise model",
+                {k: v[allan["series"] == series] for k, v in allan.items()},
+                {k: v[periodogram["series"] == series] for k, v in periodogram.items()},
+                {
+                    estimator: [row for row in own if row["estimator"] == estimator]
+                    for estimator in dict.fromkeys(row["estimator"] for row in own)
+                },
+                1 / origin["frame_rate_hz"],
+                note,
+            ),
+            folder / series,
+        )
+        log.info("%s: drawn", series)

@@ -1,0 +1,29 @@
+"""Tables A1-A3 of S and what nine hours could have supported: published beside regenerated."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.present import appendix, tables
+    from mocap_metrology.present.appendix_text import table_a_markdown
+    from mocap_metrology.present.noise_tables import read_noise
+
+    rows = {row["recording"]: row for row in snakemake.params.rows}
+    noise = dict(zip(rows, map(read_noise, snakemake.input.noise), strict=True))
+    expected = {Path(path).parent.name: read_noise(path) for path in snakemake.input.expected}
+    sentence = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
+    folder = Path(snakemake.output[0]).parent
+    made = appendix.tables_a(rows, noise, expected)
+    for number, of_type in made.items():
+        kind = of_type[0]["camera_type"]
+        title = f"Skurowski & Pawlyta 2019, Table {number}: noise of {kind} cameras"
+        text = table_a_markdown(of_type, title, f"{appendix.CAPTION} {sentence}")
+        tables.write_with(folder / f"skurowski_table{number}", of_type, text)
+        log.info("Table %s: %d rows", number, len(of_type))
+    tables.write(
+        folder / "skurowski_support",
+        appendix.support_counts([row for of_type in made.values() for row in of_type]),
+        "Skurowski & Pawlyta 2019, Tables A1-A3: what nine hours can tell",
+        appendix.SUPPORT,
+    )

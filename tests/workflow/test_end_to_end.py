@@ -79,6 +79,27 @@ def test_real_recordings_give_allan_deviations_and_tables(real) -> None:
     assert not (results / "tables/skurowski_table4.csv").exists()  # no paper group, no paper table
 
 
+def test_real_recordings_give_noise_coefficients_or_say_why_not(real) -> None:
+    """Optotrak has 29 frames, Sample01 some hundreds: too short, in words; the others have some."""
+    results, out = real
+    for name in REAL:
+        found = rows(results / f"recordings/{name}/noise.csv")
+        frames = pq.read_metadata(results / f"recordings/{name}/trajectories.parquet").num_rows
+        status = {row["series"]: row["status"] for row in found if row["parameter"] in ("", "h_0")}
+        assert set(status) == {"x1", "y1", "z1", "x2", "y2", "z2", "L"}
+        if frames < 1000:
+            assert {row["status"] for row in found} == {"refused"}
+            assert {row["value"] for row in found} == {""}
+            assert all("valid samples, expected at least 1000" in row["note"] for row in found)
+            assert f"noise {name}: x1: no noise coefficients: " in out.stdout
+        else:
+            assert "refused" not in status.values()
+            h_0 = [r for r in found if (r["series"], r["parameter"]) == ("x1", "h_0")]
+            assert float(h_0[0]["value"] or h_0[0]["upper_95"]) > 0
+    text = (results / "tables/real_noise.md").read_text()
+    assert "x1, y1, z1, x2, y2, z2, L: none: 29 valid samples, expected at least 1000." in text
+
+
 def test_real_units_rates_and_gaps(real) -> None:
     results, _ = real
     racing = pq.read_schema(results / "recordings/racing/trajectories.parquet").metadata
@@ -243,10 +264,14 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     out = snakemake(root, "-n", "--config", f"results={tmp_path}/results")
     per_recording = (
         *("simulate_recording", "trajectories", "clean"),
-        *("allan", "psd", "gaussian", "recording_figures"),
+        *("allan", "psd", "gaussian", "noise", "recording_figures", "noise_figures"),
     )
-    once = ("group_tables", "skurowski_tables", "gate", "default")
+    once = (
+        *("group_tables", "skurowski_tables", "skurowski_noise", "skurowski_noise_figures"),
+        *("gate", "default"),
+    )
     expected = dict.fromkeys(per_recording, 23) | dict.fromkeys(once, 1)
+    expected["expected_noise"] = 22  # the paper prints no coefficients of all thirty cameras
     assert planned(out.stdout) == expected, out.stdout
 
 

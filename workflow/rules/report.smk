@@ -133,6 +133,8 @@ rule skurowski_noise:
             "tableA3.md",
             "support.csv",
             "support.md",
+            "white_levels.csv",
+            "white_levels.md",
         ),
     log:
         "<logs>/skurowski_noise.log",

@@ -5,7 +5,7 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.present import appendix, tables
+    from mocap_metrology.present import appendix, tables, white_levels
     from mocap_metrology.present.appendix_text import table_a_markdown
     from mocap_metrology.present.noise_tables import read_noise
 
@@ -21,9 +21,18 @@ with step(snakemake) as log:
         text = table_a_markdown(of_type, title, f"{appendix.CAPTION} {sentence}")
         tables.write_with(folder / f"skurowski_table{number}", of_type, text)
         log.info("Table %s: %d rows", number, len(of_type))
+    every = [row for of_type in made.values() for row in of_type]
+    levels = white_levels.white_levels(every)
+    tables.write(
+        folder / "skurowski_white_levels",
+        levels,
+        "Skurowski & Pawlyta 2019, Tables A1-A3: white noise given back",
+        f"{white_levels.summary(levels)} {white_levels.CAPTION} {sentence}",
+    )
+    log.info(white_levels.summary(levels))
     tables.write(
         folder / "skurowski_support",
-        appendix.support_counts([row for of_type in made.values() for row in of_type]),
+        appendix.support_counts(every),
         "Skurowski & Pawlyta 2019, Tables A1-A3: what nine hours can tell",
         appendix.SUPPORT,
     )

@@ -16,6 +16,7 @@ from mocap_metrology.noise.whittle import Fit, Likelihood
 
 ONE_SIDED_95 = 1.6448536269514722
 LINE_FROM_HZ = 1.0  # a limit on lines is given from here up: below, the noise rises and so does it
+LIMIT_TOLERANCE = 3e-3  # of twice the log likelihood: a thousandth of the fall at a limit
 DOUBLINGS = 40  # of a first guess of a limit
 PLACES = 8  # values of T_c in a class a limit is computed for
 
@@ -116,7 +117,7 @@ def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> float:
         return math.inf
 
     def deviance(value: float) -> float:
-        return likelihood.fit(fit.spectrum, value * column).deviance
+        return likelihood.fit(fit.spectrum, value * column, LIMIT_TOLERANCE).deviance
 
     # (deviance, value) of the lowest point seen: the maximum of the likelihood, near enough
     best = min((fit.deviance, 0.0), (deviance(estimate), estimate))

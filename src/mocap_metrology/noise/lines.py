@@ -19,6 +19,7 @@ MEDIAN_FROM = 128  # below, a band of a quarter octave holds too few coefficient
 SLOW_SAMPLES = 1 << 13  # block means that show the frequencies below
 MEDIAN_OF = 4096  # coefficients at most that a median is taken of
 NEAR = 8  # coefficients on each side that the least squares uses: 99 % of a line's power
+ROW = 2048  # samples of a sinusoid made at once
 END_FRAMES = 16  # averaged at each end for the ramp
 # Between two frequencies k, k + 1: pi/4 (X_k - X_k+1), whose noise has 2 (pi/4)^2 the power
 BETWEEN = 2 * (math.pi / 4) ** 2
@@ -36,8 +37,13 @@ class Line:
     gain: float
 
     def wave(self, n: int, tau0: float) -> np.ndarray:
-        """(n,) samples."""
-        return self.A_s * np.sin(2 * np.pi * self.f_0 * tau0 * np.arange(n) + self.phase)
+        """(n,) samples; the sine of a sum of a slow and a fast angle, so few sines are taken."""
+        step = 2 * np.pi * self.f_0 * tau0
+        fast = step * np.arange(ROW)
+        slow = step * ROW * np.arange(-(-n // ROW))[:, None] + self.phase
+        rows = (self.A_s * np.sin(slow)) * np.cos(fast)
+        rows += (self.A_s * np.cos(slow)) * np.sin(fast)
+        return rows.ravel()[:n]
 
 
 def line_errors(A_s: float, psd: float, duration_s: float) -> tuple[float, float]:
@@ -139,7 +145,11 @@ def _without_ramp(series: np.ndarray) -> np.ndarray:
     width = min(END_FRAMES, series.size // 2)
     jump = series[-width:].mean() - series[:width].mean()
     slope = jump / max(series.size - width, 1)
-    return series - series.mean() - slope * (np.arange(series.size) - (series.size - 1) / 2)
+    out = np.arange(series.size, dtype=np.float64)
+    out *= -slope
+    out += series
+    out -= out.mean()
+    return out
 
 
 def _level(power: np.ndarray, k: np.ndarray) -> np.ndarray:

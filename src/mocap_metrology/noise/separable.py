@@ -15,22 +15,35 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-MAX_STEPS = 100
-ROUGH = 1e-5  # tolerance while numbers of terms are compared
+STEPS, ROUGH_STEPS, NEWTON_STEPS = 60, 25, 8
+ROUGH, FINE = 1e-5, 1e-11  # change of the cost that ends Gauss-Newton and Newton steps
 DICTIONARY_STRIDE = 4  # every fourth time constant of the table is an atom of the first fit
+
+
+# Powers 0 to 3 of the place in an interval, times this: weights of the values at its ends and of
+# the derivatives there, in lengths of the interval; and the derivatives of these weights
+HERMITE = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [-3, 3, -2, -1], [2, -2, 1, 1]], float)
+HERMITE_SLOPE = np.array([[0, 0, 1, 0], [-6, 6, -4, -2], [6, -6, 3, 3], [0, 0, 0, 0]], float)
+
+
+def hermite_nodes(log_T: np.ndarray, table: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """(g - 1, 4, k) values at both ends of every interval and derivatives by log_T there times its
+    length."""
+    step = log_T[1] - log_T[0]
+    return np.stack([table[:-1], table[1:], step * slope[:-1], step * slope[1:]], axis=1)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """target: (k,); fixed: (k, a) power laws; log_T: (g,) rising by equal steps, table and slope:
-    (g, k) Gauss-Markov curves there and their derivatives by log T_c; line: (k, f) curves at log
+    """target: (k,); fixed: (k, a) power laws; log_T: (g,) rising by equal steps, table: (g, k)
+    Gauss-Markov curves there, nodes: see `hermite_nodes`; line: (k, f) curves at log
     f_0 (f,), of which log_f: (2,) is the range."""
 
     target: np.ndarray
     fixed: np.ndarray
     log_T: np.ndarray
     table: np.ndarray
-    slope: np.ndarray
+    nodes: np.ndarray
     line: Callable[[np.ndarray], np.ndarray]
     log_f: tuple[float, float]
 
@@ -39,14 +52,10 @@ class Problem:
         step = self.log_T[1] - self.log_T[0]
         place = (log_T - self.log_T[0]) / step
         i = np.minimum(np.maximum(place.astype(int), 0), self.log_T.size - 2)
-        t = place - i
-        square, cube = t * t, t * t * t
-        rise = 3 * square - 2 * cube
-        value = np.stack([1 - rise, rise, step * (cube - 2 * square + t), step * (cube - square)])
-        rate = 6 * (t - square) / step
-        slope = np.stack([-rate, rate, 3 * square - 4 * t + 1, 3 * square - 2 * t])
-        nodes = np.stack([self.table[i], self.table[i + 1], self.slope[i], self.slope[i + 1]])
-        return np.einsum("nt,ntk->kt", value, nodes), np.einsum("nt,ntk->kt", slope, nodes)
+        powers = (place - i)[:, None] ** np.arange(4.0)
+        weights = np.stack([powers @ HERMITE, powers @ HERMITE_SLOPE / step], axis=1)
+        values = weights @ self.nodes[i]
+        return values[:, 0].T, values[:, 1].T
 
     def tone(self, log_f: float) -> tuple[np.ndarray, np.ndarray]:
         """Curve of the sinusoid and its derivative by log f_0."""
@@ -109,42 +118,52 @@ def solved(problem: Problem, log_T: np.ndarray, log_f: float | None = None) -> F
 
 
 def polish(
-    problem: Problem, log_T: np.ndarray, log_f: float | None = None, tolerance: float = 1e-8
+    problem: Problem, log_T: np.ndarray, log_f: float | None = None, rough: bool = False
 ) -> Fit:
     """Local minimum over the shapes, within the table and the range of frequencies: damped
-    Gauss-Newton steps (Levenberg-Marquardt) until one changes the cost by less than `tolerance`
-    times it. Terms of amplitude 0 are left out of the result."""
+    Gauss-Newton steps (Levenberg-Marquardt), then, unless `rough`, Newton steps. Terms of amplitude
+    0 are left out of the result."""
     low = np.append(np.full(len(log_T), problem.log_T[0]), problem.log_f[0])
     high = np.append(np.full(len(log_T), problem.log_T[-1]), problem.log_f[1])
     fit = solved(problem, np.clip(log_T, low[:-1], high[:-1]), log_f)
-    size = fit.shapes.size
-    low, high = low[:size], high[:size]
-    damping, converged, last = 1e-3, size == 0, np.zeros(size)
-    for _ in range(MAX_STEPS if size else 0):
-        step = _step(fit, damping, low, high)
-        stretch = _stretch(step, last)
-        trial = _moved(problem, fit, stretch * step, low, high)
-        if stretch > 1 and trial.cost > fit.cost:
-            stretch, trial = 1.0, _moved(problem, fit, step, low, high)
-        last = step if stretch == 1 else np.zeros(size)
+    bounds = low[: fit.shapes.size], high[: fit.shapes.size]
+    damping, converged = 1e-3, not fit.shapes.size
+    for _ in range(0 if converged else ROUGH_STEPS if rough else STEPS):
+        trial = _moved(problem, fit, _step(fit, damping, *bounds), *bounds)
         gain = fit.cost - trial.cost
-        if gain > 0:
-            fit, damping = trial, max(damping / 8, 1e-9)
-        else:
-            damping *= 6
-        if abs(gain) < tolerance * (1 + fit.cost) or damping > 1e9:
+        fit, damping = (trial, damping / 5) if gain > 0 else (fit, damping * 4)
+        if abs(gain) < ROUGH * (1 + fit.cost) or damping > 1e9:
             converged = True
+            break
+    for _ in range(0 if rough or not fit.shapes.size else NEWTON_STEPS):
+        step = _newton(problem, fit, *bounds)
+        trial = _moved(problem, fit, step, *bounds)
+        gain = fit.cost - trial.cost
+        fit = trial if gain > 0 else fit
+        if gain < FINE * (1 + fit.cost):
+            converged = converged or bool(np.max(np.abs(step)) < 1e-3)
             break
     return _pruned(replace(fit, converged=converged))
 
 
-def _stretch(step: np.ndarray, last: np.ndarray) -> float:
-    """Where steps go one way and shrink by a ratio r, their sum is 1 / (1 - r) times the first
-    [Aitken 1926]: in flat valleys Gauss-Newton steps do so for long."""
-    squares = step @ step, last @ last
-    ratio = np.sqrt(squares[0] / squares[1]) if squares[1] > 0 else 0.0
-    straight = 0.3 < ratio < 1 and step @ last > 0.95 * np.sqrt(squares[0] * squares[1])
-    return float(min(1 / (1 - ratio), 30.0)) if straight else 1.0
+def _newton(problem: Problem, fit: Fit, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Newton step from differences of the gradient: where residuals are large (long tau scatter
+    by their own size), Gauss-Newton steps overshoot and creep."""
+    gradient = fit.shaped * (fit.slopes.T @ fit.residual)
+    free = np.flatnonzero((fit.shaped > 0) & (fit.shapes > low) & (fit.shapes < high))
+    step = np.zeros(gradient.size)
+    if not free.size:
+        return step
+    rows = []
+    for i in free:
+        beside = _moved(problem, fit, np.eye(gradient.size)[i] * 1e-5, -np.inf, np.inf)
+        rows.append(gradient - beside.shaped * (beside.slopes.T @ beside.residual))
+    curvature = np.stack(rows)[:, free] / 1e-5
+    values, vectors = np.linalg.eigh((curvature + curvature.T) / 2)
+    along = vectors.T @ gradient[free]
+    uphill = values <= 1e-9 * values[-1]  # no minimum that way: no step
+    step[free] = vectors @ np.where(uphill, 0.0, along / np.where(uphill, 1.0, values))
+    return np.minimum(np.maximum(step, -1.0), 1.0)
 
 
 def _moved(problem: Problem, fit: Fit, step: np.ndarray, low: np.ndarray, high: np.ndarray) -> Fit:
@@ -217,7 +236,7 @@ def path(problem: Problem, most: int, log_f: float | None = None) -> list[Fit]:
     Then up: a term is put in where it gains most. The better of both ways stands.
     """
     best: list[Fit | None] = [None] * (most + 1)
-    fit = polish(problem, merged(problem, dictionary(problem, log_f)), log_f, ROUGH)
+    fit = polish(problem, merged(problem, dictionary(problem, log_f)), log_f, rough=True)
     while True:
         size = fit.log_T.size
         if size <= most and (best[size] is None or fit.cost < best[size].cost):
@@ -228,7 +247,7 @@ def path(problem: Problem, most: int, log_f: float | None = None) -> list[Fit]:
     for size in range(1, most + 1):
         for log_T in best_insertions(problem, best[size - 1]):
             below = best[size - 1]
-            trial = polish(problem, np.append(below.log_T, log_T), below.log_f, ROUGH)
+            trial = polish(problem, np.append(below.log_T, log_T), below.log_f, rough=True)
             if best[size] is None or trial.cost < best[size].cost:
                 best[size] = trial
         if best[size] is None or best[size - 1].cost <= best[size].cost:
@@ -241,7 +260,7 @@ def _without_one(problem: Problem, fit: Fit) -> Fit:
     costs = [solved(problem, log_T, fit.log_f).cost for log_T in rest]
     first, *others = np.argsort(costs)
     close = [i for i in others[:1] if costs[i] - fit.cost < 3 * (costs[first] - fit.cost) + 1]
-    tried = [polish(problem, rest[i], fit.log_f, ROUGH) for i in (first, *close)]
+    tried = [polish(problem, rest[i], fit.log_f, rough=True) for i in (first, *close)]
     return min(tried, key=lambda f: f.cost)
 
 
@@ -273,9 +292,9 @@ def best_insertions(problem: Problem, fit: Fit, count: int = 2) -> np.ndarray:
 
 def with_line(problem: Problem, fit: Fit, log_f: np.ndarray, columns: np.ndarray) -> Fit | None:
     """The fit plus a sinusoid, or None where none gains; its frequency from a scan of log_f (g,),
-    whose curves are columns (k, g), then polished from the three best peaks."""
+    whose curves are columns (k, g), then polished from up to three peaks."""
     bare = fit if fit.log_f is None else solved(problem, fit.log_T)
-    tried = [
-        polish(problem, bare.log_T, float(log_f[i]), ROUGH) for i in peaks(gains(bare, columns), 3)
-    ]
+    gained = gains(bare, columns)
+    at = [i for i in peaks(gained, 3) if gained[i] > 0.5 * gained.max()]
+    tried = [polish(problem, bare.log_T, float(log_f[i]), rough=True) for i in at]
     return min(tried, key=lambda f: f.cost, default=None)

@@ -14,7 +14,7 @@ down to the lowest of them. Standard errors: (J^T C^-1 J)^-1, J over all coeffic
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -25,18 +25,26 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise import separable
 from mocap_metrology.noise.avar_covariance import avar_covariance
 from mocap_metrology.noise.estimates import Components, Estimate
-from mocap_metrology.noise.model import ALPHAS, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.separable import ROUGH, Fit, Problem
+from mocap_metrology.noise.model import (
+    ALPHAS,
+    Component,
+    GaussMarkov,
+    NoiseModel,
+    PowerLaw,
+    Sinusoid,
+)
+from mocap_metrology.noise.separable import Fit, Problem
 from mocap_metrology.noise.weighted_report import Found, coefficients
 
-# criterion: `bic` or `aicc`; max_gauss_markov: most terms that are tried when the number is not
-# given; ridge: share of its own variance by which each Allan variance is doubted beyond C (0.01
-# costs 1-3 % of standard error, and a curve that no model fits exactly is then not fitted to the
-# fifth digit); passes: how often C is renewed from the fit
-SETTINGS = {"criterion": "bic", "max_gauss_markov": 4, "ridge": 0.01, "passes": 2}
+# criterion: `bic` or `aicc`; max_gauss_markov: most terms, and sinusoid: whether one, is tried when
+# the components are not given; ridge: share of its own variance by which each Allan variance is
+# doubted beyond C (0.01 costs 1-3 % of standard error, and a curve that no model fits exactly is
+# then not fitted to the fifth digit); passes: how often C is renewed from the fit
+SETTINGS = {"criterion": "bic", "max_gauss_markov": 4, "sinusoid": True, "ridge": 0.01, "passes": 2}
 TABLE_PER_DECADE = 40
 TONE_STEP = 0.01  # of log f_0: the Allan curve's oscillations that stand out move by less
 AT_BOUND_PAYS = 6.0  # 95 % of chi-squared with the two degrees of freedom of a term
+NOTICED = 0.05  # share of the Allan variance from which a component changes its covariance
 ENVELOPE = 10.0  # degrees of freedom are compared with the model's over a decade to either side
 
 
@@ -118,12 +126,31 @@ def weighted(
         fit = separable.polish(white.problem, fit.log_T, fit.log_f)
     if components is None:
         most = options["max_gauss_markov"]
-        components = Components(ALPHAS, min(fit.log_T.size + 1, most), True)
+        components = Components(ALPHAS, min(fit.log_T.size + 1, most), options["sinusoid"])
     power = dict(zip(ALPHAS, (white.matrix @ curves.power).T, strict=True))
     tones = white.matrix @ curves.tones
-    found = Found(alphas, fit, power, curves.log_T, white.problem.table, curves.log_f, tones)
+    again = _again(white, curves, edf, _model(alphas, fit), options["ridge"])
+    found = Found(alphas, fit, power, curves.log_T, white.problem.table, curves.log_f, tones, again)
     parts, note = coefficients(found, components)
     return Estimate("weighted", "sampled", parts, fit.cost, note)
+
+
+def _again(
+    white: Whitened,
+    curves: Curves,
+    edf: np.ndarray,
+    model: NoiseModel,
+    ridge: float,
+) -> Callable[[Component], np.ndarray | None]:
+    """See `Found.again`."""
+    base, back = _curve(curves, model), np.linalg.inv(white.matrix)
+
+    def again(component: Component) -> np.ndarray | None:
+        if np.max(_curve(curves, NoiseModel((component,))) / base) < NOTICED:
+            return None
+        return _matrix(curves, edf, NoiseModel((*model.components, component)), ridge) @ back
+
+    return again
 
 
 def whitened(
@@ -135,16 +162,21 @@ def whitened(
     ridge: float,
 ) -> Whitened:
     """The problem with the covariance of `model`."""
+    matrix = _matrix(curves, edf, model, ridge)
+    return _whitened_by(matrix, curves, avar, alphas, _curve(curves, model))
+
+
+def _matrix(curves: Curves, edf: np.ndarray, model: NoiseModel, ridge: float) -> np.ndarray:
+    """(k, k) inverse of the Cholesky factor of the covariance of `model`, ridge added."""
     from scipy.linalg import solve_triangular
 
-    scale = _curve(curves, model)
     covariance = avar_covariance(model, curves.m, curves.n, curves.tau0)
     variance = np.diag(covariance)
     sigma = np.sqrt(variance)
     correlation = covariance / np.outer(sigma, sigma) + ridge * np.eye(sigma.size)
-    sigma = sigma / np.sqrt(kept_share(curves.m, edf, 2 * scale**2 / variance))
-    matrix = solve_triangular(_cholesky(correlation), np.diag(1 / sigma), lower=True)
-    return _whitened_by(matrix, curves, avar, alphas, scale)
+    share = kept_share(curves.m, edf, 2 * _curve(curves, model) ** 2 / variance)
+    scale = np.diag(np.sqrt(share) / sigma)
+    return solve_triangular(_cholesky(correlation), scale, lower=True)
 
 
 def _curve(curves: Curves, model: NoiseModel) -> np.ndarray:
@@ -192,7 +224,8 @@ def _whitened_by(
     fixed = matrix @ curves.power[:, [ALPHAS.index(alpha) for alpha in alphas]]
     table, slope = curves.table @ matrix.T, curves.slope @ matrix.T
     ends = float(curves.log_f[0]), float(curves.log_f[-1])
-    problem = Problem(matrix @ avar, fixed, curves.log_T, table, slope, line, ends)
+    nodes = separable.hermite_nodes(curves.log_T, table, slope)
+    problem = Problem(matrix @ avar, fixed, curves.log_T, table, nodes, line, ends)
     # 2 / (relative variance of one common factor): n for white noise
     return Whitened(problem, matrix, 2 * float(np.sum((matrix @ scale) ** 2)))
 
@@ -257,6 +290,8 @@ def _chosen(white: Whitened, curves: Curves, options: dict) -> tuple[tuple[int, 
     # As many as the data could tell, beside five power laws and a sinusoid
     most = max(min(options["max_gauss_markov"], (problem.target.size - 7) // 2), 0)
     best = _cheapest(problem, separable.path(problem, most), price)
+    if not options["sinusoid"]:
+        return best
     tones = white.matrix @ curves.tones
     line = separable.with_line(_only(problem, best[0]), best[1], curves.log_f, tones)
     if line is not None and line.cost + 2 * price < best[1].cost:
@@ -291,7 +326,7 @@ def _pay(problem: Problem, fit: Fit, price: float) -> tuple[tuple[int, ...], Fit
         rests = [tuple(a for a in alphas if a != alpha) for alpha in alphas]
         costs = [separable.solved(_only(problem, r), fit.log_T, fit.log_f).cost for r in rests]
         rest = rests[int(np.argmin(costs))]
-        least = separable.polish(_only(problem, rest), fit.log_T, fit.log_f, ROUGH)
+        least = separable.polish(_only(problem, rest), fit.log_T, fit.log_f, rough=True)
         if least.cost - fit.cost >= price:
             break
         alphas, fit = rest, least

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from mocap_metrology.noise.estimates import Z_68, Z_95, Coefficient, Components
+from mocap_metrology.noise.model import Component, GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.separable import Fit, projected
 
 ONE_SIDED_95 = 1.6448536269514722
+LIMIT_STEPS = 12
 
 
 @dataclass(frozen=True)
 class Found:
     """A fit and what limits need: alphas of its power laws; power: {alpha: (k,)} whitened unit
-    curves of all; log_T (g,) with table (g, k), log_f (f,) with tones (k, f): what was scanned."""
+    curves of all; log_T (g,) with table (g, k), log_f (f,) with tones (k, f): what was scanned;
+    again: the matrix that turns what was whitened with the fit into what would be whitened with
+    the fit and one more component, or None where that hardly differs."""
 
     alphas: tuple[int, ...]
     fit: Fit
@@ -24,6 +30,7 @@ class Found:
     table: np.ndarray
     log_f: np.ndarray
     tones: np.ndarray
+    again: Callable[[Component], np.ndarray | None]
 
 
 def coefficients(found: Found, wanted: Components) -> tuple[tuple[Coefficient, ...], str]:
@@ -40,7 +47,7 @@ def coefficients(found: Found, wanted: Components) -> tuple[tuple[Coefficient, .
         if alpha in h and h[alpha][0] > 0:
             lines.append(_detected(f"h_{alpha}", *h[alpha], status))
         else:
-            _, upper = _likeliest(found.power[alpha][:, None], fit.residual, jacobian)
+            upper = _limit(found, jacobian, found.power[alpha], partial(PowerLaw, alpha))
             lines.append(_missing(f"h_{alpha}", upper))
     pairs = list(zip(fit.shaped, amplitude_error[first:], fit.shapes, shape_error, strict=True))
     for k in range(max(size, wanted.gauss_markov)):
@@ -48,15 +55,19 @@ def coefficients(found: Found, wanted: Components) -> tuple[tuple[Coefficient, .
         if k < size:
             lines += _pair(*names, *pairs[k], status)
         else:
-            at, upper = _likeliest(found.table.T, fit.residual, jacobian)
-            lines += [_missing(names[0], np.sqrt(upper)), _missing(names[1], np.nan)]
-            notes.append(f"limit of {names[0]} is for T_c = {np.exp(found.log_T[at]):.3g} s")
+            at = _likeliest(found.table.T, fit.residual, jacobian)
+            T_c = float(np.exp(found.log_T[at]))
+            top = _limit(found, jacobian, found.table[at], lambda p, T=T_c: GaussMarkov(p**0.5, T))
+            lines += [_missing(names[0], np.sqrt(top)), _missing(names[1], np.nan)]
+            notes.append(f"limit of {names[0]} is for T_c = {T_c:.3g} s")
     if wanted.sinusoid and fit.log_f is not None and fit.shaped[-1] > 0:
         lines += _pair("A_s", "f_0", *pairs[-1], status)
     elif wanted.sinusoid:
-        at, upper = _likeliest(found.tones, fit.residual, jacobian)
-        lines += [_missing("A_s", np.sqrt(upper)), _missing("f_0", np.nan)]
-        notes.append(f"limit of A_s is for f_0 = {np.exp(found.log_f[at]):.3g} Hz")
+        at = _likeliest(found.tones, fit.residual, jacobian)
+        f_0 = float(np.exp(found.log_f[at]))
+        top = _limit(found, jacobian, found.tones[:, at], lambda p: Sinusoid(p**0.5, f_0))
+        lines += [_missing("A_s", np.sqrt(top)), _missing("f_0", np.nan)]
+        notes.append(f"limit of A_s is for f_0 = {f_0:.3g} Hz")
     return tuple(lines), "; ".join(notes)
 
 
@@ -84,17 +95,43 @@ def _standard_errors(jacobian: np.ndarray) -> np.ndarray:
         return np.sqrt(np.sum((right / values[:, None]) ** 2, axis=0)) / norm
 
 
-def _likeliest(
-    columns: np.ndarray, residual: np.ndarray, jacobian: np.ndarray
-) -> tuple[int, float]:
-    """Where among the columns (k, g) one more component is likeliest, and the one-sided 95 % limit
-    of its amplitude there, all that is fitted free: max(0, estimate) + 1.645 standard errors."""
+def _likeliest(columns: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> int:
+    """Where among the columns (k, g) one more component is most significant."""
     new = projected(columns, jacobian)
-    length = np.sqrt(np.einsum("ij,ij->j", new, new))
     with np.errstate(divide="ignore", invalid="ignore"):
-        significance = np.nan_to_num((residual @ new) / length)
-        at = int(np.argmax(significance))
-        return at, float((max(significance[at], 0.0) + ONE_SIDED_95) / length[at])
+        significance = residual @ new / np.sqrt(np.einsum("ij,ij->j", new, new))
+    return int(np.argmax(np.nan_to_num(significance)))
+
+
+def _limit(
+    found: Found,
+    jacobian: np.ndarray,
+    column: np.ndarray,
+    component: Callable[[float], Component],
+) -> float:
+    """One-sided 95 % limit of the amplitude of a component that is not in the fit, all that is
+    fitted free: the h with h = max(0, estimate) + 1.645 standard errors, both with the covariance
+    there would be if h were there (a slow component scatters by its own size). inf where no h is
+    large enough."""
+    residual = found.fit.residual
+    h = _top(column, residual, jacobian)
+    for _ in range(LIMIT_STEPS):
+        turned = found.again(component(h)) if np.isfinite(h) else None
+        if turned is None:
+            return h
+        higher = _top(turned @ column, turned @ residual, turned @ jacobian)
+        if abs(higher - h) < 0.03 * h:
+            return higher
+        last, h = h, higher
+    return np.inf if h > 1.05 * last else h
+
+
+def _top(column: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> float:
+    new = projected(column[:, None], jacobian)[:, 0]
+    power = float(new @ new)
+    if not power > 0:
+        return np.inf
+    return max(float(residual @ new) / power, 0.0) + ONE_SIDED_95 / power**0.5
 
 
 def _pair(

@@ -84,10 +84,13 @@ class Likelihood:
         normal_equations(self.psd, self.weight, density, columns.T, gradient, information)
         return information
 
-    def fit(self, start: Spectrum, given: np.ndarray | None = None) -> Fit:
+    def fit(
+        self, start: Spectrum, given: np.ndarray | None = None, tolerance: float = TOLERANCE
+    ) -> Fit:
         """Ascend from `start` by damped Fisher scoring; h >= 0, T_c within its bounds.
 
-        given: (B,) density that is there beside the spectrum and not fitted.
+        given: (B,) density that is there beside the spectrum and not fitted; tolerance: gain in
+        twice the log likelihood below which a step counts as the last.
         """
         p, deviance, converged = ascend(
             _packed(start),
@@ -98,7 +101,7 @@ class Likelihood:
             self.weight,
             (math.log(self.bounds[0]), math.log(self.bounds[1])),
             MAX_STEPS,
-            TOLERANCE,
+            tolerance,
         )
         n_h = len(start.h)
         q2, T_c = np.exp(p[n_h::2]), np.exp(p[n_h + 1 :: 2])

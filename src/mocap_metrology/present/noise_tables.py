@@ -72,15 +72,26 @@ def noise_markdown(
     for name in dict.fromkeys(row["recording"] for row in rows):
         of_it = [r for r in rows if r["recording"] == name]
         lines += [f"## {name} ({of_it[0]['source']})", ""]
-        chosen = [r for r in of_it if r["estimator"] == estimator]
+        asked = [r for r in of_it if r["estimator"] == estimator]
+        chosen = [r for r in asked if r["status"] != "refused"]
         series = list(dict.fromkeys(r["series"] for r in chosen))
-        if not series:
+        lines += _refused([r for r in asked if r["status"] == "refused"])
+        if not asked:
             lines += [f"No coefficients by {estimator}.", ""]
         for k in range(0, len(series), MOST_SERIES):
             lines += [*_block(chosen, series[k : k + MOST_SERIES]), ""]
     if not rows:
         lines += ["No coefficients.", ""]
     return "\n".join(lines)
+
+
+def _refused(rows: Sequence[Row]) -> list[str]:
+    """Why there are no numbers: one line a reason."""
+    reasons: dict[str, list[str]] = {}
+    for row in rows:
+        reasons.setdefault(row["note"], []).append(row["series"])
+    lines = [f"- {', '.join(series)}: none: {why}." for why, series in reasons.items()]
+    return [*lines, ""] if lines else []
 
 
 def _block(rows: Sequence[Row], series: Sequence[str]) -> list[str]:

@@ -1,0 +1,78 @@
+"""CPU seconds of every estimator of noise coefficients on one nine-hour series.
+
+    python benchmarks/noise_times.py
+
+The series is a T40 z1 of Skurowski & Pawlyta 2019 (four Gauss-Markov terms and a sinusoid) at
+120 Hz. Best of five; the Allan variances and the masking, which estimators share, on their own.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+
+from mocap_metrology.noise.allan import averaging_factors
+from mocap_metrology.noise.annealing import AnnealingSettings, annealing_ant_colony
+from mocap_metrology.noise.confidence import allan_curve
+from mocap_metrology.noise.estimators import panel
+from mocap_metrology.noise.hampel import hampel
+from mocap_metrology.noise.levenberg import levenberg_marquardt
+from mocap_metrology.noise.likelihood import likelihood
+from mocap_metrology.noise.published import published_row
+from mocap_metrology.noise.slopes import slopes
+from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.weighted import weighted
+
+TAU0, FRAMES = 1 / 120, 3_888_000
+
+
+def cpu_s(function: Callable[[], object], repeats: int = 5) -> float:
+    """Least CPU time of a call."""
+    best = float("inf")
+    for _ in range(repeats):
+        start = time.process_time()
+        function()
+        best = min(best, time.process_time() - start)
+    return best
+
+
+def main() -> None:
+    """Measure and print."""
+    model = published_row("T40", 10)["z1"]
+    asked = panel("T40", 10, "z1")
+    rng = np.random.default_rng(1)
+    series = draw_pair(model, model, Cross(constant=0.0), FRAMES, TAU0, rng)[0]
+    line = model.lines[0]
+    series += line.A_s * np.sin(2 * np.pi * line.f_0 * TAU0 * np.arange(FRAMES))
+    m = averaging_factors(FRAMES, 100, 1, 1 / 3)
+    curve = allan_curve(series, 1 / TAU0, m)
+    known = (curve.m, curve.variance, TAU0, asked)
+    rest = (curve.m, curve.variance, curve.edf, FRAMES, TAU0)
+    settings = AnnealingSettings()
+    steps: dict[str, Callable[[], object]] = {
+        "masking of gross outliers (Hampel, 6 sigma)": lambda: hampel(series, 120, 6.0, "mask"),
+        "Allan variances with intervals": lambda: allan_curve(series, 1 / TAU0, m),
+        "likelihood, components known, FFT included": lambda: likelihood(series, TAU0, asked),
+        "likelihood, components chosen": lambda: likelihood(series, TAU0),
+        "weighted, components known": lambda: weighted(*rest, asked),
+        "weighted, components chosen": lambda: weighted(*rest),
+        "annealing-ant-colony, 10 starts": lambda: annealing_ant_colony(
+            *known, settings, 1, duration=FRAMES * TAU0
+        ),
+        "levenberg-marquardt, 10 starts": lambda: levenberg_marquardt(
+            *known, 1, duration=FRAMES * TAU0
+        ),
+        "slopes": lambda: slopes(curve.m, curve.variance, TAU0),
+    }
+    print("| step | CPU s |\n|---|---|")
+    for name, step in steps.items():
+        print(f"| {name} | {cpu_s(step):.2f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -17,6 +17,7 @@ from mocap_metrology.noise.estimates import Components, Estimate
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.synthesis import Cross, draw_pair
 from mocap_metrology.noise.weighted import weighted
+from mocap_metrology.noise.whitening import unit_curves, whitened_by
 
 TAU0 = 1 / 120
 N = 1 << 17  # 18 minutes
@@ -47,6 +48,7 @@ def curves(model: NoiseModel, runs: int, seed: int, n: int = N) -> list[Curve]:
     return found
 
 
+@lru_cache
 def fits(model: NoiseModel, runs: int, seed: int, known: bool = True) -> list[Estimate]:
     components = Components.of(model) if known else None
     return [weighted(*curve, N, TAU0, components) for curve in curves(model, runs, seed)]
@@ -69,29 +71,29 @@ def bound(model: NoiseModel) -> dict[str, float]:
 
 @pytest.mark.parametrize("model", [TRUTH, TWO_TERMS], ids=["one term", "two terms"])
 def test_the_statistical_limit(model: NoiseModel) -> None:
-    """60 runs: root mean square errors are 1 +- 0.091 of the bound where the estimator is
-    efficient; 1.35 is four such. Standard errors agree with the bound to 10 %; the 95 % intervals
-    cover in 51 of 60 at least (below that, 1 case in 2000 by chance)."""
-    truth, limit, found = model.coefficients(), bound(model), fits(model, 60, 1)
+    """40 runs: root mean square errors are 1 +- 0.11 of the bound where the estimator is
+    efficient; 1.45 is four such. Standard errors agree with the bound to 10 %; the 95 % intervals
+    cover in 34 of 40 at least (below that, 1 case in 300 by chance), the 68 % ones in 18 to 36."""
+    truth, limit, found = model.coefficients(), bound(model), fits(model, 40, 1)
     for name, value in truth.items():
         lines = [next(c for c in e.coefficients if c.parameter == name) for e in found]
         assert all(c.detected and c.status == "ok" for c in lines)
         error = np.array([c.value for c in lines]) / value - 1
-        assert np.sqrt(np.mean(error**2)) < 1.35 * limit[name], name
+        assert np.sqrt(np.mean(error**2)) < 1.45 * limit[name], name
         assert np.median([c.std_error for c in lines]) == pytest.approx(
             limit[name] * value, rel=0.1
         )
-        assert sum(c.lower_95 < value < c.upper_95 for c in lines) >= 51, name
-        assert 28 <= sum(c.lower_68 < value < c.upper_68 for c in lines) <= 53, name
+        assert sum(c.lower_95 < value < c.upper_95 for c in lines) >= 34, name
+        assert 18 <= sum(c.lower_68 < value < c.upper_68 for c in lines) <= 36, name
 
 
 def test_better_than_relative_residuals() -> None:
     """The same search on ((observed - model) / observed)^2 (S Eq. 13) misses by several times."""
     weights, plain = [], []
-    for curve, estimate in zip(curves(TRUTH, 60, 1), fits(TRUTH, 60, 1), strict=True):
-        unit = module.unit_curves(curve.m.tobytes(), N, TAU0)
+    for curve, estimate in zip(curves(TRUTH, 40, 1), fits(TRUTH, 40, 1), strict=True):
+        unit = unit_curves(curve.m.tobytes(), N, TAU0)
         scaled = np.diag(1 / curve.avar)
-        problem = module._whitened_by(scaled, unit, curve.avar, (0,), curve.avar).problem
+        problem = whitened_by(scaled, unit, curve.avar, (0,), curve.avar).problem
         plain.append(separable.polish(problem, separable.path(problem, 1)[-1].log_T).amplitudes[0])
         weights.append(estimate.values["h_0"])
     spread = [np.sqrt(np.mean((np.array(h) / 1e-6 - 1) ** 2)) for h in (weights, plain)]
@@ -124,13 +126,13 @@ def test_white_noise_is_white_noise() -> None:
 
 
 def test_order_and_line_are_found() -> None:
-    """0.001 mm at 14.4 Hz on noise of 0.009 mm."""
-    model = NoiseModel((*TWO_TERMS.components, Sinusoid(1e-3, 14.4)))
+    """0.002 mm at 14.4 Hz on noise of 0.009 mm."""
+    model = NoiseModel((*TWO_TERMS.components, Sinusoid(2e-3, 14.4)))
     for estimate in fits(model, 4, 3, known=False):
         assert set(estimate.values) == set(model.coefficients())
         for c in estimate.coefficients[-2:]:
             truth = model.coefficients()[c.parameter]
-            assert abs(c.value - truth) < 4 * c.std_error < 0.25 * truth
+            assert abs(c.value - truth) < 4 * c.std_error < 0.5 * truth
 
 
 def test_limits_hold() -> None:
@@ -148,8 +150,8 @@ def test_limits_hold() -> None:
 def test_no_start_does_better() -> None:
     """30 random starts of the same least squares end nowhere lower, on three series."""
     rng = np.random.default_rng(6)
-    for curve in curves(TWO_TERMS, 60, 1)[:3]:
-        unit = module.unit_curves(curve.m.tobytes(), N, TAU0)
+    for curve in curves(TWO_TERMS, 40, 1)[:3]:
+        unit = unit_curves(curve.m.tobytes(), N, TAU0)
         options = module._options(None)
         white = module._pilot(unit, curve.avar, curve.edf, (0,), options)
         best = separable.polish(white.problem, separable.path(white.problem, 2)[-1].log_T).cost
@@ -160,9 +162,9 @@ def test_no_start_does_better() -> None:
 
 
 def test_same_data_same_numbers() -> None:
-    curve = curves(TWO_TERMS, 60, 1)[0]
+    curve = curves(TWO_TERMS, 40, 1)[0]
     first = weighted(*curve, N, TAU0)
-    module.unit_curves.cache_clear()
+    unit_curves.cache_clear()
     assert weighted(*curve, N, TAU0) == first
 
 
@@ -219,6 +221,8 @@ def test_refuses_what_cannot_be_fitted() -> None:
         weighted(m, 1 / m, edf, 15, TAU0)
     with pytest.raises(Refusal, match="frame period 0 s"):
         weighted(m, 1 / m, edf, 1000, 0)
+    with pytest.raises(Refusal, match="expected a power law or a Gauss-Markov term"):
+        weighted(m, 1 / m, edf, 1000, TAU0, Components((), 0, True))
     for settings, message in (({"tries": 3}, "tries"), ({"criterion": "dic"}, "dic")):
         with pytest.raises(Refusal, match=message):
             weighted(m, 1 / m, edf, 1000, TAU0, None, settings)

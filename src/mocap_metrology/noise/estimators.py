@@ -114,7 +114,11 @@ def estimate_series(
         kept.append(run.periodogram)
         return run.estimate
 
-    chosen = {"criterion": settings.criterion, "max_gauss_markov": settings.max_gauss_markov}
+    chosen = {
+        "criterion": settings.criterion,
+        "max_gauss_markov": settings.max_gauss_markov,
+        "sinusoid": settings.sinusoid,
+    }
     fit = (*cleaned, tau0, components)
     runs: dict[str, Callable[[], Estimate]] = {
         "likelihood": by_likelihood,

@@ -5,25 +5,24 @@ Overlapping Allan variances at neighbouring tau are almost copies of each other,
 counts each as new data says too much, and the fit that weighs them by relative residuals (S Eq. 13)
 misses what the differences between neighbours tell. Here C = Cov[AVAR_a, AVAR_b] of the fitted
 model (`avar_covariance`) weighs them: minimised is r^T C^-1 r, r = observed - model. With all
-integers m up to ten and ten or more a decade beyond, that reaches the Cramer-Rao bound to 2 %.
+integers m up to ten and sixteen a decade beyond, (J^T C^-1 J)^-1, J over all coefficients, is then
+the Cramer-Rao bound to 2 %, ridge included: no information is left in the series.
 
 The model inside C comes from a first fit with weights edf / 2 on relative residuals, and C is then
 held fixed within a fit, so that long tau, which scatter by their own size, do not drag the model
-down to the lowest of them. Standard errors: (J^T C^-1 J)^-1, J over all coefficients.
+down to the lowest of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise import separable
-from mocap_metrology.noise.avar_covariance import avar_covariance
 from mocap_metrology.noise.estimates import Components, Estimate
 from mocap_metrology.noise.model import (
     ALPHAS,
@@ -35,60 +34,23 @@ from mocap_metrology.noise.model import (
 )
 from mocap_metrology.noise.separable import Fit, Problem
 from mocap_metrology.noise.weighted_report import Found, coefficients
+from mocap_metrology.noise.whitening import (
+    Curves,
+    Whitened,
+    model_curve,
+    unit_curves,
+    whitened,
+    whitened_by,
+    whitening_matrix,
+)
 
 # criterion: `bic` or `aicc`; max_gauss_markov: most terms, and sinusoid: whether one, is tried when
 # the components are not given; ridge: share of its own variance by which each Allan variance is
 # doubted beyond C (0.01 costs 1-3 % of standard error, and a curve that no model fits exactly is
 # then not fitted to the fifth digit); passes: how often C is renewed from the fit
 SETTINGS = {"criterion": "bic", "max_gauss_markov": 4, "sinusoid": True, "ridge": 0.01, "passes": 2}
-TABLE_PER_DECADE = 40
-TONE_STEP = 0.01  # of log f_0: the Allan curve's oscillations that stand out move by less
 AT_BOUND_PAYS = 6.0  # 95 % of chi-squared with the two degrees of freedom of a term
 NOTICED = 0.05  # share of the Allan variance from which a component changes its covariance
-ENVELOPE = 10.0  # degrees of freedom are compared with the model's over a decade to either side
-
-
-@dataclass(frozen=True)
-class Curves:
-    """Unit curves at the averaging factors: power (k, 5) for h_alpha = 1, log_T (g,) with table
-    and slope (g, k) for q_c = 1, log_f (f,) with tones (k, f) for A_s = 1."""
-
-    m: np.ndarray
-    n: int
-    tau0: float
-    power: np.ndarray
-    log_T: np.ndarray
-    table: np.ndarray
-    slope: np.ndarray
-    log_f: np.ndarray
-    tones: np.ndarray
-
-
-@lru_cache(maxsize=4)
-def unit_curves(m_bytes: bytes, n: int, tau0: float) -> Curves:
-    """Those of a series of n samples. T_c from tau0/2 to T/10; f_0 from two periods in the longest
-    tau (slower, the curve only rises, as with random walk) to Nyquist."""
-    from scipy.interpolate import CubicSpline
-
-    m = np.frombuffer(m_bytes, dtype=np.int64)
-    power = np.stack([PowerLaw(alpha, 1.0).avar(m, tau0) for alpha in ALPHAS], axis=1)
-    ends = np.log(tau0 / 2), np.log(n * tau0 / 10)
-    log_T = np.linspace(*ends, max(int(np.ptp(ends) / np.log(10) * TABLE_PER_DECADE), 8))
-    table = np.stack([GaussMarkov(1.0, float(np.exp(x))).avar(m, tau0) for x in log_T])
-    slope = CubicSpline(log_T, table, axis=0)(log_T, 1)
-    ends = np.log(2 / (max(m[-1], 5) * tau0)), np.log(0.5 / tau0)
-    log_f = np.linspace(*ends, max(int(np.ptp(ends) / TONE_STEP), 8) + 2)[1:-1]
-    tones = np.stack([Sinusoid(1.0, float(np.exp(x))).avar(m, tau0) for x in log_f], axis=1)
-    return Curves(m, n, tau0, power, log_T, table, slope, log_f, tones)
-
-
-@dataclass(frozen=True)
-class Whitened:
-    """A `Problem` with the matrix (k, k) that whitened it and its effective number of data."""
-
-    problem: Problem
-    matrix: np.ndarray
-    n_effective: float
 
 
 def weighted(
@@ -120,7 +82,7 @@ def weighted(
         fit = _known(white, curves, components)
     for _ in range(options["passes"]):
         model = _model(alphas, fit)
-        if not model.components:
+        if not model.broadband:
             break
         white = whitened(curves, avar, edf, model, alphas, options["ridge"])
         fit = separable.polish(white.problem, fit.log_T, fit.log_f)
@@ -130,7 +92,17 @@ def weighted(
     power = dict(zip(ALPHAS, (white.matrix @ curves.power).T, strict=True))
     tones = white.matrix @ curves.tones
     again = _again(white, curves, edf, _model(alphas, fit), options["ridge"])
-    found = Found(alphas, fit, power, curves.log_T, white.problem.table, curves.log_f, tones, again)
+    found = Found(
+        alphas,
+        fit,
+        power,
+        curves.log_T,
+        white.problem.table,
+        curves.log_f,
+        tones,
+        again,
+        _ceiling(curves, avar, edf),
+    )
     parts, note = coefficients(found, components)
     return Estimate("weighted", "sampled", parts, fit.cost, note)
 
@@ -143,91 +115,28 @@ def _again(
     ridge: float,
 ) -> Callable[[Component], np.ndarray | None]:
     """See `Found.again`."""
-    base, back = _curve(curves, model), np.linalg.inv(white.matrix)
+    base, back = model_curve(curves, model), np.linalg.inv(white.matrix)
 
     def again(component: Component) -> np.ndarray | None:
-        if np.max(_curve(curves, NoiseModel((component,))) / base) < NOTICED:
+        if np.all(model_curve(curves, NoiseModel((component,))) <= NOTICED * base):
             return None
-        return _matrix(curves, edf, NoiseModel((*model.components, component)), ridge) @ back
+        joined = NoiseModel((*model.components, component))
+        return whitening_matrix(curves, edf, joined, ridge) @ back
 
     return again
 
 
-def whitened(
-    curves: Curves,
-    avar: np.ndarray,
-    edf: np.ndarray,
-    model: NoiseModel,
-    alphas: tuple[int, ...],
-    ridge: float,
-) -> Whitened:
-    """The problem with the covariance of `model`."""
-    matrix = _matrix(curves, edf, model, ridge)
-    return _whitened_by(matrix, curves, avar, alphas, _curve(curves, model))
+def _ceiling(curves: Curves, avar: np.ndarray, edf: np.ndarray) -> Callable[[Component], float]:
+    """See `Found.ceiling`: edf * estimate / truth is chi-squared with edf degrees."""
 
+    def ceiling(unit: Component) -> float:
+        from scipy.special import chdtri
 
-def _matrix(curves: Curves, edf: np.ndarray, model: NoiseModel, ridge: float) -> np.ndarray:
-    """(k, k) inverse of the Cholesky factor of the covariance of `model`, ridge added."""
-    from scipy.linalg import solve_triangular
+        with np.errstate(divide="ignore"):
+            top = avar * edf / chdtri(edf, 0.99) / model_curve(curves, NoiseModel((unit,)))
+        return float(np.min(top))
 
-    covariance = avar_covariance(model, curves.m, curves.n, curves.tau0)
-    variance = np.diag(covariance)
-    sigma = np.sqrt(variance)
-    correlation = covariance / np.outer(sigma, sigma) + ridge * np.eye(sigma.size)
-    share = kept_share(curves.m, edf, 2 * _curve(curves, model) ** 2 / variance)
-    scale = np.diag(np.sqrt(share) / sigma)
-    return solve_triangular(_cholesky(correlation), scale, lower=True)
-
-
-def _curve(curves: Curves, model: NoiseModel) -> np.ndarray:
-    """The model's Allan variance, power laws from the unit curves (integrals are slow)."""
-    total = np.zeros(curves.m.size)
-    for part in model.components:
-        if isinstance(part, PowerLaw):
-            total += part.h * curves.power[:, ALPHAS.index(part.alpha)]
-        else:
-            total += part.avar(curves.m, curves.tau0)
-    return total
-
-
-def kept_share(m: np.ndarray, edf: np.ndarray, edf_model: np.ndarray) -> np.ndarray:
-    """(k,) share of the model's degrees of freedom that the data have: below 1 where gaps took
-    some. edf / edf_model also scatters, as edf follows whole exponents: its upper envelope over a
-    decade of tau to either side is taken, and at most 1."""
-    ratio = edf / edf_model
-    near = np.abs(np.log(m[:, None] / m)) <= np.log(ENVELOPE)
-    return np.minimum(np.max(np.where(near, ratio, 0.0), axis=1), 1.0)
-
-
-def _cholesky(correlation: np.ndarray) -> np.ndarray:
-    """Factor of a correlation matrix; what rounding and the ends of the series made negative in its
-    spectrum is lifted as little as needed."""
-    for lift in (0.0, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1):
-        try:
-            return np.linalg.cholesky(correlation + lift * np.eye(len(correlation)))
-        except np.linalg.LinAlgError:
-            continue
-    return np.eye(len(correlation))
-
-
-def _whitened_by(
-    matrix: np.ndarray,
-    curves: Curves,
-    avar: np.ndarray,
-    alphas: tuple[int, ...],
-    scale: np.ndarray,
-) -> Whitened:
-    def line(log_f: np.ndarray) -> np.ndarray:
-        tones = [Sinusoid(1.0, float(np.exp(x))).avar(curves.m, curves.tau0) for x in log_f]
-        return matrix @ np.stack(tones, axis=1)
-
-    fixed = matrix @ curves.power[:, [ALPHAS.index(alpha) for alpha in alphas]]
-    table, slope = curves.table @ matrix.T, curves.slope @ matrix.T
-    ends = float(curves.log_f[0]), float(curves.log_f[-1])
-    nodes = separable.hermite_nodes(curves.log_T, table, slope)
-    problem = Problem(matrix @ avar, fixed, curves.log_T, table, nodes, line, ends)
-    # 2 / (relative variance of one common factor): n for white noise
-    return Whitened(problem, matrix, 2 * float(np.sum((matrix @ scale) ** 2)))
+    return ceiling
 
 
 def _pilot(
@@ -235,7 +144,7 @@ def _pilot(
 ) -> Whitened:
     """The problem with the covariance of a model of as many terms as the data like: first without
     correlations and relative to the data, then twice with the covariance of the fit before."""
-    white = _whitened_by(np.diag(np.sqrt(edf / 2) / avar), curves, avar, alphas, avar)
+    white = whitened_by(np.diag(np.sqrt(edf / 2) / avar), curves, avar, alphas, avar)
     for _ in range(2):
         model = _model(alphas, separable.dictionary(white.problem))
         white = whitened(curves, avar, edf, model, alphas, options["ridge"])
@@ -370,6 +279,8 @@ def _checked(
         raise Refusal(f"weighted fit: m = {m[-1]:g} of {n} samples, expected at most half of them")
     if not (np.isfinite(tau0) and tau0 > 0):
         raise Refusal(f"weighted fit: frame period {tau0} s, expected a number > 0")
+    if components is not None and not (components.alphas or components.gauss_markov):
+        raise Refusal("weighted fit: no noise to fit, expected a power law or a Gauss-Markov term")
     needed = 2 if components is None else max(len(components.names), 1)
     if m.size < needed:
         raise Refusal(

@@ -13,7 +13,7 @@ from mocap_metrology.noise.model import Component, GaussMarkov, PowerLaw, Sinuso
 from mocap_metrology.noise.separable import Fit, projected
 
 ONE_SIDED_95 = 1.6448536269514722
-LIMIT_STEPS = 12
+LIMIT_STEPS = 8
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,8 @@ class Found:
     """A fit and what limits need: alphas of its power laws; power: {alpha: (k,)} whitened unit
     curves of all; log_T (g,) with table (g, k), log_f (f,) with tones (k, f): what was scanned;
     again: the matrix that turns what was whitened with the fit into what would be whitened with
-    the fit and one more component, or None where that hardly differs."""
+    the fit and one more component, or None where that hardly differs; ceiling: amplitude at which
+    a component (given with amplitude 1) alone would contradict the data at some tau, at 99 %."""
 
     alphas: tuple[int, ...]
     fit: Fit
@@ -31,13 +32,15 @@ class Found:
     log_f: np.ndarray
     tones: np.ndarray
     again: Callable[[Component], np.ndarray | None]
+    ceiling: Callable[[Component], float]
 
 
 def coefficients(found: Found, wanted: Components) -> tuple[tuple[Coefficient, ...], str]:
     """One for each of `wanted`, Gauss-Markov terms by rising T_c and those not detected last; and
     a note. Standard errors are those with the amplitudes that ended at 0 known to be 0. Intervals
     are symmetric in the logarithm: value exp(+-z std_error / value). For the slow components, whose
-    error follows their size, those held in simulations where value +- z std_error did not."""
+    error follows their size, those held in simulations where value +- z std_error did not. An upper
+    end grows only linearly where the standard error exceeds the value."""
     fit, status = found.fit, "ok" if found.fit.converged else "not_converged"
     amplitude_error, shape_error, jacobian = _errors(found)
     first, size = len(found.alphas), fit.log_T.size
@@ -111,19 +114,21 @@ def _limit(
 ) -> float:
     """One-sided 95 % limit of the amplitude of a component that is not in the fit, all that is
     fitted free: the h with h = max(0, estimate) + 1.645 standard errors, both with the covariance
-    there would be if h were there (a slow component scatters by its own size). inf where no h is
-    large enough."""
+    there would be if h were there (a slow component scatters by its own size). Where no h is large
+    enough, as the fit has another slow component, that at which it alone would be too much."""
     residual = found.fit.residual
     h = _top(column, residual, jacobian)
     for _ in range(LIMIT_STEPS):
-        turned = found.again(component(h)) if np.isfinite(h) else None
+        if not np.isfinite(h):
+            return found.ceiling(component(1.0))
+        turned = found.again(component(h))
         if turned is None:
             return h
         higher = _top(turned @ column, turned @ residual, turned @ jacobian)
         if abs(higher - h) < 0.03 * h:
             return higher
         last, h = h, higher
-    return np.inf if h > 1.05 * last else h
+    return h if h < 1.05 * last else found.ceiling(component(1.0))
 
 
 def _top(column: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> float:
@@ -156,8 +161,11 @@ def _detected(name: str, value: float, error: float, status: str) -> Coefficient
     value, error = float(value), float(error)
     ends = {}
     for label, z in (("68", Z_68), ("95", Z_95)):
-        spread = np.exp(min(z * error / value, 700.0))
-        low, high = value / spread, value * spread
+        relative = error / value
+        low = value * np.exp(-min(z * relative, 700.0))
+        # Beyond a standard error as large as the value, straight on instead of exponentially
+        up = np.exp(z * relative) if relative < 1 else 1 + relative * (np.exp(z) - 1)
+        high = value * up
         ends |= {f"lower_{label}": float(low), f"upper_{label}": float(high)}
     return Coefficient(name, value, error, **ends, status=status)
 

@@ -102,10 +102,7 @@ def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, E
         "weighted, order known": weighted(
             curve.m, curve.variance, curve.edf, FRAMES, TAU0, components
         ),
-        "annealing-ant-colony (sampled), order known": annealing_ant_colony(
-            curve.m, curve.variance, TAU0, components, AnnealingSettings(), seed, form="sampled"
-        ),
-        "annealing-ant-colony (continuous, 3-sigma cleaned), order known": annealing_ant_colony(
+        "annealing-ant-colony, order known (3-sigma cleaned, continuous)": annealing_ant_colony(
             cleaned.m, cleaned.variance, TAU0, components, AnnealingSettings(), seed
         ),
     }

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model import ALPHAS, Form, GaussMarkov, NoiseModel, PowerLaw
 
-STATUSES = ("ok", "at_bound", "not_converged", "not_detected", "refused")
+STATUSES = ("ok", "at_bound", "not_converged", "misfit", "not_detected", "refused")
 # Two-sided normal quantiles of the intervals named 68 % and 95 %
 Z_68, Z_95 = 0.9944578832097532, 1.959963984540054
 # The classes of correlation time of S 4.6, in s. S names 10^-2..10^0, 10^0..10^1 and 10^2..10^3 s;
@@ -26,6 +27,10 @@ class Components:
     alphas: tuple[int, ...] = ALPHAS
     gauss_markov: int = 3
     sinusoid: bool = False
+
+    def __post_init__(self) -> None:
+        if not (set(self.alphas) <= set(ALPHAS) and self.gauss_markov >= 0):
+            raise Refusal(f"{self}, expected alphas out of {ALPHAS} and gauss_markov >= 0")
 
     @classmethod
     def of(cls, model: NoiseModel) -> Components:
@@ -48,7 +53,8 @@ class Coefficient:
 
     std_error: by the estimator; crlb: least standard error any unbiased estimator can have with so
     many samples (`fisher.crlb`) if the fitted model is true. status: `ok`; `at_bound` (the value is
-    an end of the range searched); `not_converged`; `not_detected` (value NaN, upper_95 the limit).
+    an end of the range searched); `not_converged`; `misfit` (the model does not describe the data,
+    so neither values nor errors are what they say); `not_detected` (value NaN, upper_95 the limit).
     """
 
     parameter: str

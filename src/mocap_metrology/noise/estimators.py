@@ -112,7 +112,7 @@ def estimate_series(
     def by_likelihood() -> Estimate:
         run = likelihood(masked, tau0, None, order, seed)
         kept.append(run.periodogram)
-        return run.estimate
+        return _coarse(run.estimate, masked, resolution)
 
     chosen = {
         "criterion": settings.criterion,
@@ -138,6 +138,21 @@ def estimate_series(
         except Refusal as refusal:
             refused[name] = str(refusal)
     return SeriesNoise(tuple(estimates), curve, kept[0] if kept else None, refused)
+
+
+def _coarse(estimate: Estimate, series: np.ndarray, resolution: float) -> Estimate:
+    """A note where the stored step is twice the noise or more: the steps then set the numbers."""
+    steps = np.diff(series)
+    noise = float(np.sqrt(np.mean(steps[np.isfinite(steps)] ** 2) / 2))
+    if noise >= 0.5 * resolution:
+        return estimate
+    why = f"the file's resolution ({resolution:.3g} mm) hides the noise of a frame ({noise:.2g} mm)"
+    coefficients = tuple(
+        replace(c, note=why) if c.parameter == "h_0" else c for c in estimate.coefficients
+    )
+    return replace(
+        estimate, coefficients=coefficients, note="; ".join(filter(None, [estimate.note, why]))
+    )
 
 
 def regression(

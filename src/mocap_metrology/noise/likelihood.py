@@ -6,14 +6,15 @@ to the binned DCT periodogram (`periodogram`, `whittle`); the number of componen
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.estimates import Components, Estimate
+from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.fisher import model_of
 from mocap_metrology.noise.gaps import bridged, filled, stretches
 from mocap_metrology.noise.intervals import coefficients
@@ -24,20 +25,25 @@ from mocap_metrology.noise.periodogram import Periodogram, binned, bins_of, join
 from mocap_metrology.noise.whittle import Fit, Likelihood, Spectrum, dictionary
 
 LEAST_SAMPLES = 1000
+NAMED = 8  # of the lines found, in a note
 MOST_MISSING = 0.5
+LEAST_SPAN = 1e-20  # mm; squares of spectra must be numbers
 LONGEST_GAP = 1200  # samples filled; a longer gap parts the series into two
-MANY_MISSING = 0.002  # share from which on gaps are filled twice, the second time by a better model
+FILLED_TO = 3e-4  # share of its power that the first guess for the gaps may leave its mark on
+LINES_TO = 1e-3  # the same of a line's amplitude
+MISFIT = 5.0  # standard deviations of the deviance beyond which the model does not describe it
 
 
 @dataclass(frozen=True)
 class LikelihoodSettings:
     """criterion: `bic` or `aicc`; max_gauss_markov: 0 ... 4; sinusoid: whether lines are looked
-    for; max_lines: how many are taken out (the strongest is the model's sinusoid)."""
+    for; max_lines: how many are taken out (the one that raises the likelihood most is the model's
+    sinusoid)."""
 
     criterion: str = "bic"
     max_gauss_markov: int = 4
     sinusoid: bool = True
-    max_lines: int = 8
+    max_lines: int = 40
 
 
 @dataclass(frozen=True)
@@ -56,8 +62,10 @@ def check_series(series: np.ndarray, resolution: float = 0.0) -> None:
         raise Refusal(f"{valid.size} valid samples, expected at least {LEAST_SAMPLES}")
     if valid.size < (1 - MOST_MISSING) * series.size:
         share = 100 * (1 - valid.size / series.size)
-        raise Refusal(f"{share:.0f} % of the samples are missing, expected at most half")
+        raise Refusal(f"{share:.1f} % of the samples are missing, expected at most half")
     span = float(np.ptp(valid))
+    if not LEAST_SPAN < span < 1 / LEAST_SPAN and span != 0:
+        raise Refusal(f"samples span {span:.3g} mm, expected millimetres")
     if span == 0 or span < 0.5 * resolution:
         hidden = f": the file's resolution ({resolution:.3g}) hides the noise" if resolution else ""
         raise Refusal(f"all samples are equal{hidden}, expected a series with noise")
@@ -87,13 +95,28 @@ def likelihood(
         )
     data, fit, lines = _converged(parts, tau0, components, settings, seed)
     line = lines[0] if lines and _wants_line(components, settings) else None
-    note = _note(lines[1:] if line else lines)
     found = coefficients(
         data, fit, line, components, settings.max_gauss_markov, _wants_line(components, settings)
     )
+    beyond = Likelihood(data, _bounds(data)).misfit(fit)
+    notes = [_lines_note(lines[1:] if line else lines, len(lines) == settings.max_lines)]
+    if beyond > MISFIT:
+        notes.append(
+            "the model does not describe the spectrum: its deviance is "
+            f"{beyond:.0f} standard deviations more than chance explains"
+        )
+        found = tuple(_misfit(c, notes[-1]) for c in found)
+    note = "; ".join(filter(None, notes))
     return LikelihoodRun(
         Estimate("likelihood", "sampled", found, fit.deviance, note), data, tuple(lines)
     )
+
+
+def _misfit(c: Coefficient, why: str) -> Coefficient:
+    """A coefficient of a model that does not describe the data: its status, and no limit."""
+    if c.status == "not_detected":
+        return replace(c, upper_95=np.nan)
+    return replace(c, note=why, status="misfit" if c.status == "ok" else c.status)
 
 
 def _wants_line(components: Components | None, settings: LikelihoodSettings) -> bool:
@@ -109,28 +132,50 @@ def _converged(
 ) -> tuple[Periodogram, Fit, list[Line]]:
     """Lines, gaps and model in turn; `parts` are the stretches, with NaN in their short gaps."""
     rng = np.random.default_rng(seed)
-    most = settings.max_lines if settings.sinusoid or components else 0
-    longest = max(parts, key=lambda part: part.size)
-    lines = find_lines(bridged(longest), tau0, most)
-    bare = [_without(part, lines, tau0, part is longest) for part in parts]
-    data, series = _filled(bare, tau0, rng)
-    fit = _fitted(data, components, settings)
+    most = settings.max_lines if settings.sinusoid else 0
     at = max(range(len(parts)), key=lambda k: parts[k].size)
-    density = _density(fit.spectrum, tau0)
-    slow = find_slow_lines(series[at], tau0, density, most - len(lines))
+    lines = find_lines(bridged(parts[at]), tau0, most)
+    bare = _without(parts, lines, tau0, at)
+    data, series = _filled(bare, tau0, rng)
+    for _ in range(_rounds(parts[at], LINES_TO) if lines else 0):
+        # The first search saw nothing of the lines in the gaps
+        whole = series[at] + sum(line.wave(series[at].size, tau0) for line in lines)
+        lines = [line_at(_less(whole, lines, one, tau0), tau0, one.f_0, one.psd) for one in lines]
+        bare = _without(parts, lines, tau0, at)
+        data, series = _filled(bare, tau0, rng)
+    fit = _fitted(data, components, settings)
+    slow = find_slow_lines(series[at], tau0, _density(fit.spectrum, tau0), most - len(lines))
     if slow:
-        bare = [_without(part, slow, tau0, k == at) for k, part in enumerate(bare)]
+        bare = _without(bare, slow, tau0, at)
         data, _ = _filled(bare, tau0, rng)
         fit = _fitted(data, components, settings)
+        # Found against a spectrum that still held them
+        level = _density(fit.spectrum, tau0)
+        slow = [replace(s, psd=float(level(np.array([s.f_0]))[0])) for s in slow]
     return data, fit, sorted([*lines, *slow], key=lambda line: -line.gain)
 
 
-def _without(part: np.ndarray, lines: list[Line], tau0: float, theirs: bool) -> np.ndarray:
-    """A stretch less the lines: with their phase where they were found, else with its own."""
-    for line in lines:
-        own = line if theirs else line_at(bridged(part), tau0, line.f_0, line.psd)
-        part = part - own.wave(part.size, tau0)
-    return part
+def _without(parts: list[np.ndarray], lines: list[Line], tau0: float, at: int) -> list[np.ndarray]:
+    """The stretches less the lines: stretch `at` with their phase, others each with its own."""
+    bare = []
+    for k, part in enumerate(parts):
+        for line in lines:
+            own = line if k == at else line_at(bridged(part), tau0, line.f_0, line.psd)
+            part = part - own.wave(part.size, tau0)
+        bare.append(part)
+    return bare
+
+
+def _less(whole: np.ndarray, lines: list[Line], kept: Line, tau0: float) -> np.ndarray:
+    """A series without its lines but one."""
+    others = [line for line in lines if line is not kept]
+    return whole - sum((line.wave(whole.size, tau0) for line in others), np.zeros(1))
+
+
+def _rounds(part: np.ndarray, left: float) -> int:
+    """How often to fill the gaps: each round leaves the missing share of what the last left."""
+    missing = float(np.isnan(part).mean())
+    return max(1, math.ceil(math.log(left) / math.log(missing))) if missing else 0
 
 
 def _filled(
@@ -138,11 +183,9 @@ def _filled(
 ) -> tuple[Periodogram, list[np.ndarray]]:
     """Periodogram of the stretches with their gaps filled, and the filled stretches."""
     series = [bridged(part) for part in parts]
-    missing = [int(np.isnan(part).sum()) for part in parts]
-    shares = [1 - gone / part.size for gone, part in zip(missing, parts, strict=True)]
+    shares = [float(np.isfinite(part).mean()) for part in parts]
     data = _periodogram(series, shares, tau0)
-    rounds = 0 if not any(missing) else 1 if 1 - min(shares) < MANY_MISSING else 2
-    for _ in range(rounds):
+    for _ in range(max(_rounds(part, FILLED_TO) for part in parts)):
         # This model only fills gaps: a mixture needs no order
         likelihood = Likelihood(data, _bounds(data))
         density = _density(dictionary(likelihood, ALPHAS), tau0)
@@ -175,9 +218,11 @@ def _fitted(data: Periodogram, components: Components | None, settings: Likeliho
     return fit_known(likelihood, components.alphas, components.gauss_markov)
 
 
-def _note(further: list[Line]) -> str:
+def _lines_note(further: list[Line], all_taken: bool) -> str:
     """Lines beyond the model's one, in words."""
     if not further:
         return ""
-    listed = ", ".join(f"{line.f_0:.5g} Hz ({line.A_s:.2g} mm)" for line in further)
-    return f"further lines, taken out before the fit: {listed}"
+    listed = ", ".join(f"{line.f_0:.5g} Hz ({line.A_s:.2g} mm)" for line in further[:NAMED])
+    rest = f" and {len(further) - NAMED} more" if len(further) > NAMED else ""
+    said = "; as many as are looked for, so there may be others" if all_taken else ""
+    return f"further lines, taken out before the fit: {listed}{rest}{said}"

@@ -70,13 +70,13 @@ def threshold(n: int) -> float:
 def find_lines(
     series: np.ndarray,
     tau0: float,
-    at_most: int = 8,
+    at_most: int = 40,
 ) -> list[Line]:
-    """Lines of a complete series (n,), strongest first, up to `at_most`; from 128 cycles in the
-    recording to Nyquist.
+    """Lines of a complete series (n,), strongest (greatest gain) first, up to `at_most`; from 128
+    cycles in the recording up to Nyquist, which counts too: a difference of odd and even frames.
 
     A line counts when it raises twice the log likelihood by more than `threshold(n)`. The noise is
-    taken from medians of bands a quarter octave wide, which lines hardly move.
+    taken from medians of bands a quarter octave wide.
     """
     n = series.size
     last = (n - 1) // 2  # Nyquist's coefficient has no partner
@@ -86,7 +86,7 @@ def find_lines(
 
 
 def find_slow_lines(
-    series: np.ndarray, tau0: float, density: Callable[[np.ndarray], np.ndarray], at_most: int = 8
+    series: np.ndarray, tau0: float, density: Callable[[np.ndarray], np.ndarray], at_most: int = 40
 ) -> list[Line]:
     """Lines of 10 to 128 cycles in the recording, as `find_lines`; density: the noise spectrum,
     f -> unit^2/Hz, which medians of so few coefficients cannot tell."""
@@ -137,7 +137,20 @@ def _search(
             break
         found.append(line)
         _take_out(spectrum, power, line, n, tau0)
+    if last == (n - 1) // 2 and n % 2 == 0 and len(found) < at_most:
+        found += _at_nyquist(spectrum[-1].real, n, tau0, float(level[-1]), least_gain)
     return sorted(found, key=lambda line: -line.gain)
+
+
+def _at_nyquist(
+    coefficient: float, n: int, tau0: float, psd: float, least_gain: float
+) -> list[Line]:
+    """The line at Nyquist if there is one: its coefficient is real, with one degree of freedom."""
+    gain = 2 * tau0 / n * coefficient**2 / psd
+    if gain < least_gain:
+        return []
+    phase = math.copysign(math.pi / 2, coefficient)
+    return [Line(abs(coefficient) / n, 0.5 / tau0, phase, psd, gain)]
 
 
 def _without_ramp(series: np.ndarray) -> np.ndarray:
@@ -168,9 +181,16 @@ def _level(power: np.ndarray, k: np.ndarray) -> np.ndarray:
 
 
 def _kernel(f_0: float, k: np.ndarray, n: int, tau0: float) -> np.ndarray:
-    """(2, k): Fourier coefficients k of cos and sin (2 pi f_0 t) over n frames, in closed form."""
+    """(2, k): Fourier coefficients k >= 1 of cos and sin (2 pi f_0 t) over n frames, less the ramp
+    `_without_ramp` takes from them, in closed form."""
     forward, backward = (_dirichlet(sign * f_0 * tau0 - k / n, n) for sign in (1, -1))
-    return np.stack([(forward + backward) / 2, (forward - backward) / 2j])
+    waves = np.stack([(forward + backward) / 2, (forward - backward) / 2j])
+    width = min(END_FRAMES, n // 2)
+    angle = 2 * np.pi * f_0 * tau0 * np.stack([np.arange(width), np.arange(n - width, n)])
+    ends = np.stack([np.cos(angle), np.sin(angle)]).mean(axis=2)
+    slope = (ends[:, 1] - ends[:, 0]) / max(n - width, 1)
+    ramp = n / np.expm1(-2j * np.pi * k / n)
+    return waves - slope[:, None] * ramp
 
 
 def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
@@ -211,7 +231,7 @@ def _take_out(spectrum: np.ndarray, power: np.ndarray, line: Line, n: int, tau0:
     """Subtract a line from `spectrum` and `power`, as far out as it can be seen."""
     centre = round(line.f_0 * n * tau0)
     reach = int(100 + 10 * math.sqrt(line.gain))
-    k = np.arange(max(0, centre - reach), min(spectrum.size, centre + reach))
+    k = np.arange(max(1, centre - reach), min(spectrum.size, centre + reach))
     cosine, sine = _kernel(line.f_0, k, n, tau0)
     spectrum[k] -= line.A_s * (math.sin(line.phase) * cosine + math.cos(line.phase) * sine)
     power[k] = 2 * tau0 / n * (spectrum[k].real ** 2 + spectrum[k].imag ** 2)

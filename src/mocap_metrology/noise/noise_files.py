@@ -10,6 +10,7 @@ import numpy as np
 from mocap_metrology.noise.annealing import AnnealingSettings
 from mocap_metrology.noise.confidence import AllanCurve
 from mocap_metrology.noise.estimators import NoiseSettings
+from mocap_metrology.noise.hampel import SHORT_WINDOW
 from mocap_metrology.noise.periodogram import Periodogram
 
 ALLAN = (
@@ -61,7 +62,7 @@ def settings(
     return NoiseSettings(
         estimators=tuple(noise["estimators"]),
         mask_sigma=noise["mask_sigma"],
-        half_window=max(round(hampel["half_window_s"] * frame_rate_hz), 1),
+        half_window=max(round(hampel["half_window_s"] * frame_rate_hz), SHORT_WINDOW),
         criterion=noise["criterion"],
         max_gauss_markov=noise["max_gauss_markov"],
         sinusoid=noise["sinusoid"],

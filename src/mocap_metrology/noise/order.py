@@ -22,6 +22,8 @@ def penalty(criterion: str, n: float) -> Callable[[int], float]:
 
     BIC: p ln n [Schwarz 1978]; AICc: 2p + 2p(p + 1)/(n - p - 1) [Hurvich & Tsai 1989].
     """
+    if criterion not in CRITERIA:
+        raise Refusal(f"criterion {criterion!r}, expected one of {', '.join(CRITERIA)}")
     if criterion == "aicc":
         return lambda p: 2 * p + 2 * p * (p + 1) / max(n - p - 1, 1.0)
     return lambda p: p * math.log(n)
@@ -54,8 +56,14 @@ def fit_known(likelihood: Likelihood, alphas: Sequence[int], terms: int) -> Fit:
 
 def choose(likelihood: Likelihood, alphas: Sequence[int], most: int, criterion: str = "bic") -> Fit:
     """The fit with the least criterion among 0 ... `most` Gauss-Markov components and all subsets
-    of the power laws that backward elimination visits."""
-    cost = penalty(criterion, float(likelihood.weight.sum()))
+    of the power laws that backward elimination visits.
+
+    The n of the criterion is the number of bins. With that of coefficients, four million in nine
+    hours, BIC asks of a slow component what only a million coefficients could give, although it
+    shows in a few hundred: T_c of minutes would be missed that stand out by five sigma. With the
+    bins, 98 of 100 recordings of pure white noise show nothing else (`tests`).
+    """
+    cost = penalty(criterion, float(likelihood.psd.size))
     best, best_score = None, math.inf
     full: Fit | None = None
     for terms in range(most + 1):

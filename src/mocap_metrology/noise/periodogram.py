@@ -6,7 +6,9 @@ doubles the power at every frequency. The cosine functions are the eigenvectors 
 of a random walk of n points with its mean removed, and of white noise, so for both the transform's
 coefficients are independent and their variances are the sampled spectra exactly; for a
 Gauss-Markov process a closed-form end correction remains (`gauss_markov_unit`). Nothing is tapered
-away: n - 1 coefficients, one degree of freedom each.
+away: n - 1 coefficients, one degree of freedom each. Flicker noise comes out 1 to 2 % low below
+ten half cycles (a quarter at the first); blue and violet noise leak a floor of about 1/n of their
+power into slow coefficients, which shows only where nothing else is there.
 """
 
 from __future__ import annotations

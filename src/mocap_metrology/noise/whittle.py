@@ -84,6 +84,19 @@ class Likelihood:
         normal_equations(self.psd, self.weight, density, columns.T, gradient, information)
         return information
 
+    def misfit(self, fit: Fit) -> float:
+        """How many standard deviations the deviance lies above what chance explains.
+
+        nu P/S is chi-squared: nu (P/S - 1 - ln P/S) has the mean nu (ln nu/2 - digamma(nu/2)) and
+        the variance nu^2 trigamma(nu/2) - 2 nu; each parameter fitted takes one off the sum.
+        """
+        from scipy.special import digamma, polygamma
+
+        nu = self.weight
+        mean = np.sum(nu * (np.log(nu / 2) - digamma(nu / 2))) - fit.spectrum.size
+        variance = np.sum(nu**2 * polygamma(1, nu / 2) - 2 * nu)
+        return float((fit.deviance - mean) / math.sqrt(variance))
+
     def fit(
         self, start: Spectrum, given: np.ndarray | None = None, tolerance: float = TOLERANCE
     ) -> Fit:

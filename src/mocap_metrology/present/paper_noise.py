@@ -13,19 +13,19 @@ TITLES = {
     14: f"{PAPER}, Figure 14: colour noise coefficients, logarithmic",
     15: f"{PAPER}, Figure 15: colour noise coefficients, linear",
     16: f"{PAPER}, Figure 16: correlated noise",
-    17: f"{PAPER}, Figure 17: spectrum of z1, periodic disturbance",
+    17: f"{PAPER}, Figure 17: spectrum of z1 (number of cameras), periodic disturbance",
 }
 LINE_HZ = 14.4  # S's "15 Hz": eight rows of Tables A1-A3 have 13.7 to 14.4 Hz
 SERIES = "z1"  # of Figures 6 and 17; S names none for 6, this one has a line and three bumps
 
 
 def largest(recordings: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Label and recording of the largest sound subset of each camera type that is there."""
+    """Label (camera type, cameras) and recording of the largest sound subset of each type."""
     found = {}
     for kind in ("T40", "Bonita", "Vantage"):
         name = standing_for(recordings, kind, TABLE_4[kind])
         if name is not None:
-            found[f"{kind}, {TABLE_4[kind]} cameras"] = name
+            found[f"{kind} ({TABLE_4[kind]})"] = name
     return found
 
 

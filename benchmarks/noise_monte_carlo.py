@@ -26,13 +26,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.fisher import crlb, spectrum_of, tellable
-from mocap_metrology.noise.intervals import coefficients
 from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.order import choose, fit_known
-from mocap_metrology.noise.periodogram import Periodogram, bins_of
 from mocap_metrology.noise.published import published_row
-from mocap_metrology.noise.whittle import Likelihood
+from mocap_metrology.noise.spectral_fit.fisher import crlb, spectrum_of, tellable
+from mocap_metrology.noise.spectral_fit.intervals import coefficients
+from mocap_metrology.noise.spectral_fit.order import choose, fit_known
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.spectral_fit.whittle import Likelihood
 
 TAU0, FRAMES = 1 / 120, 3_888_000
 ROWS = (("T40", 10), ("Bonita", 10), ("Vantage", 9))
@@ -85,11 +85,11 @@ def full_run(job: tuple[tuple[str, int], NoiseModel, int]) -> list[dict[str, Est
 
 def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, Estimate]:
     from mocap_metrology.noise.allan import averaging_factors
-    from mocap_metrology.noise.annealing import AnnealingSettings, annealing_ant_colony
+    from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings, annealing_ant_colony
+    from mocap_metrology.noise.allan_fit.weighted import weighted
     from mocap_metrology.noise.confidence import allan_curve
     from mocap_metrology.noise.hampel import hampel
-    from mocap_metrology.noise.likelihood import likelihood
-    from mocap_metrology.noise.weighted import weighted
+    from mocap_metrology.noise.spectral_fit.likelihood import likelihood
 
     components = Components.of(truth)
     masked = hampel(series, 120, 6.0, "mask").values
@@ -151,6 +151,7 @@ def _table(runs: list[dict[str, Coefficient]], truth: NoiseModel) -> str:
                 cells.append(
                     f"{100 * np.mean([c.lower_95 <= true <= c.upper_95 for c in found]):.1f}"
                 )
+        cells += [""] * (len(head) - 3 - len(cells))
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 

@@ -16,23 +16,27 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan import averaging_factors
-from mocap_metrology.noise.annealing import (
+from mocap_metrology.noise.allan_fit.annealing import (
     AnnealingRun,
     AnnealingSettings,
     annealing_ant_colony,
     annealing_run,
 )
+from mocap_metrology.noise.allan_fit.levenberg import levenberg_marquardt
+from mocap_metrology.noise.allan_fit.slopes import slopes
+from mocap_metrology.noise.allan_fit.weighted import weighted
 from mocap_metrology.noise.confidence import AllanCurve, allan_curve
 from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.fisher import crlb
 from mocap_metrology.noise.hampel import hampel
-from mocap_metrology.noise.levenberg import levenberg_marquardt
-from mocap_metrology.noise.likelihood import LikelihoodSettings, check_series, likelihood
 from mocap_metrology.noise.model import Form, NoiseModel
-from mocap_metrology.noise.periodogram import Periodogram
 from mocap_metrology.noise.published import printed_row, published_keys
-from mocap_metrology.noise.slopes import slopes
-from mocap_metrology.noise.weighted import weighted
+from mocap_metrology.noise.spectral_fit.fisher import crlb
+from mocap_metrology.noise.spectral_fit.likelihood import (
+    LikelihoodSettings,
+    check_series,
+    likelihood,
+)
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram
 
 ESTIMATORS = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marquardt", "slopes")
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.noise.annealing import AnnealingSettings
+from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings
 from mocap_metrology.noise.confidence import AllanCurve
 from mocap_metrology.noise.estimators import NoiseSettings
 from mocap_metrology.noise.hampel import SHORT_WINDOW
-from mocap_metrology.noise.periodogram import Periodogram
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram
 
 ALLAN = (
     *("series", "estimator", "m", "tau_s", "avar_mm2", "adev_mm", "n_terms", "alpha", "edf"),

@@ -16,8 +16,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.noise.model import ALPHAS
-from mocap_metrology.noise.periodogram import Periodogram, gauss_markov_unit, power_law_unit
-from mocap_metrology.noise.scoring import ascend, density_at, deviance_of, normal_equations, spectra
+from mocap_metrology.noise.spectral_fit.periodogram import (
+    Periodogram,
+    gauss_markov_unit,
+    power_law_unit,
+)
+from mocap_metrology.noise.spectral_fit.scoring import (
+    ascend,
+    density_at,
+    deviance_of,
+    normal_equations,
+    spectra,
+)
 
 MAX_STEPS = 200
 TOLERANCE = 1e-5  # of twice the log likelihood, whose sampling scatter is of order 1
@@ -136,7 +146,7 @@ def _packed(spectrum: Spectrum) -> np.ndarray:
 
 def warm_up() -> None:
     """Compile the kernels."""
-    from mocap_metrology.noise.periodogram import bins_of
+    from mocap_metrology.noise.spectral_fit.periodogram import bins_of
 
     bins = bins_of(64, 1.0)
     data = Periodogram(bins, np.ones(bins.n.size), bins.n.astype(float))

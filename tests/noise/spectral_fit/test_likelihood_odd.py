@@ -9,9 +9,9 @@ from scipy.signal import lfilter
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.estimates import Components
 from mocap_metrology.noise.estimators import NoiseSettings, estimate_series
-from mocap_metrology.noise.likelihood import LikelihoodSettings, likelihood
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.order import penalty
+from mocap_metrology.noise.spectral_fit.likelihood import LikelihoodSettings, likelihood
+from mocap_metrology.noise.spectral_fit.order import penalty
 from mocap_metrology.noise.synthesis import Cross, draw_pair
 
 TAU0, N = 1 / 120, 1 << 17

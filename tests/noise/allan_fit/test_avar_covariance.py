@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.allan import allan_variance, averaging_factors
-from mocap_metrology.noise.avar_covariance import avar_covariance
+from mocap_metrology.noise.allan_fit.avar_covariance import avar_covariance
 from mocap_metrology.noise.confidence import equivalent_dof
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.synthesis import Cross, draw_pair

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.colony import Colony, colony, jittered
+from mocap_metrology.noise.allan_fit.colony import Colony, colony, jittered
+from mocap_metrology.noise.allan_fit.relative import Misfit, SearchRange, misfit
 from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.model import Form, NoiseModel
-from mocap_metrology.noise.relative import Misfit, SearchRange, misfit
 
 NAME = "annealing-ant-colony"
 LOOSE = 0.05  # what can move by more at hardly more cost is named in the note

@@ -14,8 +14,8 @@ import math
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan_fit.relative import checked
 from mocap_metrology.noise.estimates import Coefficient, Estimate
-from mocap_metrology.noise.relative import checked
 
 NAME = "slopes"
 # alpha: slope of the deviation, AVAR at tau = 1 s of h = 1

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.lines import find_lines, find_slow_lines, line_at, line_errors
+from mocap_metrology.noise.spectral_fit.lines import (
+    find_lines,
+    find_slow_lines,
+    line_at,
+    line_errors,
+)
 
 TAU0 = 1 / 120
 N = 1 << 15

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan_fit.levenberg import levenberg_marquardt
 from mocap_metrology.noise.estimates import Components
-from mocap_metrology.noise.levenberg import levenberg_marquardt
 from mocap_metrology.noise.model import NoiseModel
 
 TAU0 = 1 / 120

@@ -21,7 +21,13 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.descent import correlated_table, cost_at, costs_at, descend, residual
+from mocap_metrology.noise.allan_fit.descent import (
+    correlated_table,
+    cost_at,
+    costs_at,
+    descend,
+    residual,
+)
 from mocap_metrology.noise.estimates import Components
 from mocap_metrology.noise.model import (
     ALPHAS,

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from mocap_metrology.noise.estimates import CLASSES, Z_68, Z_95, Coefficient, Components
-from mocap_metrology.noise.fisher import model_of, parameter_names, standard_errors
-from mocap_metrology.noise.lines import Line, line_errors, threshold
 from mocap_metrology.noise.model import ALPHAS
-from mocap_metrology.noise.periodogram import Periodogram, gauss_markov_unit
-from mocap_metrology.noise.whittle import Fit, Likelihood
+from mocap_metrology.noise.spectral_fit.fisher import model_of, parameter_names, standard_errors
+from mocap_metrology.noise.spectral_fit.lines import Line, line_errors, threshold
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, gauss_markov_unit
+from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood
 
 ONE_SIDED_95 = 1.6448536269514722
 LINE_FROM_HZ = 1.0  # a limit on lines is given from here up: below, the noise rises and so does it

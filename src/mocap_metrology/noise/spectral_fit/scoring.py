@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.noise.periodogram import unit_into
+from mocap_metrology.noise.spectral_fit.periodogram import unit_into
 
 LARGEST_STEP = 2.3  # of a logarithm at once
 LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e8

@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from mocap_metrology.noise.gaps import bridged, filled, stretches
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.periodogram import binned, bins_of
+from mocap_metrology.noise.spectral_fit.gaps import bridged, filled, stretches
+from mocap_metrology.noise.spectral_fit.periodogram import binned, bins_of
 from mocap_metrology.noise.synthesis import Cross, draw_pair
 
 TAU0 = 1 / 120

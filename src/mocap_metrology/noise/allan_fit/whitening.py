@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from mocap_metrology.noise.avar_covariance import avar_covariance
+from mocap_metrology.noise.allan_fit.avar_covariance import avar_covariance
+from mocap_metrology.noise.allan_fit.separable import Problem, hermite_nodes
 from mocap_metrology.noise.model import ALPHAS, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.separable import Problem, hermite_nodes
 
 TABLE_PER_DECADE = 40
 TONE_STEP = 0.01  # of log f_0: the Allan curve's oscillations that stand out move by less

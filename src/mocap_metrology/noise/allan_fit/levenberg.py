@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan_fit.relative import SearchRange, misfit
 from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.model import Form
-from mocap_metrology.noise.relative import SearchRange, misfit
 
 NAME = "levenberg-marquardt"
 STEPS = 300

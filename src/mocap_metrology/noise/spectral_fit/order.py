@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.periodogram import gauss_markov_unit
-from mocap_metrology.noise.whittle import Fit, Likelihood, Spectrum, dictionary
+from mocap_metrology.noise.spectral_fit.periodogram import gauss_markov_unit
+from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood, Spectrum, dictionary
 
 CRITERIA = ("bic", "aicc")
 INSERTIONS = 2  # best places for a further component that are tried

@@ -10,14 +10,18 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.estimates import Components
-from mocap_metrology.noise.fisher import crlb, spectrum_of, tellable
-from mocap_metrology.noise.intervals import law_limit
-from mocap_metrology.noise.likelihood import LikelihoodSettings, check_series, likelihood
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.order import choose, fit_known, penalty
-from mocap_metrology.noise.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.spectral_fit.fisher import crlb, spectrum_of, tellable
+from mocap_metrology.noise.spectral_fit.intervals import law_limit
+from mocap_metrology.noise.spectral_fit.likelihood import (
+    LikelihoodSettings,
+    check_series,
+    likelihood,
+)
+from mocap_metrology.noise.spectral_fit.order import choose, fit_known, penalty
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.spectral_fit.whittle import Likelihood, Spectrum
 from mocap_metrology.noise.synthesis import Cross, draw_pair
-from mocap_metrology.noise.whittle import Likelihood, Spectrum
 
 TAU0 = 1 / 120
 NINE_HOURS = 3_888_000
@@ -215,7 +219,7 @@ def test_criteria():
 def test_a_component_at_the_end_of_its_range_says_so():
     # Faster than half a frame: white to a camera
     data = drawn(NoiseModel((PowerLaw(-2, 1e-9), GaussMarkov(1.0, 1e-4))), 1 << 18, 21)
-    from mocap_metrology.noise.intervals import coefficients
+    from mocap_metrology.noise.spectral_fit.intervals import coefficients
 
     wanted = Components((-2,), 1, False)
     fit = fit_known(data, wanted.alphas, 1)

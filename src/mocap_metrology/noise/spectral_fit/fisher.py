@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from mocap_metrology.noise.lines import line_errors
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.whittle import Likelihood, Spectrum
+from mocap_metrology.noise.spectral_fit.lines import line_errors
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.spectral_fit.whittle import Likelihood, Spectrum
 
 
 def spectrum_of(model: NoiseModel) -> Spectrum:

@@ -8,7 +8,7 @@ from scipy.fft import dct
 from scipy.linalg import toeplitz
 
 from mocap_metrology.noise.model import GaussMarkov, PowerLaw
-from mocap_metrology.noise.periodogram import (
+from mocap_metrology.noise.spectral_fit.periodogram import (
     binned,
     bins_of,
     edges,

@@ -22,7 +22,18 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise import separable
+from mocap_metrology.noise.allan_fit import separable
+from mocap_metrology.noise.allan_fit.separable import Fit, Problem
+from mocap_metrology.noise.allan_fit.weighted_report import Found, coefficients
+from mocap_metrology.noise.allan_fit.whitening import (
+    Curves,
+    Whitened,
+    model_curve,
+    unit_curves,
+    whitened,
+    whitened_by,
+    whitening_matrix,
+)
 from mocap_metrology.noise.estimates import Components, Estimate
 from mocap_metrology.noise.model import (
     ALPHAS,
@@ -31,17 +42,6 @@ from mocap_metrology.noise.model import (
     NoiseModel,
     PowerLaw,
     Sinusoid,
-)
-from mocap_metrology.noise.separable import Fit, Problem
-from mocap_metrology.noise.weighted_report import Found, coefficients
-from mocap_metrology.noise.whitening import (
-    Curves,
-    Whitened,
-    model_curve,
-    unit_curves,
-    whitened,
-    whitened_by,
-    whitening_matrix,
 )
 
 # criterion: `bic` or `aicc`; max_gauss_markov: most terms, and sinusoid: whether one, is tried when

@@ -15,14 +15,14 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.fisher import model_of
-from mocap_metrology.noise.gaps import bridged, filled, stretches
-from mocap_metrology.noise.intervals import coefficients
-from mocap_metrology.noise.lines import Line, find_lines, find_slow_lines, line_at
 from mocap_metrology.noise.model import ALPHAS
-from mocap_metrology.noise.order import choose, fit_known
-from mocap_metrology.noise.periodogram import Periodogram, binned, bins_of, joined
-from mocap_metrology.noise.whittle import Fit, Likelihood, Spectrum, dictionary
+from mocap_metrology.noise.spectral_fit.fisher import model_of
+from mocap_metrology.noise.spectral_fit.gaps import bridged, filled, stretches
+from mocap_metrology.noise.spectral_fit.intervals import coefficients
+from mocap_metrology.noise.spectral_fit.lines import Line, find_lines, find_slow_lines, line_at
+from mocap_metrology.noise.spectral_fit.order import choose, fit_known
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, binned, bins_of, joined
+from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood, Spectrum, dictionary
 
 LEAST_SAMPLES = 1000
 NAMED = 8  # of the lines found, in a note

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.annealing import AnnealingSettings, annealing_ant_colony, annealing_run
+from mocap_metrology.noise.allan_fit.annealing import (
+    AnnealingSettings,
+    annealing_ant_colony,
+    annealing_run,
+)
 from mocap_metrology.noise.estimates import Components
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import published_row

@@ -1,0 +1,1 @@
+"""Noise coefficients from the periodogram: maximum likelihood, and the Cramer-Rao bound."""

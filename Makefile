@@ -11,7 +11,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run env test study lint benchmark lock clean help
+.PHONY: run env test study lint benchmark accuracy lock clean help
 
 run: env  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) snakemake --cores $(CORES)
@@ -44,6 +44,10 @@ lint: env  ## check style of code and workflow
 benchmark: env  ## time the project beside its peers (installs allantools and hampel)
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/benchmark.txt
 	@$(RUN) python benchmarks/peers.py
+	@$(RUN) python benchmarks/noise_times.py
+
+accuracy: env  ## Monte Carlo of the noise estimators against the Cramer-Rao bound
+	@$(RUN) python benchmarks/noise_monte_carlo.py
 
 lock: .venv/.ready  ## compile requirements/*.in anew
 	@cd requirements && for name in requirements uv benchmark; do \

@@ -26,7 +26,10 @@ def stretches(series: np.ndarray, longest_gap: int, shortest: int) -> list[slice
 
     Stretches with fewer than `shortest` valid samples are left out.
     """
-    at = np.flatnonzero(np.isfinite(series))
+    valid = np.isfinite(series)
+    if valid.all():
+        return [slice(0, series.size)] if series.size >= shortest else []
+    at = np.flatnonzero(valid)
     if at.size == 0:
         return []
     cut = np.flatnonzero(np.diff(at) > longest_gap + 1) + 1
@@ -35,10 +38,11 @@ def stretches(series: np.ndarray, longest_gap: int, shortest: int) -> list[slice
 
 
 def bridged(series: np.ndarray) -> np.ndarray:
-    """Gaps filled by straight lines; the first guess, before there is a model."""
+    """Gaps filled by straight lines; the first guess, before there is a model. Without gaps, the
+    series itself."""
     valid = np.isfinite(series)
     if valid.all():
-        return series.copy()
+        return series
     at = np.flatnonzero(valid)
     return np.interp(np.arange(series.size), at, series[at])
 

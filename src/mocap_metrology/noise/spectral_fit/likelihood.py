@@ -57,7 +57,8 @@ class LikelihoodRun:
 
 def check_series(series: np.ndarray, resolution: float = 0.0) -> None:
     """Refuse what has no noise to estimate, in one line: too short, mostly missing, constant."""
-    valid = series[np.isfinite(series)]
+    finite = np.isfinite(series)
+    valid = series if finite.all() else series[finite]
     if valid.size < LEAST_SAMPLES:
         raise Refusal(f"{valid.size} valid samples, expected at least {LEAST_SAMPLES}")
     if valid.size < (1 - MOST_MISSING) * series.size:

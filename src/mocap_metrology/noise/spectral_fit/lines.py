@@ -14,6 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from mocap_metrology.common.compiled import njit
+
 FIRST_CYCLES = 10  # fewer cycles in a recording cannot be told from a random walk
 MEDIAN_FROM = 128  # below, a band of a quarter octave holds too few coefficients for its median
 SLOW_SAMPLES = 1 << 13  # block means that show the frequencies below
@@ -21,8 +23,6 @@ MEDIAN_OF = 4096  # coefficients at most that a median is taken of
 NEAR = 8  # coefficients on each side that the least squares uses: 99 % of a line's power
 ROW = 2048  # samples of a sinusoid made at once
 END_FRAMES = 16  # averaged at each end for the ramp
-# Between two frequencies k, k + 1: pi/4 (X_k - X_k+1), whose noise has 2 (pi/4)^2 the power
-BETWEEN = 2 * (math.pi / 4) ** 2
 
 
 @dataclass(frozen=True)
@@ -121,14 +121,7 @@ def _search(
     level = density(k / (n * tau0)) if density else _level(power, k)
     found: list[Line] = []
     while len(found) < at_most:
-        between = np.abs(spectrum[first:last] - spectrum[first + 1 : last + 1]) ** 2
-        ratio = power[first:last] / level
-        half = scale * (math.pi / 4) ** 2 / BETWEEN * between / level
-        best, best_half = int(ratio.argmax()), int(half.argmax())
-        if half[best_half] > ratio[best]:
-            start, peak = first + best_half + 0.5, half[best_half]
-        else:
-            start, peak = float(first + best), ratio[best]
+        start, peak = _highest(spectrum, power, level, first, scale)
         if peak < 0.4 * least_gain:
             break
         psd = float(level[round(start) - first])
@@ -140,6 +133,28 @@ def _search(
     if last == (n - 1) // 2 and n % 2 == 0 and len(found) < at_most:
         found += _at_nyquist(spectrum[-1].real, n, tau0, float(level[-1]), least_gain)
     return sorted(found, key=lambda line: -line.gain)
+
+
+@njit(cache=True)
+def _highest(
+    spectrum: np.ndarray, power: np.ndarray, level: np.ndarray, first: int, scale: float
+) -> tuple[float, float]:
+    """Where, in units of 1/T, the power stands highest over the noise, and by what factor.
+
+    Half way between two coefficients it is pi/4 (X_k - X_k+1), whose noise has 2 (pi/4)^2 the
+    power of theirs.
+    """
+    best, place = 0.0, 0.0
+    for i in range(level.size):
+        k = first + i
+        ratio = power[k] / level[i]
+        if ratio > best:
+            best, place = ratio, float(k)
+        apart = spectrum[k] - spectrum[k + 1]
+        half = 0.5 * scale * (apart.real**2 + apart.imag**2) / level[i]
+        if half > best:
+            best, place = half, k + 0.5
+    return place, best
 
 
 def _at_nyquist(
@@ -242,3 +257,8 @@ def line_at(series: np.ndarray, tau0: float, f_0: float, psd: float) -> Line:
     from scipy.fft import rfft
 
     return _refined(rfft(_without_ramp(series)), f_0 * series.size * tau0, series.size, tau0, psd)
+
+
+def warm_up() -> None:
+    """Compile the kernel."""
+    find_lines(np.random.default_rng(0).normal(size=400), 1.0)

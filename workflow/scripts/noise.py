@@ -18,7 +18,7 @@ with step(snakemake) as log:
     given = snakemake.params
     settings = noise_files.settings(given.noise, given.annealing, given.allan, given.hampel, rate)
     raw = {k.removesuffix("_mm"): v for k, v in columns.items() if k != "frame"}
-    table, curves, periodograms = [], [], []
+    table, curves, periodograms, refused = [], [], [], {}
     for name, series in all_series(raw, [tuple(pair) for pair in origin["pairs"]]):
         own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
         cleaned = allan["m"][own], allan["avar_mm2"][own]
@@ -31,7 +31,7 @@ with step(snakemake) as log:
                 series, cleaned, 1 / rate, settings, asked, number, origin["resolution_mm"]
             )
         except Refusal as refusal:
-            log.warning("%s: no noise coefficients: %s", name, refusal)
+            refused.setdefault(str(refusal), []).append(name)
             table += estimates.refused_rows(name, settings.estimators, str(refusal))
             continue
         for estimate in found.estimates:
@@ -42,6 +42,8 @@ with step(snakemake) as log:
             table += estimates.refused_rows(name, (estimator,), why)
         curves.append(noise_files.allan_columns(name, found.curve))
         periodograms.append(noise_files.periodogram_columns(name, found.periodogram))
+    for why, names in refused.items():
+        log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
     origin |= {"noise": snakemake.params.noise, "seed": seed}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     write_csv(snakemake.output.noise, table)

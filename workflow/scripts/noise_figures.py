@@ -23,7 +23,7 @@ with step(snakemake) as log:
     for series in dict.fromkeys(row["series"] for row in rows):
         own = [row for row in rows if row["series"] == series and row["status"] != "refused"]
         if not own:
-            log.warning("%s: no figure, as there are no coefficients", series)
+            log.info("%s: no figure, as there are no coefficients", series)
             continue
         save_figure(
             fit_figure(

@@ -7,7 +7,8 @@ import math
 import pytest
 from noise_data import DEFAULT, group
 
-from mocap_metrology.present.noise_tables import COLUMNS, noise_markdown, noise_table
+from mocap_metrology.noise.estimates import Coefficient, Estimate, rows
+from mocap_metrology.present.noise_tables import CAPTION, COLUMNS, noise_markdown, noise_table
 from mocap_metrology.present.numbers import symbol, three_digits, typeset, unit, with_interval
 from mocap_metrology.present.tables import write_with
 
@@ -101,3 +102,12 @@ def test_many_series_are_several_tables() -> None:
     rows = [row | {"series": f"x{k}"} for k in range(16) for row in one if row["series"] == "x1"]
     text = noise_markdown(noise_table({"r": rows}, {"r": "twin"}), "T", "C")
     assert text.count("| unit") == 3
+
+
+def test_a_misfit_is_marked_and_explained():
+    odd = Coefficient("h_0", 2e-6, status="misfit")
+    found = rows("x1", Estimate("likelihood", "sampled", (odd,), 0.0))
+    table = noise_table({"one": found}, {"one": "measured"})
+    text = noise_markdown(table, "title", CAPTION)
+    assert "2.00e-06#" in text
+    assert "# of a model that does not describe the spectrum" in text

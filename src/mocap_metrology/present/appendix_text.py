@@ -14,16 +14,15 @@ from mocap_metrology.present.appendix import (
     notes_by_coefficient,
     support_counts,
 )
-from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits
 from mocap_metrology.present.tables import Row, aligned
 
-UNSUPPORTED, LEFT_OUT, MARKS = "†", "‡", {"at_bound": "§", "not_converged": "¶"}
+UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (
     f"Three lines a number of cameras: published, {PAPER}, {DEFAULT}. {UNSUPPORTED} nine hours "
     f"cannot support the number (least standard error above the number itself); {LEFT_OUT} "
     "corrected, left out or to be read with care: see the notes below; "
-    f"{MARKS['at_bound']} at the end of the range searched; {MARKS['not_converged']} not "
-    "converged; < not detected, upper 95 % limit; – no partner. Empty: no such estimate."
+    f"{STATUS_SIGNS}; < not detected, upper 95 % limit; – no partner. Empty: no such estimate."
 )
 
 

@@ -99,8 +99,8 @@ def _value(name: str, row: Mapping[str, Any] | None, component: Component) -> st
     value = float(getattr(component, attribute))
     error = float(row["std_error"]) if row and row.get("std_error") not in (None, "") else np.nan
     spread = f" ±{_percent(error / value)}" if value > 0 and np.isfinite(error) else ""
-    mark = {"at_bound": " (at bound)", "not_converged": " (not converged)"}
-    status = mark.get(row["status"], "") if row else ""
+    odd = row and row["status"] in ("at_bound", "not_converged", "misfit")
+    status = f" ({row['status'].replace('_', ' ')})" if odd else ""
     return f"{symbol(name)} {typeset(value)} {unit(name)}{spread}{status}"
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from mocap_metrology.noise.estimates import unit_key
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.present.matching import limit_class
-from mocap_metrology.present.numbers import three_digits, with_interval
+from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
 from mocap_metrology.present.tables import Row, aligned
 
 FROM_CSV = (
@@ -31,11 +31,10 @@ COLUMNS = ("recording", "source", *FROM_CSV)
 CAPTION = (
     "Coefficients of the noise, 95 % intervals in brackets; < not detected, upper 95 % limit (of a "
     "further correlated component: for every T_c of the class named); "
-    "§ at the end of the range searched; ¶ not converged. Gauss-Markov terms by rising T_c. "
+    f"{STATUS_SIGNS}. Gauss-Markov terms by rising T_c. "
     "All estimators, with standard errors, are in the CSV."
 )
 NUMBERS = ("value", "std_error", "crlb", "lower_68", "upper_68", "lower_95", "upper_95")
-MARKS = {"at_bound": "§", "not_converged": "¶"}
 MOST_SERIES = 7  # columns of a table to read
 
 

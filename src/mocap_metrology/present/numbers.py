@@ -9,6 +9,12 @@ from mocap_metrology.noise.estimates import unit_key
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.present.decades import SUPERSCRIPT
 
+# What stands behind a coefficient that is not simply right, and what it means
+MARKS = {"at_bound": "§", "not_converged": "¶", "misfit": "#"}
+STATUS_SIGNS = (
+    f"{MARKS['at_bound']} at the end of the range searched; {MARKS['not_converged']} not "
+    f"converged; {MARKS['misfit']} of a model that does not describe the spectrum"
+)
 SUBSCRIPT = str.maketrans("0123456789-", "₀₁₂₃₄₅₆₇₈₉₋")
 
 

@@ -53,7 +53,7 @@ def binned_run(job: tuple[tuple[str, int], NoiseModel, int]) -> dict[str, Estima
     components = Components.of(truth)
     bins = bins_of(FRAMES, TAU0)
     weight = bins.n.astype(float)
-    bounds = (TAU0 / 2, FRAMES * TAU0 / 5)
+    bounds = bins.T_c_range
     expected = Likelihood(Periodogram(bins, np.ones(weight.size), weight), bounds).density(
         spectrum_of(truth)
     )

@@ -15,6 +15,7 @@ from mocap_metrology.noise.model import ALPHAS, Form, GaussMarkov, NoiseModel, P
 STATUSES = ("ok", "at_bound", "not_converged", "misfit", "not_detected", "refused")
 # Two-sided normal quantiles of the intervals named 68 % and 95 %
 Z_68, Z_95 = 0.9944578832097532, 1.959963984540054
+ONE_SIDED_95 = 1.6448536269514722  # of upper limits
 # The classes of correlation time of S 4.6, in s. S names 10^-2..10^0, 10^0..10^1 and 10^2..10^3 s;
 # the first takes what is shorter and the last what is longer, as in S's own tables (2000 s).
 CLASSES = (("short", 0.0, 1.0), ("medium", 1.0, 10.0), ("long", 100.0, math.inf))

@@ -62,6 +62,11 @@ class NoiseSettings:
     min_coverage: float = 0.5
     annealing: AnnealingSettings = field(default_factory=AnnealingSettings)
 
+    @property
+    def components(self) -> Components:
+        """What S's estimators fit where the paper prints no panel."""
+        return Components(gauss_markov=self.gauss_markov, sinusoid=self.sinusoid)
+
 
 @dataclass(frozen=True)
 class SeriesNoise:
@@ -107,9 +112,7 @@ def estimate_series(
     n = raw.size
     m = averaging_factors(n, settings.n_taus, settings.min_m, settings.max_fraction)
     curve = allan_curve(masked, 1 / tau0, m, min_coverage=settings.min_coverage)
-    components = components or Components(
-        gauss_markov=settings.gauss_markov, sinusoid=settings.sinusoid
-    )
+    components = components or settings.components
     order = LikelihoodSettings(settings.criterion, settings.max_gauss_markov, settings.sinusoid)
     kept: list[Periodogram] = []
 
@@ -170,9 +173,7 @@ def regression(
 ) -> tuple[AnnealingRun, Estimate]:
     """What S Figure 6 compares: every start of annealing with its result, and ordinary least
     squares, of one series; row: of the sheet (`camera_type`, `n_cameras`)."""
-    asked = panel(row["camera_type"], row["n_cameras"], series) or Components(
-        gauss_markov=settings.gauss_markov, sinusoid=settings.sinusoid
-    )
+    asked = panel(row["camera_type"], row["n_cameras"], series) or settings.components
     run = annealing_run(m, avar, tau0, asked, settings.annealing, seed, settings.form)
     return run, levenberg_marquardt(m, avar, tau0, asked, seed, settings.form)
 

@@ -9,10 +9,9 @@ from functools import partial
 import numpy as np
 
 from mocap_metrology.noise.allan_fit.separable import Fit, projected
-from mocap_metrology.noise.estimates import Z_68, Z_95, Coefficient, Components
+from mocap_metrology.noise.estimates import ONE_SIDED_95, Z_68, Z_95, Coefficient, Components
 from mocap_metrology.noise.model import Component, GaussMarkov, PowerLaw, Sinusoid
 
-ONE_SIDED_95 = 1.6448536269514722
 LIMIT_STEPS = 8
 
 

@@ -7,14 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import CLASSES, Z_68, Z_95, Coefficient, Components
+from mocap_metrology.noise.estimates import (
+    CLASSES,
+    ONE_SIDED_95,
+    Z_68,
+    Z_95,
+    Coefficient,
+    Components,
+)
 from mocap_metrology.noise.model import ALPHAS
 from mocap_metrology.noise.spectral_fit.fisher import model_of, parameter_names, standard_errors
 from mocap_metrology.noise.spectral_fit.lines import Line, line_errors, threshold
 from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, gauss_markov_unit
 from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood
 
-ONE_SIDED_95 = 1.6448536269514722
 LINE_FROM_HZ = 1.0  # a limit on lines is given from here up: below, the noise rises and so does it
 GONE = 3.0  # standard error over value from which a term is not there
 LIMIT_TOLERANCE = 3e-3  # of twice the log likelihood: a thousandth of the fall at a limit
@@ -37,7 +43,7 @@ def coefficients(
     """
     bins = data.bins
     weight = bins.n.astype(float)
-    likelihood = Likelihood(data, (bins.tau0 / 2, bins.span_s / 5))
+    likelihood = Likelihood(data, bins.T_c_range)
     complete = Likelihood(Periodogram(bins, data.psd, weight), likelihood.bounds)
     spectrum = fit.spectrum
     error = standard_errors(fit.information, spectrum)

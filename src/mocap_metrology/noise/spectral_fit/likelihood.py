@@ -99,7 +99,7 @@ def likelihood(
     found = coefficients(
         data, fit, line, components, settings.max_gauss_markov, _wants_line(components, settings)
     )
-    beyond = Likelihood(data, _bounds(data)).misfit(fit)
+    beyond = Likelihood(data, data.bins.T_c_range).misfit(fit)
     notes = [_lines_note(lines[1:] if line else lines, len(lines) == settings.max_lines)]
     if beyond > MISFIT:
         notes.append(
@@ -188,7 +188,7 @@ def _filled(
     data = _periodogram(series, shares, tau0)
     for _ in range(max(_rounds(part, FILLED_TO) for part in parts)):
         # This model only fills gaps: a mixture needs no order
-        likelihood = Likelihood(data, _bounds(data))
+        likelihood = Likelihood(data, data.bins.T_c_range)
         density = _density(dictionary(likelihood, ALPHAS), tau0)
         series = [filled(part, density, tau0, rng) for part in parts]
         data = _periodogram(series, shares, tau0)
@@ -202,18 +202,12 @@ def _periodogram(series: list[np.ndarray], shares: list[float], tau0: float) -> 
     return Periodogram(joined(bins), np.concatenate(psd), np.concatenate(weight))
 
 
-def _bounds(data: Periodogram) -> tuple[float, float]:
-    """T_c between half a frame and a fifth of the longest stretch: faster is white noise, slower a
-    random walk."""
-    return data.bins.tau0 / 2, data.bins.span_s / 5
-
-
 def _density(spectrum: Spectrum, tau0: float) -> Callable[[np.ndarray], np.ndarray]:
     return partial(model_of(spectrum).psd, tau0=tau0)
 
 
 def _fitted(data: Periodogram, components: Components | None, settings: LikelihoodSettings) -> Fit:
-    likelihood = Likelihood(data, _bounds(data))
+    likelihood = Likelihood(data, data.bins.T_c_range)
     if components is None:
         return choose(likelihood, ALPHAS, settings.max_gauss_markov, settings.criterion)
     return fit_known(likelihood, components.alphas, components.gauss_markov)

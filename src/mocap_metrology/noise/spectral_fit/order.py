@@ -30,25 +30,25 @@ def penalty(criterion: str, n: float) -> Callable[[int], float]:
 
 
 def fit_order(
-    likelihood: Likelihood, alphas: Sequence[int], terms: int, smaller: Fit | None = None
+    likelihood: Likelihood, mixture: Spectrum, terms: int, smaller: Fit | None = None
 ) -> Fit:
-    """Best fit of these power laws and `terms` Gauss-Markov components, of several starts.
+    """Best fit of the mixture's power laws and `terms` Gauss-Markov components, of several starts.
 
-    Starts: the dictionary's components, joined or split to the number wanted, and `smaller` (a fit
-    with one component less) with another put where the likelihood rises most.
+    Starts: the components of the mixture (see `dictionary`), joined or split to the number wanted,
+    and `smaller` (a fit with one component less) with another put where the likelihood rises most.
     """
-    mixture = dictionary(likelihood, alphas)
     starts = [_with_power(likelihood, _resized(mixture, terms, likelihood.bounds))]
     if smaller is not None:
-        starts += _extended(likelihood, smaller.spectrum, alphas)
+        starts += _extended(likelihood, smaller.spectrum, tuple(mixture.h))
     return min((likelihood.fit(start) for start in starts), key=lambda fit: fit.deviance)
 
 
 def fit_known(likelihood: Likelihood, alphas: Sequence[int], terms: int) -> Fit:
     """Best fit of a known order, built up one component at a time."""
     best: Fit | None = None
+    mixture = dictionary(likelihood, alphas)
     for k in range(0 if alphas else 1, terms + 1):
-        best = fit_order(likelihood, alphas, k, best)
+        best = fit_order(likelihood, mixture, k, best)
     if best is None:
         raise Refusal("no component to fit, expected a power law or a Gauss-Markov term")
     return best
@@ -61,13 +61,14 @@ def choose(likelihood: Likelihood, alphas: Sequence[int], most: int, criterion: 
     The n of the criterion is the number of bins. With that of coefficients, four million in nine
     hours, BIC asks of a slow component what only a million coefficients could give, although it
     shows in a few hundred: T_c of minutes would be missed that stand out by five sigma. With the
-    bins, 98 of 100 recordings of pure white noise show nothing else (`tests`).
+    bins, 95 of 100 recordings of pure white noise and more show nothing else (a test).
     """
     cost = penalty(criterion, float(likelihood.psd.size))
     best, best_score = None, math.inf
     full: Fit | None = None
+    mixture = dictionary(likelihood, alphas)
     for terms in range(most + 1):
-        full = fit_order(likelihood, alphas, terms, full)
+        full = fit_order(likelihood, mixture, terms, full)
         pruned = _pruned(likelihood, full, cost)
         score = pruned.deviance + cost(pruned.spectrum.size)
         if score < best_score:

@@ -55,6 +55,12 @@ class Bins:
         return self.gain, self.parity, self.duration_s, self.tau0
 
     @property
+    def T_c_range(self) -> tuple[float, float]:
+        """T_c that are searched, s: from half a frame (faster is white noise) to a fifth of the
+        longest stretch (slower is a random walk)."""
+        return self.tau0 / 2, self.span_s / 5
+
+    @property
     def span_s(self) -> float:
         """Duration of the longest stretch."""
         return float(self.duration_s.max())

@@ -16,9 +16,7 @@ from mocap_metrology.noise.spectral_fit.periodogram import unit_into
 
 LARGEST_STEP = 2.3  # of a logarithm at once
 LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e8
-FACTOR = (
-    8.0  # by which the damping falls after a step that climbs and rises after one that does not
-)
+FACTOR = 8.0  # the damping falls by it after a step that climbs, else it rises
 GONE = 1e-6  # information on a logarithm below which its component has vanished for good
 LEAST_DENSITY = 1e-140  # its square must be a number too
 STEEP = 1e-3  # derivative of a Gauss-Markov spectrum by ln T_c: from this far to either side

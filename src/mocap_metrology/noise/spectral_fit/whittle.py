@@ -24,7 +24,6 @@ from mocap_metrology.noise.spectral_fit.periodogram import (
 from mocap_metrology.noise.spectral_fit.scoring import (
     ascend,
     density_at,
-    deviance_of,
     normal_equations,
     spectra,
 )
@@ -74,10 +73,6 @@ class Likelihood:
         out = np.empty(self.psd.size)
         density_at(_packed(spectrum), self._laws(spectrum), self._nothing, self.bins.where, out)
         return out
-
-    def deviance(self, density: np.ndarray) -> float:
-        """sum nu (P/S - 1 - ln P/S) >= 0; twice the log likelihood short of S = P."""
-        return deviance_of(self.psd, self.weight, density)
 
     def jacobian(self, spectrum: Spectrum) -> tuple[np.ndarray, np.ndarray]:
         """(B,) density and (B, p) its derivatives by h, ln q_c^2, ln T_c."""

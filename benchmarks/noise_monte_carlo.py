@@ -84,11 +84,11 @@ def full_run(job: tuple[tuple[str, int], NoiseModel, int]) -> list[dict[str, Est
 
 
 def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, Estimate]:
+    from mocap_metrology.common.hampel import hampel
     from mocap_metrology.noise.allan import averaging_factors
     from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings, annealing_ant_colony
     from mocap_metrology.noise.allan_fit.weighted import weighted
     from mocap_metrology.noise.confidence import allan_curve
-    from mocap_metrology.noise.hampel import hampel
     from mocap_metrology.noise.spectral_fit.likelihood import likelihood
 
     components = Components.of(truth)

@@ -34,7 +34,7 @@ def report(cpu, **more):
 """
 
 HAMPEL = """
-from mocap_metrology.noise.hampel import hampel
+from mocap_metrology.common.hampel import hampel
 hampel(series[:1000], 120)
 start = time.process_time(); found = hampel(series, 120); cpu = time.process_time() - start
 wrong = 0

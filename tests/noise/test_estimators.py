@@ -10,6 +10,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_csv
+from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise import noise_files
 from mocap_metrology.noise.allan import allan_variance, averaging_factors
 from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings
@@ -28,7 +29,6 @@ from mocap_metrology.noise.estimators import (
     panel,
     published_estimate,
 )
-from mocap_metrology.noise.hampel import hampel
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.published import printed_row, published_keys, published_row
 from mocap_metrology.noise.spectral_fit.fisher import crlb

@@ -4,7 +4,7 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table, versions, write_csv, write_table
-    from mocap_metrology.noise.hampel import SHORT_WINDOW, hampel, white_level_kept
+    from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, white_level_kept
     from mocap_metrology.noise.series import all_series
 
     columns, origin = read_table(snakemake.input[0])

@@ -3,7 +3,7 @@
     from step import step
 
     with step(snakemake) as log:
-        from mocap_metrology.noise import hampel
+        from mocap_metrology.common import hampel
         log.info("cleaning")
 
 Import what is heavy inside, so that its failures reach the log too. Information goes to the log,

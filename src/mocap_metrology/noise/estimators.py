@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.allan import averaging_factors
 from mocap_metrology.noise.allan_fit.annealing import (
     AnnealingRun,
@@ -27,7 +28,6 @@ from mocap_metrology.noise.allan_fit.slopes import slopes
 from mocap_metrology.noise.allan_fit.weighted import weighted
 from mocap_metrology.noise.confidence import AllanCurve, allan_curve
 from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.hampel import hampel
 from mocap_metrology.noise.model import Form, NoiseModel
 from mocap_metrology.noise.published import printed_row, published_keys
 from mocap_metrology.noise.spectral_fit.fisher import crlb

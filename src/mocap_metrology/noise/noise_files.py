@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.hampel import SHORT_WINDOW
 from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings
 from mocap_metrology.noise.confidence import AllanCurve
 from mocap_metrology.noise.estimators import NoiseSettings
-from mocap_metrology.noise.hampel import SHORT_WINDOW
 from mocap_metrology.noise.spectral_fit.periodogram import Periodogram
 
 ALLAN = (

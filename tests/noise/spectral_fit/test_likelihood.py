@@ -173,7 +173,7 @@ def test_a_long_gap_parts_the_series():
 
 
 def test_gross_outliers_masked_do_not_bias():
-    from mocap_metrology.noise.hampel import hampel
+    from mocap_metrology.common.hampel import hampel
 
     series = series_of(MEDIUM, 1 << 18, 9).astype(np.float32).astype(float)
     rng = np.random.default_rng(10)

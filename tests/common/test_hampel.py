@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.hampel import MAD_TO_SIGMA, hampel, white_level_kept
+from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel, white_level_kept
 
 
 def by_definition(series, half_window, n_sigma, least_mad=0.0):

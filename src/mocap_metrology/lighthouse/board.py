@@ -1,0 +1,78 @@
+"""Boards of photodiodes: where each diode is."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+
+COLUMNS = ("x_m", "y_m", "z_m")
+LARGEST_M = 2.0  # a board is carried by hand: beyond this it is in mm
+FEWEST = 4  # diodes a calibration needs; tracking needs three
+
+
+def flat_board(
+    columns: int = 8, rows: int = 4, width_m: float = 0.24, height_m: float = 0.16
+) -> np.ndarray:
+    """The default board of twins: a flat grid that faces along +x, centred, (n, 3) in metres.
+
+    y runs to the left, z up; diodes count along rows, from the lower right as a station sees it.
+    J gives no measures of its board of 32 diodes.
+    """
+    y = np.linspace(-width_m / 2, width_m / 2, columns)
+    z = np.linspace(-height_m / 2, height_m / 2, rows)
+    grid = np.stack(np.meshgrid(y, z), axis=-1).reshape(-1, 2)
+    return np.column_stack([np.zeros(len(grid)), grid])
+
+
+def read_board(path: str | Path) -> np.ndarray:
+    """Positions of the diodes in metres, (n, 3), from a CSV with columns x_m, y_m, z_m.
+
+    Raises `Refusal` for missing columns, cells that are no numbers, and a board in mm.
+    """
+    name = Path(path).name
+    try:
+        rows = list(csv.reader(Path(path).read_text(encoding="utf-8-sig").splitlines()))
+    except (OSError, UnicodeDecodeError) as error:
+        raise Refusal(f"{name}: cannot be read ({error}); expected a CSV x_m,y_m,z_m") from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    if header[:3] != list(COLUMNS):
+        raise Refusal(f"{name}: header is {','.join(header)!r}; expected x_m,y_m,z_m")
+    try:
+        board = np.array([[float(cell) for cell in row[:3]] for row in rows[1:] if row])
+    except ValueError:
+        raise Refusal(f"{name}: a cell is no number; expected positions in metres") from None
+    return check_board(board, name)
+
+
+def check_board(board: np.ndarray, name: str) -> np.ndarray:
+    """Refuse a board that is no board: too few diodes, two at one place, or in mm."""
+    if board.ndim != 2 or board.shape[1] != 3 or not np.isfinite(board).all():
+        raise Refusal(f"{name}: expected three finite numbers a diode: x_m,y_m,z_m")
+    if len(board) < FEWEST:
+        raise Refusal(f"{name}: {len(board)} diodes; a calibration needs at least {FEWEST}")
+    extent = float(np.ptp(board, axis=0).max())
+    if extent > LARGEST_M:
+        raise Refusal(
+            f"{name}: the diodes span {extent:g} m; expected metres, below {LARGEST_M:g} m"
+            " (is the file in mm?)"
+        )
+    apart = np.linalg.norm(board[:, None] - board[None], axis=-1) + 10 * np.eye(len(board))
+    if apart.min() < 1e-4:
+        i, j = np.argwhere(apart == apart.min())[0]
+        raise Refusal(f"{name}: diodes {i} and {j} are at one place; expected different places")
+    if np.linalg.svd(board - board.mean(axis=0), compute_uv=False)[1] < 1e-3:
+        raise Refusal(f"{name}: all diodes are on one line; expected a surface")
+    return board
+
+
+def check_count(board: np.ndarray, n_diodes: int, highest_seen: int, where: str) -> None:
+    """Refuse a board with another number of diodes than the recording has."""
+    if len(board) > n_diodes or highest_seen >= len(board):
+        raise Refusal(
+            f"{where}: the recording shows light on diode {highest_seen} of {n_diodes} (from 0),"
+            f" the board has {len(board)} diodes; expected a board in diode order"
+        )

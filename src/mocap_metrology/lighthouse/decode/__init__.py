@@ -1,0 +1,1 @@
+"""Pulses, flashes, calibration frames and sweeps from recordings."""

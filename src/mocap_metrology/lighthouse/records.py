@@ -1,0 +1,113 @@
+"""What the stages hand on. Arrays of one record have one length; all times are of one clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+MASTER, SLAVE = 0, 1
+ROLES = ("master", "slave")
+AXES = ("azimuth", "elevation")
+
+
+@dataclass(frozen=True)
+class Pulses:
+    """Light on the photodiodes, sorted by start."""
+
+    start_s: np.ndarray  # rising edge, from the beginning of the recording
+    length_s: np.ndarray
+    diode: np.ndarray  # int16, from 0
+    n_diodes: int
+    duration_s: float
+    resolution_s: float  # step of the clock: 0.5 us in a 2 MHz dump, 1/48 us in a libsurvive one
+    notes: tuple[str, ...] = ()  # what a reader should know of the file, one line each
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Line through the flashes of one station: its cycle c begins at epoch_s + c * cycle_s."""
+
+    epoch_s: float
+    cycle_s: float  # measured length of a half turn
+    rms_s: float  # of the flashes about the line, outliers apart
+
+    def start(self, cycle: np.ndarray | int) -> np.ndarray:
+        """Begin of cycles in seconds."""
+        return self.epoch_s + self.cycle_s * np.asarray(cycle)
+
+
+@dataclass(frozen=True)
+class Flashes:
+    """Flashes of one station, one a cycle at most; cycles of both stations carry one numbering."""
+
+    station: int  # MASTER or SLAVE
+    clock: Clock
+    cycle: np.ndarray  # int32, rising; missed flashes are missing
+    time_s: np.ndarray  # first rising edge over the diodes
+    length_s: np.ndarray  # with the bias of the recording taken off
+    code: np.ndarray  # int8: 0..7, -1 where the length decides nothing
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Sweeps of a laser over photodiodes, sorted by time."""
+
+    station: np.ndarray  # int8: 0 master, 1 slave
+    axis: np.ndarray  # int8: 0 azimuth, 1 elevation
+    cycle: np.ndarray  # int32
+    diode: np.ndarray  # int16
+    time_s: np.ndarray  # middle of the pulse
+    angle_rad: np.ndarray  # pi (time - begin of the station's cycle) / cycle length - pi/2
+    width_s: np.ndarray
+
+    def __len__(self) -> int:
+        return int(self.time_s.size)
+
+    def take(self, chosen: np.ndarray) -> Hits:
+        """The chosen hits, by a mask or by indices."""
+        return Hits(**{name: getattr(self, name)[chosen] for name in self.__dataclass_fields__})
+
+
+@dataclass(frozen=True)
+class Factory:
+    """Calibration of a station as written by its maker; each has one value an axis."""
+
+    phase: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
+    tilt: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
+    curve: np.ndarray = field(default_factory=lambda: np.zeros(2))  # 1/rad
+    gibphase: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
+    gibmag: np.ndarray = field(default_factory=lambda: np.zeros(2))  # rad
+
+
+@dataclass(frozen=True)
+class Station:
+    """What a station tells of itself in the bits of its flashes."""
+
+    role: str  # master or slave
+    id: int | None = None
+    mode: str | None = None  # A, b or c
+    factory: Factory | None = None
+    gravity: np.ndarray | None = None  # unit vector in the station's frame, upwards
+    frames_found: int = 0  # whole frames with the right checksum, voted ones included
+    why: str = ""  # why there is no factory calibration
+    firmware: int | None = None
+    hardware: int | None = None
+
+
+@dataclass(frozen=True)
+class PoseEstimate:
+    """Pose of the slave in the master's frame by one estimator at one stage."""
+
+    estimator: str  # paper, paper-tight, paper-lm, geometric, pnp
+    stage: str  # kabsch, final, static
+    optics: str  # ideal, factory
+    R: np.ndarray  # 3 x 3
+    t_m: np.ndarray  # 3, metres
+    frame: str = "optical"
+    covariance: np.ndarray | None = None  # 6 x 6 in mm and deg: t, left rotation vector
+    residual_rms_urad: float = float("nan")
+    n_angles: int = 0
+    mirrored_share: float = float("nan")  # of the board poses it stands on
+    seconds: float = float("nan")
+    note: str = ""

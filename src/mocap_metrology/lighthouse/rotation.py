@@ -1,0 +1,52 @@
+"""Rotations: rotation vectors, and the angles of J.
+
+R = Rz(gamma) Ry(beta) Rx(alpha), the convention of the whole project.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def from_angles(alpha: float, beta: float, gamma: float) -> np.ndarray:
+    """R = Rz(gamma) Ry(beta) Rx(alpha), 3 x 3; angles in rad."""
+    (ca, cb, cg), (sa, sb, sg) = np.cos([alpha, beta, gamma]), np.sin([alpha, beta, gamma])
+    return np.array(
+        [
+            [cg * cb, cg * sb * sa - sg * ca, cg * sb * ca + sg * sa],
+            [sg * cb, sg * sb * sa + cg * ca, sg * sb * ca - cg * sa],
+            [-sb, cb * sa, cb * ca],
+        ]
+    )
+
+
+def to_angles(R: np.ndarray) -> np.ndarray:
+    """alpha, beta, gamma in rad of R = Rz(gamma) Ry(beta) Rx(alpha); beta in [-pi/2, pi/2].
+
+    At beta = +-pi/2 only alpha -+ gamma is determined; gamma is taken as 0.
+    """
+    if np.hypot(R[2, 1], R[2, 2]) > 1e-9:
+        alpha = np.arctan2(R[2, 1], R[2, 2])
+        gamma = np.arctan2(R[1, 0], R[0, 0])
+    else:
+        alpha, gamma = np.arctan2(-R[1, 2], R[1, 1]), 0.0
+    return np.array([alpha, np.arctan2(-R[2, 0], np.hypot(R[2, 1], R[2, 2])), gamma])
+
+
+def exp(v: np.ndarray) -> np.ndarray:
+    """Rotation matrix of a rotation vector in rad (Rodrigues)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_rotvec(v).as_matrix()
+
+
+def log(R: np.ndarray) -> np.ndarray:
+    """Rotation vector in rad of a rotation matrix, length in [0, pi]."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(R).as_rotvec()
+
+
+def error(R_est: np.ndarray, R_true: np.ndarray) -> np.ndarray:
+    """Rotation vector in rad of R_est R_true^T, in master axes: the error in every table."""
+    return log(R_est @ R_true.T)

@@ -1,0 +1,186 @@
+"""Angle at which a rotor's laser meets a point: one model for simulation and estimation.
+
+In the frame of a rotor, (a, b, c) = (x, y, z) for axis 0 and (x, z, -y) for axis 1, seen from its
+own laser,
+
+    u = atan2(b, a),  v = atan2(c, a),  r = sqrt(a^2 + b^2)
+    theta = u - phase - asin(c tan(tilt) / r) + gibmag sin(g + gibphase) - curve v^2.
+
+Without factory values this is J Eq. 1, theta = atan2(y, x) and phi = atan2(z, x) about each laser.
+Open-source drivers agree in the first three terms and differ in three choices, named in `Variant`;
+the defaults are those of the Crazyflie firmware.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.records import Factory
+
+# Columns of the parameters of a rotor, as kernels take them.
+PHASE, TAN_TILT, CURVE, GIBPHASE, GIBMAG, X, Y, Z, GIB_CORRECTED, IMPERFECT = range(10)
+LARGEST_PHASE, LARGEST_CURVE = 0.3, 0.1  # second-generation stations have curves near 0.2
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Where drivers differ.
+
+    curve_sign: -1 (Crazyflie, Astrobee) or +1 (libsurvive); gib_argument: `geometric`, g = u
+    (Crazyflie), or `corrected`, g = u - phase - tilt term (libsurvive, Astrobee);
+    tilt: `tangent` or `angle` (libsurvive puts the tilt itself for its tangent).
+    """
+
+    curve_sign: int = -1
+    gib_argument: str = "geometric"
+    tilt: str = "tangent"
+
+
+CRAZYFLIE = Variant()
+LIBSURVIVE = Variant(curve_sign=1, gib_argument="corrected", tilt="angle")
+ASTROBEE = Variant(gib_argument="corrected")
+VARIANTS = {"crazyflie": CRAZYFLIE, "libsurvive": LIBSURVIVE, "astrobee": ASTROBEE}
+
+
+def rotor_parameters(
+    factory: Factory | None = None,
+    lasers_m: np.ndarray | None = None,
+    variant: Variant = CRAZYFLIE,
+) -> np.ndarray:
+    """Parameters of both rotors for the kernels here, shape (2, 10).
+
+    factory None means ideal optics; lasers_m (2, 3) are the positions of the lasers of axis 0 and
+    axis 1 in the station's frame, metres, default its origin.
+
+    Raises `Refusal` where the values cannot be of a first-generation station.
+    """
+    parameters = np.zeros((2, 10))
+    if factory is not None:
+        check(factory)
+        parameters[:, PHASE] = factory.phase
+        parameters[:, TAN_TILT] = (
+            np.tan(factory.tilt) if variant.tilt == "tangent" else factory.tilt
+        )
+        parameters[:, CURVE] = variant.curve_sign * factory.curve
+        parameters[:, GIBPHASE] = factory.gibphase
+        parameters[:, GIBMAG] = factory.gibmag
+        parameters[:, GIB_CORRECTED] = variant.gib_argument == "corrected"
+        parameters[:, IMPERFECT] = parameters[:, :GIB_CORRECTED].any(axis=1)
+    if lasers_m is not None:
+        parameters[:, X : Z + 1] = lasers_m
+    return parameters
+
+
+def check(factory: Factory) -> None:
+    """Refuse values that no first-generation station has."""
+    for name, limit in (
+        ("phase", LARGEST_PHASE),
+        ("tilt", LARGEST_PHASE),
+        ("curve", LARGEST_CURVE),
+    ):
+        values = np.asarray(getattr(factory, name))
+        if not (np.abs(values) <= limit).all():
+            raise Refusal(
+                f"factory calibration: {name} is {values.tolist()}; expected within +-{limit}"
+                " (values of second-generation stations mean something else)"
+            )
+
+
+@njit(inline="always")
+def angle(axis: int, x: float, y: float, z: float, p: np.ndarray) -> float:
+    """Angle in rad of `axis` for a point in the station's frame; p is a row of the parameters."""
+    a, b, c = x - p[X], y - p[Y], z - p[Z]
+    if axis == 1:
+        b, c = c, -b
+    u = math.atan2(b, a)
+    if p[IMPERFECT] == 0.0:
+        return u
+    v = math.atan2(c, a)
+    base = u - p[PHASE] - math.asin(c * p[TAN_TILT] / math.sqrt(a * a + b * b))
+    g = base if p[GIB_CORRECTED] else u
+    return base + p[GIBMAG] * math.sin(g + p[GIBPHASE]) + p[CURVE] * v * v
+
+
+@njit(inline="always")
+def angle_gradient(
+    axis: int, x: float, y: float, z: float, p: np.ndarray
+) -> tuple[float, float, float, float]:
+    """Angle in rad, and its derivatives by x, y and z in rad/m."""
+    a, b, c = x - p[X], y - p[Y], z - p[Z]
+    if axis == 1:
+        b, c = c, -b
+    r2 = a * a + b * b
+    theta = math.atan2(b, a)
+    da, db, dc = -b / r2, a / r2, 0.0
+    if p[IMPERFECT] != 0.0:
+        r = math.sqrt(r2)
+        v = math.atan2(c, a)
+        s = c * p[TAN_TILT] / r
+        k = 1.0 / math.sqrt(1.0 - s * s)
+        ta, tb, tc = -k * s * a / r2, -k * s * b / r2, k * p[TAN_TILT] / r
+        base = theta - p[PHASE] - math.asin(s)
+        if p[GIB_CORRECTED]:
+            gib = p[GIBMAG] * math.cos(base + p[GIBPHASE])
+            theta = base + p[GIBMAG] * math.sin(base + p[GIBPHASE]) + p[CURVE] * v * v
+            da, db, dc = (1.0 + gib) * (da - ta), (1.0 + gib) * (db - tb), -(1.0 + gib) * tc
+        else:
+            gib = p[GIBMAG] * math.cos(theta + p[GIBPHASE])
+            theta = base + p[GIBMAG] * math.sin(theta + p[GIBPHASE]) + p[CURVE] * v * v
+            da, db, dc = (1.0 + gib) * da - ta, (1.0 + gib) * db - tb, -tc
+        q = 2.0 * p[CURVE] * v / (a * a + c * c)
+        da, dc = da - q * c, dc + q * a
+    if axis == 1:
+        return theta, da, -dc, db
+    return theta, da, db, dc
+
+
+@njit
+def angles(points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    """C(L, P) of J Eq. 2: both angles in rad of points (n, 3) in the station's frame, (n, 2)."""
+    out = np.empty((points.shape[0], 2))
+    for i in range(points.shape[0]):
+        for axis in range(2):
+            out[i, axis] = angle(axis, points[i, 0], points[i, 1], points[i, 2], parameters[axis])
+    return out
+
+
+def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    """Ideal angles behind measured ones: the inverse of the model, lasers taken at one point.
+
+    measured (..., 2) in rad, NaN kept; returns the same shape, to 1e-12 rad, by Newton's method on
+    the direction (1, tan theta, tan phi). Needs both angles of each point.
+    """
+    measured = np.asarray(measured, dtype=np.float64)
+    flat = np.ascontiguousarray(measured.reshape(-1, 2))
+    without_place = parameters.copy()
+    without_place[:, X : Z + 1] = 0.0
+    return _directions(flat, without_place).reshape(measured.shape)
+
+
+@njit
+def _directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    out = np.empty_like(measured)
+    for i in range(measured.shape[0]):
+        y, z = math.tan(measured[i, 0]), math.tan(measured[i, 1])
+        for _ in range(12):
+            t0, _, a, b = angle_gradient(0, 1.0, y, z, parameters[0])
+            t1, _, c, d = angle_gradient(1, 1.0, y, z, parameters[1])
+            e0, e1 = measured[i, 0] - t0, measured[i, 1] - t1
+            det = a * d - b * c
+            y += (d * e0 - b * e1) / det
+            z += (a * e1 - c * e0) / det
+            if abs(e0) + abs(e1) < 1e-13:
+                break
+        out[i, 0], out[i, 1] = math.atan(y), math.atan(z)
+    return out
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    factory = Factory(*(np.full(2, 0.001) for _ in range(5)))
+    directions(angles(np.array([[3.0, 0.1, 0.2]]), rotor_parameters(factory)), rotor_parameters())

@@ -1,0 +1,1 @@
+"""Simulated recordings of a board moved before two base stations."""

@@ -50,3 +50,19 @@ def log(R: np.ndarray) -> np.ndarray:
 def error(R_est: np.ndarray, R_true: np.ndarray) -> np.ndarray:
     """Rotation vector in rad of R_est R_true^T, in master axes: the error in every table."""
     return log(R_est @ R_true.T)
+
+
+def mean(rotations: np.ndarray, rounds: int = 20) -> np.ndarray:
+    """Robust mean of rotation matrices (n, 3, 3): least sum of angles (Weiszfeld on rotations)."""
+    from scipy.spatial.transform import Rotation
+
+    own = Rotation.from_matrix(rotations)
+    middle = own.mean()
+    for _ in range(rounds):
+        v = (own * middle.inv()).as_rotvec()
+        weight = 1 / np.maximum(np.linalg.norm(v, axis=1), 1e-6)
+        step = weight @ v / weight.sum()
+        middle = Rotation.from_rotvec(step) * middle
+        if np.linalg.norm(step) < 1e-9:
+            break
+    return middle.as_matrix()

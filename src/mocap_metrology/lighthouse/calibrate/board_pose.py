@@ -1,0 +1,309 @@
+"""Pose of the board in a station's frame, for every measurement (J V-A, Eq. 3 and 4)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.calibrate.cost import BOARD, cost, evaluate, trig_of
+from mocap_metrology.lighthouse.calibrate.levenberg import ITERATIONS, minimise
+from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, SimplexSettings, nelder_mead
+from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
+from mocap_metrology.lighthouse.rotor import rotor_parameters
+
+START_M = 3.0
+SOLID_DIODES, SOLID_DEPTH = 6, 0.2  # a board at least so deep has no mirrored pose
+MIRRORED_RAD = math.radians(8.0)  # a pose further off than this is in the other minimum
+
+
+@dataclass(frozen=True)
+class Path:
+    """Board poses of n measurements in a station's frame.
+
+    time_s (n,), R (n, 3, 3), t_m (n, 3); epsilon (n,) the remaining K_1 in rad^2; n_angles (n,);
+    ambiguity (n,): K_1 of the mirrored minimum over that of the one taken, NaN if not sought.
+    """
+
+    time_s: np.ndarray
+    R: np.ndarray
+    t_m: np.ndarray
+    epsilon: np.ndarray
+    n_angles: np.ndarray
+    ambiguity: np.ndarray
+
+    def __len__(self) -> int:
+        return int(self.time_s.size)
+
+    def take(self, chosen: np.ndarray) -> Path:
+        """The chosen poses, by a mask or by indices."""
+        return Path(**{name: getattr(self, name)[chosen] for name in self.__dataclass_fields__})
+
+
+def facing(direction: np.ndarray) -> np.ndarray:
+    """Upright rotation whose board x axis points from `direction` back at the station."""
+    x = -direction / np.linalg.norm(direction)
+    y = np.cross([0.0, 0.0, 1.0], x)
+    y /= np.linalg.norm(y)
+    return np.column_stack([x, y, np.cross(x, y)])
+
+
+def _frames(board: np.ndarray) -> np.ndarray:
+    """Ways a board may lie in its own frame: as J's, x towards the station, or with its principal
+    plane there, either face, four quarter turns; (9, 3, 3)."""
+    axes = np.linalg.svd(board - board.mean(axis=0), full_matrices=False)[2][::-1].copy()
+    axes[0] = np.cross(axes[1], axes[2])
+    quarter, half = rotation.from_angles(np.pi / 2, 0, 0), np.diag([-1.0, 1, -1])
+    turns = [np.linalg.matrix_power(quarter, k) for k in range(4)]
+    return np.array([np.eye(3), *(q @ f @ axes for q in turns for f in (np.eye(3), half))])
+
+
+def first_guesses(
+    measurements: Measurements, board: np.ndarray, distance_m: float = START_M
+) -> tuple[np.ndarray, np.ndarray]:
+    """P_0 of J: in the direction of the mean angles, at a distance, facing the station.
+
+    J's board faces along one known axis of its frame, here x. For a board in another frame the
+    face and quarter turn are taken that fit some of the measurements best by K_1. Returns
+    R (n, 3, 3), t (n, 3) in metres.
+    """
+    azimuth, elevation = np.nanmean(measurements.angles_rad, axis=1).T
+    d = np.column_stack([np.ones(len(azimuth)), np.tan(azimuth), np.tan(elevation)])
+    t = distance_m * d / np.linalg.norm(d, axis=1)[:, None]
+    upright = np.array([facing(v) for v in t]).reshape(-1, 3, 3)
+    ideal, frames = rotor_parameters(), _frames(board)
+    costs = np.zeros(len(frames))
+    for i in range(0, len(measurements), max(len(measurements) // 8, 1)):
+        known = measurements.seen[i]
+        own = measurements.angles_rad[i, known]
+        costs += [
+            evaluate(
+                np.r_[t[i], rotation.to_angles(upright[i] @ frame)], BOARD, board[known], own, ideal
+            )
+            for frame in frames
+        ]
+    best = 0 if costs[0] <= 2 * costs.min() else int(np.argmin(costs))
+    return upright @ frames[best], t
+
+
+@njit
+def _search_all(
+    starts: np.ndarray,
+    warm: bool,
+    seen: np.ndarray,
+    board: np.ndarray,
+    angles: np.ndarray,
+    trig: np.ndarray,
+    rotors: np.ndarray,
+    tol_x: float,
+    tol_fun: float,
+    evaluations: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nelder-Mead for every measurement; `warm` starts each from the pose before."""
+    n, d = seen.shape
+    poses, epsilon = np.empty((n, 6)), np.empty(n)
+    points, m, cs = np.empty((d, 3)), np.empty((d, 2)), np.empty((d, 4))
+    R = np.empty((3, 3))
+    for i in range(n):
+        k = 0
+        for j in range(d):
+            if seen[i, j]:
+                points[k], m[k], cs[k] = board[j], angles[i, j], trig[i, j]
+                k += 1
+        x0 = starts[i]
+        if warm and i > 0:  # unless the search before was lost
+            before = cost(poses[i - 1], BOARD, points[:k], m[:k], cs[:k], rotors, R)
+            if before < cost(x0, BOARD, points[:k], m[:k], cs[:k], rotors, R):
+                x0 = poses[i - 1]
+        poses[i], epsilon[i], _ = nelder_mead(
+            x0, BOARD, points[:k], m[:k], cs[:k], rotors, tol_x, tol_fun, evaluations
+        )
+    return poses, epsilon
+
+
+def by_nelder_mead(
+    measurements: Measurements,
+    board: np.ndarray,
+    rotors: np.ndarray,
+    settings: SimplexSettings = MATLAB,
+    warm: bool = False,
+    distance_m: float = START_M,
+) -> Path:
+    """J Eq. 3: the pose of least K_1 for each measurement, by the simplex algorithm.
+
+    Each starts from `first_guesses`, or with `warm` from the pose found before it.
+    """
+    angles, seen = measurements.angles_rad, measurements.seen
+    R, t = first_guesses(measurements, board, distance_m)
+    starts = np.column_stack([t, np.array([rotation.to_angles(r) for r in R]).reshape(-1, 3)])
+    trig = trig_of(angles.reshape(-1, 2)).reshape(*seen.shape, 4)
+    poses, epsilon = _search_all(
+        starts,
+        warm,
+        seen,
+        np.ascontiguousarray(board),
+        angles,
+        trig,
+        rotors,
+        settings.tol_x,
+        settings.tol_fun,
+        settings.evaluations,
+    )
+    R = np.array([rotation.from_angles(*x[3:]) for x in poses]).reshape(-1, 3, 3)
+    unknown = np.full(len(measurements), np.nan)
+    return Path(measurements.time_s, R, poses[:, :3], epsilon, 2 * seen.sum(axis=1), unknown)
+
+
+@njit
+def _mirrored(R: np.ndarray, t: np.ndarray, centre: np.ndarray, normal: np.ndarray) -> tuple:
+    """The other pose in which a flat board looks nearly the same: normal mirrored at the ray.
+
+    R' = (I - 2 d d^T) R (I - 2 n n^T) with d the ray to the board's centre, which stays in place.
+    """
+    c, R2, t2 = np.empty(3), np.empty((3, 3)), np.empty(3)
+    for i in range(3):
+        c[i] = R[i, 0] * centre[0] + R[i, 1] * centre[1] + R[i, 2] * centre[2] + t[i]
+    d = c / math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+    for j in range(3):
+        along = d[0] * R[0, j] + d[1] * R[1, j] + d[2] * R[2, j]
+        for i in range(3):
+            R2[i, j] = R[i, j] - 2.0 * d[i] * along  # (I - 2 d d^T) R
+    for i in range(3):
+        along = R2[i, 0] * normal[0] + R2[i, 1] * normal[1] + R2[i, 2] * normal[2]
+        t2[i] = c[i]
+        for j in range(3):
+            R2[i, j] -= 2.0 * along * normal[j]
+            t2[i] -= R2[i, j] * centre[j]
+    return R2, t2
+
+
+@dataclass(frozen=True)
+class _Starts:
+    """Where the search for each of n poses begins: R (n, 3, 3), t (n, 3); centre (n, 3) and normal
+    (n, 3) of the diodes seen, in the board's frame."""
+
+    R: np.ndarray
+    t: np.ndarray
+    centre: np.ndarray
+    normal: np.ndarray
+
+
+def _affine_starts(measurements: Measurements, board: np.ndarray) -> _Starts:
+    """Poses from the board's images under weak perspective.
+
+    In a camera that looks at the board's middle, image = (row of R) . (b - centre) / range, so an
+    affine fit of the image on the board's coordinates gives two rows. Of a flat board their
+    component along the normal follows from |row| = 1 up to its sign, which the mirror test settles.
+    """
+    seen = measurements.seen.astype(float)
+    ray = np.ones((*seen.shape, 3))
+    ray[:, :, 1:] = np.tan(np.nan_to_num(measurements.angles_rad))
+    total = seen.sum(axis=1)
+    view = np.empty((len(measurements), 3, 3))
+    view[:, 0] = np.einsum("nd,ndi->ni", seen, ray) / total[:, None]
+    view[:, 0] /= np.linalg.norm(view[:, 0], axis=1)[:, None]
+    view[:, 1] = np.cross([0.0, 0.0, 1.0], view[:, 0])
+    view[:, 1] /= np.linalg.norm(view[:, 1], axis=1)[:, None]
+    view[:, 2] = np.cross(view[:, 0], view[:, 1])
+    seen_by = np.einsum("nij,ndj->ndi", view, ray)
+    image = seen_by[:, :, 1:] / seen_by[:, :, :1]
+    centre = seen @ board / total[:, None]
+    offset = (board - centre[:, None]) * seen[:, :, None]
+    size, vectors = np.linalg.eigh(np.einsum("ndi,ndj->nij", offset, offset))
+    axes = vectors.transpose(0, 2, 1)[:, ::-1].copy()  # rows, the normal last
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    F = np.zeros((len(measurements), 3, 2))
+    solid = (total >= SOLID_DIODES) & (size[:, 0] > SOLID_DEPTH**2 * size[:, 2])
+    for own, k in ((solid, 3), (~solid, 2)):
+        F[own, :k] = _affine_fit(offset[own], axes[own, :k], image[own], seen[own])
+    scale, rows = _rows(F, solid)
+    R = view.transpose(0, 2, 1) @ rows @ axes
+    t = view[:, 0] / scale[:, None] - np.einsum("nij,nj->ni", R, centre)
+    return _Starts(R, t, centre, axes[:, 2].copy())
+
+
+def _affine_fit(
+    offset: np.ndarray, axes: np.ndarray, image: np.ndarray, seen: np.ndarray
+) -> np.ndarray:
+    """What a step along each of k axes moves in the image, (n, k, 2), by least squares."""
+    along = np.einsum("ndi,nki->ndk", offset, axes)
+    A = np.concatenate([along, np.ones_like(along[:, :, :1])], axis=2) * seen[:, :, None]
+    At = A.transpose(0, 2, 1)
+    return np.linalg.solve(At @ A, At @ image)[:, :-1]
+
+
+def _rows(F: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """1/range (n,) and the rotation (n, 3, 3) whose last two rows are nearest to F / scale."""
+    square = (F**2).sum(axis=(1, 2))
+    det = F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0]
+    # The larger singular value of a flat board's F: no length looks longer than it is.
+    largest = np.sqrt(square / 2 + np.sqrt(np.maximum(square**2 / 4 - det**2, 0)))
+    scale = np.where(solid, np.sqrt(square / 2), largest)
+    rows = np.zeros((len(F), 3, 3))
+    rows[:, 1:] = (F / scale[:, None, None]).transpose(0, 2, 1)
+    depth = np.sqrt(np.maximum(1 - (rows[:, 1:, :2] ** 2).sum(axis=2), 0))
+    # The rows are at right angles.
+    depth[:, 1] *= -np.sign((rows[:, 1, :2] * rows[:, 2, :2]).sum(axis=1))
+    rows[:, 1:, 2] = np.where(solid[:, None], rows[:, 1:, 2], depth)
+    rows[:, 1] /= np.linalg.norm(rows[:, 1], axis=1)[:, None]
+    rows[:, 2] -= (rows[:, 1] * rows[:, 2]).sum(axis=1)[:, None] * rows[:, 1]
+    rows[:, 2] /= np.linalg.norm(rows[:, 2], axis=1)[:, None]
+    rows[:, 0] = np.cross(rows[:, 1], rows[:, 2])
+    return scale, rows
+
+
+@njit
+def _minimise_all(
+    seen: np.ndarray,
+    board: np.ndarray,
+    angles: np.ndarray,
+    rotors: np.ndarray,
+    start: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Levenberg-Marquardt and the mirror test for every measurement."""
+    n, d = seen.shape
+    Rs, ts, centre, normal = start
+    R_found, t_found = np.empty((n, 3, 3)), np.empty((n, 3))
+    epsilon, ambiguity = np.empty(n), np.empty(n)
+    points, m = np.empty((d, 3)), np.empty((d, 2))
+    for i in range(n):
+        k = 0
+        for j in range(d):
+            if seen[i, j]:
+                points[k], m[k] = board[j], angles[i, j]
+                k += 1
+        R, t, f, _ = minimise(Rs[i], ts[i], BOARD, points[:k], m[:k], rotors, ITERATIONS)
+        R2, t2 = _mirrored(R, t, centre[i], normal[i])
+        R2, t2, f2, _ = minimise(R2, t2, BOARD, points[:k], m[:k], rotors, ITERATIONS)
+        if f2 < f:
+            R, t, f, f2 = R2, t2, f2, f
+        R_found[i], t_found[i], epsilon[i], ambiguity[i] = R, t, f, f2 / f
+    return R_found, t_found, epsilon, ambiguity
+
+
+def by_levenberg_marquardt(
+    measurements: Measurements, board: np.ndarray, rotors: np.ndarray
+) -> Path:
+    """J Eq. 3 by Levenberg-Marquardt, in both minima that a nearly flat board has.
+
+    Starts from the weak-perspective pose of each measurement; then the board's normal is mirrored
+    at the line of sight, minimised again, and the pose of the lower K_1 is kept.
+    """
+    seen, start = measurements.seen, _affine_starts(measurements, board)
+    R, t, epsilon, ambiguity = _minimise_all(
+        seen,
+        np.ascontiguousarray(board),
+        measurements.angles_rad,
+        rotors,
+        (start.R, start.t, start.centre, start.normal),
+    )
+    return Path(measurements.time_s, R, t, epsilon, 2 * seen.sum(axis=1), ambiguity)
+
+
+def apart(path: Path, other: Path) -> np.ndarray:
+    """Angle in rad between the rotations of two paths of the same measurements."""
+    trace = np.einsum("nij,nij->n", path.R, other.R)
+    return np.arccos(np.clip((trace - 1) / 2, -1, 1))

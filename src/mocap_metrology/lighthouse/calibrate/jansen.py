@@ -1,0 +1,323 @@
+"""The calibration of J from hits to the slave's pose, step by step, and its variants.
+
+For each station: measurements (J IV), board poses (V-A, VI-A and VI-B); then the path of the slave
+at the times of the master's (VI-C), Kabsch (VI-D, VI-E: stage `kabsch`), and the slave's pose from
+its own angles of the master's path (V-B, VI-F: stage `final`).
+
+    paper         simplex with the settings of MATLAB, each board pose from J's first guess
+    paper-tight   simplex with tight tolerances, each from the pose before it
+    paper-lm      Levenberg-Marquardt with the mirror test in place of the simplex
+    pnp           EPnP or IPPE for board poses (J V-A, Zheng, Yang): stage `kabsch` only
+    geometric     root finding on ranges (J V-A, Islam, Kleinschmidt): stage `kabsch` only
+
+A board that keeps its place has no path for Kabsch: then there is one stage, `static`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.calibrate import board_pose, station_pose
+from mocap_metrology.lighthouse.calibrate.board_pose import MIRRORED_RAD, START_M, Path, apart
+from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, TIGHT
+from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, reconstruct
+from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
+from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
+from mocap_metrology.lighthouse.records import (
+    MASTER,
+    ROLES,
+    SLAVE,
+    Factory,
+    Hits,
+    PoseEstimate,
+)
+from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
+
+JANSEN = ("paper", "paper-tight", "paper-lm")
+ESTIMATORS = (*JANSEN, "pnp", "geometric")
+OPTICS = ("ideal", "factory")
+FEWEST_POSES = 20
+LEAST_EPSILON = 1e-14  # rad^2: K_1 of noise-free angles, so that no weight is infinite
+COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
+
+
+@dataclass(frozen=True)
+class CalibrationSettings:
+    """Named choices of a calibration.
+
+    lasers_m (2 stations, 2 axes, 3): positions of the lasers in the station's frame, default its
+    origin; variant: how factory values enter, see `rotor.VARIANTS`.
+    """
+
+    estimators: Sequence[str] = JANSEN
+    optics: Sequence[str] = OPTICS
+    reconstruction: str = "full-interpolation"
+    start_distance_m: float = START_M
+    lasers_m: np.ndarray | None = None
+    variant: str = "crazyflie"
+    pnp_method: str = "ippe"
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """All estimates of one recording, and the paths they stand on.
+
+    paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
+    could not be estimated.
+    """
+
+    estimates: list[PoseEstimate] = field(default_factory=list)
+    paths: dict[tuple[str, str], tuple[Path, Path]] = field(default_factory=dict)
+    still: bool = False
+    n_common: int = 0
+    why: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class _Optics:
+    """Measurements of both stations as an optics sees them, and the rotors that go with these."""
+
+    name: str
+    measurements: tuple[Measurements, Measurements]
+    rotors: tuple[np.ndarray, np.ndarray]
+
+
+def calibrate(
+    hits: Hits,
+    board: np.ndarray,
+    factories: Sequence[Factory | None],
+    settings: CalibrationSettings | None = None,
+    report: Callable[[str], None] = lambda line: None,
+) -> Calibration:
+    """Pose of the slave in the master's frame by every estimator and optics asked for.
+
+    hits: cleaned, of both stations; board (n, 3) in metres; factories: of master and slave, None
+    where unknown (then `factory` optics are left out). `report` is called with one line a step.
+
+    Raises `Refusal` where a station has fewer than `FEWEST_POSES` measurements of four diodes.
+    """
+    settings = settings or CalibrationSettings()
+    measured = [
+        reconstruct(hits, station, len(board), settings.reconstruction)
+        for station in (MASTER, SLAVE)
+    ]
+    for role, own in zip(ROLES, measured, strict=True):
+        if len(own) < FEWEST_POSES:
+            raise Refusal(
+                f"{role}: {len(own)} moments with both angles of four diodes;"
+                f" expected at least {FEWEST_POSES}"
+            )
+    found = Calibration()
+    for name in settings.optics:
+        if name == "factory" and any(factory is None for factory in factories):
+            found.why.append("factory optics left out: no factory values of both stations")
+            continue
+        optics = _optics(name, measured, factories, settings)
+        steady = _paths("paper-lm", optics, board, settings)
+        if is_still(steady[MASTER]) and is_still(steady[SLAVE]):
+            found = replace(found, still=True)
+            found.estimates.extend(_static(hits, board, name, optics, factories, settings))
+            found.paths["paper-lm", name] = steady
+            continue
+        for estimator in settings.estimators:
+            found = _one(found, estimator, optics, board, steady, settings, report)
+    return found
+
+
+def _optics(
+    name: str,
+    measured: Sequence[Measurements],
+    factories: Sequence[Factory | None],
+    settings: CalibrationSettings,
+) -> _Optics:
+    """With lasers in the origin, factory values are taken off the angles once and for all (to
+    1e-12 rad); with lasers elsewhere they stay in the model."""
+    lasers = settings.lasers_m
+    if name == "ideal":
+        rotors = [rotor_parameters(None, None if lasers is None else lasers[s]) for s in (0, 1)]
+        return _Optics(name, tuple(measured), tuple(rotors))
+    variant = VARIANTS[settings.variant]
+    if lasers is not None:
+        rotors = [rotor_parameters(factories[s], lasers[s], variant) for s in (0, 1)]
+        return _Optics(name, tuple(measured), tuple(rotors))
+    corrected = [
+        Measurements(own.time_s, directions(own.angles_rad, rotor_parameters(f, None, variant)))
+        for own, f in zip(measured, factories, strict=True)
+    ]
+    return _Optics(name, tuple(corrected), (rotor_parameters(), rotor_parameters()))
+
+
+def _paths(
+    estimator: str, optics: _Optics, board: np.ndarray, settings: CalibrationSettings
+) -> tuple[Path, Path]:
+    """Board poses in the frames of both stations (J VI-A, VI-B)."""
+    paths = []
+    for own, rotors in zip(optics.measurements, optics.rotors, strict=True):
+        if estimator == "paper-lm":
+            path = board_pose.by_levenberg_marquardt(own, board, rotors)
+        elif estimator in JANSEN:
+            tight = estimator == "paper-tight"
+            path = board_pose.by_nelder_mead(
+                own, board, rotors, TIGHT if tight else MATLAB, tight, settings.start_distance_m
+            )
+        else:
+            path = _peer(estimator, own, board, settings)
+        paths.append(path)
+    return tuple(paths)
+
+
+def _peer(
+    estimator: str, own: Measurements, board: np.ndarray, settings: CalibrationSettings
+) -> Path:
+    """Board poses by the peers; they take both lasers to be at one point."""
+    if estimator == "pnp":
+        from mocap_metrology.lighthouse.calibrate.pnp import board_poses
+
+        R, t, cost = board_poses(own.angles_rad, board, settings.pnp_method)
+    elif estimator == "geometric":
+        from mocap_metrology.lighthouse.calibrate.geometric import board_poses
+
+        R, t, cost = board_poses(own.angles_rad, board)
+    else:
+        raise ValueError(f"estimator is {estimator!r}; expected one of {', '.join(ESTIMATORS)}")
+    n_angles = 2 * own.seen.sum(axis=1)
+    path = Path(own.time_s, R, t, cost, n_angles, np.full(len(own), np.nan))
+    return path.take(np.isfinite(cost) & np.isfinite(t).all(axis=1))
+
+
+def _one(
+    found: Calibration,
+    estimator: str,
+    optics: _Optics,
+    board: np.ndarray,
+    steady: tuple[Path, Path],
+    settings: CalibrationSettings,
+    report: Callable[[str], None],
+) -> Calibration:
+    """Stages `kabsch` and `final` of one estimator (J VI-C to VI-F)."""
+    start = time.perf_counter()
+    paths = steady if estimator == "paper-lm" else _paths(estimator, optics, board, settings)
+    master, slave = paths
+    slave_then, kept = at_times(slave, master.time_s)
+    master_then = master.take(kept)
+    found.paths[estimator, optics.name] = paths
+    if len(master_then) < FEWEST_POSES:
+        found.why.append(
+            f"{estimator}, {optics.name}: the board is seen by both stations at"
+            f" {len(master_then)} moments; expected at least {FEWEST_POSES}"
+        )
+        return found
+    weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
+    R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
+    given, rotors = _scene(paths, optics, board), optics.rotors[SLAVE]
+    share = _mirrored_share(estimator, paths, steady, (master_then, slave_then, R))
+
+    def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
+        units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
+        return PoseEstimate(
+            estimator=estimator,
+            stage=stage,
+            optics=optics.name,
+            R=R,
+            t_m=t,
+            covariance=None if cov is None else cov * units,
+            residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given, rotors),
+            n_angles=2 * len(given.time_s),
+            mirrored_share=share,
+            seconds=time.perf_counter() - start,
+        )
+
+    found.estimates.append(estimate("kabsch", R, t, spread))
+    if estimator in JANSEN:
+        if estimator == "paper-lm":
+            R, t, _ = station_pose.by_levenberg_marquardt(R, t, given, rotors)
+        else:
+            tolerances = TIGHT if estimator == "paper-tight" else MATLAB
+            R, t, _ = station_pose.by_nelder_mead(R, t, given, rotors, tolerances)
+        found.estimates.append(
+            estimate("final", R, t, station_pose.covariance(R, t, given, rotors))
+        )
+    report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
+    return replace(found, n_common=max(found.n_common, len(master_then)))
+
+
+def _scene(paths: tuple[Path, Path], optics: _Optics, board: np.ndarray) -> station_pose.Scene:
+    """The slave's angles, and the master's path at their times."""
+    own = optics.measurements[SLAVE]
+    then, kept = at_times(paths[MASTER], own.time_s)
+    return station_pose.scene(then, Measurements(own.time_s[kept], own.angles_rad[kept]), board)
+
+
+def _mirrored_share(
+    estimator: str,
+    paths: tuple[Path, Path],
+    steady: tuple[Path, Path],
+    common: tuple[Path, Path, np.ndarray],
+) -> float:
+    """Share of board poses more than 8 deg off: from those of `paper-lm`, or for these themselves
+    the share of moments at which both stations disagree so far about the board's rotation."""
+    if estimator != "paper-lm":
+        off = [
+            apart(own, best.take(np.isin(best.time_s, own.time_s))) > MIRRORED_RAD
+            for own, best in zip(paths, steady, strict=True)
+        ]
+        return float(np.concatenate(off).mean())
+    master, slave, _ = common
+    relative = np.einsum("nij,nkj->nik", master.R, slave.R)
+    from mocap_metrology.lighthouse.rotation import mean
+
+    middle = mean(relative)
+    trace = np.einsum("nij,ij->n", relative, middle)
+    return float((np.arccos(np.clip((trace - 1) / 2, -1, 1)) > MIRRORED_RAD).mean())
+
+
+def _static(
+    hits: Hits,
+    board: np.ndarray,
+    name: str,
+    optics: _Optics,
+    factories: Sequence[Factory | None],
+    settings: CalibrationSettings,
+) -> list[PoseEstimate]:
+    """Stage `static` from the median angles of each diode."""
+    middle = [median_angles(hits, station, len(board)) for station in (MASTER, SLAVE)]
+    still = _optics(name, middle, factories, settings)
+    pose = static_pose(list(still.measurements), board, list(optics.rotors))
+    if pose is None:
+        return []
+    units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
+    return [
+        PoseEstimate(
+            estimator="paper-lm",
+            stage="static",
+            optics=name,
+            R=pose.R,
+            t_m=pose.t_m,
+            covariance=pose.covariance * units,
+            residual_rms_urad=1e6 * pose.residual_rms_rad,
+            n_angles=pose.n_angles,
+            note=f"mirrored K_1 is {pose.ambiguity:.3g} times that of the pose taken",
+        )
+    ]
+
+
+def chosen(estimates: Sequence[PoseEstimate]) -> int | None:
+    """Index of the estimate to use: factory optics before ideal, paper-lm before the simplex,
+    final before Kabsch; None if there is none."""
+    order = [
+        ("paper-lm", "static"),
+        ("paper-lm", "final"),
+        ("paper-lm", "kabsch"),
+        *((e, s) for e in ESTIMATORS for s in ("kabsch", "final") if e != "paper-lm"),
+    ]
+    ranked = [
+        (OPTICS[::-1].index(e.optics), order.index((e.estimator, e.stage)), index)
+        for index, e in enumerate(estimates)
+        if np.isfinite(e.t_m).all()
+    ]
+    return min(ranked)[2] if ranked else None

@@ -1,0 +1,184 @@
+"""Levenberg-Marquardt on K_1 and K_2 (J Eq. 4 and 6), with analytic derivatives.
+
+The step is a shift of the position and a left rotation vector, so no angle has a singular point:
+p(d) = Exp(w) R b + t + s for the board's pose, p(d) = R^T Exp(-w) (q - t - s) for the station's.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse.calibrate.cost import BOARD, STATION
+from mocap_metrology.lighthouse.rotor import angle_gradient
+
+N = 6
+ITERATIONS = 40
+
+
+@njit
+def turn(w: np.ndarray, R: np.ndarray) -> np.ndarray:
+    """Exp(w) R for a rotation vector w (Rodrigues)."""
+    angle = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+    if angle < 1e-8:
+        s, c = 1.0, 0.5
+    else:
+        s, c = math.sin(angle) / angle, (1.0 - math.cos(angle)) / (angle * angle)
+    K = np.zeros((3, 3))
+    K[0, 1], K[0, 2], K[1, 2] = -w[2], w[1], -w[0]
+    K[1, 0], K[2, 0], K[2, 1] = w[2], -w[1], w[0]
+    out = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            e = s * K[i, j] + (1.0 if i == j else 0.0)
+            for k in range(3):
+                e += c * K[i, k] * K[k, j]
+            out[i, j] = e
+    E = out.copy()
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = E[i, 0] * R[0, j] + E[i, 1] * R[1, j] + E[i, 2] * R[2, j]
+    return out
+
+
+@njit
+def normal_equations(
+    R: np.ndarray,
+    t: np.ndarray,
+    unknown: int,
+    points: np.ndarray,
+    measured: np.ndarray,
+    rotors: np.ndarray,
+    H: np.ndarray,
+    g: np.ndarray,
+) -> float:
+    """H = J^T J (6, 6) and g = J^T (C - M) (6,) of a pose, written in place; returns the cost.
+
+    Order: position in m, left rotation vector in rad. Points without both angles are left out
+    before (NaN is not looked for).
+    """
+    H[:], g[:] = 0.0, 0.0
+    row = np.empty(N)
+    total = 0.0
+    for i in range(points.shape[0]):
+        a, b, c = points[i, 0], points[i, 1], points[i, 2]
+        if unknown == STATION:
+            a, b, c = a - t[0], b - t[1], c - t[2]
+            qx = R[0, 0] * a + R[1, 0] * b + R[2, 0] * c
+            qy = R[0, 1] * a + R[1, 1] * b + R[2, 1] * c
+            qz = R[0, 2] * a + R[1, 2] * b + R[2, 2] * c
+        else:
+            a, b, c = (
+                R[0, 0] * a + R[0, 1] * b + R[0, 2] * c,
+                R[1, 0] * a + R[1, 1] * b + R[1, 2] * c,
+                R[2, 0] * a + R[2, 1] * b + R[2, 2] * c,
+            )
+            qx, qy, qz = a + t[0], b + t[1], c + t[2]
+        for axis in range(2):
+            theta, dx, dy, dz = angle_gradient(axis, qx, qy, qz, rotors[axis])
+            e = theta - measured[i, axis]
+            if unknown == STATION:  # derivatives by the arm (a, b, c) in master axes, negated
+                dx, dy, dz = (
+                    -(R[0, 0] * dx + R[0, 1] * dy + R[0, 2] * dz),
+                    -(R[1, 0] * dx + R[1, 1] * dy + R[1, 2] * dz),
+                    -(R[2, 0] * dx + R[2, 1] * dy + R[2, 2] * dz),
+                )
+            row[0], row[1], row[2] = dx, dy, dz
+            row[3], row[4], row[5] = b * dz - c * dy, c * dx - a * dz, a * dy - b * dx
+            total += e * e
+            for j in range(N):
+                g[j] += row[j] * e
+                for k in range(j + 1):
+                    H[j, k] += row[j] * row[k]
+    for j in range(N):
+        for k in range(j):
+            H[k, j] = H[j, k]
+    return total
+
+
+@njit
+def solve(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
+    """Step -(H + damping diag H)^-1 g by Cholesky; NaN where H is singular."""
+    L = np.zeros((N, N))
+    x = np.empty(N)
+    for i in range(N):
+        for j in range(i + 1):
+            s = H[i, j] * (1.0 + damping) if i == j else H[i, j]
+            for k in range(j):
+                s -= L[i, k] * L[j, k]
+            if i == j:
+                if s <= 1e-14 * H[i, i]:
+                    x[:] = np.nan
+                    return x
+                L[i, i] = math.sqrt(s)
+            else:
+                L[i, j] = s / L[j, j]
+    for i in range(N):
+        s = -g[i]
+        for k in range(i):
+            s -= L[i, k] * x[k]
+        x[i] = s / L[i, i]
+    for i in range(N - 1, -1, -1):
+        s = x[i]
+        for k in range(i + 1, N):
+            s -= L[k, i] * x[k]
+        x[i] = s / L[i, i]
+    return x
+
+
+@njit
+def minimise(
+    R: np.ndarray,
+    t: np.ndarray,
+    unknown: int,
+    points: np.ndarray,
+    measured: np.ndarray,
+    rotors: np.ndarray,
+    iterations: int,
+) -> tuple[np.ndarray, np.ndarray, float, bool]:
+    """Local minimum of K_1 or K_2 from (R, t): R, t, cost in rad^2, and whether it converged.
+
+    Converged is a step below 1e-10 (m, rad) or a predicted gain below 1e-10 of the cost.
+    """
+    H, g = np.empty((N, N)), np.empty(N)
+    H2, g2 = np.empty((N, N)), np.empty(N)
+    f = normal_equations(R, t, unknown, points, measured, rotors, H, g)
+    damping = 1e-3
+    for _ in range(iterations):
+        d = solve(H, g, damping)
+        if not math.isfinite(d[0]):
+            damping = max(10.0 * damping, 1e-6)
+            if damping > 1e10:
+                return R, t, f, False
+            continue
+        R2, t2 = turn(d[3:], R), t + d[:3]
+        f2 = normal_equations(R2, t2, unknown, points, measured, rotors, H2, g2)
+        largest = np.abs(d).max()
+        if f2 <= f:
+            gained = f - f2
+            R, t, f = R2, t2, f2
+            H, H2 = H2, H
+            g, g2 = g2, g
+            damping *= 0.1
+            if largest < 1e-10 or gained <= 1e-10 * f:
+                return R, t, f, True
+        else:
+            if largest < 1e-10 or f2 - f <= 1e-12 * f:
+                return R, t, f, True
+            damping = max(10.0 * damping, 1e-6)
+            if damping > 1e10:
+                return R, t, f, False
+    return R, t, f, False
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    from mocap_metrology.lighthouse.board import flat_board
+    from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
+
+    points, rotors = flat_board(), rotor_parameters()
+    t = np.array([3.0, 0.0, 0.0])
+    for unknown in (BOARD, STATION):
+        minimise(np.eye(3), t, unknown, points, angles(points + t, rotors), rotors, 1)

@@ -1,0 +1,108 @@
+"""Slave pose from a board that lies still: no path for Kabsch, one board pose for each station.
+
+R = R_m R_s^T and t = t_m - R t_s, with (R_m, t_m) and (R_s, t_s) the pose of the same board in the
+frames of master and slave.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.lighthouse.calibrate.board_pose import (
+    Path,
+    by_levenberg_marquardt,
+)
+from mocap_metrology.lighthouse.calibrate.cost import BOARD
+from mocap_metrology.lighthouse.calibrate.levenberg import normal_equations
+from mocap_metrology.lighthouse.calibrate.reconstruction import FEWEST_DIODES, Measurements
+from mocap_metrology.lighthouse.records import Hits
+
+STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
+FEWEST_HITS = 10  # of a diode in one axis, so that its median means something
+
+
+@dataclass(frozen=True)
+class StaticPose:
+    """Slave pose R, t (m); covariance (6, 6) in m and rad; residual in rad; angles used; the lower
+    of both stations' ratios of mirrored to taken K_1 (near 1: which is right is a guess)."""
+
+    R: np.ndarray
+    t_m: np.ndarray
+    covariance: np.ndarray
+    residual_rms_rad: float
+    n_angles: int
+    ambiguity: float
+
+
+def is_still(path: Path) -> bool:
+    """Whether the board keeps its place: robust spread of its position below `STILL_M`."""
+    spread = np.median(np.abs(path.t_m - np.median(path.t_m, axis=0)), axis=0)
+    return bool(1.4826 * np.linalg.norm(spread) < STILL_M)
+
+
+def median_angles(hits: Hits, station: int, n_diodes: int) -> Measurements:
+    """One measurement: the median of each diode's angle in each axis over the recording."""
+    angles = np.full((1, n_diodes, 2), np.nan)
+    own = hits.station == station
+    for axis in (0, 1):
+        for diode in range(n_diodes):
+            values = hits.angle_rad[own & (hits.axis == axis) & (hits.diode == diode)]
+            if values.size >= FEWEST_HITS:
+                angles[0, diode, axis] = np.median(values)
+    angles[~np.isfinite(angles).all(axis=2)] = np.nan
+    return Measurements(np.array([np.mean(hits.time_s[own])]) if own.any() else np.zeros(1), angles)
+
+
+def static_pose(
+    measurements: list[Measurements], board: np.ndarray, rotors: list[np.ndarray]
+) -> StaticPose | None:
+    """Slave pose from one measurement of each station; None where one sees too few diodes.
+
+    The noise is taken from the residuals, so an error of optics or of the board counts as noise;
+    the covariance of each board pose, sigma^2 (J^T J)^-1, is carried through both formulas.
+    """
+    if any(m.seen.sum() < FEWEST_DIODES for m in measurements):
+        return None
+    paths = [by_levenberg_marquardt(m, board, r) for m, r in zip(measurements, rotors, strict=True)]
+    master, slave = paths
+    R = master.R[0] @ slave.R[0].T
+    t = master.t_m[0] - R @ slave.t_m[0]
+    covariance = np.zeros((6, 6))
+    # d(R) = w_m - R w_s; d(t) = d(t_m) - R d(t_s) + (R t_s) x (w_m - R w_s)
+    arm = _cross(R @ slave.t_m[0])
+    jacobians = (
+        np.block([[np.eye(3), arm], [np.zeros((3, 3)), np.eye(3)]]),
+        np.block([[-R, -arm @ R], [np.zeros((3, 3)), -R]]),
+    )
+    for path, given, rotor, jacobian in zip(paths, measurements, rotors, jacobians, strict=True):
+        covariance += jacobian @ _covariance(path, given, board, rotor) @ jacobian.T
+    n_angles = int(master.n_angles[0] + slave.n_angles[0])
+    rms = float(np.sqrt((master.epsilon[0] + slave.epsilon[0]) / n_angles))
+    ambiguity = float(min(master.ambiguity[0], slave.ambiguity[0]))
+    return StaticPose(R, t, covariance, rms, n_angles, ambiguity)
+
+
+def _cross(v: np.ndarray) -> np.ndarray:
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+
+def _covariance(
+    path: Path, given: Measurements, board: np.ndarray, rotors: np.ndarray
+) -> np.ndarray:
+    """sigma^2 (J^T J)^-1 of a board pose, sigma^2 = K_1 / (angles - 6); m and rad."""
+    seen = given.seen[0]
+    H, g = np.empty((6, 6)), np.empty(6)
+    normal_equations(
+        path.R[0],
+        path.t_m[0],
+        BOARD,
+        np.ascontiguousarray(board[seen]),
+        np.ascontiguousarray(given.angles_rad[0, seen]),
+        rotors,
+        H,
+        g,
+    )
+    freedom = max(int(path.n_angles[0]) - 6, 1)
+    return path.epsilon[0] / freedom * np.linalg.inv(H)

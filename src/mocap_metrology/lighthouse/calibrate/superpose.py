@@ -1,0 +1,98 @@
+"""Two paths of one board brought together: common times, then Kabsch (J VI-C to VI-E)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_metrology.lighthouse.calibrate.board_pose import Path
+from mocap_metrology.lighthouse.timing import CYCLE_S
+
+LONGEST_GAP_S = 12.5 * CYCLE_S  # between the two poses a third is interpolated from
+BLOCKS = 20  # of the jackknife
+
+
+def at_times(path: Path, time_s: np.ndarray) -> tuple[Path, np.ndarray]:
+    """The path at other times, and which of `time_s` have poses near enough on both sides.
+
+    Positions and the remaining K_1 are interpolated linearly (J VI-C), rotations along the
+    shortest turn. Times outside the path, or in a gap of more than three sweep periods, are left
+    out. Returns the path at the times kept, and the mask (n,) of these.
+    """
+    from scipy.spatial.transform import Rotation
+
+    if len(path) < 2:
+        return path.take(np.zeros(0, dtype=int)), np.zeros(time_s.size, dtype=bool)
+    after = np.clip(np.searchsorted(path.time_s, time_s, side="right"), 1, len(path) - 1)
+    before = after - 1
+    span = path.time_s[after] - path.time_s[before]
+    inside = (time_s >= path.time_s[before]) & (time_s <= path.time_s[after])
+    kept = inside & (span <= LONGEST_GAP_S)
+    a, b = before[kept], after[kept]
+    share = (time_s[kept] - path.time_s[a]) / span[kept]
+    if not kept.any():
+        return path.take(np.zeros(0, dtype=int)), kept
+    first = Rotation.from_matrix(path.R[a])
+    turn = (first.inv() * Rotation.from_matrix(path.R[b])).as_rotvec()
+    R = (first * Rotation.from_rotvec(share[:, None] * turn)).as_matrix()
+    t = path.t_m[a] + share[:, None] * (path.t_m[b] - path.t_m[a])
+    epsilon = path.epsilon[a] + share * (path.epsilon[b] - path.epsilon[a])
+    n_angles = np.minimum(path.n_angles[a], path.n_angles[b])
+    return Path(time_s[kept], R, t, epsilon, n_angles, path.ambiguity[a]), kept
+
+
+def kabsch(
+    moved: np.ndarray, fixed: np.ndarray, weight: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """R, t of the least weighted sum of |fixed - (R moved + t)|^2 [Kabsch 1976].
+
+    moved, fixed (n, 3); weight (n,), default 1. The centroids are brought together, then R = V U^T
+    of the singular value decomposition of the weighted covariance, never a reflection.
+    """
+    w = np.ones(len(moved)) if weight is None else weight
+    w = w / w.sum()
+    a, b = w @ moved, w @ fixed
+    U, _, Vt = np.linalg.svd(((moved - a) * w[:, None]).T @ (fixed - b))
+    sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(Vt.T @ U.T))])
+    R = Vt.T @ sign @ U.T
+    return R, b - R @ a
+
+
+def jackknife(values: np.ndarray) -> np.ndarray:
+    """Covariance of an estimate from its values with one of B blocks left out, (B, k) -> (k, k).
+
+    (B - 1)/B sum (v_b - mean)(v_b - mean)^T: blocks of time, as neighbouring poses err together.
+    """
+    d = values - values.mean(axis=0)
+    return (len(values) - 1) / len(values) * d.T @ d
+
+
+def blocks_of(time_s: np.ndarray, n_blocks: int = BLOCKS) -> np.ndarray:
+    """Block of each time: equal stretches of the recording, numbered without gaps."""
+    span = np.ptp(time_s) if time_s.size else 0.0
+    if span == 0:
+        return np.zeros(time_s.size, dtype=int)
+    block = np.minimum(((time_s - time_s.min()) / span * n_blocks).astype(int), n_blocks - 1)
+    return np.unique(block, return_inverse=True)[1]
+
+
+def superpose(
+    slave: np.ndarray, master: np.ndarray, weight: np.ndarray, time_s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Slave pose R, t (m) from positions of both paths at the same times, and its covariance.
+
+    Covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over blocks of
+    time; None with fewer than three blocks.
+    """
+    from mocap_metrology.lighthouse.rotation import log
+
+    R, t = kabsch(slave, master, weight)
+    block = blocks_of(time_s)
+    count = int(block.max()) + 1
+    if count < 3:
+        return R, t, None
+    without = []
+    for b in range(count):
+        kept = block != b
+        Rb, tb = kabsch(slave[kept], master[kept], weight[kept])
+        without.append(np.r_[tb - t, log(Rb @ R.T)])
+    return R, t, jackknife(np.array(without))

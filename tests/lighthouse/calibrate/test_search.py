@@ -1,0 +1,135 @@
+"""Costs, derivatives and both searches, against numpy, finite differences and scipy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares, minimize
+
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.board import flat_board
+from mocap_metrology.lighthouse.calibrate.cost import BOARD, STATION, evaluate
+from mocap_metrology.lighthouse.calibrate.levenberg import minimise, normal_equations, solve, turn
+from mocap_metrology.lighthouse.calibrate.nelder_mead import (
+    MATLAB,
+    TIGHT,
+    search,
+)
+from mocap_metrology.lighthouse.records import Factory
+from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
+
+BOARD_M = flat_board()
+AWAY = np.array([3.0, 0, 0])
+POSE = np.array([3.1, 0.5, -0.4, 0.2, -0.15, np.pi - 0.25])
+FACTORY = Factory(
+    np.array([0.05, 0.024]),
+    np.array([-0.009, 0.001]),
+    np.array([-0.004, -0.0015]),
+    np.array([1.86, -0.79]),
+    np.array([0.011, -0.011]),
+)
+LASERS = np.array([[0.01, 0.005, -0.02], [-0.015, 0.01, 0.02]])
+ROTORS = {
+    "ideal": rotor_parameters(),
+    "lasers": rotor_parameters(None, LASERS),
+    "factory": rotor_parameters(FACTORY, LASERS),
+}
+
+
+def points_of(pose: np.ndarray, unknown: int) -> np.ndarray:
+    """Diodes in the station's frame at a pose of the board or of the station."""
+    R, t = rotation.from_angles(*pose[3:]), pose[:3]
+    return BOARD_M @ R.T + t if unknown == BOARD else (BOARD_M + AWAY - t) @ R
+
+
+def case(unknown: int, optics: str, noise: float = 4e-5):
+    pose = POSE if unknown == BOARD else np.array([0.2, 0.5, -0.2, 0.1, -0.1, -0.15])
+    points = BOARD_M if unknown == BOARD else BOARD_M + AWAY
+    measured = angles(points_of(pose, unknown), ROTORS[optics])
+    return pose, points, measured + np.random.default_rng(3).normal(0, noise, measured.shape)
+
+
+@pytest.mark.parametrize("optics", ROTORS)
+@pytest.mark.parametrize("unknown", [BOARD, STATION])
+def test_cost_is_the_squared_frobenius_norm(unknown: int, optics: str) -> None:
+    pose, points, measured = case(unknown, optics, noise=0.02)
+    for step in (0.0, 0.03, 2.0):  # near, and so far that the series of atan does not hold
+        x = pose + step * np.array([0.1, 0.3, -0.2, 0.3, 0.2, -0.1])
+        off = angles(np.ascontiguousarray(points_of(x, unknown)), ROTORS[optics]) - measured
+        off = (off + np.pi) % (2 * np.pi) - np.pi
+        assert evaluate(x, unknown, points, measured, ROTORS[optics]) == pytest.approx(
+            np.linalg.norm(off, "fro") ** 2, rel=1e-11
+        )
+
+
+@pytest.mark.parametrize("settings", [MATLAB, TIGHT])
+@pytest.mark.parametrize("start", [0.02, 0.3])
+def test_the_simplex_takes_the_same_steps_as_scipy(settings, start: float) -> None:
+    pose, points, measured = case(BOARD, "lasers")
+    x0 = pose * (1 - start)
+    x0[4] = 0.0  # where the first simplex takes 0.00025
+    ours = search(x0, BOARD, points, measured, ROTORS["lasers"], settings)
+    peer = minimize(
+        lambda x: evaluate(x, BOARD, points, measured, ROTORS["lasers"]),
+        x0,
+        method="Nelder-Mead",
+        options={
+            "xatol": settings.tol_x,
+            "fatol": settings.tol_fun,
+            "maxfev": settings.evaluations,
+            "maxiter": 10**6,
+        },
+    )
+    np.testing.assert_allclose(ours[0], peer.x, rtol=0, atol=1e-12)
+    assert ours[1] == pytest.approx(peer.fun)
+    assert ours[2] == peer.nfev
+
+
+@pytest.mark.parametrize("optics", ROTORS)
+@pytest.mark.parametrize("unknown", [BOARD, STATION])
+def test_derivatives(unknown: int, optics: str) -> None:
+    """Gradient and curvature of the cost along shifts and left rotation vectors."""
+    pose, points, measured = case(unknown, optics, noise=1e-3)
+    R, t, rotors = rotation.from_angles(*pose[3:]), pose[:3], ROTORS[optics]
+
+    def residuals(d: np.ndarray) -> np.ndarray:
+        Rd, td = turn(d[3:], R), t + d[:3]
+        own = BOARD_M @ Rd.T + td if unknown == BOARD else (points - td) @ Rd
+        return (angles(np.ascontiguousarray(own), rotors) - measured).ravel()
+
+    h = 1e-6
+    J = np.column_stack([(residuals(h * e) - residuals(-h * e)) / (2 * h) for e in np.eye(6)])
+    H, g = np.empty((6, 6)), np.empty(6)
+    f = normal_equations(R, t, unknown, points, measured, rotors, H, g)
+    assert f == pytest.approx((residuals(np.zeros(6)) ** 2).sum(), rel=1e-12)
+    np.testing.assert_allclose(H, J.T @ J, rtol=1e-6, atol=1e-6 * H.max())
+    np.testing.assert_allclose(g, J.T @ residuals(np.zeros(6)), rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(solve(H, g, 0.0), -np.linalg.solve(H, g), rtol=1e-7, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-10, 1e-3, 2.0])
+def test_turn_is_rodrigues(size: float) -> None:
+    v = size * np.array([0.3, -0.5, 0.8])
+    R = rotation.from_angles(0.4, 0.2, -1.0)
+    np.testing.assert_allclose(turn(v, R), rotation.exp(v) @ R, atol=1e-15)
+
+
+@pytest.mark.parametrize("optics", ROTORS)
+@pytest.mark.parametrize("unknown", [BOARD, STATION])
+def test_minimum_is_that_of_scipy(unknown: int, optics: str) -> None:
+    pose, points, measured = case(unknown, optics)
+    rotors = ROTORS[optics]
+    start = pose + np.array([0.1, 0.05, -0.05, 0.05, 0.04, -0.05])
+
+    def residuals(x: np.ndarray) -> np.ndarray:
+        own = np.ascontiguousarray(points_of(x, unknown))
+        return (angles(own, rotors) - measured).ravel()
+
+    peer = least_squares(residuals, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    R, t, cost, converged = minimise(
+        rotation.from_angles(*start[3:]), start[:3], unknown, points, measured, rotors, 40
+    )
+    assert converged
+    assert cost == pytest.approx(2 * peer.cost, rel=1e-9)
+    np.testing.assert_allclose(t, peer.x[:3], atol=2e-6)
+    np.testing.assert_allclose(R, rotation.from_angles(*peer.x[3:]), atol=2e-6)

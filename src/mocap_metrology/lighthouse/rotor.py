@@ -152,8 +152,8 @@ def angles(points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
 def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """Ideal angles behind measured ones: the inverse of the model, lasers taken at one point.
 
-    measured (..., 2) in rad, NaN kept; returns the same shape, to 1e-12 rad, by Newton's method on
-    the direction (1, tan theta, tan phi). Needs both angles of each point.
+    measured (..., 2) in rad; returns the same shape, to 1e-12 rad, by Newton's method on the
+    direction (1, tan theta, tan phi). NaN for both where either is.
     """
     measured = np.asarray(measured, dtype=np.float64)
     flat = np.ascontiguousarray(measured.reshape(-1, 2))

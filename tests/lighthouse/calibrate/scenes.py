@@ -34,7 +34,7 @@ def pose_at(time_s: np.ndarray, rng_seed: int, speed: float, still: bool = False
         arm, turn = np.zeros_like(arm), np.zeros_like(turn)
     centre = np.array([3.2, 0.2, -0.3])
     base = from_angles(0.05, 0.1, np.pi + 0.1)
-    turned = np.array([exp(v) for v in turn.reshape(-1, 3)]) @ base
+    turned = exp(turn.reshape(-1, 3)) @ base
     return turned.reshape(*arm.shape[:-1], 3, 3), centre + arm
 
 

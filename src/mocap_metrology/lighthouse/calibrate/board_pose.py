@@ -103,23 +103,21 @@ def _search_all(
     evaluations: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nelder-Mead for every measurement; `warm` starts each from the pose before."""
-    n, d = seen.shape
+    n = seen.shape[0]
     poses, epsilon = np.empty((n, 6)), np.empty(n)
-    points, m, cs = np.empty((d, 3)), np.empty((d, 2)), np.empty((d, 4))
-    R = np.empty((3, 3))
     for i in range(n):
-        k = 0
-        for j in range(d):
-            if seen[i, j]:
-                points[k], m[k], cs[k] = board[j], angles[i, j], trig[i, j]
-                k += 1
+        own = np.flatnonzero(seen[i])
+        points, m, cs = np.empty((3, own.size)), np.empty((2, own.size)), np.empty((4, own.size))
+        for k in range(own.size):
+            points[:, k], m[:, k], cs[:, k] = board[own[k]], angles[i, own[k]], trig[:, i, own[k]]
         x0 = starts[i]
         if warm and i > 0:  # unless the search before was lost
-            before = cost(poses[i - 1], BOARD, points[:k], m[:k], cs[:k], rotors, R)
-            if before < cost(x0, BOARD, points[:k], m[:k], cs[:k], rotors, R):
+            R, room = np.empty((3, 3)), np.empty((4, own.size))
+            before = cost(poses[i - 1], BOARD, points, m, cs, rotors, R, room)
+            if before < cost(x0, BOARD, points, m, cs, rotors, R, room):
                 x0 = poses[i - 1]
         poses[i], epsilon[i], _ = nelder_mead(
-            x0, BOARD, points[:k], m[:k], cs[:k], rotors, tol_x, tol_fun, evaluations
+            x0, BOARD, points, m, cs, rotors, tol_x, tol_fun, evaluations
         )
     return poses, epsilon
 
@@ -139,7 +137,7 @@ def by_nelder_mead(
     angles, seen = measurements.angles_rad, measurements.seen
     R, t = first_guesses(measurements, board, distance_m)
     starts = np.column_stack([t, np.array([rotation.to_angles(r) for r in R]).reshape(-1, 3)])
-    trig = trig_of(angles.reshape(-1, 2)).reshape(*seen.shape, 4)
+    trig = trig_of(np.moveaxis(angles, 2, 0))
     poses, epsilon = _search_all(
         starts,
         warm,
@@ -307,3 +305,14 @@ def apart(path: Path, other: Path) -> np.ndarray:
     """Angle in rad between the rotations of two paths of the same measurements."""
     trace = np.einsum("nij,nij->n", path.R, other.R)
     return np.arccos(np.clip((trace - 1) / 2, -1, 1))
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    from mocap_metrology.lighthouse.board import flat_board
+    from mocap_metrology.lighthouse.rotor import angles
+
+    board, rotors = flat_board(), rotor_parameters()
+    given = Measurements(np.zeros(1), angles(board + np.array([3.0, 0, 0]), rotors)[None])
+    by_nelder_mead(given, board, rotors)
+    by_levenberg_marquardt(given, board, rotors)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.rotor import IMPERFECT, X, Y, Z, angle
+from mocap_metrology.lighthouse.rotor import IMPERFECT, X, Y, angle
 
 BOARD, STATION = 0, 1  # whose pose is unknown
 
@@ -27,19 +27,68 @@ def matrix(x: np.ndarray, R: np.ndarray) -> None:
     R[2, 0], R[2, 1], R[2, 2] = -sb, cb * sa, cb * ca
 
 
-@njit(inline="always")
-def _turn(b: float, a: float, cos_m: float, sin_m: float) -> float:
-    """atan2(b, a) minus the measured angle, without an arctangent where the two are near.
+@njit
+def _turns(
+    room: np.ndarray,
+    axis: int,
+    side_0: float,
+    ahead_0: float,
+    measured: np.ndarray,
+    trig: np.ndarray,
+) -> float:
+    """Sum of squares of atan2(side, ahead) about a laser, less the measured angle m.
 
-    tan of the difference is q = (b cos m - a sin m) / (a cos m + b sin m); below 0.04 the series of
-    atan q, cut after q^11, is exact to 1e-19.
+    Points are in room[:3], room[3] is written over. Differences are in (-pi, pi], and need no
+    arctangent where they are small: with q = (s cos m - a sin m) / (a cos m + s sin m), the tangent
+    of the difference, below 0.1 the series of atan q, cut after q^13, is exact to 1e-16. Loops
+    without a branch, so that several elements are computed at a time.
     """
-    over, under = b * cos_m - a * sin_m, a * cos_m + b * sin_m
-    q = over / under
-    if under > 0.0 and abs(q) < 0.04:
-        s = q * q
-        return q * (1.0 - s * (1 / 3 - s * (1 / 5 - s * (1 / 7 - s * (1 / 9 - s / 11)))))
-    return math.atan2(over, under)
+    n, k, c = measured.shape[1], 1 + axis, 2 * axis
+    for i in range(n):
+        s, a = room[k, i] - side_0, room[0, i] - ahead_0
+        room[3, i] = (s * trig[c, i] - a * trig[c + 1, i]) / (a * trig[c, i] + s * trig[c + 1, i])
+    far = 0
+    for i in range(n):
+        under = (room[0, i] - ahead_0) * trig[c, i] + (room[k, i] - side_0) * trig[c + 1, i]
+        far += 0 if (abs(room[3, i]) < 0.1) & (under > 0.0) else 1
+    if far > 0:
+        for i in range(n):
+            e = math.atan2(room[k, i] - side_0, room[0, i] - ahead_0) - measured[axis, i]
+            room[3, i] = e - 2.0 * math.pi * math.floor(0.5 + e / (2.0 * math.pi))
+    else:
+        for i in range(n):
+            q = room[3, i]
+            s = q * q
+            series = 1 / 5 - s * (1 / 7 - s * (1 / 9 - s * (1 / 11 - s / 13)))
+            room[3, i] = q * (1.0 - s * (1 / 3 - s * series))
+    return _sum_of_squares(room)
+
+
+@njit
+def _sum_of_squares(room: np.ndarray) -> float:
+    """Of room[3], in four parts, of which a processor adds several at a time."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    n = room.shape[1]
+    whole = n - n % 4
+    for i in range(0, whole, 4):
+        a += room[3, i] * room[3, i]
+        b += room[3, i + 1] * room[3, i + 1]
+        c += room[3, i + 2] * room[3, i + 2]
+        d += room[3, i + 3] * room[3, i + 3]
+    for i in range(whole, n):
+        a += room[3, i] * room[3, i]
+    return (a + b) + (c + d)
+
+
+@njit
+def _place(
+    R: np.ndarray, tx: float, ty: float, tz: float, points: np.ndarray, room: np.ndarray
+) -> None:
+    """R p + t of points (3, n), into room[:3]."""
+    for k, t in ((0, tx), (1, ty), (2, tz)):
+        rx, ry, rz = R[k, 0], R[k, 1], R[k, 2]
+        for i in range(points.shape[1]):
+            room[k, i] = rx * points[0, i] + ry * points[1, i] + rz * points[2, i] + t
 
 
 @njit
@@ -51,11 +100,13 @@ def cost(
     trig: np.ndarray,
     rotors: np.ndarray,
     R: np.ndarray,
+    room: np.ndarray,
 ) -> float:
     """K_1 or K_2 in rad^2.
 
-    points (n, 3): diodes in the board's frame (BOARD) or in the master's (STATION); measured (n, 2)
-    rad, and trig (n, 4): cos and sin of both; rotors (2, 10); R (3, 3) is room to work in.
+    points (3, n): diodes in the board's frame (BOARD) or in the master's (STATION); measured (2, n)
+    rad, azimuth and elevation; trig (4, n): cos and sin of both; rotors (2, 10); R (3, 3)
+    and room (4, n) to work in.
     """
     matrix(x, R)
     if unknown == STATION:  # p = R^T (w - t)
@@ -67,33 +118,30 @@ def cost(
         tz = -(R[2, 0] * x[0] + R[2, 1] * x[1] + R[2, 2] * x[2])
     else:
         tx, ty, tz = x[0], x[1], x[2]
+    _place(R, tx, ty, tz, points, room)
     total = 0.0
-    ideal = rotors[0, IMPERFECT] == 0.0 and rotors[1, IMPERFECT] == 0.0
-    for i in range(points.shape[0]):
-        a, b, c = points[i, 0], points[i, 1], points[i, 2]
-        px = R[0, 0] * a + R[0, 1] * b + R[0, 2] * c + tx
-        py = R[1, 0] * a + R[1, 1] * b + R[1, 2] * c + ty
-        pz = R[2, 0] * a + R[2, 1] * b + R[2, 2] * c + tz
-        if ideal:
-            e0 = _turn(py - rotors[0, Y], px - rotors[0, X], trig[i, 0], trig[i, 1])
-            e1 = _turn(pz - rotors[1, Z], px - rotors[1, X], trig[i, 2], trig[i, 3])
-        else:
-            e0 = angle(0, px, py, pz, rotors[0]) - measured[i, 0]
-            e1 = angle(1, px, py, pz, rotors[1]) - measured[i, 1]
-        total += e0 * e0 + e1 * e1
+    if rotors[0, IMPERFECT] == 0.0 and rotors[1, IMPERFECT] == 0.0:
+        for axis in range(2):
+            total += _turns(room, axis, rotors[axis, Y + axis], rotors[axis, X], measured, trig)
+        return total
+    for i in range(points.shape[1]):
+        for axis in range(2):
+            e = angle(axis, room[0, i], room[1, i], room[2, i], rotors[axis]) - measured[axis, i]
+            total += e * e
     return total
 
 
 def trig_of(measured: np.ndarray) -> np.ndarray:
-    """cos and sin of azimuth, cos and sin of elevation, (n, 4)."""
-    m = np.asarray(measured)
-    return np.column_stack([np.cos(m[:, 0]), np.sin(m[:, 0]), np.cos(m[:, 1]), np.sin(m[:, 1])])
+    """cos and sin of azimuth, cos and sin of elevation, (4, ...), of angles (2, ...) in rad."""
+    return np.stack([f(m) for m in np.asarray(measured) for f in (np.cos, np.sin)])
 
 
 def evaluate(
     x: np.ndarray, unknown: int, points: np.ndarray, measured: np.ndarray, rotors: np.ndarray
 ) -> float:
-    """K_1 (unknown BOARD) or K_2 (STATION) at a pose, see `cost`."""
-    x, points = np.asarray(x, dtype=np.float64), np.ascontiguousarray(points)
-    measured = np.ascontiguousarray(measured)
-    return cost(x, unknown, points, measured, trig_of(measured), rotors, np.empty((3, 3)))
+    """K_1 (unknown BOARD) or K_2 (STATION) at a pose; points (n, 3), measured (n, 2)."""
+    points = np.ascontiguousarray(np.transpose(points), dtype=np.float64)
+    measured = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
+    room = np.empty((4, points.shape[1]))
+    x = np.asarray(x, dtype=np.float64)
+    return cost(x, unknown, points, measured, trig_of(measured), rotors, np.empty((3, 3)), room)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.calibrate.cost import cost
+from mocap_metrology.lighthouse.calibrate.cost import cost, trig_of
 
 N = 6
 
@@ -35,14 +35,28 @@ TIGHT = SimplexSettings(tol_x=1e-6, tol_fun=1e-14, evaluations=1000 * N)
 @njit
 def _sort(simplex: np.ndarray, f: np.ndarray) -> None:
     """Insertion sort by cost; equal costs keep their order."""
-    row = np.empty(N)
     for i in range(1, N + 1):
-        row[:], value = simplex[i], f[i]
         j = i
-        while j > 0 and f[j - 1] > value:
-            simplex[j], f[j] = simplex[j - 1], f[j - 1]
+        while j > 0 and f[j - 1] > f[j]:
+            f[j - 1], f[j] = f[j], f[j - 1]
+            for k in range(N):
+                simplex[j - 1, k], simplex[j, k] = simplex[j, k], simplex[j - 1, k]
             j -= 1
-        simplex[j], f[j] = row, value
+
+
+@njit
+def _along(middle: np.ndarray, simplex: np.ndarray, share: float, x: np.ndarray) -> None:
+    """x = middle + share (middle - worst point)."""
+    for j in range(N):
+        x[j] = (1.0 + share) * middle[j] - share * simplex[N, j]
+
+
+@njit
+def _put(simplex: np.ndarray, f: np.ndarray, x: np.ndarray, fx: float) -> None:
+    """In place of the worst point."""
+    f[N] = fx
+    for j in range(N):
+        simplex[N, j] = x[j]
 
 
 @njit
@@ -69,45 +83,45 @@ def nelder_mead(
     evaluations: int,
 ) -> tuple[np.ndarray, float, int]:
     """Minimise K_1 or K_2 (see `cost`) from x0: the pose (6,), its cost in rad^2, evaluations."""
-    R = np.empty((3, 3))
+    R, room = np.empty((3, 3)), np.empty((4, points.shape[1]))
     simplex, f = np.empty((N + 1, N)), np.empty(N + 1)
     middle, x, y = np.empty(N), np.empty(N), np.empty(N)
     for i in range(N + 1):
         simplex[i] = x0
         if i > 0:
             simplex[i, i - 1] = 1.05 * x0[i - 1] if x0[i - 1] != 0.0 else 0.00025
-        f[i] = cost(simplex[i], unknown, points, measured, trig, rotors, R)
+        f[i] = cost(simplex[i], unknown, points, measured, trig, rotors, R, room)
     used = N + 1
     _sort(simplex, f)
     while used < evaluations and not _small(simplex, f, tol_x, tol_fun):
         for j in range(N):
-            middle[j] = simplex[:N, j].sum() / N
-        x[:] = 2.0 * middle - simplex[N]
-        fx = cost(x, unknown, points, measured, trig, rotors, R)
+            total = 0.0
+            for i in range(N):
+                total += simplex[i, j]
+            middle[j] = total / N
+        _along(middle, simplex, 1.0, x)
+        fx = cost(x, unknown, points, measured, trig, rotors, R, room)
         used += 1
         if f[0] <= fx < f[N - 1]:
-            simplex[N], f[N] = x, fx
+            _put(simplex, f, x, fx)
         elif fx < f[0]:
-            y[:] = 3.0 * middle - 2.0 * simplex[N]
-            fy = cost(y, unknown, points, measured, trig, rotors, R)
+            _along(middle, simplex, 2.0, y)
+            fy = cost(y, unknown, points, measured, trig, rotors, R, room)
             used += 1
             if fy < fx:
-                simplex[N], f[N] = y, fy
+                _put(simplex, f, y, fy)
             else:
-                simplex[N], f[N] = x, fx
+                _put(simplex, f, x, fx)
         else:
-            if fx < f[N]:
-                y[:] = 1.5 * middle - 0.5 * simplex[N]
-            else:
-                y[:] = 0.5 * middle + 0.5 * simplex[N]
-            fy = cost(y, unknown, points, measured, trig, rotors, R)
+            _along(middle, simplex, 0.5 if fx < f[N] else -0.5, y)
+            fy = cost(y, unknown, points, measured, trig, rotors, R, room)
             used += 1
             if (fx < f[N] and fy <= fx) or (fx >= f[N] and fy < f[N]):
-                simplex[N], f[N] = y, fy
+                _put(simplex, f, y, fy)
             else:
                 for i in range(1, N + 1):
                     simplex[i] = simplex[0] + 0.5 * (simplex[i] - simplex[0])
-                    f[i] = cost(simplex[i], unknown, points, measured, trig, rotors, R)
+                    f[i] = cost(simplex[i], unknown, points, measured, trig, rotors, R, room)
                 used += N
         _sort(simplex, f)
     return simplex[0].copy(), f[0], used
@@ -121,14 +135,12 @@ def search(
     rotors: np.ndarray,
     settings: SimplexSettings = MATLAB,
 ) -> tuple[np.ndarray, float, int]:
-    """`nelder_mead` for callers outside kernels."""
-    from mocap_metrology.lighthouse.calibrate.cost import trig_of
-
-    measured = np.ascontiguousarray(measured, dtype=np.float64)
+    """`nelder_mead` for callers outside kernels: points (n, 3), measured (n, 2)."""
+    measured = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
     return nelder_mead(
         np.asarray(x0, dtype=np.float64),
         unknown,
-        np.ascontiguousarray(points, dtype=np.float64),
+        np.ascontiguousarray(np.transpose(points), dtype=np.float64),
         measured,
         trig_of(measured),
         rotors,
@@ -136,3 +148,10 @@ def search(
         settings.tol_fun,
         settings.evaluations,
     )
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    from mocap_metrology.lighthouse.rotor import rotor_parameters
+
+    search(np.ones(N), 0, np.ones((4, 3)), np.ones((4, 2)), rotor_parameters())

@@ -48,6 +48,7 @@ def _calibration(row: Row, twins: Collection[str]) -> dict[str, Any]:
         "twin": twin,
         "format": row["format"],
         "board": _board(row, twin),
+        "factory": _file(row, "factory"),
         "reference": _file(row, "reference"),
         "reference_labels_master": master,
         "reference_labels_slave": slave,

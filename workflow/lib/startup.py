@@ -22,9 +22,7 @@ def configuration(config: Mapping[str, Any], root: Path) -> dict[str, Any]:
     return result
 
 
-def sheets(
-    config: Mapping[str, Any], root: Path, twins: Rows, calibrations_refused: str | None
-) -> list[Rows]:
+def sheets(config: Mapping[str, Any], root: Path, twins: Rows) -> list[Rows]:
     """Recordings and calibrations by name; the faults of both sheets come together."""
     faults: list[str] = []
     loaded: list[Rows] = []
@@ -33,8 +31,6 @@ def sheets(
             loaded.append(load(config[name], _schema(root, name), twins))
         except Faults as found:
             faults += found.lines
-    if not faults and loaded[1] and calibrations_refused:
-        faults.append(f"{config['calibrations']}: {calibrations_refused}")
     if faults:
         raise Faults(faults)
     return loaded
@@ -59,6 +55,25 @@ def recording_twins(
     for name, values in settings.items():
         try:
             twin_from_mapping(values, name)
+        except Refusal as refusal:
+            faults.append(str(refusal))
+    if faults:
+        raise Faults(faults)
+    return settings
+
+
+def calibration_twins(rows: Rows, twins: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Settings of every twin that the sheet of calibrations uses, merged with its setup's and the
+    defaults, and checked."""
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.lighthouse.simulate.twin import twin_entry, twin_from_mapping
+
+    document = dict(twins) | {"defaults": twins["defaults"].get("calibration") or {}}
+    settings, faults = {}, []
+    for name in dict.fromkeys(row["twin"] for row in rows.values() if row["twin"]):
+        try:
+            settings[name] = twin_entry(document, name)
+            twin_from_mapping(settings[name], name)
         except Refusal as refusal:
             faults.append(str(refusal))
     if faults:

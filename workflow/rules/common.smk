@@ -15,17 +15,14 @@ from lib.faults import Faults, stop
 configfile: "config/config.yaml" if Path("config/config.yaml").is_file() else f"{ROOT}/config/config.yaml"
 
 
-# MARKED FOR THE CALIBRATION RULES: while this line is not None, a row of calibrations.tsv is
-# refused with it.
-CALIBRATIONS_REFUSED = "Lighthouse calibration is not built yet; expected a sheet without rows"
-
 try:
     startup.refuse_containers(workflow.deployment_settings)
     package = installed("mocap_metrology", ROOT)
     config.update(startup.configuration(config, ROOT))
     twins = files.load_twins(config["twins"])
-    RECORDINGS, CALIBRATIONS = startup.sheets(config, ROOT, twins["twins"], CALIBRATIONS_REFUSED)
+    RECORDINGS, CALIBRATIONS = startup.sheets(config, ROOT, twins["twins"])
     TWINS = startup.recording_twins(RECORDINGS, twins, config["duration_s"])
+    CALIBRATION_TWINS = startup.calibration_twins(CALIBRATIONS, twins)
     if alive.runs_jobs(sys.argv):
         alive.take(Path(".snakemake"))
 except Faults as faults:
@@ -104,7 +101,114 @@ def groups():
     return list(dict.fromkeys(row["group"] for row in RECORDINGS.values()))
 
 
+# Calibrations, the same.
+
+
+def calibration_names(group=None):
+    """Names in the order of the sheet, of one group or of all."""
+    return [name for name, row in CALIBRATIONS.items() if group in (None, row["group"])]
+
+
+def calibration_row(calibration):
+    """The row of a calibration as plain values, see lib/calibrations.py."""
+    return CALIBRATIONS[getattr(calibration, "calibration", calibration)]
+
+
+def calibration_twin_settings(calibration):
+    """Everything the twin is made of, see config/twins.yaml."""
+    return CALIBRATION_TWINS[calibration_row(calibration)["twin"]]
+
+
+def made_for(calibration, file):
+    """A file that simulate_calibration makes."""
+    return f"<results>/calibrations/{calibration_row(calibration)['calibration']}/{file}"
+
+
+def calibration_files(calibration):
+    """What a calibration is decoded from: recording, board, factory calibration, by name."""
+    row = calibration_row(calibration)
+    if row["twin"]:
+        return {
+            "dump": made_for(calibration, "twin.dump"),
+            "board": made_for(calibration, "twin_board.csv"),
+        }
+    files = {"dump": row["path"], "factory": row["factory"]}
+    if row["format"] != "libsurvive-rec":
+        files["board"] = row["board"]
+    return {name: path for name, path in files.items() if path}
+
+
+def reference_files(calibration):
+    """What a calibration is compared with, by name: reference, mount, earlier pose."""
+    row = calibration_row(calibration)
+    files = {name: row[name] for name in ("reference", "mount")}
+    if row["twin"] and not row["reference"]:
+        mocap = calibration_twin_settings(calibration).get("reference") == "mocap"
+        names = {"reference": "twin_reference.c3d", "mount": "twin_mount.csv"}
+        names = names if mocap else {"reference": "truth.json"}
+        files = {name: made_for(calibration, file) for name, file in names.items()}
+    if row["twin"]:
+        files["truth"] = made_for(calibration, "truth.json")
+    files["earlier"] = row["check_against"]
+    return {name: path for name, path in files.items() if path}
+
+
+def check_of_calibration(calibration):
+    """The check.json of a real calibration, nothing for a twin."""
+    return [] if calibration_row(calibration)["twin"] else [made_for(calibration, "check.json")]
+
+
+def calibration_groups():
+    """Groups of calibrations in the order in which the sheet first names them."""
+    return list(dict.fromkeys(row["group"] for row in CALIBRATIONS.values()))
+
+
 # Acceptance. A refusal is a result: check_recording always succeeds and says so in check.json.
+
+
+def calibration_checks(group=None):
+    """Every check.json of calibrations."""
+    return [path for name in calibration_names(group) for path in check_of_calibration(name)]
+
+
+def accepted_calibrations(group=None):
+    """Names of accepted calibrations; a twin is one without being checked."""
+    return [
+        name
+        for name in calibration_names(group)
+        if calibration_row(name)["twin"] or calibration_verdict(name)["ok"]
+    ]
+
+
+def calibration_verdict(calibration):
+    """check.json of a real calibration: `ok`, `why`, `warnings`."""
+    path = checkpoints.check_calibration.get(calibration=calibration).output[0]
+    return json.loads(Path(path).read_text(encoding="utf-8"))
+
+
+def of_calibrations(file, group=None):
+    """Input function: a file of every accepted calibration of a group, or of the rule's own."""
+    return lambda wildcards: [
+        f"<results>/calibrations/{name}/{file}"
+        for name in accepted_calibrations(group or wildcards.group)
+    ]
+
+
+def example_calibration():
+    """The calibration that the figures of the second paper show: its first twin on a half circle,
+    or just its first."""
+    names = accepted_calibrations("jansen2019")
+    motions = {
+        name: calibration_twin_settings(name)["motion"].get("pattern")
+        for name in names
+        if calibration_row(name)["twin"]
+    }
+    return next((name for name, pattern in motions.items() if pattern == "arc"), names[0])
+
+
+def of_example(file):
+    """Input function: a file of the calibration that the figures show."""
+    return lambda wildcards: f"<results>/calibrations/{example_calibration()}/{file}"
 
 
 def checks(group=None):
@@ -171,6 +275,8 @@ def wanted(target):
             paths += entry()
         elif "{recording}" in entry:
             paths += [entry.replace("{recording}", name) for name in accepted()]
+        elif "{calibration}" in entry:
+            paths += [entry.replace("{calibration}", name) for name in accepted_calibrations()]
         else:
             paths += [entry.replace("{group}", group) for group in accepted_groups()]
     return paths
@@ -180,18 +286,34 @@ def paper_tables():
     """Tables of the papers: only their own groups feed them."""
     found = "skurowski2019" in accepted_groups()
     numbers = (3, 4, "A1") if found else ()  # the rule of A1 makes A2 and A3 too
-    return [f"<results>/tables/skurowski_table{number}.csv" for number in numbers]
+    tables = [f"<results>/tables/skurowski_table{number}.csv" for number in numbers]
+    if accepted_calibrations("jansen2019"):
+        tables.append("<results>/tables/jansen_table1.csv")  # its rule makes all three
+    return tables
+
+
+def calibration_tables():
+    """Tables of every group with an accepted calibration."""
+    return [
+        f"<results>/tables/{group}_calibrations.csv"
+        for group in calibration_groups()
+        if accepted_calibrations(group)
+    ]
 
 
 def paper_figures():
     """Figures of the papers."""
     found = "skurowski2019" in accepted_groups()
-    return ["<results>/figures/skurowski_fig06.svg"] if found else []
+    figures = ["<results>/figures/skurowski_fig06.svg"] if found else []
+    if accepted_calibrations("jansen2019"):
+        figures.append("<results>/figures/jansen_fig03.svg")
+    return figures
 
 
 def checks_of_target(target):
-    """What has to be checked for a target; calibrations ask nothing of recordings."""
-    return [] if target == "calibrations" else checks()
+    """What has to be checked for a target; recordings and calibrations ask nothing of each other."""
+    of_recordings = [] if target == "calibrations" else checks()
+    return of_recordings + ([] if target == "recordings" else calibration_checks())
 
 
 def gate_of(target):

@@ -181,3 +181,109 @@ rule skurowski_noise_figures:
         "Figures 6 and 14-17 of Skurowski & Pawlyta 2019"
     script:
         "../scripts/skurowski_noise_figures.py"
+
+
+rule calibration_figures:
+    input:
+        pose="<results>/calibrations/{calibration}/pose.json",
+        poses="<results>/calibrations/{calibration}/poses.parquet",
+        sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
+        stations="<results>/calibrations/{calibration}/stations.json",
+        board="<results>/calibrations/{calibration}/board.csv",
+    output:
+        png="<results>/calibrations/{calibration}/calibration.png",
+        svg="<results>/calibrations/{calibration}/calibration.svg",
+    log:
+        "<logs>/calibration_figures/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_figures/{calibration}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("calibration_figures.py"),
+        name=lambda wildcards: wildcards.calibration,
+        twin=lambda wildcards: calibration_row(wildcards)["twin"],
+    message:
+        "{wildcards.calibration}: figure"
+    script:
+        "../scripts/calibration_figures.py"
+
+
+rule calibration_tables:
+    input:
+        checks=lambda wildcards: calibration_checks(wildcards.group),
+        poses=of_calibrations("pose.json"),
+    output:
+        multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
+    log:
+        "<logs>/calibration_tables/{group}.log",
+    benchmark:
+        "<benchmarks>/calibration_tables/{group}.tsv"
+    threads: 1
+    params:
+        code=digest("calibration_tables.py"),
+        rows=lambda wildcards: [
+            calibration_row(name) for name in accepted_calibrations(wildcards.group)
+        ],
+    message:
+        "{wildcards.group}: table of calibrations"
+    script:
+        "../scripts/calibration_tables.py"
+
+
+rule jansen_tables:
+    input:
+        checks=calibration_checks("jansen2019"),
+        poses=of_calibrations("pose.json", "jansen2019"),
+    output:
+        multiext(
+            "<results>/tables/jansen_table",
+            *(f"{n}.{kind}" for n in (1, 2, 3) for kind in ("csv", "md")),
+        ),
+    log:
+        "<logs>/jansen_tables.log",
+    benchmark:
+        "<benchmarks>/jansen_tables.tsv"
+    threads: 1
+    params:
+        code=digest("jansen_tables.py"),
+        rows=lambda wildcards: [
+            calibration_row(name) for name in accepted_calibrations("jansen2019")
+        ],
+    message:
+        "Tables I-III of Jansen et al. 2019"
+    script:
+        "../scripts/jansen_tables.py"
+
+
+# The paper shows a half circle.
+rule jansen_figures:
+    input:
+        checks=calibration_checks("jansen2019"),
+        pulses=of_example("pulses.parquet"),
+        sweeps=of_example("sweeps.parquet"),
+        stations=of_example("stations.json"),
+        poses=of_example("poses.parquet"),
+        pose=of_example("pose.json"),
+        board=of_example("board.csv"),
+    output:
+        multiext(
+            "<results>/figures/jansen_fig",
+            *(f"{n:02d}.{kind}" for n in (3, 5, 6, 7, 8) for kind in ("svg", "png")),
+        ),
+    log:
+        "<logs>/jansen_figures.log",
+    benchmark:
+        "<benchmarks>/jansen_figures.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("jansen_figures.py"),
+        name=lambda wildcards: example_calibration(),
+        twin=lambda wildcards: calibration_row(example_calibration())["twin"],
+    message:
+        "Figures 3 and 5-8 of Jansen et al. 2019"
+    script:
+        "../scripts/jansen_figures.py"

@@ -1,4 +1,4 @@
-"""Say what was refused, one line a recording, and fail if anything was."""
+"""Say what was refused, one line a recording or calibration, and fail if anything was."""
 
 from step import step
 
@@ -12,11 +12,12 @@ with step(snakemake, prefix="") as log:
     refused = 0
     for path in map(Path, snakemake.input.checks):
         check = json.loads(path.read_text(encoding="utf-8"))
+        what = f"{path.parent.parent.name.removesuffix('s')} {path.parent.name}"
         for warning in check.get("warnings", []):
-            log.warning("recording %s: %s", path.parent.name, warning)
+            log.warning("%s: %s", what, warning)
         if not check["ok"]:
             refused += 1
-            log.error("recording %s refused: %s", path.parent.name, check["why"])
+            log.error("%s refused: %s", what, check["why"])
     if refused:
         sys.exit(1)
     write_json(snakemake.output[0], {"checked": len(snakemake.input.checks)})

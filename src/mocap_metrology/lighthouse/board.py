@@ -19,7 +19,7 @@ def flat_board(
 ) -> np.ndarray:
     """The default board of twins: a flat grid that faces along +x, centred, (n, 3) in metres.
 
-    y runs to the left, z up; diodes count along rows, from the lower right as a station sees it.
+    y runs to the left, z up; diodes count along rows, from the lower left as a station sees it.
     J gives no measures of its board of 32 diodes.
     """
     y = np.linspace(-width_m / 2, width_m / 2, columns)

@@ -16,6 +16,7 @@ from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 
 START_M = 3.0
+NARROW = 0.2  # of the board's own width, to its second side
 SOLID_DIODES, SOLID_DEPTH = 6, 0.2  # a board at least so deep has no mirrored pose
 MIRRORED_RAD = math.radians(8.0)  # a pose further off than this is in the other minimum
 
@@ -41,6 +42,17 @@ class Path:
     def take(self, chosen: np.ndarray) -> Path:
         """The chosen poses, by a mask or by indices."""
         return Path(**{name: getattr(self, name)[chosen] for name in self.__dataclass_fields__})
+
+
+def well_posed(measurements: Measurements, board: np.ndarray) -> Measurements:
+    """The measurements whose diodes span a surface: seen along one line, a pose is open."""
+    seen = measurements.seen.astype(float)
+    total = np.maximum(seen.sum(axis=1), 1)
+    offset = (board - (seen @ board / total[:, None])[:, None]) * seen[:, :, None]
+    spread = np.linalg.eigvalsh(np.einsum("ndi,ndj->nij", offset, offset) / total[:, None, None])
+    own = np.linalg.eigvalsh(np.cov(board.T, bias=True))
+    wide = spread[:, 1] >= NARROW**2 * own[1]
+    return Measurements(measurements.time_s[wide], measurements.angles_rad[wide])
 
 
 def facing(direction: np.ndarray) -> np.ndarray:

@@ -6,7 +6,9 @@ its own angles of the master's path (V-B, VI-F: stage `final`).
 
     paper         simplex with the settings of MATLAB, each board pose from J's first guess
     paper-tight   simplex with tight tolerances, each from the pose before it
-    paper-lm      Levenberg-Marquardt with the mirror test in place of the simplex
+    paper-lm      Levenberg-Marquardt with the mirror test in place of the simplex, cubic
+                  interpolation in place of linear (J IV: a more accurate way is left to others),
+                  and K_2 weighted for the errors of the path, which J takes as exact
     pnp           EPnP or IPPE for board poses (J V-A, Zheng, Yang): stage `kabsch` only
     geometric     root finding on ranges (J V-A, Islam, Kleinschmidt): stage `kabsch` only
 
@@ -28,6 +30,11 @@ from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, TIGHT
 from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, reconstruct
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
+from mocap_metrology.lighthouse.calibrate.weighted_station import (
+    Evidence,
+    by_gauss_newton,
+    evidence,
+)
 from mocap_metrology.lighthouse.records import (
     MASTER,
     ROLES,
@@ -41,6 +48,7 @@ from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_paramet
 JANSEN = ("paper", "paper-tight", "paper-lm")
 ESTIMATORS = (*JANSEN, "pnp", "geometric")
 OPTICS = ("ideal", "factory")
+INTERPOLATIONS = {"linear": 1, "cubic": 3}
 FEWEST_POSES = 20
 LEAST_EPSILON = 1e-14  # rad^2: K_1 of noise-free angles, so that no weight is infinite
 COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
@@ -50,6 +58,8 @@ COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> 
 class CalibrationSettings:
     """Named choices of a calibration.
 
+    lm_interpolation: linear or cubic, lm_weights: path or none, of paper-lm; the others
+    interpolate linearly and take the path in K_2 as exact, as J;
     lasers_m (2 stations, 2 axes, 3): positions of the lasers in the station's frame, default its
     origin; variant: how factory values enter, see `rotor.VARIANTS`.
     """
@@ -57,10 +67,12 @@ class CalibrationSettings:
     estimators: Sequence[str] = JANSEN
     optics: Sequence[str] = OPTICS
     reconstruction: str = "full-interpolation"
+    lm_interpolation: str = "cubic"
+    lm_weights: str = "path"
     start_distance_m: float = START_M
     lasers_m: np.ndarray | None = None
     variant: str = "crazyflie"
-    pnp_method: str = "ippe"
+    pnp_method: str = "auto"
 
 
 @dataclass(frozen=True)
@@ -85,6 +97,7 @@ class _Optics:
     name: str
     measurements: tuple[Measurements, Measurements]
     rotors: tuple[np.ndarray, np.ndarray]
+    frame: str  # optical, or housing where the lasers' places are named
 
 
 def calibrate(
@@ -102,11 +115,9 @@ def calibrate(
     Raises `Refusal` where a station has fewer than `FEWEST_POSES` measurements of four diodes.
     """
     settings = settings or CalibrationSettings()
-    measured = [
-        reconstruct(hits, station, len(board), settings.reconstruction)
-        for station in (MASTER, SLAVE)
-    ]
-    for role, own in zip(ROLES, measured, strict=True):
+    smooth = INTERPOLATIONS[settings.lm_interpolation]
+    measured = {order: _measured(hits, board, settings, order) for order in {1, smooth}}
+    for role, own in zip(ROLES, measured[1], strict=True):
         if len(own) < FEWEST_POSES:
             raise Refusal(
                 f"{role}: {len(own)} moments with both angles of four diodes;"
@@ -117,16 +128,37 @@ def calibrate(
         if name == "factory" and any(factory is None for factory in factories):
             found.why.append("factory optics left out: no factory values of both stations")
             continue
-        optics = _optics(name, measured, factories, settings)
-        steady = _paths("paper-lm", optics, board, settings)
+        if name == "factory" and "ideal" in settings.optics and not any(map(imperfect, factories)):
+            found.estimates.extend(replace(e, optics=name) for e in tuple(found.estimates))
+            found.paths.update({(e, name): both for (e, _), both in tuple(found.paths.items())})
+            continue
+        seen = {order: _optics(name, own, factories, settings) for order, own in measured.items()}
+        steady = _paths("paper-lm", seen[smooth], board, settings)
         if is_still(steady[MASTER]) and is_still(steady[SLAVE]):
             found = replace(found, still=True)
-            found.estimates.extend(_static(hits, board, name, optics, factories, settings))
+            found.estimates.extend(_static(hits, board, name, factories, settings))
             found.paths["paper-lm", name] = steady
             continue
         for estimator in settings.estimators:
-            found = _one(found, estimator, optics, board, steady, settings, report)
+            order = smooth if estimator == "paper-lm" else 1
+            found = _one(found, estimator, seen[order], order, board, steady, settings, report)
     return found
+
+
+def _measured(
+    hits: Hits, board: np.ndarray, settings: CalibrationSettings, order: int
+) -> tuple[Measurements, Measurements]:
+    """Measurements of master and slave (J IV)."""
+    both = (
+        reconstruct(hits, station, len(board), settings.reconstruction, order)
+        for station in (MASTER, SLAVE)
+    )
+    return tuple(board_pose.well_posed(own, board) for own in both)
+
+
+def imperfect(factory: Factory) -> bool:
+    """Whether any factory value is not zero, as all are of a simulated ideal station."""
+    return any(np.any(value) for value in vars(factory).values())
 
 
 def _optics(
@@ -138,18 +170,19 @@ def _optics(
     """With lasers in the origin, factory values are taken off the angles once and for all (to
     1e-12 rad); with lasers elsewhere they stay in the model."""
     lasers = settings.lasers_m
+    frame = "optical" if lasers is None else "housing"
     if name == "ideal":
         rotors = [rotor_parameters(None, None if lasers is None else lasers[s]) for s in (0, 1)]
-        return _Optics(name, tuple(measured), tuple(rotors))
+        return _Optics(name, tuple(measured), tuple(rotors), frame)
     variant = VARIANTS[settings.variant]
     if lasers is not None:
         rotors = [rotor_parameters(factories[s], lasers[s], variant) for s in (0, 1)]
-        return _Optics(name, tuple(measured), tuple(rotors))
+        return _Optics(name, tuple(measured), tuple(rotors), frame)
     corrected = [
         Measurements(own.time_s, directions(own.angles_rad, rotor_parameters(f, None, variant)))
         for own, f in zip(measured, factories, strict=True)
     ]
-    return _Optics(name, tuple(corrected), (rotor_parameters(), rotor_parameters()))
+    return _Optics(name, tuple(corrected), (rotor_parameters(), rotor_parameters()), frame)
 
 
 def _paths(
@@ -194,6 +227,7 @@ def _one(
     found: Calibration,
     estimator: str,
     optics: _Optics,
+    order: int,
     board: np.ndarray,
     steady: tuple[Path, Path],
     settings: CalibrationSettings,
@@ -203,7 +237,7 @@ def _one(
     start = time.perf_counter()
     paths = steady if estimator == "paper-lm" else _paths(estimator, optics, board, settings)
     master, slave = paths
-    slave_then, kept = at_times(slave, master.time_s)
+    slave_then, kept = at_times(slave, master.time_s, order)
     master_then = master.take(kept)
     found.paths[estimator, optics.name] = paths
     if len(master_then) < FEWEST_POSES:
@@ -214,7 +248,7 @@ def _one(
         return found
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
-    given, rotors = _scene(paths, optics, board), optics.rotors[SLAVE]
+    given, rotors = _scene(paths, optics, board, order), optics.rotors[SLAVE]
     share = _mirrored_share(estimator, paths, steady, (master_then, slave_then, R))
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
@@ -225,6 +259,7 @@ def _one(
             optics=optics.name,
             R=R,
             t_m=t,
+            frame=optics.frame,
             covariance=None if cov is None else cov * units,
             residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given, rotors),
             n_angles=2 * len(given.time_s),
@@ -233,24 +268,63 @@ def _one(
         )
 
     found.estimates.append(estimate("kabsch", R, t, spread))
-    if estimator in JANSEN:
-        if estimator == "paper-lm":
-            R, t, _ = station_pose.by_levenberg_marquardt(R, t, given, rotors)
+    if estimator == "paper-lm":
+        R, t = _better_start(R, t, master_then, slave_then, given, rotors)
+        R, t, _ = station_pose.by_levenberg_marquardt(R, t, given, rotors)
+        if settings.lm_weights == "path":
+            weighed = _evidence(paths, optics, board, order)
+            R, t, spread = by_gauss_newton(R, t, weighed, rotors)
         else:
-            tolerances = TIGHT if estimator == "paper-tight" else MATLAB
-            R, t, _ = station_pose.by_nelder_mead(R, t, given, rotors, tolerances)
-        found.estimates.append(
-            estimate("final", R, t, station_pose.covariance(R, t, given, rotors))
-        )
+            spread = station_pose.covariance(R, t, given, rotors)
+        found.estimates.append(estimate("final", R, t, spread))
+    elif estimator in JANSEN:
+        tolerances = TIGHT if estimator == "paper-tight" else MATLAB
+        R, t, _ = station_pose.by_nelder_mead(R, t, given, rotors, tolerances)
+        spread = station_pose.covariance(R, t, given, rotors)
+        found.estimates.append(estimate("final", R, t, spread))
     report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
     return replace(found, n_common=max(found.n_common, len(master_then)))
 
 
-def _scene(paths: tuple[Path, Path], optics: _Optics, board: np.ndarray) -> station_pose.Scene:
-    """The slave's angles, and the master's path at their times."""
+def _better_start(
+    R: np.ndarray,
+    t: np.ndarray,
+    master: Path,
+    slave: Path,
+    given: station_pose.Scene,
+    rotors: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Kabsch's pose, or where its K_2 is lower, that of the board's rotations: on a straight path
+    positions leave the turn about it open."""
+    from mocap_metrology.lighthouse.rotation import mean
+
+    turned = mean(np.einsum("nij,nkj->nik", master.R, slave.R))
+    moved = np.median(master.t_m - slave.t_m @ turned.T, axis=0)
+    starts = ((R, t), (turned, moved))
+    return min(starts, key=lambda pose: station_pose.residual_rms(*pose, given, rotors))
+
+
+def _seen_on_path(
+    paths: tuple[Path, Path], optics: _Optics, order: int
+) -> tuple[Path, Measurements]:
+    """The slave's measurements that have the master's path on both sides, and the path then."""
     own = optics.measurements[SLAVE]
-    then, kept = at_times(paths[MASTER], own.time_s)
-    return station_pose.scene(then, Measurements(own.time_s[kept], own.angles_rad[kept]), board)
+    then, kept = at_times(paths[MASTER], own.time_s, order)
+    return then, Measurements(own.time_s[kept], own.angles_rad[kept])
+
+
+def _scene(
+    paths: tuple[Path, Path], optics: _Optics, board: np.ndarray, order: int
+) -> station_pose.Scene:
+    """What K_2 sums over (J Eq. 6)."""
+    return station_pose.scene(*_seen_on_path(paths, optics, order), board)
+
+
+def _evidence(paths: tuple[Path, Path], optics: _Optics, board: np.ndarray, order: int) -> Evidence:
+    """The same with what the master's angles tell about its path."""
+    master = optics.measurements[MASTER]
+    then, own = _seen_on_path(paths, optics, order)
+    return evidence(then, own, master, board, optics.rotors[MASTER])
 
 
 def _mirrored_share(
@@ -280,14 +354,13 @@ def _static(
     hits: Hits,
     board: np.ndarray,
     name: str,
-    optics: _Optics,
     factories: Sequence[Factory | None],
     settings: CalibrationSettings,
 ) -> list[PoseEstimate]:
     """Stage `static` from the median angles of each diode."""
     middle = [median_angles(hits, station, len(board)) for station in (MASTER, SLAVE)]
     still = _optics(name, middle, factories, settings)
-    pose = static_pose(list(still.measurements), board, list(optics.rotors))
+    pose = static_pose(list(still.measurements), board, list(still.rotors))
     if pose is None:
         return []
     units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
@@ -298,6 +371,7 @@ def _static(
             optics=name,
             R=pose.R,
             t_m=pose.t_m,
+            frame=still.frame,
             covariance=pose.covariance * units,
             residual_rms_urad=1e6 * pose.residual_rms_rad,
             n_angles=pose.n_angles,

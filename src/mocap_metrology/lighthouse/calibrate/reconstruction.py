@@ -56,21 +56,22 @@ def _sweeps(hits: Hits, station: int, axis: int, n_diodes: int) -> _Sweeps:
 
 
 def reconstruct(
-    hits: Hits, station: int, n_diodes: int, method: str = "full-interpolation"
+    hits: Hits, station: int, n_diodes: int, method: str = "full-interpolation", order: int = 1
 ) -> Measurements:
     """Measurements of a station by one of the methods of J IV; those with four diodes or more.
 
     full-interpolation: at every sweep the other angle is interpolated linearly, diode by diode,
     between the sweeps before and after (J's choice); dominant-axis: the same, but only at sweeps of
     the angle that varies more; pairs: an azimuth sweep and the elevation sweep that follows it are
-    taken as one moment, in the middle of both.
+    taken as one moment, in the middle of both. order 3 interpolates by the cubic through the two
+    sweeps on either side, diode by diode where all four saw it.
     """
     if method not in METHODS:
         raise ValueError(f"reconstruction is {method!r}; expected one of {', '.join(METHODS)}")
     sweeps = [_sweeps(hits, station, axis, n_diodes) for axis in (0, 1)]
     parts: list[Callable[[], tuple[np.ndarray, np.ndarray]]] = {
-        "full-interpolation": lambda: [_interpolated(sweeps, axis) for axis in (0, 1)],
-        "dominant-axis": lambda: [_interpolated(sweeps, _dominant(sweeps))],
+        "full-interpolation": lambda: [_interpolated(sweeps, axis, order) for axis in (0, 1)],
+        "dominant-axis": lambda: [_interpolated(sweeps, _dominant(sweeps), order)],
         "pairs": lambda: [_pairs(sweeps)],
     }[method]()
     time = np.concatenate([part[0] for part in parts])
@@ -81,23 +82,42 @@ def reconstruct(
     return Measurements(time[order], angles[order])
 
 
-def _interpolated(sweeps: list[_Sweeps], axis: int) -> tuple[np.ndarray, np.ndarray]:
+def _interpolated(sweeps: list[_Sweeps], axis: int, order: int) -> tuple[np.ndarray, np.ndarray]:
     """Measurements at the sweeps of `axis`, the other angle interpolated to each diode's time."""
     own, other = sweeps[axis], sweeps[1 - axis]
     angles = np.full((*own.angle_rad.shape, 2), np.nan)
-    if other.middle_s.size < 2:
+    count = other.middle_s.size
+    if count < 2:
         return own.middle_s, angles
     after = np.searchsorted(other.middle_s, own.middle_s)
-    inside = np.flatnonzero((after > 0) & (after < other.middle_s.size))
+    inside = np.flatnonzero((after > 0) & (after < count))
+    near = other.middle_s[after[inside]] - other.middle_s[after[inside] - 1] <= LONGEST_GAP_S
+    inside = inside[near]
     a, b = after[inside] - 1, after[inside]
-    inside, a, b = (
-        part[other.middle_s[b] - other.middle_s[a] <= LONGEST_GAP_S] for part in (inside, a, b)
-    )
-    share = (own.time_s[inside] - other.time_s[a]) / (other.time_s[b] - other.time_s[a])
-    step = other.angle_rad[b] - other.angle_rad[a]
+    time = own.time_s[inside]
+    found = _polynomial(other, np.stack([a, b]), time)
+    if order == 3:
+        four = np.clip(np.stack([a - 1, a, b, b + 1]), 0, count - 1)
+        whole = (a > 0) & (b < count - 1)
+        whole &= np.ptp(other.middle_s[four], axis=0) <= 3 * LONGEST_GAP_S
+        cubic = _polynomial(other, four[:, whole], time[whole])
+        found[whole] = np.where(np.isfinite(cubic), cubic, found[whole])
     angles[inside, :, axis] = own.angle_rad[inside]
-    angles[inside, :, 1 - axis] = other.angle_rad[a] + share * step
+    angles[inside, :, 1 - axis] = found
     return own.middle_s, angles
+
+
+def _polynomial(sweeps: _Sweeps, nodes: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Angles (n, diodes) at `time_s` of the polynomial through the sweeps `nodes` (k, n)."""
+    times = sweeps.time_s[nodes]
+    total = np.zeros_like(time_s)
+    for i in range(len(nodes)):
+        weight = np.ones_like(time_s)
+        for j in range(len(nodes)):
+            if i != j:
+                weight *= (time_s - times[j]) / (times[i] - times[j])
+        total += weight * sweeps.angle_rad[nodes[i]]
+    return total
 
 
 def _dominant(sweeps: list[_Sweeps]) -> int:

@@ -11,15 +11,14 @@ LONGEST_GAP_S = 12.5 * CYCLE_S  # between the two poses a third is interpolated 
 BLOCKS = 20  # of the jackknife
 
 
-def at_times(path: Path, time_s: np.ndarray) -> tuple[Path, np.ndarray]:
+def at_times(path: Path, time_s: np.ndarray, order: int = 1) -> tuple[Path, np.ndarray]:
     """The path at other times, and which of `time_s` have poses near enough on both sides.
 
-    Positions and the remaining K_1 are interpolated linearly (J VI-C), rotations along the
-    shortest turn. Times outside the path, or in a gap of more than three sweep periods, are left
-    out. Returns the path at the times kept, and the mask (n,) of these.
+    order 1: positions and the remaining K_1 linearly (J VI-C), rotations along the shortest turn;
+    order 3: positions, and rotation vectors from the pose before, by the cubic through the two
+    poses on either side, where they are near enough. Times outside the path, or in a gap of more
+    than three sweep periods, are left out. Returns the path at the times kept, and the mask (n,).
     """
-    from scipy.spatial.transform import Rotation
-
     if len(path) < 2:
         return path.take(np.zeros(0, dtype=int)), np.zeros(time_s.size, dtype=bool)
     after = np.clip(np.searchsorted(path.time_s, time_s, side="right"), 1, len(path) - 1)
@@ -27,17 +26,49 @@ def at_times(path: Path, time_s: np.ndarray) -> tuple[Path, np.ndarray]:
     span = path.time_s[after] - path.time_s[before]
     inside = (time_s >= path.time_s[before]) & (time_s <= path.time_s[after])
     kept = inside & (span <= LONGEST_GAP_S)
-    a, b = before[kept], after[kept]
-    share = (time_s[kept] - path.time_s[a]) / span[kept]
     if not kept.any():
         return path.take(np.zeros(0, dtype=int)), kept
-    first = Rotation.from_matrix(path.R[a])
-    turn = (first.inv() * Rotation.from_matrix(path.R[b])).as_rotvec()
-    R = (first * Rotation.from_rotvec(share[:, None] * turn)).as_matrix()
-    t = path.t_m[a] + share[:, None] * (path.t_m[b] - path.t_m[a])
+    a, b, time = before[kept], after[kept], time_s[kept]
+    share = (time - path.time_s[a]) / span[kept]
+    R, t = _interpolated(path, np.stack([a, b]), time)
+    if order == 3:
+        four = np.clip(np.stack([a - 1, a, b, b + 1]), 0, len(path) - 1)
+        whole = (a > 0) & (b < len(path) - 1)
+        whole &= np.ptp(path.time_s[four], axis=0) <= 2 * LONGEST_GAP_S
+        R[whole], t[whole] = _interpolated(path, four[:, whole], time[whole])
     epsilon = path.epsilon[a] + share * (path.epsilon[b] - path.epsilon[a])
     n_angles = np.minimum(path.n_angles[a], path.n_angles[b])
-    return Path(time_s[kept], R, t, epsilon, n_angles, path.ambiguity[a]), kept
+    return Path(time, R, t, epsilon, n_angles, path.ambiguity[a]), kept
+
+
+def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Weights (k, n) of the polynomial through k nodes (k, n), at (n,)."""
+    weights = np.ones_like(nodes)
+    for i in range(len(nodes)):
+        for j in range(len(nodes)):
+            if i != j:
+                weights[i] *= (at - nodes[j]) / (nodes[i] - nodes[j])
+    return weights
+
+
+def _interpolated(
+    path: Path, nodes: np.ndarray, time_s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """R (n, 3, 3) and t (n, 3) of the polynomial through the poses `nodes` (k, n)."""
+    from scipy.spatial.transform import Rotation
+
+    weights = lagrange(path.time_s[nodes], time_s)
+    t = np.einsum("kn,kni->ni", weights, path.t_m[nodes])
+    middle = (len(nodes) - 1) // 2
+    first = Rotation.from_matrix(path.R[nodes[middle]])
+    turn = np.zeros_like(t)
+    for k in range(len(nodes)):
+        if k != middle:
+            turn += (
+                weights[k][:, None]
+                * (first.inv() * Rotation.from_matrix(path.R[nodes[k]])).as_rotvec()
+            )
+    return (first * Rotation.from_rotvec(turn)).as_matrix(), t
 
 
 def kabsch(

@@ -1,0 +1,134 @@
+"""pose.json: all poses of one calibration, which one to use, and how far to trust it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.reference import Reference, errors
+from mocap_metrology.lighthouse.assess.verdict import Verdict
+from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
+
+ESTIMATORS = ("paper", "paper-tight", "paper-lm", "geometric", "pnp")
+STAGES = ("kabsch", "final", "static")
+OPTICS = ("ideal", "factory")
+CONVENTION = (
+    "Pose of the slave in the master's frame: p_master = R p_slave + t. A station looks along its x"
+    " axis, y to its own left, z up; the master is the station whose flash comes first."
+    " R = Rz(gamma) Ry(beta) Rx(alpha). Covariance: t_x, t_y, t_z in mm, then a left rotation"
+    " vector in master axes in deg. Errors: t - t_true in mm and the rotation vector of R R_true^T"
+    " in deg, in master axes. Mirrored share: of the board poses behind an estimate."
+)
+
+
+def pose_json(
+    poses: Sequence[PoseEstimate],
+    stations: Sequence[Station],
+    chosen: int | None,
+    verdict: Verdict,
+    diagnostics: Mapping[str, Any] | None = None,
+    reference: Reference | None = None,
+) -> dict[str, Any]:
+    """Contents of pose.json. stations: master first; chosen: index into `poses`, None if none.
+
+    Of a PoseEstimate all is written but `seconds`, which changes from run to run. With a reference,
+    each pose has `errors_mm` and `errors_deg`.
+    """
+    for pose in poses:
+        for field, known in (("estimator", ESTIMATORS), ("stage", STAGES), ("optics", OPTICS)):
+            if getattr(pose, field) not in known:
+                raise ValueError(f"{field} is {getattr(pose, field)!r}; expected one of {known}")
+    if chosen is not None and not 0 <= chosen < len(poses):
+        raise ValueError(f"chosen is {chosen} of {len(poses)} poses")
+    return {
+        "stations": {
+            role: {"id": station.id, "mode": station.mode}
+            for role, station in zip(ROLES, stations, strict=True)
+        },
+        "chosen": chosen,
+        "verdict": {"word": verdict.word, "reason": verdict.reason},
+        "checks": [check.as_row() for check in verdict.checks],
+        "convention": CONVENTION,
+        "reference": None if reference is None else _reference(reference),
+        "diagnostics": dict(diagnostics or {}),
+        "poses": [_entry(pose, reference) for pose in poses],
+    }
+
+
+def _reference(reference: Reference) -> dict[str, Any]:
+    alpha, beta, gamma = np.degrees(rotation.to_angles(reference.R)).tolist()
+    return {
+        "source": reference.source,
+        "translation_mm": (1e3 * reference.t_m).tolist(),
+        "rotation_deg": {"alpha": alpha, "beta": beta, "gamma": gamma},
+        "residual_rms_mm": dict(zip(ROLES, reference.residual_mm, strict=True)),
+        "n_markers": dict(zip(ROLES, reference.n_markers, strict=True)),
+    }
+
+
+def _entry(pose: PoseEstimate, reference: Reference | None) -> dict[str, Any]:
+    from scipy.spatial.transform import Rotation
+
+    alpha, beta, gamma = np.degrees(rotation.to_angles(pose.R)).tolist()
+    entry = {
+        "estimator": pose.estimator,
+        "stage": pose.stage,
+        "optics": pose.optics,
+        "frame": pose.frame,
+        "translation_mm": (1e3 * pose.t_m).tolist(),
+        "quaternion_xyzw": Rotation.from_matrix(pose.R).as_quat(canonical=True).tolist(),
+        "rotation_deg": {"alpha": alpha, "beta": beta, "gamma": gamma},
+        "covariance": None if pose.covariance is None else np.asarray(pose.covariance).tolist(),
+        "residual_rms_urad": pose.residual_rms_urad,
+        "n_angles": pose.n_angles,
+        "mirrored_share": pose.mirrored_share,
+        "note": pose.note,
+    }
+    if reference is not None:
+        mm, deg = errors(pose.R, pose.t_m, reference)
+        entry |= {"errors_mm": mm.tolist(), "errors_deg": deg.tolist()}
+    return entry
+
+
+def read_pose_json(path: str | Path) -> dict[str, Any]:
+    """A pose.json as written by this project. Raises `Refusal` for anything else."""
+    path = Path(path)
+    try:
+        given = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise Refusal(f"{path.name}: cannot be read ({error}); expected a pose.json") from None
+    try:
+        for role in ROLES:
+            _ = given["stations"][role]["id"]
+        for entry in given["poses"]:
+            _ = [entry[key] for key in ("estimator", "stage", "optics")]
+            matrix_and_metres(entry)
+        if given["chosen"] is not None:
+            _ = given["poses"][given["chosen"]]
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise Refusal(
+            f"{path.name}: is no pose.json ({type(error).__name__}: {error}); expected stations,"
+            " chosen and poses as this project writes them"
+        ) from None
+    return given
+
+
+def matrix_and_metres(entry: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """R (3, 3) and t (3,) in metres of one of the `poses`."""
+    from scipy.spatial.transform import Rotation
+
+    t = np.array(entry["translation_mm"], dtype=np.float64) / 1e3
+    if t.shape != (3,) or not np.isfinite(t).all():
+        raise ValueError(f"translation_mm is {entry['translation_mm']!r}")
+    return Rotation.from_quat(entry["quaternion_xyzw"]).as_matrix(), t
+
+
+def chosen_pose(given: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The pose to use, None if there is none."""
+    return None if given["chosen"] is None else given["poses"][given["chosen"]]

@@ -1,0 +1,282 @@
+"""The true pose of the slave, as another system measured it, and the errors against it.
+
+A reference is a pose file (JSON) or the markers on mounts of both housings, seen by a motion
+capture system: Kabsch's algorithm on the known geometry of a mount gives the pose of its housing,
+and R = R_m^T R_s, t = R_m^T (t_s - t_m) the slave in the master's frame. It is the pose of the
+housings; an estimate is of the optical frames, whose origin is where the lasers are taken to be.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.identity import check_same_ids, station_id
+from mocap_metrology.lighthouse.calibrate.superpose import kabsch
+from mocap_metrology.lighthouse.records import ROLES, Station
+
+MOUNT_COLUMNS = ("label", "x_m", "y_m", "z_m")
+LARGEST_RESIDUAL_MM = 5.0
+LARGEST_MOTION_MM = 5.0  # standard deviation of a marker that ought to be at rest
+LONGEST_M, SHORTEST_M = 30.0, 0.1  # baselines outside are given in the wrong unit
+LARGEST_MOUNT_M = 1.0
+NARROWEST_M = 3e-3  # spread of markers off their line, root of the sum of squares
+
+
+@dataclass(frozen=True)
+class Reference:
+    """True pose of the slave in the master's frame.
+
+    R (3, 3), t_m (3,) in metres; ids of master and slave, None where the source names none;
+    residual_mm: rms of the markers about each mount's geometry, master and slave, NaN for a pose
+    file; n_markers likewise; source: where it comes from, in words.
+    """
+
+    R: np.ndarray
+    t_m: np.ndarray
+    ids: tuple[int | None, int | None] = (None, None)
+    source: str = ""
+    residual_mm: tuple[float, float] = (math.nan, math.nan)
+    n_markers: tuple[int, int] = (0, 0)
+
+
+def errors(R: np.ndarray, t_m: np.ndarray, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
+    """Error of a pose: t - t_true in mm (3,), and the rotation vector of R R_true^T in deg (3,).
+
+    Both in the master's axes.
+    """
+    turn = rotation.error(np.asarray(R), reference.R)
+    return 1e3 * (np.asarray(t_m) - reference.t_m), np.degrees(turn)
+
+
+def optical(reference: Reference, lasers_m: np.ndarray) -> Reference:
+    """The reference in the frames that angles alone can tell, for lasers at known places.
+
+    lasers_m (2 stations, 2 axes, 3) in the housings, metres. Azimuth depends on x and y of its
+    laser, elevation on x and z of its own: a station's optical origin is o = (mean x, y of axis 0,
+    z of axis 1), and t + R o_slave - o_master the slave's optical origin in the master's.
+    """
+    lasers = np.asarray(lasers_m, dtype=np.float64)
+    origin = np.stack([lasers[:, :, 0].mean(axis=1), lasers[:, 0, 1], lasers[:, 1, 2]], axis=1)
+    return replace(reference, t_m=reference.t_m + reference.R @ origin[1] - origin[0])
+
+
+def check_ids(reference: Reference, stations: Sequence[Station]) -> str:
+    """Refuse a reference of other stations, or of these with master and slave swapped.
+
+    stations: master first. Returns a sentence where an id is unknown and nothing can be checked,
+    else an empty string.
+    """
+    own = (stations[0].id, stations[1].id)
+    return check_same_ids(reference.ids, own, "reference", "the recording")
+
+
+def pose_reference(path: str | Path) -> Reference:
+    """Reference from a JSON file.
+
+    `R` (3 x 3) or `quaternion_xyzw`; `t_m` or `t` in metres, or `translation_mm`; the ids in
+    `stations`, {"master": id, "slave": id}.
+
+    Raises `Refusal` for a missing or impossible entry and for a translation in the wrong unit.
+    """
+    name = Path(path).name
+    try:
+        given = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError) as error:
+        raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
+    if not isinstance(given, dict):
+        raise Refusal(f"{name}: expected an object with R, t_m and stations")
+    stations = given.get("stations", given)
+    if not isinstance(stations, dict) or not all(role in stations for role in ROLES):
+        raise Refusal(f'{name}: no station ids; expected "stations": {{"master": id, "slave": id}}')
+    ids = tuple(station_id(stations[role], f"{name}: {role}") for role in ROLES)
+    return Reference(_rotation(given, name), _translation(given, name), ids, f"pose file {name}")
+
+
+def _numbers(given: Mapping, key: str, shape: tuple[int, ...], name: str) -> np.ndarray:
+    try:
+        values = np.array(given[key], dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.empty(0)
+    if values.shape != shape or not np.isfinite(values).all():
+        size = " x ".join(map(str, shape))
+        raise Refusal(f"{name}: {key} is {given[key]!r}; expected {size} finite numbers")
+    return values
+
+
+def _rotation(given: Mapping, name: str) -> np.ndarray:
+    if "R" in given:
+        R = _numbers(given, "R", (3, 3), name)
+        off = float(np.abs(R @ R.T - np.eye(3)).max())
+        if off > 1e-3 or np.linalg.det(R) < 0:
+            kind = "a mirror image" if off <= 1e-3 else f"{off:.2g} off at most in R R^T"
+            raise Refusal(f"{name}: R is no rotation ({kind}); expected R R^T = 1, det R = 1")
+        U, _, Vt = np.linalg.svd(R)
+        return U @ Vt
+    if "quaternion_xyzw" not in given:
+        raise Refusal(f"{name}: no rotation; expected R (3 x 3) or quaternion_xyzw")
+    q = _numbers(given, "quaternion_xyzw", (4,), name)
+    if abs(np.linalg.norm(q) - 1) > 1e-2:
+        raise Refusal(f"{name}: quaternion_xyzw has norm {np.linalg.norm(q):.4g}; expected 1")
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(q).as_matrix()
+
+
+def _translation(given: Mapping, name: str) -> np.ndarray:
+    key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
+    if key is None:
+        raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")
+    t = _numbers(given, key, (3,), name) * (1e-3 if key == "translation_mm" else 1.0)
+    baseline = float(np.linalg.norm(t))
+    if not SHORTEST_M <= baseline <= LONGEST_M:
+        raise Refusal(
+            f"{name}: {key} puts the stations {baseline:g} m apart; expected {SHORTEST_M:g} to"
+            f" {LONGEST_M:g} m (is the unit right?)"
+        )
+    return t
+
+
+def read_mount(path: str | Path) -> dict[str, np.ndarray]:
+    """Geometry of a mount, label -> position (3,) in m in the housing's frame, in file order.
+
+    CSV with the columns label, x_m, y_m, z_m. Raises `Refusal` for a file that is no such thing.
+    """
+    name = Path(path).name
+    try:
+        rows = list(csv.reader(Path(path).read_text(encoding="utf-8-sig").splitlines()))
+    except (OSError, UnicodeDecodeError) as error:
+        raise Refusal(f"{name}: cannot be read ({error}); expected label,x_m,y_m,z_m") from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    if header[:4] != list(MOUNT_COLUMNS):
+        raise Refusal(f"{name}: header is {','.join(header)!r}; expected label,x_m,y_m,z_m")
+    mount: dict[str, np.ndarray] = {}
+    for number, row in enumerate(rows[1:], start=2):
+        if not any(cell.strip() for cell in row):
+            continue
+        label = row[0].strip()
+        try:
+            position = np.array([float(cell) for cell in row[1:4]])
+        except ValueError:
+            position = np.empty(0)
+        if not label or position.size != 3 or not np.isfinite(position).all():
+            raise Refusal(f"{name}: line {number} is {','.join(row)!r}; expected label,x_m,y_m,z_m")
+        if label in mount:
+            raise Refusal(f"{name}: label {label} is there twice; expected one line a marker")
+        if np.abs(position).max() > LARGEST_MOUNT_M:
+            raise Refusal(
+                f"{name}: marker {label} is {np.abs(position).max():g} m from the housing's origin;"
+                f" expected metres, below {LARGEST_MOUNT_M:g} m (is the file in mm?)"
+            )
+        mount[label] = position
+    if len(mount) < 3:
+        raise Refusal(f"{name}: {len(mount)} markers; a pose needs at least three")
+    return mount
+
+
+def reference_from_markers(
+    positions_mm: np.ndarray,
+    labels: Sequence[str],
+    labels_master: Sequence[str],
+    labels_slave: Sequence[str],
+    mount: Mapping[str, np.ndarray],
+    source: str = "markers",
+) -> Reference:
+    """Reference from the markers on both mounts, at rest.
+
+    positions_mm (markers, 3, frames), NaN in gaps, each averaged over the frames it is seen in;
+    labels: of these; mount: label -> place in the housing's frame in m. It lists the labels of a
+    housing, or, shared by both, others of its own in the order of the labels.
+
+    Raises `Refusal` for unknown labels, fewer than three markers or all on a line, a marker that
+    moves more than 5 mm, and a residual above 5 mm rms, naming the marker.
+    """
+    poses, residuals = [], []
+    for role, own in zip(ROLES, (labels_master, labels_slave), strict=True):
+        where = f"reference, mount of the {role}"
+        known = _geometry(own, mount, where)
+        seen = np.array([_place(positions_mm, labels, label, where) for label in own])
+        R, t, rms = _fit(known, seen, list(own), where)
+        poses.append((R, t))
+        residuals.append(rms)
+    (R_m, t_m), (R_s, t_s) = poses
+    return Reference(
+        R_m.T @ R_s,
+        R_m.T @ (t_s - t_m),
+        source=source,
+        residual_mm=(residuals[0], residuals[1]),
+        n_markers=(len(labels_master), len(labels_slave)),
+    )
+
+
+def _geometry(own: Sequence[str], mount: Mapping[str, np.ndarray], where: str) -> np.ndarray:
+    """Places (k, 3) in m of a housing's labels in its frame."""
+    if len(own) < 3 or len(set(own)) < len(own):
+        raise Refusal(
+            f"{where}: labels are {';'.join(own)!r}; expected at least three, all different"
+        )
+    missing = [label for label in own if label not in mount]
+    if not missing:
+        return np.array([mount[label] for label in own])
+    if len(missing) == len(own) == len(mount):  # shared: its own labels, in order
+        return np.array(list(mount.values()))
+    raise Refusal(
+        f"{where}: {missing[0]} is not in the mount's geometry ({', '.join(mount)}); expected all"
+        f" {len(own)} labels there, or as many others in the same order"
+    )
+
+
+def _place(positions_mm: np.ndarray, labels: Sequence[str], label: str, where: str) -> np.ndarray:
+    """Mean place in m of a marker at rest."""
+    if label not in labels:
+        raise Refusal(f"{where}: marker {label} is not in the recording ({', '.join(labels)})")
+    track = np.asarray(positions_mm[list(labels).index(label)], dtype=np.float64)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # no frame at all
+        mean = np.nanmean(track, axis=1)
+        motion = math.sqrt(np.nansum(np.nanvar(track, axis=1)))
+    if not np.isfinite(mean).all():
+        raise Refusal(f"{where}: marker {label} is seen in no frame; expected it in some")
+    if motion > LARGEST_MOTION_MM:
+        raise Refusal(
+            f"{where}: marker {label} moves by {motion:.1f} mm rms; expected a housing at rest"
+            f" (below {LARGEST_MOTION_MM:g} mm)"
+        )
+    return 1e-3 * mean
+
+
+def _fit(
+    known: np.ndarray, seen: np.ndarray, labels: list[str], where: str
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Pose R, t (m) of a housing in the laboratory, and the rms distance of its markers in mm."""
+    for points in (known, seen):
+        if np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] < NARROWEST_M:
+            raise Refusal(f"{where}: {', '.join(labels)} are on one line; expected a triangle")
+    R, t, off = _residuals(known, seen)
+    rms = 1e3 * float(np.sqrt(np.mean(off**2)))
+    if rms > LARGEST_RESIDUAL_MM:
+        worst = int(np.argmax(off))
+        if len(labels) > 3:  # the marker without which the others fit best
+            others = [np.delete(np.arange(len(labels)), k) for k in range(len(labels))]
+            left = [np.mean(_residuals(known[o], seen[o])[2] ** 2) for o in others]
+            worst = int(np.argmin(left))
+        raise Refusal(
+            f"{where}: markers are {rms:.1f} mm rms from the mount's geometry; expected at most"
+            f" {LARGEST_RESIDUAL_MM:g} mm; look at marker {labels[worst]} first"
+        )
+    return R, t, rms
+
+
+def _residuals(known: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Kabsch, and the distance (k,) in m of each marker from where the mount has it."""
+    R, t = kabsch(known, seen)
+    return R, t, np.linalg.norm(known @ R.T + t - seen, axis=1)

@@ -1,0 +1,85 @@
+"""The contents of pose.json out of a calibration: what to use, how far, and against what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.lighthouse.assess.against import compare_with_earlier
+from mocap_metrology.lighthouse.assess.pose_file import pose_json, read_pose_json
+from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
+from mocap_metrology.lighthouse.assess.verdict import verdict
+from mocap_metrology.lighthouse.calibrate.board_pose import Path
+from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
+from mocap_metrology.lighthouse.records import MASTER, Station
+
+
+def span_of(path: Path) -> float:
+    """Extent of the board's path in metres: the diagonal of the box of its inner 98 %."""
+    return float(np.linalg.norm(np.diff(np.percentile(path.t_m, [1, 99], axis=0), axis=0)))
+
+
+def summary(
+    found: Calibration,
+    stations: Sequence[Station],
+    *,
+    duration_s: float | None = None,
+    notes: Sequence[str] = (),
+    reference: Reference | None = None,
+    truth: Reference | None = None,
+    earlier: str | None = None,
+) -> dict[str, Any]:
+    """pose.json of a calibration; stations: master first.
+
+    reference: what a lab measured; truth: of a twin, between optical origins, which no lab has:
+    each pose then has `truth_errors_mm` and `truth_errors_deg`; earlier: a pose.json to compare
+    with. Raises `Refusal` where the reference or the earlier pose is of other stations.
+    """
+    index = chosen(found.estimates)
+    best = None if index is None else found.estimates[index]
+    why = list(found.why)
+    note = check_ids(reference, stations) if reference is not None else ""
+    span = None
+    if best is not None and (best.estimator, best.optics) in found.paths:
+        span = span_of(found.paths[best.estimator, best.optics][MASTER])
+    judged = verdict(
+        best,
+        found.estimates,
+        stations,
+        n_common=found.n_common or None,
+        span_m=span,
+        duration_s=duration_s,
+        errors=None if reference is None or best is None else errors(best.R, best.t_m, reference),
+        why_none="; ".join(why),
+    )
+    diagnostics = {
+        "still": found.still,
+        "n_common": found.n_common,
+        "span_m": span,
+        "duration_s": duration_s,
+        "left_out": why,
+        "notes": [*notes, *([note] if note else [])],
+    }
+    result = pose_json(found.estimates, stations, index, judged, diagnostics, reference)
+    if truth is not None:
+        for entry, pose in zip(result["poses"], found.estimates, strict=True):
+            mm, deg = errors(pose.R, pose.t_m, truth)
+            entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}
+    if earlier is not None:
+        result["check_against"] = _against(result, earlier)
+    return result
+
+
+def _against(result: Mapping[str, Any], earlier: str) -> dict[str, Any]:
+    if result["chosen"] is None:
+        return {"moved": None, "sentence": "No pose to compare with the earlier one."}
+    comparison = asdict(compare_with_earlier(result, read_pose_json(earlier)))
+    return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in comparison.items()}
+
+
+def refused(stations: Sequence[Station], why: str) -> dict[str, Any]:
+    """pose.json of a calibration that cannot be: no pose, and the reason."""
+    return summary(Calibration(why=[why]), stations)

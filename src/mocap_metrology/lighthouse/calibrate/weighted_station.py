@@ -1,0 +1,178 @@
+"""K_2 of J with the board's path uncertain, as it is.
+
+J Eq. 6 takes the board poses P_n as exact; their errors, tenths of a degree in rotation, then go
+into the slave's pose. Here the residuals e_n of a measurement have the covariance
+sigma^2 (I + J_P H_n^-1 J_P^T): J_P is the derivative of the slave's angles by P_n, and
+H_n = J^T J of the master's own angles is the information about P_n. By Woodbury's identity
+
+    e^T W e = e^T e - (J_P^T e)^T (H_n + J_P^T J_P)^-1 (J_P^T e),
+
+so what a shift or turn of the board within its uncertainty can explain does not count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse.calibrate.board_pose import Path
+from mocap_metrology.lighthouse.calibrate.cost import BOARD
+from mocap_metrology.lighthouse.calibrate.levenberg import normal_equations, turn
+from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
+from mocap_metrology.lighthouse.calibrate.superpose import blocks_of, jackknife
+from mocap_metrology.lighthouse.rotor import angle_gradient
+
+ITERATIONS = 20
+SMALLEST_STEP = 1e-8  # m, rad: far below what angles can tell
+OUTLIER = 25.0  # times the median cost a measurement: a mirrored pose, left out
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Slave's measurements and the board poses of the master's path at their times.
+
+    path: at the n times; angles (n, diodes, 2), NaN where unseen; information (n, 6, 6): H_n.
+    """
+
+    path: Path
+    angles: np.ndarray
+    information: np.ndarray
+    board: np.ndarray
+
+
+def evidence(
+    path: Path, own: Measurements, master: Measurements, board: np.ndarray, rotors: np.ndarray
+) -> Evidence:
+    """Evidence of a path at the times of `own`; its information is that of the nearest of the
+    master's measurements, which has as many diodes as another. rotors: of the master."""
+    nearest = np.searchsorted(master.time_s, path.time_s)
+    nearest = np.clip(nearest, 1, len(master) - 1)
+    earlier = path.time_s - master.time_s[nearest - 1] < master.time_s[nearest] - path.time_s
+    seen = master.seen[nearest - earlier]
+    board = np.ascontiguousarray(board)
+    return Evidence(
+        path, own.angles_rad, _information(path.R, path.t_m, seen, board, rotors), board
+    )
+
+
+@njit
+def _information(
+    R: np.ndarray, t: np.ndarray, seen: np.ndarray, board: np.ndarray, rotors: np.ndarray
+) -> np.ndarray:
+    n = R.shape[0]
+    out, g = np.empty((n, 6, 6)), np.empty(6)
+    nothing = np.zeros((board.shape[0], 2))
+    for i in range(n):
+        own = board[seen[i]]
+        normal_equations(R[i], t[i], BOARD, own, nothing[: own.shape[0]], rotors, out[i], g)
+    return out
+
+
+@njit
+def _blocks(
+    R: np.ndarray,
+    t: np.ndarray,
+    board_R: np.ndarray,
+    board_t: np.ndarray,
+    board: np.ndarray,
+    measured: np.ndarray,
+    rotors: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """For each measurement: J^T J (n, 12, 12) and J^T e (n, 12) by the slave's pose, then the
+    board's (shift, left rotation vector); e^T e (n,); angles (n,)."""
+    n, d = measured.shape[0], board.shape[0]
+    H, g, square = np.zeros((n, 12, 12)), np.zeros((n, 12)), np.zeros(n)
+    count = np.zeros(n)
+    row, D = np.empty(12), np.empty(3)
+    arm, far = np.empty(3), np.empty(3)
+    for i in range(n):
+        for j in range(d):
+            if not (np.isfinite(measured[i, j, 0]) and np.isfinite(measured[i, j, 1])):
+                continue
+            for k in range(3):
+                arm[k] = (
+                    board_R[i, k, 0] * board[j, 0]
+                    + board_R[i, k, 1] * board[j, 1]
+                    + board_R[i, k, 2] * board[j, 2]
+                )
+                far[k] = arm[k] + board_t[i, k] - t[k]
+            x = R[0, 0] * far[0] + R[1, 0] * far[1] + R[2, 0] * far[2]
+            y = R[0, 1] * far[0] + R[1, 1] * far[1] + R[2, 1] * far[2]
+            z = R[0, 2] * far[0] + R[1, 2] * far[1] + R[2, 2] * far[2]
+            for axis in range(2):
+                theta, dx, dy, dz = angle_gradient(axis, x, y, z, rotors[axis])
+                e = theta - measured[i, j, axis]
+                for k in range(3):
+                    D[k] = R[k, 0] * dx + R[k, 1] * dy + R[k, 2] * dz
+                    row[k], row[6 + k] = -D[k], D[k]
+                for k in range(3):
+                    p, q = (k + 1) % 3, (k + 2) % 3
+                    row[3 + k] = -(far[p] * D[q] - far[q] * D[p])
+                    row[9 + k] = arm[p] * D[q] - arm[q] * D[p]
+                square[i] += e * e
+                count[i] += 1.0
+                for k in range(12):
+                    g[i, k] += row[k] * e
+                    for m in range(12):
+                        H[i, k, m] += row[k] * row[m]
+    return H, g, square, count
+
+
+def _equations(
+    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal equations of each measurement, (n, 6, 6) and (n, 6), outliers left out."""
+    H, g, square, count = _blocks(
+        np.ascontiguousarray(R), t, given.path.R, given.path.t_m, given.board, given.angles, rotors
+    )
+    A = given.information + H[:, 6:, 6:]
+    right = np.concatenate([H[:, 6:, :6], g[:, 6:, None]], axis=2)
+    solved = np.linalg.solve(A, right)
+    cross = H[:, :6, 6:]
+    H_L = H[:, :6, :6] - cross @ solved[:, :, :6]
+    g_L = g[:, :6] - (cross @ solved[:, :, 6:])[:, :, 0]
+    cost = (square - np.einsum("ni,ni->n", g[:, 6:], solved[:, :, 6])) / np.maximum(count, 1)
+    kept = (count > 0) & (cost <= OUTLIER * np.median(cost[count > 0]))
+    return H_L[kept], g_L[kept], kept
+
+
+def by_gauss_newton(
+    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Slave pose R, t (m) of the least weighted K_2, from a pose near it; and its covariance.
+
+    rotors: of the slave. Covariance (6, 6) of t and the left rotation vector in m and rad, by a
+    jackknife over blocks of time; None with fewer than three blocks.
+    """
+    for _ in range(ITERATIONS):
+        H, g, _ = _equations(R, t, given, rotors)
+        step = -np.linalg.solve(H.sum(axis=0), g.sum(axis=0))
+        R, t = turn(step[3:], np.ascontiguousarray(R)), t + step[:3]
+        if np.abs(step).max() < SMALLEST_STEP:
+            break
+    H, g, kept = _equations(R, t, given, rotors)
+    block = blocks_of(given.path.time_s[kept])
+    count = int(block.max()) + 1
+    if count < 3:
+        return R, t, None
+    whole = H.sum(axis=0), g.sum(axis=0)
+    steps = [
+        -np.linalg.solve(whole[0] - H[block == b].sum(axis=0), whole[1] - g[block == b].sum(axis=0))
+        for b in range(count)
+    ]
+    return R, t, jackknife(np.array(steps))
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    from mocap_metrology.lighthouse.board import flat_board
+    from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
+
+    board, rotors, t = flat_board(), rotor_parameters(), np.array([3.0, 0, 0])
+    given = Measurements(np.zeros(1), angles(board + t, rotors)[None])
+    zero = np.zeros(1)
+    path = Path(zero, np.eye(3)[None], t[None], zero, zero, zero)
+    _information(path.R, path.t_m, given.seen, board, rotors)
+    _blocks(np.eye(3), np.zeros(3), path.R, path.t_m, board, given.angles_rad, rotors)

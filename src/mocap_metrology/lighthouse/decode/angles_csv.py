@@ -1,0 +1,91 @@
+"""Sweep angles decoded elsewhere, from a CSV."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.records import ROLES, Hits
+
+NEEDED = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
+EXPECTED = "columns " + ",".join(NEEDED) + " and, if known, width_us"
+STATIONS = {"0": 0, "1": 1, ROLES[0]: 0, ROLES[1]: 1}
+LARGEST_RAD = np.pi / 2  # a sweep sees half a turn
+
+
+def read_angles(path: str | Path) -> Hits:
+    """Hits from a CSV, sorted by time; a width that is not given is NaN.
+
+    station is master, slave, 0 or 1; axis 0 (azimuth) or 1 (elevation); angles in rad from the
+    middle of the sweep, growing to the station's own left and upwards. Other columns are ignored.
+    Raises `Refusal` for missing columns, cells that are none of that, and angles in degrees.
+    """
+    import pandas as pd
+
+    name = Path(path).name
+    try:
+        table = pd.read_csv(path, dtype=str, keep_default_na=False, encoding="utf-8-sig")
+    except (OSError, ValueError) as error:  # pandas raises ValueErrors of its own
+        raise Refusal(f"{name}: cannot be read ({error}); expected a CSV: {EXPECTED}") from None
+    table.columns = [str(column).strip() for column in table.columns]
+    missing = [column for column in NEEDED if column not in table.columns]
+    if missing:
+        raise Refusal(f"{name}: no column {', '.join(missing)}; expected {EXPECTED}")
+    if table.empty:
+        raise Refusal(f"{name}: no rows; expected one for each hit of a diode")
+    station = table["station"].str.strip().str.lower().map(STATIONS)
+    if station.isna().any():
+        row = int(np.argmax(station.isna()))
+        cell = table["station"].iloc[row]
+        raise Refusal(f"{name}, row {row + 1}: station is {cell!r}; expected master or slave")
+    columns = {c: _numbers(table[c], c, name) for c in (*NEEDED[1:], "width_us") if c in table}
+    _check(columns, name)
+    order = np.argsort(columns["time_s"], kind="stable")
+    width = columns.get("width_us", np.full(len(table), np.nan)) * 1e-6
+    return Hits(
+        station=station.to_numpy(np.int8),
+        axis=columns["axis"].astype(np.int8),
+        cycle=columns["cycle"].astype(np.int32),
+        diode=columns["diode"].astype(np.int16),
+        time_s=columns["time_s"],
+        angle_rad=columns["angle_rad"],
+        width_s=width,
+    ).take(order)
+
+
+def _numbers(cells: object, column: str, name: str) -> np.ndarray:
+    """A column as finite float64."""
+    import pandas as pd
+
+    values = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64)
+    bad = ~np.isfinite(values)
+    if bad.any():
+        row = int(np.argmax(bad))
+        cell = cells.iloc[row]
+        raise Refusal(f"{name}, row {row + 1}: {column} is {cell!r}; expected a finite number")
+    return values
+
+
+def _check(columns: dict[str, np.ndarray], name: str) -> None:
+    """Refuse numbers that cannot be what their column says."""
+    for column, least, most in (
+        ("axis", 0, 1),
+        ("cycle", -(1 << 30), 1 << 30),
+        ("diode", 0, (1 << 15) - 1),
+    ):
+        values = columns[column]
+        bad = (values != np.round(values)) | (values < least) | (values > most)
+        if bad.any():
+            row = int(np.argmax(bad))
+            limits = "0 or 1" if column == "axis" else "a whole number"
+            if column == "diode":
+                limits += " from 0"
+            raise Refusal(f"{name}, row {row + 1}: {column} is {values[row]:g}; expected {limits}")
+    largest = float(np.abs(columns["angle_rad"]).max())
+    if largest > LARGEST_RAD:
+        raise Refusal(
+            f"{name}: angle_rad reaches {largest:g}; expected radians, at most pi/2 either way"
+            " (are they degrees, or counted from the flash?)"
+        )

@@ -1,0 +1,261 @@
+"""Hits cleaned of reflections and of light that is no sweep.
+
+Two tests. Within a sweep all diodes share one motion and one error of the rotor, so a wrong hit
+stands out against the others of the same sweep, moving board or not. Over time a diode is tested
+against itself by the project's Hampel filter, where the board is still. Nothing is replaced: an
+outlier is dropped.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel
+from mocap_metrology.lighthouse.records import Hits
+
+GATE_RAD = 1.5e-3
+GATE_MAD = 8.0
+HALF_WINDOW = 15  # sweeps of one laser to each side: 1 s in all
+N_SIGMA = 4.0
+STILL_RAD = 0.5e-3  # 1 mm at 2 m
+RESOLUTION_RAD = np.pi * 0.5e-6 * 60 * 2  # one sample of 2 MHz
+SINGULAR = 1e-6  # of the board's extent: thinner is flat
+
+
+def clean_hits(
+    hits: Hits,
+    board: np.ndarray | None,
+    *,
+    gate_rad: float = GATE_RAD,
+    gate_mad: float = GATE_MAD,
+    half_window: int = HALF_WINDOW,
+    n_sigma: float = N_SIGMA,
+    still_rad: float = STILL_RAD,
+    resolution_rad: float = RESOLUTION_RAD,
+) -> tuple[Hits, dict[str, list[int]]]:
+    """Hits that pass both tests, and how many did not, a count for each diode.
+
+    board: (n, 3) in metres, flat or not; None leaves out the first test.
+    Report: `sweep` (dropped by `sweep_outliers`), `still` (by `still_outliers`), `kept`.
+    """
+    n_diodes = int(hits.diode.max(initial=-1)) + 1
+    if board is not None:
+        if n_diodes > len(board):
+            raise Refusal(
+                f"board: {len(board)} diodes, but light on diode {n_diodes - 1};"
+                f" expected a position for each"
+            )
+        n_diodes = len(board)
+        wrong = sweep_outliers(hits, board, gate_rad, gate_mad)
+    else:
+        wrong = np.zeros(len(hits), np.bool_)
+    passed = hits.take(~wrong)
+    late = still_outliers(passed, half_window, n_sigma, still_rad, resolution_rad)
+    kept = passed.take(~late)
+    report = {
+        "sweep": np.bincount(hits.diode[wrong], minlength=n_diodes).tolist(),
+        "still": np.bincount(passed.diode[late], minlength=n_diodes).tolist(),
+        "kept": np.bincount(kept.diode, minlength=n_diodes).tolist(),
+    }
+    return kept, report
+
+
+def sweep_outliers(
+    hits: Hits, board: np.ndarray, gate_rad: float = GATE_RAD, gate_mad: float = GATE_MAD
+) -> np.ndarray:
+    """Hits off the others of their sweep by more than max(gate_rad, gate_mad MAD); bool, (n,).
+
+    A plane of light meets diode X where tan(angle) = (a0 + a.X) / (1 + c.X), exact for a board that
+    stands still while it is swept. With three hits more than unknowns this is fitted, else its
+    affine part, tan(angle) = a0 + a.X, in the two or three directions that the board has; both in
+    the least sum of |residuals| (iterated weights), of which a few outliers bend nothing. A sweep
+    with no hit more than unknowns decides nothing and passes; with one more, an outlier shows but
+    not which it is, and all its hits go if the residuals sum to more than ten times the gate: what
+    perspective leaves of a board of four diodes at 1 m is 10 mrad.
+    """
+    order, first = _by_sweep(hits)
+    wrong = np.zeros(len(hits), np.bool_)
+    if order.size:
+        wrong[order] = _gate(
+            np.tan(hits.angle_rad[order]),
+            _directions(board)[hits.diode[order]],
+            np.append(first, order.size),
+            gate_rad,
+            gate_mad,
+        )
+    return wrong
+
+
+def _by_sweep(hits: Hits) -> tuple[np.ndarray, np.ndarray]:
+    """Order of hits by station, axis, cycle, and where each sweep begins in it."""
+    order = np.lexsort((hits.cycle, hits.axis, hits.station))
+    keys = np.stack([hits.station[order], hits.axis[order], hits.cycle[order]]).astype(np.int64)
+    new = (np.diff(keys, axis=1, prepend=keys[:, :1] - 1) != 0).any(axis=0)
+    return order, np.flatnonzero(new)
+
+
+def _directions(board: np.ndarray) -> np.ndarray:
+    """The board along its own two or three directions, scaled to about 1."""
+    centred = board - board.mean(axis=0)
+    _, extent, axes = np.linalg.svd(centred, full_matrices=False)
+    used = extent > SINGULAR * extent[0]
+    return np.ascontiguousarray(centred @ axes[used].T / (extent[0] / np.sqrt(len(board))))
+
+
+def still_outliers(
+    hits: Hits,
+    half_window: int = HALF_WINDOW,
+    n_sigma: float = N_SIGMA,
+    still_rad: float = STILL_RAD,
+    resolution_rad: float = RESOLUTION_RAD,
+) -> np.ndarray:
+    """Outliers of a diode's angle among its own in time, by station and axis; bool, (n,).
+
+    Only where the board is still: the sliding robust spread of the sweeps' offsets (median over the
+    diodes of angle minus the diode's own median) is below `still_rad`.
+    """
+    wrong = np.zeros(len(hits), np.bool_)
+    for laser in range(4):
+        chosen = np.flatnonzero((hits.station == laser // 2) & (hits.axis == laser % 2))
+        if chosen.size > 2 * half_window:
+            table, row = _table(hits, chosen)
+            still = _still(table, half_window) <= still_rad
+            for diode in np.flatnonzero(np.isfinite(table).any(axis=0)):
+                series = np.where(still, table[:, diode], np.nan)
+                found = hampel(series, half_window, n_sigma, "mask", resolution_rad)
+                own = chosen[hits.diode[chosen] == diode]
+                wrong[own] = found.outlier[row[hits.diode[chosen] == diode]]
+    return wrong
+
+
+def _table(hits: Hits, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angles of one laser, sweeps x diodes, NaN where missing; and the sweep of each hit."""
+    sweeps, row = np.unique(hits.cycle[chosen], return_inverse=True)
+    table = np.full((sweeps.size, int(hits.diode[chosen].max()) + 1), np.nan)
+    table[row, hits.diode[chosen]] = hits.angle_rad[chosen]
+    return table, row
+
+
+def _still(table: np.ndarray, half_window: int) -> np.ndarray:
+    """Sliding robust standard deviation of the sweeps' offsets, (sweeps,)."""
+    seen = np.isfinite(table).any(axis=0)
+    offset = np.nanmedian(table[:, seen] - np.nanmedian(table[:, seen], axis=0), axis=1)
+    padded = np.pad(offset, half_window, mode="reflect" if offset.size > half_window else "edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * half_window + 1)
+    middle = np.median(windows, axis=1, keepdims=True)
+    return MAD_TO_SIGMA * np.median(np.abs(windows - middle), axis=1)
+
+
+@njit
+def _solve(normal, right):
+    """Solve a small positive system in place by Cholesky; a little is added to the diagonal."""
+    n = right.size
+    for j in range(n):
+        normal[j, j] += 1e-9 * (normal[j, j] + 1e-9)
+        for k in range(j):
+            normal[j, j] -= normal[j, k] * normal[j, k]
+        normal[j, j] = np.sqrt(max(normal[j, j], 1e-15))
+        for i in range(j + 1, n):
+            for k in range(j):
+                normal[i, j] -= normal[i, k] * normal[j, k]
+            normal[i, j] /= normal[j, j]
+    for j in range(n):
+        for k in range(j):
+            right[j] -= normal[j, k] * right[k]
+        right[j] /= normal[j, j]
+    for j in range(n - 1, -1, -1):
+        for k in range(j + 1, n):
+            right[j] -= normal[k, j] * right[k]
+        right[j] /= normal[j, j]
+
+
+@njit
+def _fit(design, value, weight):
+    """Weighted least squares; returns the coefficients."""
+    n_hits, n = design.shape
+    normal = np.zeros((n, n))
+    right = np.zeros(n)
+    for h in range(n_hits):
+        for i in range(n):
+            wx = weight[h] * design[h, i]
+            right[i] += wx * value[h]
+            for j in range(i + 1):
+                normal[i, j] += wx * design[h, j]
+    _solve(normal, right)
+    return right
+
+
+@njit
+def _predict(design, coefficients, n_linear, predicted):
+    """tan(angle) of the model; the columns past n_linear are made anew from it, -tan(angle) X, so
+    that a wrong hit bends none of its own columns."""
+    n_hits, n = design.shape
+    for h in range(n_hits):
+        above = 0.0
+        below = 1.0
+        for i in range(n_linear):
+            above += design[h, i] * coefficients[i]
+        for i in range(n_linear, n):
+            below += design[h, i - n_linear + 1] * coefficients[i]
+        predicted[h] = above / min(max(below, 0.3), 3.0)
+        for i in range(n_linear, n):
+            design[h, i] = -predicted[h] * design[h, i - n_linear + 1]
+
+
+@njit
+def _least_absolute(design, tangent, n_linear, residual, weight, predicted):
+    """Iterated weights; leaves the residuals in rad, to first order."""
+    for _ in range(7):
+        _predict(design, _fit(design, tangent, weight), n_linear, predicted)
+        for h in range(tangent.size):
+            residual[h] = (tangent[h] - predicted[h]) / (1.0 + tangent[h] * tangent[h])
+            weight[h] = 1.0 / max(abs(residual[h]), 3e-5)
+
+
+@njit
+def _gate_sweep(tangent, where, gate_rad, gate_mad):
+    """Wrong hits of one sweep."""
+    n_hits, n_directions = where.shape
+    n_linear = 1 + n_directions
+    if n_hits <= n_linear:
+        return np.zeros(n_hits, np.bool_)
+    design = np.ones((n_hits, n_linear + n_directions))
+    design[:, 1:n_linear] = where
+    residual = np.empty(n_hits)
+    weight = np.ones(n_hits)
+    predicted = np.empty(n_hits)
+    affine = design[:, :n_linear].copy()
+    _least_absolute(affine, tangent, n_linear, residual, weight, predicted)
+    if n_hits == n_linear + 1:
+        return np.full(n_hits, np.sum(np.abs(residual)) > 10 * gate_rad)
+    if n_hits < n_linear + n_directions + 3:
+        design = affine
+    else:
+        for h in range(n_hits):
+            for i in range(n_directions):
+                design[h, n_linear + i] = -predicted[h] * where[h, i]
+        _least_absolute(design, tangent, n_linear, residual, weight, predicted)
+    for _ in range(2):  # least squares of those inside, which may let some back in
+        limit = max(gate_rad, gate_mad * np.median(np.abs(residual)))
+        for h in range(n_hits):
+            weight[h] = 1.0 if abs(residual[h]) <= limit else 1e-9
+        _predict(design, _fit(design, tangent, weight), n_linear, predicted)
+        residual = np.arctan(tangent) - np.arctan(predicted)
+    return np.abs(residual) > max(gate_rad, gate_mad * np.median(np.abs(residual)))
+
+
+@njit
+def _gate(tangent, where, first, gate_rad, gate_mad):
+    wrong = np.zeros(tangent.size, np.bool_)
+    for sweep in range(first.size - 1):
+        low, high = first[sweep], first[sweep + 1]
+        wrong[low:high] = _gate_sweep(tangent[low:high], where[low:high], gate_rad, gate_mad)
+    return wrong
+
+
+def warm_up() -> None:
+    """Compile for float64."""
+    _gate(np.zeros(2), np.zeros((2, 2)), np.array([0, 2]), GATE_RAD, GATE_MAD)
+    hampel(np.arange(8.0), half_window=2)

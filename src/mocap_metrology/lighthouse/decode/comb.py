@@ -1,0 +1,208 @@
+"""Combs of flashes: their period, the phases of the stations, a clock line through each, and the
+slow wander of the rotors about it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.records import Clock, Flashes
+from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S
+
+PERIOD_TOLERANCE = 0.01
+OFFSET_TOLERANCE_S = 100e-6  # of the slave's flash about its nominal place
+EVENT_S = 42e-6  # late edges of dim diodes belong to the flash before; the other station is later
+BIN_S = 25e-6
+FEWEST_FLASHES = 12  # in a row, at which libsurvive believes a station; here in all
+MAD_TO_SIGMA = 1.4826
+MEDIAN_OF = 9  # flashes of one rotor
+HALF_WINDOWS = (2, 3, 5, 8, 13, 21, 34, 55, 89)  # turns to each side of a rotor
+
+
+def find_period(start_s: np.ndarray) -> float:
+    """Period of the flashes in seconds, from starts of long pulses, rising.
+
+    The densest 4 us among the differences over 1 to 4 cycles, each divided by its count; then
+    medians of differences over ever longer lags. False pulses add differences anywhere, flashes at
+    the period only. Raises `Refusal` where nothing repeats within 1 % of 8.333 ms.
+    """
+    events = start_s[np.diff(start_s, prepend=-1.0) > EVENT_S]
+    near = np.sort(
+        np.concatenate(
+            [
+                _differences(events, k * CYCLE_S, k * PERIOD_TOLERANCE * CYCLE_S) / k
+                for k in (1, 2, 3, 4)
+            ]
+        )
+    )
+    inside = np.searchsorted(near, near + 4e-6, side="right") - np.arange(near.size)
+    by_chance = near.size * 4e-6 / (2 * PERIOD_TOLERANCE * CYCLE_S)
+    if near.size == 0 or inside.max() < max(FEWEST_FLASHES - 2, 5 * by_chance):
+        raise Refusal(
+            f"{start_s.size} pulses are long enough for flashes but do not repeat each 8.333 ms"
+            " +- 1 %; expected flashes of a base station (is the sample rate right?)"
+        )
+    first = int(np.argmax(inside))
+    period = float(np.median(near[first : first + inside[first]]))
+    for lag in (16, 128, 1024):
+        apart = _differences(events, lag * period, 5e-6)
+        if apart.size >= FEWEST_FLASHES:
+            period = float(np.median(apart)) / lag
+    return period
+
+
+def _differences(times: np.ndarray, lag: float, tolerance: float) -> np.ndarray:
+    """All differences t_j - t_i within the tolerance of the lag."""
+    low = np.searchsorted(times, times + lag - tolerance)
+    count = np.searchsorted(times, times + lag + tolerance, side="right") - low
+    i = np.repeat(np.arange(times.size), count)
+    j = np.arange(i.size) - np.repeat(np.cumsum(count) - count, count) + np.repeat(low, count)
+    return times[j] - times[i]
+
+
+def find_phases(start_s: np.ndarray, period_s: float) -> list[float]:
+    """Times of a flash of each station, master first; one if only one is there.
+
+    Cycles that hold a long pulse are counted by phase, even and odd ones apart, and the smaller
+    counts: a station flashes in all cycles, while a sweep seen from so near that it is as long as a
+    flash comes in even or in odd ones only. The other station is 416.67 us later or earlier.
+    """
+    cycle = np.floor(start_s / period_s).astype(np.int64)
+    phase = start_s - cycle * period_s
+    first = _peak(*_occupancy(phase, cycle, period_s), None)[0]
+    turned = np.mod(phase - first + period_s / 2, period_s)  # first station now in the middle
+    cycle = np.floor((start_s - first + period_s / 2) / period_s).astype(np.int64)
+    score, edges = _occupancy(turned, cycle, period_s)
+    middle = period_s / 2
+    elsewhere = np.abs(edges - middle) > 2 * SLAVE_OFFSET_S
+    least = max(FEWEST_FLASHES, 5 * float(score[elsewhere].mean()))
+    both_sides = [_peak(score, edges, middle + sign * SLAVE_OFFSET_S) for sign in (-1, 1)]
+    other = max(both_sides, key=lambda peak: peak[1])
+    if other[1] < least:
+        return [first]
+    return sorted([first, first + other[0] - middle])
+
+
+def _occupancy(
+    phase: np.ndarray, cycle: np.ndarray, period_s: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Twice the smaller of even and odd cycles that hold a phase, in bins of 2 BIN_S each BIN_S;
+    and the middles of the bins."""
+    n_bins = int(np.ceil(period_s / BIN_S))
+    number = np.unique((phase / BIN_S).astype(np.int64) * (cycle.max() + 1) + cycle)
+    where, which = np.divmod(number, cycle.max() + 1)
+    even = np.bincount(where[which % 2 == 0], minlength=n_bins)
+    odd = np.bincount(where[which % 2 == 1], minlength=n_bins)
+    even, odd = even + np.roll(even, -1), odd + np.roll(odd, -1)
+    return 2.0 * np.minimum(even, odd), (np.arange(n_bins) + 1.0) * BIN_S
+
+
+def _peak(score: np.ndarray, middles: np.ndarray, near: float | None) -> tuple[float, float]:
+    """Phase and score of the highest bin, of all or of those about `near`."""
+    if near is not None:
+        score = np.where(np.abs(middles - near) <= OFFSET_TOLERANCE_S, score, -1.0)
+    best = int(np.argmax(score))
+    return float(middles[best]), float(score[best])
+
+
+def fit_clock(cycle: np.ndarray, time_s: np.ndarray) -> tuple[Clock, np.ndarray]:
+    """Line through the flashes of a station, and which flashes it stands on.
+
+    Least squares, where flashes farther than 5 robust sigma, at least 2 us, are left out in turn.
+    The edges are quantised at random, so n of them place the line sqrt(n) times better than one.
+    """
+    apart = np.median(np.diff(time_s) / np.diff(cycle)) if cycle.size > 1 else CYCLE_S
+    level = float(np.median(time_s - apart * cycle))
+    used = np.abs(time_s - level - apart * cycle) < 1e-3
+    middle = float(cycle.mean())
+    for _ in range(8):
+        design = np.column_stack([np.ones(cycle.size), cycle - middle])
+        (at_middle, slope), *_ = np.linalg.lstsq(design[used], time_s[used], rcond=None)
+        residual = time_s - design @ (at_middle, slope)
+        sigma = MAD_TO_SIGMA * np.median(np.abs(residual[used]))
+        before, used = used, np.abs(residual) <= max(5 * sigma, 2e-6)
+        if np.array_equal(before, used):
+            break
+    rms = float(np.sqrt(np.mean(residual[used] ** 2)))
+    return Clock(float(at_middle - slope * middle), float(slope), rms), used
+
+
+def drift(cycle: np.ndarray, residual: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Running median of the residuals of each rotor, between its flashes a straight line; (at,)."""
+    result = np.zeros(at.size)
+    for rotor in (0, 1):
+        own, wanted = cycle % 2 == rotor, at % 2 == rotor
+        n = np.count_nonzero(own)
+        if n >= MEDIAN_OF:
+            half = MEDIAN_OF // 2
+            padded = np.pad(residual[own], half, mode="symmetric")
+            windows = np.lib.stride_tricks.sliding_window_view(padded, MEDIAN_OF)
+            result[wanted] = np.interp(at[wanted], cycle[own], np.median(windows, axis=1))
+    return result
+
+
+def begin_of_cycles(flashes: Flashes, cycle: np.ndarray, resolution_s: float) -> np.ndarray:
+    """When the given cycles of a station begin, seconds.
+
+    The clock line; and where the rotors wander about it, by more than the resolution of the
+    recording can feign, a smooth curve through the flashes of each rotor. Each of the two rotors of
+    a station is held by a loop of its own, and its flashes follow it: in a real recording the line
+    leaves 0.6 and 1.2 us (0.2 and 0.5 mrad) that all diodes of a sweep share, the curve 0.06 us.
+    The curve is a local straight line (Cleveland 1979, uniform weights) over as many turns as
+    predict the flash left out best; even and odd cycles are the two rotors.
+    """
+    cycle = np.asarray(cycle)
+    begin = flashes.clock.start(cycle)
+    for rotor in (0, 1):
+        own = flashes.cycle % 2 == rotor
+        wanted = cycle % 2 == rotor
+        if np.count_nonzero(own) < FEWEST_FLASHES or not wanted.any():
+            continue
+        residual = flashes.time_s[own] - flashes.clock.start(flashes.cycle[own])
+        turn = flashes.cycle[own] // 2
+        half_window = _choose_half_window(turn, residual, resolution_s)
+        if half_window is not None:
+            begin[wanted] += _curve(turn, residual, cycle[wanted] // 2, half_window)
+    return begin
+
+
+def _choose_half_window(turn: np.ndarray, residual: np.ndarray, resolution_s: float) -> int | None:
+    """Widest window whose error for the flash left out is within 3 % of the least; None: the line
+    is as good, or what is left could be quantisation, which a curve must not follow."""
+    spread = MAD_TO_SIGMA * float(np.median(np.abs(residual)))
+    if spread < 0.5 * resolution_s:
+        return None
+    errors = [spread]
+    for half_window in HALF_WINDOWS[::-1]:
+        left_out = residual - _curve(turn, residual, turn, half_window, leave_out=True)
+        errors.append(MAD_TO_SIGMA * float(np.median(np.abs(left_out))))
+    widest = int(np.argmax(np.array(errors) <= 1.03 * min(errors)))
+    return None if widest == 0 else HALF_WINDOWS[::-1][widest - 1]
+
+
+def _curve(
+    turn: np.ndarray,
+    residual: np.ndarray,
+    at: np.ndarray,
+    half_window: int,
+    leave_out: bool = False,
+) -> np.ndarray:
+    """Local straight line at the turns `at`, which when `leave_out` are those of the data."""
+    low = np.searchsorted(turn, at - half_window)
+    high = np.searchsorted(turn, at + half_window, side="right")
+
+    def inside(values: np.ndarray) -> np.ndarray:
+        total = np.concatenate([[0.0], np.cumsum(values)])
+        return total[high] - total[low]
+
+    x = (turn - turn[0]).astype(np.float64)
+    here = (at - turn[0]).astype(np.float64)
+    n, sx, sxx = inside(np.ones(turn.size)), inside(x), inside(x * x)
+    sy, sxy = inside(residual), inside(x * residual)
+    sxx, sx, sxy = sxx - 2 * here * sx + here**2 * n, sx - here * n, sxy - here * sy
+    if leave_out:
+        n, sy = n - 1, sy - residual
+    det = n * sxx - sx * sx
+    straight = (n >= 4) & (det > 1e-9)
+    mean = np.divide(sy, n, out=np.zeros(at.size), where=n > 0)
+    return np.divide(sxx * sy - sx * sxy, det, out=mean, where=straight)

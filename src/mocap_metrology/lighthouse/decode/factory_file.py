@@ -1,0 +1,132 @@
+"""Stations from files: this project's `stations.json`, or the JSON that libsurvive keeps.
+
+For recordings without a whole calibration frame, and for reading back what a stage has written.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode.libsurvive import read_solution
+from mocap_metrology.lighthouse.records import ROLES, Factory, Station
+from mocap_metrology.lighthouse.rotor import check
+
+FACTORY_NAMES = tuple(Factory.__dataclass_fields__)
+OPTIONAL = ("frames_found", "why", "firmware", "hardware")
+
+
+def read_factory(path: str | Path) -> list[Station]:
+    """Stations with factory calibration, master first; the kind of file is told by its content.
+
+    Raises `Refusal` where the file is neither, or holds no calibration.
+    """
+    name = Path(path).name
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise Refusal(f"{name}: cannot be read ({error}); expected stations.json") from None
+    if '"lighthouse' in text:
+        return _of_libsurvive(path)
+    try:
+        stations = stations_from_json(json.loads(text), name)
+    except json.JSONDecodeError as error:
+        raise Refusal(
+            f"{name}: no JSON ({error}); expected stations.json or libsurvive's companion file"
+        ) from None
+    stations = [station for station in stations if station.factory is not None]
+    if not stations:
+        raise Refusal(
+            f"{name}: no station in it has factory values; expected phase, tilt, curve..."
+        )
+    return stations
+
+
+def _of_libsurvive(path: str | Path) -> list[Station]:
+    """libsurvive's lighthouse 1 flashes first: it is the master."""
+    stations = []
+    for solved in sorted(read_solution(path), key=lambda station: -station.index):
+        if solved.index > 1:
+            continue
+        _check(solved.factory, Path(path).name)
+        role = ROLES[1 - solved.index]
+        stations.append(Station(role, id=solved.id, mode=solved.mode, factory=solved.factory))
+    return stations
+
+
+def by_id(stations: Sequence[Station]) -> dict[int, Station]:
+    """Stations that have a factory calibration, by their id."""
+    return {s.id: s for s in stations if s.id is not None and s.factory is not None}
+
+
+def stations_to_json(stations: Sequence[Station]) -> list[dict[str, Any]]:
+    """What `stations.json` holds: a list, master first; null for what is not known."""
+    return [
+        {
+            "role": station.role,
+            "id": station.id,
+            "mode": station.mode,
+            "factory": None
+            if station.factory is None
+            else {
+                name: [float(v) for v in getattr(station.factory, name)] for name in FACTORY_NAMES
+            },
+            "gravity": None if station.gravity is None else [float(v) for v in station.gravity],
+            **{name: getattr(station, name) for name in OPTIONAL},
+        }
+        for station in sorted(stations, key=lambda station: ROLES.index(station.role))
+    ]
+
+
+def stations_from_json(entries: Any, name: str = "stations.json") -> list[Station]:
+    """Stations from parsed JSON; the reverse of `stations_to_json`, which only needs the role."""
+    if not isinstance(entries, list) or not all(isinstance(e, Mapping) for e in entries):
+        raise Refusal(f"{name}: expected a list of stations, each with role, id, mode, factory")
+    stations = [_station(entry, name) for entry in entries]
+    roles = [station.role for station in stations]
+    if len(set(roles)) < len(roles):
+        raise Refusal(f"{name}: two stations have one role; expected one master, one slave")
+    return stations
+
+
+def _station(entry: Mapping[str, Any], name: str) -> Station:
+    role, id_, mode = entry.get("role"), entry.get("id"), entry.get("mode")
+    if role not in ROLES:
+        raise Refusal(f"{name}: role is {role!r}; expected master or slave")
+    if id_ is not None and not (type(id_) is int and 0 <= id_ < 1 << 32):
+        raise Refusal(f"{name}, {role}: id is {id_!r}; expected a whole number of 32 bits or null")
+    if mode not in (None, "A", "b", "c"):
+        raise Refusal(f"{name}, {role}: mode is {mode!r}; expected A, b, c or null")
+    factory, gravity = entry.get("factory"), entry.get("gravity")
+    if factory is not None:
+        if not isinstance(factory, Mapping):
+            raise Refusal(f"{name}, {role}: factory is no object; expected phase, tilt, curve...")
+        values = {k: _numbers(factory.get(k), 2, f"{name}, {role}: {k}") for k in FACTORY_NAMES}
+        factory = Factory(**values)
+        _check(factory, f"{name}, {role}")
+    if gravity is not None:
+        gravity = _numbers(gravity, 3, f"{name}, {role}: gravity")
+    rest = {key: entry[key] for key in OPTIONAL if key in entry}
+    return Station(role, id_, mode, factory, gravity, **rest)
+
+
+def _check(factory: Factory, where: str) -> None:
+    try:
+        check(factory)
+    except Refusal as refusal:
+        raise Refusal(f"{where}: {refusal}") from None
+
+
+def _numbers(value: Any, count: int, where: str) -> np.ndarray:
+    try:
+        numbers = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape != (count,) or not np.isfinite(numbers).all():
+        raise Refusal(f"{where} is {value!r}; expected {count} finite numbers")
+    return numbers

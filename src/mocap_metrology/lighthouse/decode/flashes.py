@@ -1,0 +1,145 @@
+"""Pulses -> flashes of each station: when, how long, and what code.
+
+Flashes are found as combs: long pulses that come each 8.333 ms, at two phases 416.67 us apart if
+two stations are there. So a false or merged pulse cannot shift a cycle, a missed one leaves a hole,
+and a station that is blocked most of the time is still told from the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode.codes import codes_of, data_residual, find_pattern
+from mocap_metrology.lighthouse.decode.comb import (
+    FEWEST_FLASHES,
+    MAD_TO_SIGMA,
+    drift,
+    find_period,
+    find_phases,
+    fit_clock,
+)
+from mocap_metrology.lighthouse.records import MASTER, Clock, Flashes, Pulses
+from mocap_metrology.lighthouse.timing import CODE_STEP_S, TICKS_PER_S
+
+SHORTEST_S = 2250 / TICKS_PER_S
+LONGEST_S = 200e-6
+REACH_S = 60e-6  # of a comb before its line is known
+LATE_S = 30e-6  # dim diodes rise late
+
+
+def find_flashes(pulses: Pulses) -> list[Flashes]:
+    """Flashes of master and slave, or of the one station that is seen, which then counts as master.
+
+    Cycles have one number for both stations, from 0. The time of a flash is the lower quartile of
+    the edges on all diodes: dim ones rise late, and a single early one may be false. Lengths are
+    the median over the diodes, each diode's own bias and that of the recording taken off.
+    Raises `Refusal` where there are no flashes.
+    """
+    long = (pulses.length_s >= SHORTEST_S) & (pulses.length_s <= LONGEST_S)
+    if np.count_nonzero(long) < FEWEST_FLASHES:
+        raise Refusal(
+            f"no flashes: {np.count_nonzero(long)} of {pulses.start_s.size} pulses are longer than"
+            f" {1e6 * SHORTEST_S:.1f} us; expected some of a base station each 8.333 ms"
+        )
+    start, length, diode = (x[long] for x in (pulses.start_s, pulses.length_s, pulses.diode))
+    period = find_period(start)
+    combs = [_comb(start, length, diode, at, period) for at in find_phases(start, period)]
+    combs = _number(combs)
+    patterns, biases = find_pattern(
+        [comb.cycle for comb in combs], [comb.over_diodes(comb.length) for comb in combs]
+    )
+    return [
+        _flashes(MASTER + i, comb, pattern, bias)
+        for i, (comb, pattern, bias) in enumerate(zip(combs, patterns, biases, strict=True))
+    ]
+
+
+@dataclass(frozen=True)
+class _Comb:
+    """Pulses of the flashes of one station; those of flash k begin at first[k]."""
+
+    length: np.ndarray
+    diode: np.ndarray
+    first: np.ndarray
+    cycle: np.ndarray  # of each flash
+    time: np.ndarray
+    clock: Clock
+
+    @property
+    def count(self) -> np.ndarray:
+        """Diodes that saw each flash."""
+        return np.diff(self.first, append=self.length.size)
+
+    def over_diodes(self, values: np.ndarray) -> np.ndarray:
+        """Median of the values of the pulses of each flash."""
+        flash = np.repeat(np.arange(self.first.size), self.count)
+        values = values[np.lexsort((values, flash))]
+        return 0.5 * (
+            values[self.first + (self.count - 1) // 2] + values[self.first + self.count // 2]
+        )
+
+
+def _comb(
+    start: np.ndarray, length: np.ndarray, diode: np.ndarray, at: float, period: float
+) -> _Comb:
+    """Pulses about a comb through `at`; then about its line and the drift of the rotors."""
+    cycle = np.round((start - at) / period).astype(np.int64)
+    inside = np.abs(start - at - cycle * period) <= REACH_S
+    _, flash_cycle, time = _events(start[inside], cycle[inside])
+    clock, _ = fit_clock(flash_cycle, time)
+    for _ in range(2):
+        off = time - clock.start(flash_cycle)
+        spread = MAD_TO_SIGMA * np.median(np.abs(off - drift(flash_cycle, off, flash_cycle)))
+        tolerance = float(np.clip(6 * spread, 2e-6, 10e-6))
+        cycle = np.round((start - clock.epoch_s) / clock.cycle_s).astype(np.int64)
+        late = start - clock.start(cycle) - drift(flash_cycle, off, cycle)
+        inside = (late >= -tolerance) & (late <= LATE_S)
+        _, flash_cycle, flash_late = _events(late[inside], cycle[inside])
+        inside &= np.isin(cycle, flash_cycle[flash_late <= tolerance])
+        first, flash_cycle, time = _events(start[inside], cycle[inside])
+        clock, _ = fit_clock(flash_cycle, time)
+    return _Comb(length[inside], diode[inside], first, flash_cycle, time, clock)
+
+
+def _events(start: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pulses by cycle (both rising): first pulse, cycle, and lower quartile of the starts."""
+    first = np.flatnonzero(np.diff(cycle, prepend=cycle[:1] - 1))
+    count = np.diff(first, append=cycle.size)
+    return first, cycle[first], start[first + (count - 1) // 4]
+
+
+def _number(combs: list[_Comb]) -> list[_Comb]:
+    """Cycles from 0, the first one any flash of which can be in the recording."""
+    master, last = combs[0].clock, combs[-1].clock
+    behind = last.epoch_s - master.epoch_s
+    shift = int(np.ceil((-behind - 10e-6 * (len(combs) - 1) - master.epoch_s) / master.cycle_s))
+    return [
+        replace(
+            comb,
+            cycle=comb.cycle - shift,
+            clock=replace(comb.clock, epoch_s=float(comb.clock.start(shift))),
+        )
+        for comb in combs
+    ]
+
+
+def _flashes(station: int, comb: _Comb, pattern: np.ndarray, bias: float) -> Flashes:
+    """Lengths with the biases of the recording and of the diodes taken off, and their codes."""
+    length = comb.length - bias
+    rest = data_residual(np.repeat(comb.cycle, comb.count), length, pattern) * CODE_STEP_S
+    for diode in np.unique(comb.diode):
+        own = comb.diode == diode
+        if np.count_nonzero(own) >= FEWEST_FLASHES:
+            length[own] -= np.median(rest[own])
+    length_s = comb.over_diodes(length)
+    return Flashes(
+        station=station,
+        clock=comb.clock,
+        cycle=comb.cycle.astype(np.int32),
+        time_s=comb.time,
+        length_s=length_s,
+        code=codes_of(comb.cycle, length_s, pattern),
+    )

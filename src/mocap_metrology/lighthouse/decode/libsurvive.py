@@ -1,0 +1,291 @@
+"""Recordings of libsurvive (`.rec`, `.rec.gz`), and the solution it keeps beside them (`.json`).
+
+One event a line: `seconds object op fields`. Used are `C channel start length`, a pulse in ticks of
+48 MHz whose 32-bit counter wraps every 89.5 s, and `CONFIG`, the object's own description with the
+photodiodes' positions and which channel each is on.
+
+libsurvive counts stations the other way round (its lighthouse 0 is the one whose flash comes
+second) and looks along -Z with X to the right and Y up: x = -Z, y = -X, z = Y.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.board import check_board
+from mocap_metrology.lighthouse.records import Factory, Pulses
+from mocap_metrology.lighthouse.timing import CYCLE_TICKS, TICKS_PER_S
+
+CHUNK = 1 << 22
+LONGEST_LINE = 1 << 26
+WRAP = 1 << 32
+CHANNELS = 1 << 12  # beyond this a channel is damage
+# Rows: x, y, z of this project in axes of libsurvive, X, Y, Z.
+FROM_LIBSURVIVE = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+RAW = re.compile(rb"^[\d.]+ (\S+) C (\d{1,10}) (\d{1,10}) (\d{1,10})\r?$", re.M)
+CONFIG = re.compile(rb"^[-+.\de]+ +(\S+) +CONFIG +(.*)$", re.M)
+SECOND_GENERATION = re.compile(rb"^[-+.\de]+ +\S+ +[BWY] +\d", re.M)
+PROCESSED = re.compile(rb"^[-+.\de]+ +(\S+) +(?:A|S|[LR] [XY]) +-?\d", re.M)
+EVENT = re.compile(rb"^[-+.\de]+ +\S+ +\S", re.M)
+
+
+@dataclass
+class _Seen:
+    """What one pass over a recording keeps."""
+
+    pulses: list[np.ndarray] = field(default_factory=list)  # channel, start, length of the object
+    raw: Counter = field(default_factory=Counter)  # C lines by object
+    configs: dict[str, bytes] = field(default_factory=dict)
+    second_generation: bool = False
+    processed: bool = False
+    events: bool = False
+
+
+def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.ndarray]:
+    """Pulses of one tracked object and the positions of its photodiodes in metres, (n, 3).
+
+    Diodes are numbered as in the object's description; its channelMap says which channel is which.
+    Raises `Refusal` for what is no such recording, was made with second-generation stations, has
+    no raw pulses, or lacks the object.
+    """
+    name = Path(path).name
+    seen = _scan(path, tracked_object.encode())
+    _check(seen, tracked_object, name)
+    board, channels = _description(seen.configs[tracked_object], f"{name}, {tracked_object}")
+    return _pulses(np.concatenate(seen.pulses), channels, len(board), name), board
+
+
+def tracked_objects(path: str | Path) -> list[str]:
+    """Names of the objects with raw pulses, most pulses first."""
+    return [name.decode("utf-8", "replace") for name, _ in _scan(path, b"").raw.most_common()]
+
+
+def _scan(path: str | Path, wanted: bytes) -> _Seen:
+    seen = _Seen()
+    for block in _blocks(path):
+        seen.events = seen.events or EVENT.search(block) is not None
+        if b" CONFIG " in block:
+            for name, text in CONFIG.findall(block):
+                seen.configs.setdefault(name.decode("utf-8", "replace"), text)
+        if b" C " in block:
+            _add_raw(seen, block, wanted)
+        if not seen.raw:
+            seen.second_generation |= SECOND_GENERATION.search(block) is not None
+            seen.processed |= PROCESSED.search(block) is not None
+    return seen
+
+
+def _add_raw(seen: _Seen, block: bytes, wanted: bytes) -> None:
+    """Keep the pulses of the wanted object, count those of all."""
+    lines = [line for line in block.split(b"\n") if b" C " in line]
+    found = RAW.findall(b"\n".join(lines))
+    seen.raw.update(Counter(row[0] for row in found))
+    mine = [list(map(int, row[1:])) for row in found if row[0] == wanted]
+    seen.pulses.append(np.array(mine, np.int64).reshape(-1, 3))
+
+
+def _blocks(path: str | Path) -> Iterator[bytes]:
+    """The text in pieces of whole lines; a last line without end was cut off, and is left out."""
+    name, rest = Path(path).name, b""
+    try:
+        with _opened(path) as stream:
+            while piece := stream.read(CHUNK):
+                if len(rest) > LONGEST_LINE:
+                    raise Refusal(f"{name}: no lines; expected a libsurvive recording")
+                head, line_end, tail = piece.rpartition(b"\n")
+                if line_end:
+                    yield rest + head
+                    rest = tail
+                else:
+                    rest += piece
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise Refusal(f"{name}: its gzip stream is broken ({error}); expected it whole") from None
+    except OSError as error:
+        reason = error.strerror or error
+        raise Refusal(f"{name}: cannot be read ({reason}); expected a recording") from None
+
+
+@contextmanager
+def _opened(path: str | Path) -> Iterator[IO[bytes]]:
+    """The file, unpacked where its first bytes are those of gzip, whatever its name."""
+    with Path(path).open("rb") as raw:
+        packed = raw.read(2) == b"\x1f\x8b"
+        raw.seek(0)
+        if packed:
+            with gzip.open(raw) as stream:
+                yield stream
+        else:
+            yield raw
+
+
+def _check(seen: _Seen, tracked_object: str, name: str) -> None:
+    """Refuse a recording without raw pulses and description of the object."""
+    if not seen.events:
+        raise Refusal(f"{name}: no line reads `seconds object event ...`; expected libsurvive's")
+    if not seen.raw and seen.second_generation:
+        raise Refusal(
+            f"{name}: recorded with second-generation (V2) base stations (B, W or Y lines);"
+            " expected first-generation (V1) ones, whose pulses are C lines"
+        )
+    if not seen.raw:
+        only = "only processed angles (A, L, R or S lines)" if seen.processed else "no light"
+        raise Refusal(
+            f"{name}: {only}; expected raw pulses (C lines): record with a libsurvive that"
+            " writes them"
+        )
+    if tracked_object.encode() not in seen.raw:
+        there = ", ".join(sorted(name.decode("utf-8", "replace") for name in seen.raw))
+        raise Refusal(f"{name}: no pulses of an object {tracked_object!r}; expected one of {there}")
+    if tracked_object not in seen.configs:
+        raise Refusal(f"{name}: no CONFIG line of {tracked_object}; expected its geometry there")
+
+
+def _description(text: bytes, where: str) -> tuple[np.ndarray, np.ndarray]:
+    """Positions of the diodes in metres, and the channel of each."""
+    try:
+        lights = json.loads(text)["lighthouse_config"]
+        board = np.array(lights["modelPoints"], dtype=np.float64)
+        channels = np.array(lights.get("channelMap", range(len(board))), dtype=np.int64)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise Refusal(
+            f"{where}: its CONFIG is unreadable; expected JSON with lighthouse_config.modelPoints"
+        ) from None
+    inside = ((channels >= 0) & (channels < CHANNELS - 1)).all()
+    if channels.shape != (len(board),) or len(set(channels.tolist())) != len(board) or not inside:
+        raise Refusal(
+            f"{where}: channelMap does not name one channel for each of {len(board)} diodes"
+        )
+    return check_board(board, where), channels
+
+
+def _pulses(values: np.ndarray, channels: np.ndarray, n_diodes: int, name: str) -> Pulses:
+    """Pulses by time: the counter unrolled from line to line, lines being a little out of order."""
+    notes = []
+    diode_of = np.full(CHANNELS, -1, np.int16)
+    diode_of[channels] = np.arange(n_diodes)
+    diode = diode_of[np.minimum(values[:, 0], CHANNELS - 1)]
+    diode[values[:, 2] > CYCLE_TICKS] = -1
+    step = (np.diff(values[:, 1], prepend=values[0, 1]) + WRAP // 2) % WRAP - WRAP // 2
+    ticks = np.cumsum(step)
+    known = diode >= 0
+    if not known.all():
+        notes.append(
+            f"{int((~known).sum())} pulses left out: on no channel of the channelMap, or endless"
+        )
+    order = np.flatnonzero(known)[np.argsort(ticks[known], kind="stable")]
+    if not order.size:
+        raise Refusal(f"{name}: no pulse on a channel of the channelMap")
+    start, length = ticks[order] - ticks[order[0]], values[order, 2]
+    return Pulses(
+        start_s=start / TICKS_PER_S,
+        length_s=length / TICKS_PER_S,
+        diode=diode[order],
+        n_diodes=n_diodes,
+        duration_s=float((start + length).max() / TICKS_PER_S),
+        resolution_s=1.0 / TICKS_PER_S,
+        notes=tuple(notes),
+    )
+
+
+@dataclass(frozen=True)
+class SolvedStation:
+    """A station in libsurvive's own solution; pose from station to world, in libsurvive's axes."""
+
+    index: int
+    id: int
+    mode: str | None
+    factory: Factory
+    R: np.ndarray
+    t_m: np.ndarray
+
+
+BLOCK = re.compile(r'"lighthouse(\d+)"\s*:\s*\{(.*?)\}', re.S)
+ENTRY = re.compile(r'"(\w+)"\s*:\s*(?:"([^"]*)"|\[([^\]]*)\])')
+FACTORY_KEYS = {
+    "phase": "fcalphase",
+    "tilt": "fcaltilt",
+    "curve": "fcalcurve",
+    "gibphase": "fcalgibpha",
+    "gibmag": "fcalgibmag",
+}
+
+
+def read_solution(path: str | Path) -> list[SolvedStation]:
+    """Stations in the configuration that libsurvive writes beside a recording.
+
+    It is a list of `"key":"value"` and of blocks, not quite JSON. Ids are unsigned, which the file
+    prints with a sign. Stations without a factory calibration (OOTXSet 0) are left out.
+    Raises `Refusal` where there is no station of the first generation in it.
+    """
+    name = Path(path).name
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise Refusal(f"{name}: cannot be read ({error}); expected libsurvive's JSON") from None
+    if re.search(r'"(?:configed-)?lighthouse-gen"\s*:\s*"2"', text):
+        raise Refusal(f"{name}: of second-generation (V2) stations; expected first-generation ones")
+    try:
+        stations = [_solved(int(i), block) for i, block in BLOCK.findall(text)]
+    except (ValueError, KeyError) as error:
+        raise Refusal(
+            f"{name}: a lighthouse block lacks or garbles an entry ({error}); expected id, mode,"
+            " pose, fcal*"
+        ) from None
+    stations = [station for station in stations if station is not None]
+    if not stations:
+        raise Refusal(f"{name}: no calibrated station; expected blocks lighthouse0, lighthouse1")
+    return stations
+
+
+def _solved(index: int, block: str) -> SolvedStation | None:
+    from scipy.spatial.transform import Rotation
+
+    entries = {key: listed or single for key, single, listed in ENTRY.findall(block)}
+    if entries.get("OOTXSet", "1") == "0":
+        return None
+
+    def numbers(key: str, count: int) -> np.ndarray:
+        values = np.array([float(v.strip(' "')) for v in entries[key].split(",")])
+        if values.size != count or not np.isfinite(values).all():
+            raise ValueError(f"{key} is {entries[key]}")
+        return values
+
+    factory = Factory(**{name: numbers(key, 2) for name, key in FACTORY_KEYS.items()})
+    pose, mode = numbers("pose", 7), int(entries["mode"])
+    return SolvedStation(
+        index=index,
+        id=int(entries["id"]) % WRAP,
+        mode="Abc"[mode] if 0 <= mode < 3 else None,
+        factory=factory,
+        R=Rotation.from_quat(pose[3:], scalar_first=True).as_matrix(),
+        t_m=pose[:3],
+    )
+
+
+def solution_pose(stations: list[SolvedStation]) -> tuple[np.ndarray, np.ndarray]:
+    """Pose of the slave in the master's frame, R (3, 3) and t in metres, in this project's axes.
+
+    The master is libsurvive's lighthouse 1. With station-to-world poses R_i, t_i and the change of
+    axes C: R = C R_1^T R_0 C^T, t = C R_1^T (t_0 - t_1).
+    """
+    by_index = {station.index: station for station in stations}
+    if not {0, 1} <= set(by_index):
+        raise Refusal(
+            "libsurvive's solution: expected the two stations lighthouse0 and lighthouse1"
+        )
+    slave, master = by_index[0], by_index[1]
+    C, to_master = FROM_LIBSURVIVE, master.R.T
+    return C @ to_master @ slave.R @ C.T, C @ to_master @ (slave.t_m - master.t_m)

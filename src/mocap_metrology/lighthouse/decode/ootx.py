@@ -1,0 +1,223 @@
+"""Calibration of a base station out of the bits of its flashes, one a cycle.
+
+Bits stand at the number of their cycle, so that a missed flash is a hole and not a shift. A whole
+frame without a hole is taken as it is. Else the repetitions vote, position by position, a hole for
+nobody; what stays open is tried, likeliest first, at most `TRIES` readings against the CRC.
+Random bits pass one reading with 2^-32, all with 2^-18; they would also have to agree with the
+sync and the stuffing, name a known protocol, pad with zeros, and hold values that a station can
+have. Nothing is accepted without the CRC.
+"""
+
+from __future__ import annotations
+
+import heapq
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode.ootx_frame import (
+    PROTOCOLS,
+    SYNC,
+    accel_of,
+    bytes_of,
+    encode_frame,
+    frame_bits,
+    frame_of,
+    template,
+    unpack,
+    up_of,
+)
+from mocap_metrology.lighthouse.records import ROLES, Flashes, Station
+from mocap_metrology.lighthouse.timing import axis_of, data_of
+
+__all__ = ["accel_of", "decode_station", "encode_frame", "frame_bits"]
+
+TRIES = 1 << 14  # readings of voted bits that are tried against the CRC
+IN_TURN = 0.65  # share of codes naming the rotor of their turn from which the turns are believed
+FIXED_AGREE = 0.9  # least share of votes for sync, stuffing, length and padding
+
+
+def decode_station(flashes: Flashes) -> Station:
+    """Calibration of the station whose flashes these are.
+
+    Without a frame of right checksum `factory` is None and `why` tells in one line what was seen.
+    """
+    bits = bit_line(flashes)
+    frames, syncs, why = whole_frames(bits)
+    if not frames:
+        frames, why = voted_frame(bits, why)
+    role = ROLES[flashes.station]
+    if len({frame[2:14] + frame[16:20] + frame[23:31] for frame in frames}) > 1:  # id, factory
+        frames, why = [], "whole frames of right checksum contradict each other"
+    if not frames:
+        known = int((bits >= 0).sum())
+        seen = f"{known} bits in {bits.size} cycles, {bits.size - known} holes, {syncs} syncs"
+        return Station(role, why=f"no calibration frame ({seen}): {why}")
+    payload = unpack(Counter(frames).most_common(1)[0][0])
+    return Station(
+        role=role,
+        id=payload.id,
+        mode=payload.mode,
+        factory=payload.factory,
+        gravity=up_of(payload.accel),
+        frames_found=len(frames),
+        firmware=payload.firmware,
+        hardware=payload.hardware,
+    )
+
+
+def bit_line(flashes: Flashes) -> np.ndarray:
+    """Bits by cycle from the first seen one, int8: 0, 1, or -1 for a hole.
+
+    The two rotors take turns. A length misread by one step names the wrong rotor, so a code that
+    is out of turn is a hole.
+    """
+    if not flashes.cycle.size:
+        return np.empty(0, np.int8)
+    cycle, code = flashes.cycle - flashes.cycle[0], flashes.code
+    known = code >= 0
+    in_turn = axis_of(code) == (flashes.cycle & 1)
+    share = in_turn[known].mean() if known.any() else 0.5
+    if max(share, 1.0 - share) >= IN_TURN:
+        known &= in_turn if share > 0.5 else ~in_turn
+    bits = np.full(int(cycle[-1]) + 1, -1, np.int8)
+    bits[cycle] = np.where(known, data_of(code), -1)
+    return bits
+
+
+def whole_frames(bits: np.ndarray) -> tuple[list[bytes], int, str]:
+    """Payloads of all frames without a hole, the number of syncs seen, and what failed first."""
+    frames, reasons = [], []
+    bits = np.concatenate([bits, np.full(len(SYNC), -1, np.int8)])
+    windows = np.lib.stride_tricks.sliding_window_view(bits, len(SYNC))
+    starts = np.flatnonzero((windows == SYNC).all(axis=1))
+    for start in starts:
+        try:
+            frames.append(_read_frame(bits[start : -len(SYNC)]))
+        except Refusal as refusal:
+            reasons.append(str(refusal))
+    return frames, len(starts), (reasons or ["no sync of 17 zeros and a one"])[0]
+
+
+def _read_frame(bits: np.ndarray) -> bytes:
+    """Payload of the frame that begins with the first bit."""
+    for length in PROTOCOLS:
+        fixed, value = template(length)
+        frame = bits[: frame_bits(length)]
+        head = len(SYNC) + 16
+        if frame.size < head or (frame[:head] != value[:head]).any():
+            continue
+        if frame.size < fixed.size:
+            raise Refusal("the frame is cut off")
+        if (frame < 0).any():
+            raise Refusal(f"a frame has {int((frame < 0).sum())} holes")
+        if (frame[fixed] != value[fixed]).any():
+            raise Refusal("a stuffing bit is wrong")
+        data, crc = bytes_of(frame, length)
+        if zlib.crc32(data) != crc:
+            raise Refusal("the checksum is wrong")
+        unpack(data)
+        return data
+    raise Refusal("the length of the payload is neither 33 nor 31 bytes")
+
+
+def voted_frame(bits: np.ndarray, why: str) -> tuple[list[bytes], str]:
+    """Payload read from all repetitions together, in a list that is empty without one."""
+    for length in PROTOCOLS:
+        fixed, value = template(length)
+        ones, zeros = (
+            np.bincount(np.arange(bits.size) % fixed.size, bits == bit, minlength=fixed.size)
+            for bit in (1, 0)
+        )
+        start, agree = _begin(ones, zeros, fixed, value)
+        if agree < FIXED_AGREE:
+            continue
+        margin = np.roll(ones - zeros, -start)
+        frame = _search(margin, fixed, value, length)
+        if frame is not None:
+            return [frame], ""
+        why = (
+            f"{why}; repetitions laid over each other agree in no reading with the right checksum,"
+            f" {int((margin[~fixed] == 0).sum())} of {int((~fixed).sum())} bits stay open"
+        )
+    return [], why
+
+
+def _begin(
+    ones: np.ndarray, zeros: np.ndarray, fixed: np.ndarray, value: np.ndarray
+) -> tuple[int, float]:
+    """Position at which the frame begins, and the share of votes that agree there."""
+    sign = np.where(fixed, 2.0 * value - 1.0, 0.0)
+    turned = np.add.outer(np.arange(fixed.size), np.arange(fixed.size)) % fixed.size
+    agree, votes = (ones - zeros)[turned] @ sign, (ones + zeros)[turned] @ fixed
+    start = int(np.argmax(agree))
+    if votes[start] < fixed.sum() / 2:
+        return start, 0.0
+    return start, float(agree[start] / votes[start] + 1.0) / 2.0
+
+
+def _search(margin: np.ndarray, fixed: np.ndarray, value: np.ndarray, length: int) -> bytes | None:
+    """First payload with the right checksum among the `TRIES` likeliest readings of voted bits.
+
+    With equal error rates the odds of a bit are a power of its margin (ones less zeros), so the
+    likeliest readings turn the bits whose margins add up to the least.
+    """
+    frame = np.where(fixed, value, margin > 0).astype(np.uint8)
+    free = np.flatnonzero(~fixed)
+    free = free[np.argsort(np.abs(margin[free]), kind="stable")]
+    columns = _columns(free, length)
+    for flips in _by_cost(np.abs(margin[free]), columns, _syndrome(frame, length)):
+        reading = frame.copy()
+        reading[free[list(flips)]] ^= 1
+        data, crc = bytes_of(reading, length)
+        try:
+            unpack(data)
+        except Refusal:
+            continue
+        if zlib.crc32(data) == crc:
+            return data
+    return None
+
+
+def _syndrome(frame: np.ndarray, length: int) -> int:
+    data, crc = bytes_of(frame, length)
+    return zlib.crc32(data) ^ crc
+
+
+def _columns(free: np.ndarray, length: int) -> list[int]:
+    """What turning each bit does to checksum ^ CRC32(payload); it is linear in the bits."""
+    zero = frame_of(bytes(length))
+    columns = []
+    for position in free:
+        turned = zero.copy()
+        turned[position] ^= 1
+        columns.append(_syndrome(turned, length))
+    return columns
+
+
+def _by_cost(cost: np.ndarray, columns: list[int], syndrome: int) -> Iterator[tuple[int, ...]]:
+    """Sets of bits that make the syndrome zero, among the `TRIES` sets of least total cost.
+
+    cost rises. Every set has one parent, got by moving its last bit down or dropping it, so a heap
+    brings all sets in order of cost.
+    """
+    weights = [float(c) for c in cost]
+    if syndrome == 0:
+        yield ()
+    heap = [(weights[0], (0,), syndrome ^ columns[0])]
+    for _ in range(TRIES - 1):
+        if not heap:
+            return
+        total, flips, left = heapq.heappop(heap)
+        if left == 0:
+            yield flips
+        last, after = flips[-1], flips[-1] + 1
+        if after == len(weights):
+            continue
+        turned = left ^ columns[after]
+        heapq.heappush(heap, (total + weights[after], (*flips, after), turned))
+        moved = (total + weights[after] - weights[last], (*flips[:-1], after))
+        heapq.heappush(heap, (*moved, turned ^ columns[last]))

@@ -1,0 +1,104 @@
+"""The reference of a twin: markers on both base stations, seen by a motion-capture system.
+
+Each housing carries a printed mount with markers at known places in the housing's frame. The
+system sees them in a frame of its own, with noise, and perhaps the mount is not quite straight.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.files import write_text
+from mocap_metrology.lighthouse.rotation import exp
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, StationTwin
+
+MOCAP = 5  # stream of random numbers
+# Markers of a mount in the housing's frame, metres: around the front, above and behind it, no two
+# distances alike, so that no other order of labels fits.
+MOUNT_M = np.array(
+    [
+        [0.057, 0.067, 0.058],
+        [0.035, -0.071, 0.053],
+        [-0.057, 0.005, 0.085],
+        [-0.065, -0.055, 0.024],
+        [0.000, 0.084, -0.040],
+    ]
+)
+PREFIXES = ("M", "S")  # of the labels: M1 ... on the master, S1 ... on the slave
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Markers on a housing, in its frame."""
+
+    labels: tuple[str, ...]
+    positions_m: np.ndarray  # (n, 3)
+
+
+@dataclass(frozen=True)
+class MountRecording:
+    """What the motion-capture system delivers, and the mounts as they are known."""
+
+    labels: tuple[str, ...]  # the master's, then the slave's
+    positions_mm: np.ndarray  # (markers, 3, frames), in the system's own frame
+    rate_hz: float
+    mounts: tuple[Mount, ...]
+
+
+def default_mount(station: int) -> Mount:
+    """The mount of the master (0) or the slave (1)."""
+    labels = tuple(f"{PREFIXES[station]}{i + 1}" for i in range(len(MOUNT_M)))
+    return Mount(labels, MOUNT_M.copy())
+
+
+def simulate_mounts(twin: LighthouseTwin, seed: int | None = None) -> MountRecording:
+    """Markers of both stations over `mocap_frames`; `seed` replaces the twin's own.
+
+    The frame of the motion-capture system is drawn for each recording. A mount that is turned by
+    `mount_error_deg`, about an axis of its own, is so in all recordings of the setup.
+    """
+    rng = np.random.default_rng([twin.seed if seed is None else seed, MOCAP])
+    world = exp(rng.normal(size=3) * 2), rng.uniform(-3, 3, 3)
+    bent = np.random.default_rng([zlib.crc32(twin.setup.encode()), MOCAP])
+    mounts = tuple(default_mount(i) for i in range(len(twin.stations)))
+    places = [
+        _in_world(mount, station, twin.mount_error_deg, bent, world)
+        for mount, station in zip(mounts, twin.stations, strict=True)
+    ]
+    still = 1e3 * np.concatenate(places)[:, :, None]
+    noise = twin.mocap_noise_mm * rng.standard_normal((*still.shape[:2], twin.mocap_frames))
+    labels = tuple(label for mount in mounts for label in mount.labels)
+    return MountRecording(labels, still + noise, twin.mocap_rate_hz, mounts)
+
+
+def _in_world(
+    mount: Mount,
+    station: StationTwin,
+    error_deg: float,
+    rng: np.random.Generator,
+    world: tuple[np.ndarray, np.ndarray],
+) -> np.ndarray:
+    axis = rng.normal(size=3)
+    turned = exp(np.radians(error_deg) * axis / np.linalg.norm(axis))
+    in_master = mount.positions_m @ (station.R @ turned).T + station.t
+    return in_master @ world[0].T + world[1]
+
+
+def write_mounts(path: str | Path, mounts: Sequence[Mount]) -> None:
+    """Write the known geometry of mounts as CSV: label, x_m, y_m, z_m in the housing's frame."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("label", "x_m", "y_m", "z_m"))
+    writer.writerows(
+        (label, *map(float, place))
+        for mount in mounts
+        for label, place in zip(mount.labels, mount.positions_m, strict=True)
+    )
+    write_text(path, text.getvalue())

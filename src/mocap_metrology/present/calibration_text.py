@@ -1,0 +1,144 @@
+"""What a calibration says in words and numbers: verdict, pose with deviations, stations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mocap_metrology.present.calibration_data import CalibrationFiles
+from mocap_metrology.present.linear import number
+from mocap_metrology.present.style import (
+    BODY_PT,
+    FAINT,
+    GREY,
+    LINE_SPACING,
+    SMALL_PT,
+    Sheet,
+    lines_mm,
+    shorten,
+    wrap,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BADGES = {"good": "#1b7f5c", "usable": "#6d8b1c", "doubtful": "#b87400", "failed": "#9e1b1b"}
+BADGE_MM, LABEL_MM, COLUMN_MM, GAP_MM = 22.0, 33.0, 17.0, 5.0
+TABLE_MM = LABEL_MM + 3 * COLUMN_MM
+LINE_MM = lines_mm(1, SMALL_PT)
+
+
+def pose_rows(entry: Mapping[str, Any]) -> list[tuple[str, list[str]]]:
+    """Rows of the pose: a label with its unit, and three numbers."""
+    angles = [entry["rotation_deg"][k] for k in ("alpha", "beta", "gamma")]
+    rows = [("t, slave in master (mm)", _three(entry["translation_mm"], 2, sign=True))]
+    covariance = entry.get("covariance")
+    variances = None if covariance is None else np.diag(np.array(covariance, dtype=np.float64))
+    sd = None if variances is None else np.sqrt(np.clip(variances, 0, None))
+    if sd is not None:
+        rows.append(("1 σ along x, y, z (mm)", _three(sd[:3], 2)))
+    rows.append(("α, β, γ (deg)", _three(angles, 3, sign=True)))
+    if sd is not None:
+        rows.append(("1 σ about x, y, z (deg)", _three(sd[3:], 3)))
+    if entry.get("errors_mm"):
+        rows.append(("t − reference (mm)", _three(entry["errors_mm"], 2, sign=True)))
+        rows.append(("turned from it (deg)", _three(entry["errors_deg"], 3, sign=True)))
+    return rows
+
+
+def _three(values: Any, digits: int, sign: bool = False) -> list[str]:
+    return [number(float(value), digits, sign) for value in values]
+
+
+def facts(given: CalibrationFiles) -> list[str]:
+    """Lines beside the numbers: what the pose stands on, and the stations."""
+    entry, lines = given.chosen, []
+    if entry is not None:
+        baseline = np.linalg.norm(entry["translation_mm"]) / 1e3
+        lines.append(f"{entry['estimator']}, stage {entry['stage']}, {entry['optics']} optics")
+        said = [f"baseline {number(float(baseline), 3)} m"]
+        if (residual := entry.get("residual_rms_urad")) is not None:
+            said.append(f"residual {residual:.3g} µrad of {number(entry['n_angles'])} angles")
+        lines.append(", ".join(said))
+        if (share := entry.get("mirrored_share")) is not None:
+            lines.append(f"mirrored board poses {100 * share:.2g} %")
+    return lines + [_station(station) for station in given.stations]
+
+
+def _station(station: Mapping[str, Any]) -> str:
+    """One station in a line: id, mode, where its factory values come from."""
+    known = "id unknown" if station.get("id") is None else f"id {station['id']}"
+    if station.get("factory") is None:
+        factory = f"no factory values: {station.get('why') or 'none found'}"
+    elif station.get("frames_found"):
+        factory = f"factory values from {station['frames_found']} frames"
+    else:
+        factory = "factory values from a file"
+    return f"{station['role']}: {known}, mode {station.get('mode') or 'unknown'}, {factory}"
+
+
+def text_height(given: CalibrationFiles, width_mm: float) -> float:
+    """Height that `draw_text` takes."""
+    return _verdict_mm(given, width_mm) + LINE_MM * _n_lines(given, width_mm) + 1.0
+
+
+def _n_lines(given: CalibrationFiles, width_mm: float) -> int:
+    rows = len(pose_rows(given.chosen)) if given.chosen else 1
+    return max(rows, len(_wrapped_facts(given, width_mm)))
+
+
+def _wrapped_facts(given: CalibrationFiles, width_mm: float) -> list[str]:
+    room = width_mm - TABLE_MM - GAP_MM
+    return [line for fact in facts(given) for line in wrap(fact, SMALL_PT, room)]
+
+
+def _reason(given: CalibrationFiles, width_mm: float) -> list[str]:
+    reason = given.pose["verdict"]["reason"] or "No reason given."
+    return wrap(reason, BODY_PT, width_mm - BADGE_MM - 3.0)
+
+
+def _verdict_mm(given: CalibrationFiles, width_mm: float) -> float:
+    return max(lines_mm(len(_reason(given, width_mm)), BODY_PT), 6.0) + 2.0
+
+
+def draw_text(sheet: Sheet, left: float, top: float, width: float, given: CalibrationFiles) -> None:
+    """Verdict above, pose on the left, what it stands on and the stations on the right."""
+    height = text_height(given, width)
+    canvas = sheet.canvas(left, top, width, height)
+    _draw_verdict(canvas, height, width, given)
+    at = height - _verdict_mm(given, width)
+    canvas.plot([0, width], [at + 0.8] * 2, color=FAINT, lw=0.6)
+    if given.chosen is None:
+        canvas.text(0, at - LINE_MM / 2, "No pose of the slave.", size=SMALL_PT, va="center")
+    else:
+        _draw_table(canvas, at, given.chosen)
+    how = {"size": SMALL_PT, "va": "top", "linespacing": LINE_SPACING}
+    canvas.text(TABLE_MM + GAP_MM, at, "\n".join(_wrapped_facts(given, width)), **how)
+
+
+def _draw_verdict(canvas: Axes, height: float, width: float, given: CalibrationFiles) -> None:
+    from matplotlib.patches import FancyBboxPatch
+
+    word = str(given.pose["verdict"]["word"])
+    box = FancyBboxPatch(
+        (0.4, height - 5.4), BADGE_MM - 0.8, 4.8, "round,pad=0,rounding_size=1",
+        color=BADGES.get(word, GREY), lw=0,
+    )  # fmt: skip
+    canvas.add_patch(box)
+    how = {"size": BODY_PT + 1, "weight": "bold", "color": "white", "ha": "center"}
+    canvas.text(BADGE_MM / 2, height - 3.1, word, va="center_baseline", **how)
+    lines = "\n".join(_reason(given, width))
+    how = {"size": BODY_PT, "va": "top", "linespacing": LINE_SPACING}
+    canvas.text(BADGE_MM + 3.0, height - 0.6, lines, **how)
+
+
+def _draw_table(canvas: Axes, top: float, entry: Mapping[str, Any]) -> None:
+    for k, (label, values) in enumerate(pose_rows(entry)):
+        middle = top - (k + 0.5) * LINE_MM
+        how = {"size": SMALL_PT, "va": "center_baseline"}
+        canvas.text(0, middle, shorten(label, SMALL_PT, LABEL_MM), color=GREY, **how)
+        for column, value in enumerate(values):
+            right = LABEL_MM + (column + 1) * COLUMN_MM
+            canvas.text(right, middle, value, ha="right", **how)

@@ -1,0 +1,53 @@
+"""The figures of J that a calibration can draw again, by their numbers in the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mocap_metrology.present.calibration_data import CalibrationFiles
+from mocap_metrology.present.jansen_angles import angles_figure, clearest_point
+from mocap_metrology.present.jansen_paths import (
+    Superposed,
+    paths_figure,
+    slave_figure,
+    superposition_figure,
+)
+from mocap_metrology.present.jansen_signal import signal_figure, signal_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NUMBERS = (3, 5, 6, 7, 8)
+TITLES = {
+    3: "J Figure 3: signal of a photodiode over a measurement cycle of two stations",
+    5: "J Figure 5: azimuth and elevation of a photodiode P, and of P′ on the XZ plane",
+    6: "J Figure 6: board poses from both stations, both at the origin",
+    7: "J Figure 7: the slave's path superposed on the master's",
+    8: "J Figure 8: pose of the slave by T and R",
+}
+
+
+def jansen_figures(
+    given: CalibrationFiles,
+    pulses: Mapping[str, np.ndarray],
+    estimator: str = "paper",
+    optics: str = "ideal",
+) -> dict[int, Figure]:
+    """Figures 3, 5, 6, 7 and 8 of J from one calibration, by number.
+
+    pulses: columns of pulses.parquet. Figures 6 to 8 show the Kabsch stage of this estimator and
+    optics, as J's do; of the chosen pose where the calibration has it not.
+    """
+    note = f"{given.name}. {given.simulated}"
+    shown = Superposed.of(given, estimator, optics)
+    point = clearest_point(shown.paths, given.board)
+    return {
+        3: signal_figure(signal_of(pulses, given.sweeps), TITLES[3], note),
+        5: angles_figure(point, TITLES[5], f"P is a diode of the board. {note}"),
+        6: paths_figure(shown, TITLES[6], note),
+        7: superposition_figure(shown, TITLES[7], note),
+        8: slave_figure(shown, TITLES[8], note),
+    }

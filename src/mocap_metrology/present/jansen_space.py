@@ -1,0 +1,215 @@
+"""Drawings in space by parallel projection: everything on a flat page, with equal scales."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mocap_metrology.present.linear import round_ticks, tick_text
+from mocap_metrology.present.style import (
+    FAINT,
+    GREY,
+    INK,
+    SMALL_PT,
+    WIDTH_MM,
+    Sheet,
+    blank_sheet,
+    head,
+    text_mm,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ARROW = {"arrowstyle": "-|>,head_width=0.18,head_length=0.36", "shrinkA": 0, "shrinkB": 0}
+AZIMUTHS_DEG = (200, 215, 230, 245, 115, 130, 145, 160)  # of the viewer: behind the stations
+ELEVATIONS_DEG = (20, 28, 36)
+SIDE_MM, HIGHEST_MM, INSET_MM = 9.0, 100.0, 7.0
+BOX = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8}
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Parallel projection for a viewer at this azimuth, from x towards y, and elevation."""
+
+    azimuth_deg: float
+    elevation_deg: float
+
+    def flat(self, points: np.ndarray) -> np.ndarray:
+        """(..., 3) in metres to (..., 2) in metres on the page, right and up."""
+        a, e = np.radians([self.azimuth_deg, self.elevation_deg])
+        right = [-np.sin(a), np.cos(a), 0.0]
+        up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
+        return np.asarray(points) @ np.array([right, up]).T
+
+
+def widest(points: np.ndarray) -> Projection:
+    """The projection that spreads the points (n, 3) most over the page."""
+    every = [Projection(a, e) for a in AZIMUTHS_DEG for e in ELEVATIONS_DEG]
+    return max(every, key=lambda one: float(np.linalg.det(np.cov(one.flat(points).T))))
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Axes without frame in metres of the page, and how points in space come onto them."""
+
+    axes: Axes
+    projection: Projection
+    per_mm: float
+
+    def line(self, points: np.ndarray, **how: Any) -> None:
+        self.axes.plot(*self.projection.flat(points).T, **how)
+
+    def fill(self, points: np.ndarray, **how: Any) -> None:
+        self.axes.fill(*self.projection.flat(points).T, **how)
+
+    def arrow(self, start: np.ndarray, end: np.ndarray, **how: Any) -> None:
+        ends = self.projection.flat(np.array([start, end]))
+        zorder = how.pop("zorder", 4)
+        self.axes.annotate("", ends[1], ends[0], arrowprops=ARROW | how, zorder=zorder)
+
+    def curve(self, points: np.ndarray, **how: Any) -> None:
+        """A line with an arrow's head at its end."""
+        self.line(points[:-1], **how)
+        self.arrow(points[-2], points[-1], color=how["color"], lw=how.get("lw", 1.0))
+
+    def text(
+        self, point: np.ndarray, text: str, off_mm: tuple[float, float] = (0, 0), **how: Any
+    ) -> None:
+        """A text near a point, within the page."""
+        at = self.projection.flat(np.asarray(point)) + np.array(off_mm) * self.per_mm
+        options: dict[str, Any] = {"size": SMALL_PT, "ha": "center", "va": "center", "zorder": 6}
+        options |= how
+        if options["ha"] == "center":
+            width = text_mm(text, options["size"], options.get("weight", "normal"))
+            half, (low, high) = (width / 2 + 1) * self.per_mm, self.axes.get_xlim()
+            at[0] = np.clip(at[0], low + half, high - half)
+        self.axes.text(*at, text, **options)
+
+    def frame(
+        self, R: np.ndarray, t: np.ndarray, length_m: float, letters: float = 1.16, **how: Any
+    ) -> None:
+        """Axes x, y, z of a frame, lettered so many times their length from its origin."""
+        for k, letter in enumerate("xyz"):
+            end = t + length_m * R[:, k]
+            self.arrow(t, end, **how)
+            self.text(t + letters * length_m * R[:, k], letter, color=how["color"])
+
+    def floor(self, low: np.ndarray, high: np.ndarray) -> None:
+        """A grid of metres under everything, labelled along the edges next to the viewer."""
+        step = _step(float((high - low)[:2].max()))
+        start, stop = np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step
+        lines = [np.arange(a, b + step / 2, step) for a, b in zip(start, stop, strict=True)]
+        z, how = low[2], {"color": FAINT, "lw": 0.6, "zorder": 0}
+        for x in lines[0]:
+            self.line(np.array([[x, start[1], z], [x, stop[1], z]]), **how)
+        for y in lines[1]:
+            self.line(np.array([[start[0], y, z], [stop[0], y, z]]), **how)
+        away = np.radians(self.projection.azimuth_deg)
+        near_x = stop[0] if np.cos(away) > 0 else start[0]
+        near_y = stop[1] if np.sin(away) > 0 else start[1]
+        self._labels([np.array([x, near_y, z]) for x in lines[0]], lines[0], "x, forward (m)")
+        self._labels([np.array([near_x, y, z]) for y in lines[1]], lines[1], "y, left (m)")
+
+    def _labels(self, points: list[np.ndarray], values: np.ndarray, name: str) -> None:
+        flat = self.projection.flat(np.array(points))
+        along = (flat[-1] - flat[0]) / max(np.linalg.norm(flat[-1] - flat[0]), 1e-12)
+        down = np.array([along[1], -along[0]])
+        down *= -np.sign(down[1] or 1.0)
+        how = {"size": SMALL_PT, "ha": "center", "va": "center", "color": GREY}
+        inwards = np.zeros(len(flat))  # ends give way to those of the other edge
+        inwards[[0, -1]] = 1.8, -1.8
+        for at, value, off in zip(flat, values, inwards, strict=True):
+            place = at + (3.2 * down + off * along) * self.per_mm
+            self.axes.text(*place, tick_text(round(value, 6)), **how)
+        middle = (flat[0] + flat[-1]) / 2 + 7.6 * self.per_mm * down
+        turn = (np.degrees(np.arctan2(along[1], along[0])) + 90) % 180 - 90
+        self.axes.text(*middle, name, rotation=turn, rotation_mode="anchor", **how)
+
+    def drop(self, point: np.ndarray, z: float) -> None:
+        """A line from a point down to the floor."""
+        foot = np.array([point[0], point[1], z])
+        self.line(np.array([point, foot]), color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
+        self.line(foot[None], marker="o", color=GREY, ms=1.6, mew=0, zorder=1)
+
+
+def _step(span: float) -> float:
+    """Of a grid with at most eight lines."""
+    ticks = round_ticks(0.0, max(span, 1e-3), 7)
+    return float(ticks[1] - ticks[0]) if len(ticks) > 1 else span
+
+
+def stage(
+    points: np.ndarray, title: str, note: str, above_mm: float = 0.0, below_mm: float = 0.0,
+    floor: bool = True, projection: Projection | None = None,
+) -> tuple[Sheet, Stage]:  # fmt: skip
+    """A page on which the points (n, 3) have room, their floor drawn; `above_mm` and `below_mm` are
+    left free."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    low[2] -= 0.04 * float((high - low).max())
+    corners = points
+    if floor:
+        step = _step(float((high - low)[:2].max()))
+        a, b = np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step
+        feet = [[x, y, low[2]] for x in (a[0], b[0]) for y in (a[1], b[1])]
+        corners = np.vstack([points, feet])
+    projection = projection or widest(points)
+    flat = projection.flat(corners)
+    span = np.ptp(flat, axis=0)
+    room = WIDTH_MM - 2 * SIDE_MM, HIGHEST_MM - 2 * SIDE_MM
+    per_mm = float(max(span[0] / room[0], span[1] / room[1]))
+    width, height = WIDTH_MM - 4.0, float(span[1] / per_mm) + 2 * SIDE_MM
+    sheet = blank_sheet(above_mm + height + below_mm, title, note)
+    axes = sheet.canvas(2.0, above_mm, width, height)
+    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
+    half = np.array([width, height]) * per_mm / 2
+    axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]))
+    axes.set(ylim=(middle[1] - half[1], middle[1] + half[1]))
+    made = Stage(axes, projection, per_mm)
+    if floor:
+        made.floor(low, high)
+    return sheet, made
+
+
+def magnified(
+    sheet: Sheet,
+    whole: Stage,
+    box: tuple[float, float, float, float],
+    points: np.ndarray,
+    title: str,
+) -> Stage:
+    """A framed part of a drawing round the points (n, 3), larger, with a bar for its scale; box:
+    left, top, width, height in mm."""
+    flat = whole.projection.flat(points)
+    axes = sheet.axes(*box)
+    size = np.array(box[2:])
+    per_mm = float((np.ptp(flat, axis=0) / (size - 2 * INSET_MM)).max())
+    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
+    low, high = middle - size * per_mm / 2, middle + size * per_mm / 2
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[])
+    head(axes, title, f"{whole.per_mm / per_mm:.2g} times as large")
+    bar = float(round_ticks(0.0, 0.3 * size[0] * per_mm, 3)[1])
+    corner = low + 3.0 * per_mm
+    axes.plot([corner[0], corner[0] + bar], [corner[1]] * 2, color=INK, lw=1.6)
+    how = {"size": SMALL_PT, "va": "center"}
+    axes.text(corner[0] + bar + 1.5 * per_mm, corner[1], f"{tick_text(round(bar, 6))} m", **how)
+    return Stage(axes, whole.projection, per_mm)
+
+
+def outline(board: np.ndarray) -> np.ndarray:
+    """Corners (4, 3) of the rectangle round a board in its principal plane, in its own frame."""
+    centre = board.mean(axis=0)
+    axes = np.linalg.svd(board - centre, full_matrices=False)[2][:2]
+    within = (board - centre) @ axes.T
+    (a, c), (b, d) = within.min(axis=0), within.max(axis=0)
+    return centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes
+
+
+def arc(start: np.ndarray, turn: np.ndarray, n: int = 40) -> np.ndarray:
+    """Points (n, 3) that `start` passes on its way by the rotation matrix `turn`."""
+    from scipy.spatial.transform import Rotation
+
+    vector = Rotation.from_matrix(turn).as_rotvec()
+    return Rotation.from_rotvec(np.linspace(0, 1, n)[:, None] * vector).apply(start)

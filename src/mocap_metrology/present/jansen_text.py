@@ -1,0 +1,176 @@
+"""Tables I, II and III of J as a person reads them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from mocap_metrology.lighthouse.published import (
+    AVERAGE,
+    AVERAGE_SD,
+    MAE,
+    NOTES,
+    OVERALL,
+    QUANTITIES,
+    SETUPS,
+)
+from mocap_metrology.present.jansen_statistics import Record, Variant, pose_of
+from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.tables import Row, aligned
+
+FACTOR = 4.0  # beyond it a regenerated value is explained
+MIRRORED = 0.05
+HEAD = ("x mm", "y mm", "z mm", "α °", "β °", "γ °")
+TITLES = {
+    1: "mean absolute error",
+    2: "standard deviation",
+    3: "simulation",
+}
+CAPTIONS = {
+    1: "Mean absolute error of the calibrations of each setup against the reference; Overall is the"
+    " mean of the setups.",
+    2: "Standard deviation (n - 1) of the errors of each setup; Average is the mean of the setups."
+    " A setup with fewer than two calibrations has none: its cells are empty.",
+    3: "Simulated setups: mean absolute error, and standard deviation of a setup (n - 1) averaged."
+    " J simulates the error of samples alone (quantisation at 2 MHz); with jitter means 53 urad"
+    " common to a sweep and 30 urad of each diode on top.",
+}
+COMMON = (
+    "Errors are t - t_true in the master's frame and the rotation vector of R R_true^T in deg."
+    " paper: simplex with MATLAB's settings; paper-tight: tight and started from the pose before;"
+    " paper-lm: Levenberg-Marquardt with the mirror test. kabsch: before the last minimisation"
+    " (K₂), final: after it. J used ideal optics and does not say how its search was set. Mirrored:"
+    " share of board poses in the wrong one of the two minima of a flat board."
+)
+
+
+def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: str = "") -> str:
+    """Markdown of `jansen_table` or `jansen_table_3`: all variants in one table, what differs by
+    more than a factor of four and why, then each variant by setup. note: of the sources."""
+    lines = [f"# Jansen et al. 2019, Table {'I' * number}: {TITLES[number]}", ""]
+    lines += [" ".join(filter(None, (CAPTIONS[number], COMMON, NOTES[number], note))), ""]
+    if number == 3:
+        for noise in dict.fromkeys(row["noise"] for row in rows):
+            of_noise = [row for row in rows if row["noise"] == noise]
+            n = max((row["n"] for row in of_noise), default=0)
+            setups = max((row["n_setups"] for row in of_noise), default=0)
+            lines += [f"## Noise: {noise} ({setups} setups, {n} calibrations)", ""]
+            for last in (MAE, AVERAGE_SD):
+                lines += [*_summary(of_noise, last), ""]
+                lines += _explained(of_noise, last)
+        return "\n".join(lines)
+    last = {1: OVERALL, 2: AVERAGE}[number]
+    lines += [f"## {last}", "", *_summary(rows, last), ""]
+    lines += _explained(rows, last)
+    lines += [gain(records), ""] if number == 1 and gain(records) else []
+    lines += ["## By setup", "", "Regenerated, in brackets published.", ""]
+    for variant, own in _grouped(rows, _variant):
+        if any(row["n"] for row in own):
+            lines += [f"### {variant}", "", *_by_setup(own, last), ""]
+    return "\n".join(lines)
+
+
+def _variant(row: Row) -> Variant:
+    return Variant(row["estimator"], row["stage"], row["optics"])
+
+
+def _grouped(rows: Iterable[Row], key: Callable[[Row], object]) -> list[tuple[object, list[Row]]]:
+    groups: dict[object, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(key(row), []).append(row)
+    return list(groups.items())
+
+
+def _summary(rows: Sequence[Row], last: str) -> list[str]:
+    """One line a variant, the published one first; in brackets regenerated over published."""
+    own = [row for row in rows if row["setup"] == last]
+    published = {row["quantity"]: row["published"] for row in own}
+    table = [[last, "stage", "optics", *HEAD, "mirrored", "n"]]
+    table.append(["**published**", "", "", *(three_digits(published.get(q)) for q in QUANTITIES)])
+    table[-1] += ["", ""]
+    for variant, of_it in _grouped(own, _variant):
+        cells = {row["quantity"]: _with_ratio(row) for row in of_it}
+        share, n = of_it[0]["mirrored_share"], of_it[0]["n"]
+        percent = "" if math.isnan(share) else f"{100 * share:.2g} %"
+        kind = [variant.estimator, variant.stage, variant.optics]
+        table.append([*kind, *(cells[q] for q in QUANTITIES), percent, str(n)])
+    return aligned(table)
+
+
+def _with_ratio(row: Row) -> str:
+    if math.isnan(row["regenerated"]):
+        return ""
+    return f"{three_digits(row['regenerated'])} (×{row['ratio']:.2g})"
+
+
+def _by_setup(rows: Sequence[Row], last: str) -> list[str]:
+    cells = {(row["setup"], row["quantity"]): row for row in rows}
+    counts = {row["setup"]: row["n"] for row in rows}
+    table = [["setup", *HEAD, "n"]]
+    for setup in (*SETUPS, last):
+        shown = [
+            f"{three_digits(row['regenerated'])} ({row['published']:g})".lstrip()
+            for row in (cells[setup, q] for q in QUANTITIES)
+        ]
+        table.append([setup, *shown, str(counts[setup])])
+    return aligned(table)
+
+
+def _explained(rows: Sequence[Row], last: str) -> list[str]:
+    """A line for the variants with the same values beyond the factor: which, and why."""
+    said: dict[str, list[str]] = {}
+    for variant, own in _grouped([r for r in rows if r["setup"] == last], _variant):
+        far = [r for r in own if r["ratio"] > FACTOR or r["ratio"] < 1 / FACTOR]
+        for larger in (True, False):
+            side = [r for r in far if (r["ratio"] > 1) == larger]
+            if side:
+                which = ", ".join(HEAD[QUANTITIES.index(r["quantity"])][0] for r in side)
+                size = f"above {FACTOR:g} times" if larger else f"below 1/{FACTOR:g} of"
+                why = reason(variant, larger, own[0]["mirrored_share"])
+                said.setdefault(f"{which} {size} the published value: {why}.", []).append(
+                    str(variant)
+                )
+    lines = [f"- {'; '.join(variants)}: {text}" for text, variants in said.items()]
+    return [*lines, ""] if lines else []
+
+
+def reason(variant: Variant, larger: bool, mirrored: float) -> str:
+    """Why a variant is far from the published value, as far as it can be told."""
+    if larger and mirrored > MIRRORED:
+        last = (
+            "; the last minimisation takes their rotations as exact"
+            if variant.stage == "final"
+            else ""
+        )
+        return f"{100 * mirrored:.2g} % of the board poses are mirrored, as J's may have been{last}"
+    if larger:
+        return "places, paths and rotors of these stations are not those of J"
+    if variant.optics == "factory":
+        return "factory values are used, which J did without"
+    if variant.estimator != "paper":
+        return "the search is neither stopped early nor left in the mirrored minimum"
+    return "J's recordings, or the settings of its search, had errors that these have not"
+
+
+def gain(records: Sequence[Record], estimator: str = "paper-lm", stage: str = "final") -> str:
+    """By what factor the factory values cut the errors, over calibrations that have both."""
+    ideal, factory = (Variant(estimator, stage, optics) for optics in ("ideal", "factory"))
+    pairs = [(pose_of(r, ideal), pose_of(r, factory)) for r in records]
+    pairs = [(a, b) for a, b in pairs if a is not None and b is not None]
+    if not pairs:
+        return ""
+    optical = all("truth_errors_mm" in pose for pair in pairs for pose in pair)
+    before = "truth_" if optical else ""
+    mm, deg = (
+        [np.mean([np.linalg.norm(pair[k][name]) for pair in pairs]) for k in (0, 1)]
+        for name in (f"{before}errors_mm", f"{before}errors_deg")
+    )
+    frame = "between the optical frames of the twins" if optical else "against the reference"
+    return (
+        f"Factory values cut the mean error of {estimator}, {stage}, {frame} from"
+        f" {three_digits(mm[0])} to {three_digits(mm[1])} mm ({mm[0] / mm[1]:.1f} times) and from"
+        f" {three_digits(deg[0])} to {three_digits(deg[1])}° ({deg[0] / deg[1]:.1f} times;"
+        f" {len(pairs)} calibrations)."
+    )

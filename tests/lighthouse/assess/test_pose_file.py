@@ -1,0 +1,159 @@
+"""pose.json: what is written is what is read; earlier poses compared with closed forms."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import write_json
+from mocap_metrology.lighthouse.assess.against import compare_with_earlier
+from mocap_metrology.lighthouse.assess.pose_file import (
+    chosen_pose,
+    matrix_and_metres,
+    pose_json,
+    read_pose_json,
+)
+from mocap_metrology.lighthouse.assess.reference import Reference
+from mocap_metrology.lighthouse.assess.verdict import verdict
+from mocap_metrology.lighthouse.records import PoseEstimate, Station
+
+ANGLES = (15.0, 8.0, -40.0)  # alpha, beta, gamma in deg
+R = Rotation.from_euler("ZYX", ANGLES[::-1], degrees=True).as_matrix()
+T = np.array([0.4, 2.1, -0.2])
+STATIONS = [Station("master", 11, "b"), Station("slave", 12, "c")]
+COVARIANCE = np.diag([4.0, 1, 1, 1e-4, 1e-4, 1e-4])
+
+
+def estimate(stage="final", t=T, turn=R, covariance=COVARIANCE, **more):
+    return PoseEstimate(
+        "paper-lm", stage, "ideal", turn, np.asarray(t), "optical", covariance, **more
+    )
+
+
+def content(poses=None, stations=STATIONS, chosen=0, **more):
+    poses = [estimate()] if poses is None else poses
+    found = verdict(None if chosen is None else poses[chosen], poses, stations)
+    return pose_json(poses, stations, chosen, found, **more)
+
+
+def test_written_and_read(tmp_path):
+    poses = [estimate("kabsch", covariance=None), estimate(seconds=1.5)]
+    reference = Reference(R, T - [0.001, 0, 0])
+    diagnostics = {"n_common": 470, "span_m": np.float64(0.5)}
+    made = content(poses, chosen=1, reference=reference, diagnostics=diagnostics)
+    write_json(tmp_path / "pose.json", made)
+    given = read_pose_json(tmp_path / "pose.json")
+    assert given["stations"] == {
+        "master": {"id": 11, "mode": "b"},
+        "slave": {"id": 12, "mode": "c"},
+    }
+    assert given["verdict"]["word"] == "doubtful" and given["convention"].startswith("Pose of")
+    assert given["diagnostics"]["n_common"] == 470
+    pose = chosen_pose(given)
+    assert (pose["estimator"], pose["stage"], pose["frame"]) == ("paper-lm", "final", "optical")
+    assert "seconds" not in json.dumps(given)
+    np.testing.assert_allclose(pose["translation_mm"], [400, 2100, -200])
+    np.testing.assert_allclose(list(pose["rotation_deg"].values()), ANGLES, atol=1e-9)
+    np.testing.assert_allclose(matrix_and_metres(pose)[0], R, atol=1e-12)
+    np.testing.assert_allclose(pose["errors_mm"], [1, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(pose["covariance"], COVARIANCE)
+    assert given["poses"][0]["covariance"] is None
+    assert pose["residual_rms_urad"] is None  # unknown, as JSON has no NaN
+
+
+def test_the_same_rotation_is_written_the_same():
+    """q and -q are one rotation; w >= 0 is written."""
+    for degrees in (-179.0, -10.0, 10.0, 179.0):
+        turn = Rotation.from_rotvec([0, 0, math.radians(degrees)]).as_matrix()
+        assert content([estimate(turn=turn)])["poses"][0]["quaternion_xyzw"][3] >= 0
+
+
+def test_no_pose_at_all(tmp_path):
+    write_json(tmp_path / "pose.json", content([], chosen=None))
+    given = read_pose_json(tmp_path / "pose.json")
+    assert chosen_pose(given) is None and given["verdict"]["word"] == "failed"
+
+
+def test_unknown_names_are_errors_of_the_caller():
+    with pytest.raises(ValueError, match="stage"):
+        content([estimate("first")])
+    with pytest.raises(ValueError, match="chosen is 1 of 1"):
+        pose_json([estimate()], STATIONS, 1, verdict(None, [], STATIONS))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"stations": {"master": {"id": 1}}}'])
+def test_other_files_are_refused(tmp_path, text):
+    (tmp_path / "pose.json").write_text(text)
+    with pytest.raises(Refusal, match=r"pose\.json"):
+        read_pose_json(tmp_path / "pose.json")
+
+
+def test_nothing_moved():
+    same = compare_with_earlier(content(), content())
+    assert not same.moved and same.chi2 == pytest.approx(0, abs=1e-12) and same.p_value == 1
+
+
+def test_significance_is_that_of_both_covariances():
+    turn = Rotation.from_rotvec(np.radians([0, 0.02, 0])).as_matrix()
+    new = content([estimate(t=np.add(T, [0.02, 0, 0]), turn=turn @ R)])
+    found = compare_with_earlier(new, content())
+    expected = 20**2 / 8 + 0.02**2 / 2e-4
+    assert found.chi2 == pytest.approx(expected, rel=1e-6)
+    assert found.p_value == pytest.approx(chi2.sf(expected, 6), rel=1e-4)
+    assert found.moved and "has moved" in found.sentence
+    np.testing.assert_allclose(found.difference_mm, [20, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(found.difference_deg, [0, 0.02, 0], atol=1e-9)
+
+
+def test_chance_is_chi_square():
+    """Poses that scatter by their covariances: p is uniform (seed 5, 400 draws, 5 %)."""
+    rng = np.random.default_rng(5)
+    p = []
+    for _ in range(400):
+        d = rng.multivariate_normal(np.zeros(6), 2 * COVARIANCE)
+        turn = Rotation.from_rotvec(np.radians(d[3:])).as_matrix()
+        new = content([estimate(t=T + d[:3] / 1e3, turn=turn @ R)])
+        p.append(compare_with_earlier(new, content()).p_value)
+    assert abs(np.mean(np.array(p) < 0.3) - 0.3) < 0.05
+
+
+def test_significant_but_tiny_is_no_move():
+    sharp = 1e-4 * COVARIANCE
+    new = content([estimate(t=np.add(T, [0.001, 0, 0]), covariance=sharp)])
+    found = compare_with_earlier(new, content([estimate(covariance=sharp)]))
+    assert found.p_value < 1e-9 and not found.moved
+
+
+def test_without_covariance_only_what_is_large():
+    old = content([estimate(covariance=None)])
+    near, far = (content([estimate(t=np.add(T, [d, 0, 0]))]) for d in (0.015, 0.025))
+    assert not compare_with_earlier(near, old).moved
+    found = compare_with_earlier(far, old)
+    assert found.moved and math.isnan(found.p_value) and "no covariance" in found.sentence
+
+
+def test_another_estimate_is_said():
+    old = content([estimate("kabsch")])
+    assert (
+        "another estimate (paper-lm, kabsch, ideal)"
+        in compare_with_earlier(content(), old).sentence
+    )
+    both = content([estimate("kabsch"), estimate(t=np.add(T, [0.3, 0, 0]))], chosen=0)
+    assert np.linalg.norm(compare_with_earlier(content(), both).difference_mm) == pytest.approx(300)
+
+
+def test_other_stations_are_refused():
+    for a, b, match in ((12, 11, "swapped"), (11, 13, "same two stations")):
+        old = content(stations=[Station("master", a), Station("slave", b)])
+        with pytest.raises(Refusal, match=match):
+            compare_with_earlier(content(), old)
+    unknown = content(stations=[Station("master"), Station("slave", 12)])
+    assert "Station ids not compared" in compare_with_earlier(content(), unknown).sentence
+    with pytest.raises(Refusal, match="the earlier calibration has no pose"):
+        compare_with_earlier(content(), content([], chosen=None))

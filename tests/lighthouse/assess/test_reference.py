@@ -1,0 +1,199 @@
+"""References: pose files, markers on mounts against scipy's rotations, station ids."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.assess import reference as ref
+from mocap_metrology.lighthouse.records import Station
+
+MOUNT = {
+    "M1": np.array([0.05, 0.06, 0.05]),
+    "M2": np.array([0.04, -0.07, 0.04]),
+    "M3": np.array([-0.05, 0.02, 0.09]),
+    "M4": np.array([-0.07, -0.05, 0.01]),
+}
+SLAVE = ["S1", "S2", "S3", "S4"]
+TRUE = Rotation.from_euler("ZYX", [-40, 8, 15], degrees=True).as_matrix()
+T = np.array([0.4, 2.1, -0.2])
+
+
+def seen(noise_mm=0.0, frames=50, seed=1):
+    """Markers of both housings in a laboratory's own frame, mm."""
+    rng = np.random.default_rng(seed)
+    Q, shift = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
+    places = np.array(list(MOUNT.values()))
+    lab = np.concatenate([places, places @ TRUE.T + T]) @ Q.T + shift
+    return 1e3 * lab[:, :, None] + noise_mm * rng.standard_normal((8, 3, frames))
+
+
+def pose_file(tmp_path, **entries):
+    given = {"R": TRUE.tolist(), "t_m": T.tolist(), "stations": {"master": 11, "slave": 12}}
+    path = tmp_path / "truth.json"
+    path.write_text(json.dumps({k: v for k, v in (given | entries).items() if v is not None}))
+    return path
+
+
+def labels():
+    return [*MOUNT, *SLAVE]
+
+
+def test_markers_give_the_relative_pose_whatever_the_laboratory_frame():
+    found = ref.reference_from_markers(seen(), labels(), list(MOUNT), SLAVE, MOUNT)
+    np.testing.assert_allclose(found.R, TRUE, atol=1e-12)
+    np.testing.assert_allclose(found.t_m, T, atol=1e-12)
+    assert max(found.residual_mm) < 1e-9 and found.n_markers == (4, 4)
+
+
+def test_kabsch_is_that_of_scipy():
+    positions = seen(noise_mm=0.8, frames=7)
+    positions[2, :, 1:3] = np.nan
+    found = ref.reference_from_markers(positions, labels(), list(MOUNT), SLAVE, MOUNT)
+    places, mean = np.array(list(MOUNT.values())), np.nanmean(positions, axis=2) / 1e3
+    R, t = [], []
+    for lab in (mean[:4], mean[4:]):
+        turn = Rotation.align_vectors(lab - lab.mean(0), places - places.mean(0))[0].as_matrix()
+        R.append(turn)
+        t.append(lab.mean(0) - turn @ places.mean(0))
+    np.testing.assert_allclose(found.R, R[0].T @ R[1], atol=1e-9)
+    np.testing.assert_allclose(found.t_m, R[0].T @ (t[1] - t[0]), atol=1e-9)
+    off = 1e3 * (places @ R[0].T + t[0] - mean[:4])
+    assert found.residual_mm[0] == pytest.approx(np.sqrt((off**2).sum(1).mean()), rel=1e-6)
+
+
+def test_one_geometry_may_name_the_labels_of_both_housings():
+    both = MOUNT | dict(zip(SLAVE, MOUNT.values(), strict=True))
+    found = ref.reference_from_markers(seen(), labels(), list(MOUNT)[1:], SLAVE[::-1], both)
+    np.testing.assert_allclose(found.R, TRUE, atol=1e-12)
+
+
+def test_what_markers_are_refused_for():
+    def refused(match, positions=None, master=None, slave=None, mount=MOUNT, names=None):
+        with pytest.raises(Refusal, match=match) as error:
+            ref.reference_from_markers(
+                seen() if positions is None else positions,
+                names or labels(),
+                list(MOUNT) if master is None else master,
+                SLAVE if slave is None else slave,
+                mount,
+            )
+        assert "\n" not in str(error.value)
+
+    refused("mount of the slave: labels are 'S1;S2'", slave=["S1", "S2"])
+    refused("S1 is not in the mount's geometry", slave=SLAVE[:3])
+    refused("marker M3 is not in the recording", names=["M1", "M2", "X", "M4", *SLAVE])
+    moved = seen()
+    moved[5, 0] += 40
+    refused("mount of the slave: markers are .* look at marker S2 first", moved)
+    refused("at most 5 mm", master=["M2", "M1", "M3", "M4"], mount=MOUNT, names=[
+        "M2", "M1", "M3", "M4", *SLAVE])  # fmt: skip
+    gone = seen()
+    gone[1] = np.nan
+    refused("marker M2 is seen in no frame", gone)
+    shaken = seen()
+    shaken[0, 1] += np.linspace(0, 100, 50)
+    refused("marker M1 moves by", shaken)
+    line = {k: np.array([0.03 * i, 0.0, 0.0]) for i, k in enumerate(MOUNT)}
+    refused("on one line", mount=line)
+
+
+def test_errors_are_in_master_axes_and_never_differences_of_euler_angles():
+    reference = ref.Reference(TRUE, T)
+    small = Rotation.from_rotvec([0.01, -0.02, 0.03])
+    mm, deg = ref.errors(small.as_matrix() @ TRUE, np.add(T, [0.001, 0, -0.002]), reference)
+    np.testing.assert_allclose(mm, [1, 0, -2], atol=1e-9)
+    np.testing.assert_allclose(deg, np.degrees([0.01, -0.02, 0.03]), atol=1e-9)
+
+
+def test_optical_frames_are_where_the_lasers_are():
+    """A point seen from displaced lasers has the angles it has from the optical origin, if the two
+    lasers of a station are equally deep."""
+    lasers = np.array([[[0.01, 0.002, 9], [0.01, 9, -0.004]], [[0.02, 0.03, 9], [0.02, 9, 0.05]]])
+    found = ref.optical(ref.Reference(TRUE, T), lasers)
+    point = np.array([3.0, 1.0, 0.5])  # in the master's housing
+    in_slave = TRUE.T @ (point - T)
+    axis0, axis1 = in_slave - lasers[1, 0], in_slave - lasers[1, 1]
+    from_master = point - [0.01, 0.002, -0.004]
+    p = found.R.T @ (from_master - found.t_m)
+    assert np.arctan2(p[1], p[0]) == pytest.approx(np.arctan2(axis0[1], axis0[0]), abs=1e-12)
+    assert np.arctan2(p[2], p[0]) == pytest.approx(np.arctan2(axis1[2], axis1[0]), abs=1e-12)
+
+
+def test_pose_files(tmp_path):
+    q = Rotation.from_matrix(TRUE).as_quat().tolist()
+    mm = (1e3 * T).tolist()
+    for path in (
+        pose_file(tmp_path),
+        pose_file(tmp_path, R=None, quaternion_xyzw=q, t_m=None, translation_mm=mm),
+        pose_file(tmp_path, t_m=None, t=T.tolist(), stations=None, master="0xb", slave={"id": 12}),
+    ):
+        found = ref.pose_reference(path)
+        np.testing.assert_allclose(found.R, TRUE, atol=1e-9)
+        np.testing.assert_allclose(found.t_m, T, atol=1e-12)
+        assert found.ids == (11, 12)
+
+
+@pytest.mark.parametrize(
+    ("entries", "match"),
+    [
+        ({"R": (-TRUE).tolist()}, "mirror image"),
+        ({"R": (1.01 * TRUE).tolist()}, "R is no rotation"),
+        ({"R": [1, 2]}, "expected 3 x 3 finite numbers"),
+        ({"R": None}, "no rotation; expected R"),
+        ({"R": None, "quaternion_xyzw": [1, 1, 1, 1]}, "has norm 2"),
+        ({"t_m": (1e3 * T).tolist()}, "is the unit right"),
+        ({"t_m": None, "translation_mm": T.tolist()}, "is the unit right"),
+        ({"t_m": None}, "no translation"),
+        ({"stations": None}, "no station ids"),
+        ({"stations": {"master": 11.5, "slave": 12}}, "expected a whole number"),
+    ],
+)
+def test_pose_files_that_are_refused(tmp_path, entries, match):
+    with pytest.raises(Refusal, match=match):
+        ref.pose_reference(pose_file(tmp_path, **entries))
+
+
+def test_a_pose_file_that_is_no_json(tmp_path):
+    (tmp_path / "a.json").write_text("x,y")
+    with pytest.raises(Refusal, match=r"a\.json: cannot be read as JSON"):
+        ref.pose_reference(tmp_path / "a.json")
+
+
+def test_ids():
+    def check(a, b, ids=(11, 12)):
+        return ref.check_ids(
+            ref.Reference(TRUE, T, ids), [Station("master", a), Station("slave", b)]
+        )
+
+    assert check(11, 12) == ""
+    with pytest.raises(Refusal, match=r"swapped.*invert the pose"):
+        check(12, 11)
+    with pytest.raises(Refusal, match="its slave is station 12, that of the recording is 13"):
+        check(11, 13)
+    assert "unknown for slave of the recording" in check(11, None)
+    assert "unknown for master of reference" in check(11, 12, (None, None))
+
+
+def test_mount_files(tmp_path):
+    def written(text):
+        path = tmp_path / "mount.csv"
+        path.write_text(text)
+        return path
+
+    good = "label,x_m,y_m,z_m\nA,0.1,0,0\nB,0,0.1,0\n\nC,0,0,0.1\n"
+    mount = ref.read_mount(written(good))
+    assert list(mount) == ["A", "B", "C"] and mount["B"].tolist() == [0, 0.1, 0]
+    for text, match in (
+        (good.replace("0.1", "100"), "is the file in mm"),
+        (good.replace("C", "A"), "label A is there twice"),
+        (good.replace("0,0,0.1", "0,0,x"), "line 5"),
+        (good.replace("x_m", "x"), "expected label,x_m,y_m,z_m"),
+        (good.split("C")[0], "at least three"),
+    ):
+        with pytest.raises(Refusal, match=match):
+            ref.read_mount(written(text))

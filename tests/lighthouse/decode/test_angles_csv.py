@@ -1,0 +1,69 @@
+"""Angles decoded elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode.angles_csv import read_angles
+
+HEADER = "station,axis,cycle,diode,time_s,angle_rad"
+
+
+def write(path: Path, *rows: str) -> Path:
+    path.write_text("".join(row + "\n" for row in rows))
+    return path
+
+
+def test_hits_are_sorted_and_roles_are_read(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "a.csv",
+        "comment,width_us," + HEADER,
+        "late,4.5,slave,1,12,3,0.105,-0.25",
+        "early,10,MASTER,0,9,31,0.08,1.5",
+        "last,2,1,0,20,0,0.2,0",
+    )
+    hits = read_angles(path)
+    assert hits.station.tolist() == [0, 1, 1] and hits.station.dtype == np.int8
+    assert hits.axis.tolist() == [0, 1, 0] and hits.cycle.tolist() == [9, 12, 20]
+    assert hits.diode.tolist() == [31, 3, 0] and hits.time_s.tolist() == [0.08, 0.105, 0.2]
+    assert hits.angle_rad.tolist() == [1.5, -0.25, 0.0]
+    assert hits.width_s == pytest.approx([10e-6, 4.5e-6, 2e-6])
+
+
+def test_widths_may_be_unknown_and_a_byte_order_mark_there(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("\ufeff" + HEADER + "\r\n0, 1, 2, 3, 0.5, 0.1\r\n", encoding="utf-8")
+    hits = read_angles(path)
+    assert len(hits) == 1 and np.isnan(hits.width_s).all() and hits.axis.tolist() == [1]
+
+
+CASES = {
+    "no column": (["station,axis,cycle,diode,time_s", "0,0,0,0,0"], "no column angle_rad"),
+    "no rows": ([HEADER], "no rows"),
+    "empty": ([], "cannot be read"),
+    "a station too many": ([HEADER, "0,0,0,0,0,0", "2,0,0,0,0,0"], "row 2: station is '2'"),
+    "a word": ([HEADER, "0,0,0,0,0,left"], "angle_rad is 'left'"),
+    "an empty cell": ([HEADER, "0,0,0,0,,0.1"], "time_s is ''"),
+    "not finite": ([HEADER, "0,0,0,0,inf,0.1"], "time_s is 'inf'"),
+    "third axis": ([HEADER, "0,2,0,0,0,0"], "axis is 2; expected 0 or 1"),
+    "half a cycle": ([HEADER, "0,0,0.5,0,0,0"], "cycle is 0.5"),
+    "negative diode": ([HEADER, "0,0,0,-1,0,0"], "diode is -1"),
+    "degrees": ([HEADER, "0,0,0,0,0,0.5", "0,0,0,1,0,-22.5"], "reaches 22.5; expected radians"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_bad_input_gets_one_line(tmp_path: Path, case: str) -> None:
+    rows, message = CASES[case]
+    with pytest.raises(Refusal, match=message) as refused:
+        read_angles(write(tmp_path / "bad.csv", *rows))
+    assert "bad.csv" in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match="cannot be read"):
+        read_angles(tmp_path / "none.csv")

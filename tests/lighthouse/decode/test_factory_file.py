@@ -1,0 +1,86 @@
+"""Calibrations from files: there and back, libsurvive's file, and refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import write_json
+from mocap_metrology.lighthouse.decode.factory_file import (
+    by_id,
+    read_factory,
+    stations_from_json,
+    stations_to_json,
+)
+from mocap_metrology.lighthouse.records import Factory, Station
+
+COMPANION = "data/lighthouse/libsurvive_extras/lh1_test_cal.rec.gz.json"
+FACTORY = Factory(*(np.array([0.01 * k, -0.005 * k]) for k in range(1, 6)))
+MASTER = Station(
+    "master", 4152238579, "b", FACTORY, np.array([0.0, 0.6, 0.8]), 3, "", firmware=436, hardware=9
+)
+SLAVE = Station("slave", why="no calibration frame")
+
+
+def test_there_and_back(tmp_path: Path) -> None:
+    """Through the file, master first whatever the order given."""
+    entries = stations_to_json([SLAVE, MASTER])
+    assert [e["role"] for e in entries] == ["master", "slave"]
+    assert entries[0]["factory"]["gibphase"] == [0.04, -0.02]
+    write_json(tmp_path / "stations.json", entries)
+    master, slave = stations_from_json(json.loads((tmp_path / "stations.json").read_text()))
+    assert slave == SLAVE
+    assert (master.id, master.mode, master.frames_found) == (4152238579, "b", 3)
+    assert (master.firmware, master.hardware) == (436, 9)
+    assert master.gravity.tolist() == MASTER.gravity.tolist()
+    for name in Factory.__dataclass_fields__:
+        assert getattr(master.factory, name).tolist() == getattr(FACTORY, name).tolist()
+    filed = read_factory(tmp_path / "stations.json")
+    assert [s.role for s in filed] == ["master"] and list(by_id(filed)) == [4152238579]
+
+
+def test_the_file_of_libsurvive(shared: Path) -> None:
+    """Its lighthouse 1 flashes first: the master; its id is printed with a sign."""
+    master, slave = read_factory(shared / COMPANION)
+    assert (master.role, master.id, master.mode) == ("master", -142728717 + 2**32, "b")
+    assert (slave.role, slave.id, slave.mode) == ("slave", 178605925, "A")
+    assert slave.factory.gibphase.tolist() == [2.890625, 0.024002]
+
+
+GOOD = stations_to_json([MASTER])[0]
+SHORT = {**GOOD["factory"], "tilt": [0.1]}
+LIGHTHOUSE_2 = {**GOOD["factory"], "curve": [0.35, 0.14]}
+CASES = {
+    "no JSON": ("not: json", "no JSON"),
+    "no list": ({"a": 1}, "expected a list"),
+    "no role": ([{"id": 1}], "role is None"),
+    "two masters": ([GOOD, GOOD], "two stations have one role"),
+    "id of 33 bits": ([{**GOOD, "id": 1 << 32}], "id is"),
+    "unknown mode": ([{**GOOD, "mode": "B"}], "mode is 'B'"),
+    "one number": ([{**GOOD, "factory": SHORT}], "tilt is"),
+    "a number": ([{**GOOD, "factory": 3}], "factory is no object"),
+    "second generation": ([{**GOOD, "factory": LIGHTHOUSE_2}], "second-generation"),
+    "gravity": ([{**GOOD, "gravity": [0, 0]}], "gravity is"),
+    "no values": ([stations_to_json([SLAVE])[0]], "no station in it has factory values"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_bad_files_get_one_line(tmp_path: Path, case: str) -> None:
+    content, message = CASES[case]
+    path = tmp_path / "bad.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    with pytest.raises(Refusal, match=message) as refused:
+        read_factory(path)
+    assert "bad.json" in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_missing_and_second_generation_files(tmp_path: Path, shared: Path) -> None:
+    with pytest.raises(Refusal, match="cannot be read"):
+        read_factory(tmp_path / "none.json")
+    with pytest.raises(Refusal, match="second-generation"):
+        read_factory(shared / "data/lighthouse/libsurvive_extras/haagh-tracking.rec.gz.json")

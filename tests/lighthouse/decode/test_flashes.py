@@ -1,0 +1,213 @@
+"""Flashes: codes, cycles and clocks of recordings whose every flash is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode.codes import pattern_of
+from mocap_metrology.lighthouse.decode.comb import begin_of_cycles
+from mocap_metrology.lighthouse.decode.flashes import find_flashes
+from mocap_metrology.lighthouse.records import Flashes, Pulses
+
+from .synthetic import TICK, Scene, add, drop
+
+HALF_SAMPLE_S = 0.25e-6  # a sampled edge comes late by half a sample on average
+LONG_S = 45e-6
+
+
+def check(
+    scene: Scene, found: list[Flashes], least: float = 1.0, within_s: float = 0.12e-6
+) -> None:
+    """Codes where they are told, and begins of cycles, are the true ones.
+
+    At the nominal period, 16,666 2/3 samples, an edge meets three phases of the sampling only, so
+    that their mean may be off by 1/6 sample, 83 ns; real rotors differ from it.
+    """
+    shift = None
+    for flashes, station in zip(found, scene.stations, strict=True):
+        number = np.round((flashes.time_s - scene.begins[station, 0]) / scene.cycle_s).astype(int)
+        shifts = np.unique(number - flashes.cycle)
+        assert shifts.size == 1
+        assert shift in (None, shifts[0])  # one numbering for both
+        shift = shifts[0]
+        told = flashes.code >= 0
+        assert told.mean() >= least
+        np.testing.assert_array_equal(flashes.code[told], scene.codes[station, number[told]])
+        error = flashes.clock.start(flashes.cycle) - scene.begins[station, number] - HALF_SAMPLE_S
+        assert np.abs(error).max() < within_s
+        assert (np.diff(flashes.cycle) > 0).all()
+
+
+@pytest.mark.parametrize("bias_s", [-4e-6, 0.0, 4e-6])
+@pytest.mark.parametrize("below_ticks", [0, 62, 125, 188, 250, 312, 375, 438, 499])
+def test_all_codes_at_every_width_and_bias(below_ticks: int, bias_s: float) -> None:
+    scene = Scene(below_ticks=below_ticks, bias_s=bias_s).build()
+    found = find_flashes(scene.pulses())
+    check(scene, found)
+    assert [f.station for f in found] == [0, 1]
+    for flashes in found:
+        assert np.bincount(flashes.code, minlength=8).min() > 0
+        nominal = (3000 + 500 * flashes.code.astype(float)) * TICK
+        np.testing.assert_allclose(flashes.length_s, nominal, atol=1e-6)
+        assert flashes.cycle[0] == 0
+
+
+@pytest.mark.parametrize("begin_s", [-4.0e-3, -3e-4, 1e-5, 7.9e-3])
+@pytest.mark.parametrize("phase", [0, 1, 2, 3])
+def test_recording_may_begin_anywhere(phase: int, begin_s: float) -> None:
+    scene = Scene(phase=phase, begin_s=begin_s).build()
+    found = find_flashes(scene.pulses())
+    check(scene, found)
+    assert min(f.cycle[0] for f in found) == 0
+
+
+@pytest.mark.parametrize("station", [0, 1])
+@pytest.mark.parametrize("phase", [0, 1])
+def test_one_station_of_two(station: int, phase: int) -> None:
+    scene = Scene(stations=(station,), phase=phase).build()
+    found = find_flashes(scene.pulses())
+    check(scene, found)
+    assert [f.station for f in found] == [0]
+
+
+@pytest.mark.parametrize("phase", [0, 1])
+def test_one_station_that_sweeps_each_cycle(phase: int) -> None:
+    scene = Scene(stations=(0,), alone=True, phase=phase).build()
+    (flashes,) = find_flashes(scene.pulses())
+    check(scene, [flashes])
+    assert sorted(pattern_of(flashes.cycle, flashes.code)) == [0, 0, 1, 1]
+
+
+def test_data_bits_may_all_be_the_same() -> None:
+    for bit in (0, 1):
+        scene = Scene(data=np.full((2, 300), bit)).build()
+        check(scene, find_flashes(scene.pulses()))
+
+
+@pytest.mark.parametrize("ppm", [-97.3, 83.1, 300.7])
+def test_period_is_measured(ppm: float) -> None:
+    scene = Scene(seconds=8.0, cycle_s=400_000 * TICK * (1 + ppm * 1e-6)).build()
+    for flashes in find_flashes(scene.pulses()):
+        assert abs(flashes.clock.cycle_s / scene.cycle_s - 1) < 0.05e-6
+    check(scene, find_flashes(scene.pulses()), within_s=0.02e-6)
+
+
+@pytest.mark.parametrize("blocked", [0, 1])
+def test_station_blocked_half_of_the_time_and_flashes_missed(blocked: int) -> None:
+    scene = Scene(seconds=4.0).build()
+    pulses = scene.pulses()
+    rng = np.random.default_rng(5)
+    cycle = (pulses.start_s - scene.begin_s) / scene.cycle_s
+    long = pulses.length_s > LONG_S
+    own = (np.round(cycle - 0.05 * blocked) - cycle + 0.05 * blocked).__abs__() < 0.02
+    gone = long & own & (cycle > 120) & (cycle < 400)
+    gone |= long & np.isin(np.round(cycle), rng.choice(480, 120))
+    check(scene, find_flashes(drop(pulses, gone)))
+
+
+def test_slave_seen_for_a_moment() -> None:
+    scene = Scene(seconds=4.0).build()
+    pulses = scene.pulses()
+    in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
+    slave = (np.abs(in_cycle - 0.05) < 0.01) & ((pulses.start_s < 1.0) | (pulses.start_s > 1.3))
+    found = find_flashes(drop(pulses, slave))
+    assert found[1].cycle.size == pytest.approx(36, abs=1)
+    number = found[1].cycle
+    np.testing.assert_array_equal(found[1].code, scene.codes[1, number])
+
+
+def test_false_and_merged_flashes() -> None:
+    """One false flash for two true ones, on one diode or all; and light that runs into flashes."""
+    scene = Scene(seconds=4.0).build()
+    rng = np.random.default_rng(7)
+    n = 900
+    false = add(
+        scene.pulses(), rng.uniform(0, 4, n), rng.uniform(50e-6, 140e-6, n), rng.integers(0, 32, n)
+    )
+    bursts = rng.uniform(0, 4, 60)
+    false = add(
+        false, np.repeat(bursts, 32), np.repeat(rng.uniform(50e-6, 140e-6, 60), 32), np.tile(
+            np.arange(32), 60)
+    )  # fmt: skip
+    merged = (false.length_s > LONG_S) & (rng.uniform(size=false.start_s.size) < 0.05)
+    early = np.where(merged, rng.uniform(0, 50e-6, merged.size), 0)
+    start = false.start_s - early
+    order = np.argsort(start)
+    pulses = Pulses(
+        start[order], (false.length_s + early)[order], false.diode[order], 32, 4.0, 0.5e-6
+    )
+    found = find_flashes(pulses)
+    check(scene, found, 0.97)
+    assert min(f.cycle.size for f in found) > 470
+
+
+def test_sweeps_as_long_as_flashes() -> None:
+    """From decimetres the sweeps last as long; they come each fourth cycle."""
+    scene = Scene(width_s=70e-6).build()
+    check(scene, find_flashes(scene.pulses()))
+
+
+def test_each_station_seen_by_other_diodes_one_at_a_time() -> None:
+    scene = Scene().build()
+    pulses = scene.pulses()
+    in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
+    slave = np.abs(in_cycle - 0.05) < 0.01
+    gone = (pulses.length_s > LONG_S) & (pulses.diode != np.where(slave, 3, 17))
+    check(scene, find_flashes(drop(pulses, gone)))
+
+
+def test_bias_of_each_diode() -> None:
+    """Up to 6 us on one diode, which is more than half a step; any diode alone tells its codes."""
+    scene = Scene().build()
+    pulses = scene.pulses()
+    bias = np.random.default_rng(2).uniform(-6e-6, 4e-6, 32)
+    uneven = Pulses(
+        pulses.start_s,
+        pulses.length_s + np.where(pulses.length_s > LONG_S, bias[pulses.diode], 0),
+        pulses.diode,
+        32,
+        2.0,
+        0.5e-6,
+    )
+    rng = np.random.default_rng(3)
+    check(scene, find_flashes(drop(uneven, rng.uniform(size=bias[pulses.diode].size) < 0.9)))
+
+
+def test_rotors_that_wander() -> None:
+    """3 us of slow wander, of each rotor its own; the line cannot follow it, the curve does."""
+
+    def wander(station: int, cycle: int) -> float:
+        return 3e-6 * np.sin(2 * np.pi * cycle / (150 + 40 * station) + 2 * (cycle % 2))
+
+    scene = Scene(seconds=8.0, wander=wander).build()
+    for flashes, station in zip(find_flashes(scene.pulses()), (0, 1), strict=True):
+        true = scene.begins[station, flashes.cycle] + HALF_SAMPLE_S
+        line = flashes.clock.start(flashes.cycle) - true
+        curve = begin_of_cycles(flashes, flashes.cycle, 0.5e-6) - true
+        assert line.std() > 2e-6
+        assert curve.std() < 0.1e-6
+        assert abs(curve.mean()) < 0.03e-6
+
+
+def test_curve_follows_no_quantisation() -> None:
+    """At a period that beats slowly with the samples, edges wander by up to half a sample."""
+    for cycle_s in (16_668 / 2e6 * (1 + 0.1e-6), 16_667.002 / 2e6, 400_000 * TICK):
+        scene = Scene(seconds=4.0, cycle_s=cycle_s).build()
+        for flashes in find_flashes(scene.pulses()):
+            begin = begin_of_cycles(flashes, flashes.cycle, 0.5e-6)
+            np.testing.assert_array_equal(begin, flashes.clock.start(flashes.cycle))
+
+
+def test_no_flashes() -> None:
+    scene = Scene().build()
+    pulses = scene.pulses()
+    with pytest.raises(Refusal, match="no flashes"):
+        find_flashes(drop(pulses, pulses.length_s > LONG_S))
+    rng = np.random.default_rng(1)
+    none = drop(pulses, pulses.length_s > LONG_S)
+    for n in (30, 3000):
+        random = add(none, rng.uniform(0, 2, n), rng.uniform(50e-6, 140e-6, n), [0] * n)
+        with pytest.raises(Refusal, match=r"do not repeat each 8\.333 ms"):
+            find_flashes(random)

@@ -1,0 +1,179 @@
+"""Recordings of libsurvive: a real one against its own processed lines, and small made ones."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode.libsurvive import (
+    read_libsurvive,
+    read_solution,
+    solution_pose,
+    tracked_objects,
+)
+from mocap_metrology.lighthouse.rotation import log
+from mocap_metrology.lighthouse.timing import TICKS_PER_S
+
+FOLDER = "data/lighthouse/libsurvive_extras"
+BOARD = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]]
+
+
+def config(points: list[list[float]] = BOARD, channels: list[int] | None = None) -> str:
+    lights = {"modelPoints": points, "channelMap": channels or list(range(len(points)))}
+    return json.dumps({"lighthouse_config": lights})
+
+
+def recording(path: Path, *lines: str, end: str = "\n", packed: bool = False) -> Path:
+    data = "".join(line + end for line in lines).encode()
+    path.write_bytes(gzip.compress(data) if packed else data)
+    return path
+
+
+@pytest.mark.parametrize(("name", "n", "pulses"), [("HMD", 32, 46848), ("T20", 24, 43153)])
+def test_real_pulses(shared: Path, name: str, n: int, pulses: int) -> None:
+    """Counts by grep; the wrap of the headset's counter leaves no gap."""
+    read, board = read_libsurvive(shared / FOLDER / "lh1_test_cal.rec.gz", name)
+    assert read.start_s.size == read.length_s.size == read.diode.size == pulses
+    assert board.shape == (n, 3) and read.n_diodes == n and read.notes == ()
+    assert 15.6 < read.duration_s < 15.8 and read.start_s[0] == 0.0
+    step = np.diff(read.start_s)
+    assert step.min() >= 0 and step.max() < 0.0084
+    assert read.resolution_s == 1 / TICKS_PER_S
+
+
+def test_real_diodes_are_those_of_the_processed_lines(shared: Path) -> None:
+    """A lines repeat the pulse's start and name the diode as libsurvive mapped it."""
+    path = shared / FOLDER / "lh1_test_cal.rec.gz"
+    raw, mapped = [], {}
+    with gzip.open(path, "rt") as lines:
+        for cells in (line.split() for line in lines):
+            if cells[1:3] == ["T20", "C"]:
+                raw.append(int(cells[4]))
+            elif cells[1:3] == ["T20", "A"]:
+                mapped[int(cells[5])] = int(cells[3])
+    read, _ = read_libsurvive(path, "T20")
+    ticks = np.round(read.start_s * TICKS_PER_S).astype(np.int64)
+    diode_at = dict(zip(((ticks + min(raw)) % 2**32).tolist(), read.diode.tolist(), strict=True))
+    assert len(mapped) > 10_000
+    starts = {s: d for s, d in mapped.items() if s in diode_at}
+    assert len(starts) > 0.99 * len(mapped)
+    wrong = sum(diode_at[s] != d for s, d in starts.items())
+    assert wrong <= 0.01 * len(starts)  # two diodes hit in one tick
+
+
+def test_real_objects_and_speed(shared: Path) -> None:
+    path = shared / FOLDER / "lh1_test_cal.rec.gz"
+    assert tracked_objects(path) == ["HMD", "T20"]
+    begin = time.process_time()
+    read_libsurvive(path, "HMD")
+    assert time.process_time() - begin < 1.5
+
+
+def test_real_solution_is_turned_into_this_projects_axes(shared: Path) -> None:
+    """Against the hand-made inversion in the data's notes: (0.811, 0.128, -3.926) m, 170.7 deg for
+    libsurvive's station 1 in its station 0."""
+    stations = read_solution(shared / FOLDER / "lh1_test_cal.rec.gz.json")
+    assert [s.id for s in stations] == [178605925, 4152238579]
+    assert [s.mode for s in stations] == ["A", "b"]
+    R, t = solution_pose(stations)
+    assert np.linalg.norm(t) == pytest.approx(4.011, abs=5e-4)
+    assert np.degrees(np.linalg.norm(log(R))) == pytest.approx(170.7, abs=0.05)
+    assert np.linalg.det(R) == pytest.approx(1.0)
+    assert np.allclose(R @ R.T, np.eye(3), atol=1e-5)
+    back = -R.T @ t  # the master in the slave's frame: x = -Z, y = -X, z = Y
+    assert back == pytest.approx([3.926, -0.811, 0.128], abs=6e-4)
+
+
+def test_second_generation_is_refused_by_name(shared: Path) -> None:
+    with pytest.raises(Refusal, match=r"second-generation \(V2\)"):
+        read_libsurvive(shared / FOLDER / "haagh-tracking.rec.gz", "T20")
+    with pytest.raises(Refusal, match=r"second-generation \(V2\)"):
+        read_solution(shared / FOLDER / "haagh-tracking.rec.gz.json")
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_map_wrap_order_and_line_ends(tmp_path: Path, end: str, packed: bool) -> None:
+    path = recording(
+        tmp_path / "a.rec",  # packed or not: told by content
+        "0.1 INFO LOG a C 1 2 3",
+        f"0.2 T20 CONFIG {config(channels=[7, 5, 3, 1])}",
+        f"0.2 HMD CONFIG {config()}",
+        "0.3 T20 C 5 4294967290 3000",
+        "0.3 HMD C 0 17 99",
+        "0.3 T20 C 3 100 200",
+        "0.3 T20 C 1 40 300",  # later in the file, earlier in time
+        "0.4 T20 C 6 500 100",  # on no diode
+        "0.4 T20 A 3 4 40 0.000012 0.1 1",
+        end=end,
+        packed=packed,
+    )
+    read, board = read_libsurvive(path, "T20")
+    assert read.diode.tolist() == [1, 3, 2]
+    assert (read.start_s * TICKS_PER_S).round().tolist() == [0, 46, 106]
+    assert (read.length_s * TICKS_PER_S).round().tolist() == [3000, 300, 200]
+    assert board.tolist() == BOARD
+    assert len(read.notes) == 1 and read.notes[0].startswith("1 pulses left out")
+
+
+def test_a_cut_off_last_line_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "a.rec"
+    path.write_text(f"0.1 A CONFIG {config()}\n0.2 A C 0 10 3000\n0.3 A C 0 400010 30")
+    assert read_libsurvive(path, "A")[0].start_s.size == 1
+
+
+PULSE = "0.2 A C 0 10 3000"
+CASES = {
+    "not a recording": (["hello", "world"], "no line reads"),
+    "empty": ([], "no line reads"),
+    "other object": ([f"0 B CONFIG {config()}", PULSE.replace("A", "B")], "expected one of B$"),
+    "angles only": (["0.1 A A 3 4 40 0.000012 0.1 1", "0.1 A L X 3 4 1 2 3 1"], "processed angles"),
+    "no light": (["0.1 INFO LOG hello"], "no light"),
+    "no geometry": ([PULSE], "no CONFIG line of A"),
+    "garbled geometry": (["0 A CONFIG {nonsense", PULSE], "CONFIG is unreadable"),
+    "no points": (['0 A CONFIG {"lighthouse_config": {}}', PULSE], "modelPoints"),
+    "map too short": ([f"0 A CONFIG {config(channels=[0, 1])}", PULSE], "channelMap"),
+    "in mm": ([f"0 A CONFIG {config((1000 * np.array(BOARD)).tolist())}", PULSE], "mm"),
+    "other channels": ([f"0 A CONFIG {config()}", "0.2 A C 9 10 3000"], "no pulse on a channel"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_bad_input_gets_one_line(tmp_path: Path, case: str) -> None:
+    lines, message = CASES[case]
+    with pytest.raises(Refusal, match=message) as refused:
+        read_libsurvive(recording(tmp_path / "bad.rec", *lines), "A")
+    assert "bad.rec" in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_broken_gzip_and_missing_file(tmp_path: Path, shared: Path) -> None:
+    whole = (shared / FOLDER / "lh1_test_cal.rec.gz").read_bytes()
+    path = tmp_path / "cut.rec.gz"
+    path.write_bytes(whole[: len(whole) // 3])
+    with pytest.raises(Refusal, match="gzip stream is broken"):
+        read_libsurvive(path, "HMD")
+    path.write_bytes(whole[:20_000] + bytes(1000) + whole[21_000:])
+    with pytest.raises(Refusal, match="gzip stream is broken"):
+        read_libsurvive(path, "HMD")
+    with pytest.raises(Refusal, match="cannot be read"):
+        read_libsurvive(tmp_path / "none.rec", "HMD")
+
+
+def test_solution_without_stations_or_with_one(tmp_path: Path, shared: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_text('"v":"0"\n')
+    with pytest.raises(Refusal, match="no calibrated station"):
+        read_solution(path)
+    path.write_text('"lighthouse0":{ "id":"3", "mode":"x" }')
+    with pytest.raises(Refusal, match="lacks or garbles"):
+        read_solution(path)
+    text = (shared / FOLDER / "lh1_test_cal.rec.gz.json").read_text()
+    path.write_text(text[: text.index('"lighthouse1"')])
+    with pytest.raises(Refusal, match="two stations"):
+        solution_pose(read_solution(path))

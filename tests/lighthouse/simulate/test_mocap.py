@@ -1,0 +1,82 @@
+"""Markers on both housings: a superposition by scipy finds the true relative pose."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from mocap_metrology.lighthouse.simulate.mocap import MOUNT_M, simulate_mounts, write_mounts
+from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
+
+TWIN = {
+    "seed": 21,
+    "setup": "here",
+    "master": {"id": 11, "mode": "b"},
+    "slave": {"id": 12, "mode": "c", "position_m": [0.4, 2.2, 0.1], "rotation_deg": [8, 3, -40]},
+    "motion": {"pattern": "still", "centre_m": [3, 0.8, -0.1]},
+}
+
+
+def recorded(**changes):
+    return simulate_mounts(twin_from_mapping({**TWIN, **changes}))
+
+
+def relative_pose(recording):
+    """R and t of the slave's housing in the master's, from the mean of the frames."""
+    poses = []
+    for i, mount in enumerate(recording.mounts):
+        rows = [recording.labels.index(label) for label in mount.labels]
+        seen = 1e-3 * recording.positions_mm[rows].mean(axis=2)
+        own = mount.positions_m
+        R = Rotation.align_vectors(seen - seen.mean(axis=0), own - own.mean(axis=0))[0].as_matrix()
+        poses.append((R, seen.mean(axis=0) - R @ own.mean(axis=0)))
+        assert i == ("MS".index(mount.labels[0][0]))
+    (Rm, tm), (Rs, ts) = poses
+    return Rm.T @ Rs, Rm.T @ (ts - tm)
+
+
+TRUE_R = Rotation.from_euler("ZYX", [-40, 3, 8], degrees=True)
+
+
+def test_without_noise_the_true_pose():
+    R, t = relative_pose(recorded(mocap_noise_mm=0, mocap_frames=2))
+    assert np.allclose(R, TRUE_R.as_matrix(), atol=1e-9)
+    assert np.allclose(t, [0.4, 2.2, 0.1], atol=1e-9)
+
+
+def test_noise_per_frame():
+    """Monte Carlo: 10 markers x 3 x 1000 frames, four standard errors."""
+    positions = recorded(mocap_frames=1000).positions_mm
+    assert positions.shape == (10, 3, 1000)
+    sd = np.sqrt(positions.var(axis=2, ddof=1).mean())
+    assert sd == pytest.approx(0.3, abs=4 * 0.3 / np.sqrt(2 * 29_970))
+
+
+def test_bent_mounts_are_so_in_all_recordings_of_a_setup():
+    keys = {"mocap_noise_mm": 0, "mount_error_deg": 0.2}
+    first, again = (relative_pose(recorded(seed=s, **keys))[0] for s in (1, 2))
+    assert np.allclose(first, again, atol=1e-9)
+    off = np.degrees((Rotation.from_matrix(first) * TRUE_R.inv()).magnitude())
+    assert 0.01 < off <= 0.4 + 1e-9
+    elsewhere = relative_pose(recorded(setup="there", **keys))[0]
+    assert not np.allclose(first, elsewhere, atol=1e-5)
+
+
+def test_frames_of_the_system_differ_between_recordings():
+    one, two = (recorded(seed=s, mocap_noise_mm=0).positions_mm[:, :, 0] for s in (1, 2))
+    assert np.linalg.norm(one - two, axis=1).min() > 10
+
+
+def test_distances_on_the_mount_tell_markers_apart():
+    distances = np.linalg.norm(MOUNT_M[:, None] - MOUNT_M, axis=2)[np.triu_indices(5, 1)]
+    assert np.diff(np.sort(distances)).min() > 4e-3
+
+
+def test_mount_file(tmp_path):
+    write_mounts(tmp_path / "mounts.csv", recorded().mounts)
+    rows = [row.split(",") for row in (tmp_path / "mounts.csv").read_text().splitlines()]
+    assert rows[0] == ["label", "x_m", "y_m", "z_m"]
+    assert [row[0] for row in rows[1:]] == [f"{c}{i}" for c in "MS" for i in range(1, 6)]
+    places = [[float(cell) for cell in row[1:]] for row in rows[1:]]
+    assert np.array_equal(places, np.concatenate([MOUNT_M, MOUNT_M]))

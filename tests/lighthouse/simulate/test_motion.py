@@ -1,0 +1,83 @@
+"""Paths of a board: shape, speed and extent by plain sampling; attitude against scipy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from mocap_metrology.lighthouse.simulate.motion import facing_to, motion_of
+from mocap_metrology.lighthouse.simulate.twin import MotionTwin
+
+STATIONS = np.array([[0.0, 0.0, 0.0], [0.5, 2.0, 0.2]])
+CENTRE = (3.0, 0.7, -0.2)
+
+
+def path(seconds, seed=3, **keys):
+    motion = motion_of(MotionTwin(centre_m=CENTRE, **keys), STATIONS, seed)
+    return motion.poses(np.arange(0, seconds, 1e-3))
+
+
+def greatest_speed(p):
+    return np.linalg.norm(np.gradient(p, 1e-3, axis=0), axis=1).max()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_hand_has_the_speed_and_the_extent(seed):
+    _, p = path(8, seed, pattern="hand", speed_m_s=0.5, extent_m=0.4)
+    assert greatest_speed(p) == pytest.approx(0.5, rel=0.02)
+    assert np.ptp(p, axis=0).max() == pytest.approx(0.4, rel=0.02)
+
+
+def test_circle_line_and_half_circle():
+    _, circle = path(8, pattern="circle", speed_m_s=0.6, extent_m=0.3)
+    assert np.allclose(np.linalg.norm(circle - CENTRE, axis=1), 0.15)
+    assert np.allclose(np.linalg.norm(np.diff(circle, axis=0), axis=1), 0.6e-3, rtol=1e-4)
+    _, line = path(8, pattern="line", speed_m_s=0.6, extent_m=0.3)
+    along = np.linalg.svd(line - CENTRE, compute_uv=False)
+    assert along[1] < 1e-9 * along[0]
+    assert np.linalg.norm(line - CENTRE, axis=1).max() == pytest.approx(0.15, rel=1e-4)
+    assert greatest_speed(line) == pytest.approx(0.6, rel=1e-4)
+    _, arc = path(8, pattern="arc", speed_m_s=0.6, extent_m=0.3)
+    assert np.linalg.matrix_rank(arc - CENTRE, tol=1e-6) == 2
+    ends = np.linalg.norm(arc[:, None, :][::50] - arc[None, ::50], axis=2).max()
+    assert ends == pytest.approx(0.3, rel=1e-3)
+    assert greatest_speed(arc) == pytest.approx(0.6, rel=1e-3)
+
+
+def test_sway_leads_astray_from_a_line():
+    _, straight = path(200, pattern="line", speed_m_s=0.3, extent_m=0.3)
+    _, swaying = path(200, pattern="line", speed_m_s=0.3, extent_m=0.3, sway_m=0.04)
+    rms = np.sqrt(((swaying - straight) ** 2).mean(axis=0))
+    assert rms == pytest.approx([0.04] * 3, rel=0.05)
+
+
+def test_still_board_faces_the_stations():
+    R, p = path(0.01, pattern="still")
+    assert np.ptp(p, axis=0).max() == 0
+    ways = STATIONS - CENTRE
+    cosines = (ways @ R[0, :, 0]) / np.linalg.norm(ways, axis=1)
+    assert cosines[0] == pytest.approx(cosines[1]) and cosines[0] > 0.8
+    assert R[0, 2, 2] > 0.9 and R[0, 2, 1] == 0
+    turned, _ = path(0.01, pattern="still", turn_deg=(5.0, -10.0, 20.0))
+    expected = Rotation.from_euler("ZYX", [20, -10, 5], degrees=True).as_matrix()
+    assert np.allclose(R[0].T @ turned[0], expected)
+
+
+def test_board_above_the_stations_is_faced_too():
+    R = facing_to(np.array([0.0, 0.0, 3.0]), np.zeros((1, 3)))
+    assert np.allclose(R[:, 0], [0, 0, -1]) and np.linalg.det(R) == pytest.approx(1)
+
+
+def test_wobble_and_tremor_have_their_rms():
+    """Over 200 s, each angle from scipy's decomposition; a band of tremor in the position."""
+    R, p = path(200, pattern="circle", speed_m_s=1e-6, extent_m=1e-6, wobble_deg=6, tremor_mm=0.05)
+    facing = facing_to(np.array(CENTRE), STATIONS)
+    angles = Rotation.from_matrix(facing.T @ R).as_euler("ZYX", degrees=True)
+    assert np.sqrt((angles**2).mean(axis=0)) == pytest.approx([6, 6, 6], rel=0.05)
+    spectrum = np.abs(np.fft.rfft(p - p.mean(axis=0), axis=0)) ** 2
+    frequency = np.fft.rfftfreq(len(p), 1e-3)
+    for low, high in ((3, 5), (8, 10)):
+        band = (frequency > low - 0.3) & (frequency < high + 0.3)
+        rms_mm = 1e3 * np.sqrt(2 * spectrum[band].sum(axis=0)) / len(p)
+        assert rms_mm == pytest.approx([0.05] * 3, rel=0.05)

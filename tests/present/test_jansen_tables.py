@@ -1,0 +1,178 @@
+"""Tables I-III of J from poses whose errors are known; tables of calibrations."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS, published_table
+from mocap_metrology.present.calibration_tables import calibration_markdown, calibration_rows
+from mocap_metrology.present.jansen_statistics import paper_setup
+from mocap_metrology.present.jansen_tables import jansen_table, jansen_table_3
+from mocap_metrology.present.jansen_text import gain, markdown
+
+KINDS = [(e, s) for e in ("paper", "paper-tight", "paper-lm") for s in ("kabsch", "final")]
+
+
+def record(setup, number, errors, optics=("ideal",), share=0.1, source="twin"):
+    """A calibration with the same errors (6,) by every variant; factory values cut them tenfold."""
+    poses = [
+        {
+            "estimator": e,
+            "stage": s,
+            "optics": o,
+            "translation_mm": [300.0, 400.0, 0.0],
+            "quaternion_xyzw": [0, 0, 0, 1],
+            "rotation_deg": {"alpha": 1.0, "beta": 2.0, "gamma": 3.0},
+            "covariance": np.diag([4.0, 1, 1, 0.01, 0.04, 0.01]).tolist(),
+            "residual_rms_urad": 240.0,
+            "n_angles": 1000,
+            "mirrored_share": share,
+            "errors_mm": (np.array(errors[:3]) * (0.1 if o == "factory" else 1)).tolist(),
+            "errors_deg": (np.array(errors[3:]) * (0.1 if o == "factory" else 1)).tolist(),
+        }
+        for o in optics
+        for e, s in KINDS
+    ]
+    pose = {
+        "stations": {"master": {"id": 11}, "slave": {"id": 12}},
+        "chosen": 0,
+        "verdict": {"word": "usable", "reason": "Because."},
+        "check_against": {"sentence": "No sign that a station moved."},
+        "poses": poses,
+    }
+    return {"calibration": f"{setup}-{number}", "setup": setup, "source": source, "pose": pose}
+
+
+def cell(rows, setup, quantity, **wanted):
+    wanted = {"estimator": "paper", "stage": "kabsch", "optics": "ideal", **wanted}
+    found = [
+        row
+        for row in rows
+        if (row["setup"], row["quantity"]) == (setup, quantity)
+        and all(row[k] == v for k, v in wanted.items())
+    ]
+    assert len(found) == 1
+    return found[0]
+
+
+@pytest.fixture(scope="module")
+def records():
+    """Five errors a setup with the mean and the SD that J prints: its tables must come back.
+
+    Values m + s d with d of mean 0 and sample SD 1; where s is small enough all stay positive, and
+    the mean absolute error is m. The other setups are left out of that comparison.
+    """
+    d = np.array([-1.264911, -0.632456, 0.0, 0.632456, 1.264911])
+    mae, sd = published_table(1), published_table(2)
+    made = []
+    for setup in SETUPS:
+        m, s = (np.array([t[setup][q] for q in QUANTITIES]) for t in (mae, sd))
+        made += [record(f"real-{setup}", k, m + s * d[k], ("ideal", "factory")) for k in range(5)]
+    return made
+
+
+def test_tables_i_and_ii_come_back_from_errors_of_that_mean_and_sd(records):
+    one, two = jansen_table(1, records), jansen_table(2, records)
+    mae, sd = published_table(1), published_table(2)
+    compared = 0
+    for setup in SETUPS:
+        for quantity in QUANTITIES:
+            row = cell(two, setup, quantity)
+            assert row["published"] == sd[setup][quantity]
+            assert row["regenerated"] == pytest.approx(sd[setup][quantity], rel=1e-5)
+            assert (row["n"], row["source"]) == (5, "twin")
+            if mae[setup][quantity] > 1.27 * sd[setup][quantity]:
+                compared += 1
+                row = cell(one, setup, quantity)
+                assert row["regenerated"] == pytest.approx(row["published"], rel=1e-5)
+                assert row["ratio"] == pytest.approx(1, rel=1e-5)
+    assert compared == 29
+    average = cell(two, "Average", "x_mm")
+    assert average["regenerated"] == pytest.approx(8.9, rel=1e-4) and average["n"] == 40
+    assert cell(two, "Average", "gamma_deg")["regenerated"] == pytest.approx(0.52375, rel=1e-4)
+
+
+def test_every_variant_has_every_row(records):
+    rows = jansen_table(1, records)
+    assert len(rows) == 2 * len(KINDS) * 9 * 6
+    factory = cell(rows, "Overall", "x_mm", optics="factory", estimator="paper-lm", stage="final")
+    ideal = cell(rows, "Overall", "x_mm")
+    assert factory["regenerated"] == pytest.approx(ideal["regenerated"] / 10)
+    assert factory["mirrored_share"] == pytest.approx(0.1)
+
+
+def test_one_recording_has_no_standard_deviation():
+    rows = jansen_table(2, [record("3", 1, np.ones(6))])
+    assert math.isnan(cell(rows, "3", "x_mm")["regenerated"])
+    assert math.isnan(cell(rows, "Average", "x_mm")["regenerated"])
+    assert cell(rows, "4", "x_mm")["source"] == "cited"
+    assert "fewer than two" in markdown(2, rows, [])
+
+
+def test_table_iii_keeps_both_noises_apart():
+    errors = [np.full(6, 1.0), np.full(6, -2.0)]
+    made = [record(f"sim-{s}", k, (s + 1) * errors[k]) for s in (1, 2) for k in (0, 1)]
+    made += [record("noise-1", k, 10 * errors[k], share=0.4) for k in (0, 1)]
+    rows = jansen_table_3(made)
+    quantised = cell(rows, "MAE", "x_mm", noise="quantisation")
+    assert quantised["regenerated"] == pytest.approx(1.5 * 2.5)
+    assert quantised["ratio"] == pytest.approx(1.5 * 2.5 / 6.9)
+    assert (quantised["n_setups"], quantised["n"]) == (2, 4)
+    sd = cell(rows, "Average SD", "x_mm", noise="quantisation")["regenerated"]
+    assert sd == pytest.approx(3 / math.sqrt(2) * 2.5)
+    jitter = cell(rows, "MAE", "x_mm", noise="quantisation and jitter")
+    assert jitter["regenerated"] == pytest.approx(15) and jitter["mirrored_share"] == 0.4
+    text = markdown(3, rows, made)
+    assert "2 setups, 4 calibrations" in text and "1 setups, 2 calibrations" in text
+    assert "α" in text and "40 % of the board poses are mirrored" in text
+
+
+def test_setups_of_the_sheet():
+    names = {"3": "3", "real-3": "3", "setup03": "3", "real-9": None, "sim-3": None, "lab": None}
+    assert {name: paper_setup(name) for name in names} == names
+    assert paper_setup("noise-3") is None and paper_setup("13") is None
+
+
+def test_what_differs_is_explained(records):
+    text = markdown(1, jansen_table(1, records), records, "All are twins.")
+    assert text.startswith("# Jansen et al. 2019, Table I: mean absolute error")
+    assert "- paper, kabsch, factory optics; paper, final, factory optics; " in text
+    assert "paper-lm, final, factory optics: x, y, z, α, β, γ below 1/4 of" in text
+    assert "factory values are used" in text and "All are twins." in text
+    assert "(10.0 times" in gain(records) and gain(records) in text
+    assert "58.1 (58.1)" in text  # setup 3, z
+    one = records[0]
+    keys = ("errors_mm", "errors_deg")
+    true = [p | {f"truth_{k}": p[k] for k in keys} for p in one["pose"]["poses"]]
+    assert "optical frames" in gain([one | {"pose": one["pose"] | {"poses": true}}])
+
+
+def test_nothing_to_regenerate_leaves_the_published_numbers():
+    for number in (1, 2):
+        rows = jansen_table(number, [])
+        assert cell(rows, "1", "x_mm")["published"] == published_table(number)["1"]["x_mm"]
+        assert {row["source"] for row in rows} == {"cited"}
+        assert "published" in markdown(number, rows, [])
+    rows = jansen_table_3([])
+    assert cell(rows, "MAE", "x_mm")["published"] == 6.9 and markdown(3, rows, [])
+
+
+def test_calibrations_of_a_group():
+    made = [
+        record("lab", 1, [3.0, 4, 0, 0.3, 0, 0.4], source="measured"),
+        record("lab", 2, [0.0] * 6),
+    ]
+    made[1]["pose"] |= {"chosen": None}
+    first, second = calibration_rows(made)
+    assert first["baseline_mm"] == pytest.approx(500)
+    assert (first["master_id"], first["slave_id"], first["verdict"]) == (11, 12, "usable")
+    assert first["sigma_x_mm"] == 2 and first["sigma_ry_deg"] == pytest.approx(0.2)
+    assert first["error_y_mm"] == 4 and list(first) == list(second)
+    assert math.isnan(second["baseline_mm"]) and second["estimator"] is None
+    text = calibration_markdown([first, second], "Calibrations of lab")
+    assert "5.00 mm, 0.500°" in text and "2.00 mm, 0.200°" in text and "300.0 400.0 0.0" in text
+    assert "- lab-1: usable. Because." in text and "No sign that" in text
+    assert "No calibrations." in calibration_markdown([], "Calibrations of lab")

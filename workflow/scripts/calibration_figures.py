@@ -1,0 +1,16 @@
+"""The picture of one calibration: stations, path of the board, disagreement, residuals, diodes."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.present.calibration_data import read_calibration
+    from mocap_metrology.present.calibration_figure import calibration_figure
+    from mocap_metrology.present.style import save_figure
+
+    given, params = snakemake.input, snakemake.params
+    files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}
+    calibration = read_calibration(files, params.name, params.twin)
+    save_figure(calibration_figure(calibration), Path(snakemake.output.png).with_suffix(""))
+    log.info("verdict: %s", calibration.pose["verdict"]["word"])

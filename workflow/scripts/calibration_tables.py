@@ -1,0 +1,16 @@
+"""Tables of one group of calibrations: the poses to use, how good they are, and why."""
+
+from step import step
+
+with step(snakemake) as log:
+    from lighthouse_steps import records_of
+
+    from mocap_metrology.present import calibration_tables as tables
+    from mocap_metrology.present.tables import write_with
+
+    group = snakemake.wildcards.group
+    records = records_of(snakemake.params.rows, snakemake.input.poses)
+    rows = tables.calibration_rows(records)
+    text = tables.calibration_markdown(rows, f"{group}: calibrations")
+    write_with(snakemake.output[0].removesuffix(".csv"), rows, text)
+    log.info("%s: %d calibrations", group, len(rows))

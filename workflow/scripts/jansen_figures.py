@@ -1,0 +1,19 @@
+"""Figures 3 and 5-8 of J, from one calibration."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.present.calibration_data import read_calibration
+    from mocap_metrology.present.jansen_figures import jansen_figures
+    from mocap_metrology.present.style import save_figure
+
+    given, params = snakemake.input, snakemake.params
+    files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}
+    calibration = read_calibration(files, params.name, params.twin)
+    pulses, _ = read_table(given.pulses, ["start_s", "length_us", "diode"])
+    for number, figure in jansen_figures(calibration, pulses).items():
+        save_figure(figure, Path(snakemake.output[0]).parent / f"jansen_fig{number:02d}")
+        log.info("Figure %d", number)

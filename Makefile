@@ -45,6 +45,7 @@ benchmark: env  ## time the project beside its peers (installs allantools and ha
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/benchmark.txt
 	@$(RUN) python benchmarks/peers.py
 	@$(RUN) python benchmarks/noise_times.py
+	@$(RUN) python benchmarks/lighthouse_times.py
 
 accuracy: env  ## Monte Carlo of the noise estimators against the Cramer-Rao bound
 	@$(RUN) python benchmarks/noise_monte_carlo.py

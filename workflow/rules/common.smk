@@ -301,6 +301,18 @@ def calibration_tables():
     ]
 
 
+def calibration_figures():
+    """A figure of every accepted calibration; of twins only the first of each setup, unless asked
+    for by name: they are many, and look alike."""
+    names = accepted_calibrations()
+    first = {calibration_row(name)["setup"]: name for name in reversed(names)}
+    return [
+        f"<results>/calibrations/{name}/calibration.png"
+        for name in names
+        if not calibration_row(name)["twin"] or first[calibration_row(name)["setup"]] == name
+    ]
+
+
 def paper_figures():
     """Figures of the papers."""
     found = "skurowski2019" in accepted_groups()

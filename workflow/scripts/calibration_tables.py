@@ -6,11 +6,12 @@ with step(snakemake) as log:
     from lighthouse_steps import records_of
 
     from mocap_metrology.present import calibration_tables as tables
-    from mocap_metrology.present.tables import write_with
+    from mocap_metrology.present.tables import source_sentence, write_with
 
     group = snakemake.wildcards.group
     records = records_of(snakemake.params.rows, snakemake.input.poses)
+    note = source_sentence({record["calibration"]: record["source"] for record in records})
     rows = tables.calibration_rows(records)
-    text = tables.calibration_markdown(rows, f"{group}: calibrations")
+    text = tables.calibration_markdown(rows, f"{group}: calibrations", note=note)
     write_with(snakemake.output[0].removesuffix(".csv"), rows, text)
     log.info("%s: %d calibrations", group, len(rows))

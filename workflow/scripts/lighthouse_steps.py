@@ -35,6 +35,7 @@ def calibration_settings(config: dict[str, Any]) -> Any:
     return CalibrationSettings(
         estimators=config["estimators"],
         optics=config["optics"],
+        simplex_optics=config["simplex_optics"],
         reconstruction=config["reconstruction"],
         lm_interpolation=config["lm_interpolation"],
         lm_weights=config["lm_weights"],

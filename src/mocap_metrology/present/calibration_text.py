@@ -96,7 +96,7 @@ def _wrapped_facts(given: CalibrationFiles, width_mm: float) -> list[str]:
 
 def _reason(given: CalibrationFiles, width_mm: float) -> list[str]:
     reason = given.pose["verdict"]["reason"] or "No reason given."
-    return wrap(reason, BODY_PT, width_mm - BADGE_MM - 3.0)
+    return wrap(reason, BODY_PT, 0.95 * (width_mm - BADGE_MM - 3.0))
 
 
 def _verdict_mm(given: CalibrationFiles, width_mm: float) -> float:

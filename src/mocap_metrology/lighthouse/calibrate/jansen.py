@@ -46,6 +46,7 @@ from mocap_metrology.lighthouse.records import (
 from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
 
 JANSEN = ("paper", "paper-tight", "paper-lm")
+SIMPLEX = ("paper", "paper-tight")
 ESTIMATORS = (*JANSEN, "pnp", "geometric")
 OPTICS = ("ideal", "factory")
 INTERPOLATIONS = {"linear": 1, "cubic": 3}
@@ -58,6 +59,7 @@ COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> 
 class CalibrationSettings:
     """Named choices of a calibration.
 
+    simplex_optics: those of paper and paper-tight, slow as they are; J's is ideal.
     lm_interpolation: linear or cubic, lm_weights: path or none, of paper-lm; the others
     interpolate linearly and take the path in K_2 as exact, as J;
     lasers_m (2 stations, 2 axes, 3): positions of the lasers in the station's frame, default its
@@ -66,6 +68,7 @@ class CalibrationSettings:
 
     estimators: Sequence[str] = JANSEN
     optics: Sequence[str] = OPTICS
+    simplex_optics: Sequence[str] = ("ideal",)
     reconstruction: str = "full-interpolation"
     lm_interpolation: str = "cubic"
     lm_weights: str = "path"
@@ -128,10 +131,6 @@ def calibrate(
         if name == "factory" and any(factory is None for factory in factories):
             found.why.append("factory optics left out: no factory values of both stations")
             continue
-        if name == "factory" and "ideal" in settings.optics and not any(map(imperfect, factories)):
-            found.estimates.extend(replace(e, optics=name) for e in tuple(found.estimates))
-            found.paths.update({(e, name): both for (e, _), both in tuple(found.paths.items())})
-            continue
         seen = {order: _optics(name, own, factories, settings) for order, own in measured.items()}
         steady = _paths("paper-lm", seen[smooth], board, settings)
         if is_still(steady[MASTER]) and is_still(steady[SLAVE]):
@@ -140,6 +139,8 @@ def calibrate(
             found.paths["paper-lm", name] = steady
             continue
         for estimator in settings.estimators:
+            if estimator in SIMPLEX and name not in settings.simplex_optics:
+                continue
             order = smooth if estimator == "paper-lm" else 1
             found = _one(found, estimator, seen[order], order, board, steady, settings, report)
     return found
@@ -154,11 +155,6 @@ def _measured(
         for station in (MASTER, SLAVE)
     )
     return tuple(board_pose.well_posed(own, board) for own in both)
-
-
-def imperfect(factory: Factory) -> bool:
-    """Whether any factory value is not zero, as all are of a simulated ideal station."""
-    return any(np.any(value) for value in vars(factory).values())
 
 
 def _optics(

@@ -32,7 +32,7 @@ def snakemake() -> Snakemake:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            timeout=120,
+            timeout=300,
         )
 
     return run
@@ -55,7 +55,8 @@ def toy(tmp_path: Path) -> Path:
     (tmp_path / "config").mkdir()
     shutil.copy(ROOT / "config/config.yaml", tmp_path / "config/config.yaml")
     (tmp_path / "config/twins.yaml").write_text(TWINS)
-    shutil.copy(ROOT / "config/calibrations.tsv", tmp_path / "config/calibrations.tsv")
+    header = (ROOT / "config/calibrations.tsv").read_text().partition("\n")[0]
+    (tmp_path / "config/calibrations.tsv").write_text(f"{header}\n")  # no rows: no rules for them
     rows = ["recording\tpath\tmarkers\tgroup"]
     for name, group in (("a", "g"), ("b", "g"), ("c", "h")):
         (tmp_path / f"config/{name}.c3d").write_text(f"{name} is good\n")

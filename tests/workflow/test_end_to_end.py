@@ -263,7 +263,8 @@ def test_rerun_repeats_the_verdict_alone(bad, root, snakemake) -> None:
 
 
 def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
-    out = snakemake(root, "-n", "--config", f"results={tmp_path}/results")
+    """Of recordings; those of calibrations are in test_calibrations_end_to_end.py."""
+    out = snakemake(root, "-n", "--config", "calibrations=", f"results={tmp_path}/results")
     per_recording = (
         *("simulate_recording", "trajectories", "clean"),
         *("allan", "psd", "gaussian", "noise", "recording_figures", "noise_figures"),

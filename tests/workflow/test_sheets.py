@@ -262,13 +262,15 @@ def test_the_projects_own_sheets_have_right_headers() -> None:
         ("twins: {a/b: {}}", 'twins, "a/b": expected a name'),
         ("twins: {a: 1}", 'twins, "a": expected a name .* and a section of settings'),
         ("twins: {}\ndefault: {}", "section default: unknown; did you mean defaults?"),
+        ("twins: {}\nsetups: {a: 1}", 'setups, "a": expected a name .* and a section of settings'),
+        ("twins: {}\nfactories: {a/b: {}}", 'factories, "a/b": expected a name'),
     ],
 )
 def test_file_of_twins(folder: Path, text: str, expected: str | None) -> None:
     (folder / "twins.yaml").write_text(text)
     assert load_twins(None)["twins"] == {}
     if expected is None:
-        assert set(load_twins("twins.yaml")) == {"twins", "defaults"}
+        assert set(load_twins("twins.yaml")) == {"twins", "defaults", "setups", "factories"}
     else:
         with pytest.raises(Faults, match=expected):
             load_twins("twins.yaml")

@@ -137,3 +137,11 @@ def test_reasons_are_two_sentences_and_the_names_of_the_rest():
     assert {c.level for c in found.checks} <= set(WORDS)
     assert {*found.checks[0].as_row()} == {
         "name", "value", "unit", "limit", "ok", "level", "sentence"}  # fmt: skip
+
+
+def test_a_kabsch_pose_that_is_known_to_be_loose_is_no_fault():
+    """Apart by 60 mm at 50 mm standard deviation is what chance does; at 5 mm it is not."""
+    far = replace(POSE, stage="kabsch", t_m=np.add(T, [0.06, 0, 0]))
+    for sigma, expected in ((50.0, "good"), (5.0, "doubtful")):
+        loose = replace(far, covariance=np.diag([sigma**2] * 3 + [0.5**2] * 3))
+        assert word(poses=[loose]).word == expected

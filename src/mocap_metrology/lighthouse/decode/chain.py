@@ -83,7 +83,7 @@ def decode(
     if kind == "angles-csv":
         places, hits, report = read_board(board), read_angles(path), {}
         stations = [Station(role, why="a file of angles holds no flashes") for role in ROLES]
-        _check_diodes(places, hits, int(hits.diode.max(initial=-1)) + 1, name)
+        _check_diodes(places, hits, max(len(places), int(hits.diode.max(initial=-1)) + 1), name)
     else:
         if kind == "libsurvive-rec":
             pulses, places = read_libsurvive(path, str(board))

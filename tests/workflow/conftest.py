@@ -55,8 +55,9 @@ def toy(tmp_path: Path) -> Path:
     (tmp_path / "config").mkdir()
     shutil.copy(ROOT / "config/config.yaml", tmp_path / "config/config.yaml")
     (tmp_path / "config/twins.yaml").write_text(TWINS)
-    header = (ROOT / "config/calibrations.tsv").read_text().partition("\n")[0]
-    (tmp_path / "config/calibrations.tsv").write_text(f"{header}\n")  # no rows: no rules for them
+    for sheet in (ROOT / "config").glob("calibrations*.tsv"):  # no rows, as there are no rules
+        header = sheet.read_text().partition("\n")[0]
+        (tmp_path / "config" / sheet.name).write_text(f"{header}\n")
     rows = ["recording\tpath\tmarkers\tgroup"]
     for name, group in (("a", "g"), ("b", "g"), ("c", "h")):
         (tmp_path / f"config/{name}.c3d").write_text(f"{name} is good\n")

@@ -37,6 +37,8 @@ def test_a_right_calibration_becomes_plain_values(folder: Path) -> None:
     assert row["mount"] is None
     twin = calibration(folder, path="simulate:T", board="")
     assert (twin["path"], twin["twin"], twin["board"]) == (None, "T", None)
+    assert row["factory"] is None
+    assert calibration(folder, factory="poses.json")["factory"] == "poses.json"
     tracked = calibration(folder, format="libsurvive-rec", board="LHR-1234")
     assert tracked["board"] == "LHR-1234"
     labels = {"reference_labels_master": "a;b;c", "reference_labels_slave": "d;e"}
@@ -53,6 +55,9 @@ def test_a_right_calibration_becomes_plain_values(folder: Path) -> None:
         ({"board": "", "format": "libsurvive-rec"}, "the name of the tracked object"),
         ({"board": "no.csv"}, "expected a file (no.csv does not exist)"),
         ({"mount": "no.csv"}, "column mount"),
+        ({"factory": "no.json"}, "column factory"),
+        ({"check_against": "no.json"}, "column check_against"),
+        ({"path": "simulate:T", "sha256": "0" * 64}, "nothing for a simulated calibration"),
         ({"reference_labels_master": "a"}, "expected nothing, as the reference is no C3D file"),
         ({"sha256": "1"}, "expected 64 hexadecimal digits or nothing"),
         ({"path": "simulate:U"}, "unknown; expected one of T"),
@@ -62,6 +67,13 @@ def test_a_wrong_calibration_is_named(folder: Path, cells: dict, expected: str) 
     lines = calibration(folder, **cells)
     assert isinstance(lines, list), lines
     assert any(expected in line for line in lines), lines
+
+
+def test_most_columns_may_be_missing(folder: Path) -> None:
+    path = write_sheet(folder, list(CALIBRATION), CALIBRATION)
+    row = calibrations.load(path, CALIBRATIONS, [])["s1-1"]
+    assert {row[column] for column in ("factory", "reference", "mount", "sha256")} == {None}
+    assert row["reference_labels_master"] == []
 
 
 def test_a_reference_in_c3d_needs_labels(folder: Path) -> None:

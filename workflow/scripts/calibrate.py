@@ -6,7 +6,7 @@ with step(snakemake) as log:
     import json
     from pathlib import Path
 
-    from lighthouse_steps import calibration_settings, reference_of, truth_of
+    from lighthouse_steps import calibration_settings, reference_of, truths_of
 
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_table, versions, write_json, write_table
@@ -29,9 +29,10 @@ with step(snakemake) as log:
             found,
             stations,
             duration_s=origin["duration_s"],
+            resolution_s=origin["resolution_s"],
             notes=origin["notes"],
             reference=reference_of(row, files.get("reference"), files.get("mount")),
-            truth=truth_of(files.get("truth")),
+            truths=truths_of(files.get("truth")),
             earlier=files.get("earlier"),
         )
     except Refusal as refusal:

@@ -19,6 +19,7 @@ with step(snakemake) as log:
         "sha256": None if row["twin"] else sha256(snakemake.input.dump),
         "lighthouse": snakemake.params.lighthouse,
         "duration_s": found.duration_s,
+        "resolution_s": found.pulses.resolution_s if found.pulses else None,
         "notes": found.notes,
         "clocks": [vars(clock) for clock in found.clocks],
         "versions": versions("numpy", "numba", "pyarrow"),

@@ -18,6 +18,13 @@ with step(snakemake, prefix="") as log:
         if not check["ok"]:
             refused += 1
             log.error("%s refused: %s", what, check["why"])
+    for path in map(Path, snakemake.input.results):
+        if path.name != "pose.json":
+            continue
+        verdict = json.loads(path.read_text(encoding="utf-8"))["verdict"]
+        if verdict["word"] == "failed":
+            refused += 1
+            log.error("calibration %s failed: %s", path.parent.name, verdict["reason"])
     if refused:
         sys.exit(1)
     write_json(snakemake.output[0], {"checked": len(snakemake.input.checks)})

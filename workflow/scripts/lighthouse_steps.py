@@ -68,8 +68,8 @@ def reference_of(row: dict[str, Any], path: str | None, mount: str | None) -> An
     )
 
 
-def truth_of(path: str | None) -> Any:
-    """What a twin was made with, between the origins of its optics."""
+def truths_of(path: str | None) -> Any:
+    """What a twin was made with: between its housings, and between the origins of its optics."""
     if path is None:
         return None
     import json
@@ -80,7 +80,8 @@ def truth_of(path: str | None) -> Any:
     from mocap_metrology.lighthouse.assess.reference import optical, pose_reference
 
     lasers = json.loads(Path(path).read_text(encoding="utf-8"))["lasers_m"]
-    return optical(pose_reference(path), np.array(lasers))
+    housing = pose_reference(path)
+    return {"housing": housing, "optical": optical(housing, np.array(lasers))}
 
 
 def records_of(rows: list[dict[str, Any]], paths: list[str]) -> list[dict[str, Any]]:

@@ -40,9 +40,11 @@ CAPTIONS = {
 COMMON = (
     "Errors are t - t_true in the master's frame and the rotation vector of R R_true^T in deg."
     " paper: simplex with MATLAB's settings; paper-tight: tight and started from the pose before;"
-    " paper-lm: Levenberg-Marquardt with the mirror test. kabsch: before the last minimisation"
-    " (K₂), final: after it. J used ideal optics and does not say how its search was set. Mirrored:"
-    " share of board poses in the wrong one of the two minima of a flat board."
+    " paper-lm: Levenberg-Marquardt with the mirror test, cubic interpolation and a last"
+    " minimisation that weighs in what the path cannot tell (config: lm_interpolation, lm_weights)."
+    " kabsch: before the last minimisation (K₂), final: after it. J used ideal optics and does not"
+    " say how its search was set. Mirrored: share of board poses in the wrong one of the two minima"
+    " of a flat board."
 )
 
 

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.assess.verdict import WORDS, gravity_angle_deg, verdict
+from mocap_metrology.lighthouse.assess.verdict import (
+    WORDS,
+    expected_noise_urad,
+    gravity_angle_deg,
+    verdict,
+)
 from mocap_metrology.lighthouse.records import Factory, PoseEstimate, Station
 
 R = Rotation.from_euler("ZYX", [-40, 8, 15], degrees=True).as_matrix()
@@ -76,8 +81,9 @@ def test_of_the_pose(change, expected, says):
         ({"n_common": 199}, "usable", "199 moments"),
         ({"n_common": 200}, "good", "passed"),
         ({"n_common": 30}, "doubtful", "30 moments"),
-        ({"span_m": 0.2}, "usable", "0.2 m only"),
-        ({"span_m": 0.05}, "doubtful", "0.05 m only"),
+        ({"board_rms_urad": 40.0}, "good", "passed"),
+        ({"board_rms_urad": 120.0}, "usable", "is the board file right"),
+        ({"board_rms_urad": 400.0}, "doubtful", "is the board file right"),
         ({"duration_s": 2.0}, "usable", "few measurements"),
         ({"errors": (np.array([50.0, 0, 0]), np.zeros(3))}, "usable", "50 mm"),
         ({"errors": (np.zeros(3), np.array([0, 6.0, 0]))}, "doubtful", "6 deg"),
@@ -145,3 +151,16 @@ def test_a_kabsch_pose_that_is_known_to_be_loose_is_no_fault():
     for sigma, expected in ((50.0, "good"), (5.0, "doubtful")):
         loose = replace(far, covariance=np.diag([sigma**2] * 3 + [0.5**2] * 3))
         assert word(poses=[loose]).word == expected
+
+
+def test_only_kabsch_needs_a_long_path():
+    for span, expected in ((0.5, "good"), (0.2, "usable"), (0.05, "doubtful")):
+        found = word(replace(POSE, stage="kabsch"), span_m=span)
+        assert found.word == expected
+        assert word(span_m=span).word == "good"
+
+
+def test_noise_to_expect_grows_with_the_steps_of_the_clock():
+    """61 urad of jitter and, of two edges, pi/8.333 ms x step / sqrt(24): 38.5 urad at 2 MHz."""
+    assert expected_noise_urad(0.5e-6) == pytest.approx(np.hypot(61, 38.5), abs=0.1)
+    assert expected_noise_urad(1 / 48e6) == pytest.approx(61, abs=0.1)

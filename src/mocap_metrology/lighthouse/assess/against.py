@@ -13,6 +13,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.identity import check_same_ids, station_id
 from mocap_metrology.lighthouse.assess.pose_file import chosen_pose, matrix_and_metres
+from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.records import ROLES
 
 SIGNIFICANT = 1e-3  # probability of so large a difference by chance
@@ -84,13 +85,18 @@ def _ids(given: Mapping[str, Any]) -> tuple[int | None, int | None]:
 def _significance(
     difference: np.ndarray, first: list | None, second: list | None
 ) -> tuple[float, float]:
-    """chi2 = d^T (C_1 + C_2)^-1 d and the probability of more, NaN without both covariances."""
+    """T^2 = d^T (C_1 + C_2)^-1 d and the probability of more, NaN without both covariances.
+
+    The covariances are estimates from BLOCKS blocks of each recording, so T^2 is Hotelling's, with
+    nu = 2 (BLOCKS - 1) degrees of freedom: T^2 (nu - 5) / (6 nu) is F distributed (6, nu - 5).
+    """
     if first is None or second is None:
         return math.nan, math.nan
-    from scipy.stats import chi2 as distribution
+    from scipy.stats import f as distribution
 
     total = np.array(first, dtype=np.float64) + np.array(second, dtype=np.float64)
     if not np.isfinite(total).all() or np.linalg.eigvalsh(total)[0] <= 0:
         return math.nan, math.nan
     chi2 = float(difference @ np.linalg.solve(total, difference))
-    return chi2, float(distribution.sf(chi2, 6))
+    nu = 2 * (BLOCKS - 1)
+    return chi2, float(distribution.sf(chi2 * (nu - 5) / (6 * nu), 6, nu - 5))

@@ -11,7 +11,7 @@ import numpy as np
 from mocap_metrology.lighthouse.assess.against import compare_with_earlier
 from mocap_metrology.lighthouse.assess.pose_file import pose_json, read_pose_json
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
-from mocap_metrology.lighthouse.assess.verdict import verdict
+from mocap_metrology.lighthouse.assess.verdict import expected_noise_urad, verdict
 from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
 from mocap_metrology.lighthouse.records import MASTER, Station
@@ -22,29 +22,39 @@ def span_of(path: Path) -> float:
     return float(np.linalg.norm(np.diff(np.percentile(path.t_m, [1, 99], axis=0), axis=0)))
 
 
+def board_rms_urad(paths: tuple[Path, Path]) -> float:
+    """Root mean square of angles about single board poses, of the worse station: the median of
+    sqrt(K_1 / (angles - 6)) in urad."""
+    rms = [np.median(np.sqrt(p.epsilon / np.maximum(p.n_angles - 6, 1))) for p in paths]
+    return 1e6 * float(max(rms))
+
+
 def summary(
     found: Calibration,
     stations: Sequence[Station],
     *,
     duration_s: float | None = None,
+    resolution_s: float | None = None,
     notes: Sequence[str] = (),
     reference: Reference | None = None,
-    truth: Reference | None = None,
+    truths: Mapping[str, Reference] | None = None,
     earlier: str | None = None,
 ) -> dict[str, Any]:
     """pose.json of a calibration; stations: master first.
 
-    reference: what a lab measured; truth: of a twin, between optical origins, which no lab has:
-    each pose then has `truth_errors_mm` and `truth_errors_deg`; earlier: a pose.json to compare
-    with. Raises `Refusal` where the reference or the earlier pose is of other stations.
+    resolution_s: step of the recording's clock; reference: what a lab measured; truths: of a twin,
+    by frame, optical or housing, which no lab has: each pose then has `truth_errors_mm` and
+    `truth_errors_deg`; earlier: a pose.json to compare with. Raises `Refusal` where the reference
+    or the earlier pose is of other stations.
     """
     index = chosen(found.estimates)
     best = None if index is None else found.estimates[index]
     why = list(found.why)
     note = check_ids(reference, stations) if reference is not None else ""
-    span = None
+    span = board_rms = None
     if best is not None and (best.estimator, best.optics) in found.paths:
-        span = span_of(found.paths[best.estimator, best.optics][MASTER])
+        both = found.paths[best.estimator, best.optics]
+        span, board_rms = span_of(both[MASTER]), board_rms_urad(both)
     judged = verdict(
         best,
         found.estimates,
@@ -52,6 +62,8 @@ def summary(
         n_common=found.n_common or None,
         span_m=span,
         duration_s=duration_s,
+        expected_urad=expected_noise_urad(resolution_s),
+        board_rms_urad=board_rms,
         errors=None if reference is None or best is None else errors(best.R, best.t_m, reference),
         why_none="; ".join(why),
     )
@@ -60,13 +72,14 @@ def summary(
         "n_common": found.n_common,
         "span_m": span,
         "duration_s": duration_s,
+        "board_rms_urad": board_rms,
         "left_out": why,
         "notes": [*notes, *([note] if note else [])],
     }
     result = pose_json(found.estimates, stations, index, judged, diagnostics, reference)
-    if truth is not None:
+    if truths is not None:
         for entry, pose in zip(result["poses"], found.estimates, strict=True):
-            mm, deg = errors(pose.R, pose.t_m, truth)
+            mm, deg = errors(pose.R, pose.t_m, truths[pose.frame])
             entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}
     if earlier is not None:
         result["check_against"] = _against(result, earlier)

@@ -16,12 +16,15 @@ import numpy as np
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
+from mocap_metrology.lighthouse.timing import CYCLE_S
 
 WORDS = ("good", "usable", "doubtful", "failed")
-EXPECTED_URAD = 75.0  # one angle: 53 common and 30 own jitter, 38 of 2 MHz edges
+JITTER_URAD = 61.0  # of one angle: 53 common to a sweep, 30 of each diode
+EXPECTED_URAD = 75.0  # with 38 by the two edges of a pulse at 2 MHz
 # Residual over the expected one: (usable from, doubtful from). A board on its way adds what the
 # interpolation of its path misses.
 RESIDUAL = {"static": (2.0, 6.0), "kabsch": (10.0, 40.0), "final": (8.0, 30.0)}
+BOARD = (1.2, 3.0)  # over the noise of an angle
 MIRRORED = (0.01, 0.05)
 COMMON = (200, 50)  # usable below, doubtful below
 SPAN_M = (0.3, 0.1)
@@ -60,6 +63,14 @@ class Verdict(NamedTuple):
     checks: tuple[Check, ...] = ()
 
 
+def expected_noise_urad(resolution_s: float | None) -> float:
+    """Noise of one angle by jitter and by the clock's steps at both edges of a pulse, urad."""
+    if resolution_s is None:
+        return EXPECTED_URAD
+    step = 1e6 * math.pi * resolution_s / CYCLE_S
+    return math.hypot(JITTER_URAD, step / math.sqrt(24))
+
+
 def verdict(
     chosen: PoseEstimate | None,
     poses: Sequence[PoseEstimate],
@@ -69,6 +80,7 @@ def verdict(
     span_m: float | None = None,
     duration_s: float | None = None,
     expected_urad: float = EXPECTED_URAD,
+    board_rms_urad: float | None = None,
     errors: tuple[np.ndarray, np.ndarray] | None = None,
     why_none: str = "",
 ) -> Verdict:
@@ -76,8 +88,8 @@ def verdict(
 
     stations: master first; n_common: moments with a board pose of both stations; span_m: largest
     distance between two places of the board's path, or about it; duration_s: of the recording;
-    expected_urad: noise of one angle; errors: mm and deg against a reference, see `reference`;
-    why_none: the reason where nothing was chosen.
+    expected_urad: noise of one angle; board_rms_urad: angles about single board poses; errors: mm
+    and deg against a reference, see `reference`; why_none: the reason where nothing was chosen.
     """
     if chosen is None or not (np.isfinite(chosen.R).all() and np.isfinite(chosen.t_m).all()):
         return Verdict("failed", why_none or "No pose of the slave was found.")
@@ -87,6 +99,7 @@ def verdict(
         _mirrored(chosen),
         _stage(chosen),
         _common(chosen, n_common),
+        _board(board_rms_urad, expected_urad),
         _span(chosen, span_m),
         *_agreements(chosen, poses),
         _gravity(chosen, stations),
@@ -149,7 +162,8 @@ def _residual(chosen: PoseEstimate, expected: float) -> Check:
     if word != "good":
         sentence = (
             f"Angles are {value:.0f} urad rms from the fit, {value / expected:.0f} times the noise"
-            " of an angle: look for reflections, a wrong board file, fast motion or wrong minima."
+            " of an angle, as by wrong optics (factory values, lasers off the housing's origin), a"
+            " wrong board file, reflections or board poses in the wrong minimum."
         )
     return Check("residual", value, "urad", limit * expected, word == "good", word, sentence)
 
@@ -217,7 +231,21 @@ def _common(chosen: PoseEstimate, n_common: int | None) -> Check:
     return Check(name, n_common, "", limit, word == "good", word, sentence)
 
 
+def _board(board_rms_urad: float | None, expected: float) -> Check:
+    """K_1 of single board poses: what a wrong board file or reflections raise, and motion or the
+    optics of the other station do not."""
+    name = "board poses"
+    if board_rms_urad is None:
+        return _unknown(name, "urad", "There are no board poses.")
+    word, limit = _graded(board_rms_urad / expected, BOARD)
+    sentence = f"Angles of single board poses are {board_rms_urad:.0f} urad rms from their fit"
+    sentence += "." if word == "good" else ": is the board file right, are there reflections?"
+    return Check(name, board_rms_urad, "urad", limit * expected, word == "good", word, sentence)
+
+
 def _span(chosen: PoseEstimate, span_m: float | None) -> Check:
+    if chosen.stage == "final" and chosen.estimator == "paper-lm":
+        return _unknown("path", "m", "The last stage does not lean on the length of the path.")
     if span_m is None or chosen.stage == "static":
         return _unknown("path", "m", "There is no path of a board at rest.")
     word, limit = _graded_low(span_m, SPAN_M)
@@ -295,7 +323,10 @@ def _sigma(chosen: PoseEstimate) -> Check:
     sd = np.sqrt(np.diag(chosen.covariance))
     mm, deg = float(sd[:3].max()), float(sd[3:].max())
     word, limit = _worst(mm, deg, SIGMA) if np.isfinite(sd).all() else ("doubtful", "finite")
-    sentence = f"One standard deviation is {mm:.2g} mm and {deg:.2g} deg in the worst axes."
+    sentence = (
+        f"One standard deviation is {mm:.2g} mm and {deg:.2g} deg in the worst axes; an error of"
+        " scale in the board file is not in it and scales the distance."
+    )
     return Check(name, mm, "mm", limit, word == "good", word, sentence)
 
 

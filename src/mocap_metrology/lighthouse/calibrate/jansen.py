@@ -47,7 +47,8 @@ from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_paramet
 
 JANSEN = ("paper", "paper-tight", "paper-lm")
 SIMPLEX = ("paper", "paper-tight")
-ESTIMATORS = (*JANSEN, "pnp", "geometric")
+PEERS = ("pnp", "geometric")
+ESTIMATORS = (*JANSEN, *PEERS)
 OPTICS = ("ideal", "factory")
 INTERPOLATIONS = {"linear": 1, "cubic": 3}
 FEWEST_POSES = 20
@@ -140,6 +141,9 @@ def calibrate(
             continue
         for estimator in settings.estimators:
             if estimator in SIMPLEX and name not in settings.simplex_optics:
+                continue
+            if estimator in PEERS and settings.lasers_m is not None:
+                found.why.append(f"{estimator}, {name}: left out, it knows no places of lasers")
                 continue
             order = smooth if estimator == "paper-lm" else 1
             found = _one(found, estimator, seen[order], order, board, steady, settings, report)

@@ -12,7 +12,7 @@ from mocap_metrology.lighthouse.timing import CYCLE_S
 
 METHODS = ("full-interpolation", "dominant-axis", "pairs")
 FEWEST_DIODES = 4
-LONGEST_GAP_S = 6.5 * CYCLE_S  # one sweep of an axis (each 4 cycles) may be missing, not two
+LONGEST_GAP_S = 8.5 * CYCLE_S  # one sweep of an axis (each 4 cycles) may be missing, not two
 PAIR_GAP_S = 1.5 * CYCLE_S
 
 
@@ -64,7 +64,8 @@ def reconstruct(
     between the sweeps before and after (J's choice); dominant-axis: the same, but only at sweeps of
     the angle that varies more; pairs: an azimuth sweep and the elevation sweep that follows it are
     taken as one moment, in the middle of both. order 3 interpolates by the cubic through the two
-    sweeps on either side, diode by diode where all four saw it.
+    sweeps on either side, diode by diode where all four saw it, and takes both angles of all diodes
+    at the middle of the sweep: within it the board moves on, which in the end turns its poses.
     """
     if method not in METHODS:
         raise ValueError(f"reconstruction is {method!r}; expected one of {', '.join(METHODS)}")
@@ -85,6 +86,8 @@ def reconstruct(
 def _interpolated(sweeps: list[_Sweeps], axis: int, order: int) -> tuple[np.ndarray, np.ndarray]:
     """Measurements at the sweeps of `axis`, the other angle interpolated to each diode's time."""
     own, other = sweeps[axis], sweeps[1 - axis]
+    if order == 3 and own.middle_s.size > 2:
+        own = _at_middle(own)
     angles = np.full((*own.angle_rad.shape, 2), np.nan)
     count = other.middle_s.size
     if count < 2:
@@ -105,6 +108,21 @@ def _interpolated(sweeps: list[_Sweeps], axis: int, order: int) -> tuple[np.ndar
     angles[inside, :, axis] = own.angle_rad[inside]
     angles[inside, :, 1 - axis] = found
     return own.middle_s, angles
+
+
+def _at_middle(sweeps: _Sweeps) -> _Sweeps:
+    """The angles moved to the middle of their sweep, by the rate of each diode between the sweeps
+    before and after, or where these lack it by the median rate of the others."""
+    angle, time = sweeps.angle_rad, sweeps.time_s
+    rate = np.full_like(angle, np.nan)
+    rate[1:-1] = (angle[2:] - angle[:-2]) / (time[2:] - time[:-2])
+    rate[0], rate[-1] = rate[1], rate[-2]
+    known = np.isfinite(rate).any(axis=1)
+    common = np.zeros(len(rate))
+    common[known] = np.nanmedian(rate[known], axis=1)
+    rate = np.where(np.isfinite(rate), rate, common[:, None])
+    middle = np.where(np.isfinite(time), sweeps.middle_s[:, None], np.nan)
+    return _Sweeps(sweeps.middle_s, middle, angle + rate * (middle - time))
 
 
 def _polynomial(sweeps: _Sweeps, nodes: np.ndarray, time_s: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from mocap_metrology.lighthouse.calibrate.reconstruction import FEWEST_DIODES, M
 from mocap_metrology.lighthouse.records import Hits
 
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
+STILL_RAD = np.radians(0.3)
 FEWEST_HITS = 10  # of a diode in one axis, so that its median means something
 
 
@@ -37,9 +38,17 @@ class StaticPose:
 
 
 def is_still(path: Path) -> bool:
-    """Whether the board keeps its place: robust spread of its position below `STILL_M`."""
+    """Whether the board keeps its place and turn: robust spread of its position below `STILL_M`,
+    and of its rotation about the mean below `STILL_RAD` beyond what the noise of a pose makes."""
+    from mocap_metrology.lighthouse.rotation import log, mean
+
     spread = np.median(np.abs(path.t_m - np.median(path.t_m, axis=0)), axis=0)
-    return bool(1.4826 * np.linalg.norm(spread) < STILL_M)
+    if 1.4826 * np.linalg.norm(spread) >= STILL_M:
+        return False
+    turns = log(path.R @ mean(path.R).T)
+    noise = np.median(np.abs(np.diff(turns, axis=0)), axis=0) / np.sqrt(2)
+    turned = np.median(np.abs(turns - np.median(turns, axis=0)), axis=0)
+    return bool(1.4826 * np.linalg.norm(turned) < STILL_RAD + 2 * 1.4826 * np.linalg.norm(noise))
 
 
 def median_angles(hits: Hits, station: int, n_diodes: int) -> Measurements:

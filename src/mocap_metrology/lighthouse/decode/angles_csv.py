@@ -41,7 +41,7 @@ def read_angles(path: str | Path) -> Hits:
         cell = table["station"].iloc[row]
         raise Refusal(f"{name}, row {row + 1}: station is {cell!r}; expected master or slave")
     columns = {c: _numbers(table[c], c, name) for c in (*NEEDED[1:], "width_us") if c in table}
-    _check(columns, name)
+    _check(columns | {"station": station.to_numpy(float)}, name)
     order = np.argsort(columns["time_s"], kind="stable")
     width = columns.get("width_us", np.full(len(table), np.nan)) * 1e-6
     return Hits(
@@ -83,6 +83,14 @@ def _check(columns: dict[str, np.ndarray], name: str) -> None:
             if column == "diode":
                 limits += " from 0"
             raise Refusal(f"{name}, row {row + 1}: {column} is {values[row]:g}; expected {limits}")
+    keys = np.stack([columns[name] for name in ("station", "axis", "cycle", "diode")])
+    _, first, count = np.unique(keys, axis=1, return_index=True, return_counts=True)
+    if (count > 1).any():
+        row = int(first[np.argmax(count > 1)])
+        raise Refusal(
+            f"{name}, row {row + 1}: its station, axis, cycle and diode are there again;"
+            " expected one row a hit"
+        )
     largest = float(np.abs(columns["angle_rad"]).max())
     if largest > LARGEST_RAD:
         raise Refusal(

@@ -29,6 +29,7 @@ from mocap_metrology.lighthouse.records import (
     Pulses,
     Station,
 )
+from mocap_metrology.lighthouse.timing import CYCLE_S
 
 FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
 FEWEST_DIODES = 4
@@ -103,6 +104,7 @@ def decode(
         if kind == "gpio-dump":
             check_byte_order(hits, places, name)
     given = cleaning or Cleaning()
+    step = {"resolution_rad": np.pi * pulses.resolution_s / CYCLE_S} if pulses else {}
     hits, dropped = clean_hits(
         hits,
         places,
@@ -110,12 +112,20 @@ def decode(
         gate_mad=given.gate_mad,
         half_window=given.half_window,
         n_sigma=given.n_sigma,
+        **step,
     )
     _check_stations(hits, name)
     stations, notes = _with_factory(stations, factory)
-    notes = [*(pulses.notes if pulses else ()), *notes]
+    notes = [*(pulses.notes if pulses else ()), *notes, *_odd_diodes(dropped)]
     duration = pulses.duration_s if pulses else float(np.ptp(hits.time_s))
     return Decoded(pulses, stations, clocks, hits, places, duration, report | dropped, notes)
+
+
+def _odd_diodes(dropped: Mapping[str, Sequence[int]]) -> list[str]:
+    """Diodes that most sweeps contradict: a fault, or in the wrong place of the board file."""
+    pairs = enumerate(zip(dropped["sweep"], dropped["kept"], strict=True))
+    odd = [str(diode) for diode, (out, kept) in pairs if out > kept]
+    return [f"most hits dropped on diode {', '.join(odd)}: is the board file right?"] if odd else []
 
 
 def _check_diodes(board: np.ndarray, hits: Hits, n_diodes: int, name: str) -> None:

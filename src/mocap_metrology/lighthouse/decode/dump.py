@@ -22,6 +22,7 @@ USUAL_WORDS = (16_000_000, 16_777_216)  # 8 s, and the whole memory of J's board
 CHANGING_SHARE = 0.1  # of the words: a dump of two stations has about 0.01, random bytes 1
 LIT_SHARE = 0.5  # of the time: a diode is lit 0.03 of it
 SHORTEST_FLASH_S = 2250 / 48e6
+LONGEST_RUN = 1.5  # words, on average; a pulse two samples wide gives 2
 
 
 def read_dump(
@@ -148,10 +149,13 @@ def _check_byte_order(rises: np.ndarray, n_diodes: int, name: str) -> None:
 
 
 def _check_word_size(words: np.ndarray, length_s: np.ndarray, name: str) -> None:
-    """Refuse words of 16 bits: read as 32, their halves are neighbours in time, so that they never
-    differ in two words running; and flashes look half as long."""
+    """Refuse words of 16 bits: read as 32, their halves are neighbours in time, so that they differ
+    in single words, at edges, hardly ever in two running; and flashes look half as long."""
     long = length_s[length_s > SHORTEST_FLASH_S / 2]
-    if long.size and np.quantile(long, 0.1) < SHORTEST_FLASH_S and _longest_difference(words) <= 1:
+    if not long.size or np.quantile(long, 0.1) >= SHORTEST_FLASH_S:
+        return
+    differing, runs = _differences(words)
+    if differing <= LONGEST_RUN * runs:
         raise Refusal(
             f"{name}: a 16-bit dump: both halves of each word hold the same diodes;"
             " expected uint32 words"
@@ -214,17 +218,19 @@ def _pulses(words, idle, n_rises):
 
 
 @njit
-def _longest_difference(words):
-    """Most words running in which the halves of 16 bits differ."""
-    longest = 0
-    run = 0
+def _differences(words):
+    """Words whose halves of 16 bits differ, and runs of such words."""
+    differing = 0
+    runs = 0
+    before = False
     for i in range(words.size):
-        if words[i] >> np.uint32(16) != words[i] & np.uint32(0xFFFF):
-            run += 1
-            longest = max(longest, run)
-        else:
-            run = 0
-    return longest
+        now = words[i] >> np.uint32(16) != words[i] & np.uint32(0xFFFF)
+        if now:
+            differing += 1
+            if not before:
+                runs += 1
+        before = now
+    return differing, runs
 
 
 def warm_up() -> None:
@@ -233,4 +239,4 @@ def warm_up() -> None:
     words.flags.writeable = False
     _survey(words, np.uint32(0))
     _pulses(words, np.uint32(0), 1)
-    _longest_difference(words)
+    _differences(words)

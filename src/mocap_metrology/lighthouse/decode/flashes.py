@@ -22,11 +22,12 @@ from mocap_metrology.lighthouse.decode.comb import (
     fit_clock,
 )
 from mocap_metrology.lighthouse.records import MASTER, Clock, Flashes, Pulses
-from mocap_metrology.lighthouse.timing import CODE_STEP_S, TICKS_PER_S
+from mocap_metrology.lighthouse.timing import CODE_STEP_S, CYCLE_S, TICKS_PER_S
 
 SHORTEST_S = 2250 / TICKS_PER_S
 LONGEST_S = 200e-6
 REACH_S = 60e-6  # of a comb before its line is known
+LARGEST_DRIFT = 2e-3  # of the clock; rotors hold 300 ppm, quartz better
 LATE_S = 30e-6  # dim diodes rise late
 
 
@@ -46,7 +47,17 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
         )
     start, length, diode = (x[long] for x in (pulses.start_s, pulses.length_s, pulses.diode))
     period = find_period(start)
+    if abs(period / CYCLE_S - 1) > LARGEST_DRIFT:
+        raise Refusal(
+            f"flashes come each {1e3 * period:.4f} ms; expected {1e3 * CYCLE_S:.4f} ms within"
+            f" {100 * LARGEST_DRIFT:g} % (is the sample rate right?)"
+        )
     combs = [_comb(start, length, diode, at, period) for at in find_phases(start, period)]
+    if any(comb.time.size < FEWEST_FLASHES or not comb.clock.cycle_s > 0 for comb in combs):
+        raise Refusal(
+            "flashes do not come at an even pace; expected one of a base station each"
+            f" {1e3 * CYCLE_S:.3f} ms (is the sample rate right?)"
+        )
     combs = _number(combs)
     patterns, biases = find_pattern(
         [comb.cycle for comb in combs], [comb.over_diodes(comb.length) for comb in combs]

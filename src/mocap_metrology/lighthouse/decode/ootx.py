@@ -36,6 +36,7 @@ from mocap_metrology.lighthouse.timing import axis_of, data_of
 __all__ = ["accel_of", "decode_station", "encode_frame", "frame_bits"]
 
 TRIES = 1 << 14  # readings of voted bits that are tried against the CRC
+MOST_OPEN = 24  # bits without any vote; with more, so few tries would be a lottery
 IN_TURN = 0.65  # share of codes naming the rotor of their turn from which the turns are believed
 FIXED_AGREE = 0.9  # least share of votes for sync, stuffing, length and padding
 
@@ -167,6 +168,8 @@ def _search(margin: np.ndarray, fixed: np.ndarray, value: np.ndarray, length: in
     """
     frame = np.where(fixed, value, margin > 0).astype(np.uint8)
     free = np.flatnonzero(~fixed)
+    if np.count_nonzero(margin[free] == 0) > MOST_OPEN:
+        return None
     free = free[np.argsort(np.abs(margin[free]), kind="stable")]
     columns = _columns(free, length)
     for flips in _by_cost(np.abs(margin[free]), columns, _syndrome(frame, length)):

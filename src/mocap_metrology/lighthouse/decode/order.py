@@ -47,7 +47,7 @@ def check_byte_order(hits: Hits, board: np.ndarray, name: str) -> None:
         if behind > AGREE and behind_swapped < 1 - AGREE:
             raise Refusal(
                 f"{where} the stations see the board's mirror image as read, and its front (+x)"
-                " with the bytes swapped; expected little-endian words"
+                " with the bytes swapped; expected little-endian words, and a board that faces +x"
             )
 
 

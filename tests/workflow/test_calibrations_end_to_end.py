@@ -194,13 +194,16 @@ def run(tmp_path_factory, root, snakemake):
     write_angles(folder / "angles.csv", perfect)
     write_laboratory(folder, lab)
     write_bad(folder, made("brief"))
-    figures = ("calibrations/measured/calibration.png", "figures/jansen_fig03.svg")
+    presented = (
+        *("tables/lab_calibrations.csv", "tables/jansen_table1.csv"),
+        *("calibrations/measured/calibration.png", "figures/jansen_fig03.svg"),
+    )
     old = folder / "results/calibrations/odd/pose.json"
     old.parent.mkdir(parents=True)
     old.write_text("of an earlier input")
     arguments = (
-        *("--cores", "2", "-s", str(root / "Snakefile"), "tables"),
-        *(f"results/{figure}" for figure in figures),
+        *("--cores", "2", "-s", str(root / "Snakefile"), "calibrations"),
+        *(f"results/{file}" for file in presented),
         *("--config", f"calibrations={write_sheet(folder, HEADER, *sheet_rows(folder))}"),
         *("recordings=", "twins=twins.yaml", "lighthouse={estimators: [paper, paper-lm]}"),
     )
@@ -244,7 +247,7 @@ def test_bad_input_is_one_clear_line_and_no_pose(run, name: str) -> None:
 
 def test_nobody_else_is_refused_and_nothing_is_half_written(run) -> None:
     results, out, _ = run
-    assert len(said(out.stdout, "calibration ")) == len(REFUSED), out.stdout
+    assert len(said(out.stdout, "calibration ")) == len(REFUSED) + 1, out.stdout  # stranger
     assert "Traceback" not in out.stdout
     assert "Error in rule" not in out.stdout.replace("Error in rule gate", "")
     assert not list(results.rglob(".part-*"))
@@ -319,16 +322,18 @@ def test_a_dump_without_a_whole_frame_is_ideal_or_takes_a_file(run) -> None:
 
 
 def test_a_reference_of_other_stations_is_refused_when_calibrating(run) -> None:
-    """Only then both are known. The recording itself is all right, so the run goes on; the line is
-    a warning, and pose.json says why there is no pose in it."""
+    """Only then both are known. The recording itself is all right, so the run goes on, with a
+    warning; pose.json says why there is no pose in it, and the last step names it again."""
     results, out, _ = run
     lines = said(out.stdout, "warning: calibrate stranger: ")
-    assert len(lines) == 1, out.stdout
+    last = said(out.stdout, "calibration stranger failed: ")
+    assert (len(lines), len(last)) == (1, 1), out.stdout
     told = pose(results, "stranger")
     assert "reference: its master is station 7, that of the recording is 3001" in lines[0]
     assert (told["chosen"], told["poses"]) == (None, [])
     assert told["verdict"]["word"] == "failed"
     assert lines[0].endswith(told["verdict"]["reason"])
+    assert last[0].endswith(told["verdict"]["reason"])
 
 
 def test_headset_of_other_people(run, shared) -> None:

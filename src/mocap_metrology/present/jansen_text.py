@@ -50,7 +50,7 @@ COMMON = (
 
 ANGLES = (
     "An angle error of the optics moves the slave by angle times distance: at 2 to 6 m the"
-    " published 1.2 to 1.8° would be 40 to 190 mm, and 20 to 29 mm are published. That suggests that"
+    " published 1.2 to 1.8° would be 40 to 190 mm, and 20 to 29 mm are published. So perhaps"
     " part of J's angle errors is of the mounts: one turned on its housing makes such errors and"
     " moves nothing. The twins' mounts are straight."
 )

@@ -18,6 +18,7 @@ from mocap_metrology.lighthouse.rotor import rotor_parameters
 START_M = 3.0
 NARROW = 0.2  # of the board's own width, to its second side
 SOLID_DIODES, SOLID_DEPTH = 6, 0.2  # a board at least so deep has no mirrored pose
+SAME_TRACE = 1.0 + 2.0 * math.cos(math.radians(1.0))  # of R R2^T: less than 1 deg apart
 MIRRORED_RAD = math.radians(8.0)  # a pose further off than this is in the other minimum
 
 
@@ -26,7 +27,8 @@ class Path:
     """Board poses of n measurements in a station's frame.
 
     time_s (n,), R (n, 3, 3), t_m (n, 3); epsilon (n,) the remaining K_1 in rad^2; n_angles (n,);
-    ambiguity (n,): K_1 of the mirrored minimum over that of the one taken, NaN if not sought.
+    ambiguity (n,): K_1 of the mirrored minimum over that of the one taken, infinite where there is
+    none, NaN if not sought.
     """
 
     time_s: np.ndarray
@@ -288,9 +290,14 @@ def _minimise_all(
         R, t, f, _ = minimise(Rs[i], ts[i], BOARD, points[:k], m[:k], rotors, ITERATIONS)
         R2, t2 = _mirrored(R, t, centre[i], normal[i])
         R2, t2, f2, _ = minimise(R2, t2, BOARD, points[:k], m[:k], rotors, ITERATIONS)
+        trace = 0.0
+        for j in range(3):
+            for k in range(3):
+                trace += R[j, k] * R2[j, k]
+        ambiguity[i] = max(f, f2) / min(f, f2) if trace < SAME_TRACE else np.inf
         if f2 < f:
-            R, t, f, f2 = R2, t2, f2, f
-        R_found[i], t_found[i], epsilon[i], ambiguity[i] = R, t, f, f2 / f
+            R, t, f = R2, t2, f2
+        R_found[i], t_found[i], epsilon[i] = R, t, f
     return R_found, t_found, epsilon, ambiguity
 
 

@@ -375,7 +375,9 @@ def _static(
             covariance=pose.covariance * units,
             residual_rms_urad=1e6 * pose.residual_rms_rad,
             n_angles=pose.n_angles,
-            note=f"mirrored K_1 is {pose.ambiguity:.3g} times that of the pose taken",
+            note=f"K_1 of the mirrored pose is {pose.ambiguity:.3g} times that of the pose taken"
+            if np.isfinite(pose.ambiguity)
+            else "no mirrored pose",
         )
     ]
 

@@ -120,8 +120,9 @@ def calibrate(
     """
     settings = settings or CalibrationSettings()
     smooth = INTERPOLATIONS[settings.lm_interpolation]
-    measured = {order: _measured(hits, board, settings, order) for order in {1, smooth}}
-    for role, own in zip(ROLES, measured[1], strict=True):
+    orders = {smooth} if set(settings.estimators) == {"paper-lm"} else {1, smooth}
+    measured = {order: _measured(hits, board, settings, order) for order in orders}
+    for role, own in zip(ROLES, measured[smooth], strict=True):
         if len(own) < FEWEST_POSES:
             raise Refusal(
                 f"{role}: {len(own)} moments with both angles of four diodes;"

@@ -149,6 +149,6 @@ def faint_diodes(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _told(word: str, diodes: np.ndarray) -> list[str]:
     if not diodes.size:
         return []
-    shown = ", ".join(map(str, diodes[:5]))
-    more = f" and {number(diodes.size - 5)} more" if diodes.size > 5 else ""
-    return [f"{word}: {shown}{more}"]
+    if diodes.size > 3:  # a solid board is seen from one side
+        return [f"{word}: {number(diodes.size)} diodes"]
+    return [f"{word}: {', '.join(map(str, diodes))}"]

@@ -31,7 +31,6 @@ from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, re
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
-    Evidence,
     by_gauss_newton,
     evidence,
 )
@@ -43,6 +42,7 @@ from mocap_metrology.lighthouse.records import (
     Hits,
     PoseEstimate,
 )
+from mocap_metrology.lighthouse.rotation import mean
 from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
 
 JANSEN = ("paper", "paper-tight", "paper-lm")
@@ -249,8 +249,9 @@ def _one(
         return found
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
-    given, rotors = _scene(paths, optics, board, order), optics.rotors[SLAVE]
-    share = _mirrored_share(estimator, paths, steady, (master_then, slave_then, R))
+    then, own = _seen_on_path(paths, optics, order)
+    given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
+    share, turned = _mirrored_share(estimator, paths, steady, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
         units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
@@ -270,10 +271,15 @@ def _one(
 
     found.estimates.append(estimate("kabsch", R, t, spread))
     if estimator == "paper-lm":
-        R, t = _better_start(R, t, master_then, slave_then, given, rotors)
+        moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
+        # On a straight path positions leave the turn about it open, the board's rotations do not.
+        R, t = min(
+            ((R, t), (turned, moved)),
+            key=lambda pose: station_pose.residual_rms(*pose, given, rotors),
+        )
         R, t, _ = station_pose.by_levenberg_marquardt(R, t, given, rotors)
         if settings.lm_weights == "path":
-            weighed = _evidence(paths, optics, board, order)
+            weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
             R, t, spread = by_gauss_newton(R, t, weighed, rotors)
         else:
             spread = station_pose.covariance(R, t, given, rotors)
@@ -287,24 +293,6 @@ def _one(
     return replace(found, n_common=max(found.n_common, len(master_then)))
 
 
-def _better_start(
-    R: np.ndarray,
-    t: np.ndarray,
-    master: Path,
-    slave: Path,
-    given: station_pose.Scene,
-    rotors: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Kabsch's pose, or where its K_2 is lower, that of the board's rotations: on a straight path
-    positions leave the turn about it open."""
-    from mocap_metrology.lighthouse.rotation import mean
-
-    turned = mean(np.einsum("nij,nkj->nik", master.R, slave.R))
-    moved = np.median(master.t_m - slave.t_m @ turned.T, axis=0)
-    starts = ((R, t), (turned, moved))
-    return min(starts, key=lambda pose: station_pose.residual_rms(*pose, given, rotors))
-
-
 def _seen_on_path(
     paths: tuple[Path, Path], optics: _Optics, order: int
 ) -> tuple[Path, Measurements]:
@@ -314,41 +302,31 @@ def _seen_on_path(
     return then, Measurements(own.time_s[kept], own.angles_rad[kept])
 
 
-def _scene(
-    paths: tuple[Path, Path], optics: _Optics, board: np.ndarray, order: int
-) -> station_pose.Scene:
-    """What K_2 sums over (J Eq. 6)."""
-    return station_pose.scene(*_seen_on_path(paths, optics, order), board)
-
-
-def _evidence(paths: tuple[Path, Path], optics: _Optics, board: np.ndarray, order: int) -> Evidence:
-    """The same with what the master's angles tell about its path."""
-    master = optics.measurements[MASTER]
-    then, own = _seen_on_path(paths, optics, order)
-    return evidence(then, own, master, board, optics.rotors[MASTER])
-
-
 def _mirrored_share(
     estimator: str,
     paths: tuple[Path, Path],
     steady: tuple[Path, Path],
-    common: tuple[Path, Path, np.ndarray],
-) -> float:
+    master: Path,
+    slave: Path,
+) -> tuple[float, np.ndarray]:
     """Share of board poses more than 8 deg off: from those of `paper-lm`, or for these themselves
-    the share of moments at which both stations disagree so far about the board's rotation."""
-    if estimator != "paper-lm":
-        off = [
-            apart(own, best.take(np.isin(best.time_s, own.time_s))) > MIRRORED_RAD
+    the share of moments at which both stations disagree so far about the board's rotation; and the
+    slave's rotation by that of the board at these moments."""
+    relative = np.einsum("nij,nkj->nik", master.R, slave.R)
+    turned = mean(relative)
+    if estimator == "paper-lm":
+        trace = np.einsum("nij,ij->n", relative, turned)
+        off = np.arccos(np.clip((trace - 1) / 2, -1, 1))
+    else:
+        both = [
+            (
+                own.take(np.isin(own.time_s, best.time_s)),
+                best.take(np.isin(best.time_s, own.time_s)),
+            )
             for own, best in zip(paths, steady, strict=True)
         ]
-        return float(np.concatenate(off).mean())
-    master, slave, _ = common
-    relative = np.einsum("nij,nkj->nik", master.R, slave.R)
-    from mocap_metrology.lighthouse.rotation import mean
-
-    middle = mean(relative)
-    trace = np.einsum("nij,ij->n", relative, middle)
-    return float((np.arccos(np.clip((trace - 1) / 2, -1, 1)) > MIRRORED_RAD).mean())
+        off = np.concatenate([apart(own, best) for own, best in both])
+    return float((off > MIRRORED_RAD).mean()), turned
 
 
 def _static(

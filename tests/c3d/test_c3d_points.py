@@ -252,7 +252,8 @@ class TestFrameRate:
         path = build(tmp_path / "a.c3d", still(N), rate=0.0)
         assert inspect(path).frame_rate_hz == 0
         assert read(path, frame_rate_hz=200).frame_rate_hz == 200
-        with pytest.raises(Refusal, match=r"^a\.c3d: has no frame rate; give it as frame_rate_hz"):
+        missing = r"^a\.c3d: has no frame rate; give it in column frame_rate_hz"
+        with pytest.raises(Refusal, match=missing):
             read(path)
 
     def test_header_alone(self, tmp_path):

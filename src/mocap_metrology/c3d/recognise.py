@@ -20,7 +20,7 @@ SIGNATURES = (
 )
 
 
-def regular_size(path: Path) -> int:
+def regular_size(path: Path, expected: str = "a C3D file") -> int:
     """Size in bytes of a regular file that is there and not empty; else refused."""
     try:
         status = path.stat()
@@ -29,11 +29,11 @@ def regular_size(path: Path) -> int:
     except ValueError as error:  # a NUL in the name
         raise Refusal(f"{path.name}: not a file name: {error}") from None
     if stat.S_ISDIR(status.st_mode):
-        raise Refusal(f"{path.name}: is a folder, expected a C3D file")
+        raise Refusal(f"{path.name}: is a folder, expected {expected}")
     if not stat.S_ISREG(status.st_mode):
-        raise Refusal(f"{path.name}: is a device or a pipe, expected a C3D file")
+        raise Refusal(f"{path.name}: is a device or a pipe, expected {expected}")
     if status.st_size == 0:
-        raise Refusal(f"{path.name}: is empty, expected a C3D file")
+        raise Refusal(f"{path.name}: is empty, expected {expected}")
     return status.st_size
 
 

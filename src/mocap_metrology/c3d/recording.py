@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mocap_metrology.c3d.checks import check_alike, check_seen, frame_rate
 from mocap_metrology.c3d.labels import find_points
 from mocap_metrology.c3d.points import REASONS, mm_per_step, position_dtype, read_points
 from mocap_metrology.c3d.resolution import float_step_mm, rounding_step_mm
@@ -76,9 +77,9 @@ def read_recording(
     if not paths:
         raise Refusal("no C3D file is given")
     given = [inspect(path, accept_truncated) for path in paths]
-    _check_alike(given)
+    check_alike(given)
     points = find_points(given[0].labels, markers, given[0].name)
-    rate = _frame_rate(given[0], frame_rate_hz)
+    rate = frame_rate(given[0], frame_rate_hz)
     plan = plan_segments(given)
     ordered = [given[i] for i in plan.order]
     total = sum(s.n_frames for s in ordered) + sum(plan.gaps)
@@ -88,7 +89,7 @@ def read_recording(
     dtype = np.result_type(*(position_dtype(s) for s in ordered))
     position = np.empty((len(points), 3, total), dtype)
     counts, opinions, notes = _fill(ordered, plan, points, labels, position, second_opinion)
-    _check_seen(labels, total - sum(plan.gaps), counts, given[0].name)
+    check_seen(labels, total - sum(plan.gaps), counts, given[0].name)
     resolution, kind = _resolution(ordered, plan, position)
     return Recording(
         labels=labels,
@@ -151,50 +152,6 @@ def _fill(
             if n
         ]
     return counts, opinions, notes
-
-
-def _check_alike(segments: Sequence[Structure]) -> None:
-    """Refuse segments that cannot be of one take."""
-    first = segments[0]
-    for i, other in enumerate(segments[1:], start=1):
-        if any(other.path.resolve() == s.path.resolve() for s in segments[:i]):
-            raise Refusal(f"{other.name}: is given twice")
-        if other.labels != first.labels:
-            only = sorted(set(other.labels) ^ set(first.labels))
-            what = f"{only[0]!r} is in one of them only" if only else "in another order"
-            raise Refusal(f"{other.name}: its labels are not those of {first.name}: {what}")
-        rates = first.frame_rate_hz, other.frame_rate_hz
-        if not math.isclose(*rates, rel_tol=1e-6):
-            raise Refusal(
-                f"{other.name}: its frame rate is {rates[1]:g} Hz, that of {first.name}"
-                f" {rates[0]:g} Hz"
-            )
-
-
-def _frame_rate(first: Structure, given: float | None) -> float:
-    if given is not None and not (math.isfinite(given) and given > 0):
-        raise Refusal(f"{first.name}: frame_rate_hz is {given}, expected a positive number")
-    if first.frame_rate_hz == 0:
-        if given is None:
-            raise Refusal(f"{first.name}: has no frame rate; give it as frame_rate_hz")
-        return float(given)
-    if given is None:
-        return first.frame_rate_hz
-    if not math.isclose(given, first.frame_rate_hz, rel_tol=1e-3):
-        raise Refusal(
-            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, frame_rate_hz says"
-            f" {given:g} Hz; they may differ by 0.1 %"
-        )
-    return float(given)
-
-
-def _check_seen(
-    labels: Sequence[str], n_frames: int, counts: Sequence[dict[str, int]], file: str
-) -> None:
-    for label, by_reason in zip(labels, counts, strict=True):
-        if sum(by_reason.values()) == n_frames:
-            said = ", ".join(f"{n} {reason}" for reason, n in by_reason.items() if n)
-            raise Refusal(f"{file}: marker {label!r} is valid in no frame of {n_frames} ({said})")
 
 
 def _resolution(

@@ -5,12 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Protocol
 
 from mocap_metrology.c3d.frames import SATURATED, WRAP
 from mocap_metrology.c3d.structure import Structure
 from mocap_metrology.common.errors import Refusal
 
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
+
+
+class Numbered(Protocol):
+    """A file, and how many frames it spans."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def n_frames(self) -> int: ...
 
 
 @dataclass(frozen=True)
@@ -30,30 +40,44 @@ def plan_segments(segments: Sequence[Structure]) -> Plan:
     segments start at the same number nothing does, and no gap is assumed.
     Refuses segments that overlap, and headers whose first frame is at its 16-bit limit.
     """
-    alone = tuple(range(len(segments)))
-    if len(segments) == 1:
-        return Plan(alone, (0,))
-    by_trial = all(s.trial is not None for s in segments)
-    firsts = _trial_firsts(segments) if by_trial else [s.header_first for s in segments]
+    if len(segments) > 1 and all(s.trial is not None for s in segments):
+        return plan_by_numbers(segments, _trial_firsts(segments))
+    firsts = [s.header_first for s in segments]
     if len(set(firsts)) == 1:
-        note = f"all segments start at frame {firsts[0]}: taken in the given order, without gaps"
-        return Plan(alone, (0,) * len(segments), (note,))
-    if by_trial:
-        order = tuple(sorted(alone, key=lambda i: firsts[i]))
-        gaps = [_gap(segments, firsts, a, b) for a, b in pairwise(order)]
-    else:
-        order = alone
-        gaps = _header_gaps(segments)
+        return _one_after_another(firsts)
+    gaps = _header_gaps(segments)
+    _check_gaps(segments, range(len(segments)), gaps)
+    return Plan(tuple(range(len(segments))), (0, *gaps))
+
+
+def plan_by_numbers(segments: Sequence[Numbered], firsts: Sequence[int]) -> Plan:
+    """The same where the number of each segment's first frame is known."""
+    if len(set(firsts)) == 1:
+        return _one_after_another(firsts)
+    order = tuple(sorted(range(len(segments)), key=lambda i: firsts[i]))
+    gaps = [_gap(segments, firsts, a, b) for a, b in pairwise(order)]
+    _check_gaps(segments, order, gaps)
+    notes = []
+    if order != tuple(range(len(segments))):
+        names = ", ".join(segments[i].name for i in order)
+        notes.append(f"segments were given out of order; taken as {names}")
+    return Plan(order, (0, *gaps), tuple(notes))
+
+
+def _one_after_another(firsts: Sequence[int]) -> Plan:
+    order = tuple(range(len(firsts)))
+    if len(firsts) == 1:
+        return Plan(order, (0,))
+    note = f"all segments start at frame {firsts[0]}: taken in the given order, without gaps"
+    return Plan(order, (0,) * len(firsts), (note,))
+
+
+def _check_gaps(segments: Sequence[Numbered], order: Sequence[int], gaps: Sequence[int]) -> None:
     if sum(gaps) > LONGEST_GAP * sum(s.n_frames for s in segments):
         raise Refusal(
             f"{segments[order[0]].name}: the segments' frame numbers leave out {sum(gaps)} frames,"
             f" more than {LONGEST_GAP} times those measured: are they of one take?"
         )
-    notes = []
-    if order != alone:
-        names = ", ".join(segments[i].name for i in order)
-        notes.append(f"segments were given out of order; taken as {names}")
-    return Plan(order, (0, *gaps), tuple(notes))
 
 
 def _trial_firsts(segments: Sequence[Structure]) -> list[int]:
@@ -65,7 +89,7 @@ def _trial_firsts(segments: Sequence[Structure]) -> list[int]:
     return [s.first_frame for s in segments]
 
 
-def _gap(segments: Sequence[Structure], firsts: Sequence[int], a: int, b: int) -> int:
+def _gap(segments: Sequence[Numbered], firsts: Sequence[int], a: int, b: int) -> int:
     """Frames missing between segment `a` and the later `b`."""
     gap = firsts[b] - (firsts[a] + segments[a].n_frames)
     if gap < 0:
@@ -94,7 +118,7 @@ def _header_gaps(segments: Sequence[Structure]) -> list[int]:
     return gaps
 
 
-def _overlap(a: Structure, first_a: int, b: Structure, first_b: int) -> Refusal:
+def _overlap(a: Numbered, first_a: int, b: Numbered, first_b: int) -> Refusal:
     return Refusal(
         f"{b.name}: segments overlap or are out of order: frames"
         f" {first_b} to {first_b + b.n_frames - 1}, but {a.name} has frames"

@@ -1,0 +1,74 @@
+"""Which reader a file has, by its suffix; and for `.csv` by what it begins with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from mocap_metrology.c3d import Recording, inspect, read_recording
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.formats import motive, nexus, pose_txt, qualisys, trc
+from mocap_metrology.formats.head import check_text, lines
+from mocap_metrology.formats.layout import Layout
+from mocap_metrology.formats.recording import read_text
+
+
+def csv_layout(path: Path) -> Layout:
+    """Motive by the names in line 1, Nexus by its section Trajectories."""
+    check_text(path, "a Motive or Vicon Nexus export")
+    first = next((line.text for line in lines(path) if line.text.strip()), "")
+    if first.lstrip('"').startswith(motive.START):
+        return motive.layout(path)
+    if nexus.section(path) is not None:
+        return nexus.layout(path)
+    raise Refusal(
+        f"{path.name}: is neither a Motive export, whose line 1 starts with Format Version, nor a"
+        " Vicon Nexus export with a section Trajectories"
+    )
+
+
+READERS: dict[str, Callable[[Path], Layout]] = {
+    ".trc": trc.layout,
+    ".csv": csv_layout,
+    ".tsv": qualisys.layout,
+    ".txt": pose_txt.layout,
+}
+
+
+def read_any(
+    paths: Sequence[str | Path],
+    markers: Sequence[str],
+    frame_rate_hz: float | None = None,
+    second_opinion: bool = True,
+    accept_truncated: bool = False,
+) -> Recording:
+    """Positions of `markers` in one file or in the segments of one take, of one format.
+
+    Arguments and result as of `mocap_metrology.c3d.read_recording`; a second opinion there is on
+    C3D only. Text: `n_invalid` by `empty`, `zero`, `not_finite`; frames whose numbers are missing
+    count as `n_gap_frames`; `resolution_kind` is `text` where the decimals limit it.
+    """
+    paths = [Path(path) for path in paths]
+    suffixes = list(dict.fromkeys(path.suffix.lower() for path in paths))
+    readers = {READERS.get(suffix) for suffix in suffixes}
+    if len(readers) > 1:
+        given = ", ".join(suffixes)
+        raise Refusal(f"{paths[0].name}: segments of one take differ in format: {given}")
+    reader = next(iter(readers), None)
+    if reader is None:
+        return read_recording(paths, markers, frame_rate_hz, second_opinion, accept_truncated)
+    try:
+        return read_text(paths, reader, markers, frame_rate_hz, accept_truncated)
+    except OSError as error:
+        raise Refusal(f"{paths[0].name}: cannot be read: {error.strerror or error}") from error
+
+
+def labels_of(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:
+    """Every label of a file, in its order."""
+    reader = READERS.get(Path(path).suffix.lower())
+    if reader is None:
+        return inspect(path, accept_truncated).labels
+    try:
+        return reader(Path(path)).labels
+    except OSError as error:
+        raise Refusal(f"{Path(path).name}: cannot be read: {error.strerror or error}") from error

@@ -1,0 +1,191 @@
+"""Frames that are missing, cut off, or split over files; the step that the text can tell."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
+
+from mocap_metrology.c3d import write_c3d
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import sha256
+from mocap_metrology.formats import labels_of, read_any, read_pose_txt
+
+TAKE = still(200)
+EXPECTED = TAKE.transpose(1, 2, 0)
+WITH_HOLES = EXPECTED.copy()
+WITH_HOLES[:, :, 50:60] = WITH_HOLES[:, :, 99] = np.nan
+KEPT = np.flatnonzero(np.isfinite(WITH_HOLES[0, 0]))
+
+
+def without(text, first_row, kept=KEPT):
+    """The file without the rows of some frames."""
+    lines = text.splitlines(keepends=True)
+    return "".join(lines[:first_row] + [lines[first_row + i] for i in kept])
+
+
+def test_holes_in_frame_numbers_become_gaps(tmp_path):
+    trc_path = make(tmp_path, "a.trc", without(trc(LABELS, 100, TAKE), 6))
+    for path in (
+        trc_path,
+        make(tmp_path, "a.csv", without(motive(LABELS, 100, TAKE, digits=5), 7)),
+        make(tmp_path, "b.csv", without(nexus(LABELS, 100, TAKE), 5)),
+        make(tmp_path, "a.tsv", without(qualisys(LABELS, 100, TAKE, 5), 13)),
+    ):
+        recording = read(path)
+        assert np.allclose(recording.position_mm, WITH_HOLES, atol=1e-9, rtol=0, equal_nan=True)
+        assert recording.n_gap_frames == 11
+        assert sum(sum(n.values()) for n in recording.n_invalid) == 0
+    assert read(trc_path).notes == (
+        "a.trc: 11 frames are missing in 2 places, the first before line 57: taken as gaps",
+    )
+
+
+def test_holes_by_time_alone(tmp_path):
+    text = without(qualisys(LABELS, 100, TAKE, 5), 13).splitlines()
+    text[13:] = [line.partition("\t")[2] for line in text[13:]]
+    recording = read(make(tmp_path, "a.tsv", "\n".join(text) + "\n"))
+    assert np.allclose(recording.position_mm, WITH_HOLES, atol=1e-9, rtol=0, equal_nan=True)
+
+
+def test_frame_numbers_that_count_by_four(tmp_path):
+    text = without(
+        trc(LABELS, 100, TAKE).replace("100.00\t100.00\t200", "25.00\t100.00\t50"),
+        6,
+        range(0, 200, 4),
+    )
+    recording = read(make(tmp_path, "a.trc", text))
+    assert np.array_equal(recording.position_mm, EXPECTED[:, :, ::4])
+    assert recording.frame_rate_hz == 25 and "count by 4" in recording.notes[0]
+    text = without(nexus(LABELS, 100, TAKE), 5, range(0, 200, 4))
+    with pytest.raises(Refusal, match=r"^a\.csv: every frame number is 4 more than the one before"):
+        read(make(tmp_path, "a.csv", text))
+
+
+def test_cut_off(tmp_path):
+    lines = trc(LABELS, 100, TAKE).splitlines(keepends=True)
+    path = make(tmp_path, "a.trc", "".join(lines[:156]))
+    with pytest.raises(Refusal, match=r"^a\.trc: cut off: 150 of the 200 frames that NumFrames"):
+        read(path)
+    recording = read(path, accept_truncated=True)
+    assert np.array_equal(recording.position_mm, EXPECTED[:, :, :150])
+    assert recording.notes == (
+        "a.trc: cut off: 150 of the 200 frames that NumFrames says; taken as it is",
+    )
+    for name, text in (("b.trc", trc(LABELS, 100, TAKE)), ("b.csv", nexus(LABELS, 100, TAKE))):
+        path = make(tmp_path, name, text.rstrip()[:-25])
+        with pytest.raises(Refusal, match=r": cut off: line 20[56] ends after \d of 8 cells$"):
+            read(path)
+        found = read(path, accept_truncated=True)
+        assert np.array_equal(found.position_mm, EXPECTED[:, :, :199])
+    path = make(tmp_path, "c.csv", nexus(LABELS, 100, TAKE).rstrip())
+    assert read(path).notes == ("c.csv: line 205, the last, has no line end: is anything missing?",)
+
+
+def test_segments(tmp_path):
+    first = make(tmp_path, "1.trc", trc(LABELS, 100, TAKE[:80]))
+    second = make(tmp_path, "2.trc", trc(LABELS, 100, TAKE[100:], first=101))
+    expected = EXPECTED.copy()
+    expected[:, :, 80:100] = np.nan
+    for order in ([first, second], [second, first]):
+        recording = read(order)
+        assert np.array_equal(recording.position_mm, expected, equal_nan=True)
+        assert [s.gap_before for s in recording.segments] == [0, 20]
+        assert [s.sha256 for s in recording.segments] == [sha256(first), sha256(second)]
+        assert recording.n_gap_frames == 20
+    third = make(tmp_path, "3.trc", trc(LABELS, 100, TAKE[100:]))
+    recording = read([first, third])
+    assert recording.position_mm.shape[2] == 180 and "without gaps" in recording.notes[0]
+    for content, why in (
+        (trc(LABELS, 100, TAKE[100:], first=70), "segments overlap or are out of order"),
+        (trc(LABELS, 90, TAKE[100:], first=101), "its frame rate is 90 Hz"),
+        (trc(("A", "C"), 100, TAKE[100:], first=101), "its labels are not those of 1.trc"),
+    ):
+        with pytest.raises(Refusal, match=rf"^4\.trc: {why}"):
+            read([first, make(tmp_path, "4.trc", content)])
+    write_c3d(tmp_path / "5.c3d", LABELS, 100, [TAKE], len(TAKE))
+    with pytest.raises(Refusal, match=r"one take differ in format: \.trc, \.c3d$"):
+        read([first, tmp_path / "5.c3d"])
+
+
+def test_over_many_blocks(tmp_path, monkeypatch):
+    """Blocks end anywhere: inside a number, before a line end, in the last line."""
+    text = without(trc(LABELS, 100, TAKE), 6)
+    for size in (64, 97, 1000):
+        monkeypatch.setattr("mocap_metrology.formats.rows.BLOCK_BYTES", size)
+        for ends in ("\n", "\r\n"):
+            path = make(tmp_path, "a.trc", text.replace("\n", ends))
+            assert np.array_equal(read(path).position_mm, WITH_HOLES, equal_nan=True)
+
+
+def test_labels_twice(tmp_path):
+    path = make(tmp_path, "a.csv", nexus(("S:A", "S:A"), 100, TAKE))
+    with pytest.raises(Refusal, match=r"2 points are labelled 'S:A': choose one of them as S:A#1"):
+        read(path, ["S:A"])
+    assert np.array_equal(read(path, ["S:A#2"]).position_mm[0], EXPECTED[1])
+
+
+@pytest.mark.parametrize(
+    ("digits", "rounded_to", "step", "kind"),
+    [(3, 3, 1e-3, "text"), (6, 1, 0.1, "rounded"), (6, 2, 0.01, "rounded"), (6, 6, 1e-6, "text")],
+)
+def test_resolution(tmp_path, digits, rounded_to, step, kind):
+    noise = np.random.default_rng(1).normal(300, 1, (3000, 2, 3))
+    text = trc(LABELS, 100, np.round(noise, rounded_to), digits=digits)
+    recording = read(make(tmp_path, "a.trc", text))
+    assert (recording.resolution_mm, recording.resolution_kind) == (pytest.approx(step), kind)
+
+
+def test_resolution_of_six_significant_digits_and_of_float32(tmp_path):
+    """Nexus drops zeros: 1734.4 of 1734.40; a coordinate that never changes proves nothing."""
+    positions = np.round(np.random.default_rng(2).normal(1734, 0.1, (500, 1, 3)), 2)
+    positions[:, 0, 2] = 12
+    lines = nexus(("A",), 100, positions).splitlines()
+    lines[5:] = [
+        ",".join([f"{i + 1}", "0", *(f"{v:g}" for v in row[0])]) for i, row in enumerate(positions)
+    ]
+    recording = read(make(tmp_path, "a.csv", "\n".join(lines) + "\n"), ["A"])
+    assert recording.resolution_mm == pytest.approx(0.01)
+    single = np.random.default_rng(3).normal(-1.4, 1e-4, (500, 2, 3)).astype(np.float32)
+    recording = read(make(tmp_path, "a.trc", trc(LABELS, 100, single, "m", digits=24)))
+    assert recording.resolution_kind == "float32"
+    assert recording.resolution_mm == pytest.approx(1000 * 2.0**-23)  # spacing from 1 to 2
+
+
+def test_poses(shared):
+    """Against numpy, and the standard deviations that its README states for point 10."""
+    path = shared / "data/static_vive_pose/20201001_Exp1_measurementPoint10.txt"
+    matrix = np.loadtxt(path).reshape(-1, 3, 4)
+    recording = read_any([path], labels_of(path))
+    assert np.array_equal(recording.position_mm[0], matrix[:, :, 3].T * 1000)
+    assert np.round(recording.position_mm[0].std(axis=1), 2).tolist() == [0.21, 0.19, 0.37]
+    assert recording.frame_rate_hz == 250 and recording.resolution_kind == "float32"
+    poses = read_pose_txt(path)
+    assert np.array_equal(poses.position_mm, recording.position_mm[0])
+    x, y, z, w = poses.orientation_xyzw  # the matrix of a unit quaternion, written out
+    rotation = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    ).transpose(2, 0, 1)
+    assert np.abs(rotation - matrix[:, :, :3]).max() < 1e-6
+    assert np.abs(np.diff(poses.orientation_xyzw, axis=1)).max() < 0.01
+
+
+def test_quaternions_do_not_jump(tmp_path):
+    """Once round the z axis: after 360 degrees the quaternion is -1, not back at 1."""
+    angles = np.radians(np.arange(0, 361, 5))
+    rows = [
+        f"{np.cos(a)} {-np.sin(a)} 0.0 1.0 {np.sin(a)} {np.cos(a)} 0.0 2.0 0.0 0.0 1.0 3.0\n"
+        for a in angles
+    ]
+    poses = read_pose_txt(make(tmp_path, "a.txt", "# Freq: 100\n" + "".join(rows)))
+    half = angles / 2
+    expected = [0 * half, 0 * half, np.sin(half), np.cos(half)]
+    sign = np.sign(poses.orientation_xyzw[3, 0])
+    assert np.allclose(sign * poses.orientation_xyzw, expected, atol=1e-12)
+    rows[3] = rows[3].replace("1.0 3.0", "1.1 3.0")
+    with pytest.raises(Refusal, match=r"^a\.txt: line 5: columns 1-3, 5-7, 9-11 are no rotation$"):
+        read_pose_txt(make(tmp_path, "a.txt", "# Freq: 100\n" + "".join(rows)))

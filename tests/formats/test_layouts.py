@@ -1,0 +1,197 @@
+"""What headers and rows look like in the wild, each variant beside the plain one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from text_files import LABELS, WRITERS, make, motive, nexus, qualisys, read, still, trc
+
+from mocap_metrology.formats import labels_of
+
+TAKE = still()
+EXPECTED = TAKE.transpose(1, 2, 0)
+
+
+def same(recording, expected=EXPECTED, within=1e-9):
+    assert np.allclose(recording.position_mm, expected, rtol=0, atol=within, equal_nan=True)
+    return recording
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "latin-1"])
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+def test_encodings_and_line_ends(tmp_path, suffix, encoding, ends):
+    labels = ("Fuß", "Knöchel")
+    text = WRITERS[suffix](labels, 100, TAKE, digits=5).replace("\r\n", "\n").replace("\n", ends)
+    path = make(tmp_path, f"a{suffix}", text, encoding)
+    assert labels_of(path) == labels
+    assert same(read(path, labels)).frame_rate_hz == 100
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_gaps(tmp_path, suffix):
+    take = TAKE.copy()
+    take[3:6, 1] = take[0, 0] = take[-1] = np.nan
+    recording = read(make(tmp_path, f"a{suffix}", WRITERS[suffix](LABELS, 100, take, digits=5)))
+    same(recording, take.transpose(1, 2, 0))
+    assert [sum(n.values()) for n in recording.n_invalid] == [2, 4]
+    assert recording.n_gap_frames == 0
+
+
+@pytest.mark.parametrize("suffix", [".trc", ".motive.csv", ".nexus.csv"])
+def test_rows_that_end_early_where_the_last_marker_is_not_seen(tmp_path, suffix):
+    take = TAKE.copy()
+    take[5:9, 1] = np.nan
+    text = WRITERS[suffix](LABELS, 100, take, digits=5).splitlines()
+    text = [line.rstrip(",\t") if line[:1].isdigit() else line for line in text]
+    path = make(tmp_path, f"a{suffix}", "\n".join(text) + "\n")
+    same(read(path), take.transpose(1, 2, 0))
+
+
+@pytest.mark.parametrize(("unit", "mm"), [("m", 1000.0), ("cm", 10.0), ("Meters", 1000.0)])
+def test_units(tmp_path, unit, mm):
+    text = trc(LABELS, 60, TAKE / mm, unit, digits=8)
+    assert same(read(make(tmp_path, "a.trc", text))).units == unit
+    text = motive(LABELS, 60, TAKE / mm, unit, digits=8)
+    assert same(read(make(tmp_path, "a.csv", text))).resolution_mm == pytest.approx(1e-8 * mm)
+
+
+def test_zeros_are_a_gap_where_the_format_says_so(tmp_path):
+    take = TAKE.copy()
+    take[4, 0] = 0
+    as_gap = read(make(tmp_path, "a.tsv", qualisys(LABELS, 100, take, digits=5)))
+    assert np.isnan(as_gap.position_mm[0, :, 4]).all() and as_gap.n_invalid[0]["zero"] == 1
+    taken = same(read(make(tmp_path, "a.trc", trc(LABELS, 100, take))), take.transpose(1, 2, 0))
+    assert taken.notes == ("a.trc: A: x = y = z = 0 in 1 frames, taken as measured",)
+
+
+class TestTrc:
+    def test_headers(self, tmp_path):
+        plain = trc(LABELS, 100, TAKE)
+        labels = "Frame#\tTime\tA\t\t\tB\t\t\t"
+        for old, new in (
+            (labels, "Frame\tTime\tA\tB"),  # side by side
+            ("\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t\n\n", "\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n"),
+            ("\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t\n\n", ""),
+            ("100.00\t100.00\t40", "100.00\t100.00\t       40"),
+            ("mm\t100.00\t1\t40", "mm   100.00  1 40"),
+            ("100.00\t100.00\t40\t2\tmm", "  100.00\t\t  100.00\t\t    40\t\t  2\t\t mm"),
+            ("PathFileType\t4\t", "PathFileType  4\t"),
+        ):
+            assert old in plain
+            same(read(make(tmp_path, "a.trc", plain.replace(old, new))))
+        unnamed = make(tmp_path, "b.trc", plain.replace(labels, "Frame#\tTime\t\t\t\tB\t\t\t"))
+        assert labels_of(unnamed) == ("point_1", "B")
+
+    def test_saved_by_a_spreadsheet(self, tmp_path):
+        """Commas for tabs, as many in every line, the empty one too."""
+        lines = [line.rstrip("\t") for line in trc(LABELS, 100, TAKE).splitlines()]
+        lines = [line.replace("\t", ",") for line in lines]
+        lines = [line + "," * (7 - line.count(",")) for line in lines]
+        same(read(make(tmp_path, "a.trc", "\r\n".join(lines) + "\r\n")))
+
+    def test_time_of_three_decimals(self, tmp_path):
+        """As in OpenSim's own examples: 60 Hz, 0.017, 0.033, 0.050."""
+        lines = trc(LABELS, 60, TAKE).splitlines()
+        for i in range(6, len(lines)):
+            cells = lines[i].split("\t")
+            lines[i] = "\t".join([cells[0], f"{float(cells[1]):.3f}", *cells[2:]])
+        same(read(make(tmp_path, "a.trc", "\n".join(lines))))
+
+
+class TestMotive:
+    HEAD = "Format Version,{},Take Name,t,Capture Frame Rate,50.000000{},Length Units,Meters\r\n"
+
+    def test_all_kinds_of_columns(self, tmp_path):
+        """Rigid body with quality, solved and measured markers, time code, parents (1.25)."""
+        types = ["Rigid Body"] * 8 + ["Rigid Body Marker"] * 8 + ["Marker"] * 3
+        names = ["RB"] * 8 + ["RB:1"] * 4 + ["RB:2"] * 4 + ["RB:1"] * 3
+        held = ["Rotation"] * 4 + ["Position"] * 3 + ["Mean Marker Error"]
+        held += (["Position"] * 3 + ["Marker Quality"]) * 2 + ["Position"] * 3
+        axes = ["X", "Y", "Z", "W", "X", "Y", "Z", ""] + ["X", "Y", "Z", ""] * 2 + ["X", "Y", "Z"]
+        text = self.HEAD.format("1.25", ",Export Frame Rate,25.000000") + "\r\n"
+        for key, row in (("Type", types), ("Name", names), ("ID", names), ("Parent", types)):
+            text += ",".join(["", key, "", *row]) + "\r\n"
+        text += ",".join(["", "", "", *held]) + "\r\n"
+        text += ",".join(["Frame", "Time (Seconds)", "TimeCode", *axes]) + "\r\n"
+        for i in range(9):
+            values = [f"{j + i / 1000:.6f}" for j in range(19)]
+            text += ",".join([str(i), f"{i / 25:.6f}", f"15:26:46:{i:02d}.02", *values]) + "\r\n"
+        path = make(tmp_path, "a.csv", text)
+        assert labels_of(path) == ("RB:1", "RB:2")
+        recording = read(path, ["RB:1", "RB:2"])
+        assert recording.frame_rate_hz == 25
+        assert np.allclose(
+            recording.position_mm[:, :, 0], [[16000, 17000, 18000], [12000, 13000, 14000]]
+        )
+        assert [n for n in recording.notes if "RB" in n] == [
+            "a.csv: RB:2: is where the solved body expects the marker, not where it was measured"
+        ]
+        assert "Y point up" in recording.notes[0]
+
+    def test_rows_without_names(self, tmp_path):
+        """Version 1.2: the rows of the header do not say what they are."""
+        text = self.HEAD.format("1.2", "") + "\r\n" + ",,Marker,Marker,Marker\r\n,,A,A,A\r\n"
+        text += ",,1,1,1\r\n,,Position,Position,Position\r\nFrame,Time (Seconds),X,Y,Z\r\n"
+        text += "".join(f"{i},{i / 50},{i}.5,2.25,3.125\r\n" for i in range(9))
+        recording = read(make(tmp_path, "a.csv", text), ["A"])
+        assert np.allclose(recording.position_mm[0, :, 1], [1500, 2250, 3125])
+        assert recording.frame_rate_hz == 50
+
+    def test_a_count_that_is_too_low(self, tmp_path):
+        """Exports of a part of a take are known to state another number."""
+        text = motive(LABELS, 100, TAKE).replace("Exported Frames,40", "Exported Frames,39")
+        recording = same(read(make(tmp_path, "a.csv", text)), within=1e-6)
+        assert recording.notes[1] == "a.csv: has 40 frames, Total Exported Frames says 39"
+
+
+class TestQualisys:
+    @pytest.mark.parametrize("titles", [False, True])
+    @pytest.mark.parametrize("leading", [0, 1, 2])
+    @pytest.mark.parametrize("gap", ["0.000", "", "NULL"])
+    @pytest.mark.parametrize("tab", ["", "\t"])
+    def test_as_the_export_was_set(self, tmp_path, titles, leading, gap, tab):
+        take = TAKE.copy()
+        take[7] = take[3, 0] = np.nan
+        text = qualisys(LABELS, 100, take, 5, gap, leading, titles)
+        head, rows = text.split("Measured\tMeasured\r\n")
+        text = head + "Measured\tMeasured\r\n" + rows.replace("\r\n", f"{tab}\r\n")
+        recording = same(read(make(tmp_path, "a.tsv", text)), take.transpose(1, 2, 0))
+        assert recording.n_invalid[1]["zero" if gap == "0.000" else "empty"] == 1
+
+
+class TestNexus:
+    BEFORE = "Devices\r\n1000\r\n,,Force\r\nFrame,Sub Frame,Fx\r\n,,N\r\n" + "".join(
+        f"{i // 10 + 1},{i % 10},{i}.25\r\n" for i in range(400)
+    )
+
+    def test_sections(self, tmp_path):
+        after = "\r\nModel Outputs\r\n100\r\n,,J\r\nFrame,Sub Frame,X\r\n,,deg\r\n1,0,nonsense\r\n"
+        for end in ("", after, ",,,,,,,\r\n" + after):
+            text = nexus(("S:A", "S:B"), 100, TAKE, before=self.BEFORE + "\r\n", after=end)
+            same(read(make(tmp_path, "a.csv", text)))
+
+    def test_saved_by_a_spreadsheet(self, tmp_path):
+        """As many commas in every line."""
+        lines = nexus(("S:A", "S:B"), 100, TAKE).splitlines()
+        lines = [line + "," * (7 - line.count(",")) for line in lines]
+        same(read(make(tmp_path, "a.csv", "\r\n".join(lines) + "\r\n")))
+
+    def test_semicolons_velocities_counts(self, tmp_path):
+        text = (
+            nexus(LABELS, 100, TAKE, first=101).replace(",", ";").replace("\r\n", "\n").split("\n")
+        )
+        text[2] += ";S:A;;;Trajectory Count"
+        text[3] += ";X';Y';Z';Count"
+        text[4] += ";mm/s;mm/s;mm/s;"
+        text[5:-1] = [line + ";1.5;2.5;3.5;2" for line in text[5:-1]]
+        recording = same(read(make(tmp_path, "a.csv", "\n".join(text))))
+        assert recording.segments[0].first_frame == 101 and recording.frame_rate_hz == 100
+
+
+@pytest.mark.parametrize("suffix", [".trc", ".tsv"])
+def test_decimal_commas_between_tabs(tmp_path, suffix):
+    text = WRITERS[suffix](LABELS, 100, TAKE, digits=5)
+    head, _, rows = text.partition("\n1\t")
+    path = make(tmp_path, f"a{suffix}", head + "\n1\t" + rows.replace(".", ","))
+    assert same(read(path)).resolution_mm == pytest.approx(1e-5)

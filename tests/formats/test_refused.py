@@ -1,0 +1,278 @@
+"""Every bad input in one line that says file, place, what was found and what was expected."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
+
+from mocap_metrology.c3d import write_c3d
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.formats import labels_of, read_any
+
+TAKE = still(20)
+TRC = trc(LABELS, 100, TAKE)
+MOTIVE = motive(LABELS, 100, TAKE)
+TSV = qualisys(LABELS, 100, TAKE)
+NEXUS = nexus(LABELS, 100, TAKE)
+PLAIN = {"a.trc": TRC, "m.csv": MOTIVE, "a.tsv": TSV, "n.csv": NEXUS}
+FIRST_ROW = {"a.trc": 7, "m.csv": 8, "a.tsv": 14, "n.csv": 6}
+
+
+def refusal(path, markers=LABELS, **keys) -> str:
+    with pytest.raises(Refusal) as caught:
+        read(path, markers, **keys)
+    return str(caught.value)
+
+
+def spoilt(tmp_path, name, old, new, n=1):
+    assert old in PLAIN[name]
+    return make(tmp_path, name, PLAIN[name].replace(old, new, n))
+
+
+def row(name, number):
+    """A row of numbers (from 1) as it stands in the file."""
+    return PLAIN[name].splitlines()[FIRST_ROW[name] + number - 2]
+
+
+NO_RATE = "has no frame rate; give it in column frame_rate_hz"
+NO_UNIT = ", expected one of mm, cm, m, millimetre, centimetre, metre"
+BY_TIME = ", by its time column 100 Hz; they may differ by 0.1 %"
+NEITHER = (
+    "is neither a Motive export, whose line 1 starts with Format Version, nor a Vicon Nexus export"
+    " with a section Trajectories"
+)
+HEADERS = [
+    (
+        "a.trc",
+        "PathFileType\t4\t(X/Y/Z)\ttake.trc",
+        "FileType",
+        "is not a TRC file: line 1 is 'FileType', not PathFileType ...",
+    ),
+    ("a.trc", "\t20\t2\tmm", "\t20\t3\tmm", "line 4 has 2 labels, NumMarkers says 3"),
+    (
+        "a.trc",
+        "\t20\t2\tmm",
+        "\t20\tmm",
+        "line 3 does not fit line 2: 7 values for 8 names, NumMarkers among them",
+    ),
+    ("a.trc", "\t20\t2\tmm", "\t21\t2\tmm", "cut off: 20 of the 21 frames that NumFrames says"),
+    ("a.trc", "\t20\t2\tmm", "\t19\t2\tmm", "has 20 frames, NumFrames says 19"),
+    ("a.trc", "\t20\t2\tmm", "\tmany\t2\tmm", "NumFrames is 'many', expected a whole number"),
+    ("a.trc", "\tmm\t", "\tinch\t", "Units is 'inch'" + NO_UNIT),
+    ("a.trc", "100.00\t100.00\t20", "0\t100.00\t20", NO_RATE),
+    ("a.trc", "100.00\t100.00\t20", "120\t100.00\t20", "its frame rate is 120 Hz" + BY_TIME),
+    ("a.trc", "100.00\t100.00\t20", "50\t100.00\t20", "its frame rate is 50 Hz" + BY_TIME),
+    (
+        "a.trc",
+        "Frame#\tTime",
+        "Nr\tTime",
+        "line 4 is 'Nr\\tTime\\tA\\t\\t\\tB\\t\\t\\t', expected Frame#, Time and labels",
+    ),
+    ("m.csv", "Format Version", "Version", NEITHER),
+    ("m.csv", "Frame,Time", "Bild,Zeit", "no row Frame, Time ... within 10 rows of its header"),
+    (
+        "m.csv",
+        "Frames,20,Rotation",
+        "Frames,30,Rotation",
+        "cut off: 20 of the 30 frames that Total Exported Frames says",
+    ),
+    ("m.csv", "Millimeters", "Parsecs", "Length Units is 'Parsecs'" + NO_UNIT),
+    (
+        "a.tsv",
+        "NO_OF_FRAMES",
+        "FRAMES",
+        "is not a Qualisys export (TSV with its header): it has no line NO_OF_FRAMES"
+        " before its numbers",
+    ),
+    ("a.tsv", "\t3D", "\tVelocity", "DATA_INCLUDED is 'Velocity', expected 3D"),
+    ("a.tsv", "NAMES\tA\tB", "NAMES\tA", "MARKER_NAMES are 1, NO_OF_MARKERS says 2"),
+    (
+        "a.tsv",
+        "MARKER_NAMES",
+        "MARKERNAMES",
+        "MARKER_NAMES is missing or empty, so no marker has a label",
+    ),
+    ("a.tsv", "FREQUENCY\t100", "FREQUENCY\tEXT", NO_RATE),
+    ("a.tsv", "FRAMES\t20", "FRAMES\t25", "cut off: 20 of the 25 frames that NO_OF_FRAMES says"),
+    ("n.csv", "Trajectories", "Devices", NEITHER),
+    ("n.csv", "\r\n100\r\n", "\r\n\r\n", NO_RATE),
+    ("n.csv", ",,mm,", ",,km,", "unit of Trajectories is 'km'" + NO_UNIT),
+    ("n.csv", ",,mm,", ",,m,", "unit of Trajectories differ (m, mm), expected one unit"),
+    (
+        "n.csv",
+        "Frame,Sub Frame",
+        "Bild,Unterbild",
+        "line 4 is 'Bild,Unterbild,X,Y,Z,X,Y,Z', expected Frame, Sub Frame, X, Y, Z ...",
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "old", "new", "why"), HEADERS)
+def test_headers(tmp_path, name, old, new, why):
+    assert refusal(spoilt(tmp_path, name, old, new)) == f"{name}: {why}"
+
+
+@pytest.mark.parametrize("name", PLAIN)
+class TestRows:
+    def test_no_number(self, tmp_path, name):
+        mark = "\t" if name[-3] == "t" else ","
+        cells = row(name, 5).split(mark)
+        path = spoilt(tmp_path, name, row(name, 5), mark.join([*cells[:4], "n/a", *cells[5:]]))
+        line = FIRST_ROW[name] + 4
+        assert refusal(path) == f"{name}: line {line}, column 5: 'n/a' is not a number"
+
+    def test_too_many_cells(self, tmp_path, name):
+        mark = "\t" if name[-3] == "t" else ","
+        path = spoilt(tmp_path, name, row(name, 9), row(name, 9).rstrip(mark) + f"{mark}7{mark}8")
+        why = "; are these decimal commas?" if mark == "," else ""
+        line = FIRST_ROW[name] + 8
+        assert refusal(path) == f"{name}: line {line} has 10 cells, expected 8{why}"
+
+    def test_part_of_a_position(self, tmp_path, name):
+        mark = "\t" if name[-3] == "t" else ","
+        cells = row(name, 5).split(mark)
+        path = spoilt(tmp_path, name, row(name, 5), mark.join([*cells[:6], "", *cells[7:]]))
+        line = FIRST_ROW[name] + 4
+        assert refusal(path) == f"{name}: line {line}: 'B' has 2 of 3 coordinates"
+
+    def test_frame_numbers(self, tmp_path, name):
+        start = re.match("[0-9]+", row(name, 5))[0]
+        line, why = FIRST_ROW[name] + 4, "expected a whole frame number"
+        for new, said in (
+            ("", f"{why}, there is none"),
+            ("7.5", f"{why}, 7.5"),
+            (
+                str(int(start) - 1),
+                f"frame {int(start) - 1} follows frame {int(start) - 1}, expected a larger number",
+            ),
+        ):
+            spoilt_row = new + row(name, 5).removeprefix(start)
+            path = spoilt(tmp_path, name, row(name, 5), spoilt_row)
+            assert refusal(path) == f"{name}: line {line}: {said}"
+
+    def test_nothing_after_the_header(self, tmp_path, name):
+        head = "".join(PLAIN[name].splitlines(keepends=True)[: FIRST_ROW[name] - 1])
+        assert refusal(make(tmp_path, name, head)).startswith(f"{name}: has no frames: nothing")
+        assert refusal(make(tmp_path, name, head[:40])).startswith(f"{name}: ")
+
+    def test_markers(self, tmp_path, name):
+        path = make(tmp_path, name, PLAIN[name])
+        assert refusal(path, ["A", "C"]) == f"{name}: no marker 'C'; there are: A, B"
+        assert refusal(path, []) == f"{name}: no marker is chosen; there are: A, B"
+        assert refusal(path, frame_rate_hz=90).startswith(f"{name}: its frame rate is 100 Hz, fra")
+
+    def test_a_marker_that_is_never_seen(self, tmp_path, name):
+        take = TAKE.copy()
+        take[:, 1] = np.nan
+        writer = {"a.trc": trc, "m.csv": motive, "a.tsv": qualisys, "n.csv": nexus}[name]
+        said = refusal(make(tmp_path, name, writer(LABELS, 100, take)))
+        reason = "zero" if name == "a.tsv" else "empty"
+        assert said == f"{name}: marker 'B' is valid in no frame of 20 (20 {reason})"
+
+    def test_other_files(self, tmp_path, name):
+        expected = {"a.trc": "a TRC file", "a.tsv": "a Qualisys export (TSV with its header)"}
+        what = expected.get(name, "a Motive or Vicon Nexus export")
+        write_c3d(tmp_path / "x.c3d", LABELS, 100, [TAKE], len(TAKE))
+        for content, why in (
+            (b"", f"is empty, expected {what}"),
+            (b"\r\n \r\n", f"holds nothing but white space, expected {what}"),
+            (
+                b"PK\x03\x04..",
+                f"is not {what}: it looks like a ZIP archive (or an office document)",
+            ),
+            ((tmp_path / "x.c3d").read_bytes(), f"is not {what}: it looks like a C3D file"),
+            (b"abc\0def", f"is not {what}: it looks like a binary format"),
+            (PLAIN[name].encode("utf-16"), "is UTF-16 text, expected UTF-8: save it as UTF-8"),
+            (
+                PLAIN[name].replace("\r\n", "\n").replace("\n", "\r").encode(),
+                "its lines end with CR alone, expected LF or CR LF",
+            ),
+        ):
+            (tmp_path / name).write_bytes(content)
+            assert refusal(tmp_path / name) == f"{name}: {why}"
+        (tmp_path / name).unlink()
+        assert refusal(tmp_path / name) == f"{name}: no such file: {tmp_path / name}"
+        (tmp_path / name).mkdir()
+        assert refusal(tmp_path / name) == f"{name}: is a folder, expected {what}"
+        with pytest.raises(Refusal, match="is a folder"):
+            labels_of(tmp_path / name)
+
+
+def test_time_that_jumps(tmp_path):
+    text = TRC
+    for i in range(10, 20):
+        text = text.replace(f"\t{i / 100:.6f}\t", f"\t{i / 100 + 2:.6f}\t")
+    assert refusal(make(tmp_path, "a.trc", text)) == (
+        "a.trc: line 17: time goes from 0.09 to 2.1 s, expected 1 / (100 Hz) more"
+    )
+
+
+def test_frame_numbers_beyond_belief(tmp_path):
+    path = spoilt(tmp_path, "n.csv", "\r\n20,0,", "\r\n2000,0,")
+    assert refusal(path) == (
+        "n.csv: frame numbers or times leave out 1980 frames, more than 10 times the 20 there are"
+    )
+
+
+def test_decimal_commas_between_commas(tmp_path):
+    """Each number falls apart in two."""
+    text = NEXUS.splitlines(keepends=True)
+    text[5:] = [line.replace(".", ",") for line in text[5:]]
+    assert refusal(make(tmp_path, "n.csv", "".join(text))) == (
+        "n.csv: line 6 has 14 cells, expected 8; are these decimal commas?"
+    )
+
+
+def test_the_rate_of_the_sheet(tmp_path):
+    path = spoilt(tmp_path, "a.tsv", "FREQUENCY\t100", "FREQUENCY\tEXT")
+    assert read(path, frame_rate_hz=100.05).frame_rate_hz == 100.05
+    assert refusal(path, frame_rate_hz=60.0) == (
+        "a.tsv: its frame rate is 60 Hz, by its time column 100 Hz; they may differ by 0.1 %"
+    )
+
+
+def test_poses(tmp_path):
+    rows = "1 0 0 1.5 0 1 0 2.5 0 0 1 3.5\n" * 5
+    for text, why in (
+        ("# Freq: 250\n", "has no frames: nothing follows the comment"),
+        ("1 2 3\n", "is not a text of poses (12 numbers a line): line 1 is '1 2 3'"),
+        (rows, "has no frame rate; give it in column frame_rate_hz"),
+        ("# Freq: 250\n" + rows + rows[:26] + "x" + rows[27:],
+         "line 7, column 12: 'x.5' is not a number"),
+        ("# Freq: 250\n" + rows + "0 " + rows, "line 7 has 13 cells, expected 12"),
+    ):  # fmt: skip
+        assert refusal(make(tmp_path, "p.txt", text), ["tracker"]) == f"p.txt: {why}"
+
+
+def test_no_file_at_all():
+    with pytest.raises(Refusal, match="no C3D file is given"):
+        read_any([], ["A"])
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_damage_is_refused_in_one_line_or_harmless(tmp_path, name):
+    """Bytes cut, changed, lost, doubled anywhere: a recording or a refusal, never a crash."""
+    rng = np.random.default_rng(5)
+    whole = PLAIN[name].encode()
+    refused = 0
+    for damage in range(200):
+        spoilt = bytearray(whole)
+        a, b = sorted(rng.integers(len(whole), size=2))
+        if damage % 4 == 0:
+            del spoilt[a:]
+        elif damage % 4 == 1:
+            spoilt[a], spoilt[b] = rng.integers(256, size=2)
+        elif damage % 4 == 2:
+            del spoilt[a : a + 150]
+        else:
+            spoilt[b:b] = spoilt[a : a + 100]
+        (tmp_path / name).write_bytes(spoilt)
+        try:
+            read(tmp_path / name, accept_truncated=bool(damage % 3))
+        except Refusal as refusal:
+            refused += 1
+            assert str(refusal).startswith(f"{name}: ") and len(str(refusal)) < 300
+    assert refused > 100

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.arrow import to_arrow, to_numpy
+
 METADATA_KEY = b"mocap_metrology"
 ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
 
@@ -94,7 +96,7 @@ def write_table(
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    table = pa.table({name: pa.array(values) for name, values in columns.items()})
+    table = pa.table({name: to_arrow(values) for name, values in columns.items()})
     text = json.dumps(_jsonable(metadata), ensure_ascii=False, sort_keys=True)
     table = table.replace_schema_metadata({METADATA_KEY: text.encode()})
     coded = [f.name for f in table.schema if f.name in dictionary or pa.types.is_string(f.type)]
@@ -121,10 +123,11 @@ def read_table(
     """Read a table of `write_table`: columns as arrays, and the metadata."""
     import pyarrow.parquet as pq
 
-    table = pq.read_table(path, columns=list(columns) if columns is not None else None)
+    with pq.ParquetFile(path) as file:
+        table = file.read(columns=list(columns) if columns is not None else None)
     arrays = {
-        name: table[name].to_numpy() if table.num_rows else np.array([])
-        for name in table.column_names
+        name: to_numpy(table[name]) if table.num_rows else np.array([])
+        for name in columns or table.column_names
     }
     return arrays, read_metadata(path)
 
@@ -142,5 +145,5 @@ def read_series(path: str | Path) -> Iterator[tuple[str, np.ndarray]]:
     import pyarrow.parquet as pq
 
     for column in pq.read_schema(path).names[1:]:
-        values = pq.read_table(path, columns=[column])[column].to_numpy()
+        values = read_table(path, [column])[0][column]
         yield column.removesuffix("_mm"), values.astype(np.float64)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mocap_metrology.common.words import three
 from mocap_metrology.noise.describe import gaussian_rows, moving_markers
 from mocap_metrology.noise.series import all_series, coordinate_names, pair_numbers
 
@@ -51,3 +52,22 @@ def test_moving_marker_is_named_with_its_drift():
     assert "marker B" in line
     assert "along y" in line
     assert "+360 mm/h" in line
+
+
+def test_what_moves_fast_is_told_in_metres_an_hour() -> None:
+    t = np.arange(6000) / 120
+    walking = np.array([0 * t, 1400 * t, 0 * t])  # a pedestrian: 5.04 km/h
+    (line,) = moving_markers({"A": walking}, 120.0, 2.0)
+    assert "drift +5040 m/h" in line and "e+" not in line
+
+
+def test_numbers_of_sentences_have_no_power_of_ten() -> None:
+    said = {
+        2020.4: "2020",
+        928_000: "928000",
+        5.04e6: "5040000",
+        0.24589: "0.246",
+        0.0426: "0.0426",
+        -0.503: "-0.503",
+    }
+    assert {value: three(value) for value in said} == said

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.words import three
 from mocap_metrology.noise.gaussian import (
     ChiSquared,
     Drift,
@@ -20,6 +21,8 @@ from mocap_metrology.noise.gaussian import (
     gaussian_model,
 )
 from mocap_metrology.noise.series import AXES, pair_name, position
+
+FAST_MM_H = 10_000.0
 
 
 def moving_markers(
@@ -38,10 +41,17 @@ def moving_markers(
         if worst.range > range_mm:
             warnings.append(
                 f"marker {label} seems to move: its means over {worst.block_s:.2g} s span "
-                f"{worst.range:.3g} mm along {axis} (drift {worst.per_hour:+.3g} mm/h, limit "
-                f"{range_mm:g} mm); the Allan variance supposes a still marker"
+                f"{three(worst.range)} mm along {axis} (drift {speed(worst.per_hour)}, "
+                f"limit {range_mm:g} mm); the Allan variance supposes a still marker"
             )
     return warnings
+
+
+def speed(mm_per_h: float) -> str:
+    """`+360 mm/h`, and `+928 m/h` from 10 m/h on: of what moves, not of what wanders."""
+    if abs(mm_per_h) >= FAST_MM_H:
+        return f"{three(mm_per_h / 1000, '+')} m/h"
+    return f"{three(mm_per_h, '+')} mm/h"
 
 
 def gaussian_rows(

@@ -1,0 +1,240 @@
+"""One series: every number of the verdict, from its noise model and from itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
+from mocap_metrology.noise.assess.spread import Spread, expected_spread, spread
+from mocap_metrology.noise.estimates import model_of
+from mocap_metrology.noise.gaussian import drift
+from mocap_metrology.noise.model import NoiseModel
+
+MEANS_S = (1.0, 10.0, 60.0)
+UNLIKELY = 1e-3  # probability below which a model and its recording do not agree
+NEAR = 1.25  # and the ratio of deviations from which that matters: a filter may take a little
+NO_VALUE = {"uncertainty_mm": math.nan, "lower_mm": math.nan, "upper_mm": math.nan}
+
+
+@dataclass(frozen=True)
+class Span:
+    """What is asked of every series: frame_rate_hz; horizon_s: uncertainties are about the mean of
+    so long, or of the recording if it is shorter; window_s: stretch within which the scatter of
+    single frames is taken; confidence of all intervals; step_mm: of the stored coordinates."""
+
+    frame_rate_hz: float
+    horizon_s: float = 3600.0
+    window_s: float = 1.0
+    confidence: float = 0.683
+    step_mm: float = 0.0
+
+    def frames(self, seconds: float) -> int:
+        """So many seconds in frames, one at least."""
+        return max(round(seconds * self.frame_rate_hz), 1)
+
+
+def assess_series(
+    series: np.ndarray,
+    noise_rows: Sequence[Mapping[str, Any]],
+    curve: Mapping[str, np.ndarray],
+    span: Span,
+) -> dict[str, Any]:
+    """Numbers of one series of a verdict.
+
+    series: (n,) mm, cleaned, NaN in gaps; noise_rows: of noise.csv, this series by `likelihood`;
+    curve: `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm` of its Allan deviations.
+
+    sigma_frame_mm: scatter of single frames about what is near in time: root mean of the variances
+    (n - 1) of frames within `window_s`. It holds white noise and what is correlated within the
+    window, and none of the slower wander. (ADEV at one frame would lack what is correlated over
+    two frames; the standard deviation of the recording, sigma_recording_mm, as S calls sigma,
+    depends on its length.)
+    frame_mm: uncertainty of one frame, u(1, N) of `spread`: about the mean of the horizon.
+    means: u(n, N) of means over 1, 10, 60 s; shares: of frame_mm's square, by kind of noise.
+
+    `basis` says where they come from: `model`, expected of the fitted noise, intervals by the
+    coefficients' errors; or `measured`, from the series itself, where there is no model, or it is
+    a misfit, or the series disagrees with it (wander it does not hold, as drift). Where frames
+    scatter less than half a step of the file, the step's s/sqrt(12) is added in squares: means are
+    no better, as nothing dithers it.
+    """
+    valid = int(np.isfinite(series).sum())
+    if valid < 2:
+        return _nothing("no valid samples")
+    status = "constant" if np.nanmin(series) == np.nanmax(series) else _status(noise_rows)
+    model = model_of(list(noise_rows)) if status in ("ok", "misfit") else None
+    near = measured_within(series, span.frames(span.window_s))
+    reason = _why_measured(series, model, status, near, span)
+    model = None if reason else model
+    floor = span.step_mm / math.sqrt(12) if near.value < span.step_mm / 2 else 0.0
+    frame = _uncertainty(series, model, 1, span, floor)
+    moved = drift(series, span.frame_rate_hz)
+    return {
+        "status": status,
+        "basis": "measured" if model is None else "model",
+        "why_measured": reason,
+        **_sigma_frame(model, near, series.size, span),
+        "sigma_recording_mm": float(np.nanstd(series, ddof=1)),
+        **{f"frame_{k.removeprefix('uncertainty_')}": frame[k] for k in NO_VALUE},
+        **_minimum(curve),
+        "means": [_mean(series, model, T, span, floor, curve) for T in MEANS_S],
+        "shares": frame["shares"],
+        "floor_mm": floor,
+        "drift_mm_per_h": moved.per_hour,
+        "range_mm": moved.range,
+    }
+
+
+def _nothing(why: str) -> dict[str, Any]:
+    names = ("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm")
+    names += ("sigma_recording_mm", "frame_mm", "frame_lower_mm", "frame_upper_mm")
+    names += ("adev_min_mm", "adev_min_lower_mm", "adev_min_upper_mm", "tau_min_s")
+    rest = {"floor_mm": 0.0, "drift_mm_per_h": math.nan, "range_mm": math.nan}
+    means = [{"duration_s": T, **NO_VALUE, "shares": {}} for T in MEANS_S]
+    return {
+        "status": why,
+        "basis": "",
+        "why_measured": why,
+        **dict.fromkeys(names, math.nan),
+        "means": means,
+        "shares": {},
+        **rest,
+    }
+
+
+def _status(rows: Sequence[Mapping[str, Any]]) -> str:
+    """`ok`, `misfit`, `refused`, or `no coefficients`."""
+    found = {row["status"] for row in rows}
+    if not found:
+        return "no coefficients"
+    return next((s for s in ("refused", "misfit") if s in found), "ok")
+
+
+def _why_measured(
+    series: np.ndarray, model: NoiseModel | None, status: str, near: Measured, span: Span
+) -> str:
+    """Why the model is not believed; empty if it is."""
+    if status == "misfit":
+        return "the noise model does not describe the spectrum"
+    if model is None or not model.components:
+        return "there is no noise model"
+    tau0, n = 1 / span.frame_rate_hz, min(span.frames(span.window_s), series.size)
+    N = min(span.frames(span.horizon_s), series.size)
+    if n > 1:
+        expected = math.sqrt(_within(model, n, tau0))
+        if not 1 / NEAR < near.value / expected < NEAR:
+            return f"single frames scatter by {near.value:.3g} mm, the model says {expected:.3g} mm"
+    if 2 * n > N:
+        return ""
+    wander = measured_spread(series, n, N)
+    expected = math.sqrt(sum(spread(c, n, N, tau0) for c in model.components))
+    if _apart(wander, expected, model, (n, N), tau0, series.size):
+        return (
+            f"means over {span.window_s:g} s scatter by {wander.value:.3g} mm, "
+            f"the model says {expected:.3g} mm"
+        )
+    return ""
+
+
+def _apart(
+    found: Measured,
+    expected: float,
+    model: NoiseModel,
+    frames: tuple[int, int],
+    tau0: float,
+    recorded: int,
+) -> bool:
+    """Whether a measured wander and the model's are apart by more than chance explains.
+
+    Degrees of freedom of N/n means about their mean as the model has them: of the cosine transform,
+    whose coefficients at f_k = k / (2 N tau0) are as good as independent.
+    """
+    from scipy.special import chdtrc
+
+    n, N = frames
+    if not (found.variance > 0 and expected > 0) or 1 / NEAR < found.value / expected < NEAR:
+        return False
+    f = np.arange(1, max(N // n, 2)) / (2 * N * tau0)
+    x = np.pi * f * tau0
+    power = model.psd(f, tau0) * (np.sin(n * x) / (n * np.sin(x))) ** 2
+    if not power.sum() > 0:
+        return True
+    dof = power.sum() ** 2 / np.sum(power**2) * max(recorded / N, 1.0)
+    above = float(chdtrc(dof, dof * found.variance / expected**2))
+    return min(above, 1 - above) < UNLIKELY / 2
+
+
+def _within(model: NoiseModel, n: int, tau0: float) -> float:
+    """Expected variance (n - 1) of n successive frames."""
+    return sum(spread(c, 1, n, tau0) for c in model.components) * n / (n - 1)
+
+
+def _sigma_frame(
+    model: NoiseModel | None, near: Measured, recorded: int, span: Span
+) -> dict[str, float]:
+    n, tau0 = min(span.frames(span.window_s), recorded), 1 / span.frame_rate_hz
+    if model is None or n < 2:
+        values = (near.value, *near.interval(span.confidence))
+    else:
+        found = expected_spread(model, 1, n, tau0, recorded, span.confidence)
+        values = tuple(v * math.sqrt(n / (n - 1)) for v in (found.value, found.lower, found.upper))
+    names = ("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm")
+    return dict(zip(names, values, strict=True))
+
+
+def _uncertainty(
+    series: np.ndarray, model: NoiseModel | None, n: int, span: Span, floor: float
+) -> dict[str, Any]:
+    """u(n, N) with interval and shares; of the series itself where there is no model."""
+    N = min(span.frames(span.horizon_s), series.size)
+    if n > 1 and 2 * n > N:
+        return {**NO_VALUE, "measured_mm": math.nan, "shares": {}}
+    found = measured_spread(series, n, N)
+    if model is None:
+        low, high = found.interval(span.confidence) if found.variance > 0 else (0.0, 0.0)
+        of_noise = Spread(found.value, low, high, {})
+    else:
+        recorded = int(np.isfinite(series).sum())
+        tau0 = 1 / span.frame_rate_hz
+        of_noise = expected_spread(model, n, N, tau0, recorded, span.confidence)
+    ends = (math.hypot(v, floor) for v in (of_noise.value, of_noise.lower, of_noise.upper))
+    named = dict(zip(NO_VALUE, ends, strict=True))
+    return {**named, "measured_mm": found.value, "shares": of_noise.shares}
+
+
+def _mean(
+    series: np.ndarray,
+    model: NoiseModel | None,
+    duration_s: float,
+    span: Span,
+    floor: float,
+    curve: Mapping[str, np.ndarray],
+) -> dict[str, Any]:
+    n = span.frames(duration_s)
+    found = _uncertainty(series, model, n, span, floor)
+    return {"duration_s": duration_s, "adev_mm": _adev_at(curve, duration_s), **found}
+
+
+def _adev_at(curve: Mapping[str, np.ndarray], tau_s: float) -> float:
+    """Allan deviation at tau, between two computed ones on a double logarithmic scale."""
+    tau, adev = np.asarray(curve["tau_s"]), np.asarray(curve["adev_mm"])
+    keep = adev > 0
+    tau, adev = tau[keep], adev[keep]
+    if not tau.size or not tau[0] * 0.999 <= tau_s <= tau[-1] * 1.001:
+        return math.nan
+    return float(np.exp(np.interp(math.log(tau_s), np.log(tau), np.log(adev))))
+
+
+def _minimum(curve: Mapping[str, np.ndarray]) -> dict[str, float]:
+    adev = np.asarray(curve["adev_mm"])
+    names = ("adev_min_mm", "adev_min_lower_mm", "adev_min_upper_mm", "tau_min_s")
+    if not adev.size:
+        return dict.fromkeys(names, math.nan)
+    k = int(adev.argmin())
+    columns = ("adev_mm", "adev_lower_mm", "adev_upper_mm", "tau_s")
+    return {name: float(curve[c][k]) for name, c in zip(names, columns, strict=True)}

@@ -1,0 +1,165 @@
+"""How far means of n frames stray from the mean of N frames, expected of a noise model.
+
+W(n) is the expected variance of n successive frames about their own mean. A stretch of N frames is
+made of N/n stretches of n, so (analysis of variance)
+
+    u^2(n, N) = W(N) - W(n)
+
+is the expected squared distance of the mean of n frames, anywhere in N, from the mean of the N:
+what a lab that measures n frames now has to reckon with, as against all it could have measured in
+the horizon of N frames. u^2(1, N) is the same of a single frame. Two halves show that W(2n) =
+W(n) + AVAR(n)/2, so u^2 is half the sum of the Allan variances at n, 2n, 4n, ... N/2: unlike
+ADEV(n), which compares a mean with the next, it counts all the slower wander there is up to N.
+Everything converges for every power law here, and needs no true value.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.noise.model import Component, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.spectral_fit.fisher import spectrum_of
+from mocap_metrology.noise.spectral_fit.lines import line_errors
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.spectral_fit.whittle import Likelihood
+
+OCTAVES = 30  # beyond n, for blue and violet noise, whose Allan variances fall by 4 an octave
+NAMES = {-2: "random walk", -1: "flicker", 0: "white", 1: "blue", 2: "violet"}
+STEP = 1e-3  # of ln T_c, for a derivative
+
+
+def spread(component: Component, n: int, N: int, tau0: float) -> float:
+    """u^2(n, N) of one component, mm^2; 1 <= n <= N frames of tau0 s.
+
+    White and random walk (steps of variance s^2 = 2 pi^2 tau0 h): h/(2 tau0) (1/n - 1/N) and
+    s^2/6 (N - 1/N - n + 1/n). Gauss-Markov and sinusoid: the variance of a mean of n less that of
+    a mean of N (over all phases). Flicker, blue, violet: sums of Allan variances over octaves,
+    exact where n and N are powers of two, else interpolated (to 2e-3 from 30 frames up).
+    """
+    if isinstance(component, GaussMarkov):
+        a = tau0 / component.T_c
+        return component.variance * (_correlated_mean(n, a) - _correlated_mean(N, a))
+    if isinstance(component, Sinusoid):
+        x = math.pi * component.f_0 * tau0
+        return component.A_s**2 / 2 * (_gain(n, x) - _gain(N, x))
+    if component.alpha == 0:
+        return component.h / (2 * tau0) * (1 / n - 1 / N)
+    if component.alpha == -2:
+        return 2 * math.pi**2 * tau0 * component.h / 6 * (N - 1 / N - n + 1 / n)
+    return _by_octaves(component, n, N, tau0)
+
+
+def _correlated_mean(n: int, a: float) -> float:
+    """Variance of the mean of n samples of an AR(1) series of variance 1, phi = exp(-a)."""
+    if n == 1:
+        return 1.0
+    q, p = -math.expm1(-a), -math.expm1(-n * a)
+    return (n * q * (2 - q) - 2 * (1 - q) * p) / (n * q) ** 2
+
+
+def _gain(n: int, x: float) -> float:
+    """|mean of n points of exp(2 i x k)|^2."""
+    if abs(math.sin(x)) < 1e-9:  # aliased to a constant
+        return 1.0
+    return (math.sin(n * x) / (n * math.sin(x))) ** 2
+
+
+def _by_octaves(law: PowerLaw, n: int, N: int, tau0: float) -> float:
+    octaves = np.arange(math.ceil(math.log2(N)) + 2)
+    if law.alpha < 0:  # W grows by the same amount each octave
+        halves = law.avar(2.0**octaves, tau0) / 2
+        within = np.concatenate([[0.0], np.cumsum(halves)[:-1]])
+        at = np.interp(np.log2([n, N]), octaves, within)
+        return float(at[1] - at[0])
+    octaves = np.arange(octaves.size + OCTAVES)
+    left = np.cumsum((law.avar(2.0**octaves, tau0) / 2)[::-1])[::-1]  # variance of a mean of 2^k
+    if law.h == 0:
+        return 0.0
+    at = np.exp(np.interp(np.log2([n, N]), octaves, np.log(left)))
+    return float(at[0] - at[1])
+
+
+def kind(component: Component, tau0: float) -> str:
+    """What a reader calls a component. A correlation that is over within a frame is white noise."""
+    if isinstance(component, PowerLaw):
+        return NAMES[component.alpha]
+    if isinstance(component, Sinusoid):
+        return f"periodic ({_three(component.f_0)} Hz)"
+    return "white" if component.T_c <= tau0 else f"correlated (T_c {_three(component.T_c)} s)"
+
+
+def _three(value: float) -> str:
+    """Three digits: 0.225, 1380."""
+    return f"{float(f'{value:.3g}'):.10g}"
+
+
+@dataclass(frozen=True)
+class Spread:
+    """u (mm) with its interval, and each kind's share of u^2 (they add up to 1)."""
+
+    value: float
+    lower: float
+    upper: float
+    shares: dict[str, float]
+
+
+def expected_spread(
+    model: NoiseModel, n: int, N: int, tau0: float, recorded: int, confidence: float = 0.683
+) -> Spread:
+    """u(n, N) of a model that was fitted to `recorded` frames.
+
+    The interval is that of the coefficients: ln u normal, its variance from the inverse Fisher
+    information of the spectrum (errors of coefficients are correlated, and mostly cancel in u).
+    What was not detected is not in it: of 68 % intervals, 66 % held the truth for frames and means
+    of 1/120 of a recording, but 54 % for means of a twelfth (tests, 400 simulated recordings).
+    """
+    from scipy.special import ndtri
+
+    parts = [spread(c, n, N, tau0) for c in model.components]
+    total = sum(parts)
+    if not total > 0:
+        return Spread(0.0, 0.0, 0.0, {})
+    shares: dict[str, float] = {}
+    for component, part in zip(model.components, parts, strict=True):
+        name = kind(component, tau0)
+        shares[name] = shares.get(name, 0.0) + part / total
+    error = math.sqrt(_variance(model, n, N, tau0, recorded)) / total / 2  # of ln u
+    wide = float(ndtri((1 + confidence) / 2)) * min(error, 50.0)
+    value = math.sqrt(total)
+    return Spread(value, value * math.exp(-wide), value * math.exp(wide), shares)
+
+
+def _variance(model: NoiseModel, n: int, N: int, tau0: float, recorded: int) -> float:
+    """Variance of u^2 by the errors of the coefficients (h, ln q_c^2, ln T_c; A_s)."""
+    broadband = NoiseModel(model.broadband).ordered()
+    spectrum = spectrum_of(broadband)
+    gradient = [spread(PowerLaw(alpha, 1.0), n, N, tau0) for alpha in spectrum.h]
+    for q2, T_c in zip(spectrum.q2, spectrum.T_c, strict=True):
+        term = GaussMarkov(math.sqrt(q2), float(T_c))
+        low, high = (replace(term, T_c=T_c * math.exp(sign * STEP)) for sign in (-1, 1))
+        slope = (spread(high, n, N, tau0) - spread(low, n, N, tau0)) / (2 * STEP)
+        gradient += [spread(term, n, N, tau0), slope]
+    bins = bins_of(recorded, tau0)
+    weight = bins.n.astype(float)
+    data = Periodogram(bins, np.ones(weight.size), weight)
+    information = Likelihood(data, (tau0 / 2, recorded * tau0)).information(spectrum)
+    total = _quadratic(np.array(gradient), information) if gradient else 0.0
+    for line in model.lines:
+        at = np.array([min(line.f_0, 0.5 / tau0)])
+        error = line_errors(line.A_s, float(broadband.psd(at, tau0)[0]), recorded * tau0)[0]
+        if line.A_s > 0 and math.isfinite(error):
+            total += (2 * spread(line, n, N, tau0) * error / line.A_s) ** 2
+    return total
+
+
+def _quadratic(gradient: np.ndarray, information: np.ndarray) -> float:
+    """g' I^-1 g, without what the spectrum does not depend on."""
+    diagonal = np.diag(information)
+    known = diagonal > 1e-290
+    scale = 1 / np.sqrt(diagonal[known])
+    value, vector = np.linalg.eigh(scale[:, None] * information[np.ix_(known, known)] * scale)
+    along = vector.T @ (gradient[known] * scale)
+    return float(np.sum(along**2 / np.maximum(value, 1e-12)))

@@ -1,0 +1,338 @@
+"""Is a capture system good enough, as one of its recordings tells: one word, and why.
+
+S 2.2 asks of a reference that its uncertainty be 4 to 10 times smaller than that of the device
+under test. The number held against this rule is the uncertainty of one frame about the mean of the
+horizon (`assess.series`, frame_mm) in the worst coordinate, as devices are compared frame by frame.
+For a device of 1 mm the rule asks for 0.25 mm at least (`usable`) and better 0.1 mm (`good`): the
+thresholds of the configuration. What else was found can only make the word worse: `Check`s.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from mocap_metrology.common.words import three
+
+COORDINATE = re.compile(r"[xyz][1-9]\d*")
+WORDS = ("good", "usable", "bad")
+RULE = (4, 10)  # times better than the device under test [S 2.2]
+CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Named as in the configuration: `good_x` is the most (of durations and markers the least)
+    that is good, `usable_x` that is usable. moving_mm (there `still.range_mm`): range of one-second
+    means beyond which a marker moves. misfit: the best word with a noise model that does not fit.
+    Shares of missing frames and of outliers are of all frames of a coordinate."""
+
+    good_mm: float = 0.1
+    usable_mm: float = 0.25
+    good_drift_mm: float = 0.35
+    usable_drift_mm: float = 0.85
+    good_missing: float = 0.01
+    usable_missing: float = 0.1
+    good_outliers: float = 0.01
+    usable_outliers: float = 0.05
+    good_duration_s: float = 60.0
+    good_markers: int = 2
+    misfit: str = "usable"
+    moving_mm: float = 2.0
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Of a recording: duration and horizon actually reached, s; number of markers; by coordinate
+    the share of missing frames, and of outliers beyond what clean noise would have. labels: of the
+    markers, in order, where they are known."""
+
+    duration_s: float
+    horizon_s: float
+    n_markers: int
+    missing: Mapping[str, float]
+    outliers: Mapping[str, float]
+    labels: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check. word: the best a verdict can have with it; threshold: key of the configuration
+    that holds `limit`; value, limit in `unit`; sentence: for a reader."""
+
+    threshold: str
+    series: str
+    quantity: str
+    value: float | str
+    limit: float | str
+    unit: str
+    word: str
+    sentence: str
+
+    def as_row(self) -> dict[str, Any]:
+        """For JSON, without the word."""
+        row = asdict(self)
+        return {k: row[k] for k in ("threshold", "series", "quantity", "value", "limit", "unit")}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """word: one of `WORDS`; decided_by: the check that made it; caps: all other checks that allow
+    no better word than theirs."""
+
+    word: str
+    decided_by: Check
+    caps: tuple[Check, ...]
+    reference_for_mm: dict[str, float]
+
+
+def verdict(
+    series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds | None = None
+) -> Verdict:
+    """Verdict on numbers of every series (`assess.series`), keyed by name.
+
+    Coordinates decide, distances do not: their noise is that of two coordinates. Movement is told
+    first: an uncertainty of what moves is none, and nothing may be held against it.
+    """
+    limits = limits or Thresholds()
+    coordinates = {k: v for k, v in series.items() if COORDINATE.fullmatch(k)}
+    main = _uncertainty(coordinates, facts, limits)
+    moving = _moving(series, coordinates, facts, limits)
+    moves = moving.word == "bad"
+    first = [moving, main] if moves and math.isfinite(main.value) else [main, moving]
+    checks = [
+        *first,
+        _missing(coordinates, facts, limits),
+        _outliers(coordinates, facts, limits),
+        _drift(coordinates, facts, limits),
+        _misfit(coordinates, limits),
+        _duration(facts, limits),
+        _markers(facts, limits),
+    ]
+    word = max((c.word for c in checks), key=WORDS.index)
+    decided = next(c for c in checks if c.word == word)
+    caps = tuple(c for c in checks if c.word != "good" and c not in (main, decided))
+    frame = math.nan if moves else main.value
+    reference = {str(k): k * frame if math.isfinite(frame) else math.nan for k in RULE}
+    return Verdict(word, decided, caps, reference)
+
+
+def _graded(value: float, limits: Thresholds, name: str) -> tuple[str, str, float]:
+    """Word of a value that had better be small; key and value of the limit it kept to, or went
+    beyond."""
+    good, usable = getattr(limits, f"good_{name}"), getattr(limits, f"usable_{name}")
+    if value <= good:
+        return "good", f"verdict.good_{name}", good
+    if value <= usable:
+        return "usable", f"verdict.good_{name}", good
+    return "bad", f"verdict.usable_{name}", usable
+
+
+def _worst(values: Mapping[str, float]) -> tuple[str, float]:
+    known = {k: v for k, v in values.items() if math.isfinite(v)}
+    return max(known.items(), key=lambda item: item[1], default=("", math.nan))
+
+
+def duration_words(seconds: float) -> str:
+    """`an hour`, `10 min`, `5.2 s`."""
+    if abs(seconds / 3600 - 1) < 0.005:
+        return "an hour"
+    if seconds >= 5400:
+        return f"{seconds / 3600:.3g} h"
+    return f"{seconds / 60:.3g} min" if seconds >= 120 else f"{seconds:.3g} s"
+
+
+def _uncertainty(
+    series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds
+) -> Check:
+    quantity = "uncertainty of one frame"
+    still = [k for k, v in series.items() if v["status"] == "constant"]
+    if still:
+        constant, verb = ", ".join(still), "changes" if len(still) == 1 else "change"
+        why = f"{constant} never {verb}: nothing is measured there, or the file is too coarse."
+        key, limit = "verdict.usable_mm", limits.usable_mm
+        return Check(key, constant, quantity, math.nan, limit, "mm", "bad", why)
+    name, value = _worst({k: v["frame_mm"] for k, v in series.items()})
+    if not name:
+        why = "There are no valid samples to judge by."
+        return Check("verdict.usable_mm", "", quantity, value, limits.usable_mm, "mm", "bad", why)
+    word, key, limit = _graded(value, limits, "mm")
+    low, high = series[name]["frame_lower_mm"], series[name]["frame_upper_mm"]
+    close = " (the interval reaches across)" if low <= limit < high else ""
+    interval = f" ({three(low)} to {three(high)})" if math.isfinite(low + high) else ""
+    sentence = (
+        f"One frame of {name} is uncertain by {three(value)} mm{interval} about "
+        f"the mean of {duration_words(facts.horizon_s)}; {_against(word, limit, 'mm')}{close}."
+    )
+    return Check(key, name, quantity, value, limit, "mm", word, sentence)
+
+
+def _against(word: str, limit: float, unit: str) -> str:
+    unit = f" {unit}" if unit else ""
+    kept = {"good": "good is up to", "usable": "good would be up to", "bad": "usable is up to"}
+    return f"{kept[word]} {limit:g}{unit}"
+
+
+def _moving(
+    series: Mapping[str, Mapping[str, Any]],
+    coordinates: Mapping[str, Mapping[str, Any]],
+    facts: Facts,
+    limits: Thresholds,
+) -> Check:
+    name, value = _worst({k: v["range_mm"] for k, v in coordinates.items()})
+    word = "bad" if value > limits.moving_mm else "good"
+    moved = [k for k, v in coordinates.items() if v["range_mm"] > limits.moving_mm]
+    labels = list(dict.fromkeys(_label(k, facts) for k in moved))
+    verb = "moves" if len(labels) == 1 else "move"
+    counts = _still_counts(series, labels, facts, limits)
+    sentence = (
+        f"{', '.join(labels)} {verb}: means over 1 s of {name} span {three(value)} mm (limit "
+        f"{limits.moving_mm:g} mm); {counts}."
+    )
+    quantity = "range of means over 1 s"
+    return Check("still.range_mm", name, quantity, value, limits.moving_mm, "mm", word, sentence)
+
+
+def _label(coordinate: str, facts: Facts) -> str:
+    """Of the marker of a coordinate; its number where the label is not known."""
+    number = int(coordinate[1:])
+    return facts.labels[number - 1] if number <= len(facts.labels) else f"marker {number}"
+
+
+def _still_counts(
+    series: Mapping[str, Mapping[str, Any]],
+    moved: Sequence[str],
+    facts: Facts,
+    limits: Thresholds,
+) -> str:
+    """What of a recording still tells of noise although some of its markers move."""
+    still = {
+        k: v
+        for k, v in series.items()
+        if v["range_mm"] <= limits.moving_mm
+        and math.isfinite(v["frame_mm"])
+        and v["status"] != "constant"
+    }
+    distances = [k for k in still if not COORDINATE.fullmatch(k)]
+    if distances:
+        name = min(distances, key=lambda k: still[k]["frame_mm"])
+        value = three(still[name]["frame_mm"])
+        return f"what still counts is the distance {name}, one frame uncertain by {value} mm"
+    others = dict.fromkeys(_label(k, facts) for k in still if COORDINATE.fullmatch(k))
+    others = [label for label in others if label not in moved]
+    if others:
+        return f"what still counts are the numbers of {', '.join(others)}"
+    return "none of its numbers is of noise alone"
+
+
+def _missing(series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds) -> Check:
+    return _share(series, facts.missing, limits, "missing", "missing frames", "missing")
+
+
+def _outliers(series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds) -> Check:
+    said = "outliers, beyond what clean noise and chance make"
+    return _share(series, facts.outliers, limits, "outliers", "outliers", said)
+
+
+def _share(
+    series: Mapping[str, Mapping[str, Any]],
+    shares: Mapping[str, float],
+    limits: Thresholds,
+    key: str,
+    what: str,
+    said: str,
+) -> Check:
+    """The worst share of frames of a coordinate against the limits of `key`."""
+    name, value = _worst({k: v for k, v in shares.items() if k in series})
+    word, threshold, limit = _graded(value, limits, key) if name else ("good", "", math.nan)
+    sentence = (
+        f"{100 * value:.3g} % of the frames of {name} are {said}; "
+        f"{_against(word, 100 * limit, '%')}."
+    )
+    return Check(threshold, name, f"share of {what}", value, limit, "", word, sentence)
+
+
+def _drift(series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds) -> Check:
+    """Over the horizon, and never beyond the recording: slopes of seconds say nothing of hours."""
+    hours = facts.horizon_s / 3600
+    name, value = _worst({k: abs(v["drift_mm_per_h"]) * hours for k, v in series.items()})
+    word, key, limit = _graded(value, limits, "drift_mm") if name else ("good", "", math.nan)
+    sentence = (
+        f"{name} drifts by {three(value)} mm in {duration_words(facts.horizon_s)}; "
+        f"{_against(word, limit, 'mm')}."
+    )
+    return Check(key, name, "drift over the horizon", value, limit, "mm", word, sentence)
+
+
+def _misfit(series: Mapping[str, Mapping[str, Any]], limits: Thresholds) -> Check:
+    found = [k for k, v in series.items() if v["status"] not in ("ok", "constant")]
+    word = limits.misfit if found else "good"
+    said = ", ".join(dict.fromkeys(series[k]["status"] for k in found))
+    sentence = (
+        f"The noise of {', '.join(found)} has no model to trust ({said}): its numbers are those of "
+        "this recording and may not be of the next."
+    )
+    quantity, value = "noise model", said or "ok"
+    return Check("verdict.misfit", ",".join(found), quantity, value, "ok", "", word, sentence)
+
+
+def _duration(facts: Facts, limits: Thresholds) -> Check:
+    least, value = limits.good_duration_s, facts.duration_s
+    word = "good" if value >= least else "usable"
+    sentence = (
+        f"The recording lasts {duration_words(value)}; less than {least:g} s do not tell how the "
+        "system wanders."
+    )
+    return Check("verdict.good_duration_s", "", "duration", value, least, "s", word, sentence)
+
+
+def _markers(facts: Facts, limits: Thresholds) -> Check:
+    least, value = limits.good_markers, facts.n_markers
+    word = "good" if value >= least else "usable"
+    sentence = (
+        f"{value} marker{'' if value == 1 else 's'} of at least {least}: without a distance, "
+        "nothing is measured that does not depend on where the cameras are."
+    )
+    return Check("verdict.good_markers", "", "markers", value, least, "", word, sentence)
+
+
+def dominating(series: Mapping[str, Any]) -> str:
+    """Kind of noise with the largest share of the uncertainty of one frame; empty if unknown."""
+    shares: Mapping[str, float] = series["shares"]
+    return max(shares, key=lambda name: shares[name], default="")
+
+
+def worst_coordinate(series: Mapping[str, Mapping[str, Any]], key: str) -> str:
+    """Name of the coordinate with the greatest `key`; empty without one."""
+    return _worst({k: v[key] for k, v in series.items() if COORDINATE.fullmatch(k)})[0]
+
+
+def excess_outliers(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """By series of outliers.csv: share of outliers less that of clean Gaussian noise, >= 0.
+
+    The share is the least that goes with the count (Wilson's interval, CHANCE standard deviations):
+    of 30 frames of clean noise three may well be beyond a threshold that they make themselves.
+    """
+    return {
+        row["series"]: max(
+            _least_share(float(row["share"]), float(row["n_valid"]))
+            - float(row["share_of_clean_gaussian_noise"]),
+            0.0,
+        )
+        for row in rows
+    }
+
+
+def _least_share(share: float, n: float) -> float:
+    if not n > 0:
+        return math.nan
+    scatter = math.sqrt(share * (1 - share) / n + CHANCE**2 / (4 * n**2))
+    return (share + CHANCE**2 / (2 * n) - CHANCE * scatter) / (1 + CHANCE**2 / n)
+
+
+def missing_frames(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """By series of outliers.csv: share of frames without a sample."""
+    return {row["series"]: 1 - float(row["n_valid"]) / float(row["n_frames"]) for row in rows}

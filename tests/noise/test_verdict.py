@@ -1,0 +1,246 @@
+"""The word, on both sides of every threshold; and of twins of published systems."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.hampel import hampel
+from mocap_metrology.noise.assess.recording import Inputs, assess_recording
+from mocap_metrology.noise.assess.series import Span
+from mocap_metrology.noise.model import NoiseModel, PowerLaw
+from mocap_metrology.noise.published import published_row
+from mocap_metrology.noise.series import all_series
+from mocap_metrology.noise.simulate import simulate
+from mocap_metrology.noise.twins import Outliers, Twin
+from mocap_metrology.noise.verdict import Facts, Thresholds, duration_words, verdict
+
+LIMITS = Thresholds()
+FINE = {
+    "status": "ok",
+    "frame_mm": 0.02,
+    "frame_lower_mm": 0.019,
+    "frame_upper_mm": 0.021,
+    "range_mm": 0.1,
+    "drift_mm_per_h": 0.01,
+}
+FACTS = Facts(7200.0, 3600.0, 2, {"x1": 0.0, "y1": 0.0}, {"x1": 0.0, "y1": 0.0})
+
+
+def judged(facts: Mapping[str, Any] | None = None, **y1: Any) -> Any:
+    series = {"x1": FINE, "y1": {**FINE, **y1}, "L": {**FINE, "frame_mm": 9.0, "status": "misfit"}}
+    return verdict(series, replace(FACTS, **(facts or {})), LIMITS)
+
+
+def test_good_says_by_what_number() -> None:
+    found = judged(frame_mm=0.05)
+    assert (found.word, found.caps) == ("good", ())
+    decided = found.decided_by.as_row()
+    assert decided["threshold"] == "verdict.good_mm"
+    assert (decided["series"], decided["value"], decided["limit"]) == ("y1", 0.05, 0.1)
+    assert found.reference_for_mm == {"4": pytest.approx(0.2), "10": pytest.approx(0.5)}
+
+
+# threshold: what is just within it, what is just beyond it, and the words of both
+SIDES = {
+    "good_mm": ({"frame_mm": 0.1}, {"frame_mm": 0.1001}, "good", "usable"),
+    "usable_mm": ({"frame_mm": 0.25}, {"frame_mm": 0.2501}, "usable", "bad"),
+    "good_drift_mm": ({"drift_mm_per_h": -0.35}, {"drift_mm_per_h": -0.351}, "good", "usable"),
+    "usable_drift_mm": ({"drift_mm_per_h": 0.85}, {"drift_mm_per_h": 0.851}, "usable", "bad"),
+    "good_missing": (
+        *({"facts": {"missing": {"y1": 0.01}}}, {"facts": {"missing": {"y1": 0.0101}}}),
+        *("good", "usable"),
+    ),
+    "usable_missing": (
+        *({"facts": {"missing": {"y1": 0.1}}}, {"facts": {"missing": {"y1": 0.101}}}),
+        *("usable", "bad"),
+    ),
+    "good_outliers": (
+        *({"facts": {"outliers": {"y1": 0.01}}}, {"facts": {"outliers": {"y1": 0.0101}}}),
+        *("good", "usable"),
+    ),
+    "usable_outliers": (
+        *({"facts": {"outliers": {"y1": 0.05}}}, {"facts": {"outliers": {"y1": 0.051}}}),
+        *("usable", "bad"),
+    ),
+    "good_duration_s": (
+        *({"facts": {"duration_s": 60.0}}, {"facts": {"duration_s": 59.9}}),
+        *("good", "usable"),
+    ),
+    "good_markers": (
+        *({"facts": {"n_markers": 2}}, {"facts": {"n_markers": 1}}),
+        *("good", "usable"),
+    ),
+    "misfit": ({"status": "ok"}, {"status": "misfit"}, "good", "usable"),
+    "moving_mm": ({"range_mm": 2.0}, {"range_mm": 2.001}, "good", "bad"),
+}
+
+
+@pytest.mark.parametrize("threshold", SIDES)
+def test_both_sides_of_a_threshold(threshold: str) -> None:
+    within, beyond, word, worse = SIDES[threshold]
+    assert judged(**within).word == word
+    found = judged(**beyond)
+    assert found.word == worse
+    key = "still.range_mm" if threshold == "moving_mm" else f"verdict.{threshold}"
+    assert found.decided_by.threshold == key
+    assert found.decided_by.limit == ("ok" if threshold == "misfit" else getattr(LIMITS, threshold))
+
+
+def test_every_threshold_has_its_sides() -> None:
+    assert set(SIDES) == {field.name for field in fields(Thresholds)}
+
+
+def test_the_word_for_a_misfit_is_a_choice() -> None:
+    series = {"x1": {**FINE, "status": "misfit"}}
+    for word in ("good", "usable", "bad"):
+        assert verdict(series, FACTS, replace(LIMITS, misfit=word)).word == word
+
+
+def test_what_else_is_wrong_stands_beside() -> None:
+    found = judged({"n_markers": 1}, frame_mm=0.3, status="misfit")
+    assert (found.word, found.decided_by.threshold) == ("bad", "verdict.usable_mm")
+    assert [c.threshold for c in found.caps] == ["verdict.misfit", "verdict.good_markers"]
+
+
+def test_drift_counts_over_the_horizon_only() -> None:
+    """A minute with 6 mm/h moved by 0.1 mm."""
+    assert judged({"duration_s": 60.0, "horizon_s": 60.0}, drift_mm_per_h=6.0).word == "good"
+
+
+def test_without_numbers_it_is_bad() -> None:
+    found = verdict({"x1": {**FINE, "frame_mm": math.nan, "status": "no valid samples"}}, FACTS)
+    assert (found.word, found.decided_by.quantity) == ("bad", "uncertainty of one frame")
+    assert math.isnan(found.reference_for_mm["4"])
+
+
+def test_what_never_changes_is_not_measured() -> None:
+    found = judged(status="constant", frame_mm=1e-7)
+    assert (found.word, found.decided_by.series) == ("bad", "y1")
+    assert found.decided_by.sentence.startswith("y1 never changes")
+    assert math.isnan(found.reference_for_mm["4"])
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(3600, "an hour"), (600, "10 min"), (5.2, "5.2 s"), (32400, "9 h")]
+)
+def test_durations_in_words(seconds: float, words: str) -> None:
+    assert duration_words(seconds) == words
+
+
+def test_movement_leads_and_what_still_counts_follows() -> None:
+    moving = {"frame_mm": 693.0, "frame_lower_mm": 503.0, "range_mm": 2021.4}
+    series = {"x1": FINE, "y2": {**FINE, **moving}, "L": {**FINE, "frame_mm": 0.3}}
+    facts = replace(FACTS, labels=("Head", "RFT1"))
+    found = verdict(series, facts)
+    assert (found.word, found.decided_by.threshold) == ("bad", "still.range_mm")
+    words = found.decided_by.sentence
+    assert words.startswith("RFT1 moves: means over 1 s of y2 span 2020 mm")
+    assert words.endswith("the distance L, one frame uncertain by 0.3 mm.")
+    assert math.isnan(found.reference_for_mm["4"])
+    assert not any("One frame of y2" in cap.sentence for cap in found.caps)
+    changes = verdict({**series, "L": {**FINE, "range_mm": 2000.0}}, facts)
+    assert changes.decided_by.sentence.endswith("what still counts are the numbers of Head.")
+    both = {**series, "x1": {**FINE, **moving}, "L": {**FINE, "range_mm": 2000.0}}
+    words = verdict(both, FACTS).decided_by.sentence
+    assert words.startswith("marker 1, marker 2 move:")
+    assert words.endswith("none of its numbers is of noise alone.")
+
+
+# Twins: simulated, cleaned and judged with the coefficients they were made of
+
+SPAN = Span(120.0, horizon_s=600.0)
+
+
+def white(sigma: float) -> NoiseModel:
+    return NoiseModel((PowerLaw(0, 2 * sigma**2 / 120),))
+
+
+def twin(sigma: float = 0.02, **more: Any) -> Twin:
+    models = dict.fromkeys(("x1", "y1", "z1", "x2", "y2", "z2"), white(0.01))
+    models["z2"] = white(sigma)
+    return Twin("t", 7, models, duration_s=more.pop("duration_s", 70.0), **more)
+
+
+def verdict_of(twin: Twin) -> dict[str, Any]:
+    position = simulate(twin).position_mm
+    raw = {f"{axis}{k + 1}": position[k, j] for k in (0, 1) for j, axis in enumerate("xyz")}
+    series, outliers = {}, []
+    for name, values in all_series(raw, [(1, 2)]):
+        found = hampel(values, 120, 3.0, "replace", 0.0)
+        series[name] = found.values
+        shares = {"share": found.share, "share_of_clean_gaussian_noise": 0.003427}
+        counts = {"n_frames": values.size, "n_valid": found.n_valid}
+        outliers.append({"series": name, **shares, **counts})
+    noise = [
+        {"series": name, "estimator": "likelihood", "parameter": k, "value": v, "status": "ok"}
+        for name, model in twin.models.items()
+        for k, v in model.coefficients().items()
+    ]
+    empty = {k: np.array([]) for k in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")}
+    allan = {"series": np.array([]), "estimator": np.array([]), **empty}
+    origin = {"labels": twin.labels, "source": "twin"}
+    return assess_recording(Inputs(series.items(), origin, noise, allan, outliers), SPAN)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "word"), [(0.097, "good"), (0.103, "usable"), (0.243, "usable"), (0.257, "bad")]
+)
+def test_twins_on_both_sides_of_the_limits(sigma: float, word: str) -> None:
+    found = verdict_of(twin(sigma))
+    assert found["word"] == word
+    assert found["decided_by"]["series"] == "z2"
+    assert found["decided_by"]["value"] == pytest.approx(sigma, rel=1e-3)
+    assert found["reference_for_mm"]["4"] == pytest.approx(4 * sigma, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("share", "word"), [(0.007, "good"), (0.013, "usable"), (0.046, "usable"), (0.056, "bad")]
+)
+def test_twins_with_outliers(share: float, word: str) -> None:
+    """Each outlier strikes one of six coordinates; the share is that of the worst."""
+    per_hour = 6 * share * 120 * 3600
+    found = verdict_of(twin(outliers=Outliers(per_hour, 2.0, "normal"), duration_s=100.0))
+    assert found["word"] == word
+    if word != "good":
+        assert found["decided_by"]["quantity"] == "share of outliers"
+
+
+@pytest.mark.parametrize(
+    ("rate", "word"), [(0.3, "good"), (0.4, "usable"), (0.8, "usable"), (0.9, "bad")]
+)
+def test_twins_that_drift(rate: float, word: str) -> None:
+    """70 s: the drift over them is a rate times 70 s; its scatter stays below the other limits."""
+    found = verdict_of(twin(drift_mm_per_h={"Wand2": (0.0, rate * 3600 / 70, 0.0)}))
+    drift = found["series"]["y2"]["drift_mm_per_h"] * 70 / 3600
+    assert drift == pytest.approx(rate, rel=0.01)
+    assert found["series"]["y2"]["basis"] == "measured"
+    assert found["word"] == word
+
+
+@pytest.mark.parametrize(("duration_s", "word"), [(59.0, "usable"), (61.0, "good")])
+def test_short_twins(duration_s: float, word: str) -> None:
+    assert verdict_of(twin(duration_s=duration_s))["word"] == word
+
+
+@pytest.mark.parametrize(("distance", "word"), [(1.5, False), (2.5, True)])
+def test_a_twin_that_moves(distance: float, word: bool) -> None:
+    found = verdict_of(twin(drift_mm_per_h={"Wand1": (distance * 3600 / 70, 0.0, 0.0)}))
+    keys = {found["decided_by"]["threshold"], *(c["threshold"] for c in found["caps"])}
+    assert ("still.range_mm" in keys) is word
+
+
+@pytest.mark.parametrize(
+    ("kind", "cameras", "word"),
+    [("T40", 10, "good"), ("Bonita", 10, "usable"), ("Bonita", 2, "bad")],
+)
+def test_published_systems(kind: str, cameras: int, word: str) -> None:
+    """The words for the noise the paper printed, ten minutes of it."""
+    models = published_row(kind, cameras)
+    made = Twin("p", 3, models, duration_s=600.0)
+    assert verdict_of(made)["word"] == word

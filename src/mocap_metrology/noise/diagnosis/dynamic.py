@@ -1,0 +1,216 @@
+"""Dynamic Allan variance: that of a window that moves through the recording, and how unlikely the
+noise before and after makes it.
+
+With window means ybar over tau = m frames, d_i = ybar_(i+m) - ybar_i is stationary for every noise
+whose Allan variance converges, random walk, flicker and Gauss-Markov included. The dynamic Allan
+variance [Galleani & Tavella, Metrologia 46, 2009] is half the mean of d^2 over a window; without an
+event its mean is the same everywhere. That of Gaussian noise is a quadratic form: with covariance R
+of the window's n differences and ratio r to its mean,
+
+    P(r - 1 >= 2 sqrt(x / edf) + 2 kappa x) <= exp(-x)       [Laurent & Massart 2000, Lemma 1]
+
+edf = (tr R)^2 / tr R^2, kappa = the greatest eigenvalue of R / tr R. The bound holds for every x,
+where a chi-squared distribution with edf degrees is too light in the far tail.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.noise.allan import running_sum
+from mocap_metrology.noise.diagnosis.spikes import spread
+from mocap_metrology.noise.spectral_fit.gaps import bridged
+
+LONGEST_S = 0.5  # longest averaging time: slower events hide in slow noise
+WINDOW_S = 1.0  # and at least
+WINDOW_TAUS = 8  # averaging times long, and
+WINDOW_FRAMES = 64  # frames
+STEPS = 4  # differences a tau
+FEWEST = 8  # windows a baseline is taken of
+SPECTRA = 4096  # windows a spectrum is taken of, at most
+LEAST_SHARE = 0.5  # of a window's differences that must be there
+
+
+@dataclass(frozen=True)
+class Scale:
+    """One averaging time. m, step, window: frames; a difference every `step`, `count` a window,
+    which starts every half window."""
+
+    m: int
+    step: int
+    count: int
+
+    @property
+    def window(self) -> int:
+        return self.step * self.count
+
+
+@dataclass(frozen=True)
+class Dynamic:
+    """Dynamic Allan variance of one series at one m; (k,) windows.
+
+    start_s: of each window; window_s: its length and that of the last difference; avar, baseline
+    in mm^2, NaN where too much is missing; x: -ln of the bound on the probability of so much, 0
+    where there is less than the baseline.
+    """
+
+    scale: Scale
+    tau_s: float
+    start_s: np.ndarray
+    window_s: float
+    avar: np.ndarray
+    baseline: np.ndarray
+    x: np.ndarray
+
+    @property
+    def n_tests(self) -> int:
+        return int(np.isfinite(self.avar).sum())
+
+
+def scales(rate_hz: float, longest_s: float = LONGEST_S) -> list[Scale]:
+    """m = 1, 2, 4, ... frames up to `longest_s`."""
+    found, m = [], 1
+    while m == 1 or m <= longest_s * rate_hz:
+        step = max(m // STEPS, 1)
+        frames = max(WINDOW_S * rate_hz, WINDOW_TAUS * m, WINDOW_FRAMES)
+        found.append(Scale(m, step, 2 * math.ceil(frames / (2 * step))))
+        m *= 2
+    return found
+
+
+def dynamic_allan(
+    series: np.ndarray,
+    rate_hz: float,
+    resolution: float = 0.0,
+    baseline_s: float = 600.0,
+    among: list[Scale] | None = None,
+) -> list[Dynamic]:
+    """Of (n,) series, NaN in gaps, at all `scales` that have enough windows.
+
+    baseline_s: length of the running median the windows are compared with, so that a change that
+    lasts for more than half of it is a new baseline and no event. resolution: step of the stored
+    values, whose variance is the least baseline.
+    """
+    valid = np.isfinite(series)
+    if not valid.any():
+        return []
+    whole = bool(valid.all())
+    sums = running_sum(bridged(series) - series[valid].mean(dtype=np.float64))
+    gone = None if whole else running_sum(~valid)
+    found = []
+    for scale in among or scales(rate_hz):
+        squares, known = _squares(sums, gone, scale)
+        if squares.size < scale.count * FEWEST // 2:
+            continue
+        avar, share = _windows(squares, known, scale)
+        if np.isfinite(avar).sum() < FEWEST or not np.nanmax(avar) > 0:
+            continue
+        edf, kappa = _dispersion(sums, gone, scale)
+        hop_s = scale.window / 2 / rate_hz
+        baseline = _running_median(avar, max(round(baseline_s / hop_s), FEWEST))
+        baseline = baseline / max(1 - 2 / (9 * edf), 0.5) ** 3  # a chi-squared's median and mean
+        baseline = np.maximum(baseline, resolution**2 / 12 / scale.m)
+        x = _surprise(avar, baseline, share, edf, kappa)
+        found.append(
+            Dynamic(
+                scale, scale.m / rate_hz, np.arange(avar.size) * hop_s,
+                (scale.window + 2 * scale.m - scale.step) / rate_hz, avar, baseline, x,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _squares(
+    sums: np.ndarray, gone: np.ndarray | None, scale: Scale
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """d^2 / 2 and, with gaps, which of them touch none (others are 0)."""
+    d = _differences(sums, scale)
+    d *= d
+    d *= 0.5
+    if gone is None:
+        return d, None
+    m, step = scale.m, scale.step
+    known = (gone[2 * m :: step] - gone[: -2 * m : step]) == 0
+    d[~known] = 0.0
+    return d, known
+
+
+def _differences(sums: np.ndarray, scale: Scale) -> np.ndarray:
+    m, step = scale.m, scale.step
+    d = sums[2 * m :: step] - sums[m:-m:step]
+    d -= sums[m:-m:step]
+    d += sums[: -2 * m : step]
+    d /= m
+    return d
+
+
+def _windows(
+    squares: np.ndarray, known: np.ndarray | None, scale: Scale
+) -> tuple[np.ndarray, np.ndarray]:
+    """Means over windows, NaN with less than half of the differences; share of those there."""
+    half = scale.count // 2
+    total = _pairs(squares, half)
+    if known is None:
+        return total / scale.count, np.ones(total.size)
+    count = _pairs(known, half)
+    enough = count >= LEAST_SHARE * scale.count
+    return np.where(enough, total / np.maximum(count, 1), np.nan), count / scale.count
+
+
+def _pairs(values: np.ndarray, half: int) -> np.ndarray:
+    parts = values[: values.size // half * half].reshape(-1, half).sum(axis=1)
+    return parts[:-1] + parts[1:]
+
+
+def _dispersion(sums: np.ndarray, gone: np.ndarray | None, scale: Scale) -> tuple[float, float]:
+    """edf and kappa (see above) from the spectrum of the differences in a window: eigenvalues of R
+    as medians over windows of its periodogram, which no event disturbs."""
+    d = _differences(sums, scale)
+    rows = d[: d.size // scale.count * scale.count].reshape(-1, scale.count)
+    if gone is not None:
+        m, step = scale.m, scale.step
+        known = (gone[2 * m :: step] - gone[: -2 * m : step]) == 0
+        whole = known[: rows.size].reshape(rows.shape).all(axis=1)
+        rows = rows[whole] if whole.sum() >= FEWEST else rows
+    rows = rows[:: rows.shape[0] // SPECTRA + 1]
+    if not rows.shape[0]:
+        return 1.0, 1.0
+    spectrum = np.fft.rfft(rows, axis=1)
+    power = np.median(spectrum.real**2 + spectrum.imag**2, axis=0)
+    # Medians of chi-squared with one degree of freedom (ends) and two
+    power /= math.log(2)
+    power[[0, -1]] *= math.log(2) / 0.4549
+    circle = np.concatenate([power, power[1:-1]])
+    total = circle.sum()
+    if not total > 0:
+        return 1.0, 1.0
+    return float(total**2 / np.sum(circle**2)), float(circle.max() / total)
+
+
+def _running_median(avar: np.ndarray, size: int) -> np.ndarray:
+    from scipy.ndimage import median_filter
+
+    known = np.isfinite(avar)
+    level = float(np.median(avar[known]))
+    if size >= avar.size:
+        return np.full(avar.size, level)
+    return median_filter(np.where(known, avar, level), size, mode="nearest")
+
+
+def _surprise(
+    avar: np.ndarray, baseline: np.ndarray, share: np.ndarray, edf: float, kappa: float
+) -> np.ndarray:
+    """x of the bound above; windows that scatter more than Gaussian noise would set edf."""
+    ratio = avar / np.maximum(baseline, np.finfo(float).tiny)
+    scatter = spread(np.log(np.maximum(ratio, 1e-6)))
+    seen = 2 / scatter**2 if scatter > 0 else edf
+    if seen < edf:
+        edf, kappa = seen, kappa * edf / seen
+    a, b = 2 / np.sqrt(edf * np.maximum(share, 1e-3)), 2 * kappa / np.maximum(share, 1e-3)
+    with np.errstate(invalid="ignore"):
+        excess = np.maximum(ratio - 1, 0.0)
+        root = (np.sqrt(a * a + 4 * b * excess) - a) / (2 * b)
+    return np.where(np.isfinite(root), root**2, 0.0)

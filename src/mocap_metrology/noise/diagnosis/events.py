@@ -1,0 +1,233 @@
+"""Events: what happened once, found in time by the dynamic Allan variance (S 3.5, the crump)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.noise.diagnosis.dynamic import Dynamic
+from mocap_metrology.noise.diagnosis.sides import Blocks, Change, Sides, changes, compare
+from mocap_metrology.noise.diagnosis.spikes import spread
+
+JOIN_S = 1.0  # alarms so close are one event
+CONTEXT_S = 10.0  # round an event: its level and noise
+SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
+MOVED = 5.0  # standard deviations off the level that count as moved
+CLEAR_S = 1.0  # left out on each side before sides are compared
+SIDES_MISS = 0.01  # probability that some series of an event is said to have changed and has not
+# Shorter recordings decide nothing: an event in the middle needs its context on both sides
+LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
+MOST = 200  # events that are measured; more, and the recording is no still one
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """Windows of one series and m that the noise does not explain; x as in `Dynamic`."""
+
+    start_s: float
+    stop_s: float
+    series: str
+    tau_s: float
+    x: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Event:
+    """kind: `burst` (something moved) or `level` (noise became another). series: those with alarms,
+    most significant first. size_mm: largest excursion of a coordinate, `largest`; nan for a level.
+    shift_mm: where that coordinate was after less where it was before. p: probability of anything
+    so unlikely in the whole recording, at most. ratio: of the dynamic Allan variance to that of the
+    noise, at tau_s. sides: of every series. of: number of bursts in the recording."""
+
+    time_s: float
+    duration_s: float
+    kind: str
+    series: tuple[str, ...]
+    largest: str
+    size_mm: float
+    shift_mm: float
+    p: float
+    ratio: float
+    tau_s: float
+    sides: tuple[Sides, ...] = ()
+    of: int = 1
+
+    @property
+    def stop_s(self) -> float:
+        return self.time_s + self.duration_s
+
+    @property
+    def level_changed(self) -> bool:
+        return any(side.changed for side in self.sides)
+
+    @property
+    def most_changed(self) -> Sides | None:
+        """The side that departs most from equality, in units of its interval."""
+        known = [
+            side for side in self.sides if math.isfinite(side.ratio) and side.upper > side.lower
+        ]
+        width = {s.series: math.log(s.upper / s.lower) for s in known}
+        return max(known, key=lambda s: abs(math.log(s.ratio)) / width[s.series], default=None)
+
+    @property
+    def word(self) -> str:
+        """`level changed`, `one of a kind`, `one of 3`, or `unknown` where a side is too short."""
+        if self.kind == "level" or self.level_changed:
+            return "level changed"
+        if not self.most_changed:
+            return "unknown"
+        return "one of a kind" if self.of == 1 else f"one of {self.of}"
+
+
+def alarms(dynamics: Mapping[str, Sequence[Dynamic]], false_alarm: float) -> tuple[list, float]:
+    """Windows less likely than false_alarm over the number of all, as `Alarm`s, and that number."""
+    n_tests = sum(d.n_tests for own in dynamics.values() for d in own)
+    limit = math.log(max(n_tests, 1) / false_alarm)
+    found = [
+        Alarm(d.start_s[k], d.start_s[k] + d.window_s, name, d.tau_s, d.x[k],
+              d.avar[k] / d.baseline[k])
+        for name, own in dynamics.items()
+        for d in own
+        for k in np.flatnonzero(d.x > limit)
+    ]  # fmt: skip
+    return found, n_tests
+
+
+def merged(found: Iterable[Alarm]) -> list[list[Alarm]]:
+    """Alarms of all series that overlap or nearly so, in order of time."""
+    groups: list[list[Alarm]] = []
+    reached = -math.inf
+    for alarm in sorted(found, key=lambda a: a.start_s):
+        if alarm.start_s > reached + JOIN_S:
+            groups.append([])
+        groups[-1].append(alarm)
+        reached = max(reached, alarm.stop_s)
+    return groups
+
+
+def measured(
+    group: list[Alarm], series: Mapping[str, np.ndarray], rate_hz: float, n_tests: float
+) -> Event:
+    """The event of some alarms: when it moved what how far.
+
+    series: coordinates (and distances, which do not count for the size). Off its level is what
+    departs by more than five standard deviations from the median before, both of up to ten seconds.
+    """
+    surest = max(group, key=lambda a: a.x)
+    order = sorted(
+        {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
+    )
+    begin, end = min(a.start_s for a in group), max(a.stop_s for a in group)
+    width = max(round(surest.tau_s * rate_hz / SMOOTHED), 1)
+    moved = {k: _excursion(v, begin, end, rate_hz, width) for k, v in series.items() if k in order}
+    sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
+    seen = [m for m in moved.values() if m.first_s is not None]
+    start = min((m.first_s for m in seen), default=surest.start_s)
+    stop = max((m.last_s for m in seen), default=surest.stop_s)
+    largest = max(sized, key=lambda k: sized[k].size)
+    return Event(
+        start, stop - start, "burst", tuple(order), largest, sized[largest].size,
+        sized[largest].shift, min(1.0, n_tests * math.exp(-min(surest.x, 700))), surest.ratio,
+        surest.tau_s,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Excursion:
+    size: float
+    shift: float
+    first_s: float | None
+    last_s: float | None
+
+
+def _excursion(
+    values: np.ndarray, begin: float, end: float, rate_hz: float, width: int
+) -> _Excursion:
+    """Of means over `width` frames, centred: short enough to leave the event as it is."""
+    first, last = round(begin * rate_hz), min(round(end * rate_hz), values.size)
+    far = round(CONTEXT_S * rate_hz)
+    start = max(first - far, 0)
+    near = values[start : last + far].astype(float)
+    near = np.convolve(near, np.full(width, 1 / width), "same") if near.size >= width else near
+    first, last = first - start, last - start
+    sides = [near[width:first], near[last:-width]]
+    sides = [side[np.isfinite(side)] for side in sides]
+    sides = [side if side.size >= 16 else sides[1 - k] for k, side in enumerate(sides)]
+    few = round(CONTEXT_S / 5 * rate_hz)
+    levels = [np.median(s) if s.size else np.nan for s in (sides[0][-few:], sides[1][:few])]
+    inside = near[first:last] - levels[0]
+    noise = min((spread(s) for s in sides if s.size), default=0.0)
+    with np.errstate(invalid="ignore"):
+        off = np.flatnonzero(np.abs(inside) > MOVED * noise)
+    size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
+    if not off.size:
+        return _Excursion(size, levels[1] - levels[0], None, None)
+    at = (start + first + off[[0, -1]]) / rate_hz
+    return _Excursion(size, float(levels[1] - levels[0]), float(at[0]), float(at[1] + 1 / rate_hz))
+
+
+def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:
+    """(n,) of consecutive pieces of length_s: whether they lie in a burst or within a second."""
+    flags = np.zeros(n, bool)
+    for event in found:
+        if event.kind == "burst":
+            first = max(math.floor((event.time_s - CLEAR_S) / length_s), 0)
+            flags[first : math.ceil((event.stop_s + CLEAR_S) / length_s)] = True
+    return flags
+
+
+def with_sides(
+    event: Event, found: Mapping[str, Blocks], out_of: np.ndarray, side_s: float
+) -> Event:
+    """The event with every series compared before and after, at most side_s on each side."""
+    tail = SIDES_MISS / max(len(found), 1)
+    start, stop = event.time_s - CLEAR_S, event.stop_s + CLEAR_S
+    sides = tuple(
+        compare(
+            name,
+            one.between(start - side_s, start, out_of),
+            one.between(stop, stop + side_s, out_of),
+            tail,
+        )
+        for name, one in found.items()
+    )
+    return replace(event, sides=sides)
+
+
+def find_events(
+    dynamics: Mapping[str, Sequence[Dynamic]],
+    levels: Mapping[str, Blocks],
+    series: Mapping[str, np.ndarray],
+    rate_hz: float,
+    false_alarm: float,
+    side_s: float,
+) -> list[Event]:
+    """Bursts and lasting changes of level in order of time; half of the false alarms for each.
+
+    dynamics, levels, series: of the same recording, outliers bridged, by series.
+    """
+    raised, n_tests = alarms(dynamics, false_alarm / 2)
+    groups = merged(raised)
+    groups = sorted(groups, key=lambda g: -max(a.x for a in g))[:MOST]
+    found = [measured(group, series, rate_hz, n_tests) for group in groups]
+    found = [replace(event, of=len(found)) for event in found]
+    length = next(iter(levels.values())) if levels else None
+    n = max((b.mean.size for b in levels.values()), default=0)
+    out_of = inside_events(found, n, length.length_s if length else 1.0)
+    for change in changes(dict(levels), out_of, side_s, false_alarm / 2):
+        near = 3 * side_s / 10
+        if not any(e.time_s - near <= change.time_s <= e.stop_s + near for e in found):
+            found.append(_level(change, found, side_s))
+    found = [with_sides(event, levels, out_of, side_s) for event in found]
+    return sorted(found, key=lambda e: e.time_s)
+
+
+def _level(change: Change, found: Sequence[Event], side_s: float) -> Event:
+    nan = math.nan
+    return Event(
+        change.time_s, 0.0, "level", (change.series,), change.series, nan, nan, change.p, nan, nan
+    )

@@ -1,0 +1,262 @@
+"""What a filter would leave: by the fitted spectrum, and by filtering the series.
+
+The filters are those of biomechanics: of second order, run forwards and backwards, so of fourth
+order without delay; at the cutoff the amplitude is halved (-6 dB). A notch is run both ways too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.noise.model import Sinusoid
+from mocap_metrology.noise.spectral_fit.gaps import stretches
+
+Density = Callable[[np.ndarray], np.ndarray]
+MEANS_S = 10.0  # sigma of one frame is that about means so long
+CHOSEN_S = (0.1, 1.0, 10.0)
+LEAST_FROM_S = 1.0
+PER_DECADE = 8  # averaging times a minimum is looked for on
+LONGEST_SHARE = 0.1  # of the recording
+LONGEST = 1 << 20  # frames that are filtered: more makes the numbers no better
+SHORTEST_S = 3.0  # of a stretch that is filtered
+CYCLES = 40  # of the Allan transfer function followed one by one, and beyond by their mean
+POINTS = 48  # a cycle
+LOG_POINTS = 300  # a decade
+
+
+@dataclass(frozen=True)
+class Filter:
+    """name; sos: second-order sections of one pass, or None for no filter."""
+
+    name: str
+    sos: np.ndarray | None
+
+    def gain(self, f_hz: np.ndarray, rate_hz: float) -> np.ndarray:
+        """|H|^2 of one pass, which is what both passes do to the amplitude."""
+        if self.sos is None:
+            return np.ones_like(np.asarray(f_hz, float))
+        z = np.exp(-2j * np.pi * np.asarray(f_hz, float) / rate_hz)
+        h = np.ones_like(z)
+        for b0, b1, b2, a0, a1, a2 in self.sos:
+            h = h * (b0 + b1 * z + b2 * z**2) / (a0 + a1 * z + a2 * z**2)
+        return np.abs(h) ** 2
+
+    def applied(self, series: np.ndarray, rate_hz: float) -> np.ndarray:
+        """Both ways (scipy's sosfiltfilt) over every stretch without a gap; shorter ones than
+        three seconds become NaN."""
+        if self.sos is None:
+            return series
+        from scipy.signal import sosfiltfilt
+
+        out = np.full(series.size, np.nan)
+        for part in stretches(series, 0, max(round(SHORTEST_S * rate_hz), 32)):
+            mean = series[part].mean()
+            out[part] = sosfiltfilt(self.sos, series[part] - mean) + mean
+        return out
+
+
+@dataclass(frozen=True)
+class Left:
+    """Standard deviation about ten-second means; Allan deviations at one frame, 0.1, 1, 10 s (NaN
+    beyond a tenth of the recording); the least one from a second on and where (below, a low-pass
+    makes neighbours alike and nothing better); all of them. mm, s."""
+
+    sigma: float
+    adev: tuple[float, ...]
+    least: float
+    least_tau_s: float
+    curve: tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """One filter on one series, `predicted` by the model and `measured`; None where there is
+    none."""
+
+    series: str
+    filter: Filter
+    n_frames: int
+    predicted: Left | None
+    measured: Left | None
+
+
+def filters(
+    rate_hz: float, cutoffs_hz: Sequence[float], lines_hz: Sequence[float], notch_width_hz: float
+) -> list[Filter]:
+    """None, the low-passes below Nyquist, and a notch at each line that has room for one."""
+    from scipy.signal import butter, iirnotch, tf2sos
+
+    nyquist = rate_hz / 2
+    found = [Filter("none", None)]
+    found += [
+        Filter(f"Butterworth {f:g} Hz", butter(2, f, fs=rate_hz, output="sos"))
+        for f in cutoffs_hz
+        if f < 0.95 * nyquist
+    ]
+    for f in lines_hz:
+        width = min(notch_width_hz, f)
+        if f + width / 2 < nyquist:
+            found.append(Filter(f"notch {f:.4g} Hz", tf2sos(*iirnotch(f, f / width, fs=rate_hz))))
+    return found
+
+
+def averaging(n: int, rate_hz: float) -> np.ndarray:
+    """m: one frame, the chosen times, and eight a decade, up to a tenth of n frames."""
+    last = max(n * LONGEST_SHARE, 1.0)
+    grid = np.geomspace(1, last, max(round(math.log10(last) * PER_DECADE), 1) + 1)
+    chosen = [round(t * rate_hz) for t in CHOSEN_S]
+    m = np.unique(np.rint([*grid, *chosen]).astype(np.int64))
+    return m[(m >= 1) & (m <= last)]
+
+
+def predicted(
+    density: Density,
+    lines: Sequence[Sinusoid],
+    one: Filter,
+    m: np.ndarray,
+    rate_hz: float,
+) -> Left:
+    """Of noise of one-sided density f -> mm^2/Hz and lines, after a filter of gain |H|^2 a pass:
+    S |H|^4 and A |H|^2 through the transfer functions of means and of the Allan variance."""
+    avar = filtered_avar(density, one, m, rate_hz)
+    size = _means_size(rate_hz)
+    variance = _about_means(density, one, size, rate_hz)
+    for line in lines:
+        gain = float(one.gain(np.array([line.f_0]), rate_hz)[0])
+        avar = avar + gain**2 * line.avar(m, 1 / rate_hz)
+        x = math.pi * line.f_0 / rate_hz
+        mean = (math.sin(size * x) / (size * math.sin(x))) ** 2 if abs(math.sin(x)) > 1e-9 else 1.0
+        variance += (gain * line.A_s) ** 2 / 2 * (1 - mean) * size / (size - 1)
+    return _left(math.sqrt(variance), avar, m, rate_hz)
+
+
+def filtered_avar(density: Density, one: Filter, m: np.ndarray, rate_hz: float) -> np.ndarray:
+    """2 Int_0^fN S |H|^4 sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df, (k,).
+
+    Followed cycle by cycle up to 40/tau, beyond with 3/8 for the sine.
+    """
+    tau0, nyquist = 1 / rate_hz, rate_hz / 2
+    out = np.empty(len(m))
+    fast, fast_weight = _log_grid(CYCLES / (m[-1] * tau0), nyquist)
+    fast_value = density(fast) * one.gain(fast, rate_hz) ** 2 * fast_weight
+    fast_value = 2 * 3 / 8 * fast_value / np.sin(np.pi * fast * tau0) ** 2
+    for k, size in enumerate(np.asarray(m, float)):
+        edge = min(CYCLES / (size * tau0), nyquist)
+        low = 1e-4 / (size * tau0)
+        slow, weight = _log_grid(low, min(0.5 / (size * tau0), edge))
+        cycles = (edge - slow[-1]) * size * tau0
+        linear = np.linspace(slow[-1], edge, max(math.ceil(cycles * POINTS), 2) + 1)
+        f = np.concatenate([slow, linear])
+        weight = np.concatenate([weight, _trapezoid(linear)])
+        value = density(f) * one.gain(f, rate_hz) ** 2 * weight
+        kernel = np.sin(np.pi * f * size * tau0) ** 4 / np.sin(np.pi * f * tau0) ** 2
+        total = 2 * float(kernel @ value)
+        if edge < nyquist:
+            beyond = fast >= edge
+            total += float(fast_value[beyond].sum())
+            at = np.searchsorted(fast, edge)
+            if 0 < at < fast.size:  # the cell that the edge cuts, once in each part
+                width = np.log(fast[at] / edge) - np.log(fast[1] / fast[0]) / 2
+                total += float(fast_value[at] / np.log(fast[1] / fast[0]) * width)
+        out[k] = total / size**2
+    return out
+
+
+def _log_grid(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points and trapezoidal weights, evenly in log f."""
+    if not low < high:
+        return np.array([high]), np.array([0.0])
+    count = max(round(LOG_POINTS * math.log10(high / low)), 64)
+    f = np.geomspace(low, high, count)
+    step = math.log(high / low) / (count - 1)
+    weight = f * step
+    weight[[0, -1]] /= 2
+    return f, weight
+
+
+def _trapezoid(x: np.ndarray) -> np.ndarray:
+    weight = np.empty(x.size)
+    step = np.diff(x)
+    weight[0], weight[-1] = step[0] / 2, step[-1] / 2
+    weight[1:-1] = (step[:-1] + step[1:]) / 2
+    return weight
+
+
+def _means_size(rate_hz: float) -> int:
+    return max(round(MEANS_S * rate_hz), 2)
+
+
+def _about_means(density: Density, one: Filter, size: int, rate_hz: float) -> float:
+    """Expected sample variance of blocks of `size` frames: Int S |H|^4 (1 - |D|^2) df
+    size/(size - 1), D the transfer function of their mean."""
+    edge = min(CYCLES * rate_hz / size, rate_hz / 2)
+    slow, slow_weight = _log_grid(1e-4 * rate_hz / size, 0.5 * rate_hz / size)
+    linear = np.linspace(slow[-1], edge, CYCLES * POINTS + 1)
+    fast, fast_weight = _log_grid(edge, rate_hz / 2)
+    f = np.concatenate([slow, linear, fast])
+    weight = np.concatenate([slow_weight, _trapezoid(linear), fast_weight])
+    x = np.pi * f / rate_hz
+    mean = (np.sin(size * x) / (size * np.sin(x))) ** 2
+    value = density(f) * one.gain(f, rate_hz) ** 2 * weight
+    return float(value @ (1 - mean)) * size / (size - 1)
+
+
+def measured(series: np.ndarray, one: Filter, m: np.ndarray, rate_hz: float) -> Left | None:
+    """The same of a series (n,), NaN in gaps, run through the filter."""
+    out = one.applied(series, rate_hz)
+    size = _means_size(rate_hz)
+    rows = out[: out.size // size * size].reshape(-1, size)
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if not np.isfinite(out).any():
+        return None
+    sigma = math.sqrt(float(rows.var(axis=1, ddof=1).mean())) if len(rows) else math.nan
+    return _left(sigma, allan_variance(out, m).variance, m, rate_hz)
+
+
+def _left(sigma: float, avar: np.ndarray, m: np.ndarray, rate_hz: float) -> Left:
+    adev = np.sqrt(avar)
+    wanted = [1, *(round(t * rate_hz) for t in CHOSEN_S)]
+    at = {int(k): float(v) for k, v in zip(m, adev, strict=True)}
+    known = np.isfinite(adev)
+    known &= (m >= LEAST_FROM_S * rate_hz) | (m[-1] < LEAST_FROM_S * rate_hz)
+    best = int(np.argmin(np.where(known, adev, np.inf)))
+    least = float(adev[best]) if known.any() else math.nan
+    return Left(
+        sigma,
+        tuple(at.get(k, math.nan) for k in wanted),
+        least,
+        float(m[best]) / rate_hz,
+        (m / rate_hz, adev),
+    )
+
+
+def middle(values: np.ndarray) -> np.ndarray:
+    """The middle 2^20 of (n,) values at most."""
+    first = max((values.size - LONGEST) // 2, 0)
+    return values[first : first + LONGEST]
+
+
+def tried(
+    series: str,
+    values: np.ndarray,
+    rate_hz: float,
+    among: Sequence[Filter],
+    density: Density | None,
+    lines: Sequence[Sinusoid],
+) -> list[Filtered]:
+    """Every filter on the `middle` of (n,) values."""
+    part = middle(values)
+    m = averaging(part.size, rate_hz)
+    return [
+        Filtered(
+            series, one, part.size,
+            predicted(density, lines, one, m, rate_hz) if density else None,
+            measured(part, one, m, rate_hz),
+        )
+        for one in among
+    ]  # fmt: skip

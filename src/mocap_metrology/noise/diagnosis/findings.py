@@ -1,0 +1,320 @@
+"""The diagnosis in words: one plain sentence with its numbers a finding."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.words import three
+from mocap_metrology.noise.describe import speed
+from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
+from mocap_metrology.noise.diagnosis.filtering import Filtered
+from mocap_metrology.noise.diagnosis.periodic import Found
+from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording, Rows
+from mocap_metrology.noise.diagnosis.resolution import Resolution
+from mocap_metrology.noise.diagnosis.rows import markers
+from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.sides import BLOCK_S, JOINED, LEAST_POINTS
+
+NAMED_EVENTS = NAMED_LINES = 10
+MANY_OUTLIERS, MANY_GAPS = 1e-3, 1e-2  # shares of the frames from which a reader is warned
+LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
+LEVELS_S = 2 * LEAST_POINTS * JOINED * BLOCK_S
+VICON_STEP_MM = 0.01  # what Vicon's software writes to text files (S 3.4)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """kind: event, periodic, resolution, filter, drift, outliers, gaps, moving, misfit; severity:
+    info or warning; words: a sentence; numbers: those in it, units in their names."""
+
+    kind: str
+    severity: str
+    series: tuple[str, ...]
+    words: str
+    numbers: dict[str, Any] = field(default_factory=dict)
+
+
+def findings(
+    recording: Recording, found: Diagnosis, noise: Rows, settings: DiagnosisSettings
+) -> list[Finding]:
+    """All that is to be said of a recording, warnings first."""
+    parts: list[Iterable[Finding]] = [
+        _events(found, recording, settings),
+        _periodic(found.lines, recording),
+        _moving(found.moving),
+        _misfit(noise, found),
+        _gaps(found.missing),
+        _outliers(found, recording, settings.spike_sigma),
+        _resolution(found.resolutions),
+        _filters(found.filtered),
+        _drift(found, recording),
+    ]
+    said = [finding for part in parts for finding in part]
+    return sorted(said, key=lambda f: f.severity != "warning")
+
+
+def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> list[Finding]:
+    if not found.n_windows and not found.events:
+        words = "Events cannot be looked for: the recording is too short, or its steps too coarse."
+        return [Finding("event", "info", (), words, {"n_events": None, "n_windows": 0})]
+    if not found.events:
+        return [_no_event(found, recording, settings)]
+    order = sorted(found.events, key=lambda e: -(e.size_mm if e.size_mm == e.size_mm else 0))
+    told = [_event(e, recording) for e in order[:NAMED_EVENTS]]
+    if len(order) > NAMED_EVENTS:
+        words = (
+            f"{len(order)} events in {_time(recording.duration_s)}, of which the largest "
+            f"{NAMED_EVENTS} are told of: this is no undisturbed recording."
+        )
+        told.insert(0, Finding("event", "warning", (), words, {"n_events": len(order)}))
+    return told
+
+
+def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> Finding:
+    windows = f"{found.n_windows:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    lasting = _time(recording.duration_s)
+    if recording.duration_s < LEAST_S:
+        words = (
+            f"Too short to decide on events: {lasting} with {windows} windows of the dynamic Allan "
+            f"variance; with both sides of an event it takes {LEAST_S:g} s."
+        )
+        numbers = {"n_events": None, "n_windows": found.n_windows}
+        return Finding("event", "info", (), words, numbers)
+    words = (
+        f"No event in {lasting}: none of {windows} windows of the dynamic Allan variance departs "
+        f"from the noise by more than chance would in {100 * settings.false_alarm:g} % of all "
+        "sound recordings."
+    )
+    if recording.duration_s < LEVELS_S:
+        words += f" Lasting changes of the noise are looked for from {LEVELS_S:g} s on."
+    return Finding("event", "info", (), words, {"n_events": 0, "n_windows": found.n_windows})
+
+
+def _event(event: Event, recording: Recording) -> Finding:
+    side = event.most_changed
+    numbers = {
+        "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,
+        "shift_mm": event.shift_mm, "false_alarm_p": event.p, "word": event.word,
+        "markers": markers(event, recording.labels),
+        "sides": [vars(s) for s in event.sides],
+    }  # fmt: skip
+    if event.kind == "level":
+        words = f"At {_time(event.time_s)} the noise of {event.series[0]} became another"
+    else:
+        who = ", ".join(numbers["markers"]) or ", ".join(event.series)
+        words = (
+            f"At {_time(event.time_s)} something moved {who} by up to {_mm(event.size_mm)} "
+            f"({event.largest}) for {event.duration_s:.2g} s"
+        )
+    severity = "warning"
+    if side is None:
+        words += "; too little is left on one side to compare the noise before and after"
+    else:
+        what = "changed" if event.level_changed else "is the same before and after"
+        words += (
+            f"; noise {what}: sd of {side.series} {_mm(side.fast_before)} before, "
+            f"{_mm(side.fast_after)} after, ratio {side.ratio:.3f} "
+            f"({side.lower:.3f} to {side.upper:.3f})"
+        )
+        far = max(side.ratio, 1 / side.ratio) >= LEVEL_MATTERS
+        severity = "warning" if far or event.kind == "burst" else "info"
+    return Finding("event", severity, event.series, words + ".", numbers)
+
+
+def _periodic(lines: Sequence[Found], recording: Recording) -> list[Finding]:
+    """One a frequency, with all series that show it."""
+    left = sorted(lines, key=lambda x: -x.line.A_s)
+    told = []
+    while left:
+        first = left[0]
+        near = 1 / recording.duration_s + 3 * first.f_error
+        same = [x for x in left if abs(x.line.f_0 - first.line.f_0) <= near + 3 * x.f_error]
+        left = [x for x in left if x not in same]
+        same = list({x.series: x for x in reversed(same)}.values())[::-1]
+        seen = any(x.in_adev for x in same)
+        sizes = ", ".join(f"{x.series} {_mm(x.line.A_s)}" for x in same)
+        words = f"Periodic disturbance at {first.line.f_0:.5g} Hz, amplitude: {sizes}; {first.word}"
+        if first.share == first.share:
+            words += f"; it makes {_percent(first.share)} of the Allan variance of "
+            words += f"{first.series} at {first.tau_s:.2g} s"
+        numbers = {
+            "f_hz": first.line.f_0,
+            "f_std_error_hz": first.f_error,
+            "amplitude_mm": {x.series: x.line.A_s for x in same},
+            "share_of_avar": {x.series: x.share for x in same},
+            "psd_snr": {x.series: x.snr_psd for x in same},
+            "alias_hz": recording.frame_rate_hz - first.line.f_0,
+        }
+        names = tuple(x.series for x in same)
+        told.append(Finding("periodic", "warning" if seen else "info", names, words + ".", numbers))
+    if not told:
+        words = "No periodic disturbance stands out of the spectrum of any series."
+        told = [Finding("periodic", "info", (), words, {"n_lines": 0})]
+    if len(told) > NAMED_LINES:
+        words = f"{len(told)} periodic disturbances; the largest {NAMED_LINES} are told of."
+        told = [
+            Finding("periodic", "warning", (), words, {"n_lines": len(told)}),
+            *told[:NAMED_LINES],
+        ]
+    return told
+
+
+def _resolution(found: Sequence[Resolution]) -> list[Finding]:
+    known = [r for r in found if r.share == r.share]
+    if not known:
+        return []
+    worst = max(known, key=lambda r: r.share)
+    vicon = VICON_STEP_MM**2 / 12 / worst.noise_mm**2 if worst.noise_mm > 0 else math.inf
+    meaning = {
+        "fine": "and does not matter",
+        "noticeable": "which can be seen in the white level",
+        "dominates": "so the file's steps and not the system set the white level",
+    }[worst.word]
+    words = (
+        f"Resolution: the file tells steps of {_mm(worst.step_mm)} ({worst.kind}), which make "
+        f"{_percent(worst.share)} of the Allan variance at one frame at most ({worst.series}), "
+        f"{meaning}; Vicon's steps of {VICON_STEP_MM:g} mm would add "
+        f"{_percent(vicon) if math.isfinite(vicon) else 'all there would be'}."
+    )
+    numbers = {
+        "step_mm": worst.step_mm, "word": worst.word, "share": {r.series: r.share for r in known},
+        "rounding_h0_mm2_hz": {r.series: r.rounding_h0 for r in known}, "vicon_share": vicon,
+    }  # fmt: skip
+    severity = "info" if worst.word == "fine" else "warning"
+    return [Finding("resolution", severity, tuple(r.series for r in known), words, numbers)]
+
+
+def _filters(filtered: Sequence[Filtered]) -> list[Finding]:
+    """One a low-pass over all series, one a notch."""
+    before = {f.series: f.measured for f in filtered if f.filter.sos is None and f.measured}
+    told = []
+    for name in dict.fromkeys(f.filter.name for f in filtered if f.filter.sos is not None):
+        own = {f.series: f for f in filtered if f.filter.name == name and f.measured}
+        own = {k: f for k, f in own.items() if k in before and before[k].sigma > 0}
+        if not own:
+            continue
+        share = {k: (f.measured.sigma / before[k].sigma) ** 2 for k, f in own.items()}
+        slow = {k: _slow(f.measured, before[k]) for k, f in own.items()}
+        words = f"{name} leaves {_range(share.values(), _percent)} of the variance of a frame"
+        slow_known = [v for v in slow.values() if v == v]
+        if slow_known:
+            words += f" and {_range(slow_known, _percent)} of the Allan deviation at 1 s"
+        numbers = {
+            "filter": name, "share_left": share, "adev_1s_ratio": slow,
+            "sigma_mm": {k: f.measured.sigma for k, f in own.items()},
+            "least_adev_mm": {k: f.measured.least for k, f in own.items()},
+            "predicted_sigma_mm": {k: f.predicted.sigma for k, f in own.items() if f.predicted},
+        }  # fmt: skip
+        told.append(Finding("filter", "info", tuple(own), words + ".", numbers))
+    return told
+
+
+def _slow(after: Any, before: Any) -> float:
+    return after.adev[2] / before.adev[2] if before.adev[2] > 0 else math.nan
+
+
+def _slope(per_hour: float, duration_s: float) -> str:
+    """In mm/h of a recording of a minute at least; of a shorter one what it says itself."""
+    if duration_s >= 60:
+        return speed(per_hour)
+    return f"by {_mm(per_hour * duration_s / 3600)} over all of it"
+
+
+def _drift(found: Diagnosis, recording: Recording) -> list[Finding]:
+    known = {k: d for k, d in found.drifts.items() if d.per_hour == d.per_hour}
+    if not known:
+        return []
+    name, worst = max(known.items(), key=lambda item: item[1].range)
+    words = (
+        f"Slow movement: means over {worst.block_s:.2g} s wander by up to {_mm(worst.range)} "
+        f"({name}) in {_time(recording.duration_s)}, a straight line through them "
+        f"{_slope(worst.per_hour, recording.duration_s)}."
+    )
+    numbers = {
+        "range_mm": {k: d.range for k, d in known.items()},
+        "drift_mm_per_h": {k: d.per_hour for k, d in known.items()},
+    }
+    return [Finding("drift", "info", (name,), words, numbers)]
+
+
+def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Finding]:
+    count = {k: int(v.size) for k, v in found.spikes.items()}
+    total, name = sum(count.values()), max(count, key=lambda k: count[k])
+    share = count[name] / max(recording.n_frames, 1)
+    hours = recording.duration_s / 3600
+    frames = "frame is" if total == 1 else "frames are"
+    words = f"{total or 'No'} isolated {frames} off by more than {n_sigma:g} standard deviations"
+    if total:
+        often = f"{total / hours:.3g} an hour" if hours > 0.1 else f"{_percent(share)} of {name}"
+        words += f", {often}, most in {name} ({count[name]})"
+    words += "."
+    numbers = {"n": count, "per_hour": total / hours, "share": share}
+    severity = "warning" if share > MANY_OUTLIERS else "info"
+    return [Finding("outliers", severity, tuple(k for k, n in count.items() if n), words, numbers)]
+
+
+def _gaps(missing: dict[str, float]) -> list[Finding]:
+    name = max(missing, key=lambda k: missing[k])
+    if not missing[name]:
+        return [Finding("gaps", "info", (), "No frame is missing.", {"share": missing})]
+    words = f"Marker {name} is missing in {_percent(missing[name])} of the frames."
+    severity = "warning" if missing[name] > MANY_GAPS else "info"
+    return [Finding("gaps", severity, (), words, {"share": missing})]
+
+
+def _moving(lines: Sequence[str]) -> list[Finding]:
+    return [Finding("moving", "warning", (), f"{line[0].upper()}{line[1:]}.") for line in lines]
+
+
+def _misfit(noise: Rows, found: Diagnosis) -> list[Finding]:
+    own = [r for r in noise if r["estimator"] == "likelihood"]
+    told = []
+    bad = tuple(dict.fromkeys(r["series"] for r in own if r["status"] == "misfit"))
+    if bad:
+        words = f"No noise model describes the spectrum of {', '.join(bad)}"
+        if found.events:
+            words += ", in which the events are; it was fitted anew without them for the filters"
+        else:
+            words += "; what filters leave is then as measured, not as predicted"
+        words += "."
+        told.append(Finding("misfit", "warning", bad, words))
+    refused = tuple(dict.fromkeys(r["series"] for r in own if r["status"] == "refused"))
+    if refused:
+        why = next(r["note"] for r in own if r["status"] == "refused")
+        words = f"No noise model of {', '.join(refused)}: {why}."
+        told.append(Finding("misfit", "warning", refused, words))
+    return told
+
+
+def _time(seconds: float) -> str:
+    """150.2 s, or 2:30:12.0 beyond ten minutes."""
+    if seconds < 600:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(seconds, 60)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02d}:{rest:04.1f}"
+
+
+def _mm(value: float) -> str:
+    """Three digits, in µm below 0.1 mm."""
+    if value != value:
+        return "an unknown length"
+    if abs(value) < 0.1:
+        return f"{three(1000 * value)} µm"
+    return f"{three(value)} mm"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %" if share >= 1e-5 else "less than 0.001 %"
+
+
+def _range(values: Iterable[float], shown: Callable[[float], str]) -> str:
+    """`3 %` or `3 % to 5 %`."""
+    known = np.asarray(list(values), float)
+    low, high = shown(float(known.min())), shown(float(known.max()))
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,169 @@
+"""Periodic disturbances: named with frequency and size, cross-checked in spectrum and ADEV."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.noise.model import Sinusoid
+from mocap_metrology.noise.spectral_fit.gaps import bridged, filled, stretches
+from mocap_metrology.noise.spectral_fit.lines import Line, find_lines, find_slow_lines, line_errors
+
+MAINS = (50.0, 60.0)  # Hz; lamps flicker at twice that
+MAINS_HARMONICS = 4
+MAINS_TOLERANCE = 0.004  # share by which a grid may be off
+LEAST_FOLDED_HZ = 1.0  # what folds to less looks like any slow line
+PSD_P = 1e-3  # probability that noise alone reaches so high in Welch's spectrum
+PSD_REACH = 64  # neighbours a side its level is taken of
+PSD_LEAVE = 3  # next to the line that are left out
+VISIBLE = 0.1  # share of the Allan variance from which a bump is seen
+LONGEST_GAP, SHORT_GAP = 1200, 12  # frames that are filled with noise, or bridged
+LEAST = 1000
+
+
+@dataclass(frozen=True)
+class Found:
+    """One line of one series. lower, upper: 95 % of A_s, mm; f_error: standard error, Hz; harmonic:
+    number and fundamental, or None; fold: what it may be beyond Nyquist, in words; snr_psd, in_psd:
+    Welch's spectrum at the line over its level, and whether noise does not reach that; tau_s,
+    share, in_adev: first maximum of the line's Allan variance, its part of all of it there, and
+    whether that is a tenth at least."""
+
+    series: str
+    line: Line
+    lower: float
+    upper: float
+    f_error: float
+    harmonic: tuple[int, float] | None
+    fold: str
+    snr_psd: float
+    in_psd: bool | None
+    tau_s: float
+    share: float
+    in_adev: bool | None
+
+    @property
+    def word(self) -> str:
+        """Where it shows, and what it is of."""
+        where = ["in the periodogram"]
+        where += ["in the PSD"] if self.in_psd else []
+        where += ["in the ADEV"] if self.in_adev else []
+        said = "seen " + " and ".join([", ".join(where[:-1]), where[-1]] if where[1:] else where)
+        if self.harmonic:
+            said += f"; harmonic {self.harmonic[0]} of {self.harmonic[1]:.6g} Hz"
+        return said + (f"; {self.fold}" if self.fold else "")
+
+
+def series_lines(
+    series: np.ndarray,
+    tau0: float,
+    at_most: int,
+    density: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> tuple[list[Line], float]:
+    """Lines of the longest stretch of (n,) without long gaps, strongest first, and its duration.
+
+    density: of the noise, f -> mm^2/Hz. With it, gaps of up to 1200 frames are filled with a draw
+    of that noise, and lines of fewer than 128 cycles looked for too; without it gaps of up to 12
+    frames are bridged. (A straight line over a longer one is a slow bump, which looks like lines.)
+    """
+    parts = stretches(series, LONGEST_GAP if density else SHORT_GAP, LEAST)
+    if not parts:
+        return [], 0.0
+    longest = max(parts, key=lambda p: p.stop - p.start)
+    whole = bridged(series[longest])
+    if density:
+        whole = filled(series[longest], density, tau0, np.random.default_rng(0))
+    found = find_lines(whole, tau0, at_most)
+    measured = float(np.isfinite(series[longest]).mean())  # bridges have nothing of a fast line
+    found = [replace(line, A_s=line.A_s / measured) for line in found]
+    if density and len(found) < at_most:
+        bare = whole - sum((line.wave(whole.size, tau0) for line in found), np.zeros(1))
+        found += find_slow_lines(bare, tau0, density, at_most - len(found))
+    return sorted(found, key=lambda line: -line.gain), whole.size * tau0
+
+
+def described(
+    series: str,
+    lines: Sequence[Line],
+    duration_s: float,
+    rate_hz: float,
+    values: np.ndarray,
+    psd: Mapping[str, np.ndarray] | None = None,
+) -> list[Found]:
+    """The lines with their errors, names and cross-checks.
+
+    values: (n,) what they were found in; psd: its `f_hz`, `psd_mm2_hz`, `n_segments`.
+    """
+    m = np.array([first_maximum(line.f_0, rate_hz) for line in lines], np.int64)
+    avar = allan_variance(values, m).variance if len(lines) else m
+    found = []
+    for line, size, total in zip(lines, m, avar, strict=True):
+        a_error, f_error = line_errors(line.A_s, line.psd, duration_s)
+        snr, in_psd = _in_psd(line, psd)
+        own = float(Sinusoid(line.A_s, line.f_0).avar(size, 1 / rate_hz))
+        share = own / total if total > 0 else math.nan
+        found.append(
+            Found(
+                series, line, max(line.A_s - 1.96 * a_error, 0.0), line.A_s + 1.96 * a_error,
+                f_error, _harmonic(line, lines, duration_s), folds(line.f_0, rate_hz, f_error),
+                snr, in_psd, size / rate_hz, share, None if math.isnan(share) else share >= VISIBLE,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _harmonic(line: Line, lines: Sequence[Line], duration_s: float) -> tuple[int, float] | None:
+    """A whole multiple, 2 to 20, of a line at least as strong, to within 1/T."""
+    for other in sorted(lines, key=lambda x: x.f_0):
+        number = round(line.f_0 / other.f_0)
+        near = abs(line.f_0 - number * other.f_0) < 1 / duration_s
+        if 2 <= number <= 20 and near and other.gain >= line.gain:
+            return number, other.f_0
+    return None
+
+
+def folds(f_0: float, rate_hz: float, f_error: float = 0.0) -> str:
+    """A frame rate cannot tell f from rate - f, rate + f, ...: mains and lamps that would show
+    here, or "" where none would."""
+    for mains in MAINS:
+        for k in range(1, MAINS_HARMONICS + 1):
+            true = mains * k
+            folded = abs((true + rate_hz / 2) % rate_hz - rate_hz / 2)
+            reach = MAINS_TOLERANCE * mains * k + 3 * f_error
+            if folded < LEAST_FOLDED_HZ:
+                continue
+            if abs(folded - f_0) <= reach and true > rate_hz / 2:
+                return f"could be {true:g} Hz of {mains:g} Hz mains, folded at {rate_hz:g} Hz"
+            if abs(true - f_0) <= reach:
+                return f"could be {true:g} Hz of {mains:g} Hz mains"
+    return ""
+
+
+def _in_psd(line: Line, psd: Mapping[str, np.ndarray] | None) -> tuple[float, bool | None]:
+    """Greatest of the three points nearest to the line over the level round it, the median of its
+    neighbours put right to their mean; noise of K averaged segments reaches a gamma(K) quantile."""
+    if psd is None or len(psd["f_hz"]) < 3 * PSD_LEAVE:
+        return math.nan, None
+    from scipy.special import gammaincinv, gdtrc
+
+    f, density = np.asarray(psd["f_hz"], float), np.asarray(psd["psd_mm2_hz"], float)
+    at = int(np.argmin(np.abs(f - line.f_0)))
+    peak = float(density[max(at - 1, 0) : at + 2].max())
+    k = np.arange(max(at - PSD_REACH, 1), min(at + PSD_REACH + 1, f.size))
+    k = k[np.abs(k - at) > PSD_LEAVE]
+    segments = max(float(np.max(psd["n_segments"])), 1.0)
+    degrees = segments if segments < 2 else segments / 1.1  # half-overlapping Hann windows
+    level = float(np.median(density[k]) * degrees / gammaincinv(degrees, 0.5))
+    if not level > 0:
+        return math.nan, None
+    return peak / level, bool(3 * gdtrc(degrees, degrees, peak / level) < PSD_P)
+
+
+def first_maximum(f_0: float, rate_hz: float) -> int:
+    """m at which the Allan variance of a sinusoid is greatest, about 0.37 periods."""
+    m = np.arange(1, max(math.ceil(rate_hz / f_0), 1) + 1)
+    return int(m[np.argmax(Sinusoid(1.0, f_0).avar(m, 1 / rate_hz))])

@@ -1,0 +1,213 @@
+"""Everything that can be said of what is wrong with one recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.noise.describe import moving_markers
+from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
+from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
+from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
+from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
+from mocap_metrology.noise.diagnosis.resolution import Resolution, resolution
+from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
+from mocap_metrology.noise.diagnosis.spikes import isolated, off_frames, without
+from mocap_metrology.noise.estimates import model_of
+from mocap_metrology.noise.gaussian import Drift, drift
+from mocap_metrology.noise.model import NoiseModel, Sinusoid
+from mocap_metrology.noise.series import all_series
+from mocap_metrology.noise.spectral_fit.likelihood import LONGEST_GAP, likelihood
+from mocap_metrology.noise.spectrum import welch
+
+NOTCHES = 3  # of a series: its strongest lines
+MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
+Rows = Sequence[Mapping[str, Any]]
+Columns = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What is known of a recording before it is diagnosed. coordinates: x1, y1, ... (n,) mm, NaN in
+    gaps; labels of its markers; pairs of their numbers from 1; step of the file and its kind."""
+
+    coordinates: Mapping[str, np.ndarray]
+    labels: Sequence[str]
+    pairs: Sequence[tuple[int, int]]
+    frame_rate_hz: float
+    resolution_mm: float
+    resolution_kind: str
+
+    @property
+    def n_frames(self) -> int:
+        return len(next(iter(self.coordinates.values())))
+
+    @property
+    def duration_s(self) -> float:
+        return self.n_frames / self.frame_rate_hz
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Of one recording. spikes: isolated frames that were off, a coordinate; missing: share of
+    frames a marker lacks; drifts: a series; moving: a line a marker; dynamics, levels (blocks of a
+    second): a series; n_windows: that events were looked for in; quiet: coordinates and
+    distances, spikes bridged; spectra: Welch's, without the events."""
+
+    events: list[Event]
+    lines: list[Found]
+    filtered: list[Filtered]
+    resolutions: list[Resolution]
+    spikes: dict[str, np.ndarray]
+    missing: dict[str, float]
+    drifts: dict[str, Drift]
+    moving: list[str]
+    dynamics: dict[str, list[Dynamic]]
+    levels: dict[str, Blocks]
+    n_windows: int
+    quiet: dict[str, np.ndarray]
+    spectra: dict[str, dict[str, np.ndarray]]
+
+
+def diagnose(
+    recording: Recording,
+    noise: Rows,
+    psd: Columns | None = None,
+    settings: DiagnosisSettings | None = None,
+    welch_settings: Mapping[str, float] | None = None,
+) -> Diagnosis:
+    """noise: rows of noise.csv, of which `likelihood` counts; psd: columns of psd.parquet, which is
+    made anew without the events where there are any. Units mm, s, Hz.
+
+    Lines, resolution and filters are those of the recording without its events; where there are
+    any, the noise model is fitted anew to what the filters are tried on.
+    """
+    settings = settings or DiagnosisSettings()
+    rate, step = recording.frame_rate_hz, recording.resolution_mm
+    step = step if np.isfinite(step) else 0.0
+    spikes, coordinates = _quiet(recording, settings, step)
+    dynamics, levels, drifts, quiet = {}, {}, {}, dict(coordinates)
+    for name, series in all_series(coordinates, recording.pairs):
+        dynamics[name] = dynamic_allan(series, rate, step)
+        levels[name] = blocks(series, rate)
+        drifts[name] = drift(series, rate)
+        quiet.setdefault(name, series.astype(np.float32) if name not in coordinates else series)
+    events = find_events(dynamics, levels, quiet, rate, settings.false_alarm, settings.side_s)
+    away = inside_events(events, recording.n_frames, 1 / rate)
+    if away.mean() > MOST_BLANKED:
+        away[:] = False
+    wide = _widened(away)
+    lines, filtered, resolutions, spectra = [], [], [], {}
+    for name, series in quiet.items():
+        blank = np.where(away, np.nan, series.astype(np.float64))
+        model, spectrum = _model(noise, name), _rows(psd, name)
+        if away.any():
+            model = _refitted(np.where(wide, np.nan, blank), rate) or model
+            spectrum = _welch(blank, rate, welch_settings or {})
+        if spectrum is not None:
+            spectra[name] = spectrum
+        density = partial(model.psd, tau0=1 / rate) if model else None
+        own_lines, own_filtered = _lines_and_filters(name, blank, rate, density, spectrum, settings)
+        lines += own_lines
+        filtered += own_filtered
+        avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
+        kind = recording.resolution_kind
+        resolutions.append(resolution(name, step, kind, avar_1, 1 / rate, name.startswith("L")))
+    return Diagnosis(
+        events, lines, filtered, resolutions, spikes, _missing(recording), drifts,
+        _moving(recording, settings), dynamics, levels,
+        sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
+    )  # fmt: skip
+
+
+def _lines_and_filters(
+    name: str,
+    series: np.ndarray,
+    rate_hz: float,
+    density: Callable[[np.ndarray], np.ndarray] | None,
+    spectrum: Columns | None,
+    settings: DiagnosisSettings,
+) -> tuple[list[Found], list[Filtered]]:
+    found, duration = series_lines(series, 1 / rate_hz, settings.max_lines, density)
+    notches = [line.f_0 for line in found[:NOTCHES]]
+    among = filters(rate_hz, settings.cutoffs_hz, notches, settings.notch_width_hz)
+    sinusoids = [Sinusoid(line.A_s, line.f_0) for line in found]
+    return (
+        described(name, found, duration, rate_hz, series, spectrum),
+        tried(name, series, rate_hz, among, density, sinusoids),
+    )
+
+
+def _quiet(
+    recording: Recording, settings: DiagnosisSettings, step: float
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Isolated frames of every coordinate, and the coordinates without them."""
+    raw = recording.coordinates
+    off = {k: off_frames(v, settings.spike_sigma, step) for k, v in raw.items()}
+    spikes = isolated(off, {k: int(k[1:]) for k in raw})
+    return spikes, {k: without(v, spikes[k]) for k, v in raw.items()}
+
+
+def _missing(recording: Recording) -> dict[str, float]:
+    return {
+        label: float(np.isnan(recording.coordinates[f"x{k}"]).mean())
+        for k, label in enumerate(recording.labels, start=1)
+    }
+
+
+def _moving(recording: Recording, settings: DiagnosisSettings) -> list[str]:
+    positions = {
+        label: [recording.coordinates[f"{axis}{k}"] for axis in "xyz"]
+        for k, label in enumerate(recording.labels, start=1)
+    }
+    return moving_markers(positions, recording.frame_rate_hz, settings.still_range_mm)
+
+
+def _model(noise: Rows, series: str) -> NoiseModel | None:
+    """The likelihood's model of a series, or None without one."""
+    own = [r for r in noise if r["series"] == series and r["estimator"] == "likelihood"]
+    model = model_of(own) if any(r["status"] != "refused" for r in own) else None
+    return model if model and model.broadband else None
+
+
+def _welch(
+    series: np.ndarray, rate_hz: float, asked: Mapping[str, float]
+) -> dict[str, np.ndarray] | None:
+    try:
+        found = welch(series, rate_hz, **asked)
+    except Refusal:
+        return None
+    n = np.full(found.f_hz.size, found.n_segments)
+    return {"f_hz": found.f_hz, "psd_mm2_hz": found.psd, "n_segments": n}
+
+
+def _widened(away: np.ndarray) -> np.ndarray:
+    """With gaps long enough that the likelihood parts the series there and fills nothing."""
+    wide = away.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(np.int8), [0]])))
+    for first, last in edges.reshape(-1, 2):
+        wide[max(first - LONGEST_GAP // 2, 0) : last + LONGEST_GAP // 2 + 1] = True
+    return wide
+
+
+def _refitted(series: np.ndarray, rate_hz: float) -> NoiseModel | None:
+    try:
+        model = likelihood(middle(series), 1 / rate_hz).estimate.model
+    except Refusal:
+        return None
+    return model if model.broadband else None
+
+
+def _rows(columns: Columns | None, series: str) -> dict[str, np.ndarray] | None:
+    """Of one series."""
+    if columns is None:
+        return None
+    keep = columns["series"] == series
+    return {k: v[keep] for k, v in columns.items() if k != "series"} if keep.any() else None

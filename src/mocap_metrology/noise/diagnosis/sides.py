@@ -1,0 +1,196 @@
+"""Five minutes before and after: did a level of noise change? (S 3.5)"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+BLOCK_S = 1.0  # fast noise is what is left about means so long
+JOINED = 10  # blocks whose logarithmic mean is one point of a search for changes
+FEWEST = 5  # blocks a side can be judged by
+LEAST_POINTS = 6  # of a search, a side
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Means and variances about them of blocks of about a second, (k,), NaN with less than half."""
+
+    mean: np.ndarray
+    variance: np.ndarray
+    length_s: float
+
+    @property
+    def start_s(self) -> np.ndarray:
+        return np.arange(self.mean.size) * self.length_s
+
+    def between(self, start_s: float, stop_s: float, out_of: np.ndarray | None = None) -> Blocks:
+        """Those that lie within, and not in `out_of` (k,)."""
+        keep = (self.start_s >= start_s - 1e-9) & (self.start_s + self.length_s <= stop_s + 1e-9)
+        keep &= np.isfinite(self.mean) & (True if out_of is None else ~out_of)
+        return Blocks(self.mean[keep], self.variance[keep], self.length_s)
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation of all samples: within blocks and between them."""
+        if self.mean.size < 2:
+            return math.nan
+        return math.sqrt(self.variance.mean() + self.mean.var())
+
+    @property
+    def fast_sd(self) -> float:
+        """Of the noise about the blocks' means."""
+        return math.sqrt(self.variance.mean()) if self.mean.size else math.nan
+
+
+@dataclass(frozen=True)
+class Sides:
+    """One series around an event, mm: sd of everything (S's descriptor; slow noise makes it
+    wander), sd of what is faster than a second, and the ratio of the latter, after to before, with
+    its interval."""
+
+    series: str
+    sd_before: float
+    sd_after: float
+    fast_before: float
+    fast_after: float
+    ratio: float
+    lower: float
+    upper: float
+
+    @property
+    def changed(self) -> bool:
+        return self.lower > 1 or self.upper < 1
+
+
+def blocks(series: np.ndarray, rate_hz: float) -> Blocks:
+    """Of (n,) series with NaN in gaps; the variance is unbiased for white noise."""
+    size = max(round(BLOCK_S * rate_hz), 2)
+    rows = series[: series.size // size * size].reshape(-1, size)
+    count = np.isfinite(rows).sum(axis=1)
+    enough = count >= size / 2
+    mean, variance = np.full(len(rows), np.nan), np.full(len(rows), np.nan)
+    whole = count == size
+    mean[whole] = rows[whole].mean(axis=1)
+    variance[whole] = rows[whole].var(axis=1, ddof=1)
+    for k in np.flatnonzero(enough & ~whole):
+        known = rows[k][np.isfinite(rows[k])]
+        mean[k], variance[k] = known.mean(), known.var(ddof=1)
+    return Blocks(mean, variance, size / rate_hz)
+
+
+def compare(series: str, before: Blocks, after: Blocks, tail: float) -> Sides:
+    """Both sides; tail: probability that the ratio's interval misses the truth on either side.
+
+    The variances of blocks are averaged, and the error of the mean of k of them is taken from their
+    own scatter and correlation with the next: var (1 + 2 r_1) / k, r_1 >= 0; the logarithm of the
+    ratio is taken for t-distributed with as many degrees of freedom as the smaller side has.
+    """
+    from scipy.special import stdtrit
+
+    fast = before.fast_sd, after.fast_sd
+    few = min(before.mean.size, after.mean.size)
+    if few < FEWEST or not min(fast) > 0:
+        return Sides(series, before.sd, after.sd, *fast, math.nan, math.nan, math.nan)
+    error = math.sqrt(_relative(before.variance) + _relative(after.variance)) / 2
+    reach = float(stdtrit(few - 1, 1 - tail / 2)) * error
+    ratio = fast[1] / fast[0]
+    return Sides(
+        series, before.sd, after.sd, *fast,
+        ratio, ratio * math.exp(-reach), ratio * math.exp(reach),
+    )  # fmt: skip
+
+
+def _relative(variance: np.ndarray) -> float:
+    """Relative variance of the mean of these."""
+    z = variance - variance.mean()
+    power = float(z @ z)
+    if not power > 0:
+        return 0.0
+    r_1 = max(float(z[1:] @ z[:-1]) / power, 0.0)
+    return power / (variance.size - 1) * (1 + 2 * r_1) / variance.size / variance.mean() ** 2
+
+
+@dataclass(frozen=True)
+class Change:
+    """A lasting change of the level of fast noise; p: probability of such a one anywhere in the
+    recording by chance, at most."""
+
+    time_s: float
+    series: str
+    p: float
+
+
+def changes(
+    found: dict[str, Blocks], out_of: np.ndarray, side_s: float, false_alarm: float
+) -> list[Change]:
+    """Lasting changes of level in any series, the surest first, none within `side_s` of another.
+
+    Logarithms of the blocks' variances, averaged over ten blocks, are compared by their medians
+    over `side_s` before and after every such point, with the scatter of their differences from one
+    to the next; Student's t, Bonferroni over points and series. out_of (k,): blocks in events.
+    """
+    points = {name: _log_levels(one.variance, out_of) for name, one in found.items()}
+    length = next(iter(found.values())).length_s * JOINED if found else 1.0
+    reach = max(round(side_s / length), LEAST_POINTS)
+    candidates = []
+    n_tests = sum(max(g.size - 2 * LEAST_POINTS + 1, 0) for g in points.values())
+    for name, g in points.items():
+        for at, p in _contrasts(g, reach):
+            if p * n_tests < false_alarm:
+                place = _split(g, at, reach)
+                candidates.append(Change(place * length, name, min(p * n_tests, 1.0)))
+    kept: list[Change] = []
+    for one in sorted(candidates, key=lambda c: c.p):
+        if all(abs(one.time_s - other.time_s) >= side_s for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        g = np.log(np.where(out_of[: variance.size], np.nan, variance))
+    g[~np.isfinite(g)] = np.nan
+    rows = g[: g.size // JOINED * JOINED].reshape(-1, JOINED)
+    known = np.isfinite(rows)
+    total = np.where(known, rows, 0.0).sum(axis=1)
+    return np.where(
+        known.sum(axis=1) * 2 >= JOINED, total / np.maximum(known.sum(axis=1), 1), np.nan
+    )
+
+
+def _split(g: np.ndarray, at: int, reach: int) -> int:
+    """Where two levels fit the points within `reach` of `at` best, by least squares."""
+    first, last = max(at - reach, 0), min(at + reach, g.size)
+    points = g[first:last]
+    known = np.isfinite(points)
+    total = np.cumsum(np.where(known, points, 0.0))[:-1]
+    count = np.cumsum(known)[:-1]
+    rest, left = total[-1] + np.nan_to_num(points[-1]) - total, known.sum() - count
+    gain = total**2 / np.maximum(count, 1) + rest**2 / np.maximum(left, 1)
+    return first + 1 + int(np.argmax(gain))
+
+
+def _contrasts(g: np.ndarray, reach: int) -> list[tuple[int, float]]:
+    """(place, p) of every comparison of medians, two-sided p."""
+    from scipy.special import stdtr
+
+    steps = np.diff(g)
+    steps = steps[np.isfinite(steps)]
+    if steps.size < 2 * LEAST_POINTS - 1:
+        return []
+    scale = 1.4826 * float(np.median(np.abs(steps))) / math.sqrt(2)
+    if not scale > 0:
+        return []
+    dof = max(0.37 * steps.size, 3.0)  # efficiency of the median absolute deviation
+    found = []
+    for at in range(LEAST_POINTS, g.size - LEAST_POINTS + 1):
+        before, after = g[max(at - reach, 0) : at], g[at : at + reach]
+        before, after = before[np.isfinite(before)], after[np.isfinite(after)]
+        if min(before.size, after.size) < LEAST_POINTS:
+            continue
+        error = 1.2533 * scale * math.sqrt(1 / before.size + 1 / after.size)
+        z = abs(float(np.median(after) - np.median(before))) / error
+        found.append((at, 2 * float(stdtr(dof, -z))))
+    return found

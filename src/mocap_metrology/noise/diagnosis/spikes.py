@@ -1,0 +1,71 @@
+"""Isolated frames that are off: outliers, the business of the Hampel filter and not events."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.noise.spectral_fit.gaps import bridged
+
+LONGEST = 2  # frames; what is off for longer is an event
+NEAR = 2  # frames between markers that were struck by the same thing
+SAMPLED = 1 << 18  # values a scale is taken of
+
+
+def spread(values: np.ndarray) -> float:
+    """1.4826 MAD of (n,) values, of every k-th of long ones; NaN left out."""
+    known = values[:: max(values.size // SAMPLED, 1)]
+    known = known[np.isfinite(known)]
+    return MAD_TO_SIGMA * float(np.median(np.abs(known - np.median(known)))) if known.size else 0.0
+
+
+def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> np.ndarray:
+    """Frames of (n,) that are farther than n_sigma scales from the median of the five round them;
+    the scale is that of all these distances, or of steps from frame to frame over sqrt(2) if that
+    is more (smoothed tracks lie on their medians), half a step of the file at least."""
+    from scipy.ndimage import median_filter
+
+    distance = series - median_filter(series, 5)
+    scale = max(spread(distance), spread(np.diff(series)) / np.sqrt(2), resolution / 2)
+    with np.errstate(invalid="ignore"):
+        return np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
+
+
+def isolated(off: Mapping[str, np.ndarray], markers: Mapping[str, int]) -> dict[str, np.ndarray]:
+    """Those of the `off_frames` of every coordinate that are spikes: one or two frames long while
+    no other marker was off within two frames.
+
+    off: coordinate -> frames, ascending; markers: coordinate -> number of its marker.
+    """
+    found = {}
+    for name, frames in off.items():
+        others = [off[k] for k in off if markers[k] != markers[name]]
+        elsewhere = np.unique(np.concatenate(others)) if others else np.empty(0, int)
+        groups = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
+        kept = [g for g in groups if 0 < g.size <= LONGEST and not _near(g, elsewhere)]
+        found[name] = np.concatenate(kept) if kept else np.empty(0, int)
+    return found
+
+
+def _near(group: np.ndarray, frames: np.ndarray) -> bool:
+    first, last = np.searchsorted(frames, (group[0] - NEAR, group[-1] + NEAR + 1))
+    return bool(last > first)
+
+
+def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """The series with straight lines over these frames; gaps stay."""
+    if not frames.size:
+        return series
+    out = series.copy()
+    missing = np.isnan(series)
+    out[frames] = np.nan
+    near = np.unique(frames[:, None] + np.arange(-4, 5))
+    near = near[(near >= 0) & (near < series.size)]
+    pieces = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
+    for piece in pieces:
+        if np.isfinite(out[piece]).any():
+            out[piece] = bridged(out[piece])
+    out[missing] = np.nan
+    return out

@@ -1,0 +1,161 @@
+"""Events in simulated recordings whose truth is known, and how often sound ones show any."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
+from mocap_metrology.noise.diagnosis.events import find_events
+from mocap_metrology.noise.diagnosis.sides import blocks, compare
+from mocap_metrology.noise.diagnosis.spikes import isolated, off_frames, without
+from mocap_metrology.noise.series import all_series
+from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+
+RATE = 120.0
+NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")
+KINDS = (("T40", 10), ("Bonita", 10), ("Vantage", 9))
+CRUMP = {"time_s": 220.0, "amplitude_mm": 1.0, "decay_s": 0.8, "frequency_hz": 5.0}
+FALSE_ALARM = 0.01
+
+
+def recorded(kind, seed, duration_s=600.0, **more):
+    """Coordinates (6, n) of a twin of the published coefficients, and its truth."""
+    published = {"camera_type": kind[0], "n_cameras": kind[1]}
+    twin = twin_from_mapping({"published": published, "seed": 1, **more}, f"{kind[0]}-{kind[1]}")
+    made = simulate(twin, duration_s, seed)
+    return made.position_mm.reshape(6, -1), made.truth
+
+
+def events_of(position, false_alarm=FALSE_ALARM):
+    raw = dict(zip(NAMES, position.astype(np.float32), strict=True))
+    off = {k: off_frames(v, 6.0) for k, v in raw.items()}
+    spikes = isolated(off, {k: int(k[1]) for k in raw})
+    quiet = {k: without(v, spikes[k]) for k, v in raw.items()}
+    series = dict(all_series(quiet, [(1, 2)]))
+    dynamics = {k: dynamic_allan(v, RATE) for k, v in series.items()}
+    levels = {k: blocks(v, RATE) for k, v in series.items()}
+    return find_events(dynamics, levels, series, RATE, false_alarm, 300.0)
+
+
+def loud_after(position, from_s, factor):
+    """The same with its noise made `factor` times as large from then on."""
+    first = int(from_s * RATE)
+    steps = np.diff(position, axis=1)
+    steps[:, first:] *= factor
+    return np.concatenate([position[:, :1], position[:, :1] + np.cumsum(steps, axis=1)], axis=1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sound_recordings_have_no_events(kind):
+    """15 of 10 minutes at a false alarm of 1 %; `study` below has a hundred."""
+    outliers = {"per_hour": 100, "amplitude_mm": 0.5}
+    for seed in range(5):
+        position, _ = recorded(kind, seed, outliers=outliers)
+        assert not events_of(position)
+
+
+@pytest.mark.study
+def test_a_hundred_sound_recordings_have_about_one_event():
+    """At most 1 % is promised; chance allows four of 102 with probability 0.02."""
+    count = 0
+    for seed in range(34):
+        for kind in KINDS:
+            count += bool(events_of(recorded(kind, 1000 + seed)[0]))
+    assert count <= 3
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_crump_is_found_and_measured(kind):
+    outliers = {"per_hour": 100, "amplitude_mm": 0.5}
+    for seed in range(2):
+        position, truth = recorded(kind, seed, crump=CRUMP, outliers=outliers)
+        (event,) = events_of(position)
+        t = np.arange(1200) / RATE
+        swing = np.exp(-t / CRUMP["decay_s"]) * np.sin(2 * np.pi * CRUMP["frequency_hz"] * t)
+        size = np.abs(truth["crump"]["weights"]).max() * np.abs(swing).max()
+        assert abs(event.time_s - CRUMP["time_s"]) < 0.1
+        assert event.size_mm == pytest.approx(size, rel=0.2)
+        assert set(event.series) >= set(NAMES)
+        assert event.word == "one of a kind"
+        assert abs(event.shift_mm) < 0.2 * size
+
+
+def test_noise_that_doubles_after_a_crump_is_said_to():
+    for seed in range(2):
+        position, _ = recorded(("T40", 10), seed, crump=CRUMP)
+        (event,) = events_of(loud_after(position, CRUMP["time_s"] + 5, 2.0))
+        assert event.kind == "burst"
+        assert event.word == "level changed"
+        assert all(side.lower < 2.0 < side.upper for side in event.sides)
+
+
+def test_noise_that_doubles_without_a_crump_is_found_where_it_does():
+    position, _ = recorded(("Vantage", 9), 3)
+    (event,) = events_of(loud_after(position, 250.0, 2.0))
+    assert event.kind == "level"
+    assert abs(event.time_s - 250.0) <= 10.0
+    assert not np.isfinite(event.size_mm)
+
+
+def test_sides_that_are_equal_are_said_so_as_often_as_promised():
+    """5 % intervals of flicker and Gauss-Markov noise of Vantage-9, of 105 series."""
+    missed = []
+    for seed in range(15):
+        position, _ = recorded(("Vantage", 9), seed)
+        for name, series in all_series(dict(zip(NAMES, position, strict=True)), [(1, 2)]):
+            one = blocks(series, RATE)
+            missed.append(compare(name, one.between(0, 299), one.between(301, 600), 0.05).changed)
+    assert 0.005 <= np.mean(missed) <= 0.11  # binomial, 99.5 %
+
+
+def test_one_frame_of_one_marker_is_no_event_and_of_both_is():
+    rng = np.random.default_rng(5)
+    position = rng.normal(0, 0.01, (6, 36_000)) + np.array([[160], [0], [0], [0], [0], [0]])
+    position[1, 9_000] += 0.5
+    position[3:, 20_000:20_002] += 0.4
+    assert not events_of(position)
+    position[:, 30_000] += 0.4
+    (event,) = events_of(position)
+    assert event.time_s == pytest.approx(250.0, abs=0.05)
+    assert event.size_mm == pytest.approx(0.4, rel=0.2)
+    position[:, 33_000:33_005] -= 0.4
+    assert [e.word for e in events_of(position)] == ["one of 2"] * 2
+
+
+def test_slow_noise_and_gaps_are_no_events():
+    """Random walk, flicker-like and Gauss-Markov steps are stationary once differenced."""
+    rng = np.random.default_rng(6)
+    walk = np.cumsum(rng.normal(0, 0.004, (6, 72_000)), axis=1)
+    walk[0] += 160
+    walk[:3, 5_000:5_400] = np.nan
+    walk[3:, 50_000:50_090] = np.nan
+    assert not events_of(walk)
+
+
+def test_a_step_of_place_is_an_event_with_its_shift():
+    rng = np.random.default_rng(7)
+    position = rng.normal(0, 0.01, (6, 72_000)) + np.array([[160], [0], [0], [0], [0], [0]])
+    position[1, 36_000:] -= 0.08
+    (event,) = events_of(position)
+    assert event.time_s == pytest.approx(300.0, abs=0.1)
+    assert event.largest == "y1"
+    assert event.shift_mm == pytest.approx(-0.08, abs=0.005)
+
+
+def test_the_bound_holds_in_the_tail():
+    """Share of windows beyond x is at most exp(-x), for white noise at every averaging time."""
+    rng = np.random.default_rng(8)
+    x = np.concatenate([
+        d.x for _ in range(6) for d in dynamic_allan(rng.normal(size=200_000), RATE)
+    ])  # fmt: skip
+    for level in (2.0, 4.0, 6.0):
+        assert np.mean(x > level) <= np.exp(-level)
+    assert np.mean(x > 2.0) > 1e-4  # and is not empty
+
+
+def test_short_and_constant_series_have_no_windows():
+    assert dynamic_allan(np.zeros(5000), RATE) == []
+    assert dynamic_allan(np.full(500, np.nan), RATE) == []
+    assert dynamic_allan(np.arange(100.0), RATE) == []
+    assert [s.m for s in scales(50.0)] == [1, 2, 4, 8, 16]

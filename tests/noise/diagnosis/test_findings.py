@@ -1,0 +1,140 @@
+"""The whole diagnosis of simulated recordings: numbers in the tables and in the words."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+
+from mocap_metrology.noise.diagnosis.findings import findings
+from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.noise.estimates import rows
+from mocap_metrology.noise.series import all_series
+from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.spectral_fit.likelihood import likelihood
+from mocap_metrology.present.diagnosis.tables import write_diagnosis
+
+RATE = 120.0
+NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")
+CRUMP = {"time_s": 150.0, "amplitude_mm": 1.0, "decay_s": 0.6, "frequency_hz": 5.0}
+SETTINGS = DiagnosisSettings()
+
+
+def made(position, resolution_mm=1.5e-5):
+    coordinates = dict(zip(NAMES, position.reshape(6, -1).astype(np.float32), strict=True))
+    return Recording(coordinates, ("A", "B"), [(1, 2)], RATE, resolution_mm, "float32")
+
+
+def noise_rows(recording):
+    found = []
+    for name, series in all_series(recording.coordinates, recording.pairs):
+        found += rows(name, likelihood(series, 1 / RATE).estimate)
+    return found
+
+
+@pytest.fixture(scope="module")
+def crumped():
+    twin = twin_from_mapping(
+        {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 9, "crump": CRUMP}, "T40-10"
+    )
+    recording = made(simulate(twin, 420.0).position_mm)
+    noise = noise_rows(recording)
+    found = diagnose(recording, noise, None, SETTINGS)
+    return recording, noise, found, findings(recording, found, noise, SETTINGS)
+
+
+def test_files_hold_what_was_found(crumped, tmp_path):
+    recording, _, found, said = crumped
+    write_diagnosis(tmp_path, "r", "twin", recording, found, said)
+    (event,) = csv.DictReader((tmp_path / "events.csv").open())
+    assert float(event["time_s"]) == pytest.approx(150.0, abs=0.1)
+    assert event["markers"] == "A;B"
+    assert event["word"] == "one of a kind"
+    assert float(event["ratio_lower"]) < 1 < float(event["ratio_upper"])
+    lines = list(csv.DictReader((tmp_path / "periodic.csv").open()))
+    z1 = next(r for r in lines if r["series"] == "z1")
+    assert float(z1["f_hz"]) == pytest.approx(14.4, abs=0.01)
+    assert float(z1["alias_below_hz"]) == pytest.approx(105.6, abs=0.01)
+    table = list(csv.DictReader((tmp_path / "filters.csv").open()))
+    names = {r["filter"] for r in table if r["series"] == "z1"}
+    assert {"none", "Butterworth 6 Hz", "Butterworth 10 Hz", "notch 14.4 Hz"} <= names
+    document = json.loads((tmp_path / "diagnosis.json").read_text())
+    assert document["source"] == "twin"
+    assert {"event", "periodic", "filter", "resolution"} <= {
+        f["kind"] for f in document["findings"]
+    }
+
+
+def test_filters_are_predicted_without_the_event(crumped):
+    """The model in noise.csv holds the crump; the one fitted anew agrees with what is measured."""
+    _, _, found, _ = crumped
+    for one in found.filtered:
+        assert one.measured.sigma == pytest.approx(one.predicted.sigma, rel=0.05)
+
+
+def test_words_are_sentences_with_the_numbers(crumped):
+    _, _, _, said = crumped
+    event = next(f for f in said if f.kind == "event")
+    assert event.severity == "warning"
+    assert event.words.startswith("At 150.0 s something moved")
+    for finding in said:
+        assert finding.words.endswith(".")
+        assert "nan" not in finding.words
+        assert finding.severity in ("info", "warning")
+    assert [f.severity for f in said] == sorted((f.severity for f in said), reverse=True)
+
+
+def test_tables_without_rows_keep_their_heads(tmp_path):
+    rng = np.random.default_rng(1)
+    recording = made(rng.normal(0, 0.01, (6, 6000)) + np.array([[160], [0], [0], [0], [0], [0]]))
+    found = diagnose(recording, [], None, SETTINGS)
+    said = findings(recording, found, [], SETTINGS)
+    write_diagnosis(tmp_path, "r", "measured", recording, found, said)
+    assert len((tmp_path / "events.csv").read_text().splitlines()) == 1
+    assert len((tmp_path / "periodic.csv").read_text().splitlines()) == 1
+    assert next(f for f in said if f.kind == "event").words.startswith("No event")
+    assert all(f.predicted is None for f in found.filtered)
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(21, "Too short to decide"), (23, "No event")])
+def test_without_room_for_both_sides_nothing_is_decided(seconds, words):
+    rng = np.random.default_rng(1)
+    recording = made(rng.normal(0, 0.01, (6, round(seconds * RATE))) + 100)
+    found = diagnose(recording, [], None, SETTINGS)
+    assert found.n_windows > 0 and not found.events
+    said = next(f for f in findings(recording, found, [], SETTINGS) if f.kind == "event")
+    assert said.words.startswith(words)
+    assert said.numbers["n_events"] == (None if seconds < 22 else 0)
+
+
+@pytest.mark.parametrize("n", [17, 130, 700])
+def test_short_constant_and_missing_series_are_told_of(n, tmp_path):
+    rng = np.random.default_rng(2)
+    position = rng.normal(0, 0.01, (6, n))
+    position[0] = 5.0
+    position[3:] = np.nan
+    recording = made(position)
+    found = diagnose(recording, [], None, SETTINGS)
+    said = findings(recording, found, [], SETTINGS)
+    write_diagnosis(tmp_path, "r", "measured", recording, found, said)
+    gaps = next(f for f in said if f.kind == "gaps")
+    assert gaps.severity == "warning"
+    assert "B is missing in 100 %" in gaps.words
+
+
+def test_a_coarse_file_and_a_moving_marker_are_warned_of():
+    rng = np.random.default_rng(3)
+    position = rng.normal(0, 0.008, (6, 12_000)) + np.array([[160], [0], [0], [0], [0], [0]])
+    position[1] += np.linspace(0, 5, 12_000)
+    recording = made(np.round(position / 0.01) * 0.01, 0.01)
+    found = diagnose(recording, [], None, SETTINGS)
+    said = {f.kind: f for f in findings(recording, found, [], SETTINGS)}
+    assert said["resolution"].severity == "warning"
+    share = found.resolutions[0].share
+    assert share == pytest.approx(0.01**2 / 12 / (0.008**2 + 0.01**2 / 12), rel=0.1)
+    assert said["moving"].severity == "warning"
+    assert math.isclose(found.drifts["y1"].per_hour, 5 * 36, rel_tol=0.05)

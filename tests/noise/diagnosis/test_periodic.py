@@ -1,0 +1,131 @@
+"""Lines of known frequency and size, and what is said of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.noise.diagnosis.periodic import (
+    described,
+    first_maximum,
+    folds,
+    series_lines,
+)
+from mocap_metrology.noise.model import Sinusoid
+from mocap_metrology.noise.published import published_row
+from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.spectral_fit.lines import Line
+from mocap_metrology.noise.spectrum import welch
+
+RATE = 120.0
+
+
+def found_in(series, **more):
+    lines, duration = series_lines(series, 1 / RATE, 10)
+    return described("x1", lines, duration, RATE, series, **more)
+
+
+def noise(n=72_000, sigma=0.01, seed=1):
+    return np.random.default_rng(seed).normal(0, sigma, n)
+
+
+def wave(amplitude, f_hz, n=72_000):
+    return amplitude * np.sin(2 * np.pi * f_hz * np.arange(n) / RATE + 0.3)
+
+
+def test_the_line_of_s_is_named():
+    """z1 of ten T40: published at 14.4 Hz."""
+    published = published_row("T40", 10)["z1"].coefficients()
+    twin = twin_from_mapping(
+        {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 4}, "T40-10"
+    )
+    (line,) = found_in(simulate(twin, 600.0).position_mm[0, 2])
+    assert line.line.f_0 == pytest.approx(14.4, abs=0.01)
+    assert line.line.f_0 == pytest.approx(published["f_0"], abs=0.01)
+    assert line.lower < published["A_s"] < line.upper
+    assert line.in_adev
+
+
+def test_several_lines_and_harmonics():
+    series = noise() + wave(0.003, 7.0) + wave(0.0015, 21.0) + wave(0.002, 31.7)
+    found = {round(x.line.f_0, 1): x for x in found_in(series)}
+    assert set(found) == {7.0, 21.0, 31.7}
+    assert found[21.0].harmonic == (3, pytest.approx(7.0, abs=0.001))
+    assert found[7.0].harmonic is None
+    assert found[31.7].harmonic is None
+    assert "harmonic 3 of" in found[21.0].word
+
+
+def test_the_interval_of_the_amplitude_covers():
+    """95 %: between 51 and 60 of 60 with probability 0.999."""
+    inside = 0
+    for seed in range(60):
+        (one,) = found_in(noise(12_000, seed=seed) + wave(0.002, 9.3, 12_000))
+        inside += one.lower < 0.002 < one.upper
+    assert inside >= 51
+
+
+def test_share_of_the_allan_variance_is_the_closed_form():
+    series = noise() + wave(0.004, 14.4)
+    (one,) = found_in(series)
+    m = first_maximum(14.4, RATE)
+    assert m == 3  # 0.371 periods of 8.33 frames
+    own = Sinusoid(0.004, 14.4).avar(m, 1 / RATE)
+    assert one.share == pytest.approx(own / (own + 1e-4 / m), rel=0.05)
+    assert one.tau_s == pytest.approx(3 / RATE)
+
+
+def test_welch_sees_a_strong_line_and_not_a_weak_one():
+    def psd(series, segment_s=600.0):
+        made = welch(series, RATE, segment_s)
+        n = np.full(made.f_hz.size, made.n_segments)
+        return {"f_hz": made.f_hz, "psd_mm2_hz": made.psd, "n_segments": n}
+
+    strong, weak = noise() + wave(0.003, 14.4), noise() + wave(0.0004, 14.4)
+    (one,) = found_in(strong, psd=psd(strong))
+    assert one.in_psd
+    # A Hann window's line stands A^2/2 over its noise bandwidth of 1.5 bins
+    segment = 600 / 4.5
+    assert one.snr_psd == pytest.approx(0.003**2 / 2 * segment / 1.5 / (1e-4 * 2 / RATE), rel=0.5)
+    assert all(not x.in_psd for x in found_in(weak, psd=psd(weak, 10.0)))
+
+
+def test_gaps_neither_shrink_a_line_nor_make_one():
+    """Straight lines over the two of seconds would be bumps of some hundredths of a Hz."""
+    series = noise() + wave(0.004, 14.4)
+    series[10_000:14_000:40] = np.nan
+    series[30_000:31_000] = np.nan
+    series[50_000:50_700] = np.nan
+    lines, duration = series_lines(series, 1 / RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE))
+    assert duration == 600.0
+    (one,) = described("x1", lines, duration, RATE, series)
+    assert one.line.f_0 == pytest.approx(14.4, abs=0.01)
+    assert one.lower < 0.004 < one.upper
+    (one,) = found_in(series)
+    assert one.lower < 0.004 < one.upper
+
+
+def test_mains_behind_the_fold():
+    assert "100 Hz of 50 Hz mains, folded" in folds(20.0, 120.0)
+    assert "100 Hz of 50 Hz mains, folded" in folds(19.9, 120.0)
+    assert folds(50.0, 120.0) == "could be 50 Hz of 50 Hz mains"
+    assert folds(14.4, 120.0) == ""
+    assert folds(0.05, 120.0) == ""
+
+
+@pytest.mark.parametrize("segments", [1, 4])
+def test_noise_is_rarely_a_peak_of_the_spectrum(segments):
+    """Spectra of so many averaged periodograms, 2000 places: a line of no size is seen in 0.3 % at
+    most (0.1 %, three standard errors, and what the error of the level adds)."""
+    rng = np.random.default_rng(3)
+    n = 20_001
+    f = np.linspace(0, 60, n)
+    psd = {
+        "f_hz": f,
+        "psd_mm2_hz": rng.gamma(segments, 1 / segments, n),
+        "n_segments": np.full(n, segments),
+    }
+    places = f[100:-100:10]
+    lines = [Line(0.0, at, 0.0, 1.0, 0.0) for at in places]
+    found = described("x1", lines, 600.0, 120.0, np.ones(1), psd)
+    assert np.mean([one.in_psd for one in found]) < 3e-3

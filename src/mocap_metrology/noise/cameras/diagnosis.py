@@ -1,0 +1,180 @@
+"""Which addition of cameras raised the noise, by how much, and how sure: jackknife over a take.
+
+The recording is cut into equal blocks; every number comes from all of them, and its standard error
+from leaving out one at a time [Tukey 1958; Efron 1982, chapter 3], which needs no model of the
+noise and keeps what subsets have in common by sharing their frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.noise.cameras.information import (
+    SAME_FRAMES,
+    Chain,
+    Step,
+    camera_noise,
+    coherence,
+    least_camera_noise,
+    position_factors,
+)
+from mocap_metrology.noise.cameras.subsets import Addition
+
+N_BLOCKS = 20
+SURE = 1e-3  # probability of being wrong below which a finding counts
+NAMING_S = 1.0  # longest tau at which a camera is named: beyond, too few terms are left
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Sums over the terms of each block: sums (markers, taus, additions, blocks, 6, 6) of positions
+    from the smaller subset, then from the larger, and counts (markers, taus, additions, blocks).
+    markers: their numbers, from 0."""
+
+    tau_s: tuple[float, ...]
+    sums: np.ndarray
+    counts: np.ndarray
+    markers: tuple[int, ...] = ()
+
+    def covariances(self, without: int | None = None) -> np.ndarray:
+        """(markers, taus, additions, 6, 6), of all blocks or of all but one."""
+        sums, counts = self.sums.sum(axis=3), self.counts.sum(axis=3)
+        if without is not None:
+            sums = sums - self.sums[:, :, :, without]
+            counts = counts - self.counts[:, :, :, without]
+        return sums / counts[..., None, None]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimates of factors with their standard errors; arrays of one shape. `ln` is the logarithm
+    of the factor, `se` its jackknife standard error."""
+
+    ln: np.ndarray
+    se: np.ndarray
+
+    @property
+    def factor(self) -> np.ndarray:
+        return np.exp(self.ln)
+
+    def interval(self, share: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
+        from scipy.stats import t
+
+        reach = t.ppf((1 + share) / 2, N_BLOCKS - 1) * self.se
+        return np.exp(self.ln - reach), np.exp(self.ln + reach)
+
+    def p_value(self) -> np.ndarray:
+        """Probability of so large a factor were the true one 1."""
+        from scipy.stats import t
+
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return t.sf(self.ln / self.se, N_BLOCKS - 1)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """largest, mean: (markers, taus, additions), factors of position noise; direction: the same and
+    3, unit vectors; noise: (taus, additions) noise of the noisiest added camera relative to the
+    others, NaN where frames are not the same; firsts: subset -> that of its noisiest camera at the
+    shortest tau; together: (additions,) bool, same frames."""
+
+    tau_s: tuple[float, ...]
+    largest: Estimate
+    mean: Estimate
+    direction: np.ndarray
+    noise: Estimate
+    firsts: Mapping[str, Estimate]
+    together: np.ndarray
+
+    def least_noise(self) -> np.ndarray:
+        """What a single camera's noise must be at least to explain `largest`, (markers, taus,
+        additions); 1.41 (any) where nothing rose."""
+        return least_camera_noise(self.largest.factor)
+
+
+def diagnose(
+    moments: Moments, found: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]]
+) -> Diagnosis:
+    """All that the subsets of one take tell; `found`: the additions in the order of moments."""
+    whole = moments.covariances()
+    together = coherence(whole[:, 0]).min(axis=0) > SAME_FRAMES
+    chains = _chains(found, camera_ids, together)
+    names = list(camera_ids)
+    firsts = [names[f] for _, chain in chains for f in chain.firsts]
+
+    def numbers(covariances: np.ndarray) -> np.ndarray:
+        largest, mean, _ = position_factors(covariances)
+        noise, first = _noise(covariances, chains, len(firsts))
+        return np.concatenate([np.log(part).ravel() for part in (largest, mean, noise, first)])
+
+    estimate = _jackknife(moments, numbers)
+    shape = whole.shape[:3]
+    size = int(np.prod(shape))
+    parts = [estimate[:, :size], estimate[:, size : 2 * size], estimate[:, 2 * size :]]
+    noise, last = parts[2][:, : size // shape[0]], parts[2][:, size // shape[0] :]
+    return Diagnosis(
+        moments.tau_s,
+        *(Estimate(*part.reshape(2, *shape)) for part in parts[:2]),
+        position_factors(whole)[2],
+        Estimate(*noise.reshape(2, *shape[1:])),
+        {name: Estimate(*last[:, k]) for k, name in enumerate(firsts)},
+        together,
+    )
+
+
+def _noise(
+    covariances: np.ndarray, chains: Sequence[tuple[np.ndarray, Chain]], n_firsts: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """(taus, additions) and (firsts,) noise of cameras, the geometric mean over the markers."""
+    markers, taus, n = covariances.shape[:3]
+    noise, firsts = np.full((markers, taus, n), np.nan), np.full((markers, n_firsts), np.nan)
+    done = 0
+    for places, chain in chains:
+        for marker in range(markers):
+            noise[marker][:, places], first = camera_noise(covariances[marker][:, places], chain)
+            firsts[marker, done : done + len(chain.firsts)] = first
+        done += len(chain.firsts)
+    return np.exp(np.log(noise).mean(axis=0)), np.exp(np.log(firsts).mean(axis=0))
+
+
+def _jackknife(moments: Moments, numbers: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """(2, k): numbers and their standard errors, each block left out once."""
+    whole = numbers(moments.covariances())
+    n = moments.sums.shape[3]
+    each = np.array([numbers(moments.covariances(block)) for block in range(n)])
+    with np.errstate(invalid="ignore"):
+        return np.array([whole, np.sqrt((n - 1) * each.var(axis=0))])
+
+
+def _chains(
+    found: Sequence[Addition],
+    camera_ids: Mapping[str, Sequence[int | str]],
+    together: np.ndarray,
+) -> list[tuple[np.ndarray, Chain]]:
+    """Additions of the same frames, by what hangs together: their places, and as a `Chain`."""
+    names = list(camera_ids)
+    part = {name: name for name in names}
+    for addition, same in zip(found, together, strict=True):
+        if same:
+            old, new = part[addition.larger], part[addition.smaller]
+            part = {name: new if own == old else own for name, own in part.items()}
+    chains = []
+    for root in dict.fromkeys(part.values()):
+        places = [k for k, a in enumerate(found) if together[k] and part[a.smaller] == root]
+        if not places:
+            continue
+        own = [found[k] for k in places]
+        steps = [Step(names.index(a.smaller), names.index(a.larger), len(a.added)) for a in own]
+        told = {i for a in own for i in a.added}
+        larger = {a.larger for a in own}
+        firsts = [
+            names.index(name)
+            for name in dict.fromkeys(a.smaller for a in own)
+            if name not in larger and not set(camera_ids[name]) <= told
+        ]
+        sizes = tuple(len(ids) for ids in camera_ids.values())
+        chains.append((np.array(places), Chain(tuple(steps), sizes, tuple(firsts))))
+    return chains

@@ -1,0 +1,162 @@
+"""Additions among subsets, the jackknife's intervals, whole recordings, published noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, diagnose
+from mocap_metrology.noise.cameras.law import law
+from mocap_metrology.noise.cameras.moments import moments
+from mocap_metrology.noise.cameras.subsets import additions
+from mocap_metrology.noise.cameras.triangulation import (
+    joint_covariance,
+    positions,
+    random_facility,
+    wishart_blocks,
+)
+from mocap_metrology.noise.published import published_row, published_subsets
+
+CHAIN = {f"{n}": list(range(n)) for n in (2, 3, 4, 5, 6, 8)}
+
+
+def test_additions_of_the_paper() -> None:
+    ids = {f"{k}-{n}": v for (k, n), v in published_subsets().items() if k == "Vantage"}
+    found = additions(ids)
+    assert [(a.smaller, a.larger) for a in found][-2:] == [
+        ("Vantage-8", "Vantage-9"),
+        ("Vantage-9", "Vantage-10"),
+    ]
+    assert [a.added for a in found] == [(10,), (11,), (7,), (30,), (9, 8), (5,), (6,)]
+
+
+def test_additions_skip_what_lies_between_and_what_is_not_nested() -> None:
+    found = additions({"all": (1, 2, 3), "a": (1, 2), "b": (2, 3), "other": (1, 7), "one": (2,)})
+    assert {(a.smaller, a.larger) for a in found} == {
+        ("a", "all"),
+        ("b", "all"),
+        ("one", "a"),
+        ("one", "b"),
+    }
+
+
+def test_intervals_hold_the_truth() -> None:
+    rng = np.random.default_rng(8)
+    found = additions(CHAIN)
+    subsets = list(CHAIN.values())
+    held = []
+    for _ in range(25):
+        facility, noise = random_facility(rng, 8), np.exp(rng.normal(0, 0.2, 8))
+        sums = np.zeros((1, 1, len(found), N_BLOCKS, 6, 6))
+        blocks = wishart_blocks(
+            rng, joint_covariance(facility, 0, noise, subsets), 48_000, N_BLOCKS
+        )
+        for k in range(len(found)):
+            sums[0, 0, k] = blocks[:, 3 * k : 3 * k + 6, 3 * k : 3 * k + 6]
+        told = diagnose(Moments((1 / 120,), sums, np.ones(sums.shape[:4])), found, CHAIN)
+        lower, upper = told.noise.interval()
+        known = noise[2:6] / noise[2]  # the median is of estimates: compare ratios
+        ratio = told.noise.ln[0, :4] - told.noise.ln[0, 0]
+        error = np.hypot(told.noise.se[0, :4], told.noise.se[0, 0])
+        assert np.abs(np.expm1(ratio - np.log(known))).max() < 0.2
+        held += list((np.abs(ratio - np.log(known)) < 2.09 * error)[1:])
+        assert (lower <= upper).all() and told.together.all()
+    assert np.mean(held) > 0.85  # a median of estimates is in all of them
+
+
+def recordings(bad: int, extra: float, seed: int) -> tuple[dict, np.ndarray]:
+    """Ten minutes of a marker that walks; the bad camera's extra noise is correlated over 0.3 s."""
+    rng, n = np.random.default_rng(seed), 72_000
+    facility, noise = random_facility(rng, 8), 0.05 * np.exp(rng.normal(0, 0.05, 8))
+    pixels = rng.standard_normal((8, 2, n)) * noise[:, None, None]
+    kept = np.exp(-1 / 36)
+    white = rng.standard_normal((2, n)) * np.sqrt(1 - kept**2)
+    pixels[bad] += extra * noise[bad] * lfilter([1.0], [1.0, -kept], white, axis=1)
+    walk = np.cumsum(rng.normal(0, 1e-3, (3, n)), axis=1)
+    made = {name: walk + positions(facility, 0, pixels, ids) for name, ids in CHAIN.items()}
+    return made, noise / np.median(noise)
+
+
+def test_correlated_noise_of_a_failing_camera_shows_at_its_time() -> None:
+    made, noise = recordings(bad=4, extra=1.0, seed=9)
+    found = additions(CHAIN)
+    told = diagnose(moments(found, lambda name, _: made[name], 1, 120.0, 72_000), found, CHAIN)
+    assert told.tau_s == pytest.approx((1 / 120, 0.1, 1.0, 10.0))
+    assert told.noise.factor[0, :4] == pytest.approx(noise[2:6], rel=0.05)
+    place = [a.added for a in found].index((4,))
+    # Allan variance of white noise plus q_c = 1: at 1 s the correlated part is far above
+    assert told.noise.factor[2, place] > 3 and told.noise.p_value()[2, place] < 1e-3
+    others = np.delete(told.noise.factor[2], place)
+    assert others.max() < 1.5
+
+
+def test_rounding_is_taken_off() -> None:
+    made, noise = recordings(bad=4, extra=0.0, seed=10)
+    step = 0.04
+    rounded = {name: np.round(values / step) * step for name, values in made.items()}
+    found = additions(CHAIN)
+    given = found, lambda name, _: rounded[name], 1, 120.0, 72_000
+    told = diagnose(moments(*given, dict.fromkeys(CHAIN, step)), found, CHAIN)
+    plain = diagnose(moments(*given), found, CHAIN)
+    truth = noise[2:6]
+    assert told.noise.factor[0, :4] == pytest.approx(truth, rel=0.06)
+    error = [np.abs(d.noise.factor[0, :4] / truth - 1).max() for d in (told, plain)]
+    assert error[0] < error[1]
+
+
+def test_markers_without_noise_or_frames_are_left_out() -> None:
+    made, _ = recordings(bad=4, extra=0.0, seed=20)
+    found = additions(CHAIN)
+
+    def read(name: str, marker: int) -> np.ndarray:
+        values = made[name].copy()
+        if marker == 1:
+            values[2] = 5.0
+        if marker == 2:
+            values[:, : 72_000 * 3 // 5] = np.nan
+        if marker == 3:
+            values[:, 10_000:15_000] = np.nan  # a block and more
+        return values
+
+    some = moments(found, read, 3, 120.0, 72_000)
+    assert some.markers == (2,) and some.sums.shape[0] == 1
+    assert np.isfinite(diagnose(some, found, CHAIN).noise.ln[0, :4]).all()
+    with pytest.raises(Refusal, match=r"no marker with noise .* of 2, 3, 4"):
+        moments(found, read, 2, 120.0, 72_000)
+    with pytest.raises(Refusal, match="10 frames; expected 60"):
+        moments(found, read, 1, 120.0, 10)
+
+
+def test_published_vantage_rises_most_with_the_tenth() -> None:
+    """Independent x, y, z, as the twins have them, from S Tables A1-A3: no chance in it."""
+    ids = {f"{n}": v for (k, n), v in published_subsets().items() if k == "Vantage"}
+    found = additions(ids)
+    tau = np.array([0.1, 1.0])
+    sums = np.zeros((2, 2, len(found), N_BLOCKS, 6, 6))
+    for marker in range(2):
+        for k, addition in enumerate(found):
+            for half, name in enumerate((addition.smaller, addition.larger)):
+                models = published_row("Vantage", int(name))
+                for axis, letter in enumerate("xyz"):
+                    at = 3 * half + axis
+                    level = models[f"{letter}{marker + 1}"].avar(12 * tau / 0.1, 1 / 120)
+                    sums[marker, :, k, :, at, at] = level[:, None]
+    told = diagnose(Moments((0.1, 1.0), sums, np.ones(sums.shape[:4])), found, ids)
+    largest = told.largest.factor.max(axis=(0, 1))
+    assert not told.together.any()
+    assert found[int(largest.argmax())].added == (6,)
+    assert largest[-1] > 3 and np.isnan(told.noise.factor).all()
+
+
+def test_law_of_exact_powers_and_its_error() -> None:
+    n = [2, 3, 4, 5, 6, 8, 10]
+    found = law(n, [3.0 * k**-0.7 for k in n])
+    assert found.b == pytest.approx(0.7) and found.p_value < 1e-6
+    assert law([2, 3, 3], [1, 1, 1]) is None and law([8, 9, 10], [3, 2, 1]) is None
+    rng, held = np.random.default_rng(12), 0
+    for _ in range(400):
+        found = law(n, np.exp(-0.5 * np.log(n) + rng.normal(0, 0.25, len(n))))
+        held += found.p_value > 0.05
+    assert 0.92 < held / 400 < 0.98

@@ -1,0 +1,111 @@
+"""What subsets tell, against facilities whose cameras are known; and bounds in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.noise.cameras.information import (
+    Chain,
+    Step,
+    camera_noise,
+    coherence,
+    least_camera_noise,
+    position_factors,
+)
+from mocap_metrology.noise.cameras.triangulation import joint_covariance, random_facility
+
+
+def pairs(joint: np.ndarray, steps: list[Step]) -> np.ndarray:
+    """(1, steps, 6, 6) out of the covariance of all subsets."""
+    picks = [
+        np.r_[3 * s.smaller : 3 * s.smaller + 3, 3 * s.larger : 3 * s.larger + 3] for s in steps
+    ]
+    return np.array([[joint[np.ix_(pick, pick)] for pick in picks]])
+
+
+def facility_and_noise(seed: int) -> tuple:
+    rng = np.random.default_rng(seed)
+    return random_facility(rng, 8), np.exp(rng.normal(0, 0.3, 8))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_of_every_camera_of_a_chain_is_exact(seed: int) -> None:
+    facility, noise = facility_and_noise(seed)
+    subsets = [list(range(n)) for n in range(2, 9)]
+    steps = [Step(k, k + 1, 1) for k in range(6)]
+    chain = Chain(tuple(steps), tuple(len(s) for s in subsets), (0,))
+    joint = pairs(joint_covariance(facility, 0, noise, subsets), steps)
+    found, first = camera_noise(joint, chain)
+    known = noise / np.sqrt(np.median(noise**2))
+    assert found[0] == pytest.approx(known[2:], rel=1e-4)
+    assert first == pytest.approx([max(known[:2])], rel=1e-4)
+
+
+def test_noise_is_exact_with_each_camera_left_out_once() -> None:
+    facility, noise = facility_and_noise(11)
+    every = list(range(8))
+    subsets = [every] + [[j for j in every if j != i] for i in every]
+    steps = [Step(k + 1, 0, 1) for k in every]
+    joint = pairs(joint_covariance(facility, 1, noise, subsets), steps)
+    found, first = camera_noise(joint, Chain(tuple(steps), (8,) + (7,) * 8))
+    assert found[0] == pytest.approx(noise / np.sqrt(np.median(noise**2)), rel=1e-4)
+    assert first.size == 0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_of_a_set_the_noisiest_counts(seed: int) -> None:
+    facility, _ = facility_and_noise(seed)
+    noise = np.array([1.0, 1, 1, 1, 1, 1, 1, 2])
+    subsets = [list(range(n)) for n in (2, 3, 4, 6, 8)]
+    steps = [Step(0, 1, 1), Step(1, 2, 1), Step(2, 3, 2), Step(3, 4, 2)]
+    chain = Chain(tuple(steps), (2, 3, 4, 6, 8), (0,))
+    joint = pairs(joint_covariance(facility, 0, noise, subsets), steps)
+    found, _ = camera_noise(joint, chain)
+    assert found[0, :3] == pytest.approx(1, abs=1e-4)
+    assert found[0, 3] > 1.5  # 2 where the two see from different sides, never above
+    assert found[0, 3] < 2 + 1e-4
+
+
+def test_motion_of_the_marker_does_not_count_at_longer_tau() -> None:
+    facility, noise = facility_and_noise(3)
+    subsets = [list(range(n)) for n in range(2, 9)]
+    steps = [Step(k, k + 1, 1) for k in range(6)]
+    chain = Chain(tuple(steps), tuple(len(s) for s in subsets), (0,))
+    still = pairs(joint_covariance(facility, 0, noise, subsets), steps)
+    motion = 20 * np.trace(still[0, 0, :3, :3]) * np.ones((6, 6)) * np.tile(np.eye(3), (2, 2))
+    found, _ = camera_noise(np.concatenate([still, still / 100 + motion]), chain)
+    assert found[1] / found[1, 0] == pytest.approx(found[0] / found[0, 0], rel=1e-3)
+
+
+def test_a_sound_camera_raises_nothing_and_leaves_one_direction() -> None:
+    for seed in range(20):
+        facility, _ = facility_and_noise(seed)
+        joint = joint_covariance(facility, 0, np.ones(8), [range(4), range(5)])
+        values = np.linalg.eigvals(np.linalg.solve(joint[:3, :3], joint[3:, 3:])).real
+        assert max(values) == pytest.approx(1, abs=1e-6)
+        largest, mean, direction = position_factors(joint)
+        assert largest == pytest.approx(1, abs=1e-6) and mean < 1
+        ratio = (direction @ joint[3:, 3:] @ direction) / (direction @ joint[:3, :3] @ direction)
+        assert np.sqrt(ratio) == pytest.approx(largest)
+
+
+def test_the_most_a_noisy_camera_can_do() -> None:
+    """s^2 / (2 sqrt(s^2 - 1)), the maximum of (1 + s^2 d) / (1 + d)^2 over d, in any geometry."""
+    d = np.linspace(0, 3, 100_001)
+    for s in (1.5, 2.0, 4.0):
+        most = np.sqrt(((1 + s**2 * d) / (1 + d) ** 2).max())
+        assert least_camera_noise(most) == pytest.approx(s, rel=1e-4)
+    noise = np.array([1.0, 1, 1, 1, 2, 1, 1, 1])
+    for seed in range(50):
+        facility, _ = facility_and_noise(seed)
+        joint = joint_covariance(facility, 0, noise, [range(4), range(5)])
+        assert position_factors(joint)[0] <= 4 / (2 * np.sqrt(3)) + 1e-9
+
+
+def test_other_frames_have_no_coherence() -> None:
+    facility, noise = facility_and_noise(1)
+    joint = joint_covariance(facility, 0, noise, [range(3), range(4)])
+    assert coherence(joint) > 0.2
+    joint[3:, :3] = joint[:3, 3:] = 0
+    assert coherence(joint) == 0

@@ -174,6 +174,10 @@ def test_crump_gaps_drift_and_rounding():
     assert np.all((np.abs(weights) >= 0.5) & (np.abs(weights) <= 1))
     late = simulate(twin_from_mapping(quiet | {"crump": crump | {"time_s": 100}}), 60)
     assert np.ptp(late.position_mm, axis=2) == pytest.approx(0)
+    del crump["time_s"]
+    share = simulate(twin_from_mapping(quiet | {"crump": crump | {"time_share": 1 / 6}}), 60)
+    assert share.truth["crump"]["time_s"] == pytest.approx(10)
+    assert np.argmax(np.any(share.position_mm != share.position_mm[..., :1], axis=(0, 1))) == 1201
 
     drift = simulate(twin_from_mapping(quiet | {"drift_mm_per_h": {"Wand2": [0, 0, -6]}}), 60)
     moved = drift.position_mm[:, :, -1] - drift.position_mm[:, :, 0]
@@ -217,7 +221,7 @@ def test_every_twin_of_the_configuration_simulates(twins):
     table_3 = {"T40": (2, 3, 4, 5, 6, 8, 10), "Bonita": (2, 3, 4, 5, 6, 8, 10)}
     table_3["Vantage"] = (2, 3, 4, 5, 6, 8, 9, 10)
     expected = {f"{kind}-{n}" for kind, counts in table_3.items() for n in counts}
-    expected |= {"All-30", "crump", "outliers", "rounded", "walk-and-white"}
+    expected |= {"All-30", "T40-10-crump", "outliers", "rounded", "walk-and-white"}
     assert expected <= set(twins)
     assert len({twin.seed for twin in twins.values()}) == len(twins)
     for name, twin in twins.items():

@@ -31,7 +31,7 @@ CORRECTED = {
 }
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def _table(name: str) -> tuple[dict[str, str], ...]:
     text = (files("mocap_metrology") / "reference" / name).read_text(encoding="utf-8")
     return tuple(csv.DictReader(text.splitlines()))
@@ -125,3 +125,15 @@ def published_subsets() -> dict[tuple[str, int], tuple[int, ...]]:
         )
         for line in _table("camera_subsets_table3.csv")
     }
+
+
+def published_power_laws() -> list[dict[str, str]]:
+    """S Table 1: `noise_name`, `alpha`, `mu`, `formula`, `scale_name` (A ... E), `scale_formula`
+    (signs and brackets restored), `printed_line`, `note`."""
+    return [dict(line) for line in _table("powerlaw_table1.csv")]
+
+
+def published_cameras() -> list[dict[str, str]]:
+    """S Table 2: `spec`, `unit`, the values of `T40`, `Bonita` and `Vantage`, how sure their
+    reading is (`ambiguity`: none, resolved, open), `printed_line`, `note`."""
+    return [dict(line) for line in _table("camera_specs_table2.csv")]

@@ -173,13 +173,14 @@ def _add_crump(position: np.ndarray, twin: Twin, seed: int) -> dict[str, Any] | 
         return None
     rng = stream(twin.name, seed, "crump")
     weights = rng.uniform(0.5, 1.0, (2, 3)) * rng.choice([-1.0, 1.0], (2, 3))
-    first = int(np.ceil(crump.time_s * rate))
+    start_s = crump.start_s(position.shape[2] / rate)
+    first = int(np.ceil(start_s * rate))
     last = min(position.shape[2], first + int(SWINGS * crump.decay_s * rate) + 1)
-    t = np.arange(first, max(first, last)) / rate - crump.time_s
+    t = np.arange(first, max(first, last)) / rate - start_s
     swing = np.exp(-t / crump.decay_s) * np.sin(2 * np.pi * crump.frequency_hz * t)
     swing *= crump.amplitude_mm
     position[:, :, first:last] += weights[:, :, None] * swing
-    return asdict(crump) | {"weights": weights.tolist(), "frames": t.size}
+    return asdict(crump) | {"time_s": start_s, "weights": weights.tolist(), "frames": t.size}
 
 
 def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> dict[str, list]:

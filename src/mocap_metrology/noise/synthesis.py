@@ -29,9 +29,12 @@ def circle_length(n: int) -> int:
     return 2 * next_fast_len(max(n - 1, 4), real=True)
 
 
-def increment_spectrum(model: NoiseModel, length: int, tau0: float) -> np.ndarray:
-    """One-sided spectrum of the differences, mm^2/Hz, at k / (length tau0), k = 0 ... length/2."""
-    spectrum = np.zeros(length // 2 + 1)
+def increment_spectrum(
+    model: NoiseModel, length: int, tau0: float, bins: int | None = None
+) -> np.ndarray:
+    """One-sided spectrum of the differences, mm^2/Hz, at k / (length tau0), k = 0 ... length/2 or
+    the first `bins` of them."""
+    spectrum = np.zeros(length // 2 + 1 if bins is None else bins)
     for start in range(1, spectrum.size, BLOCK):
         stop = min(start + BLOCK, spectrum.size)
         f = np.arange(start, stop) / (length * tau0)
@@ -80,7 +83,7 @@ class Cross(NamedTuple):
     constant: float = 0.0
 
 
-def _implied(first: np.ndarray, second: np.ndarray, difference: np.ndarray) -> np.ndarray:
+def implied_coherence(first: np.ndarray, second: np.ndarray, difference: np.ndarray) -> np.ndarray:
     """(S_1 + S_2 - S_d) / (2 sqrt(S_1 S_2)), 0 where a spectrum is 0."""
     scale = 2 * np.sqrt(first * second)
     return np.divide(first + second - difference, scale, out=np.zeros_like(scale), where=scale > 0)
@@ -89,7 +92,7 @@ def _implied(first: np.ndarray, second: np.ndarray, difference: np.ndarray) -> n
 def coherence(models: Mapping[str, NoiseModel], f: np.ndarray, tau0: float) -> np.ndarray:
     """(S_x1 + S_x2 - S_L) / (2 sqrt(S_x1 S_x2)) of the sampled spectra, not clipped: what the
     models of x1, x2 and their distance L imply. Beyond [-1, 1] the three contradict each other."""
-    return _implied(*(models[series].psd(f, tau0) for series in ("x1", "x2", "L")))
+    return implied_coherence(*(models[series].psd(f, tau0) for series in ("x1", "x2", "L")))
 
 
 def clipped_bands(
@@ -126,14 +129,14 @@ def draw_pair(
     if third is None:
         c = np.full_like(spectra[0], cross.constant)
     else:
-        c = _implied(*spectra, third)
+        c = implied_coherence(*spectra, third)
         np.clip(c, -1.0, 1.0, out=c)
         c *= cross.factor
     del third
-    common = _normals(length, rng)
+    common = circle_normals(length, rng)
     one = _series(common * np.sqrt(spectra[0]), n, length, tau0)
     common *= c
-    own = _normals(length, rng)
+    own = circle_normals(length, rng)
     own *= np.sqrt(1 - c * c)
     common += own
     del own, c
@@ -141,7 +144,15 @@ def draw_pair(
     return one, _series(common, n, length, tau0)
 
 
-def _normals(length: int, rng: np.random.Generator) -> np.ndarray:
+def draw(
+    spectrum: np.ndarray, n: int, length: int, tau0: float, rng: np.random.Generator
+) -> np.ndarray:
+    """A series of n values, 0 at its first, whose differences have the given one-sided spectrum,
+    (length/2 + 1,)."""
+    return _series(circle_normals(length, rng) * np.sqrt(spectrum), n, length, tau0)
+
+
+def circle_normals(length: int, rng: np.random.Generator) -> np.ndarray:
     """Complex normals of unit mean square for bins 0 ... length/2; the two end bins are real."""
     values = rng.standard_normal(length + 2)
     values *= np.sqrt(0.5)

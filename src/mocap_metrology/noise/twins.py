@@ -8,6 +8,16 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.entries import (
+    Point,
+    check_keys,
+    drifts,
+    number,
+    point,
+    section,
+    two_labels,
+    whole,
+)
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import (
     SERIES,
@@ -17,7 +27,6 @@ from mocap_metrology.noise.published import (
 )
 
 COORDINATES = SERIES[:6]
-Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -35,13 +44,19 @@ class Outliers:
 
 @dataclass(frozen=True)
 class Crump:
-    """A shock at `time_s`: every coordinate swings as w A exp(-t/decay) sin(2 pi f t), w random
-    for each, 0.5 to 1 with either sign, so the distance moves too (S section 3.5, Figure 7)."""
+    """A shock: every coordinate swings as w A exp(-t/decay) sin(2 pi f t), w random for each, 0.5
+    to 1 with either sign, so the distance moves too (S section 3.5, Figure 7). It begins `time_s`
+    after the first frame, or after the share `time_share` (0 to 1) of the recording."""
 
-    time_s: float
     amplitude_mm: float
     decay_s: float
     frequency_hz: float
+    time_s: float | None = None
+    time_share: float | None = None
+
+    def start_s(self, duration_s: float) -> float:
+        """When it begins in a recording of that length, in s."""
+        return self.time_s if self.time_share is None else self.time_share * duration_s
 
 
 @dataclass(frozen=True)
@@ -88,13 +103,13 @@ def twins_from_document(document: Mapping[str, Any]) -> dict[str, Twin]:
     """The recording twins of `{defaults: {recording: {...}}, twins: {name: {...}}}`: the entries
     that have `published` or `coefficients`. A twin's keys win over the defaults."""
     where = "twins"
-    defaults = _mapping(document.get("defaults") or {}, f"{where}: defaults")
-    common = _mapping(defaults.get("recording") or {}, f"{where}: defaults.recording")
-    twins = _mapping(document.get("twins") or {}, f"{where}: twins")
+    defaults = section(document.get("defaults") or {}, f"{where}: defaults")
+    common = section(defaults.get("recording") or {}, f"{where}: defaults.recording")
+    twins = section(document.get("twins") or {}, f"{where}: twins")
     return {
         str(name): twin_from_mapping({**common, **entry}, str(name))
         for name, entry in twins.items()
-        if {"published", "coefficients"} & set(_mapping(entry, f"twin {name}"))
+        if {"published", "coefficients"} & set(section(entry, f"twin {name}"))
     }
 
 
@@ -108,10 +123,10 @@ def twin_from_mapping(mapping: Mapping[str, Any], name: str = "twin") -> Twin:
     Raises `Refusal` naming the twin and the key.
     """
     where = f"twin {name}"
-    given = {k: v for k, v in _mapping(mapping, where).items() if v is not None}
+    given = {k: v for k, v in section(mapping, where).items() if v is not None}
     own = ("published", "coefficients", "without", "without_T_c_below_s")
     names = [f.name for f in fields(Twin) if f.name not in ("name", "models", "source", "notes")]
-    _keys(given, (*own, *names), where)
+    check_keys(given, (*own, *names), where)
     if ("published" in given) == ("coefficients" in given):
         raise Refusal(f"{where}: expected either published or coefficients")
     build = _published if "published" in given else _from_coefficients
@@ -120,7 +135,7 @@ def twin_from_mapping(mapping: Mapping[str, Any], name: str = "twin") -> Twin:
     values |= {"models": models, "notes": (*values["notes"], *left_out)}
     if "seed" not in given:
         raise Refusal(f"{where}: seed is missing, expected a whole number >= 0")
-    values["seed"] = _seed(given["seed"], f"{where}: seed")
+    values["seed"] = whole(given["seed"], f"{where}: seed")
     values |= _settings(given, where)
     values |= _effects(given, where)
     return Twin(name=name, **values)
@@ -128,8 +143,8 @@ def twin_from_mapping(mapping: Mapping[str, Any], name: str = "twin") -> Twin:
 
 def _published(given: Mapping[str, Any], where: str) -> dict[str, Any]:
     where = f"{where}: published"
-    row = _mapping(given["published"], where)
-    _keys(row, ("camera_type", "n_cameras", "gaussian"), where)
+    row = section(given["published"], where)
+    check_keys(row, ("camera_type", "n_cameras", "gaussian"), where)
     for key in ("camera_type", "n_cameras"):
         if key not in row:
             raise Refusal(f"{where}: {key} is missing, as in {{camera_type: T40, n_cameras: 10}}")
@@ -159,15 +174,15 @@ def wand(x1: float, x2: float, distance: float) -> tuple[Point, Point]:
 
 def _from_coefficients(given: Mapping[str, Any], where: str) -> dict[str, Any]:
     where = f"{where}: coefficients"
-    table = _mapping(given["coefficients"], where)
-    _keys(table, (*SERIES, "all"), where)
+    table = section(given["coefficients"], where)
+    check_keys(table, (*SERIES, "all"), where)
     models = {}
     for series in SERIES:
         entry = table.get(series, table.get("all", {}) if series != "L" else None)
         if entry is None:
             continue
-        found = _mapping(entry, f"{where}.{series}")
-        numbers = {k: _number(v, f"{where}.{series}.{k}") for k, v in found.items()}
+        found = section(entry, f"{where}.{series}")
+        numbers = {k: number(v, f"{where}.{series}.{k}") for k, v in found.items()}
         try:
             models[series] = NoiseModel.from_coefficients(numbers)
         except Refusal as error:
@@ -187,7 +202,7 @@ def _left_out(
     for name in names:
         if name not in known:
             raise Refusal(f"{where}: without: {name!r}, expected one of {', '.join(sorted(known))}")
-    limit = _number(given.get("without_T_c_below_s", 0), f"{where}: without_T_c_below_s")
+    limit = number(given.get("without_T_c_below_s", 0), f"{where}: without_T_c_below_s")
     kept, notes = {}, []
     for series, model in models.items():
         found = model.coefficients()
@@ -208,15 +223,12 @@ def _settings(given: Mapping[str, Any], where: str) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for key in ("duration_s", "frame_rate_hz", "resolution_mm"):
         if key in given:
-            values[key] = _number(given[key], f"{where}: {key}", positive=True)
+            values[key] = number(given[key], f"{where}: {key}", positive=True)
     for key, low in (("coherence_factor", 0.0), ("yz_coherence", -1.0)):
         if key in given:
-            values[key] = _number(given[key], f"{where}: {key}", low, 1.0)
+            values[key] = number(given[key], f"{where}: {key}", low, 1.0)
     labels = given.get("labels", list(Twin.labels))
-    named = isinstance(labels, list) and all(isinstance(label, str) for label in labels)
-    if not named or len(labels) != 2 or labels[0] == labels[1]:
-        raise Refusal(f"{where}: labels: {labels!r}, expected two names [first, second]")
-    values["labels"] = tuple(labels)
+    values["labels"] = two_labels(labels, f"{where}: labels")
     if "distance_line" in given:
         if given["distance_line"] not in ("split", "omit"):
             raise Refusal(f"{where}: distance_line: {given['distance_line']!r}, split or omit")
@@ -225,17 +237,14 @@ def _settings(given: Mapping[str, Any], where: str) -> dict[str, Any]:
         points = given["start_mm"]
         if not isinstance(points, list) or len(points) != 2:
             raise Refusal(f"{where}: start_mm: {points!r}, expected [[x, y, z], [x, y, z]]")
-        values["start_mm"] = tuple(_point(p, f"{where}: start_mm") for p in points)
+        values["start_mm"] = tuple(point(p, f"{where}: start_mm") for p in points)
     scale = given.get("scale", {})
     if not isinstance(scale, Mapping):
         scale = dict.fromkeys(COORDINATES, scale)
-    _keys(scale, COORDINATES, f"{where}: scale")
-    values["scale"] = {k: _number(v, f"{where}: scale.{k}") for k, v in scale.items()}
-    drift = _mapping(given.get("drift_mm_per_h", {}), f"{where}: drift_mm_per_h")
-    _keys(drift, labels, f"{where}: drift_mm_per_h")
-    values["drift_mm_per_h"] = {
-        k: _point(v, f"{where}: drift_mm_per_h.{k}") for k, v in drift.items()
-    }
+    check_keys(scale, COORDINATES, f"{where}: scale")
+    values["scale"] = {k: number(v, f"{where}: scale.{k}") for k, v in scale.items()}
+    drift = given.get("drift_mm_per_h", {})
+    values["drift_mm_per_h"] = drifts(drift, values["labels"], f"{where}: drift_mm_per_h")
     return values
 
 
@@ -245,13 +254,14 @@ def _effects(given: Mapping[str, Any], where: str) -> dict[str, Any]:
     for key, kind in (("outliers", Outliers), ("crump", Crump), ("gaps", Gaps)):
         if key not in given:
             continue
-        entry = _mapping(given[key], f"{where}: {key}")
+        entry = section(given[key], f"{where}: {key}")
         names = [f.name for f in fields(kind)]
-        _keys(entry, names, f"{where}: {key}")
+        check_keys(entry, names, f"{where}: {key}")
         numbers = {
-            k: _number(v, f"{where}: {key}.{k}") for k, v in entry.items() if k != "distribution"
+            k: number(v, f"{where}: {key}.{k}") for k, v in entry.items() if k != "distribution"
         }
-        missing = [n for n in names if n not in entry and n != "distribution"]
+        needless = ("distribution", "time_s", "time_share")
+        missing = [n for n in names if n not in entry and n not in needless]
         if missing:
             raise Refusal(f"{where}: {key}: {', '.join(missing)} is missing")
         if "distribution" in entry:
@@ -262,46 +272,15 @@ def _effects(given: Mapping[str, Any], where: str) -> dict[str, Any]:
                 )
             numbers["distribution"] = entry["distribution"]
         values[key] = kind(**numbers)
-    if "crump" in values and values["crump"].decay_s <= 0:
-        raise Refusal(f"{where}: crump.decay_s: {values['crump'].decay_s}, expected a number > 0")
+    if "crump" in values:
+        _check_crump(values["crump"], f"{where}: crump")
     return values
 
 
-def _mapping(value: Any, where: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise Refusal(f"{where}: {value!r}, expected keys with values")
-    return value
-
-
-def _keys(mapping: Mapping[str, Any], allowed: Any, where: str) -> None:
-    for key in mapping:
-        if key not in allowed:
-            raise Refusal(f"{where}: unknown key {key!r}, expected one of {', '.join(allowed)}")
-
-
-def _seed(value: Any, where: str) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise Refusal(f"{where}: {value!r}, expected a whole number >= 0")
-    return value
-
-
-def _number(
-    value: Any, where: str, low: float = 0.0, high: float = math.inf, positive: bool = False
-) -> float:
-    """A number of the configuration; `1e-6` arrives from YAML as text and is one too."""
-    expected = "a number > 0" if positive else f"a number from {low:g} to {high:g}"
-    expected = expected.replace(" from 0 to inf", " >= 0").replace(" from -inf to inf", "")
-    try:
-        number = math.nan if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if not low <= number <= high or math.isinf(number) or (positive and number == 0):
-        raise Refusal(f"{where}: {value!r}, expected {expected}")
-    return number
-
-
-def _point(value: Any, where: str) -> Point:
-    if not isinstance(value, list) or len(value) != 3:
-        raise Refusal(f"{where}: {value!r}, expected three numbers [x, y, z]")
-    x, y, z = (_number(v, where, -math.inf) for v in value)
-    return x, y, z
+def _check_crump(crump: Crump, where: str) -> None:
+    if (crump.time_s is None) == (crump.time_share is None):
+        raise Refusal(f"{where}: expected either time_s or time_share")
+    if crump.time_share is not None and crump.time_share > 1:
+        raise Refusal(f"{where}.time_share: {crump.time_share}, expected a number from 0 to 1")
+    if crump.decay_s <= 0:
+        raise Refusal(f"{where}.decay_s: {crump.decay_s}, expected a number > 0")

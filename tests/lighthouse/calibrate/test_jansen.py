@@ -7,6 +7,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.reconstructions import WAYS, reconstruction_errors
 from mocap_metrology.lighthouse.calibrate.jansen import (
     Calibration,
     CalibrationSettings,
@@ -193,3 +194,13 @@ def test_directions_undo_the_model_for_nan_too() -> None:
     out = directions(np.array([[[0.1, -0.2], [np.nan, 0.1]]]), rotor_parameters(Factory()))
     np.testing.assert_allclose(out[0, 0], [0.1, -0.2], atol=1e-13)
     assert np.isnan(out[0, 1]).all()
+
+
+def test_ways_to_complete_measurements_are_compared_against_the_truth() -> None:
+    """The same hits by each of J's three ways: pairs, which lag, are the worst."""
+    own = scene(5)
+    found = reconstruction_errors(own.hits, own.board, own.R, own.t_m)
+    errors = {one.way: one.error_mm for one in found}
+    assert list(errors) == list(WAYS)
+    assert errors["full-interpolation"] < errors["pairs"] / 2 < 20
+    assert all(one.error_deg < 2 for one in found)

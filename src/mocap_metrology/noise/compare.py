@@ -1,0 +1,212 @@
+"""Has a tracking system changed? Ratios of Allan deviations, their trend, and what they go with.
+
+Two recordings made at different times are independent, so the ratio of their Allan variances over
+the ratio of the true ones follows Fisher's F with the equivalent degrees of freedom of both. Rows
+that are subsets of one take are not independent, and not for here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+
+LEAST_EDF = 2.0  # an Allan variance of fewer says nothing of a ratio
+# Windows of a coherence: at alpha 0.01 a common cause shows above 0.6 (60 samples) to 0.72 (360),
+# down to a fifth of the recording
+WINDOWS = 8
+SLOWEST = 1.3  # by Monte Carlo: 1.2 to 1.4 from 60 to 360 samples
+DAYS_A_MONTH = 30.4375
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Allan deviation of a series: `tau_s` rising, `adev` in any unit, `edf`; each (n,)."""
+
+    tau_s: np.ndarray
+    adev: np.ndarray
+    edf: np.ndarray
+
+    def usable(self) -> Curve:
+        """Where there is a positive deviation with enough degrees of freedom."""
+        with np.errstate(invalid="ignore"):
+            keep = (self.adev > 0) & (self.edf >= LEAST_EDF)
+        return Curve(self.tau_s[keep], self.adev[keep], self.edf[keep])
+
+    def at(self, tau_s: np.ndarray) -> Curve:
+        """Interpolated in logarithms; NaN outside of what was computed (1 % tolerance)."""
+        given = np.asarray(tau_s, dtype=float)
+        if not self.tau_s.size:
+            return Curve(given, *(np.full(given.size, np.nan) for _ in range(2)))
+        x, inside = np.log(self.tau_s), np.log(given)
+        inside = np.where((inside > x[0] - 0.01) & (inside < x[-1] + 0.01), inside, np.nan)
+        adev, edf = (np.exp(np.interp(inside, x, np.log(v))) for v in (self.adev, self.edf))
+        return Curve(given, adev, edf)
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """ADEV of one recording over that of another at each tau, all (n,): `value`, its confidence
+    interval `lower` to `upper`, and `p`, the probability of a ratio at least so far from 1 either
+    way where nothing has changed."""
+
+    tau_s: np.ndarray
+    value: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    p: np.ndarray
+
+
+def adev_ratio(new: Curve, old: Curve, tau_s: np.ndarray, confidence: float = 0.95) -> Ratio:
+    """sigma_new(tau) / sigma_old(tau) with the interval of Fisher's F.
+
+    s_new^2/s_old^2 over the true ratio ~ F(edf_new, edf_old), so that the true ratio of variances
+    lies between R / F_(1 - a/2) and R / F_(a/2), a = 1 - confidence. tau_s: (n,) where to compare;
+    NaN where one of both does not reach.
+    """
+    from scipy.special import fdtr, fdtri
+
+    a, b = new.usable().at(tau_s), old.usable().at(tau_s)
+    ratio = (a.adev / b.adev) ** 2
+    tail = (1 - confidence) / 2
+    known = np.isfinite(ratio)
+    out = np.full((3, ratio.size), np.nan)
+    dof = a.edf[known], b.edf[known]
+    out[0, known] = ratio[known] / fdtri(*dof, 1 - tail)
+    out[1, known] = ratio[known] / fdtri(*dof, tail)
+    below = fdtr(*dof, ratio[known])
+    out[2, known] = 2 * np.minimum(below, fdtr(*dof[::-1], 1 / ratio[known]))
+    return Ratio(a.tau_s, np.sqrt(ratio), np.sqrt(out[0]), np.sqrt(out[1]), np.minimum(out[2], 1))
+
+
+def words_of(ratio: Ratio, margin: float, alpha: float) -> list[str]:
+    """`better`, `same` or `worse` at each tau, or an empty word where nothing is known.
+
+    Changed means both: more than a share `margin` (a precise ratio finds changes that matter to
+    nobody), and p below alpha over the number of tau (Bonferroni), so that of unchanged series a
+    share alpha at most has any such word.
+    """
+    known = np.isfinite(ratio.value)
+    level = alpha / max(int(known.sum()), 1)
+    words = []
+    for value, p in zip(ratio.value, ratio.p, strict=True):
+        if not math.isfinite(value):
+            words.append("")
+        elif p < level and value > 1 + margin:
+            words.append("worse")
+        elif p < level and value < 1 / (1 + margin):
+            words.append("better")
+        else:
+            words.append("same")
+    return words
+
+
+@dataclass(frozen=True)
+class Trend:
+    """Change of ADEV over dates: `per_month` as a ratio (1.02: 2 % more a month) with its interval,
+    `p` of no trend, `n` recordings, and `scatter`: how much more they scatter about the line than
+    their own noise explains (1: not at all)."""
+
+    per_month: float
+    lower: float
+    upper: float
+    p: float
+    n: int
+    scatter: float
+
+
+def adev_trend(
+    days: Sequence[float], adev: Sequence[float], edf: Sequence[float], confidence: float = 0.95
+) -> Trend:
+    """Straight line through ln ADEV over time, weighted by what each recording can tell.
+
+    Var(ln s) = trigamma(edf/2)/4, as s^2 is chi-squared with edf degrees of freedom; its mean, low
+    by (ln(edf/2) - digamma(edf/2))/2, is put right, or longer recordings would seem worse. The
+    standard
+    error is multiplied by the scatter about the line where that exceeds 1 (a system differs from
+    day to day), and the interval is Student's with n - 2 degrees of freedom. Refuses fewer than
+    three recordings and recordings of one day.
+    """
+    from scipy.special import digamma, polygamma, stdtr, stdtrit
+
+    half = np.asarray(edf, dtype=float) / 2
+    t = np.asarray(days, dtype=float) / DAYS_A_MONTH
+    y = np.log(np.asarray(adev, dtype=float)) + (np.log(half) - digamma(half)) / 2
+    if t.size < 3 or np.ptp(t) == 0:
+        raise Refusal(f"trend: {t.size} recordings; expected three or more, of different days")
+    weight = 4 / polygamma(1, half)
+    middle = np.average(t, weights=weight)
+    spread = np.sum(weight * (t - middle) ** 2)
+    level = np.average(y, weights=weight)
+    slope = np.sum(weight * (t - middle) * (y - level)) / spread
+    left = y - level - slope * (t - middle)
+    scatter = math.sqrt(np.sum(weight * left**2) / (t.size - 2))
+    error = max(scatter, 1.0) / math.sqrt(spread)
+    reach = stdtrit(t.size - 2, (1 + confidence) / 2) * error
+    p = 2 * stdtr(t.size - 2, -abs(slope) / error)
+    return Trend(*np.exp([slope, slope - reach, slope + reach]).tolist(), float(p), t.size, scatter)
+
+
+@dataclass(frozen=True)
+class Coherence:
+    """What a series and a covariate have in common, over frequency `f_hz` (n,): squared coherence
+    (0 to 1), `gain` (series' unit per covariate's), `phase_rad` (series behind covariate), and the
+    `threshold` (n,) that an unrelated pair exceeds anywhere with probability alpha."""
+
+    f_hz: np.ndarray
+    squared: np.ndarray
+    gain: np.ndarray
+    phase_rad: np.ndarray
+    threshold: np.ndarray
+
+
+def coherence(
+    series: np.ndarray, covariate: np.ndarray, step_s: float, alpha: float = 0.01
+) -> Coherence:
+    """Magnitude-squared coherence of two series (n,) sampled every `step_s`, by Welch's method.
+
+    |S_xy|^2 / (S_xx S_yy) of eight Hann windows, half overlapping, each less its straight line.
+    Of K independent segments an unrelated pair has P(> c) = (1 - c)^(K - 1) (Carter 1987).
+    Neighbours that overlap by half are correlated by 1/6 in amplitude, which makes
+    K = 8 / (1 + 2 (1/6)^2 7/8) (Welch 1967); at the lowest frequency, from which the straight line
+    takes part, K is less by SLOWEST. The Nyquist frequency, which has no phase, is left out. Over
+    the frequencies Bonferroni's bound.
+    """
+    from scipy.signal import csd, welch
+
+    x, y = np.asarray(covariate, dtype=float), np.asarray(series, dtype=float)
+    length = 2 * x.size // (WINDOWS + 1)
+    if length < 8 or not (np.isfinite(x).all() and np.isfinite(y).all()):
+        raise Refusal(f"coherence: {x.size} common samples; expected 36 or more without gaps")
+    how = {"fs": 1 / step_s, "window": "hann", "nperseg": length, "detrend": "linear"}
+    f, cross = csd(x, y, **how)
+    power_x, power_y = welch(x, **how)[1], welch(y, **how)[1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squared = np.abs(cross) ** 2 / (power_x * power_y)
+        gain = np.abs(cross) / power_x
+    keep = slice(1, (length + 1) // 2)
+    n_tests = f[keep].size
+    count = np.full(n_tests, WINDOWS / (1 + 2 / 36 * (WINDOWS - 1) / WINDOWS))
+    count[0] -= SLOWEST
+    threshold = 1 - (alpha / n_tests) ** (1 / (count - 1))
+    phase = -np.angle(cross)
+    return Coherence(
+        f[keep],
+        np.nan_to_num(squared[keep]),
+        np.nan_to_num(gain[keep]),
+        phase[keep],
+        threshold,
+    )
+
+
+def block_means(values: np.ndarray, length: int) -> np.ndarray:
+    """Means of successive blocks of `length` samples, NaN where less than half is there."""
+    count = values.size // length
+    blocks = np.asarray(values[: count * length], dtype=float).reshape(count, length)
+    there = np.isfinite(blocks).sum(axis=1)
+    sums = np.nansum(blocks, axis=1)
+    return np.where(there * 2 >= length, sums / np.maximum(there, 1), np.nan)

@@ -1,0 +1,51 @@
+"""Noise by place, by Monte Carlo."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_metrology.noise.place import by_place, evenness
+
+
+def carried(rng: np.random.Generator, sigma: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+    time = np.arange(6000) / 100
+    middle = np.stack([800 * np.sin(time / 3), 500 * np.cos(time / 2), 0 * time + 1000])
+    return middle, 300 + sigma * rng.standard_normal(time.size)
+
+
+def test_even_volumes_look_even() -> None:
+    """300 recordings of equal noise: 95 % intervals hold in 93 to 97 %, p < 0.05 in 2 to 9 %."""
+    rng = np.random.default_rng(1)
+    held = cells = alarms = 0
+    for _ in range(300):
+        rows = by_place(*carried(rng, 0.1), 250.0)
+        held += sum(row["lower_mm"] < 0.1 < row["upper_mm"] for row in rows)
+        cells += len(rows)
+        alarms += evenness(rows)["p"] < 0.05
+    assert 0.93 < held / cells < 0.97
+    assert 0.02 < alarms / 300 < 0.09
+
+
+def test_noisy_and_bent_places_are_found() -> None:
+    rng = np.random.default_rng(2)
+    middle, length = carried(rng, 0.1)
+    far = middle[0] > 250
+    length[far] += 0.1 * rng.standard_normal(far.sum()) * np.sqrt(3) + 0.5
+    rows = by_place(middle, length, 250.0)
+    near = [row for row in rows if row["x_mm"] < 250]
+    away = [row for row in rows if row["x_mm"] > 250]
+    assert np.mean([row["sigma_mm"] for row in near]) < 0.11
+    assert 0.18 < np.mean([row["sigma_mm"] for row in away]) < 0.22
+    shift = np.mean([r["deviation_mm"] for r in away]) - np.mean([r["deviation_mm"] for r in near])
+    assert abs(shift - 0.5) < 0.03
+    even = evenness(rows)
+    assert even["p"] < 1e-6 and even["worst_over_best"] > 1.7
+
+
+def test_gaps_and_few_frames() -> None:
+    rng = np.random.default_rng(3)
+    middle, length = carried(rng, 0.1)
+    assert by_place(middle, np.full_like(length, np.nan), 250.0) == []
+    assert by_place(middle[:, :20], length[:20], 250.0) == []
+    length[::2] = np.nan  # no two successive frames
+    assert by_place(middle, length, 250.0) == []

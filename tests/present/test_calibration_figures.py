@@ -8,10 +8,10 @@ from calibration_inputs import COVARIANCE, DEAD, T_M, TURN, paths, write_calibra
 from figure_data import check, check_saved, every_text
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.present import calibration_space as space
-from mocap_metrology.present.calibration_data import agreement, pose_of, read_calibration
-from mocap_metrology.present.calibration_figure import calibration_figure
-from mocap_metrology.present.calibration_time import faint_diodes
+from mocap_metrology.present.calibration import space
+from mocap_metrology.present.calibration.data import agreement, pose_of, read_calibration
+from mocap_metrology.present.calibration.figure import calibration_figure
+from mocap_metrology.present.calibration.time import faint_diodes
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -83,7 +83,7 @@ def test_disagreement_and_the_mirrored_moment(moving, figure):
     np.testing.assert_allclose(dots.get_ydata(), both.apart_mm)
     marked = [line for line in axes.lines if line.get_marker() == space.MIRRORED["marker"]]
     assert len(marked) == 1 and len(marked[0].get_xdata()) == both.mirrored.sum()
-    residuals = panel(figure, "d  Residual")
+    residuals = panel(figure, "d  Single board poses")
     levels = [np.median(line.get_ydata()) for line in residuals.lines if line.get_alpha() == 0.7]
     assert sorted(levels) == pytest.approx([30.0, 40.0])
 

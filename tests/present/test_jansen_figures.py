@@ -20,11 +20,11 @@ from scipy.spatial.transform import Rotation
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.present.calibration_data import read_calibration
-from mocap_metrology.present.jansen_angles import angles_figure
-from mocap_metrology.present.jansen_figures import NUMBERS, jansen_figures
-from mocap_metrology.present.jansen_signal import signal_of
-from mocap_metrology.present.jansen_space import Projection, arc, outline
+from mocap_metrology.present.calibration.data import read_calibration
+from mocap_metrology.present.jansen.angles import angles_figure
+from mocap_metrology.present.jansen.figures import NUMBERS, jansen_figures
+from mocap_metrology.present.jansen.signal import signal_of
+from mocap_metrology.present.jansen.space import Projection, arc, outline
 
 pytestmark = pytest.mark.filterwarnings("error")
 

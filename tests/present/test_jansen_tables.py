@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS, published_table
-from mocap_metrology.present.calibration_tables import calibration_markdown, calibration_rows
-from mocap_metrology.present.jansen_statistics import paper_setup
-from mocap_metrology.present.jansen_tables import jansen_table, jansen_table_3
-from mocap_metrology.present.jansen_text import gain, markdown
+from mocap_metrology.present.calibration.tables import calibration_markdown, calibration_rows
+from mocap_metrology.present.jansen.statistics import paper_setup
+from mocap_metrology.present.jansen.tables import jansen_table, jansen_table_3
+from mocap_metrology.present.jansen.text import gain, markdown
 
 KINDS = [(e, s) for e in ("paper", "paper-tight", "paper-lm") for s in ("kabsch", "final")]
 

@@ -56,7 +56,7 @@ def places(own, column):
     """Where the numbers of a panel should stand, from the rows alone."""
     cameras = sorted({row["n_cameras"] for row in own})
     return sorted(
-        (cameras.index(row["n_cameras"]) + (SERIES.index(row["series"]) - 3) * slots.PITCH, value)
+        (cameras.index(row["n_cameras"]) + slots.offsets(SERIES)[row["series"]], value)
         for row in own
         if (value := row[column]) is not None
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.present import tables
 
@@ -48,3 +49,15 @@ def test_markdown_escapes_and_rounds() -> None:
     assert "0.3333333 |" in text
     assert "x\\|y" in text
     assert text.startswith("# T\n\nC\n\n| a\\|b")
+
+
+def test_rows_with_a_note_only_stand_beside_whole_ones(tmp_path) -> None:
+    """Of what was refused a table holds the reason, in a row of its own, wherever it comes."""
+    rows = [{"recording": "a", "note": "too short"}, {"recording": "b", "value_mm": 0.5}]
+    for k, order in enumerate((rows, rows[::-1])):
+        tables.write(tmp_path / str(k), order, "Title", "Caption.")
+        found = pd.read_csv(tmp_path / f"{k}.csv", index_col="recording")
+        assert found.loc["a", "note"] == "too short"
+        assert np.isnan(found.loc["a", "value_mm"])
+        assert found.loc["b", "value_mm"] == 0.5
+        assert "None" not in (tmp_path / f"{k}.md").read_text(encoding="utf-8")

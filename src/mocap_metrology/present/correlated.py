@@ -114,19 +114,24 @@ def _dot(look: Look, **how: Any) -> dict[str, Any]:
     return {"color": look.colour, "marker": look.marker, "markersize": 3.2, "mew": 0.7} | how
 
 
+def shade_classes(axes: Axes, limits: Limits) -> None:
+    """Shade the classes of T_c (S 4.6) on an axis of these limits, and name them."""
+    for name, low, high in CLASSES:
+        low, high = max(low, limits[0]), min(high, limits[1])
+        if low >= high:
+            continue
+        axes.axvspan(low, high, color=FAINT, alpha=0.9 if name == "medium" else 0.5, lw=0, zorder=0)
+        how = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "bottom"}
+        place = axes.get_xaxis_transform()
+        axes.text(float(np.sqrt(low * high)), 0.02, name, transform=place, **how)
+
+
 def _scatter(
     axes: Axes, pairs: Sequence[Pair], limits: tuple[Limits, Limits], hollow: bool
 ) -> None:
     decade_axis(axes, "x", limits[0], slots.PANEL_MM)
     decade_axis(axes, "y", limits[1], SCATTER_MM)
-    for name, low, high in CLASSES:
-        low, high = max(low, limits[0][0]), min(high, limits[0][1])
-        if low >= high:
-            continue
-        axes.axvspan(low, high, color=FAINT, alpha=0.9 if name == "medium" else 0.5, lw=0, zorder=0)
-        place = axes.get_xaxis_transform()
-        how = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "bottom"}
-        axes.text(float(np.sqrt(low * high)), 0.02, name, transform=place, **how)
+    shade_classes(axes, limits[0])
     for camera_type, look in CAMERAS.items():
         for fine in (False, True):
             own = [p for p in pairs if p[2] == camera_type and p[3] == fine]

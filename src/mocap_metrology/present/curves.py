@@ -5,7 +5,7 @@ With more than six markers a panel holds one coordinate of all markers instead.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -39,6 +39,7 @@ LEFT_MM, RIGHT_MM, GAP_MM = 16.5, 3.0, 7.0
 TITLE_MM, LABELS_MM = 5.5, 10.0
 MOST_VECTORS = 60  # lines of a family; more become an image
 SLOPES_BESIDE_MM = 90.0  # a key this wide has its slopes beside the entries, else below
+NAME_MM = 34.0  # of a series or recording, in the key
 NOTHING = "no valid samples"
 
 
@@ -72,14 +73,24 @@ class Key:
 
 @dataclass
 class Panel:
-    """Curves under one title; a family when there are too many to tell apart."""
+    """Curves under one title; a family when there are too many to tell apart. `looks` by name of a
+    curve; without them curves are series, which have their own."""
 
     title: str
     curves: list[Curve] = field(default_factory=list)
+    looks: Mapping[str, Look] = field(default_factory=dict)
 
     @property
     def family(self) -> bool:
-        return len(self.curves) > MOST_SINGLE
+        return len(self.curves) > MOST_SINGLE and not self.looks
+
+    def look(self, name: str) -> Look:
+        others = [c.name for c in self.curves if not coordinate_of(c.name)]
+        return self.looks.get(name) or look_of(name, others)
+
+    def called(self, name: str) -> str:
+        """Name of a curve in the key: markers share one for each coordinate."""
+        return name[0] if not self.looks and coordinate_of(name) else name
 
 
 EXTRA_DASHES = {"mdev": (0, (1, 1.2)), "hdev": (0, (3, 1.2, 1, 1.2))}
@@ -180,7 +191,7 @@ def curves_figure(
             label_axes(axes, x=axis_labels[0])
         if k % grid.n_columns == 0:
             label_axes(axes, y=axis_labels[1], y_mm=13.5)
-        _draw_panel(axes, panel, limits[1])
+        draw_panel(axes, panel, limits[1])
         head(axes, panel.title, "; ".join(_remarks(panel, limits[1])))
     decade_mm = tuple(
         size / float(np.log10(high / low))
@@ -190,7 +201,7 @@ def curves_figure(
     return sheet.figure
 
 
-def _draw_panel(axes: Axes, panel: Panel, y_limits: Limits) -> None:
+def draw_panel(axes: Axes, panel: Panel, y_limits: Limits) -> None:
     if not any(curve.drawable for curve in panel.curves):
         known = any(np.isfinite(curve.y).any() for curve in panel.curves)
         middle = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
@@ -198,9 +209,8 @@ def _draw_panel(axes: Axes, panel: Panel, y_limits: Limits) -> None:
     elif panel.family:
         _draw_family(axes, panel.curves)
     else:
-        others = [c.name for c in panel.curves if not coordinate_of(c.name)]
         for order, curve in enumerate(panel.curves):
-            _draw_curve(axes, curve, look_of(curve.name, others), order, y_limits)
+            _draw_curve(axes, curve, panel.look(curve.name), order, y_limits)
 
 
 def _positive(values: np.ndarray) -> np.ndarray:
@@ -268,7 +278,9 @@ def _draw_family(axes: Axes, curves: Sequence[Curve]) -> None:
 def _remarks(panel: Panel, y_limits: Limits) -> list[str]:
     remarks: list[str] = []
     if panel.family and (ends := family_ends(panel.curves)) is not None:
-        remarks.append(f"lowest: {_short(ends[0].name)}, highest: {_short(ends[1].name)}")
+        low, high = (_short(end.name) for end in ends)
+        markers = all(coordinate_of(end.name) for end in ends)
+        remarks.append(f"lowest: {low}, highest: {high}" if markers else f"{low} to {high}")
     if not any(curve.drawable for curve in panel.curves):
         return []
     why: dict[str, list[str]] = {}
@@ -282,7 +294,8 @@ def _remarks(panel: Panel, y_limits: Limits) -> list[str]:
             why.setdefault("below the axis", []).append(curve.name)
     for reason, names in why.items():
         named = ", ".join(names) if len(names) <= 3 else f"{len(names)} series"
-        remarks.append(f"{named}: {reason}")
+        # Names of recordings may be cut off, then the reason must not be
+        remarks.append(f"{reason}: {named}" if panel.looks else f"{named}: {reason}")
     return remarks
 
 
@@ -315,17 +328,15 @@ def _entries(panels: Sequence[Panel], key: Key) -> list[Entry]:
     """The meaning of all that the panels show."""
     entries: list[Entry] = []
     for panel in (p for p in panels if not p.family):
-        others = [c.name for c in panel.curves if not coordinate_of(c.name)]
         for curve in panel.curves:
-            name = curve.name if curve.name in others else curve.name[0]
-            text = shorten(name, SMALL_PT, 20)
+            text = shorten(panel.called(curve.name), SMALL_PT, NAME_MM)
             if text not in {entry.text for entry in entries}:
-                entries.append(Entry(text, look=look_of(curve.name, others)))
-    if entries:
+                entries.append(Entry(text, look=panel.look(curve.name)))
+    if any(c.band is not None for p in panels if not p.family for c in p.curves):
         entries.append(Entry(key.band, patch={"color": GREY, "alpha": 0.25, "lw": 0}))
-        for name in key.extras:
-            how = {"color": GREY, "ls": EXTRA_DASHES[name], "lw": 0.8}
-            entries.append(Entry(name, line=how))
+    for name in key.extras if entries else ():
+        how = {"color": GREY, "ls": EXTRA_DASHES[name], "lw": 0.8}
+        entries.append(Entry(name, line=how))
     families = [len(panel.curves) for panel in panels if panel.family]
     if families:
         entries += [Entry(name, line=how) for name, how in FAMILY.items()]

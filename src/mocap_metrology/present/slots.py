@@ -31,13 +31,14 @@ if TYPE_CHECKING:
 TYPES = ("T40", "Bonita", "Vantage")
 LEFT_MM, GAP_MM, RIGHT_MM = 17.0, 9.0, 3.0
 PANEL_MM = (WIDTH_MM - LEFT_MM - RIGHT_MM - 2 * GAP_MM) / 3
-PITCH = 1 / 8.6  # of the slots, in groups
+EMPTY_SLOTS = 1.6  # between groups
 FLOOR, BAND_DECADES = 1e-20, 2.5  # smaller values stand in a band below it, so many decades high
 IN_BAND = FLOOR * 10 ** (-BAND_DECADES / 2)
 PALE = 0.4  # opacity of what nine hours could not support
 PUBLISHED = {"markersize": 3.0, "markerfacecolor": "none", "mew": 0.7, "ls": ""}
 REGENERATED = {"markersize": 1.5, "mew": 0, "ls": ""}
 LIKELIHOOD = {"marker": "_", "color": INK, "markersize": 3.4, "mew": 0.9, "ls": ""}
+COLOURED = {"markersize": 3.0, "mew": 0, "ls": ""}
 LIMIT = {"marker": "v", "color": INK, "markersize": 2.2, "mew": 0, "ls": "", "alpha": 0.55}
 INTERVAL = {"color": INK, "lw": 0.5}
 
@@ -52,10 +53,7 @@ def look_of(series: str) -> Look:
 
 def key_entries(limits: bool = True) -> list[Entry]:
     """What colours, shapes and fillings mean."""
-    entries = []
-    for name, series in (("x", "x1"), ("y", "y1"), ("z", "z1"), ("L", "L")):
-        look = look_of(series)
-        entries.append(Entry(name, dot=_dot(look, markersize=3.5, mew=0)))
+    entries = series_entries(("x1", "y1", "z1", "L"))
     look, grey = look_of("x1"), {"color": GREY}
     entries.append(Entry("published", dot=_dot(look, markerfacecolor="none") | grey))
     pale = _dot(look, markerfacecolor="none", alpha=PALE) | grey
@@ -64,9 +62,30 @@ def key_entries(limits: bool = True) -> list[Entry]:
     bar = {k: v for k, v in LIKELIHOOD.items() if k != "ls"}
     entries.append(Entry(f"{DEFAULT}, 95 % interval", dot=bar))
     if limits:
-        arrow = {k: v for k, v in LIMIT.items() if k != "ls"}
-        entries.append(Entry(f"{DEFAULT}: not detected, 95 % limit", dot=arrow))
+        entries.append(Entry(f"{DEFAULT}: not detected, 95 % limit", dot=_arrow()))
     return entries
+
+
+def coloured_entries(names: Sequence[str]) -> list[Entry]:
+    """The same where only default numbers are drawn, coloured."""
+    bar = {"marker": "|", "markersize": 6.0, "mew": 0.6, "color": INK}
+    return [
+        *series_entries(names),
+        Entry("95 % interval", dot=bar),
+        Entry("not detected, 95 % limit", dot=_arrow()),
+    ]
+
+
+def series_entries(names: Sequence[str]) -> list[Entry]:
+    """An entry for each coordinate that there is, and for the distance."""
+    looks: dict[str, Look] = {}
+    for name in names:
+        looks.setdefault(name[0] if coordinate_of(name) else "L", look_of(name))
+    return [Entry(k, dot=_dot(look, markersize=3.5, mew=0)) for k, look in looks.items()]
+
+
+def _arrow() -> dict[str, Any]:
+    return {k: v for k, v in LIMIT.items() if k != "ls"}
 
 
 def _dot(look: Look, **how: Any) -> dict[str, Any]:
@@ -134,12 +153,20 @@ def raised(values: np.ndarray) -> np.ndarray:
     return np.where(values < FLOOR, IN_BAND, values)
 
 
-def draw(axes: Axes, rows: Sequence[Row], cameras: Sequence[int], scale: Scale) -> None:
+def draw(
+    axes: Axes,
+    rows: Sequence[Row],
+    cameras: Sequence[int],
+    scale: Scale,
+    names: Sequence[str] = SERIES,
+    coloured: bool = False,
+) -> None:
     """Published, regenerated and default numbers of the rows of one camera type; `scale` turns
-    numbers into what the axis shows."""
+    numbers into what the axis shows; `names`: series, a slot each. The default numbers are black
+    bars, or `coloured`: with the look of their series."""
     group = {n: k for k, n in enumerate(cameras)}
-    slot = {series: (j - 3) * PITCH for j, series in enumerate(SERIES)}
-    for look in dict.fromkeys(look_of(series) for series in SERIES):
+    slot = offsets(names)
+    for look in dict.fromkeys(look_of(series) for series in names):
         own = [row for row in rows if look_of(row["series"]) == look]
         if not own:
             continue
@@ -151,18 +178,27 @@ def draw(axes: Axes, rows: Sequence[Row], cameras: Sequence[int], scale: Scale) 
             values = np.where(which, published, np.nan)
             _plot(axes, x, values, scale, alpha=alpha, **shape, **PUBLISHED)
         _plot(axes, x, _values(own, "regenerated"), scale, **shape, **REGENERATED)
-        _draw_default(axes, x, own, scale)
+        _draw_default(axes, x, own, scale, COLOURED | shape if coloured else LIKELIHOOD)
 
 
-def _draw_default(axes: Axes, x: np.ndarray, rows: Sequence[Row], scale: Scale) -> None:
+def offsets(names: Sequence[str]) -> dict[str, float]:
+    """Where the slot of each series is, from the middle of its group and in groups."""
+    pitch = 1 / (len(names) + EMPTY_SLOTS)
+    return {name: (j - (len(names) - 1) / 2) * pitch for j, name in enumerate(names)}
+
+
+def _draw_default(
+    axes: Axes, x: np.ndarray, rows: Sequence[Row], scale: Scale, how: dict[str, Any]
+) -> None:
     value = _values(rows, DEFAULT)
     low, high = (_values(rows, f"{DEFAULT}_{end}") for end in ("lower_95", "upper_95"))
     known = np.isfinite(value) & np.isfinite(low) & np.isfinite(high)
     if known.any():
         ends = [scale(np.maximum(v[known], 0)) for v in (low, high)]
-        axes.vlines(x[known], *ends, **INTERVAL)
-    _plot(axes, x, value, scale, **LIKELIHOOD)
-    _plot(axes, x, np.where(np.isnan(value), high, np.nan), scale, **LIMIT)
+        axes.vlines(x[known], *ends, **INTERVAL | {"color": how["color"]})
+    _plot(axes, x, value, scale, **how)
+    limit = LIMIT | {"color": how["color"]}
+    _plot(axes, x, np.where(np.isnan(value), high, np.nan), scale, **limit)
 
 
 def _plot(axes: Axes, x: np.ndarray, y: np.ndarray, scale: Scale, **how: Any) -> None:

@@ -8,6 +8,7 @@ them apart; line style and marker say it once more.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -30,6 +31,7 @@ IMAGE_DPI = 150  # of dense parts in an SVG, drawn as images; less on pages long
 IMAGE_PAGE_MM = 190.0  # so that no SVG exceeds 1 MB
 TITLE_PT, BODY_PT, SMALL_PT = 10.0, 8.5, 7.5
 LINE_SPACING = 1.35
+UNIT = re.compile(r"(\d) (mm|µm|%|s|min|h|Hz)(?!\w)")  # a number and its unit, kept in one line
 
 INK = "#222222"
 FAINT = "#d4d4d4"
@@ -180,6 +182,18 @@ def blank_sheet(body_mm: float, title: str, note: str) -> Sheet:
     return Sheet(figure, height, top)
 
 
+def words_figure(words: str, title: str, note: str) -> Figure:
+    """A page that says in words why there is nothing to draw; call it within `styled`."""
+    width = WIDTH_MM - 2 * MARGIN_MM
+    lines = wrap(words, BODY_PT, width)
+    height = lines_mm(len(lines), BODY_PT) + 2.0
+    sheet = blank_sheet(height, title, note)
+    canvas = sheet.canvas(MARGIN_MM, 1.0, width, height - 1.0)
+    how = {"size": BODY_PT, "va": "top", "linespacing": LINE_SPACING}
+    canvas.text(0, height - 1.0, "\n".join(lines), **how)
+    return sheet.figure
+
+
 def label_axes(axes: Axes, x: str = "", y: str = "", x_mm: float = 7.5, y_mm: float = 11.5) -> None:
     """Axis labels so many mm off the axes (matplotlib would measure every tick label for it)."""
     width, height = size_mm(axes)
@@ -206,6 +220,11 @@ def head(axes: Axes, title: str, remark: str = "") -> None:
         size=SMALL_PT,
         color=GREY,
     )
+
+
+def say(axes: Axes, text: str) -> None:
+    """Words in the middle of axes that have nothing to show."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=GREY)
 
 
 def size_mm(axes: Axes) -> tuple[float, float]:
@@ -235,9 +254,10 @@ def text_mm(text: str, size_pt: float, weight: str = "normal") -> float:
 
 
 def wrap(text: str, size_pt: float, width_mm: float, weight: str = "normal") -> list[str]:
-    """Lines of at most `width_mm`; words that are too long by themselves are cut."""
+    """Lines of at most `width_mm`; words that are too long by themselves are cut, a number and
+    its unit stay together."""
     lines: list[str] = []
-    for word in plain(text).split():
+    for word in UNIT.sub("\\1\xa0\\2", plain(text)).split(" "):
         while (width := text_mm(word, size_pt, weight)) > width_mm and len(word) > 1:
             fit = max(int(len(word) * 0.95 * width_mm / width), 1)
             lines.append(word[:fit])
@@ -247,7 +267,7 @@ def wrap(text: str, size_pt: float, width_mm: float, weight: str = "normal") -> 
             lines[-1] = joined
         else:
             lines.append(word)
-    return lines
+    return [line.replace("\xa0", " ") for line in lines if line]
 
 
 def shorten(text: str, size_pt: float, width_mm: float) -> str:

@@ -49,8 +49,10 @@ CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
 
 
 def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> None:
-    """Write `<path>.csv` and `<path>.md`; `path` has no suffix."""
-    write_with(path, rows, markdown(rows, title, caption))
+    """Write `<path>.csv` and `<path>.md` (`path` has no suffix); what a row lacks is empty."""
+    head = dict.fromkeys(name for row in rows for name in row)
+    whole = [{name: row.get(name) for name in head} for row in rows]
+    write_with(path, whole, markdown(whole, title, caption))
 
 
 def write_with(path: str | Path, rows: Sequence[Row], text: str, head: Sequence[str] = ()) -> None:
@@ -98,7 +100,7 @@ def source_sentence(sources: Mapping[str, str]) -> str:
     if not twins:
         return "All recordings are measured."
     if len(twins) == len(sources):
-        return "All recordings are twins: simulated from published or configured coefficients."
+        return "All recordings are twins: simulated, from published or configured numbers."
     return f"Simulated (twins): {', '.join(twins)}; the others are measured."
 
 

@@ -6,16 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mocap_metrology.common.words import three
 from mocap_metrology.lighthouse.assess.verdict import EXPECTED_URAD
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
-from mocap_metrology.present.calibration_data import (
+from mocap_metrology.present.calibration.data import (
     Agreement,
     CalibrationFiles,
     residuals_urad,
     seen_shares,
     thinned,
 )
-from mocap_metrology.present.calibration_space import COLOURS, MIRRORED
+from mocap_metrology.present.calibration.space import COLOURS, MIRRORED
 from mocap_metrology.present.decades import decade_axis, log_limits
 from mocap_metrology.present.linear import linear_axis, number
 from mocap_metrology.present.style import (
@@ -81,14 +82,14 @@ def draw_residuals(
     axes: Axes, paths: tuple[Path, Path] | None, duration_s: float, why: str
 ) -> None:
     """sqrt(epsilon / n_angles) of each board pose over time, both stations."""
-    title = "d  Residual"
+    title = "d  Single board poses"
     if paths is None:
         head(axes, title)
         nothing(axes, why)
         return
     values = [residuals_urad(path) for path in paths]
-    medians = [f"{role} {np.median(v):.2g}" for role, v in zip(ROLES, values, strict=True)]
-    head(axes, title, f"median: {', '.join(medians)} µrad")
+    medians = [three(float(f"{np.median(v):.2g}")) for v in values]
+    head(axes, title, f"medians {', '.join(medians)} µrad")
     shown = [np.maximum(v, np.median(v) / 100) for v in values]
     linear_axis(axes, "x", (0.0, duration_s), 10)
     limits = log_limits([*shown, np.array([1.5 * EXPECTED_URAD])])

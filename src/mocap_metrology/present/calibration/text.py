@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.calibration_data import CalibrationFiles
+from mocap_metrology.common.words import three
+from mocap_metrology.present.calibration.data import CalibrationFiles
 from mocap_metrology.present.linear import number
 from mocap_metrology.present.style import (
     BODY_PT,
@@ -58,10 +59,10 @@ def facts(given: CalibrationFiles) -> list[str]:
     if entry is not None:
         baseline = np.linalg.norm(entry["translation_mm"]) / 1e3
         lines.append(f"{entry['estimator']}, stage {entry['stage']}, {entry['optics']} optics")
-        said = [f"baseline {number(float(baseline), 3)} m"]
+        lines.append(f"baseline {number(float(baseline), 3)} m")
         if (residual := entry.get("residual_rms_urad")) is not None:
-            said.append(f"residual {residual:.3g} µrad of {number(entry['n_angles'])} angles")
-        lines.append(", ".join(said))
+            angles = number(entry["n_angles"])
+            lines.append(f"residual of the pose {three(residual)} µrad of {angles} angles")
         if (share := entry.get("mirrored_share")) is not None:
             lines.append(f"mirrored board poses {100 * share:.2g} %")
     return lines + [_station(station) for station in given.stations]

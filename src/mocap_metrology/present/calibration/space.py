@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
-from mocap_metrology.present.calibration_data import Agreement, Pose, thinned
+from mocap_metrology.present.calibration.data import Agreement, Pose, thinned
 from mocap_metrology.present.linear import linear_axis, number
 from mocap_metrology.present.style import GREY, INK, LOOKS, SMALL_PT, label_axes, size_mm
 

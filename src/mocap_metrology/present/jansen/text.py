@@ -16,7 +16,7 @@ from mocap_metrology.lighthouse.published import (
     QUANTITIES,
     SETUPS,
 )
-from mocap_metrology.present.jansen_statistics import Record, Variant, paper_setup, pose_of
+from mocap_metrology.present.jansen.statistics import Record, Variant, paper_setup, pose_of
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.tables import Row, aligned
 

@@ -11,9 +11,9 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
-from mocap_metrology.present.calibration_data import CalibrationFiles, Pose, pose_of, thinned
-from mocap_metrology.present.calibration_space import COLOURS
-from mocap_metrology.present.jansen_space import BOX, Stage, arc, magnified, outline, stage
+from mocap_metrology.present.calibration.data import CalibrationFiles, Pose, pose_of, thinned
+from mocap_metrology.present.calibration.space import COLOURS
+from mocap_metrology.present.jansen.space import BOX, Stage, arc, magnified, outline, stage
 from mocap_metrology.present.legend import ROW_MM, Entry, strip
 from mocap_metrology.present.linear import number
 from mocap_metrology.present.style import (

@@ -16,7 +16,7 @@ from mocap_metrology.lighthouse.published import (
     SETUPS,
     published_value,
 )
-from mocap_metrology.present.jansen_statistics import (
+from mocap_metrology.present.jansen.statistics import (
     NOISY,
     QUANTISED,
     Record,

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.lighthouse.records import MASTER, SLAVE
-from mocap_metrology.present import calibration_space as space
-from mocap_metrology.present import calibration_time as panels
-from mocap_metrology.present.calibration_data import CalibrationFiles, agreement, pose_of
-from mocap_metrology.present.calibration_text import draw_text, text_height
+from mocap_metrology.present.calibration import space
+from mocap_metrology.present.calibration import time as panels
+from mocap_metrology.present.calibration.data import CalibrationFiles, agreement, pose_of
+from mocap_metrology.present.calibration.text import draw_text, text_height
 from mocap_metrology.present.legend import Entry, strip, strip_height
 from mocap_metrology.present.style import (
     INK,

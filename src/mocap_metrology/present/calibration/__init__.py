@@ -1,0 +1,1 @@
+"""A Lighthouse calibration: its figure and its table."""

@@ -1,0 +1,1 @@
+"""Recordings held against each other, and over dates."""

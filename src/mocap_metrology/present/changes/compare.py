@@ -1,0 +1,195 @@
+"""What changed between recordings: rows, words and text of `<group>_compare`, and of trends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.compare import Curve, adev_ratio, adev_trend, words_of
+from mocap_metrology.present.tables import Row, aligned
+
+Columns = Mapping[str, np.ndarray]
+TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)  # where words are said, beside a single frame
+CAPTION = (
+    "Allan deviation of a recording over that of its reference, with its interval: above 1 is "
+    "noisier. A word other than `same` stands where the ratio is off 1 by more than the margin and "
+    "by more than chance allows over all averaging times of the series."
+)
+NO_TREND = "none found"
+TREND_CAPTION = (
+    "Change of the Allan deviation with the date of recording, in percent a month with its "
+    "interval; `scatter` is how much more the recordings scatter about the line than their own "
+    "noise explains."
+)
+TREND_FIGURE = (
+    "Allan deviation at three averaging times by date of recording, with 68 % intervals; a line "
+    "where it changes by more than chance allows. Recordings of the same cameras:"
+)
+COHERENCE_CAPTION = (
+    "What a series has in common with what was recorded beside it: largest squared coherence above "
+    "its threshold (else the largest there is), its period, and the size of the response there."
+)
+FIGURE = (
+    "Allan deviation of the first recording over that of the second: above 1 the first is noisier."
+)
+
+
+def curve_of(columns: Columns, series: str) -> Curve:
+    """Overlapping Allan deviation of a series in `allan.parquet`."""
+    pick = (columns["series"] == series) & (columns["estimator"] == "oadev")
+    return Curve(*(np.asarray(columns[k][pick], float) for k in ("tau_s", "adev_mm", "edf")))
+
+
+def series_of(columns: Columns) -> list[str]:
+    """Series in order."""
+    return list(dict.fromkeys(columns["series"].tolist()))
+
+
+def taus_of(new: Columns, old: Columns) -> np.ndarray:
+    """A single frame (of the slower of both) and decades of a second."""
+    frame = max(float(np.min(c["tau_s"])) for c in (new, old))
+    return np.array([frame, *(tau for tau in TAUS_S if tau > 1.5 * frame)])
+
+
+def compare_rows(
+    recording: str,
+    reference: str,
+    new: Columns,
+    old: Columns,
+    margin: float,
+    alpha: float,
+    confidence: float,
+) -> list[Row]:
+    """One row a series both have and averaging time both reach; `overall` is the series' word."""
+    rows: list[Row] = []
+    taus = taus_of(new, old)
+    for series in (s for s in series_of(new) if s in series_of(old)):
+        ratio = adev_ratio(curve_of(new, series), curve_of(old, series), taus, confidence)
+        words = words_of(ratio, margin, alpha)
+        overall = overall_word(ratio.value, words)
+        for k, word in enumerate(words):
+            if word:
+                rows.append(
+                    {
+                        "recording": recording,
+                        "reference": reference,
+                        "series": series,
+                        "tau_s": ratio.tau_s[k],
+                        "ratio": ratio.value[k],
+                        "lower": ratio.lower[k],
+                        "upper": ratio.upper[k],
+                        "p": ratio.p[k],
+                        "word": word,
+                        "overall": overall,
+                    }
+                )
+    if not rows:
+        raise Refusal(f"{recording} and {reference}: no series or averaging time in common")
+    return rows
+
+
+def overall_word(values: np.ndarray, words: Sequence[str]) -> str:
+    """The word of the largest change, `same` where there is none."""
+    changed = [
+        (abs(math.log(value)), word)
+        for value, word in zip(values, words, strict=True)
+        if word in ("better", "worse")
+    ]
+    return max(changed)[1] if changed else "same"
+
+
+def sentences(rows: Sequence[Row]) -> list[str]:
+    """A sentence a comparison: what became better, worse, by how much at most, or nothing."""
+    found: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        found.setdefault((row["recording"], row["reference"]), []).append(row)
+    return [_sentence(*pair, own) for pair, own in found.items()]
+
+
+def _sentence(recording: str, reference: str, rows: Sequence[Row]) -> str:
+    parts = []
+    for word in ("worse", "better"):
+        changed = [row for row in rows if row["word"] == word]
+        if changed:
+            most = max(changed, key=lambda row: abs(math.log(row["ratio"])))
+            names = list(dict.fromkeys(row["series"] for row in changed))
+            times = sorted({row["tau_s"] for row in changed})
+            span = (
+                f"{times[0]:.2g} s" if len(times) == 1 else f"{times[0]:.2g} to {times[-1]:.2g} s"
+            )
+            factor = (
+                f"{most['ratio']:.2f} ({most['lower']:.2f} to {most['upper']:.2f}) times in "
+                f"{most['series']} at {most['tau_s']:.2g} s"
+            )
+            parts.append(f"{word} in {', '.join(names)} over {span}, most of all {factor}")
+    found = "; ".join(parts) or "no change beyond chance and the margin"
+    return f"{recording} against {reference}: {found}."
+
+
+def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
+    """Title, a sentence a comparison, and a line a series with its ratios side by side."""
+    taus = sorted({float(row["tau_s"]) for row in rows})
+    head = ["recording", "reference", "series", "word", *(f"{tau:.3g} s" for tau in taus)]
+    lines: dict[tuple, dict[float, str]] = {}
+    for row in rows:
+        key = tuple(row[k] for k in ("recording", "reference", "series", "overall"))
+        mark = {"better": " −", "worse": " +"}.get(row["word"], "")
+        text = f"{row['ratio']:.3g} ({row['lower']:.3g} to {row['upper']:.3g}){mark}"
+        lines.setdefault(key, {})[float(row["tau_s"])] = text
+    body = [[*key, *(cells.get(tau, "") for tau in taus)] for key, cells in lines.items()]
+    said = "\n".join(f"* {sentence}" for sentence in sentences(rows))
+    table = "\n".join(aligned([head, *body]))
+    return f"# {title}\n\n{caption} `+` worse, `−` better.\n\n{said}\n\n{table}\n"
+
+
+def days_of(dates: Sequence[str]) -> list[float]:
+    """Days since the first date; dates with a time zone and without one do not mix."""
+    moments = [datetime.fromisoformat(date) for date in dates]
+    try:
+        first = min(moments)
+        return [(moment - first).total_seconds() / 86400 for moment in moments]
+    except TypeError as error:
+        raise Refusal(
+            "dates: some have a time zone and some have none; expected one way"
+        ) from error
+
+
+def trend_rows(
+    names: Sequence[str],
+    dates: Sequence[str],
+    allan: Mapping[str, Columns],
+    alpha: float,
+    confidence: float,
+) -> list[Row]:
+    """One row a series and averaging time that three or more recordings of different days have."""
+    days, rows = days_of(dates), []
+    series = [s for s in series_of(allan[names[0]]) if all(s in series_of(allan[n]) for n in names)]
+    taus = max((taus_of(allan[n], allan[n]) for n in names), key=lambda t: t[0])
+    for one in series:
+        curves = [curve_of(allan[name], one).usable().at(taus) for name in names]
+        adev, edf = (np.array([getattr(c, k) for c in curves]) for k in ("adev", "edf"))
+        known = np.isfinite(adev).all(axis=0)
+        for k in np.flatnonzero(known):
+            trend = adev_trend(days, adev[:, k], edf[:, k], confidence)
+            clear = trend.p < alpha / known.sum()
+            percent = [100 * (v - 1) for v in (trend.per_month, trend.lower, trend.upper)]
+            rows.append(
+                {
+                    "series": one,
+                    "tau_s": taus[k],
+                    "n_recordings": trend.n,
+                    "from": min(dates),
+                    "to": max(dates),
+                    "percent_per_month": percent[0],
+                    "lower": percent[1],
+                    "upper": percent[2],
+                    "p": trend.p,
+                    "scatter": trend.scatter,
+                    "word": ("worse" if percent[0] > 0 else "better") if clear else NO_TREND,
+                }
+            )
+    return rows

@@ -1,0 +1,67 @@
+"""What a claim is, and what was found of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+HOLDS, DOES_NOT, UNKNOWN = "holds", "does not", "cannot be told"
+COLUMNS = (
+    *("id", "paper", "section", "claim", "statistic", "criterion"),
+    *("published", "published_word", "regenerated", "regenerated_word", "source", "note"),
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The statistic in words with its numbers, and whether the claim holds by it."""
+
+    value: str
+    word: str
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim of `section`, in the paper's sense; `statistic` and `criterion` say how it is
+    decided; `find` does, of published numbers and of regenerated ones alike."""
+
+    id: str
+    section: str
+    claim: str
+    statistic: str
+    criterion: str
+    find: Callable[[Any], Finding]
+    note: str = ""
+
+
+def decided(value: str, holds: bool) -> Finding:
+    return Finding(value, HOLDS if holds else DOES_NOT)
+
+
+def unknown(why: str) -> Finding:
+    return Finding(why, UNKNOWN)
+
+
+def row(claim: Claim, paper: str, published: Finding, regenerated: Finding, source: str) -> dict:
+    """A line of `claims.csv`."""
+    cells = (
+        *(claim.id, paper, claim.section, claim.claim, claim.statistic, claim.criterion),
+        *(published.value, published.word, regenerated.value, regenerated.word),
+        *(source if regenerated.word != UNKNOWN else "", claim.note),
+    )
+    return dict(zip(COLUMNS, cells, strict=True))
+
+
+def orders(values: Sequence[float]) -> tuple[float, float, float]:
+    """log10 of the 5 %, 50 % and 95 % points of what is positive."""
+    known = np.asarray([v for v in values if v > 0])
+    return tuple(np.log10(np.quantile(known, [0.05, 0.5, 0.95])).tolist())
+
+
+def share(flags: Sequence[bool]) -> str:
+    """`12 of 14 (86 %)`."""
+    total = len(flags)
+    return f"{sum(flags)} of {total} ({100 * sum(flags) / max(total, 1):.0f} %)"

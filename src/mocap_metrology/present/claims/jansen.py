@@ -1,0 +1,278 @@
+"""Claims of J IV, VI, VII and VIII, from its tables and from calibrations of twins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.lighthouse.published import (
+    AVERAGE_SD,
+    MAE,
+    OVERALL,
+    QUANTITIES,
+    SETUPS,
+    published_table,
+)
+from mocap_metrology.present.claims.claim import Claim, Finding, decided, unknown
+from mocap_metrology.present.jansen.statistics import (
+    QUANTISED,
+    Record,
+    Variant,
+    by_setup,
+    mean_over,
+    pose_of,
+    setup_errors,
+    simulated,
+)
+
+KABSCH = Variant("paper", "kabsch", "ideal")
+FINAL = Variant("paper", "final", "ideal")
+BETTER = Variant("paper-lm", "final", "ideal")
+FACTORY = Variant("paper-lm", "final", "factory")
+NO_TABLE = "not in the tables"
+
+
+@dataclass(frozen=True)
+class PublishedTables:
+    """J's Tables I to III."""
+
+    def table(self, number: int) -> dict[str, np.ndarray]:
+        found = published_table(number)
+        return {row: np.array([v[q] for q in QUANTITIES]) for row, v in found.items()}
+
+
+@dataclass(frozen=True)
+class Calibrations:
+    """Calibrations of group jansen2019. `motion`: what a twin was moved like, by calibration;
+    `reconstructions`: way -> (n, 2) errors in mm and deg of the same n recordings."""
+
+    records: Sequence[Record]
+    motion: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    reconstructions: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def table(self, number: int) -> dict[str, np.ndarray]:
+        """The same rows, by `paper` at stage Kabsch with ideal optics."""
+        setups = simulated(self.records, QUANTISED) if number == 3 else self._real()
+        errors = {setup: setup_errors(own, KABSCH) for setup, own in setups.items()}
+        mae, sd = ({s: getattr(e, k)() for s, e in errors.items()} for k in ("mae", "sd"))
+        if number == 3:
+            return {MAE: mean_over(list(mae.values())), AVERAGE_SD: mean_over(list(sd.values()))}
+        rows, last = (mae, OVERALL) if number == 1 else (sd, "Average")
+        return rows | {last: mean_over(list(rows.values()))}
+
+    def _real(self) -> dict[str, list[Record]]:
+        return by_setup(self.records, SETUPS)
+
+    def errors_mm(self, variant: Variant, prefix: str = QUANTISED) -> dict[str, np.ndarray]:
+        """Error (3,) of each simulated calibration that has the variant."""
+        own = [r for group in simulated(self.records, prefix).values() for r in group]
+        found = {r["calibration"]: pose_of(r, variant) for r in own}
+        return {k: np.asarray(p["errors_mm"], float) for k, p in found.items() if p}
+
+
+Source = PublishedTables | Calibrations
+
+
+def _numbers(values: np.ndarray) -> str:
+    mm, deg = values[:3], values[3:]
+    return f"{', '.join(f'{v:.3g}' for v in mm)} mm; {', '.join(f'{v:.2g}' for v in deg)} deg"
+
+
+def _whole(*rows: np.ndarray) -> bool:
+    return all(np.isfinite(row).all() for row in rows)
+
+
+def _more_accurate(source: Source) -> Finding:
+    real, simulation = source.table(1)[OVERALL], source.table(3)[MAE]
+    if not _whole(real, simulation):
+        return unknown("no calibrations of both kinds")
+    ratio = real / simulation
+    text = f"real over simulated: {', '.join(f'{v:.1f}' for v in ratio)}"
+    return decided(text, bool((ratio > 1).all()))
+
+
+def _as_precise(source: Source) -> Finding:
+    real, simulation = source.table(2)["Average"], source.table(3)[AVERAGE_SD]
+    if not _whole(real, simulation):
+        return unknown("no calibrations of both kinds")
+    ratio = real / simulation
+    text = f"real over simulated: {', '.join(f'{v:.1f}' for v in ratio)}"
+    return decided(text, bool(((ratio > 0.5) & (ratio < 2)).all()))
+
+
+def _decent(source: Source) -> Finding:
+    table = source.table(1)
+    rows = np.array([table[s] for s in SETUPS if np.isfinite(table[s]).all()])
+    if not len(rows):
+        return unknown("no calibrations")
+    worst = rows.max(axis=0)
+    text = f"worst of {len(rows)} setups {_numbers(worst)}"
+    return decided(text, bool((worst[:3] < 100).all() and (worst[3:] < 5).all()))
+
+
+def _last_step(source: Source) -> Finding:
+    if isinstance(source, PublishedTables):
+        return unknown(NO_TABLE)
+    before, after = source.errors_mm(KABSCH), source.errors_mm(FINAL)
+    both = sorted(before.keys() & after.keys())
+    if not both:
+        return unknown("no calibration with both stages")
+    vectors = [[v[k] for k in both] for v in (before, after)]
+    moved = np.subtract(*vectors)
+    a, b, c = (float(np.median(np.linalg.norm(v, axis=1))) for v in (*vectors, moved))
+    text = f"moves it by {c:.3g} mm; error {a:.3g} mm before, {b:.3g} mm after"
+    return decided(f"{text}, medians of {len(both)}", c < a / 2)
+
+
+def _no_influence(source: Source) -> Finding:
+    """Kruskal-Wallis over patterns, Spearman over speed and distance, of log errors."""
+    from scipy.stats import kruskal, spearmanr
+
+    if isinstance(source, PublishedTables):
+        return unknown(NO_TABLE)
+    errors = {k: float(np.linalg.norm(v)) for k, v in source.errors_mm(KABSCH).items()}
+    known = [k for k in errors if k in source.motion]
+    if len(known) < 20:
+        return unknown(f"{len(known)} simulated calibrations of known motion; 20 are needed")
+    size = np.array([errors[k] for k in known])
+    motion = [source.motion[k] for k in known]
+    patterns = [m["pattern"] for m in motion]
+    groups = [size[[p == q for p in patterns]] for q in sorted(set(patterns))]
+    p = {
+        "pattern": kruskal(*groups).pvalue if len(groups) > 1 else np.nan,
+        "speed": spearmanr([m["speed_m_s"] for m in motion], size).pvalue,
+        "distance": spearmanr([np.linalg.norm(m["centre_m"]) for m in motion], size).pvalue,
+    }
+    text = ", ".join(f"{name}: p = {value:.2g}" for name, value in p.items())
+    return decided(text, all(not value < 0.01 / 3 for value in p.values()))
+
+
+def _full_interpolation(source: Source) -> Finding:
+    if isinstance(source, PublishedTables):
+        return unknown(NO_TABLE)
+    if not source.reconstructions:
+        return unknown("no simulated calibrations")
+    median = {way: np.median(found, axis=0) for way, found in source.reconstructions.items()}
+    text = "; ".join(f"{way}: {mm:.2f} mm, {deg:.3f} deg" for way, (mm, deg) in median.items())
+    best = min(median, key=lambda way: median[way][0])
+    return decided(text, best == "full-interpolation")
+
+
+def _marginal(source: Source) -> Finding:
+    if isinstance(source, PublishedTables):
+        return unknown(NO_TABLE)
+    if not source.reconstructions:
+        return unknown("no simulated calibrations")
+    median = {way: float(np.median(found[:, 0])) for way, found in source.reconstructions.items()}
+    spread = max(median.values()) / min(median.values())
+    return decided(f"the worst is {spread:.1f} times the best", spread < 1.25)
+
+
+def _parameters(source: Source) -> Finding:
+    if isinstance(source, PublishedTables):
+        return unknown("future work in J")
+    own = [r for group in source._real().values() for r in group]
+    pairs = [(pose_of(r, BETTER), pose_of(r, FACTORY)) for r in own]
+    ratios = [
+        np.linalg.norm(a["truth_errors_mm"]) / np.linalg.norm(b["truth_errors_mm"])
+        for a, b in pairs
+        if a and b and a.get("truth_errors_mm") and b.get("truth_errors_mm")
+    ]
+    if not ratios:
+        return unknown("no calibration with both optics and a truth")
+    middle = float(np.median(ratios))
+    return decided(f"error {middle:.1f} times smaller in the median of {len(ratios)}", middle > 1)
+
+
+def _cycle(source: Source) -> Finding:
+    """From the start of one sweep to the end of the next: a cycle of 8.3 ms, in which the laser is
+    seen from 1.2 to 6.7 ms."""
+    if not isinstance(source, PublishedTables):
+        return unknown("arithmetic, nothing to measure")
+    cycle, begin, end = 8.3, 1.2, 6.7
+    most = cycle + end - begin
+    text = f"{cycle} + {end} - {begin} = {most:.1f} ms, {most:.1f} mm at 1 m/s"
+    return decided(text, abs(most - 13.8) < 0.05 and 13 <= most <= 14)
+
+
+CLAIMS = (
+    Claim(
+        "J-IV-time",
+        "IV",
+        "consecutive measurements are at most 13.8 ms apart, 1.3 cm at 1 m/s",
+        "sum of the printed times",
+        "13.8 ms; 1.3 to 1.4 cm",
+        _cycle,
+        "between sweeps of one station with two stations the other's turn adds 16.7 ms",
+    ),
+    Claim(
+        "J-IV-full",
+        "IV",
+        "full interpolation is the most accurate of three ways to complete measurements",
+        "median error of the pose by each way, first recording of each simulated setup",
+        "the smallest",
+        _full_interpolation,
+        "by paper-lm, last step: J's simplex would hide the difference",
+    ),
+    Claim(
+        "J-IV-marginal",
+        "IV",
+        "the difference between the three ways is marginal",
+        "largest over smallest median error",
+        "below 1.25",
+        _marginal,
+    ),
+    Claim(
+        "J-VI-last",
+        "VI-F",
+        "the last step changes the pose very little",
+        "median distance in mm it moves the slave of simulated calibrations, beside the error",
+        "less than half of the error before",
+        _last_step,
+        "as J writes it; his settings are not stated",
+    ),
+    Claim(
+        "J-VII-influence",
+        "VII, VIII",
+        "motion pattern, speed and distance have no noticeable influence",
+        "Kruskal-Wallis test over patterns, Spearman's over speed and distance, simulated errors",
+        "p above 0.01 / 3 in all",
+        _no_influence,
+    ),
+    Claim(
+        "J-VII-accuracy",
+        "VII",
+        "accuracy is better in simulation",
+        "mean absolute error: Table I over Table III, six axes",
+        "above 1 in all",
+        _more_accurate,
+    ),
+    Claim(
+        "J-VII-precision",
+        "VII",
+        "precision is similar in simulation and reality",
+        "average standard deviation: Table II over Table III, six axes",
+        "between 1/2 and 2 in all",
+        _as_precise,
+        "similar in mm; angles scatter two to three times more in reality",
+    ),
+    Claim(
+        "J-VIII-decent",
+        "VIII",
+        "decent results in every tested configuration",
+        "largest mean absolute error of a setup, six axes",
+        "below 100 mm and 5 deg",
+        _decent,
+    ),
+    Claim(
+        "J-VIII-parameters",
+        "VIII",
+        "estimating parameters of the lasers would further improve accuracy",
+        "error with ideal optics over that with factory values, between optical frames",
+        "above 1",
+        _parameters,
+    ),
+)

@@ -1,0 +1,141 @@
+"""What claims of S are decided by: its published numbers, or recordings that went through the
+workflow; both answer the same questions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.published import (
+    FRAME_RATE_HZ,
+    SERIES,
+    printed_row,
+    published_gaussian,
+    published_row,
+)
+
+TYPES = {
+    "T40": (2, 3, 4, 5, 6, 8, 10),
+    "Bonita": (2, 3, 4, 5, 6, 8, 10),
+    "Vantage": (2, 3, 4, 5, 6, 8, 9),  # S leaves the tenth out
+}
+COORDINATES = SERIES[:6]
+S_ESTIMATOR = "annealing-ant-colony"
+Key = tuple[str, int]
+
+
+class Missing(KeyError):
+    """A recording, series or averaging time that is not there."""
+
+
+def whole(camera_type: str) -> Key:
+    """The subset with most cameras that S compares."""
+    return camera_type, TYPES[camera_type][-1]
+
+
+def subsets() -> list[Key]:
+    """All subsets that S compares."""
+    return [(kind, n) for kind, ns in TYPES.items() for n in ns]
+
+
+@dataclass(frozen=True)
+class Published:
+    """S's tables; Allan deviations are those of the models in Tables A1-A3, in continuous time as
+    S fits them."""
+
+    def adev(self, key: Key, series: str, tau_s: Sequence[float]) -> np.ndarray:
+        model = published_row(*key)[series]
+        tau0 = 1 / FRAME_RATE_HZ
+        m = np.asarray(tau_s, float) / tau0
+        return np.sqrt(model.avar(m, tau0, "continuous"))
+
+    def coefficients(self, key: Key, series: str) -> dict[str, float]:
+        return published_row(*key)[series].coefficients()
+
+    def printed(self, key: Key, series: str) -> dict[str, float]:
+        return printed_row(*key)[series]
+
+    def gaussian(self, key: Key) -> dict[str, float]:
+        """Table 4 has one row a type, of most cameras."""
+        if key not in [whole(kind) for kind in TYPES] and key[0] != "All":
+            raise Missing(key)
+        return published_gaussian(key[0])
+
+    def lines(self, key: Key, series: str) -> list[tuple[float, float]]:
+        """(f_0, A_s) of periodic disturbances below Nyquist."""
+        found = self.coefficients(key, series)
+        return [(found["f_0"], found["A_s"])] if "f_0" in found else []
+
+
+@dataclass(frozen=True)
+class Regenerated:
+    """Recordings of group skurowski2019: by (camera type, cameras) their columns of allan.parquet,
+    rows of noise.csv and of gaussian.csv. Coefficients are those of S's own estimator."""
+
+    allan: Mapping[Key, Mapping[str, np.ndarray]]
+    noise: Mapping[Key, Sequence[Mapping[str, Any]]]
+    gaussians: Mapping[Key, Sequence[Mapping[str, Any]]]
+
+    def adev(self, key: Key, series: str, tau_s: Sequence[float]) -> np.ndarray:
+        """Interpolated in logarithms; refused with `Missing` beyond the longest tau."""
+        tau, adev = self._curve(key, series)
+        wanted = np.asarray(tau_s, float)
+        if not tau.size or wanted.max() > tau[-1] * 1.02 or wanted.min() < tau[0] * 0.98:
+            raise Missing(key, series, tau_s)
+        return np.exp(np.interp(np.log(wanted), np.log(tau), np.log(adev)))
+
+    def _curve(self, key: Key, series: str) -> tuple[np.ndarray, np.ndarray]:
+        if key not in self.allan:
+            raise Missing(key)
+        columns = self.allan[key]
+        pick = (columns["series"] == series) & (columns["estimator"] == "oadev")
+        pick &= columns["adev_mm"] > 0
+        return columns["tau_s"][pick], columns["adev_mm"][pick]
+
+    def coefficients(self, key: Key, series: str) -> dict[str, float]:
+        return self._noise(key, series, S_ESTIMATOR)
+
+    printed = coefficients
+
+    def _noise(self, key: Key, series: str, estimator: str) -> dict[str, float]:
+        if key not in self.noise:
+            raise Missing(key)
+        return {
+            row["parameter"]: float(row["value"])
+            for row in self.noise[key]
+            if row["series"] == series
+            and row["estimator"] == estimator
+            and row["value"] is not None
+            and np.isfinite(float(row["value"]))
+        }
+
+    def gaussian(self, key: Key) -> dict[str, float]:
+        """Along x, as S; `pair_sigma_L_mm` and so on along the line between the markers."""
+        if key not in self.gaussians:
+            raise Missing(key)
+        rows = {row["axis"]: row for row in self.gaussians[key]}
+        return dict(rows["x"]) | {f"pair_{k}": v for k, v in rows["pair"].items()}
+
+    def lines(self, key: Key, series: str) -> list[tuple[float, float]]:
+        """(f_0, A_s) that the likelihood estimator found."""
+        found = self._noise(key, series, "likelihood")
+        return [(found["f_0"], found["A_s"])] if "f_0" in found and "A_s" in found else []
+
+
+Study = Published | Regenerated
+
+
+def model_of(study: Study, key: Key, series: str) -> NoiseModel:
+    """Coefficients as a model; a T_c or q_c without its partner is left out."""
+    return NoiseModel.from_coefficients(study.coefficients(key, series))
+
+
+def active_terms(study: Study, key: Key, series: str) -> list[tuple[float, float]]:
+    """(q_c, T_c) of the correlated components that are there: of variance 1e-9 mm^2 or more."""
+    found = study.coefficients(key, series)
+    terms = [(found.get(f"q_c{k}", 0.0), found.get(f"T_c{k}", 0.0)) for k in (1, 2, 3, 4)]
+    return [(q, t) for q, t in terms if q**2 * t / 2 >= 1e-9]

@@ -1,0 +1,72 @@
+"""All claims of both papers: rows of `claims.csv`, and their text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from mocap_metrology.present.claims import coefficients, curves, jansen, scaling
+from mocap_metrology.present.claims.claim import Claim, Finding, row, unknown
+from mocap_metrology.present.claims.study import Published
+from mocap_metrology.present.tables import Row, aligned
+
+S_CLAIMS = (*curves.CLAIMS, *scaling.CLAIMS, *coefficients.CLAIMS)
+TITLE = "Claims of both papers"
+CAPTION = (
+    "What Skurowski & Pawlyta 2019 (S) and Jansen et al. 2019 (J) say that data can decide, by the "
+    "published tables and by what this run regenerated. Twins of S are made from its published "
+    "coefficients, so they answer alike wherever the coefficients decide; regenerated coefficients "
+    "are those of S's own estimator."
+)
+SHOWN = ("id", "claim", "published", "published_word", "regenerated", "regenerated_word", "note")
+
+
+def claim_rows(study: Any, calibrations: Any, sources: tuple[str, str]) -> list[Row]:
+    """Rows of all claims; `sources` of S's and J's regenerated numbers (`twin`, `measured`, ...).
+
+    study: `Regenerated`, or None without its recordings; calibrations: `Calibrations`, or None.
+    """
+    rows = [
+        row(claim, "S", _found(claim, Published()), _found(claim, study), sources[0])
+        for claim in sorted(S_CLAIMS, key=lambda claim: claim.section)
+    ]
+    rows += [
+        row(
+            claim,
+            "J",
+            _found(claim, jansen.PublishedTables()),
+            _found(claim, calibrations),
+            sources[1],
+        )
+        for claim in jansen.CLAIMS
+    ]
+    return rows
+
+
+def _found(claim: Claim, study: Any) -> Finding:
+    """A claim whose recordings are not there, or are too short, cannot be told."""
+    if study is None:
+        return unknown("no recordings")
+    try:
+        return claim.find(study)
+    except KeyError as missing:
+        return unknown(f"not there: {' '.join(str(part) for part in missing.args[:2])}")
+
+
+def claims_markdown(rows: Sequence[Row]) -> str:
+    """Title, caption, count of words, and a table with what people read."""
+    lines = [SHOWN] + [tuple(str(row[k]) for k in SHOWN) for row in rows]
+    counts = {
+        kind: {word: sum(row[kind] == word for row in rows) for word in dict.fromkeys(_words(rows))}
+        for kind in ("published_word", "regenerated_word")
+    }
+    said = "; ".join(
+        f"{kind.split('_')[0]}: " + ", ".join(f"{word} {count}" for word, count in found.items())
+        for kind, found in counts.items()
+    )
+    table = "\n".join(aligned(lines))
+    return f"# {TITLE}\n\n{CAPTION}\n\nOf {len(rows)} claims, {said}.\n\n{table}\n"
+
+
+def _words(rows: Sequence[Row]) -> list[str]:
+    return [row[kind] for kind in ("published_word", "regenerated_word") for row in rows]

@@ -1,0 +1,150 @@
+"""Noise coefficients of a group of recordings side by side, as S Figures 14 and 16a."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mocap_metrology.noise.estimates import unit_key
+from mocap_metrology.noise.model import ALPHAS
+from mocap_metrology.present import slots
+from mocap_metrology.present.appendix import DEFAULT
+from mocap_metrology.present.decades import Limits
+from mocap_metrology.present.families.members import Family, left_out, shown_series
+from mocap_metrology.present.legend import strip, strip_height
+from mocap_metrology.present.names import coordinate_of
+from mocap_metrology.present.numbers import symbol, unit
+from mocap_metrology.present.style import (
+    GREY,
+    MARGIN_MM,
+    SMALL_PT,
+    WIDTH_MM,
+    Sheet,
+    blank_sheet,
+    label_axes,
+    shorten,
+    styled,
+    text_mm,
+    words_figure,
+)
+from mocap_metrology.present.tables import Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LEFT_MM, RIGHT_MM, TOP_MM, ROW_MM, BETWEEN_MM, LABELS_MM = 17.0, 3.0, 3.0, 32.0, 3.0, 5.0
+WIDE_MM = WIDTH_MM - LEFT_MM - RIGHT_MM
+NAME_MM = 30.0  # of a recording written upright
+NO_MODEL = "No recording has noise coefficients; the table of noise says why."
+MOST_SLOTS = 260  # across a panel; with more recordings only the distance is shown
+Noise = Mapping[str, Sequence[Mapping[str, Any]]]  # rows of noise.csv by recording
+
+
+def group_rows(family: Family, noise: Noise) -> list[Row]:
+    """Estimates of the default estimator as `slots.draw` takes them; what is published is empty,
+    and `n_cameras` is the label of the recording."""
+    empty = dict.fromkeys(("published", "regenerated", "supported"))
+    return [
+        empty
+        | {"n_cameras": label, "series": row["series"], "parameter": row["parameter"]}
+        | {DEFAULT: _known(row["value"])}
+        | {f"{DEFAULT}_{end}": _known(row[end]) for end in ("lower_95", "upper_95")}
+        for name, label in family.labels.items()
+        for row in noise[name]
+        if row["estimator"] == DEFAULT and row["status"] != "refused"
+    ]
+
+
+def _known(value: float) -> float | None:
+    return None if np.isnan(value) else float(value)
+
+
+def series_of(noise: Noise, n_groups: int) -> tuple[list[str], list[str]]:
+    """Series that have a slot in each group, and the others: with very many recordings only the
+    first distance, or else the first series, has one."""
+    names = list(dict.fromkeys(row["series"] for rows in noise.values() for row in rows))
+    shown, others = shown_series(names)
+    if n_groups * (len(shown) + slots.EMPTY_SLOTS) > MOST_SLOTS:
+        shown = [name for name in shown if not coordinate_of(name)][:1] or shown[:1]
+        others = [name for name in names if name not in shown]
+    return shown, others
+
+
+@styled()
+def coefficients_figure(family: Family, noise: Noise, title: str, note: str = "") -> Figure:
+    """Coefficients h_-2 ... h_2 of every recording by the likelihood estimator, with intervals: a
+    group a recording or number of cameras, a slot a series."""
+    shown, others = series_of(noise, len(family.labels))
+    rows = [row for row in group_rows(family, noise) if row["series"] in shown]
+    if not rows:
+        return words_figure(NO_MODEL, title, note)
+    names = [f"h_{alpha}" for alpha in ALPHAS]
+    entries = slots.coloured_entries(shown)
+    width = WIDTH_MM - 2 * MARGIN_MM
+    key_top = TOP_MM + panels_mm(len(names), family)
+    order = f"In each group from left to right: {', '.join(shown)}."
+    sheet = blank_sheet(
+        key_top + strip_height(entries, width) + 1.5, title, f"{order} {left_out(others)} {note}"
+    )
+    slot_panels(sheet, TOP_MM, rows, names, shown, family)
+    strip(sheet, MARGIN_MM, key_top, width, entries)
+    return sheet.figure
+
+
+def panels_mm(count: int, family: Family) -> float:
+    """Height of so many panels, with the labels below the last."""
+    return count * (ROW_MM + BETWEEN_MM) - BETWEEN_MM + _names_mm(family) + LABELS_MM
+
+
+def _names_mm(family: Family) -> float:
+    """Height of the labels of groups: upright where they would touch side by side."""
+    widths = [text_mm(label, SMALL_PT) for label in family.labels.values()]
+    if max(widths, default=0.0) < 0.9 * WIDE_MM / max(len(widths), 1):
+        return 5.0
+    return min(max(widths), NAME_MM) + 3.0
+
+
+def slot_panels(
+    sheet: Sheet,
+    top: float,
+    rows: Sequence[Row],
+    names: Sequence[str],
+    shown: Sequence[str],
+    family: Family,
+) -> None:
+    """A panel a coefficient, one below the other, on one axis of groups; `names`: h_0, T_c, ..."""
+    groups = list(family.labels.values())
+    for k, name in enumerate(names):
+        of_it = [row for row in rows if unit_key(row["parameter"]) == name]
+        axes = sheet.axes(LEFT_MM, top + k * (ROW_MM + BETWEEN_MM), WIDE_MM, ROW_MM)
+        lowest = k == len(names) - 1
+        slots.camera_axis(axes, groups, lowest)
+        slots.log_axis(axes, _limits(of_it), ROW_MM, labels=True)
+        slots.draw(axes, of_it, groups, slots.raised, shown, coloured=True)
+        label_axes(axes, y=f"{symbol(name)} ({unit(name)})", y_mm=13.5)
+        if lowest:
+            _label_groups(axes, family)
+        if not of_it:
+            how = {"transform": axes.transAxes, "ha": "center", "va": "center"}
+            axes.text(0.5, 0.5, "not found in any recording", color=GREY, **how)
+
+
+def _limits(rows: Sequence[Row]) -> Limits:
+    return slots.floor_limits(rows) if rows else (1e-3, 1.0)
+
+
+def _label_groups(axes: Axes, family: Family) -> None:
+    """Labels side by side, or upright and shortened; as many as there is room for."""
+    from matplotlib.ticker import FixedFormatter, FixedLocator
+
+    labels, height = list(family.labels.values()), _names_mm(family)
+    every = max(-(-len(labels) * 3 // int(WIDE_MM)), 1)
+    texts = [shorten(label, SMALL_PT, NAME_MM) for label in labels]
+    axes.xaxis.set_major_locator(FixedLocator(range(0, len(labels), every)))
+    axes.xaxis.set_major_formatter(FixedFormatter(texts[::every]))
+    upright = {"rotation": 90, "labelsize": SMALL_PT} if height > 5.0 else {}
+    axes.tick_params(axis="x", **upright)
+    label_axes(axes, x=family.by, x_mm=height + 1.5)

@@ -1,0 +1,152 @@
+"""S Figure 7: a shock in the trajectories of a marker, and what it does to the Allan deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.present.curves import Curve, Panel, draw_panel
+from mocap_metrology.present.decades import decade_axis
+from mocap_metrology.present.families.adev import adev_limits
+from mocap_metrology.present.families.members import curve_of
+from mocap_metrology.present.families.shock import Shock, find_shock
+from mocap_metrology.present.legend import Entry, strip, strip_height
+from mocap_metrology.present.linear import length_unit, linear_axis
+from mocap_metrology.present.style import (
+    GREY,
+    LOOKS,
+    MARGIN_MM,
+    OTHER_LOOKS,
+    WIDTH_MM,
+    Look,
+    blank_sheet,
+    head,
+    label_axes,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BEFORE_S, AFTER_S = 5.0, 25.0  # shown round the shock
+LEFT_MM, MIDDLE_MM, RIGHT_MM, TITLE_MM, LABELS_MM = 17.0, 20.0, 3.0, 5.5, 11.0
+TRACE_MM, ADEV_MM, HEIGHT_MM, GAP_MM = 72.0, 58.0, 78.0, 3.0
+RAW = {"color": GREY, "lw": 0.5}
+CLEAN = {"color": LOOKS["x"].colour, "lw": 0.6}
+AXES = ("x1", "y1", "z1")
+RECORDED, CLEANED, CUT = "as recorded", "after the Hampel filter", "shock cut out"
+CURVES = {
+    RECORDED: LOOKS["y"],
+    CLEANED: LOOKS["x"],
+    CUT: LOOKS["z"],
+}
+OTHER = Look(OTHER_LOOKS[0].colour, (0, (1.2, 1.2)), "D")
+Series = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Shaken:
+    """A recording with a shock: raw and cleaned coordinates and L, (n,) mm each, by name, and
+    columns of allan.parquet, which are of the cleaned ones."""
+
+    raw: Series
+    clean: Series
+    allan: Mapping[str, np.ndarray]
+    frame_rate_hz: float
+    min_coverage: float = 0.5
+
+    def curves(self, shock: Shock | None, series: str = "L") -> list[Curve]:
+        """Allan deviation of one series as recorded, after cleaning, and after cleaning without
+        the frames of the shock."""
+        cleaned = curve_of(self.allan, series, CLEANED, False)
+        own = (self.allan["series"] == series) & (self.allan["estimator"] == "oadev")
+        m = self.allan["m"][own].astype(np.int64)
+        cut = np.array(self.clean[series], dtype=np.float64)
+        if shock is not None:
+            cut[shock.start : shock.stop] = np.nan
+        found = [Curve(RECORDED, cleaned.x, self._adev(self.raw[series], m)), cleaned]
+        return [*found, Curve(CUT, cleaned.x, self._adev(cut, m))] if shock else found
+
+    def _adev(self, values: np.ndarray, m: np.ndarray) -> np.ndarray:
+        return np.sqrt(allan_variance(values, m, min_coverage=self.min_coverage).variance)
+
+
+@styled()
+def crump_figure(
+    given: Shaken, other: tuple[str, Mapping[str, np.ndarray]] | None, title: str, note: str = ""
+) -> Figure:
+    """Marker 1 round the strongest shake of a recording, and the Allan deviation of the distance
+    with and without it; other: label and columns of allan.parquet of a recording without one."""
+    coordinates = {k: v for k, v in given.raw.items() if k != "L"}
+    shock = find_shock(coordinates, given.frame_rate_hz)
+    curves = given.curves(shock)
+    looks = {name: look for name, look in CURVES.items() if name in [c.name for c in curves]}
+    if other is not None:
+        curves.append(curve_of(other[1], "L", other[0], False))
+        looks |= {other[0]: OTHER}
+    entries = [Entry("(a) as recorded", line=RAW), Entry(CLEANED, line=CLEAN)]
+    keys = [Entry(f"(b) {n}" if k == 0 else n, look=v) for k, (n, v) in enumerate(looks.items())]
+    width, key_top = WIDTH_MM - 2 * MARGIN_MM, TITLE_MM + HEIGHT_MM + LABELS_MM
+    body = key_top + strip_height(entries, width) + strip_height(keys, width) + 2.0
+    sheet = blank_sheet(body, title, f"{_said(given, shock)} {note}")
+    row = (HEIGHT_MM - 2 * GAP_MM) / 3
+    for k, series in enumerate(AXES):
+        axes = sheet.axes(LEFT_MM, TITLE_MM + k * (row + GAP_MM), TRACE_MM, row)
+        _trace(axes, given, series, 0 if shock is None else shock.onset, k == 2)
+        if k == 0:
+            head(axes, "(a) Marker 1")
+    left = LEFT_MM + TRACE_MM + MIDDLE_MM
+    axes = sheet.axes(left, TITLE_MM, ADEV_MM, HEIGHT_MM)
+    limits = adev_limits(curves)
+    decade_axis(axes, "x", limits[0], ADEV_MM)
+    decade_axis(axes, "y", limits[1], HEIGHT_MM)
+    draw_panel(axes, Panel("", curves, looks), limits[1])
+    head(axes, "(b) Distance L")
+    label_axes(axes, x="Averaging time τ (s)", y="Allan deviation (mm)", y_mm=12.5)
+    strip(sheet, MARGIN_MM, key_top, width, entries)
+    strip(sheet, MARGIN_MM, key_top + strip_height(entries, width) + 0.5, width, keys)
+    return sheet.figure
+
+
+def _said(given: Shaken, shock: Shock | None) -> str:
+    """Where the shock is, and how little of it a filter of single outliers takes."""
+    if shock is None:
+        return "No shock was found."
+    part, rate = slice(shock.start, shock.stop), given.frame_rate_hz
+    found = [given.raw[s][part] != given.clean[s][part].astype(np.float64) for s in AXES]
+    return (
+        f"The markers shake from {shock.onset / rate:.1f} s to {shock.stop / rate:.1f} s. There "
+        f"the Hampel filter replaces {np.count_nonzero(found)} of {np.size(found)} coordinates of "
+        "marker 1: what swings is no single outlier."
+    )
+
+
+def _half_range(given: Shaken, part: slice) -> float:
+    """Greatest deviation from the median that the three coordinates show there, in mm."""
+    shown = [given.raw[series][part] for series in AXES]
+    off = [np.abs(values - np.nanmedian(values)) for values in shown if np.isfinite(values).any()]
+    return max((float(np.nanmax(values)) for values in off), default=1e-3)
+
+
+def _trace(axes: Axes, given: Shaken, series: str, at: int, lowest: bool) -> None:
+    """One coordinate about its median, raw behind cleaned, time from frame `at`."""
+    rate = given.frame_rate_hz
+    first = max(at - round(BEFORE_S * rate), 0)
+    part = slice(first, at + round(AFTER_S * rate))
+    raw, clean = given.raw[series][part], given.clean[series][part]
+    middle = float(np.nanmedian(raw)) if np.isfinite(raw).any() else 0.0
+    t = (np.arange(raw.size) + first - at) / rate
+    half = 1.08 * max(_half_range(given, part), 5e-4)
+    unit = length_unit([2 * half])
+    linear_axis(axes, "x", (-BEFORE_S, AFTER_S), 7)
+    linear_axis(axes, "y", (-half * unit.per_mm, half * unit.per_mm), 5)
+    axes.plot(t, (raw - middle) * unit.per_mm, **RAW)
+    axes.plot(t, (clean - middle) * unit.per_mm, **CLEAN)
+    axes.tick_params(labelbottom=lowest)
+    x = "Time from the shock (s)" if lowest else ""
+    label_axes(axes, x=x, y=f"{series} ({unit.symbol})", y_mm=14.0)

@@ -1,0 +1,1 @@
+"""Jansen et al. 2019: its tables and figures."""

@@ -1,0 +1,122 @@
+"""Noise of an orientation: rows and figure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mocap_metrology.noise.orientation import AXES, Orientation
+from mocap_metrology.present.curves import Curve, Key, Panel, curves_figure
+from mocap_metrology.present.decades import log_limits
+from mocap_metrology.present.recording import ALLAN_SLOPES
+from mocap_metrology.present.style import LOOKS, styled, words_figure
+from mocap_metrology.present.tables import Row
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TURNS_RAD = 0.0175  # 1 degree: what turns further is moved, and not measured for its noise
+
+
+def in_radians(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns of an Allan table with the units of angles in their names."""
+    return {
+        name.replace("_mm2", "_rad2").replace("_mm", "_rad"): values
+        for name, values in columns.items()
+    }
+
+
+def orientation_rows(
+    recording: str,
+    source: str,
+    allan: Mapping[str, np.ndarray],
+    found: Orientation,
+    refused: str = "",
+) -> list[Row]:
+    """One row an axis: noise of one frame, smallest Allan deviation, and how rigid the body is.
+
+    `note` says it where the body turned: Allan variance supposes that it does not. Or it says why
+    there is no orientation (`refused`).
+    """
+    rows = []
+    for axis in AXES:
+        pick = allan["series"] == axis
+        tau, adev = allan["tau_s"][pick], allan["adev_rad"][pick]
+        best = int(adev.argmin()) if adev.size else None
+        values = {
+            "adev_1_rad": adev[0] if adev.size else None,
+            "adev_min_rad": None if best is None else adev[best],
+            "adev_min_lower_rad": None if best is None else allan["adev_lower_rad"][pick][best],
+            "adev_min_upper_rad": None if best is None else allan["adev_upper_rad"][pick][best],
+            "tau_min_s": None if best is None else tau[best],
+        }
+        turned = found.range_rad > TURNS_RAD
+        rows.append(
+            {
+                "recording": recording,
+                "source": source,
+                "axis": axis,
+                **values,
+                "residual_rms_mm": _rms(found.residual_mm),
+                "spread_mm": None if math.isnan(found.spread_mm) else found.spread_mm,
+                "turned_rad": None if math.isnan(found.range_rad) else found.range_rad,
+                "note": "the body turns: this is its motion, not noise" if turned else refused,
+            }
+        )
+    return rows
+
+
+def _rms(values: np.ndarray) -> float | None:
+    """None where there is no value, as of poses that come without markers."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else None
+
+
+@styled()
+def orientation_figure(
+    allan: Mapping[str, np.ndarray],
+    found: Orientation,
+    origin: Mapping[str, Any],
+    cluster: Sequence[str],
+    refused: str = "",
+) -> Figure:
+    """Allan deviation of the three components of the rotation vector, with intervals; or the words
+    why there is none (`refused`)."""
+    title = f"{origin['recording']}: Allan deviation of orientation"
+    where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
+    if refused:
+        return words_figure(refused, title, f"Source: {where}.")
+    curves = []
+    for axis in AXES:
+        pick = allan["series"] == axis
+        tau, adev, low, high = (
+            np.asarray(allan[k][pick], dtype=float)
+            for k in ("tau_s", "adev_rad", "adev_lower_rad", "adev_upper_rad")
+        )
+        curves.append(Curve(axis, tau, 1e6 * adev, (1e6 * low, 1e6 * high)))
+    note = f"Source: {where}. Rotation vector from the mean orientation, about axes of the room"
+    residual = _rms(found.residual_mm)
+    if residual is not None:
+        note += (
+            f", of the cluster {', '.join(cluster)} (Kabsch, frame by frame). The markers are "
+            f"{found.spread_mm:.0f} mm from their centre (rms) and {1000 * residual:.3g} µm off a "
+            "rigid body (rms)"
+        )
+    note += "."
+    if found.range_rad > TURNS_RAD:
+        degrees = np.degrees(found.range_rad)
+        note += f" It turns by {degrees:.3g} degrees: what is shown is motion, not noise."
+    bands = [edge for curve in curves for edge in curve.band]
+    band = f"{100 * origin['allan']['confidence']:.3g} % interval"
+    key = Key(ALLAN_SLOPES, "Allan deviation", band)
+    return curves_figure(
+        [Panel("Orientation", curves, {f"r{axis}": look for axis, look in LOOKS.items()})],
+        ("Averaging time τ (s)", "Allan deviation (µrad)"),
+        (log_limits([c.x for c in curves]), log_limits([c.y for c in curves] + bands, 1.0, 6.0)),
+        key,
+        title,
+        note,
+    )

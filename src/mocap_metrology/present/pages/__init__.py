@@ -1,0 +1,1 @@
+"""Pages of HTML: summary, tables, provenance."""

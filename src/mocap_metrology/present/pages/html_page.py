@@ -1,0 +1,155 @@
+"""Pages of HTML that need nothing but themselves: no script, no style sheet, no network."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+DIGITS = 5  # shown of a number with more; all of them appear under the pointer, and in the CSV
+NUMERIC_SHARE = 0.6  # of its filled cells makes a column one of numbers
+# Signs before a number: not detected, bounds, approximately, brackets of a published value.
+NUMBER = re.compile(r"[<>≤≥~±(†*+\u2212-]*\s*\d")
+PLAIN = re.compile(r"[-+]?\d*\.\d+(e[-+]?\d+)?|[-+]?\d+e[-+]?\d+")
+WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
+    "good": ("#14532d", "#dcfce7"),
+    "usable": ("#713f12", "#fef3c7"),
+    "doubtful": ("#7c2d12", "#ffedd5"),
+    "bad": ("#7f1d1d", "#fee2e2"),
+    "failed": ("#7f1d1d", "#fee2e2"),
+    "refused": ("#ffffff", "#991b1b"),
+}
+EMPTY = "–"  # a cell without a number
+UNKNOWN = ("#1f2937", "#e5e7eb")  # a word that is none of these
+STYLE = """
+.mm { font: 14px/1.45 system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-serif;
+  color: #1f2937; }
+.mm h1 { font-size: 22px; font-weight: 650; line-height: 1.25; margin: 0 0 10px; color: #111827; }
+.mm h2 { font-size: 17px; font-weight: 650; margin: 28px 0 6px; color: #111827; }
+.mm h3 { font-size: 15px; font-weight: 650; margin: 20px 0 4px; color: #111827; }
+.mm p, .mm ul { max-width: 80ch; margin: 6px 0; }
+.mm h1, .mm h2, .mm h3, .mm p, .mm ul { position: sticky; left: 20px; width: fit-content; }
+.mm ul { padding-left: 18px; list-style: disc; }
+.mm a { color: #1d4ed8; text-decoration: underline; font-weight: inherit; }
+.mm table { border-collapse: separate; border-spacing: 0; margin: 12px 0 20px; width: auto;
+  font-size: 13px; line-height: 1.35; }
+.mm th, .mm td { padding: 4px 10px; text-align: left; vertical-align: top; white-space: nowrap;
+  border-bottom: 1px solid #e5e7eb; background: #fff; }
+.mm thead th { position: sticky; top: 0; z-index: 2; background: #f3f4f6; color: #111827;
+  border-bottom: 1px solid #6b7280; font-weight: 600; vertical-align: bottom; }
+.mm tbody th { position: sticky; left: 0; z-index: 1; font-weight: 600; color: #111827; }
+.mm thead th:first-child { left: 0; z-index: 3; }
+.mm .n { text-align: right; font-variant-numeric: tabular-nums; }
+.mm thead th, .mm .t { white-space: normal; }
+.mm .t { min-width: 36ch; max-width: 64ch; }
+.mm tbody tr:hover > * { background: #f9fafb; }
+.mm .word { display: inline-block; padding: 1px 8px; border-radius: 9px; font-weight: 600; }
+.mm .empty { color: #6b7280; }
+"""
+
+
+def page(title: str, body: str) -> str:
+    """A whole document round a body that is HTML; `title` is plain text."""
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>\n"
+        f"body {{ margin: 0; padding: 20px; background: #fff; }}{STYLE}</style>\n</head>\n"
+        f'<body class="mm">\n{body}\n</body>\n</html>\n'
+    )
+
+
+def fragment(body: str) -> str:
+    """A body with its style, to stand within another page."""
+    return f'<div class="mm">\n<style>{STYLE}</style>\n{body}\n</div>\n'
+
+
+def heading(text: str, level: int = 1) -> str:
+    """A heading; level 1 to 3."""
+    return f"<h{level}>{escape(text)}</h{level}>"
+
+
+def paragraph(text: str) -> str:
+    """A paragraph of plain text."""
+    return f"<p>{escape(text)}</p>"
+
+
+def word(text: str, count: int | None = None) -> str:
+    """A verdict, or how many there are of it: said in a word, and in colour beside it."""
+    ink, behind = WORDS.get(text, UNKNOWN)
+    shown = escape(text if count is None else f"{count} {text}")
+    return f'<span class="word" style="color:{ink};background:{behind}">{shown}</span>'
+
+
+def link(address: str, text: str) -> str:
+    """A name that leads to an address, or just the name where there is none."""
+    return f'<a href="{escape(address)}">{escape(text)}</a>' if address else escape(text)
+
+
+def download(name: str, content: bytes, text: str) -> str:
+    """A paragraph with a link that saves `content`, which the page carries itself."""
+    data = base64.b64encode(content).decode()
+    href = f"data:text/csv;charset=utf-8;base64,{data}"
+    return f'<p><a download="{escape(name)}" href="{href}">{escape(text)}</a></p>'
+
+
+def table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[Any]],
+    html: Sequence[int] = (),
+    long: Sequence[int] = (),
+) -> str:
+    """A table whose head, and first column, stay in sight.
+
+    Cells are plain text or numbers; those of the columns in `html` are HTML already, those in
+    `long` may wrap. Columns of numbers are set to the right, and a plain number has at most five
+    significant digits.
+    """
+    lines = [["" if cell is None else str(cell) for cell in row] for row in rows]
+    kinds = [
+        "t" if k in long else "n" if k not in html and _numeric(line[k] for line in lines) else ""
+        for k in range(len(head))
+    ]
+    top = "".join(_cell("th", name, kind, ' scope="col"') for name, kind in _zip(head, kinds))
+    body = []
+    for line in lines:
+        cells = []
+        for k, (cell, kind) in enumerate(_zip(line, kinds)):
+            tag, extra = ("th", ' scope="row"') if k == 0 else ("td", "")
+            cells.append(_cell(tag, cell, kind, extra, k in html))
+        body.append(f"<tr>{''.join(cells)}</tr>")
+    inner = "\n".join(body)
+    return f"<table>\n<thead><tr>{top}</tr></thead>\n<tbody>\n{inner}\n</tbody>\n</table>"
+
+
+def _zip(cells: Sequence[str], kinds: Sequence[str]) -> Iterable[tuple[str, str]]:
+    return zip(cells, kinds, strict=True)
+
+
+def _numeric(cells: Iterable[str]) -> bool:
+    filled = [cell for cell in cells if cell not in ("", EMPTY)]
+    return bool(filled) and sum(map(bool, map(NUMBER.match, filled))) >= NUMERIC_SHARE * len(filled)
+
+
+def _cell(tag: str, text: str, kind: str, extra: str, html: bool = False) -> str:
+    shown = text if html else inline(shortened(text))
+    if not html and shortened(text) != text:
+        extra += f' title="{escape(text)}"'
+    kind = f' class="{kind}"' if kind else ""
+    return f"<{tag}{kind}{extra}>{shown}</{tag}>"
+
+
+def shortened(text: str) -> str:
+    """A plain decimal number with at most five significant digits; any other text as it is."""
+    if not PLAIN.fullmatch(text):
+        return text
+    digits = text.partition("e")[0].lstrip("+-").replace(".", "").lstrip("0")
+    return text if len(digits) <= DIGITS else f"{float(text):.{DIGITS}g}"
+
+
+def inline(text: str) -> str:
+    """Text of a line of Markdown: **bold**; names may break behind `_`, lists behind `;`."""
+    bold = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", escape(text, quote=False))
+    return re.sub(r"(?<=[a-z])_(?=[a-z])|(?<=\d);(?=\d)", r"\g<0><wbr>", bold)

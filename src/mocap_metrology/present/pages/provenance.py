@@ -1,0 +1,97 @@
+"""What results were made of and how long it took, as a table of run times and as a page."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.pages.html_page import heading, paragraph, table
+
+Row = dict[str, Any]
+
+INPUTS = ("name", "kind", "source", "file", "seed", "sha256")
+TIMES = ("rule", "jobs", "total_s", "longest_s", "max_rss_mb")
+TIMES_NOTE = (
+    "Wall-clock time and greatest resident memory of the jobs that made these results, as "
+    "Snakemake measured them. The pages of the report come after this and are missing."
+)
+INPUTS_NOTE = (
+    "SHA-256 of every input file, before anything is done to it. A twin is made from the "
+    "parameters of the file of twins and its seed, to which the seed of the configuration is "
+    "added; the checksum of its recording is that of the simulated file."
+)
+RESULTS_NOTE = (
+    "SHA-256 of the tables. The same code, inputs and seed give the same on this machine."
+)
+
+
+def run_times(files: Mapping[str, Iterable[str | Path]]) -> list[Row]:
+    """A row a rule: `TIMES`. files: Snakemake's benchmarks of one repetition, by rule."""
+    rows = []
+    for rule, paths in sorted(files.items()):
+        jobs = [_benchmark(path) for path in paths]
+        if jobs:
+            seconds = [job[0] for job in jobs]
+            memory = [job[1] for job in jobs if not math.isnan(job[1])]
+            most = max(memory, default=math.nan)
+            values = (rule, len(jobs), round(math.fsum(seconds), 2), max(seconds), most)
+            rows.append(dict(zip(TIMES, values, strict=True)))
+    return rows
+
+
+def _benchmark(path: str | Path) -> tuple[float, float]:
+    """Seconds and MB of a benchmark; Snakemake writes NA or - for what it could not see."""
+    with Path(path).open(encoding="utf-8", newline="") as stream:
+        row = next(csv.DictReader(stream, delimiter="\t"))
+    known = (row[name] if row[name] not in ("NA", "-") else "nan" for name in ("s", "max_rss"))
+    seconds, memory = map(float, known)
+    return seconds, memory
+
+
+def flat(settings: Mapping[str, Any], before: str = "") -> list[tuple[str, str]]:
+    """`hampel.n_sigma`, `3.0`: the keys of a nested configuration as README names them."""
+    rows = []
+    for name, value in settings.items():
+        if isinstance(value, Mapping):
+            rows += flat(value, f"{before}{name}.")
+        else:
+            several = isinstance(value, (list, tuple))
+            rows.append((before + name, ", ".join(map(str, value)) if several else str(value)))
+    return rows
+
+
+def body(found: Mapping[str, Any]) -> str:
+    """HTML of provenance.json."""
+    code = found["code"]
+    commit = code["commit"] or "not in a repository"
+    parts = [
+        heading("Provenance"),
+        paragraph(f"mocap-metrology {code['version']}, commit {commit}, Python {code['python']}."),
+        heading("Configuration", 2),
+        table(("key", "value"), flat(found["configuration"]), long=(1,)),
+        heading("Inputs", 2),
+        paragraph(INPUTS_NOTE),
+        _rows(INPUTS, found["inputs"]),
+        heading("Run times", 2),
+        paragraph(TIMES_NOTE),
+        _rows(TIMES, [_shown(row) for row in found["run_times"]]),
+        heading("Tables", 2),
+        paragraph(RESULTS_NOTE),
+        table(("table", "sha256"), found["tables"].items()),
+        heading("Packages", 2),
+        table(("package", "version"), found["packages"].items()),
+    ]
+    return "\n".join(parts)
+
+
+def _shown(row: Mapping[str, Any]) -> Row:
+    """A row of `run_times` with numbers of three digits, and jobs as they are."""
+    return {k: three_digits(v) if isinstance(v, float) else v for k, v in row.items()}
+
+
+def _rows(head: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
+    return table(head, [[row[name] for name in head] for row in rows])

@@ -1,0 +1,187 @@
+"""The page that says first what a user asks: is it good, and if not, why."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from typing import Any
+
+from mocap_metrology.noise.verdict import COORDINATE
+from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.pages.html_page import (
+    EMPTY,
+    WORDS,
+    heading,
+    link,
+    paragraph,
+    table,
+    word,
+)
+from mocap_metrology.present.pages.summary_calibrations import calibrations
+from mocap_metrology.present.verdict import FRAME, MEANS, NEAR
+
+Row = Mapping[str, Any]
+Address = Callable[[str, str], str]  # kind (recording, calibration), name -> address or nothing
+
+DURATIONS_S = (1, 10, 60)
+MOST = 3  # warnings that are told of a recording
+RECORDING_HEAD = (
+    *("recording", "verdict", f"{NEAR} mm", f"{FRAME} mm"),
+    *(f"{mean} mm" for mean in MEANS),
+    *("mostly", "why"),
+)
+RECORDINGS_NOTE = (
+    "All numbers are of the worst coordinate. One frame within 1 s: how single frames scatter. One "
+    "frame, mean of 1, 10, 60 s: standard uncertainty of a frame and of a mean over so long, about "
+    "the mean of an hour or of a shorter recording; the verdict holds that of a frame against its "
+    "limits. Mostly: the noise with the largest share in it. Why: what the verdict rests on and "
+    "what else is wrong, shortened."
+)
+PUBLISHED = "skurowski2019"  # group whose twins are made from the coefficients of a paper
+APART = "These subsets of cameras do not share their frames: "
+SHORTER = (  # what a sentence loses in the table
+    r" \([-+.\de]+ to [-+.\de]+\)",
+    r" about the mean of [^;]*",
+    r", beyond what [^;]*",
+    r" \([^()]*\): its numbers .*(?=\.$)",
+    r"; what still counts.*(?=\.$)",
+    r": (without a distance|nothing is measured there),.*(?=\.$)",
+)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the page is made of. Every list may be empty.
+
+    recordings: contents of verdict.json; calibrations: rows `calibration`, `group`, `setup`,
+    `source`, `pose` (contents of pose.json); refused: `kind`, `name`, `group`, `why`; cameras:
+    by group, what <group>_cameras.json holds: `short`, a line a camera type, and `apart`.
+    """
+
+    recordings: Sequence[Row] = ()
+    calibrations: Sequence[Row] = ()
+    refused: Sequence[Row] = ()
+    cameras: Mapping[str, Row] = field(default_factory=dict)
+
+
+def body(found: Found, address: Address = lambda kind, name: "") -> str:
+    """HTML of the page: refused inputs, then a section a group, each with a sentence first."""
+    parts = [heading("Summary"), *_refused(found.refused)]
+    for group in _groups(found.recordings):
+        rows = [row for row in found.recordings if row["group"] == group]
+        parts += [heading(f"{group}: recordings", 2), sentence("recording", rows)]
+        cells = [recording_row(row, address) for row in rows]
+        parts.append(table(RECORDING_HEAD, cells, html=(0, 1, 8), long=(8,)))
+        parts += _cameras(group, rows, found.cameras.get(group, {}))
+    if found.recordings:
+        parts.append(paragraph(RECORDINGS_NOTE))
+    for group in _groups(found.calibrations):
+        rows = [row for row in found.calibrations if row["group"] == group]
+        parts += [heading(f"{group}: calibrations", 2), sentence("calibration", rows)]
+        parts += calibrations(rows, lambda name: address("calibration", name))
+    if not (found.recordings or found.calibrations or found.refused):
+        parts.append(paragraph("The sheets are empty."))
+    return "\n".join(parts)
+
+
+def _groups(rows: Sequence[Row]) -> list[str]:
+    return list(dict.fromkeys(row["group"] for row in rows))
+
+
+def _cameras(group: str, rows: Sequence[Row], told: Row) -> list[str]:
+    """A line a camera type, and once how little subsets tell that share no frames."""
+    lines = [*told.get("short", ())]
+    if told.get("apart") and all(row["source"] == "twin" for row in rows):
+        numbers = "the published numbers" if group == PUBLISHED else "numbers of its own"
+        table_of = "of the published table" if group == PUBLISHED else "of those numbers"
+        lines.append(
+            f"{APART}each is a simulation of its own, made from {numbers}, so that a rise is one "
+            f"{table_of}."
+        )
+    elif told.get("apart"):
+        lines.append(f"{APART}only a rise tells of a camera, not what it adds.")
+    return [f"<p>{'<br>'.join(map(escape, lines))}</p>"] if lines else []
+
+
+def _refused(rows: Sequence[Row]) -> Iterator[str]:
+    if rows:
+        yield heading("Refused", 2)
+        cells = [(row["name"], row["kind"], word("refused"), row["why"]) for row in rows]
+        yield table(("name", "kind", "verdict", "why"), cells, html=(2,), long=(3,))
+
+
+def sentence(kind: str, rows: Sequence[Row]) -> str:
+    """`23 recordings, all twins (simulated): 20 good, 3 usable.`"""
+    words = Counter(_word(row) for row in rows)
+    order = [w for w in (*WORDS, *words) if w in words]
+    counts = ", ".join(f"{words[w]} {w}" for w in dict.fromkeys(order))
+    twins = sum(row["source"] == "twin" for row in rows)
+    if twins == len(rows):
+        source = "simulated (a twin)" if twins == 1 else "all simulated (twins)"
+    else:
+        source = f"{twins} simulated (twins), {len(rows) - twins} measured" if twins else "measured"
+    plural = "" if len(rows) == 1 else "s"
+    return paragraph(f"{len(rows)} {kind}{plural}, {source}: {counts}.")
+
+
+def _word(row: Row) -> str:
+    return row["pose"]["verdict"]["word"] if "pose" in row else row["word"]
+
+
+def recording_row(row: Row, address: Address) -> list[Any]:
+    """Cells of a recording: in every column of numbers the worst of its coordinates."""
+    series = {k: v for k, v in row["series"].items() if COORDINATE.fullmatch(k)}
+    numbers = [[one.get(key) for one in series.values()] for key in ("sigma_frame_mm", "frame_mm")]
+    numbers += [[_mean(one, t) for one in series.values()] for t in DURATIONS_S]
+    return [
+        link(address("recording", row["recording"]), row["recording"]),
+        word(row["word"]),
+        *(three_digits(_greatest(values)) or EMPTY for values in numbers),
+        _mostly(series.values()),
+        "<br>".join(map(escape, why(row))),
+    ]
+
+
+def why(row: Row) -> list[str]:
+    """What the word of a recording rests on, what else allows no better one, and warnings."""
+    checks = [row["reason"], *(cap["reason"] for cap in row.get("caps", ()))]
+    return [*map(shorter, checks), *_told(row.get("findings", ()))]
+
+
+def shorter(sentence: str) -> str:
+    """A reason without its interval and its explanation."""
+    for pattern in SHORTER:
+        sentence = re.sub(pattern, "", sentence, count=1)
+    return re.sub(r"^(One frame of \S+) is uncertain by", r"\1:", sentence)
+
+
+def _greatest(values: Iterable[float | None]) -> float | None:
+    return max((value for value in values if value is not None), default=None)
+
+
+def _mean(series: Row, duration_s: float) -> float | None:
+    """Uncertainty of a mean over this time, if it was asked for."""
+    found = (m for m in series.get("means", ()) if m["duration_s"] == duration_s)
+    return next(found, {}).get("uncertainty_mm")
+
+
+def _mostly(series: Iterable[Row]) -> str:
+    """`random walk 70 %` of the coordinate whose frames are worst."""
+    known = [one for one in series if one.get("frame_mm") is not None and one.get("shares")]
+    if not known:
+        return EMPTY
+    shares = max(known, key=lambda one: one["frame_mm"])["shares"]
+    name = max(shares, key=lambda kind: shares[kind])
+    return f"{name.partition(' (')[0]} {100 * shares[name]:.0f} %"
+
+
+def _told(findings: Sequence[Row]) -> list[str]:
+    """What was found that is worth a warning, up to its first semicolon; the rest is in the
+    figures."""
+    found = [finding["words"] for finding in findings if finding["severity"] == "warning"]
+    warnings = [f"{words.partition('; ')[0].rstrip('.')}." for words in found]
+    more, words = len(warnings) - MOST, warnings[:MOST]
+    return [*words, f"And {more} more, see its figures."] if more > 0 else words

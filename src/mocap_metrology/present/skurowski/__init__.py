@@ -1,0 +1,1 @@
+"""Tables and figures of Skurowski & Pawlyta 2019 (S): theory and Gaussian model."""

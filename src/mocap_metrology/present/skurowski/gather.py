@@ -1,0 +1,84 @@
+"""What Figures 10 and 11 show, from the sheet, gaussian.csv and the twins behind recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mocap_metrology.noise.moments import expected_moments
+from mocap_metrology.noise.published import published_gaussian
+from mocap_metrology.noise.twins import Twin
+from mocap_metrology.present.skurowski.densities import Mean
+from mocap_metrology.present.skurowski.scaling import Subset
+from mocap_metrology.present.tables import TABLE_4, Row
+
+NOT_FITTED = ("Vantage", 10)  # with the failing camera (S 3.5)
+EXPECTED = {"sigma_1_mm": "sigma_1", "sigma_2_mm": "sigma_2", "sigma_L_mm": "sigma_L"}
+
+
+def gaussian_row(rows: Sequence[Row], axis: str) -> Row:
+    """Of gaussian.csv: the first row along that axis, else the first there is."""
+    return next((row for row in rows if row["axis"] == axis), rows[0] if rows else {})
+
+
+def of_locations(sheet: Mapping[str, Mapping[str, Any]], names: Sequence[str]) -> str:
+    """The recording of Figure 9 among some: the T40 cameras, as in S, or else the first."""
+    return next((name for name in names if sheet[name]["camera_type"] == "T40"), names[0])
+
+
+def means(
+    sheet: Mapping[str, Mapping[str, Any]],
+    gaussian: Mapping[str, Mapping[str, float]],
+    twins: Mapping[str, Twin],
+) -> list[Mean]:
+    """Mean of L of every recording that has one, in the order of the sheet."""
+    found = []
+    for name, row in sheet.items():
+        value = gaussian[name].get("mu_L_mm")
+        if value is None or value != value:
+            continue
+        error = expected_moments(twins[name])["mu_L"] if name in twins else None
+        kind = row["camera_type"]
+        printed = published_gaussian(kind)["mu_L_mm"] if kind in TABLE_4 else None
+        found.append(Mean(kind, row["n_cameras"], float(value), error, printed))
+    return found
+
+
+def subsets(
+    sheet: Mapping[str, Mapping[str, Any]],
+    gaussian: Mapping[str, Mapping[str, float]],
+    twins: Mapping[str, Twin],
+) -> list[Subset]:
+    """S Figure 11 from the paper's recordings: types of which there are several subsets."""
+    found = []
+    for name, row in sheet.items():
+        key = row["camera_type"], row["n_cameras"]
+        expected: dict[str, float] = {}
+        if name in twins:
+            moments = expected_moments(twins[name])
+            expected = {k: moments[v] for k, v in EXPECTED.items()}
+            expected["sigma_12_mm2"] = moments["sigma_12"]
+        printed = published_gaussian(key[0]) if TABLE_4.get(key[0]) == key[1] else {}
+        found.append(Subset(*key, gaussian[name], expected, printed, key != NOT_FITTED))
+    return _several(found)
+
+
+def subsets_of_group(
+    sheet: Mapping[str, Mapping[str, Any]], gaussian: Mapping[str, Mapping[str, float]]
+) -> list[Subset]:
+    """The same of any group, without what only the paper has."""
+    return _several(
+        [
+            Subset(row["camera_type"] or "", row["n_cameras"], gaussian[name])
+            for name, row in sheet.items()
+            if row["n_cameras"] and gaussian[name]
+        ]
+    )
+
+
+def _several(found: Sequence[Subset]) -> list[Subset]:
+    """Of camera types with two different numbers of cameras at least."""
+    counts: dict[str, set[int]] = {}
+    for subset in found:
+        counts.setdefault(subset.camera_type, set()).add(subset.n_cameras)
+    return [subset for subset in found if len(counts[subset.camera_type]) > 1]

@@ -1,0 +1,160 @@
+"""The verdict on a recording in words: lines for a terminal, a row of the group's table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mocap_metrology.noise.verdict import dominating, duration_words, worst_coordinate
+from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.tables import Row
+
+Found = Mapping[str, Any]  # contents of verdict.json
+
+CAPTION = (
+    "One row a recording. word: good, usable or bad, and reason, the check that decided. Of the "
+    "worst coordinate each: sigma_frame_mm, one frame within 1 s, the scatter of single frames "
+    "(then that of the distance L); frame_mm, one frame about the mean of the horizon (of the "
+    "recording where it is shorter); mean_T_s_mm, the same of a mean of T s. adev_min_mm and "
+    "tau_min_s, the lowest Allan deviation and where, and dominating_noise, the largest share of "
+    "frame_mm squared, are of the coordinate in column worst. reference_for: the least uncertainty "
+    "of a device the system may serve as a reference for, 4 and 10 times its own (S 2.2). All are "
+    "standard uncertainties (one standard deviation). n_findings: warnings of the diagnosis."
+)
+HEAD = (
+    *("recording", "source", "word", "reason", "worst", "sigma_frame_mm", "sigma_frame_L_mm"),
+    *("frame_mm", "adev_min_mm", "tau_min_s", "mean_1_s_mm", "mean_10_s_mm", "mean_60_s_mm"),
+    *("reference_for_4x_mm", "reference_for_10x_mm", "dominating_noise", "horizon_s", "n_findings"),
+)
+
+
+def summary_row(found: Found) -> Row:
+    """A row of <group>_summary: `HEAD`."""
+    series = found["series"]
+    worst = worst_coordinate(_with_numbers(series), "frame_mm")
+    own = series.get(worst, {})
+    means = [_worst_mean(series, k) for k in range(3)]
+    return {
+        "recording": found["recording"],
+        "source": found["source"],
+        "word": found["word"],
+        "reason": found["reason"],
+        "worst": worst,
+        "sigma_frame_mm": _largest(series, "sigma_frame_mm"),
+        "sigma_frame_L_mm": series.get("L", {}).get("sigma_frame_mm"),
+        "frame_mm": own.get("frame_mm"),
+        "adev_min_mm": own.get("adev_min_mm"),
+        "tau_min_s": own.get("tau_min_s"),
+        **dict(zip(("mean_1_s_mm", "mean_10_s_mm", "mean_60_s_mm"), means, strict=True)),
+        "reference_for_4x_mm": found["reference_for_mm"]["4"],
+        "reference_for_10x_mm": found["reference_for_mm"]["10"],
+        "dominating_noise": dominating(own) if own else "",
+        "horizon_s": found["horizon_s"],
+        "n_findings": len(warnings_of(found)),
+    }
+
+
+def warnings_of(found: Found) -> list[str]:
+    """What the diagnosis warns of; what it only remarks stays in its own files."""
+    return [item["words"] for item in found["findings"] if item["severity"] != "info"]
+
+
+def reference_sentence(found: Found) -> str:
+    """S 2.2's rule with this recording's numbers."""
+    four, ten = (found["reference_for_mm"][k] for k in ("4", "10"))
+    if four is None or math.isnan(four):
+        return "It may not serve as a reference."
+    return (
+        f"May serve as reference for devices of at least {mm(four)} mm uncertainty (4 times "
+        f"this; 10 times: {mm(ten)} mm)."
+    )
+
+
+def marker_numbers(found: Found) -> str:
+    """Which marker has which number in the names of series; empty if that is not known."""
+    labels = found.get("labels") or []
+    said = ", ".join(f"{k} = {label}" for k, label in enumerate(labels, start=1))
+    return f"Marker{'s' if len(labels) > 1 else ''}: {said}." if said else ""
+
+
+def verdict_lines(found: Found) -> list[str]:
+    """What `make check` prints of a recording."""
+    horizon = duration_words(found["horizon_s"])
+    lines = [
+        f"{found['recording']}: {found['word']}",
+        found["reason"],
+        *(cap["reason"] for cap in found["caps"]),
+        reference_sentence(found),
+        *([numbers] if (numbers := marker_numbers(found)) else []),
+        "",
+        f"Standard uncertainties in mm, about the mean of {horizon}:",
+        *_aligned([_HEAD, *(_cells(k, v) for k, v in found["series"].items())]),
+    ]
+    reasons: dict[str, list[str]] = {}
+    for name, values in found["series"].items():
+        if values["why_measured"]:
+            reasons.setdefault(values["why_measured"], []).append(name)
+    if reasons:
+        lines += ["", "Measured, not modelled:"]
+        lines += [f"  {', '.join(names)}: {why}" for why, names in reasons.items()]
+    findings = warnings_of(found)
+    if findings:
+        lines += ["", "Findings:", *(f"  {words}" for words in findings)]
+    said = {words.casefold().rstrip(".") for words in findings}
+    warnings = [w for w in found["warnings"] if w.casefold().rstrip(".") not in said]
+    return [*lines, *(f"warning: {words}" for words in warnings)]
+
+
+# Names of the quantities, in the order of the figure
+FRAME, NEAR = "one frame", "one frame within 1 s"
+MEANS = ("mean of 1 s", "mean of 10 s", "mean of 60 s")
+_HEAD = ["", FRAME, NEAR, *MEANS, "lowest ADEV", "mostly"]
+
+
+def _cells(name: str, values: Mapping[str, Any]) -> list[str]:
+    least = mm(values["adev_min_mm"])
+    at = f" at {three_digits(values['tau_min_s'])} s" if least != "-" else ""
+    means = [mm(m["uncertainty_mm"]) for m in values["means"]]
+    share = dominating(values)
+    mostly = f"{share} {100 * values['shares'][share]:.0f} %" if share else ""
+    return [
+        name,
+        mm(values["frame_mm"]),
+        mm(values["sigma_frame_mm"]),
+        *means,
+        f"{least}{at}",
+        mostly,
+    ]
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    width = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return [
+        "  " + "  ".join(c.ljust(w) for c, w in zip(row, width, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def mm(value: float | None) -> str:
+    """Three digits without a power of ten down to a nanometre, or a dash for nothing."""
+    if value and value == value and (value >= 1e4 or 1e-6 <= value < 1e-3):
+        value = float(f"{value:.3g}")
+        return f"{value:.{max(2 - math.floor(math.log10(value)), 0)}f}"
+    return three_digits(value) or "-"
+
+
+def _with_numbers(series: Mapping[str, Found]) -> dict[str, Found]:
+    """Those with an uncertainty; JSON has null for none."""
+    return {k: v for k, v in series.items() if v["frame_mm"] is not None}
+
+
+def _largest(series: Mapping[str, Found], key: str) -> float | None:
+    own = {k: v for k, v in series.items() if v[key] is not None}
+    name = worst_coordinate(own, key)
+    return own[name][key] if name else None
+
+
+def _worst_mean(series: Mapping[str, Found], number: int) -> float | None:
+    own = {k: {"u": v["means"][number]["uncertainty_mm"]} for k, v in series.items()}
+    return _largest(own, "u")

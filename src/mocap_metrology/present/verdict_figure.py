@@ -1,0 +1,275 @@
+"""One picture of the verdict on a recording: uncertainties against the limits, and their causes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mocap_metrology.noise.verdict import duration_words
+from mocap_metrology.present.decades import decade_axis, log_limits
+from mocap_metrology.present.legend import Entry, strip, strip_height
+from mocap_metrology.present.style import (
+    BODY_PT,
+    GREY,
+    INK,
+    SMALL_PT,
+    WIDTH_MM,
+    Sheet,
+    blank_sheet,
+    lines_mm,
+    shorten,
+    size_mm,
+    styled,
+    text_mm,
+    wrap,
+)
+from mocap_metrology.present.verdict import (
+    FRAME,
+    MEANS,
+    NEAR,
+    Found,
+    marker_numbers,
+    reference_sentence,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_ROWS = 24
+MOST_DECADES = 6.0  # of the axis: farther down there are rounding errors only
+FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many times the value
+ROW_MM = 8.5
+NAMES_MM, GAP_MM, RIGHT_MM, BARS_MM = 13.0, 8.0, 4.0, 56.0
+BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
+MARKS = (
+    (FRAME, "frame", {"marker": "o", "color": INK, "mfc": INK, "ms": 4.2}),
+    (NEAR, "near", {"marker": "o", "color": GREY, "mfc": "white", "ms": 4.0}),
+    (MEANS[0], 0, {"marker": "s", "color": "#10307a", "mfc": "#10307a", "ms": 3.4}),
+    (MEANS[1], 1, {"marker": "^", "color": "#cf4a2c", "mfc": "#cf4a2c", "ms": 3.8}),
+    (MEANS[2], 2, {"marker": "D", "color": "#1b8aa8", "mfc": "#1b8aa8", "ms": 3.2}),
+)
+# Kinds of noise from fast to slow; correlated noise by its correlation time
+KINDS = {
+    "violet": "#9a86c9",
+    "blue": "#8fb8de",
+    "white": "#dadada",
+    "periodic": "#3d3d3d",
+    "correlated, T_c < 1 s": "#bfe3ea",
+    "correlated, T_c 1 to 10 s": "#44b0cb",
+    "correlated, T_c > 10 s": "#1d6f85",
+    "flicker": "#e6b34a",
+    "random walk": "#cf4a2c",
+}
+T_C = re.compile(r"correlated \(T_c (\S+) s\)")
+
+
+@styled()
+def verdict_figure(found: Found) -> Figure:
+    """Uncertainty of one frame and of means of every series against the limits of good and usable,
+    and the shares of the kinds of noise in that of one frame; word and sentence above.
+
+    found: contents of verdict.json.
+    """
+    names = _shown(found["series"])
+    series = {name: found["series"][name] for name in names}
+    words = _words(found)
+    keys = _keys(series)
+    text_height = lines_mm(len(words), BODY_PT) + 3.0
+    top = text_height + lines_mm(1, SMALL_PT) + 1.5
+    height = ROW_MM * max(len(names), 1)
+    key_height = strip_height(keys[0], WIDTH_MM - 4) + strip_height(keys[1], WIDTH_MM - 4)
+    below = 12.0
+    title = f"{found['recording']}: {found['word']}"
+    sheet = blank_sheet(top + height + below + key_height + 3.0, title, _note(found, names))
+    canvas = sheet.canvas(2.0, 1.5, WIDTH_MM - 4, text_height)
+    for k, line in enumerate(words):
+        at = text_height - lines_mm(k, BODY_PT)
+        canvas.text(0, at, line, size=BODY_PT, va="top")
+    width = WIDTH_MM - NAMES_MM - GAP_MM - RIGHT_MM - BARS_MM
+    _uncertainties(sheet.axes(NAMES_MM, top, width, height), series, found)
+    _bars(sheet.axes(NAMES_MM + width + GAP_MM, top, BARS_MM, height), series)
+    _strips(sheet, top + height + below, keys)
+    return sheet.figure
+
+
+def _strips(sheet: Sheet, top: float, keys: tuple[list[Entry], list[Entry]]) -> None:
+    for entries in keys:
+        strip(sheet, 2.0, top, WIDTH_MM - 4, entries)
+        top += strip_height(entries, WIDTH_MM - 4) + 1.0
+
+
+def _shown(series: Mapping[str, Found]) -> list[str]:
+    """All series, or the most uncertain ones, in their order."""
+    known = sorted(series, key=lambda k: -(series[k]["frame_mm"] or 0.0))[:MOST_ROWS]
+    return [name for name in series if name in known]
+
+
+def _words(found: Found) -> list[str]:
+    said = [found["reason"], reference_sentence(found)]
+    said += [cap["reason"] for cap in found["caps"]]
+    lines: list[str] = []
+    for sentence in said:
+        lines += wrap(sentence, BODY_PT, WIDTH_MM - 8)
+    return lines
+
+
+def _note(found: Found, names: Sequence[str]) -> str:
+    twin = found.get("twin")
+    source = f"twin {twin}: simulated" if twin else "measured"
+    left_out = len(found["series"]) - len(names)
+    lasting = duration_words(found["duration_s"])
+    parts = [
+        f"Source: {source}. {lasting} at {found['frame_rate_hz']:g} Hz.",
+        f"Standard uncertainties about the mean of {duration_words(found['horizon_s'])}, "
+        f"lines: {100 * found['confidence']:.3g} % intervals; the verdict is on one frame in the "
+        "worst coordinate.",
+    ]
+    if numbers := marker_numbers(found):
+        parts.insert(1, shorten(numbers, SMALL_PT, 2 * WIDTH_MM))
+    measured = [k for k in names if found["series"][k]["basis"] == "measured"]
+    if measured:
+        parts.append(f"Measured, without a model: {', '.join(measured)}.")
+    if left_out > 0:
+        parts.append(f"{left_out} series with smaller uncertainties are not shown.")
+    return " ".join(parts)
+
+
+def _points(values: Found) -> list[tuple[float, float, float] | None]:
+    """(value, lower, upper) of every mark, None where there is none; an end that is not known is
+    the value."""
+    found: list[Any] = []
+    for _, key, _ in MARKS:
+        if isinstance(key, int):
+            own = values["means"][key]
+            point = [own[k] for k in ("uncertainty_mm", "lower_mm", "upper_mm")]
+        else:
+            stem = "frame" if key == "frame" else "sigma_frame"
+            point = [values[f"{stem}{end}_mm"] for end in ("", "_lower", "_upper")]
+        known = point[0] is not None and np.isfinite(point[0]) and point[0] > 0
+        found.append(tuple(p or point[0] for p in point) if known else None)
+    return found
+
+
+def _uncertainties(axes: Axes, series: Mapping[str, Found], found: Found) -> None:
+    limits = found["limits_mm"]
+    points = {name: _points(values) for name, values in series.items()}
+    ends = [
+        np.clip(p, p[0] / FARTHEST, p[0] * FARTHEST) for row in points.values() for p in row if p
+    ]
+    around = np.array([limits["good"] / 2, limits["usable"] * 3])
+    low, high = log_limits([*ends, around], most_decades=MOST_DECADES)
+    width, height = size_mm(axes)
+    decade_axis(axes, "x", (low, high), width)
+    edges = (low, limits["good"], limits["usable"], high)
+    for word, left, right in zip(BAND_COLOURS, edges, edges[1:], strict=False):
+        axes.axvspan(left, right, color=BAND_COLOURS[word], lw=0, zorder=0)
+        room = width * np.log(right / left) / np.log(high / low)
+        if room < text_mm(word, SMALL_PT) + 1 and word != found["word"]:
+            continue
+        axes.text(
+            np.sqrt(left * right),
+            1 + 1.2 / height,
+            word,
+            transform=axes.get_xaxis_transform(),
+            ha="center",
+            size=SMALL_PT,
+            weight="bold" if word == found["word"] else "normal",
+            color=INK if word == found["word"] else GREY,
+        )
+    step = 1 / (len(MARKS) + 2)  # of a row
+    for row, marks in enumerate(points.values()):
+        for k, ((_, _, look), point) in enumerate(zip(MARKS, marks, strict=True)):
+            if point is None:
+                continue
+            at = row - 0.5 + (k + 1.5) * step
+            inside = np.clip(point[1:], low, high)
+            axes.plot(inside, [at, at], color=look["color"], lw=1.0)
+            axes.plot([point[0]], [at], ls="", **look)
+        if not any(marks):
+            axes.text(
+                *(np.sqrt(low * high), row),
+                series[list(series)[row]]["status"],
+                size=SMALL_PT,
+                color=GREY,
+                ha="center",
+                va="center",
+            )
+    _rows(axes, series)
+    axes.set_yticks(range(len(series)), list(series))
+    axes.tick_params(axis="y", length=0)
+    axes.text(
+        0.5,
+        -8.0 / height,
+        "Standard uncertainty (mm)",
+        transform=axes.transAxes,
+        ha="center",
+        size=BODY_PT,
+    )
+
+
+def _rows(axes: Axes, series: Mapping[str, Found]) -> None:
+    axes.set_ylim(len(series) - 0.5, -0.5)
+    for k in range(1, len(series)):
+        axes.axhline(k - 0.5, color="white", lw=1.2, zorder=0.5)
+
+
+def kind_of(share: str) -> tuple[str, str]:
+    """Key of `KINDS` of a name of a share, and what to write into its bar."""
+    correlated = T_C.fullmatch(share)
+    if correlated:
+        T_c = float(correlated[1])
+        classes = ("< 1 s", "1 to 10 s", "> 10 s")
+        return f"correlated, T_c {classes[(T_c >= 1) + (T_c > 10)]}", f"{correlated[1]} s"
+    if share.startswith("periodic"):
+        return "periodic", share[len("periodic (") : -1]
+    return share, ""
+
+
+def _bars(axes: Axes, series: Mapping[str, Found]) -> None:
+    order = list(KINDS)
+    width, height = size_mm(axes)
+    for row, values in enumerate(series.values()):
+        left = 0.0
+        shares = sorted(values["shares"].items(), key=lambda s: order.index(kind_of(s[0])[0]))
+        for name, share in shares:
+            kind, text = kind_of(name)
+            colour = KINDS[kind]
+            axes.barh(row, share, left=left, height=0.62, color=colour, ec="white", lw=0.4)
+            if text and share * width > text_mm(text, SMALL_PT) + 1.5:
+                dark = kind in ("periodic", "correlated, T_c > 10 s")
+                axes.text(
+                    left + share / 2,
+                    row,
+                    text,
+                    size=SMALL_PT,
+                    ha="center",
+                    va="center_baseline",
+                    color="white" if dark else INK,
+                )
+            left += share
+        if not shares:
+            axes.text(0.5, row, "no model", size=SMALL_PT, color=GREY, ha="center", va="center")
+    axes.set_xlim(0, 1)
+    axes.set_xticks([0, 0.5, 1], ["0", "50", "100"])
+    axes.set_ylim(len(series) - 0.5, -0.5)
+    axes.set_yticks([])
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    where = {"transform": axes.transAxes, "ha": "center", "size": BODY_PT}
+    axes.text(0.5, -8.0 / height, "Share of the variance of one frame (%)", **where)
+
+
+def _keys(series: Mapping[str, Found]) -> tuple[list[Entry], list[Entry]]:
+    there = [any(column) for column in zip(*map(_points, series.values()), strict=True)]
+    marks = [
+        Entry(text, line={"color": look["color"], "lw": 1.0}, dot=look)
+        for (text, _, look), shown in zip(MARKS, there, strict=False)
+        if shown
+    ]
+    used = {kind_of(name)[0] for values in series.values() for name in values["shares"]}
+    kinds = [Entry(k, patch={"color": c, "lw": 0}) for k, c in KINDS.items() if k in used]
+    return marks, kinds

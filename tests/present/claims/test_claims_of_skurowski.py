@@ -1,0 +1,153 @@
+"""Claims by published numbers that others counted, and by studies made to hold and not to hold."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from mocap_metrology.noise.published import SERIES
+from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN
+from mocap_metrology.present.claims.study import TYPES, Published, Regenerated
+from mocap_metrology.present.claims.table import S_CLAIMS, claim_rows, claims_markdown
+
+BY_ID = {claim.id: claim for claim in S_CLAIMS}
+
+
+def printed() -> list[dict[str, str]]:
+    text = (files("mocap_metrology") / "reference/noise_coefficients_wide.csv").read_text("utf-8")
+    rows = list(csv.DictReader(text.splitlines()))
+    return [row for row in rows if (row["camera_type"], row["n_cameras"]) != ("Vantage", "10")]
+
+
+def study(level: Callable[[str, int, str], float]) -> Regenerated:
+    """White noise of the given deviation at one frame for (camera type, n, series)."""
+    tau = np.geomspace(1 / 120, 5000, 80)
+    keys = [(kind, n) for kind, ns in TYPES.items() for n in ns] + [("Vantage", 10)]
+    allan = {
+        key: {
+            "series": np.repeat(np.array(SERIES, dtype=object), tau.size),
+            "estimator": np.full(tau.size * len(SERIES), "oadev", dtype=object),
+            "tau_s": np.tile(tau, len(SERIES)),
+            "adev_mm": np.concatenate([level(*key, s) / np.sqrt(120 * tau) for s in SERIES]),
+        }
+        for key in keys
+    }
+    return Regenerated(allan, {}, {})
+
+
+def words(found: Regenerated, ids: Sequence[str]) -> list[str]:
+    return [BY_ID[name].find(found).word for name in ids]
+
+
+LAWS = [f"S-4.2-law-{kind}" for kind in TYPES]
+DROPS = [f"S-4.3-drop-{kind}" for kind in TYPES]
+
+
+def test_standard_error_law() -> None:
+    assert words(study(lambda kind, n, s: 0.1 / np.sqrt(n)), LAWS) == [HOLDS] * 3
+    assert words(study(lambda kind, n, s: 0.1 / n), LAWS) == [DOES_NOT] * 3
+    exact = BY_ID[LAWS[0]].find(study(lambda kind, n, s: 0.1 * n**-0.75)).value
+    assert exact == "exponent 0.75 ± 0.00"
+
+
+def test_drops_are_steps_beyond_the_law() -> None:
+    at = {"T40": 3, "Bonita": 5, "Vantage": 4}
+    smooth = study(lambda kind, n, s: 0.1 / np.sqrt(n))
+    assert words(smooth, DROPS) == [DOES_NOT] * 3
+    stepped = study(lambda kind, n, s: (0.07 if n >= at[kind] else 0.1) / np.sqrt(n))
+    assert words(stepped, DROPS) == [HOLDS] * 3
+    assert (
+        BY_ID["S-4.3-drop-T40"]
+        .find(stepped)
+        .value.startswith("up to 0.1 s -30 % at 3, steepest at 3 (-30 %); 1 to 100 s -30 % at 3")
+    )
+
+
+def test_distance_and_camera_types() -> None:
+    factor = {"T40": 1.0, "Vantage": 2.0, "Bonita": 5.0}
+    found = study(lambda kind, n, s: 0.1 * factor[kind] * (1.4 if s == "L" else 1.0))
+    ids = ["S-4.3-distance-short", "S-4.3-distance-long", "S-4.4-Bonita", "S-4.4-Vantage"]
+    assert words(found, ids) == [HOLDS, DOES_NOT, HOLDS, HOLDS]
+    quiet = study(lambda kind, n, s: 0.1 / factor[kind])
+    assert words(quiet, ids) == [DOES_NOT, HOLDS, DOES_NOT, DOES_NOT]
+
+
+def test_tenth_camera() -> None:
+    ids = ["S-3.5-tenth", "S-3.5-extents"]
+    extent = {"x1": 1.2, "x2": 2.0, "L": 1.5}
+    failing = study(lambda kind, n, s: 0.1 * (extent.get(s, 1.0) if n == 10 else 1.0))
+    assert words(failing, ids) == [HOLDS, HOLDS]
+    sound = study(lambda kind, n, s: 0.1 / np.sqrt(n))
+    assert words(sound, ids) == [DOES_NOT, DOES_NOT]
+
+
+def test_the_line_beside_the_noise_of_its_time() -> None:
+    """50 um at 14.4 Hz in white noise of 0.1 mm: A^2 (sin^2 x / x)^2 is 0.525 A^2 at its maximum,
+    0.371 periods or 3.1 frames, against sigma^2 / 3.1."""
+    line = [
+        {"series": s, "estimator": "likelihood", "parameter": name, "value": value}
+        for s in SERIES
+        for name, value in (("f_0", 14.4), ("A_s", 0.05))
+    ]
+    white = study(lambda kind, n, s: 0.1)
+    none = {(kind, n): [] for kind, ns in TYPES.items() for n in ns}
+    most = f"{100 * 0.525 * 0.05**2 / (0.1**2 / (0.371 / 14.4 * 120)):.0f} % at most"
+    found = BY_ID["S-4.6-negligible"].find(Regenerated(white.allan, none | {("T40", 10): line}, {}))
+    assert (found.word, found.value) == (HOLDS, f"a tenth or more in 7 of 98 series, {most}")
+    everywhere = Regenerated(white.allan, dict.fromkeys(none, line), {})
+    assert BY_ID["S-4.6-negligible"].find(everywhere).word == DOES_NOT
+
+
+def test_t40_drops_at_three_cameras_at_long_times() -> None:
+    """By the printed table: y is noisier up to 0.1 s, everything quieter from 1 to 100 s."""
+    found = BY_ID["S-4.3-drop-T40"].find(Published())
+    assert found.word == HOLDS
+    assert "1 to 100 s -20 % at 3, steepest at 3" in found.value
+
+
+def test_published_numbers_as_counted_by_hand() -> None:
+    """Against counts of the printed table itself, without the code under test."""
+    rows = printed()
+    near = [row for row in rows if row["f_0"] and 13 <= float(row["f_0"]) <= 16]
+    vertical = sum(row["series"][0] == "z" for row in near)
+    value = BY_ID["S-4.6-vertical"].find(Published()).value
+    assert f"z: {vertical} series" in value and len(near) == 8  # as reference/README counts them
+    coordinates = [row for row in rows if row["series"] != "L"]
+    middle = np.log10(np.median([float(row["h_-2"]) for row in coordinates]))
+    assert f"h_-2: 10^{middle:.1f}" in BY_ID["S-4.5-order-walk"].find(Published()).value
+    assert "at most 1.2 %" in BY_ID["S-4.5-violet"].find(Published()).value
+
+
+def test_what_the_published_tables_say_of_the_text() -> None:
+    found = {name: BY_ID[name].find(Published()).word for name in BY_ID}
+    assert found["S-3.5-tenth"] == found["S-4.5-violet"] == found["S-4.6-longer-lower"] == HOLDS
+    # the appendix contradicts the text
+    assert found["S-4.5-order-walk"] == found["S-4.5-order-flicker-blue"] == DOES_NOT
+    assert found["S-4.2-covariance"] == found["S-4.6-line-Vantage"] == UNKNOWN
+
+
+def test_rows_without_recordings_cannot_be_told() -> None:
+    rows = claim_rows(None, None, ("", ""))
+    assert len({row["id"] for row in rows}) == len(rows) >= 45
+    assert {row["regenerated_word"] for row in rows} == {UNKNOWN}
+    assert all(row["criterion"] and row["statistic"] and row["section"] for row in rows)
+    short = study(lambda kind, n, s: 0.1)
+    found = claim_rows(short, None, ("twin", ""))
+    assert {row["regenerated_word"] for row in found} == {HOLDS, DOES_NOT, UNKNOWN}
+    assert f"Of {len(rows)} claims" in claims_markdown(found)
+
+
+@pytest.mark.parametrize("kept", [["T40"], ["Vantage", "Bonita"], []])
+def test_parts_of_the_group_tell_what_they_can(kept: list[str]) -> None:
+    """A sheet with some of the recordings: no claim fails, those of the others cannot be told."""
+    full = study(lambda kind, n, s: 0.1 / np.sqrt(n))
+    part = Regenerated({k: v for k, v in full.allan.items() if k[0] in kept and k[1] > 3}, {}, {})
+    rows = {row["id"]: row for row in claim_rows(part, None, ("twin", ""))}
+    assert rows["S-4.2-law-T40"]["regenerated_word"] == UNKNOWN
+    assert rows["S-4.4-Vantage"]["regenerated_word"] == UNKNOWN
+    known = "Vantage" in kept
+    assert (rows["S-4.4-Bonita"]["regenerated_word"] != UNKNOWN) == known

@@ -1,0 +1,122 @@
+"""A shock is found where it was put, and cutting it out leaves what was there without it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from figure_data import ODD_TEXT, check, check_saved, every_text
+from noise_data import assert_texts_apart
+
+from mocap_metrology.noise.allan import allan_variance, averaging_factors
+from mocap_metrology.noise.series import all_series
+from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+from mocap_metrology.present.families.crump import Shaken, crump_figure
+from mocap_metrology.present.families.shock import find_shock
+
+pytestmark = pytest.mark.filterwarnings("error")
+RATE, SECONDS = 120.0, 300.0
+CRUMP = {"time_share": 0.4, "amplitude_mm": 0.5, "decay_s": 2, "frequency_hz": 3}
+NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]
+
+
+def made(crump) -> tuple[dict, float | None]:
+    twin = twin_from_mapping(
+        {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 5, "crump": CRUMP}, "T"
+    )
+    told = simulate(twin if crump else replace(twin, crump=None), SECONDS)
+    values = dict(zip(NAMES, told.position_mm.reshape(6, -1), strict=True))
+    return dict(all_series(values, [(1, 2)])), crump and told.truth["crump"]["time_s"]
+
+
+@pytest.fixture(scope="module")
+def shaken():
+    return made(True)
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    return made(False)[0]
+
+
+def coordinates(series: dict) -> dict:
+    return {name: series[name] for name in NAMES}
+
+
+def columns(series: dict) -> dict:
+    """allan.parquet as the workflow would write it, without intervals that say anything."""
+    m = averaging_factors(series["L"].size, 60)
+    adev = np.sqrt(allan_variance(series["L"], m).variance)
+    return {
+        "series": np.full(m.size, "L", dtype=object),
+        "estimator": np.full(m.size, "oadev", dtype=object),
+        "m": m,
+        "tau_s": m / RATE,
+        "adev_mm": adev,
+        "adev_lower_mm": adev,
+        "adev_upper_mm": adev,
+    }
+
+
+def test_a_shock_is_found_where_it_was_put(shaken) -> None:
+    series, time_s = shaken
+    found = find_shock(coordinates(series), RATE)
+    assert time_s == pytest.approx(0.4 * SECONDS)
+    assert found.onset / RATE == pytest.approx(time_s, abs=0.1)
+    assert found.start <= time_s * RATE
+    # It has calmed down to less than the short-term noise: 10 um of 0.5 mm after 8 s
+    assert time_s + 6 < found.stop / RATE < time_s + 12
+    assert found.times > 100
+
+
+def test_noise_has_no_shock_worth_the_name(quiet) -> None:
+    assert find_shock(coordinates(quiet), RATE).times < 2
+    still = {"x1": np.zeros(1000)}
+    assert find_shock(still, RATE) is None
+    assert find_shock({"x1": np.full(1000, np.nan)}, RATE) is None
+
+
+def test_gaps_do_not_hide_it(shaken) -> None:
+    series = {name: values.copy() for name, values in coordinates(shaken[0]).items()}
+    for values in series.values():
+        values[1000:1500] = np.nan
+    assert find_shock(series, RATE).onset / RATE == pytest.approx(0.4 * SECONDS, abs=0.1)
+
+
+def test_cut_out_leaves_the_deviation_without_a_shock(shaken, quiet) -> None:
+    """Same noise with and without: 4 % of it is cut, so 2 to 8 % remain between the two."""
+    series, _ = shaken
+    given = Shaken(series, series, columns(series), RATE)
+    recorded, _, cut = given.curves(find_shock(coordinates(series), RATE))
+    without = columns(quiet)["adev_mm"]
+    short = recorded.x < 3
+    assert np.abs(cut.y / without - 1)[short].max() < 0.08
+    assert np.abs(cut.y / without - 1)[recorded.x < 0.1].max() < 0.02
+    near = np.abs(np.log(recorded.x * 3 * 2)) < 0.3  # half a period of 3 Hz
+    assert np.all(recorded.y[near] > 3 * without[near])
+
+
+@pytest.mark.parametrize("other", [True, False])
+def test_the_figure(shaken, quiet, other, tmp_path) -> None:
+    series, _ = shaken
+    clean = {name: values.astype(np.float32) for name, values in series.items()}
+    clean["x1"][int(121 * RATE)] += 1.0
+    raw = {name: clean[name].astype(np.float64) for name in series}
+    raw["x1"][int(121 * RATE)] -= 1.0
+    given = Shaken(raw, clean, columns(series), RATE)
+    label = ("Q, without a shock", columns(quiet)) if other else None
+    figure = crump_figure(given, label, "t", "n")
+    texts = every_text(figure)
+    assert any("from 120.0 s" in text for text in texts)
+    assert any(" 1 of " in " ".join(text.split()) for text in texts)
+    assert ("Q, without a shock" in texts) == other
+    check_saved(figure, tmp_path / "f")
+    assert_texts_apart(figure)
+
+
+def test_a_figure_without_any_shock() -> None:
+    flat = {name: np.full(2000, 5.0) for name in [*NAMES, "L"]}
+    figure = crump_figure(Shaken(flat, flat, columns(flat), RATE), None, ODD_TEXT, ODD_TEXT)
+    check(figure)
+    assert any("No shock was found" in text for text in every_text(figure))

@@ -1,0 +1,208 @@
+"""Families of Allan deviations: curves are those given, told apart by number or by name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from family_data import M, allan, drawn, published, row
+from figure_data import ODD_TEXT, check, check_saved, every_text
+from matplotlib.colors import to_rgb
+from noise_data import TAU0, assert_texts_apart
+
+from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.published import SERIES, published_row
+from mocap_metrology.present.families import paper
+from mocap_metrology.present.families.adev import family_figure
+from mocap_metrology.present.families.members import count_looks, family_of, shown_series
+from mocap_metrology.present.families.subsets import DROPS, at_tau, subsets_figure
+
+pytestmark = pytest.mark.filterwarnings("error")
+T40 = (10, 8, 6, 5, 4, 3, 2)
+
+
+def adev(camera_type: str, n: int, series: str) -> np.ndarray:
+    return np.sqrt(published_row(camera_type, n)[series].avar(M, TAU0))
+
+
+def lightness(colour: str) -> float:
+    """CIE L* of an sRGB colour: what is left of it in a grey print."""
+    rgb = np.array(to_rgb(colour))
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return 116 * np.cbrt(linear @ [0.2126, 0.7152, 0.0722]) - 16
+
+
+def test_more_cameras_are_darker_and_can_be_told_apart_in_grey() -> None:
+    looks = count_looks([2, 3, 4, 5, 6, 8, 9, 10])
+    steps = -np.diff([lightness(look.colour) for look in looks.values()])
+    assert np.all(steps > 2), steps
+    assert lightness(looks[2].colour) < 80 and len({look.marker for look in looks.values()}) == 8
+
+
+def test_recordings_are_told_apart_by_cameras_only_if_these_differ() -> None:
+    by_number = family_of({f"T40-{n}": row(f"T40-{n}", n_cameras=n) for n in T40})
+    assert by_number.by == "Number of cameras"
+    assert next(iter(by_number.labels.items())) == ("T40-2", "2")
+    assert list(by_number.labels.values()) == [str(n) for n in sorted(T40)]
+    for others in (
+        {"A": row("A"), "B": row("B")},
+        {"A": row("A", n_cameras=None), "B": row("B")},
+        {"A": row("A", n_cameras=4), "B": row("B", "Bonita")},
+        {"A": row("A")},
+    ):
+        family = family_of(others)
+        assert (family.by, list(family.labels)) == ("Recording", list(others))
+        assert len({look.colour for look in family.looks.values()}) == len(others)
+    many = {f"R{k}": row(f"R{k}") for k in range(8)}
+    assert family_of(many).looks == {}
+
+
+def test_series_with_a_panel() -> None:
+    names = [f"{axis}{k}" for k in (2, 3, 5, 7) for axis in "xyz"]
+    names += ["L", "L_2_5", "L_2_7", "L_3_5"]
+    shown, others = shown_series(names)
+    assert shown == [*names[:9], "L", "L_2_5", "L_2_7"]
+    assert others == ["x7", "y7", "z7", "L_3_5"]
+
+
+def test_a_family_shows_every_curve(tmp_path) -> None:
+    rows = {f"T40-{n}": row(f"T40-{n}", n_cameras=n) for n in T40}
+    given = {name: published("T40", r["n_cameras"]) for name, r in rows.items()}
+    expected = dict.fromkeys(rows, SERIES)
+    figure = family_figure(family_of(rows), given, expected, "g: Allan deviation", "n", 0.683)
+    for axes, series in zip(figure.axes[:7], SERIES, strict=True):
+        curves = drawn(axes)
+        assert len(curves) == 7 and not axes.collections
+        for curve, n in zip(curves, sorted(T40), strict=True):
+            assert np.allclose(curve, adev("T40", n, series), rtol=1e-12)
+    assert {"2 cameras", "10 cameras", *SERIES} <= set(every_text(figure))
+    check_saved(figure, tmp_path / "f")
+    assert_texts_apart(figure)
+
+
+def test_few_recordings_have_intervals_and_other_estimators_are_left_out() -> None:
+    models = {"x1": NoiseModel.from_coefficients({"h_0": 1e-6}), "L": NoiseModel(())}
+    given = {name: allan(models, ("oadev", "mdev")) for name in "AB"}
+    family = family_of({name: row(name) for name in "AB"})
+    expected = {"A": ["x1", "y1", "L"], "B": ["x1", "L"]}
+    figure = family_figure(family, given, expected, "t", "", 0.9)
+    first, second, third = figure.axes[:3]
+    assert len(first.collections) == 2
+    assert np.allclose(drawn(first)[0], np.sqrt(1e-6 / 2 / (M * TAU0)), rtol=1e-12)
+    assert "no valid samples" in [text.get_text() for text in second.texts]
+    assert "all zero" in [text.get_text() for text in third.texts]
+    assert "90 % interval" in every_text(figure)
+
+
+def test_a_recording_is_missed_only_where_it_should_have_the_series() -> None:
+    one = allan({"x1": NoiseModel.from_coefficients({"h_0": 1e-6})})
+    rows = {name: row(name) for name in ("A", "B", "C")}
+    both = one | {"series": np.full(M.size, "x2")}
+    given = {"A": one, "B": {k: np.append(one[k], both[k]) for k in one}, "C": one}
+    expected = {"A": ["x1", "x2"], "B": ["x1", "x2"], "C": ["x1"]}
+    figure = family_figure(family_of(rows), given, expected, "t")
+    assert [len(drawn(axes)) for axes in figure.axes[:2]] == [3, 1]
+    assert "no valid samples: A" in [text.get_text() for text in figure.axes[1].texts]
+
+
+@pytest.mark.parametrize("count", [1, 8, 30])
+def test_odd_families(count) -> None:
+    rows = {f"{ODD_TEXT[:60]} {k}": row("", n_cameras=None) for k in range(count)}
+    given = {name: published("Bonita", 4) for name in rows}
+    names = [*SERIES, *(f"{axis}{k}" for k in range(3, 12) for axis in "xyz")]
+    figure = family_figure(family_of(rows), given, dict.fromkeys(rows, names), ODD_TEXT, ODD_TEXT)
+    check(figure)
+    assert any("Not shown: 24 further series" in " ".join(t.split()) for t in every_text(figure))
+
+
+def subsets(kinds=("T40", "Bonita", "Vantage")) -> dict:
+    numbers = {"Vantage": (2, 3, 4, 5, 6, 8, 9)}
+    return {k: {n: published(k, n) for n in numbers.get(k, sorted(T40))} for k in kinds}
+
+
+def test_subsets_show_curves_and_the_drops_of_s(tmp_path) -> None:
+    given = subsets()
+    figure = subsets_figure(given, "t", "n")
+    for k, (kind, of_kind) in enumerate(given.items()):
+        *families, narrow = figure.axes[4 * k : 4 * k + 4]
+        for axes, series in zip(families, ("x1", "x2", "L"), strict=True):
+            for curve, n in zip(drawn(axes), of_kind, strict=True):
+                assert np.allclose(curve, adev(kind, n, series), rtol=1e-12)
+        # At 10 s, between two averaging times of the table: 1 % by interpolation
+        for curve, series in zip(drawn(narrow), ("x1", "x2", "L"), strict=True):
+            exact = [np.sqrt(published_row(kind, n)[series].avar(1200, TAU0)) for n in of_kind]
+            assert np.allclose(curve, np.ravel(exact), rtol=0.01)
+        shaded = narrow.patches[0].get_extents().transformed(narrow.transData.inverted())
+        assert (shaded.x0 + shaded.x1) / 2 == pytest.approx(DROPS[kind])
+    check_saved(figure, tmp_path / "f")
+    assert_texts_apart(figure)
+
+
+@pytest.mark.parametrize("kinds", [(), ("Bonita",)])
+def test_subsets_of_some_types(kinds) -> None:
+    given = {kind: {} for kind in ("T40", "Bonita", "Vantage")} | subsets(kinds)
+    figure = subsets_figure(given, ODD_TEXT, ODD_TEXT)
+    check(figure)
+    assert any("No recording is of such" in t for t in every_text(figure)) == (not kinds)
+
+
+def test_a_deviation_between_two_averaging_times() -> None:
+    given = published("T40", 10)
+    curve = paper.curve_of(given, "x1", "", False)
+    assert at_tau(curve, M[20] * TAU0) == pytest.approx(adev("T40", 10, "x1")[20])
+    assert np.isnan(at_tau(curve, 1e-3)) and np.isnan(at_tau(curve, 1e5))
+
+
+# ---- Figures of S
+
+
+def sheet() -> dict:
+    counts = {"T40": T40, "Bonita": T40, "Vantage": (10, 9, 8, 6, 5, 4, 3, 2), "All": (30,)}
+    return {
+        f"{kind}-{n}": row(f"{kind}-{n}", kind, n, twin=f"{kind}-{n}")
+        for kind, numbers in counts.items()
+        for n in numbers
+    }
+
+
+def test_figures_of_s_show_the_recordings_they_are_about(tmp_path) -> None:
+    rows = sheet()
+    given = {
+        n: published(*n.split("-")[:1], r["n_cameras"]) for n, r in rows.items() if "All" not in n
+    }
+    given["All-30"] = published("T40", 10)
+    assert list(paper.subsets_of(rows)["Vantage"]) == [2, 3, 4, 5, 6, 8, 9]
+    failing = paper.failing_figure(rows, given, "n", 0.683)
+    types = paper.types_figure(rows, given, "n", 0.683)
+    for j, series in enumerate(("x1", "x2", "L")):
+        ten, nine = drawn(failing.axes[j])
+        assert np.allclose(ten, adev("Vantage", 10, series), rtol=1e-12)
+        assert np.allclose(nine, adev("Vantage", 9, series), rtol=1e-12)
+        shown = drawn(types.axes[j])
+        for curve, (kind, n) in zip(
+            shown, (("T40", 10), ("Bonita", 10), ("Vantage", 9), ("T40", 10)), strict=True
+        ):
+            assert np.allclose(curve, adev(kind, n, series), rtol=1e-12)
+    assert {"T40 (10)", "Bonita (10)", "Vantage (9)", "All (30)"} <= set(every_text(types))
+    assert any("No coefficients were published" in text for text in every_text(types))
+    for k, figure in enumerate((failing, types)):
+        check_saved(figure, tmp_path / f"{k}")
+        assert_texts_apart(figure)
+    del rows["Vantage-9"]
+    assert paper.failing_figure(rows, given, "n", 0.683) is None
+
+
+def test_repaired_beside_failing(tmp_path) -> None:
+    others = {"V": row("V", "Vantage"), "B": row("B", "Bonita")}
+    rows = {
+        "V-r": row("V-r", "Vantage", compare_with="V", comment="as new"),
+        "B-r": row("B-r", "Bonita", compare_with="gone"),
+    }
+    given = {"V": published("Vantage", 10), "V-r": published("Vantage", 9)}
+    given |= {"B": published("Bonita", 10), "B-r": published("Bonita", 8)}
+    figure = paper.repaired_figure(rows, others, given, "n", 0.683)
+    after, before = (drawn(axes) for axes in figure.axes[:2])
+    assert [len(after), len(before)] == [2, 1]
+    assert np.allclose(after, [adev("Vantage", 9, "z1"), adev("Bonita", 8, "z1")], rtol=1e-12)
+    assert np.allclose(before, [adev("Vantage", 10, "z1")], rtol=1e-12)
+    assert any("V-r: as new." in text for text in every_text(figure))
+    check_saved(figure, tmp_path / "f")

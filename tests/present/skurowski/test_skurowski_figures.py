@@ -1,0 +1,187 @@
+"""Figures 1-3 and 9-11 of S: what is drawn is what was computed, and odd input."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from figure_data import ODD_TEXT, check, check_saved, every_text
+from noise_data import assert_texts_apart
+
+from mocap_metrology.noise.model import GaussMarkov, PowerLaw, Sinusoid
+from mocap_metrology.noise.published import published_gaussian, published_row
+from mocap_metrology.noise.twins import twin_from_mapping
+from mocap_metrology.present.skurowski import gather, slopes_figure
+from mocap_metrology.present.skurowski.densities import Mean, distances_figure, locations_figure
+from mocap_metrology.present.skurowski.model_figures import (
+    model_figure,
+    standard_error_figure,
+    white_level,
+    white_roots,
+)
+from mocap_metrology.present.skurowski.scaling import SERIES, Subset, fits, scaling_figure
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+def sheet(numbers=(10, 5, 2), kinds=("T40", "Bonita")) -> dict:
+    return {
+        f"{kind}-{n}": {"recording": f"{kind}-{n}", "camera_type": kind, "n_cameras": n}
+        for kind in kinds
+        for n in numbers
+    }
+
+
+def gaussian(rows: dict, exponent: float = -0.5) -> dict:
+    """As the law has it, 0.1 mm for one camera of the first type."""
+    found = {}
+    for name, row in rows.items():
+        sigma = 0.1 * row["n_cameras"] ** exponent * (3 if row["camera_type"] == "Bonita" else 1)
+        found[name] = {
+            **{"sigma_1_mm": sigma, "sigma_2_mm": 2 * sigma, "sigma_L_mm": 3 * sigma},
+            **{"sigma_12_mm2": -(sigma**2), "mu_L_mm": 160.5 + sigma, "axis": "x"},
+        }
+    return found
+
+
+def points(axes, marker: str) -> np.ndarray:
+    """Where markers of a kind stand, without the empty ones."""
+    found = [line.get_xydata() for line in axes.lines if line.get_marker() == marker]
+    found = np.concatenate(found)
+    return found[np.isfinite(found).all(axis=1)]
+
+
+def test_theory_figures_are_readable(tmp_path) -> None:
+    for k, figure in enumerate((model_figure(), standard_error_figure(),
+                                slopes_figure.slopes_figure())):  # fmt: skip
+        check_saved(figure, tmp_path / str(k))
+        assert_texts_apart(figure)
+
+
+def test_figure_1_shows_the_densities_of_table_4() -> None:
+    axes = model_figure().axes
+    row = published_gaussian("T40")
+    for panel, sigmas in zip(
+        axes[1:4],
+        (["sigma_2_mm"], ["sigma_1_mm"], [f"sigma_{k}_mm" for k in ("C", "B", "A1", "A2")]),
+        strict=True,
+    ):
+        for line, name in zip(panel.lines, sigmas, strict=True):
+            x, y = line.get_data()
+            assert np.trapezoid(y, x) == pytest.approx(1, abs=5e-3)
+            width = np.sqrt(np.trapezoid(y * x**2, x))
+            assert width == pytest.approx(1000 * row[name], rel=0.02)
+
+
+def test_white_noise_of_a_component_below_a_frame_is_counted() -> None:
+    """T40 y1 with 2 cameras: T_c 2 ms; h_0 alone is 58 times below that with 3 cameras."""
+    two, three = (white_level(published_row("T40", n)["y1"]) for n in (2, 3))
+    assert 0.2 < two / three < 5
+    x = published_row("T40", 10)["x1"]
+    assert white_level(x) == x.coefficients()["h_0"]
+    assert 10 not in white_roots()["Vantage"][0]
+
+
+def test_slopes_written_in_figure_3_are_those_of_the_curves() -> None:
+    figure = slopes_figure.slopes_figure()
+    written = [t.get_text() for axes in figure.axes[:2] for t in axes.texts]
+    assert [t for t in written if t[:1] in ("+", "−", "0")] == [
+        *("−1", "−½", "0", "+½"),
+        *("−½", "+1", "−1", "+½", "−½", "+½"),
+    ]
+    white = slopes_figure.deviation([PowerLaw(0, 3.0)])
+    assert slopes_figure.slope_at(white, 1.0) == pytest.approx(-0.5, abs=1e-9)
+    bump = slopes_figure.deviation([GaussMarkov(1.0, 10.0)])
+    peak = slopes_figure.TAU[bump.argmax()]
+    assert peak == pytest.approx(18.9, rel=0.01)  # 1.893 T_c
+    assert slopes_figure.slope_text(0.37) == "+0.37"
+    line = Sinusoid(1.0, 3.0)
+    exact, reach = slopes_figure.deviation([line]), slopes_figure.envelope(line)
+    assert np.all(exact <= reach * (1 + 1e-12))
+
+
+def test_locations_are_densities_and_odd_input_is_drawn(tmp_path) -> None:
+    rng = np.random.default_rng(1)
+    row = published_gaussian("T40")
+    x = {f"x{k}": row[f"mu_{k}_mm"] + 0.02 * rng.standard_normal(20_000) for k in (1, 2)}
+    figure = locations_figure(x, row)
+    check_saved(figure, tmp_path)
+    filled = figure.axes[0].collections[0].get_paths()[0].vertices
+    area = 0.5 * np.sum(filled[:-1, 0] * filled[1:, 1] - filled[1:, 0] * filled[:-1, 1])
+    assert abs(area) == pytest.approx(1, abs=0.01)
+    x["x1"][:100] = np.nan
+    x["x2"] = np.full(20_000, 6.0)
+    check(locations_figure(x, row, ODD_TEXT, ODD_TEXT))
+    x["x2"] = 6.0 + 0.01 * rng.standard_normal(20_000)
+    check(locations_figure(x, None))
+
+
+def test_means_stand_where_they_are(tmp_path) -> None:
+    rng = np.random.default_rng(2)
+    rows = sheet()
+    twins = {
+        name: twin_from_mapping(
+            {
+                "published": {"camera_type": r["camera_type"], "n_cameras": r["n_cameras"]},
+                "seed": 1,
+            },
+            name,
+        )
+        for name, r in rows.items()
+        if name != "T40-2"
+    }
+    means = gather.means(rows, gaussian(rows), twins)
+    assert [m.error is None for m in means] == [name == "T40-2" for name in rows]
+    kinds = {kind: published_gaussian(kind) for kind in ("T40", "Bonita")}
+    L = {k: row["mu_L_mm"] + row["sigma_L_mm"] * rng.standard_normal(5000)
+         for k, row in kinds.items()}  # fmt: skip
+    figure = distances_figure(L, kinds, means)
+    check_saved(figure, tmp_path)
+    below = figure.axes[2]
+    drawn = np.concatenate([points(below, "o"), points(below, "s")])
+    assert sorted(drawn[:, 1]) == pytest.approx(sorted(m.value for m in means))
+    check(distances_figure({"other": L["T40"]}, {}, [Mean("other", 3, 1.0, None, None)]))
+    check(distances_figure({}, {}, []))
+
+
+def test_the_law_is_fitted_to_what_follows_it(tmp_path) -> None:
+    rows = sheet((10, 8, 6, 5, 4, 3, 2))
+    subsets = gather.subsets(rows, gaussian(rows), {})
+    for kind, factor in (("T40", 1), ("Bonita", 3)):
+        found = fits([s for s in subsets if s.camera_type == kind])
+        assert [fit.one for fit in found.values()] == pytest.approx(
+            [0.1 * factor, 0.2 * factor, 0.3 * factor]
+        )
+        assert all(fit.exponent == pytest.approx(-0.5) for fit in found.values())
+    figure = scaling_figure(subsets)
+    check_saved(figure, tmp_path)
+    drawn = points(figure.axes[0], SERIES["distance"]["marker"])
+    assert drawn[:, 1] == pytest.approx(0.3 * drawn[:, 0] ** -0.5)
+    stars = points(figure.axes[0], "*")
+    printed = published_gaussian("T40")
+    assert sorted(stars[:, 1]) == pytest.approx(
+        sorted(printed[f"sigma_{k}_mm"] for k in ("1", "2", "L"))
+    )
+    assert "distance  −0.50 ± 0.00" in every_text(figure)
+
+
+def test_the_failing_camera_is_not_fitted() -> None:
+    rows = sheet((10, 9, 4, 2), ("Vantage",))
+    numbers = gaussian(rows)
+    numbers["Vantage-10"] = dict.fromkeys(numbers["Vantage-10"], 9.0)
+    found = fits(gather.subsets(rows, numbers, {}))
+    assert found["distance"].one == pytest.approx(0.3)
+
+
+def test_a_users_group_with_many_types_single_markers_and_odd_names() -> None:
+    rows = sheet((30, 12, 11, 10, 3), (ODD_TEXT, "", "b", "c"))
+    numbers = gaussian(rows)
+    for name in list(numbers)[:5]:
+        numbers[name] = {"sigma_1_mm": numbers[name]["sigma_1_mm"], "sigma_L_mm": np.nan}
+    rows |= {"alone": {"recording": "alone", "camera_type": "d", "n_cameras": 4}}
+    rows |= {"unknown": {"recording": "unknown", "camera_type": "b", "n_cameras": None}}
+    numbers |= {"alone": numbers["b-3"], "unknown": numbers["b-3"]}
+    subsets = gather.subsets_of_group(rows, numbers)
+    assert len(subsets) == 20
+    check(scaling_figure(subsets, ODD_TEXT, ODD_TEXT))
+    constant = [Subset("t", n, {"sigma_1_mm": 0.0, "sigma_12_mm2": 0.0}) for n in (2, 4)]
+    check(scaling_figure(constant, "nothing moves", ""))

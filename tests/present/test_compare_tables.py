@@ -1,0 +1,85 @@
+"""Rows, words and the figure of comparisons."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.present.changes import compare
+from mocap_metrology.present.changes.compare_figure import Comparison, compare_figure
+from mocap_metrology.present.changes.trend_figure import trend_figure
+
+SETTINGS = {"margin": 0.05, "alpha": 0.01, "confidence": 0.95}
+
+
+def columns(factor: float, last_s: float = 400.0, series: tuple[str, ...] = ("x1", "L")) -> dict:
+    tau = np.geomspace(0.01, last_s, 60)
+    names = np.repeat(np.array(series, dtype=object), tau.size)
+    n = len(series)
+    return {
+        "series": names,
+        "estimator": np.full(names.size, "oadev", dtype=object),
+        "tau_s": np.tile(tau, n),
+        "adev_mm": factor * np.tile(0.01 / np.sqrt(tau), n),
+        "edf": np.tile(3 * last_s / tau, n),
+    }
+
+
+def test_rows_hold_ratio_interval_and_word() -> None:
+    rows = compare.compare_rows("new", "old", columns(1.3), columns(1.0, 900), **SETTINGS)
+    assert {row["series"] for row in rows} == {"x1", "L"}
+    assert [row["tau_s"] for row in rows[:5]] == [0.01, 0.1, 1.0, 10.0, 100.0]
+    assert all(row["ratio"] == pytest.approx(1.3, rel=1e-6) for row in rows)
+    assert [row["word"] for row in rows[:5]] == ["worse", "worse", "worse", "worse", "same"]
+    assert all(row["overall"] == "worse" and row["lower"] < 1.3 < row["upper"] for row in rows)
+    said = compare.sentences(rows)
+    assert said[0].startswith("new against old: worse in x1, L over 0.01 to 10 s, most of all 1.30")
+    text = compare.compare_markdown(rows, "title", "caption")
+    assert "1.3 (1.2" in text and "| worse" in text
+    assert not any(np.isnan(row["ratio"]) for row in rows)
+
+
+def test_nothing_in_common_is_refused() -> None:
+    with pytest.raises(Refusal, match="new and old: no series"):
+        compare.compare_rows(
+            "new", "old", columns(1, series=("x1",)), columns(1, series=("y1",)), **SETTINGS
+        )
+
+
+def test_trend_rows() -> None:
+    names = ["a", "b", "c", "d", "e"]
+    dates = [f"2026-{month:02}-01" for month in range(1, 6)]
+    allan = {n: columns(1.1**k) for k, n in enumerate(names)}
+    rows = compare.trend_rows(names, dates, allan, 0.01, 0.95)
+    assert len(rows) == 2 * 5
+    assert all(row["percent_per_month"] == pytest.approx(10, rel=0.05) for row in rows)
+    assert rows[0]["word"] == "worse" and rows[4]["word"] == compare.NO_TREND
+    with pytest.raises(Refusal, match="time zone"):
+        compare.days_of(["2026-01-01", "2026-01-02T00:00:00+01:00"])
+
+
+def test_figure_says_how_many_comparisons_it_leaves_out() -> None:
+    both = [Comparison(f"r{k}", f"r{k - 1}", columns(1.3), columns(1.0)) for k in range(1, 9)]
+    figure = compare_figure(both, 0.05, 0.95, "title", "note.")
+    texts = " ".join(text.get_text() for text in figure.texts)
+    assert "The last 6 of 8 comparisons" in texts.replace("\n", " ")
+    titles = [t.get_text() for axes in figure.axes for t in axes.texts]
+    assert "r8 / r7" in titles and "r2 / r1" not in titles
+
+
+def test_trend_figure_has_a_line_where_there_is_a_trend() -> None:
+    names = ["a", "b", "c", "d", "e"]
+    dates = [f"2026-{month:02}-01" for month in range(1, 6)]
+    allan = {n: columns(1.1**k) for k, n in enumerate(names)}
+    rows = compare.trend_rows(names, dates, allan, 0.01, 0.95)
+    figure = trend_figure(names, dates, allan, rows, "title", "note")
+    panels = [axes for axes in figure.axes if axes.get_ylim()[1] > axes.get_ylim()[0] > 0]
+    lines = [sum(line.get_linestyle() == "-" for line in axes.lines) for axes in panels]
+    clear = [
+        [r for r in rows if r["tau_s"] == tau and r["word"] != compare.NO_TREND]
+        for tau in (0.01, 1, 100)
+    ]
+    assert sum(lines) == sum(len(found) for found in clear) > 0
+    ticks = [text.get_text() for text in panels[-1].get_xticklabels()]
+    assert (ticks[0], ticks[-1]) == ("2026-01-01", "2026-05-01")

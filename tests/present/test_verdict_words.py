@@ -1,0 +1,149 @@
+"""Words, table row and picture of a verdict."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mocap_metrology.noise.assess.recording import Inputs, assess_recording
+from mocap_metrology.noise.assess.series import Span
+from mocap_metrology.present.style import save_figure
+from mocap_metrology.present.verdict import HEAD, mm, summary_row, verdict_lines
+from mocap_metrology.present.verdict_figure import KINDS, kind_of, verdict_figure
+
+RATE, N = 50.0, 6000  # 2 min
+SIGMA = {"x1": 0.02, "y1": 0.12, "z1": 0.03}
+
+
+def contents(n_markers: int = 1, refused: tuple[str, ...] = (), empty: str = "") -> dict[str, Any]:
+    """verdict.json of white noise, null where there is no number as in the file."""
+    rng, series, noise = np.random.default_rng(1), [], []
+    for k in range(1, n_markers + 1):
+        for axis in "xyz":
+            sigma, name = SIGMA[f"{axis}1"], f"{axis}{k}"
+            values = sigma * rng.standard_normal(N)
+            series.append((name, np.full(N, math.nan) if name == empty else values))
+            row = {"series": name, "estimator": "likelihood", "parameter": "h_0"}
+            level = {"value": 2 * sigma**2 / RATE, "status": "ok"}
+            noise.append(row | (level if name not in refused else {"status": "refused"}))
+    columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
+    curve = {k: np.array([0.5, 0.25]) for k in columns}
+    allan = {"series": np.array(["y1"] * 2), "estimator": np.array(["oadev"] * 2), **curve}
+    origin = {"labels": ["A"] * n_markers, "source": "measured"}
+    found = assess_recording(Inputs(series, origin, noise, allan, []), Span(RATE))
+    found = {"recording": "lab-1", "group": "lab", "twin": None, **found}
+    return nulled(found | {"warnings": ["marker A moves"], "findings": FINDINGS})
+
+
+FINDINGS = [
+    {"severity": "warning", "words": "Marker A moves.", "kind": "moving"},
+    {"severity": "info", "words": "No event.", "kind": "event"},
+]
+
+
+def nulled(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: nulled(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [nulled(v) for v in value]
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def test_row_names_the_worst_coordinate() -> None:
+    row = summary_row(contents())
+    assert tuple(row) == HEAD
+    assert (row["word"], row["worst"], row["source"]) == ("usable", "y1", "measured")
+    assert row["frame_mm"] == pytest.approx(0.12, rel=1e-3)
+    assert row["mean_1_s_mm"] == pytest.approx(0.12 / math.sqrt(RATE), rel=0.01)
+    assert row["reference_for_4x_mm"] == pytest.approx(0.48, rel=1e-3)
+    assert (row["dominating_noise"], row["n_findings"]) == ("white", 1)
+    assert (row["adev_min_mm"], row["tau_min_s"]) == (0.25, 0.25)
+    assert row["sigma_frame_L_mm"] is None
+
+
+def test_lines_say_word_reason_and_numbers_once() -> None:
+    lines = verdict_lines(contents())
+    assert lines[0] == "lab-1: usable"
+    assert lines[1].startswith("One frame of y1 is uncertain by 0.12 mm (0.119 to 0.121) about")
+    assert "1 marker of at least 2: without a distance" in lines[2]
+    assert "0.480 mm uncertainty (4 times this; 10 times: 1.20 mm)" in lines[3]
+    (cells,) = [re.split(r"\s{2,}", line.strip()) for line in lines if line.startswith("  y1")]
+    assert cells[:4] == ["y1", "0.120", "0.120", "0.0169"]
+    assert cells[6:] == ["0.250 at 0.250 s", "white 100 %"]
+    assert lines.count("  Marker A moves.") == 1
+    assert not any(line.startswith("warning") for line in lines)
+    assert not any("No event" in line for line in lines)
+
+
+def test_numbers_of_series_are_told_as_markers_in_words_and_picture() -> None:
+    found = contents(2) | {"labels": ["RFT1", "Head"]}
+    said = "Markers: 1 = RFT1, 2 = Head."
+    assert said in verdict_lines(found)
+    assert any(said in text.get_text().replace("\n", " ") for text in verdict_figure(found).texts)
+    (head,) = [line for line in verdict_lines(found) if "lowest ADEV" in line]
+    keys = {text.get_text() for axes in verdict_figure(found).axes for text in axes.texts}
+    assert set(re.split(r"\s{2,}", head.strip())[:5]) <= keys
+
+
+@pytest.mark.parametrize(
+    ("value", "words"), [(12345.0, "12300"), (2.5e-5, "0.0000250"), (0.0, "0"), (None, "-")]
+)
+def test_lengths_have_no_power_of_ten(value: float | None, words: str) -> None:
+    assert mm(value) == words
+
+
+def test_reasons_are_said_once_for_all_series() -> None:
+    lines = verdict_lines(contents(2, refused=("x1", "x2")))
+    assert "  x1, x2: there is no noise model" in lines
+
+
+def test_a_recording_without_numbers_has_a_row_and_a_picture(tmp_path: Path) -> None:
+    found = contents(empty="y1")
+    assert found["series"]["y1"]["frame_mm"] is None
+    assert summary_row(found)["worst"] == "z1"
+    for series in found["series"].values():
+        series.update(frame_mm=None, sigma_frame_mm=None, shares={})
+        for mean in series["means"]:
+            mean["uncertainty_mm"] = None
+    found |= {"reference_for_mm": {"4": None, "10": None}}
+    assert summary_row(found)["worst"] == ""
+    assert "It may not serve as a reference." in verdict_lines(found)
+    save_figure(verdict_figure(found), tmp_path / "none")
+
+
+def test_every_kind_of_noise_has_a_colour() -> None:
+    kinds = [
+        *("violet", "blue", "white", "flicker", "random walk", "periodic (14.4 Hz)"),
+        *(f"correlated (T_c {T_c} s)" for T_c in ("0.0417", "1", "9.99", "10.1", "1380")),
+    ]
+    assert {kind_of(name)[0] for name in kinds} == set(KINDS)
+    assert kind_of("correlated (T_c 1380 s)") == ("correlated, T_c > 10 s", "1380 s")
+    assert kind_of("correlated (T_c 1 s)")[0] == "correlated, T_c 1 to 10 s"
+
+
+def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:
+    found = contents(2)
+    figure = verdict_figure(found)
+    texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+    left = figure.axes[1]
+    assert [t.get_text() for t in left.get_yticklabels()] == list(found["series"])
+    assert " ".join(texts).startswith("One frame of y")
+    assert {"good", "usable", "bad"} <= set(texts)
+    bold = [t.get_text() for t in left.texts if t.get_weight() == "bold"]
+    assert bold == [found["word"]]
+    svg, _ = save_figure(figure, tmp_path / "verdict")
+    assert svg.stat().st_size < 1_000_000
+
+
+def test_many_series_are_cut_to_the_worst() -> None:
+    found = contents(12)
+    figure = verdict_figure(found)
+    shown = [t.get_text() for t in figure.axes[1].get_yticklabels()]
+    assert len(shown) == 24
+    assert {f"y{k}" for k in range(1, 13)} <= set(shown)
+    assert any("12 series with smaller" in text.get_text() for text in figure.texts)

@@ -3,6 +3,8 @@
 
 PYTHON ?= python3
 CORES ?= 2
+ARGS ?=
+RESULTS ?= $(if $(findstring profiles/quick,$(ARGS)),results/quick,results)
 BIN := .venv/bin
 LOCK := requirements/requirements.txt
 # Settings of the machine's pip and python must not leak into a locked environment.
@@ -11,10 +13,21 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run env test study lint benchmark accuracy lock clean help
+.PHONY: run check report env test study lint benchmark accuracy lock graph clean help
 
 run: env  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) snakemake --cores $(CORES)
+
+# A refusal ends a run with status 1 and is in the report; what a crash left out cannot be.
+report: env  ## run, then write the report: $(RESULTS)/report.html (quick: make report ARGS="--profile profiles/quick")
+	@status=0; $(RUN) snakemake --cores $(CORES) $(ARGS) || status=$$?; \
+	$(RUN) python workflow/write_report.py $(RESULTS)/report.html $(ARGS) || exit 1; exit $$status
+
+# RESULTS has a default of its own, which is that of whole runs.
+check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RESULTS=folder]
+	@test -n "$(FILE)" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
+	@$(RUN) python workflow/check_file.py "$(FILE)" --cores $(CORES) $(if $(MARKERS),--markers "$(MARKERS)") \
+		$(if $(filter command,$(origin RESULTS)),--results "$(RESULTS)")
 
 env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled requirements
 
@@ -32,7 +45,8 @@ env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled re
 	@touch $@
 
 test: env  ## run the tests
-	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest
+	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest \
+		--numprocesses $(CORES) --dist loadfile --no-loadscope-reorder
 
 study: env  ## run the long Monte Carlo studies
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest -m study
@@ -54,6 +68,9 @@ lock: .venv/.ready  ## compile requirements/*.in anew
 	@cd requirements && for name in requirements uv benchmark; do \
 		$(CLEAN) ../$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --generate-hashes \
 		--python-version 3.11 --no-header --no-annotate -o $$name.txt $$name.in >/dev/null; done
+
+graph: env  ## draw the rule graph in README.md anew
+	@$(RUN) python workflow/rule_graph.py
 
 clean:  ## remove the environment (results stay)
 	rm -rf .venv

@@ -23,3 +23,9 @@ def shared() -> Path:
     if not (folder / "data").is_dir():
         pytest.skip("reference data folder ../shared is absent")
     return folder
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files that run the whole workflow come first: what ends last is then short, and two workers
+    end together."""
+    items.sort(key=lambda item: "end_to_end" not in item.path.name)

@@ -14,6 +14,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 BELOW = {
     "common": set(),
     "c3d": {"common"},
+    "formats": {"common", "c3d"},
     "noise": {"common"},
     "lighthouse": {"common"},
     "present": {"common", "noise", "lighthouse"},

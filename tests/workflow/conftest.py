@@ -20,10 +20,18 @@ Snakemake = Callable[..., subprocess.CompletedProcess]
 
 
 @pytest.fixture(scope="session")
-def snakemake() -> Snakemake:
-    """Run Snakemake in a folder; both outputs come as `stdout`."""
+def snakemake(tmp_path_factory: pytest.TempPathFactory) -> Snakemake:
+    """Run Snakemake in a folder; both outputs come as `stdout`.
+
+    The project itself runs from a folder of this session, as one folder takes one run at a time:
+    other tests, and the user's own `make`, may be running it at the same time.
+    """
+    own = tmp_path_factory.mktemp("own")
+    (own / "profiles").symlink_to(ROOT / "profiles")
 
     def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+        if folder == ROOT:
+            folder, arguments = own, ("-s", str(ROOT / "Snakefile"), *arguments)
         return subprocess.run(
             command(*arguments),
             cwd=folder,
@@ -32,7 +40,7 @@ def snakemake() -> Snakemake:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            timeout=300,
+            timeout=900,  # many times what it takes, as other work may share the cores
         )
 
     return run

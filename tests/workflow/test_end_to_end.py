@@ -265,17 +265,25 @@ def test_rerun_repeats_the_verdict_alone(bad, root, snakemake) -> None:
 def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     """Of recordings; those of calibrations are in test_calibrations_end_to_end.py."""
     out = snakemake(root, "-n", "--config", "calibrations=", f"results={tmp_path}/results")
+    lines = (root / "config/recordings.tsv").read_text().splitlines()
+    sheet = list(csv.DictReader((x for x in lines if not x.startswith("#")), delimiter="\t"))
     per_recording = (
-        *("simulate_recording", "trajectories", "clean"),
-        *("allan", "psd", "gaussian", "noise", "recording_figures", "noise_figures"),
+        *("simulate_recording", "trajectories", "clean", "allan", "psd", "gaussian", "noise"),
+        *("diagnosis", "verdict", "recording_figures", "noise_figures"),
     )
     once = (
-        *("group_tables", "skurowski_tables", "skurowski_noise", "skurowski_noise_figures"),
+        *("skurowski_tables", "skurowski_noise", "skurowski_noise_figures", "claims"),
         *("gate", "default"),
     )
-    expected = dict.fromkeys(per_recording, 23) | dict.fromkeys(once, 1)
+    expected = dict.fromkeys(per_recording, len(sheet)) | dict.fromkeys(once, 1)
+    expected |= dict.fromkeys(("group_tables", "summary"), len({row["group"] for row in sheet}))
     expected["expected_noise"] = 22  # the paper prints no coefficients of all thirty cameras
-    assert planned(out.stdout) == expected, out.stdout
+    found = planned(out.stdout)
+    assert {rule: found[rule] for rule in expected} == expected, out.stdout
+    assert len(sheet) == 33
+    others = {rule: count for rule, count in found.items() if rule not in expected}
+    assert all(count <= 2 for count in others.values()), others  # none for each recording
+    assert "check_recording" not in found  # twins need none
 
 
 def test_no_more_than_two_raw_twins_at_once(root, tmp_path, snakemake) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from lib import recordings, tsv
+from lib import recordings, startup, tsv
 from lib.configuration import load_schema
 from lib.faults import Faults
 from lib.files import beside, found, load_twins
@@ -37,8 +37,15 @@ def test_a_right_row_becomes_plain_values(folder: Path) -> None:
         "frame_rate_hz": "119.88",
         "truncated": "accept",
         "sha256": "AB" * 32 + ";" + "0" * 64,
+        "date": "2019-03-25 21:30",
+        "compare_with": "B",
+        "covariate": "b.c3d",
     }
-    assert load(folder, row) == {
+    other = GOOD | {"recording": "B", "date": "2019-03-25"}
+    found = load(folder, row, other)
+    plain = found.pop("B")
+    assert (plain["date"], plain["compare_with"], plain["covariate"]) == ("2019-03-25", None, None)
+    assert found == {
         "A": {
             "recording": "A",
             "group": "g",
@@ -52,6 +59,11 @@ def test_a_right_row_becomes_plain_values(folder: Path) -> None:
             "frame_rate_hz": 119.88,
             "accept_truncated": True,
             "sha256": ["ab" * 32, "0" * 64],
+            "date": "2019-03-25T21:30:00",
+            "compare_with": "B",
+            "covariate": "b.c3d",
+            "cluster": [],
+            "place": None,
             "comment": "",
         }
     }
@@ -100,6 +112,12 @@ def test_what_is_left_out_is_derived(folder: Path) -> None:
         ("truncated", "yes", '"yes"; expected accept or nothing'),
         ("sha256", "abc", "expected 64 hexadecimal digits for each file"),
         ("sha256", "a" * 64 + ";" + "b" * 64, "expected one for each file of column path (1)"),
+        ("date", "25.3.2019", '"25.3.2019"; expected a date such as 2019-03-25'),
+        ("date", "2019-02-29", "expected a day and time that exist (day is out of range"),
+        ("date", "2019-03-25T21:30+01:00", "expected a date such as"),
+        ("compare_with", "A", '"A"; expected another recording than this one'),
+        ("compare_with", "B", '"B"; expected a recording of the sheet (unknown'),
+        ("covariate", "no.csv", '"no.csv"; expected a file (no.csv does not exist)'),
         ("pairs", "M1", '"M1"; expected two of the chosen markers (M1, M2, M3) joined by "-"'),
         ("pairs", "M1-M9", '"M1-M9"; expected two of the chosen markers'),
         ("pairs", "M1-M1", "expected two different markers"),
@@ -285,3 +303,12 @@ def test_a_path_of_the_configuration_is_sought_here_then_in_the_project(folder: 
     assert found("only-there.tsv", folder / "project") == str(folder / "project/only-there.tsv")
     assert found("nowhere.tsv", folder / "project") == "nowhere.tsv"
     assert found(None, folder) is None
+
+
+def test_a_twin_is_no_longer_than_the_configuration_says() -> None:
+    common = {"coefficients": {"all": {}}, "seed": 1}
+    rows = {name: {"twin": name} for name in ("usual", "own")}
+    twins = {"defaults": {}, "twins": {"usual": common, "own": common | {"duration_s": 7200}}}
+    for asked, own in ((600.0, 600.0), (32400.0, 7200.0)):
+        found = startup.recording_twins(rows, twins, asked)
+        assert [found[name]["duration_s"] for name in rows] == [asked, own]

@@ -29,10 +29,22 @@ def checked(config: Mapping[str, Any], schema: Mapping[str, Any]) -> dict[str, A
     """The configuration with every value of its schema's type; `Faults` names all wrong ones."""
     faults: list[str] = []
     result = _section(config, schema, "", faults)
+    faults += [] if faults else _crossed(result)
     if faults:
         raise Faults(faults)
     result["results"] = os.path.normpath(result["results"])
     return result
+
+
+def _crossed(result: Mapping[str, Any]) -> list[str]:
+    """Limits of the verdict that leave no room for `usable`."""
+    limits, faults = result.get("verdict", {}), []
+    for key, good in limits.items():
+        other = key.replace("good_", "usable_")
+        if other != key and other in limits and good > limits[other]:
+            most = f"verdict.{other} ({limits[other]:g})"
+            faults.append(f"config, key verdict.{key}: {shown(good)}; expected at most {most}")
+    return faults
 
 
 def _section(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import importlib.util
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -25,6 +25,7 @@ class Sources:
     def __init__(self, scripts: Path, package: Path, lock: Path):
         self.scripts, self.package, self.lock = scripts, package, lock
         self.named: dict[str, list[Path]] = {}
+        self.found: dict[str, list[Path]] = {}  # files of each name that is imported
         for path in sorted(package.rglob("*.*")):
             hidden = any(part.startswith((".", "__")) for part in path.relative_to(package).parts)
             if path.is_file() and not hidden:  # neither compiled code nor __init__.py
@@ -47,7 +48,9 @@ class Sources:
                 seen.add(path)
                 module = _read(path, self._base(path))
                 for name in module.imports:
-                    waiting += self._files(name)
+                    if name not in self.found:
+                        self.found[name] = list(self._files(name))
+                    waiting += self.found[name]
                 for text in module.texts & self.named.keys():
                     waiting += self.named[text]
         return seen
@@ -85,10 +88,12 @@ class _Module:
 def _read(path: Path, base: str) -> _Module:
     if path.suffix != ".py":
         return _Module(hashlib.sha256(path.read_bytes()).hexdigest())
-    tree = _without_docstrings(ast.parse(path.read_text(encoding="utf-8")))
-    constants = (node.value for node in ast.walk(tree) if isinstance(node, ast.Constant))
-    texts = frozenset(value for value in constants if isinstance(value, str))
-    return _Module(ast.unparse(tree), frozenset(_imports(tree, base)), texts)
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = list(ast.walk(tree))  # once, as it takes longest
+    docstrings = _strip_docstrings(nodes)
+    constants = (n for n in nodes if isinstance(n, ast.Constant) and id(n) not in docstrings)
+    texts = frozenset(node.value for node in constants if isinstance(node.value, str))
+    return _Module(ast.unparse(tree), frozenset(_imports(nodes, base)), texts)
 
 
 def _existing(path: Path) -> Iterator[Path]:
@@ -96,9 +101,9 @@ def _existing(path: Path) -> Iterator[Path]:
         yield path
 
 
-def _imports(tree: ast.AST, base: str) -> Iterator[str]:
+def _imports(nodes: Iterable[ast.AST], base: str) -> Iterator[str]:
     """Every dotted name that is imported; `from a import b` may mean the module a.b."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -108,12 +113,15 @@ def _imports(tree: ast.AST, base: str) -> Iterator[str]:
             yield from (f"{module}.{alias.name}" for alias in node.names)
 
 
-def _without_docstrings(tree: ast.Module) -> ast.Module:
+def _strip_docstrings(nodes: Iterable[ast.AST]) -> set[int]:
+    """Take the docstrings out of the tree of these nodes; return the ids of what they were."""
     holders = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
-    for node in ast.walk(tree):
+    stripped = set()
+    for node in nodes:
         if isinstance(node, holders) and ast.get_docstring(node, clean=False) is not None:
+            stripped.add(id(node.body[0].value))
             node.body = node.body[1:] or [ast.Pass()]
-    return tree
+    return stripped
 
 
 def _bare(lock: Path) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from datetime import date, datetime
 from typing import Any
 
 from lib import files, tsv
-from lib.faults import Faults
+from lib.faults import Faults, unknown
 from lib.tsv import Row
 
 
@@ -17,7 +18,9 @@ def load(
 
     Each has `recording`, `group`, `paths` (none for a twin), `twin` (or None), `markers`, `pairs`
     (lists of two labels), `camera_type`, `n_cameras`, `camera_ids`, `frame_rate_hz`,
-    `accept_truncated`, `sha256` (one a file, or none), `comment`.
+    `accept_truncated`, `sha256` (one a file, or none), `date` (ISO text), `compare_with` (name of
+    another), `covariate` (path), `place`; these four None where the cell is empty; `cluster`
+    (labels) and `comment`.
     """
     if path is None:
         return {}
@@ -25,6 +28,8 @@ def load(
     tsv.check_patterns(rows, schema)
     tsv.check_names(rows)
     recordings = {row.name: _recording(row, twins) for row in rows}
+    for row in rows:
+        _check_comparison(row, recordings)
     faults = [fault for row in rows for fault in row.faults]
     if faults:
         raise Faults(faults)
@@ -49,6 +54,13 @@ def _recording(row: Row, twins: Collection[str]) -> dict[str, Any]:
         "frame_rate_hz": _frame_rate(row),
         "accept_truncated": row["truncated"] == "accept",
         "sha256": _sha256(row, paths, twin),
+        "date": _date(row),
+        "compare_with": row["compare_with"] or None,
+        "covariate": files.check_file(row, "covariate", row["covariate"])
+        if row["covariate"]
+        else None,
+        "cluster": _cluster(row, markers),
+        "place": row["place"] or None,
         "comment": row["comment"],
     }
 
@@ -56,7 +68,7 @@ def _recording(row: Row, twins: Collection[str]) -> dict[str, Any]:
 def _paths(row: Row) -> list[str]:
     if "path" in row.wrong:
         return []
-    parts = tsv.check_listed(row, "path", 'C3D files separated by ";"')
+    parts = tsv.check_listed(row, "path", 'files separated by ";"')
     if "path" in row.wrong:
         return []
     if any(part.startswith(files.SIMULATE) for part in parts):
@@ -112,6 +124,17 @@ def _pairs(row: Row, markers: list[str]) -> list[list[str]]:
     return pairs
 
 
+def _cluster(row: Row, markers: list[str]) -> list[str]:
+    """Markers of one rigid body, whose orientation is analysed."""
+    cluster = tsv.check_listed(row, "cluster", 'labels of markers, separated by ";"')
+    if "markers" in row.wrong or "cluster" in row.wrong or not cluster:
+        return []
+    if len(cluster) < 3 or not set(cluster) <= set(markers):
+        named = ", ".join(markers) or "none: column markers is empty"
+        row.blame("cluster", f"three or more of the chosen markers ({named})")
+    return cluster
+
+
 def _frame_rate(row: Row) -> float | None:
     if not row["frame_rate_hz"] or "frame_rate_hz" in row.wrong:
         return None
@@ -130,3 +153,23 @@ def _sha256(row: Row, paths: list[str], twin: str | None) -> list[str]:
     elif sums and len(sums) != len(paths):
         row.blame("sha256", f"one for each file of column path ({len(paths)})")
     return sums
+
+
+def _date(row: Row) -> str | None:
+    """As ISO 8601 has it; the schema's pattern leaves to be seen that there is such a day."""
+    text = row["date"].replace(" ", "T")
+    if not text or "date" in row.wrong:
+        return None
+    try:
+        return (datetime if "T" in text else date).fromisoformat(text).isoformat()
+    except ValueError as error:
+        row.blame("date", f"a day and time that exist ({error})")
+        return None
+
+
+def _check_comparison(row: Row, names: Collection[str]) -> None:
+    other = row["compare_with"]
+    if other and other == row.name:
+        row.blame("compare_with", "another recording than this one")
+    elif other and other not in names:
+        row.blame("compare_with", f"a recording of the sheet ({unknown(other, names)})")

@@ -41,25 +41,43 @@ def recording_twins(
 ) -> dict[str, dict[str, Any]]:
     """Settings of every twin that the sheet of recordings uses, defaults filled in and checked.
 
-    A twin's own `duration_s` wins over that of the configuration.
+    The shorter `duration_s` holds, a twin's own or that of the configuration: a quick look at
+    everything is quick.
     """
     from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.noise.cameras import take_twin
     from mocap_metrology.noise.twins import twin_from_mapping
 
     common = {"duration_s": duration_s} | (twins["defaults"].get("recording") or {})
-    settings = {
-        name: common | twins["twins"][name]
-        for name in dict.fromkeys(row["twin"] for row in rows.values() if row["twin"])
-    }
-    faults = []
-    for name, values in settings.items():
+    settings, faults = {}, []
+    for name in dict.fromkeys(row["twin"] for row in rows.values() if row["twin"]):
+        entry = twins["twins"][name]
+        of_take = take_twin.is_take(entry)
+        values = take_twin.with_defaults(entry, common) if of_take else common | entry
         try:
-            twin_from_mapping(values, name)
+            read = take_twin.take_twin_from_mapping if of_take else twin_from_mapping
+            values["duration_s"] = min(read(values, name).duration_s, duration_s)
         except Refusal as refusal:
             faults.append(str(refusal))
+        settings[name] = values
+    faults = faults or _other_cameras(rows, settings)
     if faults:
         raise Faults(faults)
     return settings
+
+
+def _other_cameras(rows: Rows, settings: Rows) -> list[str]:
+    """Rows that name other cameras than those their twin, a subset of a take, is made of."""
+    faults = []
+    for name, row in rows.items():
+        made_of = settings.get(row["twin"], {}).get("camera_ids")
+        if made_of and row["camera_ids"] and set(row["camera_ids"]) != set(made_of):
+            shown, own = (";".join(map(str, ids)) for ids in (row["camera_ids"], made_of))
+            faults.append(
+                f'recordings, recording "{name}", column camera_ids: "{shown}"; '
+                f"expected those of its twin {row['twin']}, {own}"
+            )
+    return faults
 
 
 def calibration_twins(rows: Rows, twins: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -6,9 +6,11 @@ from pathlib import Path
 ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "workflow"))
 
-from lib import alive, files, startup
+from lib import alive, cameras, comparisons as compared, files, startup
+from lib import report as reporting
 from lib.digest import Sources, installed
 from lib.faults import Faults, stop
+from lib.report import report  # instead of Snakemake's own: it numbers the categories
 
 
 # A working folder without a config of its own gets the project's.
@@ -70,6 +72,13 @@ def row(recording):
     return RECORDINGS[getattr(recording, "recording", recording)]
 
 
+def row_read(recording):
+    """The same without what no reading of the recording depends on: a date or a comment that is
+    added later computes nothing anew."""
+    later = ("date", "compare_with", "covariate", "cluster", "place", "comment")
+    return {key: value for key, value in row(recording).items() if key not in later}
+
+
 def twin_of(recording):
     """Name of the twin that stands in for a recording, None for a real one."""
     return row(recording)["twin"]
@@ -85,7 +94,7 @@ def is_twin(recording):
 
 
 def inputs_of(recording):
-    """The C3D files of a recording in order; for a twin the file that simulate_recording makes."""
+    """The files of a recording in order; for a twin the file that simulate_recording makes."""
     name = row(recording)["recording"]
     return [f"<results>/recordings/{name}/twin.c3d"] if is_twin(name) else row(name)["paths"]
 
@@ -104,9 +113,13 @@ def groups():
 # Calibrations, the same.
 
 
-def calibration_names(group=None):
-    """Names in the order of the sheet, of one group or of all."""
-    return [name for name, row in CALIBRATIONS.items() if group in (None, row["group"])]
+def calibration_names(group=None, twin=None):
+    """Names in the order of the sheet, of one group or of all; twins, real ones, or both."""
+    return [
+        name
+        for name, row in CALIBRATIONS.items()
+        if group in (None, row["group"]) and twin in (None, bool(row["twin"]))
+    ]
 
 
 def calibration_row(calibration):
@@ -119,19 +132,9 @@ def calibration_twin_settings(calibration):
     return CALIBRATION_TWINS[calibration_row(calibration)["twin"]]
 
 
-def made_for(calibration, file):
-    """A file that simulate_calibration makes."""
-    return f"<results>/calibrations/{calibration_row(calibration)['calibration']}/{file}"
-
-
 def calibration_files(calibration):
-    """What a calibration is decoded from: recording, board, factory calibration, by name."""
+    """What a real calibration is decoded from: recording, board, factory calibration, by name."""
     row = calibration_row(calibration)
-    if row["twin"]:
-        return {
-            "dump": made_for(calibration, "twin.dump"),
-            "board": made_for(calibration, "twin_board.csv"),
-        }
     files = {"dump": row["path"], "factory": row["factory"]}
     if row["format"] != "libsurvive-rec":
         files["board"] = row["board"]
@@ -139,23 +142,16 @@ def calibration_files(calibration):
 
 
 def reference_files(calibration):
-    """What a calibration is compared with, by name: reference, mount, earlier pose."""
+    """What the sheet compares a calibration with, by name: reference, mount, earlier pose."""
     row = calibration_row(calibration)
-    files = {name: row[name] for name in ("reference", "mount")}
-    if row["twin"] and not row["reference"]:
-        mocap = calibration_twin_settings(calibration).get("reference") == "mocap"
-        names = {"reference": "twin_reference.c3d", "mount": "twin_mount.csv"}
-        names = names if mocap else {"reference": "truth.json"}
-        files = {name: made_for(calibration, file) for name, file in names.items()}
-    if row["twin"]:
-        files["truth"] = made_for(calibration, "truth.json")
-    files["earlier"] = row["check_against"]
+    files = {name: row[name] for name in ("reference", "mount")} | {"earlier": row["check_against"]}
     return {name: path for name, path in files.items() if path}
 
 
 def check_of_calibration(calibration):
     """The check.json of a real calibration, nothing for a twin."""
-    return [] if calibration_row(calibration)["twin"] else [made_for(calibration, "check.json")]
+    row = calibration_row(calibration)
+    return [] if row["twin"] else [f"<results>/calibrations/{row['calibration']}/check.json"]
 
 
 def calibration_groups():
@@ -263,71 +259,17 @@ def of_paper_twins(file):
     ]
 
 
-# Targets.
+def twins_of_paper():
+    """Settings of the twins among the accepted recordings of the first paper's group, by name."""
+    return {name: twin_settings(name) for name in accepted("skurowski2019") if is_twin(name)}
 
 
-def wanted(target):
-    """Results of a target: the entries of WANTED, filled in, or what they return when called."""
-    kinds = list(WANTED) if target == "all" else [target]
-    paths = []
-    for entry in (entry for kind in kinds for entry in WANTED[kind]):
-        if callable(entry):
-            paths += entry()
-        elif "{recording}" in entry:
-            paths += [entry.replace("{recording}", name) for name in accepted()]
-        elif "{calibration}" in entry:
-            paths += [entry.replace("{calibration}", name) for name in accepted_calibrations()]
-        else:
-            paths += [entry.replace("{group}", group) for group in accepted_groups()]
-    return paths
-
-
-def paper_tables():
-    """Tables of the papers: only their own groups feed them."""
-    found = "skurowski2019" in accepted_groups()
-    numbers = (3, 4, "A1") if found else ()  # the rule of A1 makes A2 and A3 too
-    tables = [f"<results>/tables/skurowski_table{number}.csv" for number in numbers]
-    if accepted_calibrations("jansen2019"):
-        tables.append("<results>/tables/jansen_table1.csv")  # its rule makes all three
-    return tables
-
-
-def calibration_tables():
-    """Tables of every group with an accepted calibration."""
-    return [
-        f"<results>/tables/{group}_calibrations.csv"
-        for group in calibration_groups()
-        if accepted_calibrations(group)
-    ]
-
-
-def calibration_figures():
-    """A figure of every accepted calibration; of twins only the first of each setup, unless asked
-    for by name: they are many, and look alike."""
-    names = accepted_calibrations()
-    first = {calibration_row(name)["setup"]: name for name in reversed(names)}
-    return [
-        f"<results>/calibrations/{name}/calibration.png"
-        for name in names
-        if not calibration_row(name)["twin"] or first[calibration_row(name)["setup"]] == name
-    ]
-
-
-def paper_figures():
-    """Figures of the papers."""
-    found = "skurowski2019" in accepted_groups()
-    figures = ["<results>/figures/skurowski_fig06.svg"] if found else []
-    if accepted_calibrations("jansen2019"):
-        figures.append("<results>/figures/jansen_fig03.svg")
-    return figures
-
-
-def checks_of_target(target):
-    """What has to be checked for a target; recordings and calibrations ask nothing of each other."""
-    of_recordings = [] if target == "calibrations" else checks()
-    return of_recordings + ([] if target == "recordings" else calibration_checks())
-
-
-def gate_of(target):
-    """What a target asks for: its gate, or nothing at all when the sheets are empty."""
-    return [f"<results>/gate/{target}.json"] if RECORDINGS or CALIBRATIONS else []
+def full_sets_of_paper():
+    """Recordings of the largest sound set of each type, which its Table 4 is of: measured ones
+    before twins, then the first. If none is there, the first recording."""
+    found = {}
+    for name in sorted(accepted("skurowski2019"), key=is_twin):
+        key = row(name)["camera_type"], row(name)["n_cameras"]
+        if key in (("T40", 10), ("Bonita", 10), ("Vantage", 9), ("All", 30)):
+            found.setdefault(key, name)
+    return list(found.values()) or accepted("skurowski2019")[:1]

@@ -1,4 +1,4 @@
-# Motion capture: C3D -> trajectories -> clean -> Allan deviations, spectrum, Gaussian model.
+# Motion capture: recording -> trajectories -> clean -> Allan deviations, spectrum, Gaussian model.
 
 
 # A refusal is a result: this rule succeeds, and check.json says why not. Twins need no check.
@@ -16,7 +16,7 @@ checkpoint check_recording:
         mem_mb=4000,
     params:
         code=digest("check.py"),
-        row=row,
+        row=row_read,
         second_opinion=config["second_opinion"],
         still=config["still"],
     message:
@@ -28,7 +28,7 @@ checkpoint check_recording:
 # Before other simulations: so no more than two raw twins lie on the disk at any time.
 rule trajectories:
     input:
-        c3d=inputs_of,
+        files=inputs_of,
         check=check_of,
     output:
         "<results>/recordings/{recording}/trajectories.parquet",
@@ -42,9 +42,9 @@ rule trajectories:
         mem_mb=1000,
     params:
         code=digest("trajectories.py"),
-        row=row,
+        row=row_read,
     message:
-        "{wildcards.recording}: reading C3D"
+        "{wildcards.recording}: reading"
     script:
         "../scripts/trajectories.py"
 
@@ -117,7 +117,8 @@ rule gaussian:
     input:
         "<results>/recordings/{recording}/clean.parquet",
     output:
-        "<results>/recordings/{recording}/gaussian.csv",
+        gaussian="<results>/recordings/{recording}/gaussian.csv",
+        covariance="<results>/recordings/{recording}/covariance.csv",
     log:
         "<logs>/gaussian/{recording}.log",
     benchmark:
@@ -153,7 +154,7 @@ rule noise:
         mem_mb=1500,
     params:
         code=digest("noise.py"),
-        row=row,
+        row=row_read,
         paper=lambda wildcards: row(wildcards)["group"] == "skurowski2019",
         noise=config["noise"],
         annealing=config["annealing"],
@@ -181,7 +182,7 @@ rule expected_noise:
         mem_mb=1000,
     params:
         code=digest("expected_noise.py"),
-        row=row,
+        row=row_read,
         twin=twin_settings,
         noise=config["noise"],
         annealing=config["annealing"],

@@ -8,15 +8,23 @@ rule recording_figures:
         allan="<results>/recordings/{recording}/allan.parquet",
         psd="<results>/recordings/{recording}/psd.parquet",
     output:
-        multiext(
-            "<results>/recordings/{recording}/",
-            "adev.svg",
-            "adev.png",
-            "trajectory.svg",
-            "trajectory.png",
-            "psd.svg",
-            "psd.png",
+        report(
+            "<results>/recordings/{recording}/adev.svg",
+            caption="../report/recording.rst",
+            category="Recordings",
+            subcategory="{recording}",
+            labels={"item": "Allan deviation", "shows": "every series, with intervals"},
         ),
+        report(
+            "<results>/recordings/{recording}/psd.svg",
+            caption="../report/recording.rst",
+            category="Recordings",
+            subcategory="{recording}",
+            labels={"item": "spectrum", "shows": "power spectral density of every series"},
+        ),
+        # In its folder only: as large as all other figures of the recording together
+        "<results>/recordings/{recording}/trajectory.svg",
+        multiext("<results>/recordings/{recording}/", "adev.png", "psd.png", "trajectory.png"),
     log:
         "<logs>/recording_figures/{recording}.log",
     benchmark:
@@ -89,100 +97,6 @@ rule group_tables:
         "../scripts/group_tables.py"
 
 
-rule skurowski_tables:
-    input:
-        checks=checks("skurowski2019"),
-        gaussian=lambda wildcards: [
-            f"<results>/recordings/{name}/gaussian.csv" for name in accepted("skurowski2019")
-        ],
-    output:
-        multiext(
-            "<results>/tables/skurowski_table",
-            "3.csv",
-            "3.md",
-            "4.csv",
-            "4.md",
-        ),
-    log:
-        "<logs>/skurowski_tables.log",
-    benchmark:
-        "<benchmarks>/skurowski_tables.tsv"
-    threads: 1
-    params:
-        code=digest("skurowski_tables.py"),
-        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
-    message:
-        "Tables 3 and 4 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_tables.py"
-
-
-rule skurowski_noise:
-    input:
-        checks=checks("skurowski2019"),
-        noise=of_paper("noise.csv"),
-        expected=of_paper_twins("expected.csv"),
-    output:
-        multiext(
-            "<results>/tables/skurowski_",
-            "tableA1.csv",
-            "tableA1.md",
-            "tableA2.csv",
-            "tableA2.md",
-            "tableA3.csv",
-            "tableA3.md",
-            "support.csv",
-            "support.md",
-            "white_levels.csv",
-            "white_levels.md",
-        ),
-    log:
-        "<logs>/skurowski_noise.log",
-    benchmark:
-        "<benchmarks>/skurowski_noise.tsv"
-    threads: 1
-    params:
-        code=digest("skurowski_noise.py"),
-        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
-    message:
-        "Tables A1-A3 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_noise.py"
-
-
-rule skurowski_noise_figures:
-    input:
-        checks=checks("skurowski2019"),
-        noise=of_paper("noise.csv"),
-        expected=of_paper_twins("expected.csv"),
-        allan=of_paper("allan.parquet"),
-        psd=of_paper("psd.parquet"),
-    output:
-        multiext(
-            "<results>/figures/skurowski_fig",
-            *(f"{n:02d}.{kind}" for n in (6, 14, 15, 16, 17) for kind in ("svg", "png")),
-        ),
-    log:
-        "<logs>/skurowski_noise_figures.log",
-    benchmark:
-        "<benchmarks>/skurowski_noise_figures.tsv"
-    threads: 1
-    resources:
-        mem_mb=1500,
-    params:
-        code=digest("skurowski_noise_figures.py"),
-        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
-        noise=config["noise"],
-        annealing=config["annealing"],
-        allan=config["allan"],
-        hampel=config["hampel"],
-        seed=config["seed"],
-    message:
-        "Figures 6 and 14-17 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_noise_figures.py"
-
-
 rule calibration_figures:
     input:
         pose="<results>/calibrations/{calibration}/pose.json",
@@ -192,7 +106,12 @@ rule calibration_figures:
         board="<results>/calibrations/{calibration}/board.csv",
     output:
         png="<results>/calibrations/{calibration}/calibration.png",
-        svg="<results>/calibrations/{calibration}/calibration.svg",
+        svg=report(
+            "<results>/calibrations/{calibration}/calibration.svg",
+            caption="../report/calibration.rst",
+            category="Calibrations",
+            labels={"item": "{calibration}", "shows": "paths, residuals, pose, verdict"},
+        ),
     log:
         "<logs>/calibration_figures/{calibration}.log",
     benchmark:
@@ -257,6 +176,15 @@ rule jansen_tables:
         "../scripts/jansen_tables.py"
 
 
+JANSEN_FIGURES = {
+    3: "what a photodiode sees",
+    5: "angles of a photodiode",
+    6: "paths as both stations see them",
+    7: "one path laid on the other",
+    8: "pose of the slave",
+}
+
+
 # The paper shows a half circle.
 rule jansen_figures:
     input:
@@ -268,10 +196,16 @@ rule jansen_figures:
         pose=of_example("pose.json"),
         board=of_example("board.csv"),
     output:
-        multiext(
-            "<results>/figures/jansen_fig",
-            *(f"{n:02d}.{kind}" for n in (3, 5, 6, 7, 8) for kind in ("svg", "png")),
-        ),
+        [
+            report(
+                f"<results>/figures/jansen_fig{n:02d}.svg",
+                caption="../report/jansen.rst",
+                category="Jansen et al. 2019",
+                labels={"item": f"Figure {n}", "shows": shows},
+            )
+            for n, shows in JANSEN_FIGURES.items()
+        ],
+        [f"<results>/figures/jansen_fig{n:02d}.png" for n in JANSEN_FIGURES],
     log:
         "<logs>/jansen_figures.log",
     benchmark:

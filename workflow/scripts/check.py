@@ -5,9 +5,9 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.c3d import read_recording
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import sha256, write_json
+    from mocap_metrology.formats import read_any
     from mocap_metrology.noise.describe import moving_markers
 
     row = snakemake.params.row
@@ -16,7 +16,7 @@ with step(snakemake) as log:
         for path, expected in zip(row["paths"], row["sha256"], strict=False):
             if sha256(path) != expected:
                 raise Refusal(f"{Path(path).name}: SHA-256 is {sha256(path)}; expected {expected}")
-        recording = read_recording(
+        recording = read_any(
             row["paths"],
             row["markers"],
             row["frame_rate_hz"],
@@ -29,6 +29,7 @@ with step(snakemake) as log:
             recording.frame_rate_hz,
             snakemake.params.still["range_mm"],
         )
+        check["moving"] = bool(check["warnings"])
     except Refusal as refusal:
         why = str(refusal)
         if ": cut off" in why:

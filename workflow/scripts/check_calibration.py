@@ -16,7 +16,8 @@ with step(snakemake) as log:
         if row["sha256"] and sha256(row["path"]) != row["sha256"]:
             name, found = Path(row["path"]).name, sha256(row["path"])
             raise Refusal(f"{name}: SHA-256 is {found}; expected {row['sha256']}")
-        recording = decoded(snakemake.input, row, snakemake.params.lighthouse)
+        files = dict(snakemake.input.items())
+        recording = decoded(files, row, snakemake.params.lighthouse)
         check["notes"] = recording.notes
         check["warnings"] = [
             f"{station.role}: no factory values ({station.why}); expected errors of centimetres"

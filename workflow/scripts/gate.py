@@ -1,6 +1,6 @@
-"""Say what was refused, one line a recording or calibration, and fail if anything was."""
+"""Say how good recordings are and what was refused, one line each; fail if anything was refused."""
 
-from step import step
+from step import TOLD, step
 
 with step(snakemake, prefix="") as log:
     import json
@@ -9,6 +9,10 @@ with step(snakemake, prefix="") as log:
 
     from mocap_metrology.common.files import write_json
 
+    verdicts = [Path(p) for p in snakemake.input.results if Path(p).name == "verdict.json"]
+    for path in verdicts if len(verdicts) <= 10 else ():  # of more, the tables tell
+        found = json.loads(path.read_text(encoding="utf-8"))
+        log.log(TOLD, "recording %s is %s: %s", path.parent.name, found["word"], found["reason"])
     refused = 0
     for path in map(Path, snakemake.input.checks):
         check = json.loads(path.read_text(encoding="utf-8"))
@@ -25,6 +29,9 @@ with step(snakemake, prefix="") as log:
         if verdict["word"] == "failed":
             refused += 1
             log.error("calibration %s failed: %s", path.parent.name, verdict["reason"])
+    for path in snakemake.input.results:
+        if Path(path).name == "summary.html":
+            log.log(TOLD, "see %s", path)
     if refused:
         sys.exit(1)
     write_json(snakemake.output[0], {"checked": len(snakemake.input.checks)})

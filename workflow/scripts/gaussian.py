@@ -1,9 +1,11 @@
-"""clean.parquet -> gaussian.csv: the simple Gaussian model of every pair (S Table 4)."""
+"""clean.parquet -> gaussian.csv, the simple Gaussian model of every pair (S Table 4), and
+covariance.csv, the covariance of fast noise between coordinates."""
 
 from step import step
 
 with step(snakemake) as log:
-    from mocap_metrology.common.files import read_table, write_csv
+    from mocap_metrology.common.files import read_table, write_csv, write_text
+    from mocap_metrology.noise.cameras.covariance import COLUMNS, covariance_rows
     from mocap_metrology.noise.describe import gaussian_rows
 
     columns, origin = read_table(snakemake.input[0])
@@ -15,5 +17,11 @@ with step(snakemake) as log:
         origin["frame_rate_hz"],
         snakemake.params.gaussian["n_bins"],
     )
-    write_csv(snakemake.output[0], [{"recording": origin["recording"], **row} for row in rows])
+    name = {"recording": origin["recording"]}
+    write_csv(snakemake.output.gaussian, [name | row for row in rows])
     log.info("%d rows", len(rows))
+    fast = covariance_rows(series, len(origin["labels"]), origin["frame_rate_hz"])
+    if fast:
+        write_csv(snakemake.output.covariance, fast)
+    else:
+        write_text(snakemake.output.covariance, ",".join(COLUMNS) + "\n")

@@ -6,8 +6,8 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present.calibration_data import read_calibration
-    from mocap_metrology.present.jansen_figures import jansen_figures
+    from mocap_metrology.present.calibration.data import read_calibration
+    from mocap_metrology.present.jansen.figures import jansen_figures
     from mocap_metrology.present.style import save_figure
 
     given, params = snakemake.input, snakemake.params

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 
-def decoded(files: Any, row: dict[str, Any], config: dict[str, Any]) -> Any:
+def decoded(files: Mapping[str, str], row: Mapping[str, Any], config: Mapping[str, Any]) -> Any:
     """The recording of a row, decoded; `files` are named dump, board and factory."""
     from mocap_metrology.lighthouse.decode.chain import Cleaning, decode
 
     return decode(
-        files.dump,
+        files["dump"],
         row["format"],
-        row["board"] if row["format"] == "libsurvive-rec" else files.board,
+        row["board"] if row["format"] == "libsurvive-rec" else files["board"],
         files.get("factory"),
         sample_rate_hz=config["sample_rate_hz"],
         active_level=config["active_level"],

@@ -7,10 +7,17 @@ with step(snakemake) as log:
 
     from mocap_metrology.c3d import write_c3d
     from mocap_metrology.common.files import write_json
+    from mocap_metrology.noise.cameras.take import simulate_take
+    from mocap_metrology.noise.cameras.take_twin import is_take, take_twin_from_mapping
     from mocap_metrology.noise.simulate import simulate, twin_from_mapping
 
-    twin = twin_from_mapping(snakemake.params.twin, snakemake.params.name)
-    made = simulate(twin, seed=snakemake.params.seed + twin.seed)
+    entry, name = snakemake.params.twin, snakemake.params.name
+    if is_take(entry):
+        twin = take_twin_from_mapping(entry, name)
+        made = simulate_take(twin, snakemake.params.seed + twin.seed)
+    else:
+        twin = twin_from_mapping(entry, name)
+        made = simulate(twin, seed=snakemake.params.seed + twin.seed)
     n_frames = made.position_mm.shape[2]
     log.info("%s: %d frames at %g Hz", twin.name, n_frames, made.frame_rate_hz)
     chunks = (

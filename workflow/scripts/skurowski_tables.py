@@ -7,21 +7,29 @@ with step(snakemake) as log:
 
     import pandas as pd
 
+    from mocap_metrology.noise.twins import twin_from_mapping
     from mocap_metrology.present import tables
+    from mocap_metrology.present.skurowski import gaussian_table
 
-    rows = {row["recording"]: row for row in snakemake.params.rows}
+    given, paper = snakemake.params, "Skurowski & Pawlyta 2019"
+    rows = {row["recording"]: row for row in given.rows}
     gaussian = {}
     for name, path in zip(rows, snakemake.input.gaussian, strict=True):
         table = pd.read_csv(path, float_precision="round_trip")
         gaussian[name] = table[table["axis"] == "x"].iloc[0].to_dict()
-    sentence = tables.source_sentence(
-        {name: "twin" if row["twin"] else "measured" for name, row in rows.items()}
-    )
+    sentence = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
     folder = Path(snakemake.output[0]).parent
-    for number, made, title, caption in (
-        (3, tables.skurowski_table_3(rows), "camera subsets", tables.TABLE_3_CAPTION),
-        (4, tables.skurowski_table_4(rows, gaussian), "Gaussian model", tables.TABLE_4_CAPTION),
-    ):
-        title = f"Skurowski & Pawlyta 2019, Table {number}: {title}"
-        tables.write(folder / f"skurowski_table{number}", made, title, f"{caption} {sentence}")
-        log.info("Table %d: %d rows", number, len(made))
+    third = tables.skurowski_table_3(rows)
+    title = f"{paper}, Table 3: camera subsets"
+    caption = f"{tables.TABLE_3_CAPTION} {sentence}"
+    tables.write(folder / "skurowski_table3", third, title, caption)
+    twins = {name: twin_from_mapping(values, name) for name, values in given.twins.items()}
+    fourth = gaussian_table.with_chance(
+        tables.skurowski_table_4(rows, gaussian), twins, gaussian_table.cleaning_of(given.hampel)
+    )
+    short = [{column: row[column] for column in gaussian_table.SHOWN} for row in fourth]
+    caption = f"{gaussian_table.CAPTION} {tables.TABLE_4_CAPTION} {sentence}"
+    text = tables.markdown(short, f"{paper}, Table 4: Gaussian model", caption)
+    tables.write_with(folder / "skurowski_table4", fourth, text)
+    log.info("Table 3: %d rows, Table 4: %d rows", len(third), len(fourth))
+    log.info(gaussian_table.summary(fourth))

@@ -7,7 +7,7 @@
         log.info("cleaning")
 
 Import what is heavy inside, so that its failures reach the log too. Information goes to the log,
-warnings and errors to the log and the terminal.
+warnings and errors to the log and the terminal, and so does what is logged as TOLD: results.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+TOLD = logging.INFO + 5
 
 # One thread, so that no result depends on --cores; read by the libraries when they are imported.
 for _pool in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA"):
@@ -69,7 +71,7 @@ def _logger(terminal: int, prefix: str) -> logging.Logger:
     to_file = logging.StreamHandler()  # sys.stderr, by now the log
     to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%H:%M:%S"))
     to_terminal = logging.StreamHandler(os.fdopen(terminal, "w", encoding="utf-8", closefd=False))
-    to_terminal.setLevel(logging.WARNING)
+    to_terminal.setLevel(TOLD)
     to_terminal.setFormatter(_OneLine(prefix))
     log.handlers = [to_file, to_terminal]
     log.setLevel(logging.INFO)

@@ -1,4 +1,4 @@
-"""C3D -> trajectories.parquet: chosen markers in mm, one row a frame, gaps as NaN."""
+"""Recording -> trajectories.parquet: chosen markers in mm, one row a frame, gaps as NaN."""
 
 from step import step
 
@@ -7,14 +7,14 @@ with step(snakemake) as log:
 
     import numpy as np
 
-    from mocap_metrology.c3d import inspect, read_recording
     from mocap_metrology.common.files import versions, write_table
+    from mocap_metrology.formats import labels_of, read_any
     from mocap_metrology.noise.series import coordinate_names, pair_numbers
 
     row = snakemake.params.row
-    paths = list(snakemake.input.c3d)
-    markers = row["markers"] or inspect(paths[0], row["accept_truncated"]).labels
-    recording = read_recording(
+    paths = list(snakemake.input.files)
+    markers = row["markers"] or labels_of(paths[0], row["accept_truncated"])
+    recording = read_any(
         paths,
         markers,
         row["frame_rate_hz"],

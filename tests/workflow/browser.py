@@ -1,0 +1,163 @@
+"""A headless Chromium spoken to over its DevTools pipe: what a page asks for, logs and shows."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import json
+import os
+import select
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+OPTIONS = (
+    "--headless=new",
+    "--no-sandbox",  # CI runs as root
+    "--disable-gpu",
+    "--disable-dev-shm-usage",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--remote-debugging-pipe",
+)
+# The protocol wants descriptors 3 and 4.
+START = """
+import os, sys
+ends = [os.dup(os.dup(os.dup(int(end)))) for end in sys.argv[1:3]]
+os.dup2(ends[0], 3)
+os.dup2(ends[1], 4)
+os.execvp(sys.argv[3], sys.argv[3:])
+"""
+DOMAINS = ("Page", "Runtime", "Log", "Network")
+
+
+class Browser:
+    """One page; `requests` and `errors` grow while it lives, those of its frames included."""
+
+    def __init__(self, send: int, receive: int):
+        self.send, self.receive, self.buffer, self.number = send, receive, b"", 0
+        self.requests: list[str] = []
+        self.errors: list[str] = []
+        target = self.call("Target.createTarget", {"url": "about:blank"})["targetId"]
+        self.session = self.call("Target.attachToTarget", {"targetId": target, "flatten": True})[
+            "sessionId"
+        ]
+        self._listen(self.session)
+
+    def _listen(self, session: str) -> None:
+        for domain in DOMAINS:
+            self.call(f"{domain}.enable", session=session)
+        attach = {"autoAttach": True, "waitForDebuggerOnStart": False, "flatten": True}
+        self.call("Target.setAutoAttach", attach, session)
+
+    def call(self, method: str, params: dict | None = None, session: str | None = None) -> dict:
+        """The result of a method of the protocol."""
+        self.number += 1
+        number = self.number
+        message = {"id": number, "method": method, "params": params or {}}
+        if session:
+            message["sessionId"] = session
+        os.write(self.send, json.dumps(message).encode() + b"\0")
+        until = time.monotonic() + 60
+        while True:
+            answer = self._next(until - time.monotonic())
+            if answer is None:
+                raise TimeoutError(method)
+            if answer.get("id") == number:
+                if "error" in answer:
+                    raise RuntimeError(f"{method}: {answer['error']}")
+                return answer["result"]
+            self._note(answer)
+
+    def _next(self, seconds: float) -> dict | None:
+        until = time.monotonic() + seconds
+        while b"\0" not in self.buffer:
+            left = until - time.monotonic()
+            if left <= 0 or not select.select([self.receive], [], [], left)[0]:
+                return None
+            data = os.read(self.receive, 1 << 20)
+            if not data:
+                raise EOFError("the browser is gone")
+            self.buffer += data
+        message, _, self.buffer = self.buffer.partition(b"\0")
+        return json.loads(message)
+
+    def _note(self, event: dict) -> None:
+        kind, params = event.get("method"), event.get("params", {})
+        if kind == "Network.requestWillBeSent":
+            self.requests.append(params["request"]["url"])
+        elif kind == "Runtime.exceptionThrown":
+            details = params["exceptionDetails"]
+            self.errors.append(details.get("exception", {}).get("description") or details["text"])
+        elif kind == "Runtime.consoleAPICalled" and params["type"] in ("error", "assert"):
+            self.errors.append(" ".join(str(a.get("value", a)) for a in params["args"]))
+        elif kind == "Log.entryAdded" and params["entry"]["level"] == "error":
+            self.errors.append(f"{params['entry']['text']} ({params['entry'].get('url', '')})")
+        elif kind == "Target.attachedToTarget" and params["targetInfo"]["type"] == "iframe":
+            self._listen(params["sessionId"])
+
+    def wait(self, seconds: float) -> None:
+        """Take events for a while."""
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0:
+            event = self._next(left)
+            if event is not None:
+                self._note(event)
+
+    def open(self, url: str) -> None:
+        """Go there and wait until it is loaded and has been quiet for a moment."""
+        self.call("Page.navigate", {"url": url}, self.session)
+        self.wait(0.3)
+        while self.evaluate("document.readyState") != "complete":
+            self.wait(0.2)
+        self.wait(0.7)
+
+    def evaluate(self, expression: str) -> Any:
+        """The value of an expression of JavaScript in the page."""
+        params = {"expression": expression, "returnByValue": True, "awaitPromise": True}
+        found = self.call("Runtime.evaluate", params, self.session)
+        if "exceptionDetails" in found:
+            raise RuntimeError(str(found["exceptionDetails"]))
+        return found["result"].get("value")
+
+    def size(self, width: int, height: int) -> None:
+        """Size of the window, in CSS pixels."""
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.call("Emulation.setDeviceMetricsOverride", metrics, self.session)
+
+    def screenshot(self, path: Path) -> None:
+        """What is seen, as PNG."""
+        found = self.call("Page.captureScreenshot", {"format": "png"}, self.session)
+        path.write_bytes(base64.b64decode(found["data"]))
+
+
+@contextlib.contextmanager
+def browser(executable: str, profile: Path) -> Iterator[Browser]:
+    """A browser with a profile folder of its own; it is ended at the end."""
+    (their_in, our_out), (our_in, their_out) = os.pipe(), os.pipe()
+    ends = (str(their_in), str(their_out))
+    process = subprocess.Popen(
+        [sys.executable, "-c", START, *ends, executable, *OPTIONS, f"--user-data-dir={profile}"],
+        pass_fds=(their_in, their_out),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(their_in)
+    os.close(their_out)
+    try:
+        yield Browser(our_out, our_in)
+    finally:
+        process.terminate()
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        os.close(our_out)
+        os.close(our_in)

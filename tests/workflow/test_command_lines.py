@@ -1,0 +1,38 @@
+"""Programs beside the workflow: their help, and one line for a report that cannot be written."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+from running import environment
+
+PROGRAMS = (
+    *("workflow/check_file.py", "workflow/rule_graph.py", "workflow/write_report.py"),
+    *("benchmarks/lighthouse_times.py", "benchmarks/noise_times.py", "benchmarks/peers.py"),
+)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_help(program: str, root, tmp_path) -> None:
+    how = {"env": environment(), "cwd": tmp_path, "capture_output": True, "text": True}
+    done = subprocess.run([sys.executable, root / program, "--help"], check=False, **how)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith(f"usage: {program.partition('/')[2]}")
+
+
+@pytest.mark.parametrize(
+    ("output", "line"),
+    [
+        ("", "the run did not finish"),
+        ("Building\nDAG of\njobs\nsheet.tsv: no column group", "sheet.tsv: no column group"),
+        ("FileNotFoundError in file x:\n[Errno 2]: 'out/report.html'", "the run did not finish"),
+        ("WorkflowError:\nall is lost", "WorkflowError: all is lost"),
+    ],
+)
+def test_why_there_is_no_report_is_never_empty(output: str, line: str, root, monkeypatch) -> None:
+    monkeypatch.syspath_prepend(str(root / "workflow"))
+    from write_report import why
+
+    assert why(output).startswith(line)

@@ -1,0 +1,36 @@
+"""Which recordings are held against which."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lib import comparisons
+
+
+def row(name: str, date: str | None = None, reference: str | None = None, **other: Any) -> dict:
+    same = {"camera_type": "T40", "n_cameras": 2, "camera_ids": [1, 2], "markers": ["A", "B"]}
+    return same | {"recording": name, "date": date, "compare_with": reference} | other
+
+
+def test_the_one_before_by_date_of_the_same_cameras() -> None:
+    rows = [
+        row("march", "2026-03-01"),
+        row("january", "2026-01-01"),
+        row("february", "2026-02-01T08:00:00"),
+        row("others", "2026-02-15", camera_ids=[1, 3]),
+        row("undated"),
+    ]
+    names = [r["recording"] for r in rows]
+    assert comparisons.pairs(rows, names) == [("march", "february"), ("february", "january")]
+    assert comparisons.series_over_dates(rows) == [["january", "february", "march"]]
+    assert comparisons.series_over_dates(rows[1:]) == []
+
+
+def test_a_named_reference_of_any_group_if_it_was_accepted() -> None:
+    rows = [row("after", "2026-03-01", "before"), row("today", None, "refused")]
+    assert comparisons.pairs(rows, ["after", "today", "before"]) == [("after", "before")]
+
+
+def test_subsets_of_one_take_are_not_compared() -> None:
+    rows = [row("two", "2026-03-01"), row("again", "2026-03-01")]
+    assert comparisons.pairs(rows, ["two", "again"]) == []

@@ -1,0 +1,175 @@
+"""`make report`: a report that opens by itself in a browser, and shows what was found."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from browser import NAMES, browser
+from lib import report
+from running import command, environment, write_sheet
+
+ROOT = Path(__file__).resolve().parents[2]
+QUICK = ["noise={estimators: [likelihood], max_gauss_markov: 0}", "allan={n_taus: 20}"]
+QUICK += ["lighthouse={estimators: [paper-lm], optics: [factory]}"]
+RECORDING = ["recording", "path", "markers", "group"]
+TWIN = ("simulate:sim-1-1", "gpio-dump")
+CALIBRATION = ["calibration", "setup", "group", "path", "format"]
+
+
+def sheet(folder: Path, name: str, header: list[str], *rows: tuple[str, ...]) -> str:
+    write_sheet(folder, header, *(dict(zip(header, row, strict=True)) for row in rows))
+    return f"{name}={(folder / 'sheet.tsv').rename(folder / f'{name}.tsv').name}"
+
+
+def write_report(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, ROOT / "workflow/write_report.py", "out/report.html", *arguments],
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=120,
+    )
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, snakemake):
+    """Folder with the report of a run over a twin, a file that is no recording, a calibration."""
+    folder = tmp_path_factory.mktemp("report")
+    (folder / "profiles").symlink_to(ROOT / "profiles")
+    (folder / "wrong.c3d").write_text("no recording\n")
+    rows = (("short", "simulate:T40-10", "Wand1", "hall"), ("wrong", "wrong.c3d", "A;B", "hall"))
+    settings = [
+        sheet(folder, "recordings", RECORDING, *rows),
+        sheet(folder, "calibrations", CALIBRATION, ("pair", "1", "hall", *TWIN)),
+    ]
+    settings += ["results=out", "duration_s=20", *QUICK]
+    arguments = ["-s", str(ROOT / "Snakefile"), "--cores", "2", "--config", *settings]
+    run = snakemake(folder, *arguments)
+    assert "recording wrong refused" in run.stdout
+    assert run.returncode == 1, run.stdout
+    plain = command()[3:]
+    written = write_report(folder, *plain, *arguments)
+    assert written.returncode == 0, written.stdout
+    return folder, [*plain, *arguments], written.stdout
+
+
+SHOW = """(async () => {
+  const seen = {};
+  for (const [path, result] of Object.entries(results)) {
+    const html = result.mime_type === "text/html";
+    app.setView({content: html ? "html" : "img", contentPath: result.data_uri, resultPath: path});
+    for (let k = 0; k < 50; k++) {
+      await new Promise(done => setTimeout(done, 40));
+      const shown = document.querySelector(html ? "iframe" : "#app div.p-3 > img");
+      seen[path] = shown?.src === result.data_uri && (html || shown.naturalWidth);
+      if (seen[path]) break;
+    }
+  }
+  return Object.fromEntries(Object.entries(seen).map(([path, value]) => [path, Boolean(value)]));
+})()"""
+LINKS = "[...document.querySelectorAll('.mm a')].map(a => [a.textContent, a.getAttribute('href')])"
+CLICK = "[...document.querySelectorAll('.mm a')].find(a => a.textContent === '%s').click()"
+
+
+def test_opens_without_error_or_network(made, tmp_path) -> None:
+    folder, _, said = made
+    executable = next(filter(None, map(shutil.which, NAMES)), None)
+    if executable is None:
+        pytest.skip("no Chromium or Chrome in PATH")
+    assert re.fullmatch(r"out/report\.html: \d+\.\d MB\n", said)
+    page = folder / "out/report.html"
+    with browser(executable, tmp_path) as seen:
+        seen.open(page.as_uri())
+        front = seen.evaluate("document.querySelector('#app').innerText")
+        shown = seen.evaluate(SHOW)
+        seen.open(page.as_uri())
+        links = dict(seen.evaluate(LINKS))
+        menu = seen.evaluate("document.querySelector('nav').innerText").split("\n")
+        for name in links:
+            seen.evaluate(CLICK % name)
+            seen.wait(0.3)
+            assert f"/{name}/" in seen.evaluate("app.state.resultPath")
+            seen.evaluate("app.setView({navbarMode: 'menu', content: 'rulegraph'})")
+            seen.wait(0.3)
+    assert seen.errors == []
+    assert {url.partition(":")[0] for url in seen.requests} == {"data", "file"}
+    assert {url for url in seen.requests if url.startswith("file")} == {page.as_uri()}
+    for words in ("How good is", "hall: recordings", "hall: calibrations", "wrong", "refused"):
+        assert words in front
+    assert set(links) == {"short", "pair"}
+    assert all(shown.values()), shown
+    assert {Path(path).suffix for path in shown} == {".html", ".svg"}
+    listed = [line for line in menu if re.match(r"\d\. ", line)]
+    known = [report.category(name) for name in report.CATEGORIES]
+    assert listed == [name for name in known if name in listed]
+    assert listed[0] == "1. Summary"
+    assert listed[-1] == "7. Provenance"
+
+
+def test_pages_and_provenance(made) -> None:
+    folder, _, _ = made
+    results = folder / "out"
+    found = json.loads((results / "provenance.json").read_text())
+    tables = {path.name for path in (results / "tables").glob("*.csv")}
+    assert set(found["tables"]) == tables
+    assert {path.stem for path in (results / "pages").glob("*.html")} == {
+        Path(name).stem for name in tables
+    }
+    twin, calibration = found["inputs"]
+    assert (twin["name"], twin["source"], twin["seed"]) == ("short", "twin", 110)
+    assert (calibration["name"], calibration["seed"]) == ("pair", 1011)
+    rules = {row["rule"]: row["jobs"] for row in found["run_times"]}
+    assert rules["noise"] == rules["calibrate_twin"] == 1
+    for name in ("provenance.json", "provenance.html", "summary.html", "report_front.html"):
+        text = (results / name).read_text()
+        assert str(folder) not in text, name
+        assert str(ROOT) not in text, name
+
+
+def test_an_unfinished_run_is_one_line(made) -> None:
+    folder, arguments, _ = made
+    figure = folder / "out/calibrations/pair/calibration.svg"
+    kept = figure.rename(figure.with_suffix(".kept"))
+    said = write_report(folder, *arguments)
+    kept.rename(figure)
+    assert said.returncode == 1
+    assert said.stdout.count("\n") == 1
+    assert said.stdout.startswith("no report: out/calibrations/pair/calibration.svg is missing")
+
+
+@pytest.mark.parametrize(
+    "title, expected",
+    [
+        (
+            "Jansen et al. 2019, Table I: mean absolute error",
+            ("3. Jansen et al. 2019", None, "Table I: mean absolute error"),
+        ),
+        (
+            "Skurowski & Pawlyta 2019, Tables A1-A3: white noise: given back",
+            ("2. Skurowski & Pawlyta 2019", None, "Tables A1-A3: white noise: given back"),
+        ),
+        ("hall.1: outliers", ("4. Groups", "hall.1", "table: outliers")),
+        ("whatever", ("4. Groups", None, "table: whatever")),
+    ],
+)
+def test_titles_of_tables_say_where_they_go(tmp_path, title: str, expected: tuple) -> None:
+    path = tmp_path / "table.md"
+    path.write_text(f"# {title}\n\nText.\n")
+    found = report.entry(str(path))
+    assert (found["category"], found["subcategory"], found["labels"]["result"]) == expected
+
+
+def test_categories_are_ours_and_tables_are_not_offered_twice() -> None:
+    with pytest.raises(ValueError, match=r'"Other" .*expected one of Summary'):
+        report.report("x.svg", category="Other")
+    assert report.report("x.csv", category="Groups") == "x.csv"
+    names = [report.category(name) for name in report.CATEGORIES]
+    assert names == sorted(names)

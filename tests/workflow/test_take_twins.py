@@ -1,0 +1,42 @@
+"""Twins that are subsets of one take: how the sheet and the file of twins go together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from lib.faults import Faults
+from lib.startup import recording_twins
+
+TAKE = {"camera_type": "T40", "cameras": 4, "layout_seed": 1, "centroid_px": 0.1}
+
+
+def twins(**changes: Any) -> dict[str, Any]:
+    entry = {"take": TAKE, "camera_ids": [4, 1], "seed": 1, "duration_s": 600} | changes
+    defaults = {"recording": {"distance_line": "split", "yz_coherence": 0.0, "labels": ["a", "b"]}}
+    return {"twins": {"hall": entry}, "defaults": defaults}
+
+
+def rows(camera_ids: list[int]) -> dict[str, Any]:
+    return {"r": {"twin": "hall", "camera_ids": camera_ids}}
+
+
+def test_a_take_has_defaults_of_its_kind_and_the_shorter_duration() -> None:
+    for duration, expected in ((9000.0, 600.0), (60.0, 60.0)):
+        made = recording_twins(rows([1, 4]), twins(), duration)["hall"]
+        assert made["duration_s"] == expected and made["labels"] == ["a", "b"]
+        assert "distance_line" not in made
+    assert recording_twins(rows([]), twins(), 60.0)
+
+
+def test_other_cameras_than_the_sheet_says_are_a_line() -> None:
+    with pytest.raises(Faults) as faults:
+        recording_twins(rows([1, 3]), twins(), 60.0)
+    assert faults.value.lines == [
+        'recordings, recording "r", column camera_ids: "1;3"; expected those of its twin hall, 4;1'
+    ]
+    with pytest.raises(Faults) as faults:
+        recording_twins(rows([1, 3]), twins(camera_ids=[1, 9]), 60.0)
+    assert faults.value.lines == [
+        "twin hall: camera_ids: [1, 9], expected two or more different whole numbers from 1 to 4"
+    ]

@@ -1,0 +1,161 @@
+"""The verdict on one file, without a sheet: `python workflow/check_file.py take.c3d`.
+
+A sheet of one row is written into the folder of results, the workflow runs there for the verdict,
+the diagnosis and the Allan deviations, and what it found is printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "workflow"))
+
+from lib import one_file  # noqa: E402
+
+FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
+LAST_LINES = 12
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Check one file; 0 if there is a verdict, whatever it is, 1 if the file is refused."""
+    given = _parser().parse_args(arguments)
+    from mocap_metrology.common.errors import Refusal
+
+    path = Path(given.file).expanduser().resolve()
+    try:
+        if not path.is_file():
+            raise Refusal(f"{given.file}: no such file; expected a recording, as take.c3d")
+        markers = _markers(path, given.markers)
+        if any(letter in str(path) for letter in ";\t\n"):
+            raise Refusal(f"{path}: expected a path without semicolons and tabs")
+    except Refusal as refusal:
+        print(refusal, file=sys.stderr)
+        return 1
+    folder = Path(given.results or f"results/check/{one_file.name_of(path)}").resolve()
+    name = one_file.write_sheet(folder, path, markers)
+    if _run(folder, name, given.cores):
+        return 1
+    _tell(folder / "recordings" / name)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="check_file.py",
+        description="The verdict on one recording of markers that stand still.",
+    )
+    parser.add_argument("file", help="the recording: .c3d, .trc, .csv, .tsv, .txt")
+    parser.add_argument(
+        "--markers",
+        metavar='"A;B"',
+        help="labels of the markers, separated by ; (default: the first two that stand still)",
+    )
+    parser.add_argument("--results", help="folder of the results (default: results/check/<file>)")
+    parser.add_argument("--cores", type=int, default=2, help="processes at once (default: 2)")
+    return parser
+
+
+def _markers(path: Path, asked: str | None) -> list[str]:
+    """Those asked for if the file has them, else a choice, which is told."""
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.formats import labels_of
+
+    labels = labels_of(path)
+    stripped = [label.strip() for label in labels]
+    wanted = [part.strip() for part in (asked or "").split(";") if part.strip()]
+    missing = [name for name in wanted if name not in stripped]
+    if missing:
+        raise Refusal(
+            f"{path.name}: no marker {', '.join(missing)}; expected some of: "
+            f"{one_file.listed(labels)}"
+        )
+    if wanted:
+        return wanted
+    chosen, why = one_file.choose(labels, lambda label: _movement(path, label), _still_mm())
+    if not chosen:
+        raise Refusal(
+            f"{path.name}: no labelled marker is seen in half of the frames; expected one among: "
+            f"{one_file.listed(labels)}"
+        )
+    print(f'Markers: {", ".join(chosen)} ({why}). Name others with MARKERS="A;B" or --markers:')
+    print(f"  {one_file.listed(labels)}")
+    return chosen
+
+
+def _movement(path: Path, label: str) -> float | None:
+    """Range of a marker's one-second means in mm; None if it is hardly seen."""
+    import numpy as np
+
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.formats import read_any
+    from mocap_metrology.noise.gaussian import drift
+
+    try:
+        found = read_any([path], [label], second_opinion=False)
+    except Refusal as refusal:
+        if "frame" in str(refusal) and "rate" in str(refusal):
+            raise
+        return None
+    position = found.position_mm[0].astype(float)
+    if np.isfinite(position).all(axis=0).mean() < FEWEST_SEEN:
+        return None
+    ranges = [drift(axis, found.frame_rate_hz).range for axis in position]
+    return float(max(ranges)) if np.isfinite(ranges).all() else 0.0
+
+
+def _still_mm() -> float:
+    """`still.range_mm` of the project's configuration."""
+    import yaml
+
+    document = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+    return float(document["still"]["range_mm"])
+
+
+def _run(folder: Path, name: str, cores: int) -> int:
+    """Run the workflow in the folder; say why where there is no verdict."""
+    own = folder / "recordings" / name
+    files = ("verdict.json", "diagnosis.json", "adev.png")
+    command = [sys.executable, "-m", "snakemake", "-s", str(ROOT / "Snakefile")]
+    command += ["--workflow-profile", str(ROOT / "profiles/ci"), "--cores", str(cores)]
+    command += [str(own / file) for file in files]
+    command += ["--config", f"recordings={folder / 'check.tsv'}", "calibrations="]
+    command += [f"results={folder}", "noise={estimators: [likelihood]}"]
+    unwanted = ("PYTHONDONTWRITEBYTECODE", "PYTHONPATH", "SNAKEMAKE_PROFILE")
+    environment = {k: v for k, v in os.environ.items() if k not in unwanted}
+    log = folder / "check.log"
+    with log.open("w", encoding="utf-8") as stream:
+        code = subprocess.run(
+            command, cwd=folder, env=environment, stdout=stream, stderr=stream, check=False
+        ).returncode
+    if code:
+        print(_why(own / "check.json", log), file=sys.stderr)
+    return code
+
+
+def _why(check: Path, log: Path) -> str:
+    if check.is_file():
+        found = json.loads(check.read_text(encoding="utf-8"))
+        if not found["ok"]:
+            return f"refused: {found['why']}"
+    last = log.read_text(encoding="utf-8").rstrip().splitlines()[-LAST_LINES:]
+    return "\n".join([*last, f"No verdict; all that was said is in {log}"])
+
+
+def _tell(folder: Path) -> None:
+    from mocap_metrology.present.verdict import verdict_lines
+
+    found = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
+    print("\n".join(["", *verdict_lines(found), "", "Pictures:"]))
+    for path in sorted(folder.glob("*.png")):
+        print(f"  {path}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,71 @@
+"""Keep the rule graph in README.md current: `python workflow/rule_graph.py`, or with --check.
+
+Snakemake draws it (`--rulegraph mermaid-js`) of the default sheets; here rules get their names for
+ids and edges an order. The gate and the provenance, to which everything leads, are left out, and so
+is every edge that a longer way says too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+BLOCK = re.compile(r"```mermaid\n.*?```", re.S)
+LAST = {"default", "gate", "all", "provenance"}
+
+
+def said_already(edge: tuple[str, str], edges: set[tuple[str, str]]) -> bool:
+    """Whether a way through other rules leads from one end of an edge to the other."""
+    start, end = edge
+    ahead, reached = [b for a, b in edges if a == start and b != end], set()
+    while ahead:
+        rule = ahead.pop()
+        if rule not in reached:
+            reached.add(rule)
+            ahead += [b for a, b in edges if a == rule]
+    return end in reached
+
+
+def graph(mermaid: str) -> str:
+    """A block of Markdown: an edge a line, from the rule that makes to the rule that reads."""
+    names = dict(re.findall(r"^\s*(id\d+)\[(\w+)\]", mermaid, re.M))
+    edges = {(names[a], names[b]) for a, b in re.findall(r"(id\d+) --> (id\d+)", mermaid)}
+    edges = {edge for edge in edges if not LAST & set(edge)}
+    kept = sorted(edge for edge in edges if not said_already(edge, edges))
+    alone = sorted(set(names.values()) - LAST - {name for edge in kept for name in edge})
+    lines = ["```mermaid", "flowchart LR"]
+    lines += [f"    {a} --> {b}" for a, b in kept] + [f"    {name}" for name in alone]
+    return "\n".join([*lines, "```"])
+
+
+def drawn() -> str:
+    """What Snakemake draws now."""
+    how = ["--workflow-profile", "profiles/ci", "--rulegraph", "mermaid-js"]
+    command = [sys.executable, "-m", "snakemake", *how]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(done.stderr.strip().splitlines()[-1])
+    return graph(done.stdout)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="rule_graph.py", description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="only tell whether it is current")
+    only_check = parser.parse_args().check
+    text = README.read_text(encoding="utf-8")
+    new = BLOCK.sub(lambda _old: drawn(), text, count=1)
+    if only_check:
+        if new != text:
+            print("README.md: the rule graph is not current; run make graph", file=sys.stderr)
+        return int(new != text)
+    README.write_text(new, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,43 @@
+# What both papers say, held against their own tables and against what was regenerated.
+
+
+rule claims:
+    input:
+        allan=of_paper("allan.parquet"),
+        noise=of_paper("noise.csv"),
+        gaussian=of_paper("gaussian.csv"),
+        poses=of_calibrations("pose.json", "jansen2019"),
+        truth=lambda wildcards: [of_calibration(name, "truth.json") for name in moved_twins()],
+        sweeps=lambda wildcards: [
+            of_calibration(name, "sweeps.parquet") for name in first_of_setups()
+        ],
+        boards=lambda wildcards: [of_calibration(name, "board.csv") for name in first_of_setups()],
+        truth_of_first=lambda wildcards: [
+            of_calibration(name, "truth.json") for name in first_of_setups()
+        ],
+    output:
+        csv=report(
+            "<results>/tables/claims.csv",
+            caption="../report/claims.rst",
+            category="Summary",
+            labels={"item": "claims", "shows": "what both papers say, and whether it holds"},
+        ),
+        md="<results>/tables/claims.md",
+    log:
+        "<logs>/claims.log",
+    benchmark:
+        "<benchmarks>/claims.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("claims.py"),
+        recordings=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
+        calibrations=lambda wildcards: [
+            calibration_row(name) for name in accepted_calibrations("jansen2019")
+        ],
+        twins=lambda wildcards: moved_twins(),
+    message:
+        "Claims of both papers"
+    script:
+        "../scripts/claims.py"

@@ -1,0 +1,97 @@
+# What S leaves to the future: noise of an orientation, of a pair that moves, and by place.
+
+
+rule orientation:
+    input:
+        trajectories="<results>/recordings/{recording}/trajectories.parquet",
+        poses=lambda wildcards: row(wildcards)["paths"] if has_poses(wildcards) else [],
+    output:
+        series="<results>/recordings/{recording}/orientation.parquet",
+        allan="<results>/recordings/{recording}/allan_orientation.parquet",
+        csv="<results>/recordings/{recording}/orientation.csv",
+        svg=report(
+            "<results>/recordings/{recording}/orientation.svg",
+            caption="../report/orientation.rst",
+            category="Recordings",
+            subcategory="{recording}",
+            labels={"item": "orientation", "shows": "Allan deviation of a rotation vector"},
+        ),
+        png="<results>/recordings/{recording}/orientation.png",
+    log:
+        "<logs>/orientation/{recording}.log",
+    benchmark:
+        "<benchmarks>/orientation/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2500,
+    params:
+        code=digest("orientation.py"),
+        cluster=lambda wildcards: row(wildcards)["cluster"],
+        allan=config["allan"],
+        hampel=config["hampel"],
+    message:
+        "{wildcards.recording}: noise of the orientation"
+    script:
+        "../scripts/orientation.py"
+
+
+rule place:
+    input:
+        "<results>/recordings/{recording}/clean.parquet",
+    output:
+        csv="<results>/recordings/{recording}/place.csv",
+        md="<results>/recordings/{recording}/place.md",
+        svg=report(
+            "<results>/recordings/{recording}/place.svg",
+            caption="../report/place.rst",
+            category="Recordings",
+            subcategory="{recording}",
+            labels={"item": "by place", "shows": "length of a moving pair over the volume"},
+        ),
+        png="<results>/recordings/{recording}/place.png",
+    log:
+        "<logs>/place/{recording}.log",
+    benchmark:
+        "<benchmarks>/place/{recording}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1500,
+    params:
+        code=digest("place.py"),
+        place=config["place"],
+    message:
+        "{wildcards.recording}: noise by place"
+    script:
+        "../scripts/place.py"
+
+
+rule places:
+    input:
+        allan=lambda wildcards: [allan_of(name) for name in with_place(wildcards.group)],
+        clean=lambda wildcards: [
+            f"<results>/recordings/{name}/clean.parquet" for name in with_place(wildcards.group)
+        ],
+    output:
+        csv=report(
+            "<results>/tables/{group}_places.csv",
+            caption="../report/places.rst",
+            category="Groups",
+            subcategory="{group}",
+            labels={"item": "places (table)", "shows": "noise by place in the volume"},
+        ),
+        md="<results>/tables/{group}_places.md",
+    log:
+        "<logs>/places/{group}.log",
+    benchmark:
+        "<benchmarks>/places/{group}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=digest("places.py"),
+        rows=lambda wildcards: [row(name) for name in with_place(wildcards.group)],
+        sources=lambda wildcards: sources_of(with_place(wildcards.group)),
+    message:
+        "{wildcards.group}: noise by place"
+    script:
+        "../scripts/places.py"

@@ -1,0 +1,97 @@
+# What the report shows besides figures: tables as pages, the summary, provenance.
+
+
+# A page a table, with the category and labels that its title says.
+rule report_pages:
+    input:
+        lambda wildcards: tables_as_text(),
+        lambda wildcards: [f"{path[:-3]}.csv" for path in tables_as_text()],
+    output:
+        report(
+            directory("<results>/pages"),
+            patterns=["{table}.html"],
+            caption="../report/table.rst",
+            category=lambda wildcards: entry_of(wildcards)["category"],
+            subcategory=lambda wildcards: entry_of(wildcards)["subcategory"],
+            labels=lambda wildcards: entry_of(wildcards)["labels"],
+        ),
+    log:
+        "<logs>/report_pages.log",
+    benchmark:
+        "<benchmarks>/report_pages.tsv"
+    threads: 1
+    params:
+        code=digest("report_pages.py"),
+    message:
+        "Tables as pages"
+    script:
+        "../scripts/report_pages.py"
+
+
+rule summary_page:
+    input:
+        checks=checks() + calibration_checks(),
+        verdicts=lambda wildcards: verdict_files(),
+        poses=lambda wildcards: [
+            f"<results>/calibrations/{name}/pose.json" for name in accepted_calibrations()
+        ],
+        cameras=lambda wildcards: [
+            f"<results>/tables/{group}_cameras.json" for group in groups_with_cameras()
+        ],
+    output:
+        page=report(
+            "<results>/summary.html",
+            caption="../report/summary.rst",
+            category="Summary",
+            labels={"item": "Verdicts", "shows": "every recording and calibration"},
+        ),
+        front="<results>/report_front.html",
+    log:
+        "<logs>/summary_page.log",
+    benchmark:
+        "<benchmarks>/summary_page.tsv"
+    threads: 1
+    params:
+        code=digest("summary_page.py"),
+        calibrations=lambda wildcards: [
+            {key: calibration_row(name)[key] for key in ("calibration", "setup", "group", "twin")}
+            for name in accepted_calibrations()
+        ],
+        cameras=lambda wildcards: groups_with_cameras(),
+        links=lambda wildcards: links_of_report(),
+    message:
+        "Summary"
+    script:
+        "../scripts/summary_page.py"
+
+
+# After everything else, so that all run times are known.
+rule provenance:
+    input:
+        results=lambda wildcards: results_without_report(),
+        tables=lambda wildcards: [f"{path[:-3]}.csv" for path in tables_as_text()],
+        origins=lambda wildcards: origins(),
+    output:
+        page=report(
+            "<results>/provenance.html",
+            caption="../report/provenance.rst",
+            category="Provenance",
+            labels={"item": "Provenance", "shows": "versions, seeds, checksums, run times"},
+        ),
+        json="<results>/provenance.json",
+    log:
+        "<logs>/provenance.log",
+    benchmark:
+        "<benchmarks>/provenance.tsv"
+    threads: 1
+    params:
+        code=digest("provenance.py"),
+        configuration=lambda wildcards: configuration_of_report(),
+        inputs=lambda wildcards: inputs_of_report(),
+        names=[*RECORDINGS, *CALIBRATIONS, *groups(), *calibration_groups()],
+        pages=["report_pages", "summary_page", "provenance"],
+        benchmarks=f"{config['results']}/benchmarks",
+    message:
+        "Provenance"
+    script:
+        "../scripts/provenance.py"

@@ -1,0 +1,72 @@
+"""Every claim of both papers that data can decide -> claims.csv."""
+
+from step import step
+
+with step(snakemake) as log:
+    import csv
+    import json
+    import math
+    from pathlib import Path
+
+    import numpy as np
+    from lighthouse_steps import records_of
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.lighthouse import columns
+    from mocap_metrology.lighthouse.assess.reconstructions import reconstruction_errors
+    from mocap_metrology.lighthouse.board import read_board
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.claims.claim import COLUMNS
+    from mocap_metrology.present.claims.jansen import Calibrations
+    from mocap_metrology.present.claims.study import Regenerated
+    from mocap_metrology.present.claims.table import claim_rows, claims_markdown
+    from mocap_metrology.present.jansen.statistics import source_of
+    from mocap_metrology.present.noise_tables import read_noise
+
+    given, files = snakemake.params, snakemake.input
+
+    def of_subsets(paths, read):
+        keys = [(row["camera_type"], row["n_cameras"]) for row in given.recordings]
+        return {key: read(path) for key, path in zip(keys, paths, strict=True)}
+
+    def numbers(path):
+        with Path(path).open(encoding="utf-8", newline="") as stream:
+            return [{k: number(v) for k, v in line.items()} for line in csv.DictReader(stream)]
+
+    def number(text):
+        try:
+            return float(text) if text else math.nan
+        except ValueError:
+            return text
+
+    def truth_of(path):
+        truth = json.loads(Path(path).read_text(encoding="utf-8"))
+        return np.array(truth["R"]), np.array(truth["t_m"]), truth["twin"]["motion"]
+
+    study = calibrations = None
+    if given.recordings:
+        study = Regenerated(
+            of_subsets(files.allan, lambda path: read_table(path)[0]),
+            of_subsets(files.noise, read_noise),
+            of_subsets(files.gaussian, numbers),
+        )
+    if given.calibrations:
+        records = records_of(given.calibrations, files.poses)
+        motion = {
+            name: truth_of(path)[2] for name, path in zip(given.twins, files.truth, strict=True)
+        }
+        found = {}
+        of_first = zip(files.sweeps, files.boards, files.truth_of_first, strict=True)
+        for sweeps, board, truth in of_first:
+            hits = columns.hits_of(read_table(sweeps)[0])
+            R, t_m, _ = truth_of(truth)
+            for one in reconstruction_errors(hits, read_board(board), R, t_m):
+                found.setdefault(one.way, []).append((one.error_mm, one.error_deg))
+        ways = {way: np.array(errors) for way, errors in found.items()}
+        calibrations = Calibrations(records, motion, ways)
+    kinds = sorted({"twin" if row["twin"] else "measured" for row in given.recordings})
+    sources = " and ".join(kinds), source_of(calibrations.records) if calibrations else ""
+    rows = claim_rows(study, calibrations, sources)
+    stem = str(Path(snakemake.output.csv).with_suffix(""))
+    tables.write_with(stem, rows, claims_markdown(rows), COLUMNS)
+    log.info("%d claims", len(rows))

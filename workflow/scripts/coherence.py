@@ -1,0 +1,37 @@
+"""clean.parquet and what was recorded beside it -> <group>_coherence: what noise goes with it."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.files import read_metadata, read_series
+    from mocap_metrology.noise.covariate import read_covariate, together
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.changes import compare
+
+    group, sources = snakemake.wildcards.group, snakemake.params.sources
+    rows, alpha = [], snakemake.params.compare["alpha"]
+    files = zip(sources, snakemake.input.clean, snakemake.input.covariate, strict=True)
+    for name, clean, path in files:
+        rate = read_metadata(clean)["frame_rate_hz"]
+        try:
+            covariate = read_covariate(path)
+        except Refusal as refusal:
+            log.warning("%s: %s", name, refusal)
+            rows.append({"recording": name, "note": str(refusal)})
+            continue
+        refused = {}
+        for series, values in read_series(clean):
+            row = {"recording": name, "series": series}
+            try:
+                rows.append(row | together(values, rate, covariate, alpha))
+            except Refusal as refusal:
+                rows.append(row | {"note": str(refusal)})
+                refused.setdefault(str(refusal), []).append(series)
+        for why, series in refused.items():
+            log.warning("%s: %s: %s", name, ", ".join(series), why)
+    caption = f"{compare.COHERENCE_CAPTION} {tables.source_sentence(sources)}"
+    stem = str(Path(snakemake.output.csv).with_suffix(""))
+    tables.write(stem, rows, f"{group}: noise and what was recorded beside it", caption)

@@ -1,0 +1,34 @@
+"""allan.parquet of recordings and their references -> <group>_compare: what has changed."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.files import read_table, write_json
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.changes import compare
+    from mocap_metrology.present.changes.compare_figure import Comparison, compare_figure
+    from mocap_metrology.present.style import save_figure
+
+    settings, pairs = snakemake.params.compare, snakemake.params.pairs
+    group, sources = snakemake.wildcards.group, snakemake.params.sources
+    files = zip(pairs, snakemake.input.new, snakemake.input.old, strict=True)
+    found = [Comparison(*pair, read_table(a)[0], read_table(b)[0]) for pair, a, b in files]
+    rows = [
+        row
+        for one in found
+        for row in compare.compare_rows(one.recording, one.reference, one.new, one.old, **settings)
+    ]
+    sentence = tables.source_sentence(sources)
+    title = f"{group}: what has changed"
+    text = compare.compare_markdown(rows, title, f"{compare.CAPTION} {sentence}")
+    tables.write_with(str(Path(snakemake.output.csv).with_suffix("")), rows, text)
+    words = compare.sentences(rows)
+    write_json(snakemake.output.json, {"words": words})
+    note = f"{compare.FIGURE} {sentence}"
+    confidence = settings["confidence"]
+    figure = compare_figure(found, settings["margin"], confidence, title, note)
+    save_figure(figure, Path(snakemake.output.svg).with_suffix(""))
+    for word in words:
+        log.info("%s", word)

@@ -1,0 +1,44 @@
+"""What is wrong with a recording: diagnosis.json, its tables, and the figure that proves it."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.diagnosis.findings import findings
+    from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+    from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+    from mocap_metrology.present.diagnosis.figure import diagnosis_figure
+    from mocap_metrology.present.diagnosis.tables import write_diagnosis
+    from mocap_metrology.present.noise_tables import read_noise
+    from mocap_metrology.present.style import save_figure
+
+    given, name = snakemake.params, snakemake.wildcards.recording
+    settings = DiagnosisSettings(**given.diagnosis, still_range_mm=given.still["range_mm"])
+    columns, origin = read_table(snakemake.input.raw)
+    recording = Recording(
+        {k.removesuffix("_mm"): v for k, v in columns.items() if k != "frame"},
+        origin["labels"],
+        [tuple(pair) for pair in origin["pairs"]],
+        origin["frame_rate_hz"],
+        origin["resolution_mm"],
+        origin["resolution_kind"],
+    )
+    noise = read_noise(snakemake.input.noise)
+    psd, made = read_table(snakemake.input.psd)
+    found = diagnose(recording, noise, psd, settings, made["psd"])
+    said = findings(recording, found, noise, settings)
+    for one in said:
+        log.info("%s: %s: %s", one.severity, one.kind, one.words)
+    folder = Path(snakemake.output.json).parent
+    write_diagnosis(folder, name, origin["source"], recording, found, said)
+    where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
+    note = (
+        f"Source: {where}. As recorded, isolated frames bridged. Events: at most "
+        f"{100 * settings.false_alarm:g} % of sound recordings show one. Filters run both ways "
+        "(fourth order, half the amplitude at the cutoff). Spectrum: medians of bins, grey up to "
+        "the greatest value; behind filters by their gain."
+    )
+    figure = diagnosis_figure(recording, found, f"{name}: diagnosis", note)
+    save_figure(figure, folder / "diagnosis")

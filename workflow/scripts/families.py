@@ -1,0 +1,36 @@
+"""All recordings of a group side by side: Allan deviations, coefficients, correlated noise."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.families.adev import family_figure
+    from mocap_metrology.present.families.coefficients import coefficients_figure
+    from mocap_metrology.present.families.correlated import correlated_figure
+    from mocap_metrology.present.families.members import family_of
+    from mocap_metrology.present.noise_tables import read_noise
+    from mocap_metrology.present.style import save_figure
+
+    given, group = snakemake.input, snakemake.wildcards.group
+    rows = {row["recording"]: row for row in snakemake.params.rows}
+    source = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
+    family = family_of(rows)
+    allan = {name: read_table(path) for name, path in zip(rows, given.allan, strict=True)}
+    noise = {name: read_noise(path) for name, path in zip(rows, given.noise, strict=True)}
+    series = {name: list(dict.fromkeys(row["series"] for row in of)) for name, of in noise.items()}
+    confidence = next(iter(allan.values()))[1]["allan"]["confidence"]
+    columns = {name: found[0] for name, found in allan.items()}
+    likelihood = f"By the likelihood estimator. {source}"
+    figures = {
+        "adev": family_figure(
+            family, columns, series, f"{group}: Allan deviation", source, confidence
+        ),
+        "coefficients": coefficients_figure(family, noise, f"{group}: power-law noise", likelihood),
+        "correlated": correlated_figure(family, noise, f"{group}: correlated noise", likelihood),
+    }
+    for name, figure in figures.items():
+        save_figure(figure, Path(snakemake.output[0]).parent / f"{group}_{name}")
+    log.info("%s: %d recordings", group, len(rows))

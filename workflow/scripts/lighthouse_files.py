@@ -1,0 +1,132 @@
+"""What the files of a calibration are made from, shared by the scripts of twins and recordings.
+
+`given` and `files` are paths by name; each function reads what it needs from the disk.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+Paths = Mapping[str, str]
+Row = Mapping[str, Any]
+
+
+def write_twin(row: Row, settings: Mapping[str, Any], seed: int, files: Paths) -> str:
+    """Simulate a Lighthouse twin; write it as a dump, with what a lab would have beside it.
+
+    `files` are named dump, twin_board, truth, reference, mount. Returns what was made, in words.
+    """
+    import numpy as np
+
+    from mocap_metrology.c3d import write_c3d
+    from mocap_metrology.common.files import write_json
+    from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
+    from mocap_metrology.lighthouse.simulate.recording import simulate, truth_json, write_dump
+    from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
+
+    twin = twin_from_mapping(settings, row["twin"])
+    seed += twin.seed
+    made = simulate(twin, seed)
+    seen = simulate_mounts(twin, seed)
+    frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
+    write_c3d(files["reference"], seen.labels, seen.rate_hz, [frames], len(frames))
+    write_mounts(files["mount"], seen.mounts)
+    _write_board(files["twin_board"], made.truth.board)
+    write_json(files["truth"], truth_json(made))
+    write_dump(files["dump"], made)
+    return f"{twin.name}: {made.pulses.start_s.size} pulses in {twin.duration_s:g} s"
+
+
+def write_decoded(row: Row, config: Row, given: Paths, files: Paths, log: logging.Logger) -> None:
+    """Dump -> pulses.parquet, stations.json, sweeps.parquet: pulses, stations, clean hits.
+
+    `given` are named dump, board, factory; `files` pulses, stations, sweeps, board.
+    """
+    from lighthouse_steps import decoded
+
+    from mocap_metrology.common.files import sha256, versions, write_json, write_table
+    from mocap_metrology.lighthouse import columns
+    from mocap_metrology.lighthouse.decode.chain import dropped_share
+    from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
+
+    found = decoded(given, row, config)
+    origin = {
+        "recording": row["calibration"],
+        "source": row["twin"] or row["path"],
+        "twin": row["twin"],
+        "sha256": None if row["twin"] else sha256(given["dump"]),
+        "lighthouse": config,
+        "duration_s": found.duration_s,
+        "resolution_s": found.pulses.resolution_s if found.pulses else None,
+        "notes": found.notes,
+        "clocks": [vars(clock) for clock in found.clocks],
+        "versions": versions("numpy", "numba", "pyarrow"),
+    }
+    if found.pulses is None:
+        table = {"start_s": [], "length_us": [], "diode": []}
+    else:
+        table = columns.pulses(found.pulses)
+    write_table(files["pulses"], table, origin, columns.PULSES_CODED)
+    origin |= {"counts_by_diode": found.report, "dropped": dropped_share(found.report)}
+    write_table(files["sweeps"], columns.sweeps(found.hits), origin, columns.SWEEPS_CODED)
+    _write_board(files["board"], found.board)
+    write_json(files["stations"], stations_to_json(found.stations))
+    for station in found.stations:
+        log.info("%s: id %s, mode %s, %s", station.role, station.id, station.mode, station.why)
+    log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
+
+
+def write_poses(row: Row, config: Row, given: Paths, files: Paths, log: logging.Logger) -> None:
+    """sweeps.parquet, stations.json -> poses.parquet, pose.json: board poses and pose of the slave.
+
+    `given` are named sweeps, stations, board, and, where there are any, reference, mount, truth,
+    earlier; `files` pose, poses.
+    """
+    from lighthouse_steps import calibration_settings, reference_of, truths_of
+
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.files import read_table, versions, write_json, write_table
+    from mocap_metrology.lighthouse import columns
+    from mocap_metrology.lighthouse.assess.summary import refused, summary
+    from mocap_metrology.lighthouse.board import read_board
+    from mocap_metrology.lighthouse.calibrate.jansen import Calibration, calibrate
+    from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
+
+    table, origin = read_table(given["sweeps"])
+    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
+    factories = [station.factory for station in stations]
+    found, board = Calibration(), read_board(given["board"])
+    try:
+        found = calibrate(
+            columns.hits_of(table), board, factories, calibration_settings(config), log.info
+        )
+        result = summary(
+            found,
+            stations,
+            duration_s=origin["duration_s"],
+            resolution_s=origin["resolution_s"],
+            notes=origin["notes"],
+            reference=reference_of(row, given.get("reference"), given.get("mount")),
+            truths=truths_of(given.get("truth")),
+            earlier=given.get("earlier"),
+        )
+    except Refusal as refusal:
+        log.warning("%s", refusal)
+        result = refused(stations, str(refusal))
+    log.info("%s: %s", result["verdict"]["word"], result["verdict"]["reason"])
+    kept = ("recording", "source", "twin", "sha256", "duration_s")
+    origin = {key: origin[key] for key in kept} | {"lighthouse": config}
+    origin["versions"] = versions("numpy", "scipy", "numba")
+    write_table(files["poses"], columns.poses(found.paths), origin)
+    write_json(files["pose"], result | {"origin": origin})
+
+
+def _write_board(path: str, board: Any) -> None:
+    """A board as a CSV file x_m,y_m,z_m in diode order."""
+    from mocap_metrology.common.files import write_csv
+
+    write_csv(path, [dict(zip(("x_m", "y_m", "z_m"), place, strict=True)) for place in board])

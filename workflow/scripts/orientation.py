@@ -1,0 +1,65 @@
+"""trajectories.parquet, or poses -> orientation: rotation vectors, Allan deviations."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    import numpy as np
+
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.files import read_table, versions, write_csv, write_table
+    from mocap_metrology.common.hampel import hampel
+    from mocap_metrology.formats.pose_txt import read_pose_txt
+    from mocap_metrology.noise.allan import averaging_factors
+    from mocap_metrology.noise.confidence import allan_curve
+    from mocap_metrology.noise.noise_files import ALLAN, allan_columns, joined
+    from mocap_metrology.noise.orientation import AXES, of_cluster, of_poses, unknown
+    from mocap_metrology.noise.series import position
+    from mocap_metrology.present.motion.orientation import (
+        in_radians,
+        orientation_figure,
+        orientation_rows,
+    )
+    from mocap_metrology.present.style import save_figure
+
+    cluster, settings = snakemake.params.cluster, snakemake.params.allan
+    columns, origin = read_table(snakemake.input.trajectories)
+    raw = {name.removesuffix("_mm"): values for name, values in columns.items()}
+    refused = ""
+    try:
+        if cluster:
+            markers = [origin["labels"].index(label) + 1 for label in cluster]
+            found = of_cluster(np.stack([position(raw, marker) for marker in markers]))
+        else:
+            poses = [read_pose_txt(path).orientation_xyzw for path in snakemake.input.poses]
+            found = of_poses(np.concatenate(poses, axis=1))
+    except Refusal as refusal:
+        refused, found = str(refusal), unknown(columns["frame"].size)
+        log.warning("%s", refused)
+    rate, clean = origin["frame_rate_hz"], snakemake.params.hampel
+    half_window = max(round(clean["half_window_s"] * rate), 1)
+    series, parts = {}, []
+    m = averaging_factors(
+        columns["frame"].size, settings["n_taus"], settings["min_m"], settings["max_fraction"]
+    )
+    for name, values in zip(AXES, found.vectors_rad, strict=True):
+        cleaned = hampel(values, half_window, clean["n_sigma"], clean["action"], 0.0).values
+        series[f"{name}_rad"] = cleaned
+        curve = allan_curve(
+            cleaned, rate, m, "oadev", settings["confidence"], settings["min_coverage"]
+        )
+        parts.append(allan_columns(name, curve))
+    origin |= {"unit": "rad", "cluster": cluster, "hampel": clean, "allan": settings}
+    origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
+    series = {"frame": columns["frame"], **series}
+    if cluster:
+        series["residual_mm"] = found.residual_mm
+    write_table(snakemake.output.series, series, origin)
+    allan = in_radians(joined(parts, ALLAN))
+    write_table(snakemake.output.allan, allan, origin)
+    rows = orientation_rows(origin["recording"], origin["source"], allan, found, refused)
+    write_csv(snakemake.output.csv, rows)
+    figure = orientation_figure(allan, found, origin, cluster, refused)
+    save_figure(figure, Path(snakemake.output.svg).with_suffix(""))
+    log.info("%s", rows)

@@ -1,0 +1,32 @@
+"""clean.parquet of a moving pair -> place.csv: noise and mean of its length by place."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.place import by_place, evenness
+    from mocap_metrology.noise.series import pair_name, position
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.motion import place
+    from mocap_metrology.present.style import save_figure
+
+    columns, origin = read_table(snakemake.input[0])
+    series = {name.removesuffix("_mm"): values for name, values in columns.items()}
+    first, second = (position(series, marker) for marker in origin["pairs"][0])
+    cell = snakemake.params.place["cell_mm"]
+    name = pair_name(origin["pairs"][0], origin["pairs"])
+    rows = by_place((first + second) / 2, series[name], cell)
+    few = "" if rows else f"too few frames in any cube of {cell:g} mm; raise place.cell_mm"
+    said = few or place.place_sentence(evenness(rows))
+    pair = " and ".join(origin["labels"][marker - 1] for marker in origin["pairs"][0])
+    words = f"Pair {pair}: {said}" if few else f"Pair {pair}. {said}"
+    source = tables.source_sentence({origin["recording"]: origin["source"]})
+    caption = f"{place.CAPTION.format(cell=cell)} {words} {source}"
+    title = f"{origin['recording']}: length by place"
+    stem = str(Path(snakemake.output.csv).with_suffix(""))
+    tables.write(stem, rows or [{"note": few}], title, caption)
+    figure = place.place_figure(rows, title, caption)
+    save_figure(figure, Path(snakemake.output.svg).with_suffix(""))
+    log.info("%s", words)

@@ -1,0 +1,32 @@
+"""allan.parquet and gaussian.csv of several places -> <group>_places: noise by place."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    import numpy as np
+
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.files import read_series, read_table
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.motion import place
+
+    rows = snakemake.params.rows
+    names, group = [row["recording"] for row in rows], snakemake.wildcards.group
+    allan = {n: read_table(p)[0] for n, p in zip(names, snakemake.input.allan, strict=True)}
+    means = {
+        name: {
+            f"{k}_mm": float(np.nanmean(v)) for k, v in read_series(path) if k in {"x1", "y1", "z1"}
+        }
+        for name, path in zip(names, snakemake.input.clean, strict=True)
+    }
+    try:
+        found = place.places_rows(rows, allan, means)
+    except Refusal as refusal:
+        log.warning("%s", refusal)
+        found = [{"note": str(refusal)}]
+    caption = f"{place.PLACES_CAPTION} {tables.source_sentence(snakemake.params.sources)}"
+    stem = str(Path(snakemake.output.csv).with_suffix(""))
+    tables.write(stem, found, f"{group}: noise by place", caption)
+    log.info("%d rows", len(found))

@@ -1,0 +1,43 @@
+"""Tables 1 and 2 and Figures 1-3 of S, which need no recording, and what is not regenerated."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.present import left_out, tables
+    from mocap_metrology.present.skurowski import cameras, power_laws
+    from mocap_metrology.present.skurowski.model_figures import model_figure, standard_error_figure
+    from mocap_metrology.present.skurowski.slopes_figure import slopes_figure
+    from mocap_metrology.present.style import save_figure
+
+    folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
+    for name, rows, shown, title, caption in (
+        (
+            "skurowski_table1",
+            power_laws.table_1(),
+            power_laws.SHOWN,
+            f"{paper}, Table 1: power-law noises",
+            power_laws.CAPTION,
+        ),
+        (
+            "skurowski_table2",
+            cameras.table_2(),
+            cameras.SHOWN,
+            f"{paper}, Table 2: cameras",
+            cameras.CAPTION,
+        ),
+        (
+            "left_out",
+            left_out.left_out(),
+            left_out.COLUMNS,
+            "Provenance: figures of both papers that are left out",
+            left_out.CAPTION,
+        ),
+    ):
+        short = [{column: row[column] for column in shown} for row in rows]
+        tables.write_with(folder / "tables" / name, rows, tables.markdown(short, title, caption))
+        log.info("%s: %d rows", name, len(rows))
+    figures = (model_figure, standard_error_figure, slopes_figure)
+    for number, figure in enumerate(figures, start=1):
+        save_figure(figure(), folder / "figures" / f"skurowski_fig{number:02d}")

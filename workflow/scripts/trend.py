@@ -1,0 +1,34 @@
+"""allan.parquet of recordings of different days -> <group>_trend: does it get worse?"""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.changes import compare
+    from mocap_metrology.present.changes.trend_figure import trend_figure
+    from mocap_metrology.present.style import save_figure
+
+    dates, settings = snakemake.params.dates, snakemake.params.compare
+    group, sources = snakemake.wildcards.group, snakemake.params.sources
+    allan = dict(zip(dates, (read_table(path)[0] for path in snakemake.input), strict=True))
+    rows, title = [], f"{group}: change over dates"
+    sentence = tables.source_sentence(sources)
+    for names in snakemake.params.series_over_dates:
+        found = compare.trend_rows(
+            names,
+            [dates[name] for name in names],
+            {name: allan[name] for name in names},
+            settings["alpha"],
+            settings["confidence"],
+        )
+        if not rows:  # the first cameras of the sheet; others are in the table
+            note = f"{compare.TREND_FIGURE} {', '.join(names)}. {sentence}"
+            of_names = [dates[name] for name in names], allan, found, title, note
+            save_figure(trend_figure(names, *of_names), Path(snakemake.output.svg).with_suffix(""))
+        rows += [{"first": names[0], "last": names[-1], **row} for row in found]
+    stem = str(Path(snakemake.output.csv).with_suffix(""))
+    tables.write(stem, rows, title, f"{compare.TREND_CAPTION} {sentence}")
+    log.info("%d rows", len(rows))

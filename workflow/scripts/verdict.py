@@ -1,0 +1,51 @@
+"""Results of one recording -> verdict.json, and the picture and words a lab would keep."""
+
+from step import step
+
+with step(snakemake) as log:
+    import json
+    from pathlib import Path
+
+    import pandas as pd
+
+    from mocap_metrology.common.files import read_metadata, read_series, read_table, write_json
+    from mocap_metrology.noise.assess.recording import Inputs, assess_recording
+    from mocap_metrology.noise.assess.series import Span
+    from mocap_metrology.noise.verdict import Thresholds
+    from mocap_metrology.present.noise_tables import read_noise
+    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.verdict import verdict_lines
+    from mocap_metrology.present.verdict_figure import verdict_figure
+
+    given, files = snakemake.params, snakemake.input
+    limits = dict(given.verdict)
+    origin = read_metadata(files.clean)
+    span = Span(
+        origin["frame_rate_hz"],
+        limits.pop("horizon_s"),
+        limits.pop("window_s"),
+        given.confidence,
+        origin["resolution_mm"],
+    )
+
+    def told(paths, key):
+        return [item for path in paths for item in json.loads(Path(path).read_text("utf-8"))[key]]
+
+    found = assess_recording(
+        Inputs(
+            read_series(files.clean),
+            origin,
+            read_noise(files.noise),
+            read_table(files.allan)[0],
+            pd.read_csv(files.outliers).to_dict("records"),
+        ),
+        span,
+        Thresholds(**limits, moving_mm=given.still["range_mm"]),
+    )
+    row = {k: given.row[k] for k in ("recording", "group", "twin", "camera_type", "n_cameras")}
+    found = row | found
+    found["warnings"] = told(files.check, "warnings")
+    found["findings"] = told([files.diagnosis], "findings")
+    write_json(snakemake.output.json, found)
+    save_figure(verdict_figure(found), Path(snakemake.output.json).with_suffix(""))
+    log.info("%s", "\n".join(verdict_lines(found)))

@@ -7,12 +7,12 @@ One thread; each step is run once before it is timed, so that kernels are loaded
 
 from __future__ import annotations
 
+import argparse
 import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -124,4 +124,10 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or ["sim-2-3", "real-1-1"])
+    parser = argparse.ArgumentParser(
+        prog="lighthouse_times.py", description=__doc__.splitlines()[0]
+    )
+    default = ["sim-2-3", "real-1-1"]
+    words = "of config/twins.yaml (default: sim-2-3 and real-1-1)"
+    parser.add_argument("twin", nargs="*", default=default, help=words)
+    main(parser.parse_args().twin)

@@ -8,6 +8,7 @@ The series is a T40 z1 of Skurowski & Pawlyta 2019 (four Gauss-Markov terms and 
 
 from __future__ import annotations
 
+import argparse
 import os
 import time
 from collections.abc import Callable
@@ -75,4 +76,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(prog="noise_times.py", description=__doc__.splitlines()[0]).parse_args()
     main()

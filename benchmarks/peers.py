@@ -9,6 +9,7 @@ before it; the last row is the workflow's own jobs, imports and Parquet included
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
@@ -179,4 +180,5 @@ def run(folder: Path) -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(prog="peers.py", description=__doc__.splitlines()[0]).parse_args()
     main()

@@ -36,7 +36,9 @@ rule claims:
         calibrations=lambda wildcards: [
             calibration_row(name) for name in accepted_calibrations("jansen2019")
         ],
-        twins=lambda wildcards: moved_twins(),
+        moved=lambda wildcards: moved_twins(),
+        twins=lambda wildcards: twins_of_paper(),
+        hampel=config["hampel"],
     message:
         "Claims of both papers"
     script:

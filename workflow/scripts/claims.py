@@ -15,13 +15,16 @@ with step(snakemake) as log:
     from mocap_metrology.lighthouse import columns
     from mocap_metrology.lighthouse.assess.reconstructions import reconstruction_errors
     from mocap_metrology.lighthouse.board import read_board
+    from mocap_metrology.noise.twins import twin_from_mapping
     from mocap_metrology.present import tables
+    from mocap_metrology.present.claims.chance import draw
     from mocap_metrology.present.claims.claim import COLUMNS
     from mocap_metrology.present.claims.jansen import Calibrations
     from mocap_metrology.present.claims.study import Regenerated
     from mocap_metrology.present.claims.table import claim_rows, claims_markdown
     from mocap_metrology.present.jansen.statistics import source_of
     from mocap_metrology.present.noise_tables import read_noise
+    from mocap_metrology.present.skurowski.gaussian_table import cleaning_of
 
     given, files = snakemake.params, snakemake.input
 
@@ -53,7 +56,7 @@ with step(snakemake) as log:
     if given.calibrations:
         records = records_of(given.calibrations, files.poses)
         motion = {
-            name: truth_of(path)[2] for name, path in zip(given.twins, files.truth, strict=True)
+            name: truth_of(path)[2] for name, path in zip(given.moved, files.truth, strict=True)
         }
         found = {}
         of_first = zip(files.sweeps, files.boards, files.truth_of_first, strict=True)
@@ -66,7 +69,13 @@ with step(snakemake) as log:
         calibrations = Calibrations(records, motion, ways)
     kinds = sorted({"twin" if row["twin"] else "measured" for row in given.recordings})
     sources = " and ".join(kinds), source_of(calibrations.records) if calibrations else ""
-    rows = claim_rows(study, calibrations, sources)
+    twins = {
+        (row["camera_type"], row["n_cameras"]): twin_from_mapping(given.twins[name], name)
+        for row in given.recordings
+        if (name := row["recording"]) in given.twins
+    }
+    draws = draw(twins, cleaning_of(given.hampel))
+    rows = claim_rows(study, calibrations, sources, draws)
     stem = str(Path(snakemake.output.csv).with_suffix(""))
     tables.write_with(stem, rows, claims_markdown(rows), COLUMNS)
     log.info("%d claims", len(rows))

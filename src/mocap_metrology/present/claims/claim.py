@@ -11,7 +11,8 @@ import numpy as np
 HOLDS, DOES_NOT, UNKNOWN = "holds", "does not", "cannot be told"
 COLUMNS = (
     *("id", "paper", "section", "claim", "statistic", "criterion"),
-    *("published", "published_word", "regenerated", "regenerated_word", "source", "note"),
+    *("published", "published_word", "regenerated", "realisations", "regenerated_word"),
+    *("source", "note"),
 )
 
 
@@ -26,7 +27,8 @@ class Finding:
 @dataclass(frozen=True)
 class Claim:
     """A claim of `section`, in the paper's sense; `statistic` and `criterion` say how it is
-    decided; `find` does, of published numbers and of regenerated ones alike."""
+    decided; `find` does, of published numbers and of regenerated ones alike. `by_chance`: it is
+    moments of whole recordings that decide, mostly random walk, so more realisations are asked."""
 
     id: str
     section: str
@@ -35,6 +37,7 @@ class Claim:
     criterion: str
     find: Callable[[Any], Finding]
     note: str = ""
+    by_chance: bool = False
 
 
 def decided(value: str, holds: bool) -> Finding:
@@ -45,11 +48,18 @@ def unknown(why: str) -> Finding:
     return Finding(why, UNKNOWN)
 
 
-def row(claim: Claim, paper: str, published: Finding, regenerated: Finding, source: str) -> dict:
+def row(
+    claim: Claim,
+    paper: str,
+    published: Finding,
+    regenerated: Finding,
+    source: str,
+    realisations: str = "",
+) -> dict:
     """A line of `claims.csv`."""
     cells = (
         *(claim.id, paper, claim.section, claim.claim, claim.statistic, claim.criterion),
-        *(published.value, published.word, regenerated.value, regenerated.word),
+        *(published.value, published.word, regenerated.value, realisations, regenerated.word),
         *(source if regenerated.word != UNKNOWN else "", claim.note),
     )
     return dict(zip(COLUMNS, cells, strict=True))

@@ -230,6 +230,7 @@ CLAIMS = (
         "above 1; below 0.3",
         _bonita_large,
         HISTORY,
+        by_chance=True,
     ),
     Claim(
         "S-4.2-T40",
@@ -239,6 +240,7 @@ CLAIMS = (
         "smaller; above 0.5",
         _t40_correlated,
         HISTORY,
+        by_chance=True,
     ),
     Claim(
         "S-4.3-distance-short",

@@ -211,7 +211,8 @@ CLAIMS = (
             "exponent b of sigma = a n^-b of x1 and x2",
             ROUGHLY,
             partial(_sigma, kind),
-            "nine-hour standard deviations are mostly random walk: one realisation says little",
+            "nine-hour standard deviations are mostly random walk",
+            by_chance=True,
         )
         for kind in TYPES
     ),
@@ -222,7 +223,8 @@ CLAIMS = (
         "change of sigma_12 from 4 to 10 cameras (line in ln n), beside mean sigma_1 sigma_2",
         "below a quarter of sigma_1 sigma_2 for every type",
         _covariance,
-        "nine-hour covariances are mostly random walk: one realisation says little",
+        "nine-hour covariances are mostly random walk",
+        by_chance=True,
     ),
     Claim(
         "S-4.2-means",

@@ -126,6 +126,16 @@ class Regenerated:
         return [(found["f_0"], found["A_s"])] if "f_0" in found and "A_s" in found else []
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """Moments of one more recording of the same systems: rows as of gaussian.csv, along x."""
+
+    moments: Mapping[Key, Mapping[str, float]]
+
+    def gaussian(self, key: Key) -> Mapping[str, float]:
+        return self.moments[key]
+
+
 Study = Published | Regenerated
 
 

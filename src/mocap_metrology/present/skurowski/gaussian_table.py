@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.hampel import white_level_kept
-from mocap_metrology.noise.moments import QUANTITIES, Cleaning, pair_moments
+from mocap_metrology.noise.moments import QUANTITIES, SLOW_SAMPLES, Cleaning, pair_moments
 from mocap_metrology.noise.published import FRAME_RATE_HZ, published_row
 from mocap_metrology.noise.simulate import stream
 from mocap_metrology.noise.twins import Twin
@@ -66,13 +66,21 @@ def cleaning_of(hampel: Mapping[str, Any]) -> Cleaning:
     return Cleaning(kept if math.isfinite(kept) else 1.0, 0.5 / half_window_s)
 
 
+def realisations(
+    twin: Twin, repeats: int, cleaning: Cleaning | None = None, slow_samples: int = SLOW_SAMPLES
+) -> dict[str, np.ndarray]:
+    """(repeats,) of every quantity of Table 4 under its column's name; the twin's seed, a stream of
+    its own."""
+    rng = stream(twin.name, twin.seed, "moments")
+    moments = pair_moments(twin, repeats, rng, cleaning, slow_samples)
+    return {UNITS.get(name, f"{name}_mm"): moments[name] for name in QUANTITIES}
+
+
 def chance(
     twin: Twin, duration_s: float, cleaning: Cleaning | None = None, repeats: int = REPEATS
 ) -> Chance:
-    """What `repeats` recordings of that length show; the twin's seed, a stream of its own."""
-    rng = stream(twin.name, twin.seed, "moments")
-    moments = pair_moments(replace(twin, duration_s=duration_s), repeats, rng, cleaning)
-    named = {UNITS.get(name, f"{name}_mm"): moments[name] for name in QUANTITIES}
+    """What `repeats` recordings of that length show."""
+    named = realisations(replace(twin, duration_s=duration_s), repeats, cleaning)
     return Chance(
         {name: tuple(np.quantile(v, LEVELS).tolist()) for name, v in named.items()},
         {name: float(np.sqrt(np.mean(v**2))) for name, v in named.items()},

@@ -38,7 +38,7 @@ from mocap_metrology.noise.cameras.triangulation import (
     wishart_blocks,
 )
 from mocap_metrology.noise.confidence import equivalent_dof
-from mocap_metrology.present.cameras import addition_rows, noisy, raised
+from mocap_metrology.present.cameras.tables import addition_rows, noisy, raised
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5
 CAMERAS, LEAST_SCATTER = 10, 0.3

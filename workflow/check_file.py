@@ -149,7 +149,7 @@ def _why(check: Path, log: Path) -> str:
 
 
 def _tell(folder: Path) -> None:
-    from mocap_metrology.present.verdict import verdict_lines
+    from mocap_metrology.present.verdict.words import verdict_lines
 
     found = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
     print("\n".join(["", *verdict_lines(found), "", "Pictures:"]))

@@ -9,7 +9,7 @@ import pytest
 
 from mocap_metrology.common.hampel import hampel, white_level_kept
 from mocap_metrology.noise.verdict import excess_outliers
-from mocap_metrology.present.verdict import reference_sentence
+from mocap_metrology.present.verdict.words import reference_sentence
 
 
 def excess(n: int, share: float, n_outliers: int) -> float:

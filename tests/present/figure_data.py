@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from mocap_metrology.present.style import save_figure, styled
+from mocap_metrology.present.drawing.style import save_figure, styled
 
 RATE = 120.0
 NINE_HOURS = 3_888_000

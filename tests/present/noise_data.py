@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from mocap_metrology.noise.estimates import Coefficient, Estimate, rows
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import SERIES, published_keys, published_row
-from mocap_metrology.present.style import styled
+from mocap_metrology.present.drawing.style import styled
 
 TAU0 = 1 / 120
 PAPER, DEFAULT = "annealing-ant-colony", "likelihood"

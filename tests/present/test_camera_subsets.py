@@ -15,8 +15,8 @@ from mocap_metrology.noise.cameras.triangulation import (
     random_facility,
     wishart_blocks,
 )
-from mocap_metrology.present.camera_figure import camera_figure
-from mocap_metrology.present.cameras import (
+from mocap_metrology.present.cameras.figure import camera_figure
+from mocap_metrology.present.cameras.tables import (
     COLUMNS,
     LAW_COLUMNS,
     addition_rows,
@@ -26,7 +26,7 @@ from mocap_metrology.present.cameras import (
     summary,
     word,
 )
-from mocap_metrology.present.style import save_figure
+from mocap_metrology.present.drawing.style import save_figure
 
 LIMITS = {"rise": 0.05, "noisy": 1.5}
 IDS = tuple(range(11, 21))  # of the ten cameras, in the order in which they are added

@@ -24,8 +24,8 @@ from figure_data import (
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from mocap_metrology.present.recording import allan_figure, psd_figure, trajectory_figure
-from mocap_metrology.present.style import LOOKS, save_figure, wrap
+from mocap_metrology.present.drawing.style import LOOKS, save_figure, wrap
+from mocap_metrology.present.recording.figures import allan_figure, psd_figure, trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -59,8 +59,8 @@ DRAW = """
 import sys
 sys.path.insert(0, {folder!r})
 from figure_data import allan_columns, recording, RATE
-from mocap_metrology.present.recording import allan_figure, trajectory_figure
-from mocap_metrology.present.style import save_figure
+from mocap_metrology.present.recording.figures import allan_figure, trajectory_figure
+from mocap_metrology.present.drawing.style import save_figure
 save_figure(allan_figure(allan_columns(["x1", "y1", "L"]), "t", "n"), "allan")
 save_figure(trajectory_figure(*recording(9000, 1, pairs=False), RATE, "t", "n"), "trajectory")
 assert "matplotlib.pyplot" not in sys.modules

@@ -12,9 +12,9 @@ from noise_data import TAU0, allan_arrays, assert_texts_apart, estimate, periodo
 from mocap_metrology.noise.estimates import rows as noise_csv
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.published import published_row
-from mocap_metrology.present import fit_parts
-from mocap_metrology.present.fits import MODEL, fit_figure, part_styles
-from mocap_metrology.present.style import save_figure
+from mocap_metrology.present.drawing.style import save_figure
+from mocap_metrology.present.fits import parts as fit_parts
+from mocap_metrology.present.fits.figure import MODEL, fit_figure, part_styles
 
 pytestmark = pytest.mark.filterwarnings("error")
 MODEL_Z1 = published_row("T40", 10)["z1"].ordered()

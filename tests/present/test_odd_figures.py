@@ -15,8 +15,8 @@ from figure_data import (
     recording,
 )
 
-from mocap_metrology.present.recording import allan_figure, psd_figure, trajectory_figure
-from mocap_metrology.present.style import save_figure
+from mocap_metrology.present.drawing.style import save_figure
+from mocap_metrology.present.recording.figures import allan_figure, psd_figure, trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 

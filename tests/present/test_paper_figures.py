@@ -15,14 +15,15 @@ from noise_data import (
     group,
 )
 
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
 from mocap_metrology.noise.model import ALPHAS
 from mocap_metrology.noise.published import SERIES, published_row
-from mocap_metrology.present import slots
-from mocap_metrology.present.appendix import DEFAULT, TABLES, table_a
-from mocap_metrology.present.coefficients import colour_figure
-from mocap_metrology.present.correlated import correlated_figure, term_pairs
-from mocap_metrology.present.periodic import periodic_figure
-from mocap_metrology.present.regression import FINAL, ORDINARY, START, regression_figure
+from mocap_metrology.present.families import slots
+from mocap_metrology.present.skurowski.appendix import TABLES, table_a
+from mocap_metrology.present.skurowski.coefficients import colour_figure
+from mocap_metrology.present.skurowski.correlated import correlated_figure, term_pairs
+from mocap_metrology.present.skurowski.periodic import periodic_figure
+from mocap_metrology.present.skurowski.regression import FINAL, ORDINARY, START, regression_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -74,13 +75,15 @@ def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None
         if logarithmic:
             own = [dict(row) for row in own]
             for row in own:
-                for column in ("published", "regenerated", DEFAULT):
+                for column in ("published", "regenerated", DEFAULT_ESTIMATOR):
                     if row[column] is not None and row[column] < slots.FLOOR:
                         row[column] = slots.IN_BAND
         else:
-            greatest = max(max(r["published"], r["regenerated"], r[DEFAULT] or 0) for r in own)
+            greatest = max(
+                max(r["published"], r["regenerated"], r[DEFAULT_ESTIMATOR] or 0) for r in own
+            )
             scale = 10.0 ** np.floor(np.log10(greatest))
-        sizes = {"published": 3.0, "regenerated": 1.5, DEFAULT: 3.4}
+        sizes = {"published": 3.0, "regenerated": 1.5, DEFAULT_ESTIMATOR: 3.4}
         for column, size in sizes.items():
             expected = [(x, y / scale) for x, y in places(own, column)]
             assert np.allclose(sorted(marks(axes, size)), expected, rtol=1e-9, atol=0), (k, column)
@@ -99,7 +102,7 @@ def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None
 
 def test_correlated_terms(rows, tmp_path) -> None:
     made = correlated_figure(rows, "t", "n")
-    for source, column in (("published", 3.0), ("regenerated", 2.6), (DEFAULT, 2.6)):
+    for source, column in (("published", 3.0), ("regenerated", 2.6), (DEFAULT_ESTIMATOR, 2.6)):
         pairs = term_pairs(rows, source)
         assert len(pairs) == 511  # terms in Tables A1-A3
         axes = next(a for a in made.axes if any(t.get_text().endswith(
@@ -118,11 +121,12 @@ def test_correlated_terms(rows, tmp_path) -> None:
 def test_leftovers_are_terms_too() -> None:
     made = table_rows([("T40", 10)])
     extra = [
-        dict.fromkeys(made[0]) | {"parameter": f"{p} ({DEFAULT})", DEFAULT: v, "n_cameras": 10,
-                                  "camera_type": "T40", "series": "x1"}
+        dict.fromkeys(made[0])
+        | {"parameter": f"{p} ({DEFAULT_ESTIMATOR})", DEFAULT_ESTIMATOR: v}
+        | {"n_cameras": 10, "camera_type": "T40", "series": "x1"}
         for p, v in (("q_c9", 0.3), ("T_c9", 77.0))
     ]  # fmt: skip
-    before, after = (term_pairs(r, DEFAULT) for r in (made, made + extra))
+    before, after = (term_pairs(r, DEFAULT_ESTIMATOR) for r in (made, made + extra))
     assert after[len(before) :] == [(77.0, 0.3, "T40", True)]
     assert term_pairs(made + extra, "published") == term_pairs(made, "published")
     check(correlated_figure(made + extra, "t"), draw=False)
@@ -137,7 +141,11 @@ def test_odd_coefficients(draw, case) -> None:
         made = table_a("T40", {}, {})
     elif case == "not detected":
         for row in made:
-            row |= {DEFAULT: None, "likelihood_status": "not_detected", "regenerated": None}
+            row |= {
+                DEFAULT_ESTIMATOR: None,
+                "likelihood_status": "not_detected",
+                "regenerated": None,
+            }
     check(draw(made, ODD_TEXT, ODD_TEXT), draw=case == "not detected")
 
 

@@ -10,9 +10,9 @@ from figure_data import check_saved, every_text
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.orientation import of_cluster, unknown
+from mocap_metrology.present.drawing.style import wrap
 from mocap_metrology.present.motion.orientation import orientation_figure, orientation_rows
 from mocap_metrology.present.motion.place import place_figure, place_sentence
-from mocap_metrology.present.style import wrap
 
 pytestmark = pytest.mark.filterwarnings("error")
 NOTHING = {k: np.array([]) for k in ("series", "tau_s", "adev_rad", "adev_lower_rad")}

@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 
 from mocap_metrology.present import tables
+from mocap_metrology.present.groups import tables as group_tables
+from mocap_metrology.present.skurowski import subset_tables
 
 
 def recording(name: str, twin: str | None, n_cameras: int = 10) -> dict:
@@ -22,8 +24,8 @@ def recording(name: str, twin: str | None, n_cameras: int = 10) -> dict:
 
 def test_a_measured_recording_stands_before_a_twin_in_both_tables() -> None:
     rows = {"a": recording("a", "T40-10"), "b": recording("b", None), "c": recording("c", None)}
-    third = next(r for r in tables.skurowski_table_3(rows) if r["regenerated"])
-    fourth = tables.skurowski_table_4(rows, {"b": {"mu_1_mm": 1.0}})[0]
+    third = next(r for r in subset_tables.table_3(rows) if r["regenerated"])
+    fourth = subset_tables.table_4(rows, {"b": {"mu_1_mm": 1.0}})[0]
     assert (third["recording"], third["source"]) == ("b", "measured")
     assert (fourth["recording"], fourth["source"], fourth["regenerated"]) == ("b", "measured", 1.0)
 
@@ -37,7 +39,7 @@ def test_a_series_without_a_value_has_an_empty_row() -> None:
             for name in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
         },
     }
-    first, second = tables.allan_summary("r", "measured", columns, ["x1", "L"])
+    first, second = group_tables.allan_summary("r", "measured", columns, ["x1", "L"])
     assert list(first) == list(second)
     assert (first["adev_min_mm"], first["tau_min_s"]) == (0.1, 0.1)
     assert second["series"] == "L"

@@ -12,9 +12,9 @@ import pytest
 
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.series import Span
-from mocap_metrology.present.style import save_figure
-from mocap_metrology.present.verdict import HEAD, mm, summary_row, verdict_lines
-from mocap_metrology.present.verdict_figure import KINDS, kind_of, verdict_figure
+from mocap_metrology.present.drawing.style import save_figure
+from mocap_metrology.present.verdict.figure import KINDS, kind_of, verdict_figure
+from mocap_metrology.present.verdict.words import HEAD, mm, summary_row, verdict_lines
 
 RATE, N = 50.0, 6000  # 2 min
 SIGMA = {"x1": 0.02, "y1": 0.12, "z1": 0.03}

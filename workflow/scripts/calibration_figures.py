@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.present.calibration.data import read_calibration
     from mocap_metrology.present.calibration.figure import calibration_figure
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.drawing.style import save_figure
 
     given, params = snakemake.input, snakemake.params
     files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}

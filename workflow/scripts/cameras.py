@@ -8,11 +8,12 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import write_json
-    from mocap_metrology.present import cameras, tables
-    from mocap_metrology.present.camera_figure import camera_figure
-    from mocap_metrology.present.cameras_of_take import Take, levels_of, of_take, one_frame
-    from mocap_metrology.present.noise_tables import read_noise
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.cameras import tables as cameras
+    from mocap_metrology.present.cameras.figure import camera_figure
+    from mocap_metrology.present.cameras.take import Take, levels_of, of_take, one_frame
+    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.groups.noise import read_noise
 
     given, settings, group = snakemake.params, snakemake.params.cameras, snakemake.wildcards.group
     folders = {Path(path).parent.name: Path(path).parent for path in snakemake.input.raw}

@@ -22,8 +22,8 @@ with step(snakemake) as log:
     from mocap_metrology.present.claims.jansen import Calibrations
     from mocap_metrology.present.claims.study import Regenerated
     from mocap_metrology.present.claims.table import claim_rows, claims_markdown
+    from mocap_metrology.present.groups.noise import read_noise
     from mocap_metrology.present.jansen.statistics import source_of
-    from mocap_metrology.present.noise_tables import read_noise
     from mocap_metrology.present.skurowski.gaussian_table import cleaning_of
 
     given, files = snakemake.params, snakemake.input

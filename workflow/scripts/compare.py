@@ -9,7 +9,7 @@ with step(snakemake) as log:
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
     from mocap_metrology.present.changes.compare_figure import Comparison, compare_figure
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.drawing.style import save_figure
 
     settings, pairs = snakemake.params.compare, snakemake.params.pairs
     group, sources = snakemake.wildcards.group, snakemake.params.sources

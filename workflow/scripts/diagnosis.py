@@ -11,8 +11,8 @@ with step(snakemake) as log:
     from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
     from mocap_metrology.present.diagnosis.figure import diagnosis_figure
     from mocap_metrology.present.diagnosis.tables import write_diagnosis
-    from mocap_metrology.present.noise_tables import read_noise
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.groups.noise import read_noise
 
     given, name = snakemake.params, snakemake.wildcards.recording
     settings = DiagnosisSettings(**given.diagnosis, still_range_mm=given.still["range_mm"])

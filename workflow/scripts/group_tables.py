@@ -8,7 +8,9 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present import noise_tables, tables
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.groups import noise as noise_tables
+    from mocap_metrology.present.groups import tables as group_tables
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: "twin" if row["twin"] else "measured" for row in rows}
@@ -32,15 +34,15 @@ with step(snakemake) as log:
     def write(kind, rows, title, caption):
         tables.write(f"{stem}_{kind}", rows, f"{group}: {title}", f"{caption} {sentence}")
 
-    write("subsets", tables.subsets(rows), "recordings and cameras", tables.SUBSETS)
-    write("gaussian", gathered(snakemake.input.gaussian), "Gaussian model", tables.GAUSSIAN)
-    write("outliers", gathered(snakemake.input.outliers), "outliers", tables.OUTLIERS)
+    write("subsets", group_tables.subsets(rows), "recordings and cameras", group_tables.SUBSETS)
+    write("gaussian", gathered(snakemake.input.gaussian), "Gaussian model", group_tables.GAUSSIAN)
+    write("outliers", gathered(snakemake.input.outliers), "outliers", group_tables.OUTLIERS)
     summary = []
     paths = zip(source, snakemake.input.allan, snakemake.input.outliers, strict=True)
     for name, path, series in paths:
         expected = read(series)["series"].tolist()
-        summary += tables.allan_summary(name, source[name], read_table(path)[0], expected)
-    write("allan", summary, "Allan deviations", tables.ALLAN)
+        summary += group_tables.allan_summary(name, source[name], read_table(path)[0], expected)
+    write("allan", summary, "Allan deviations", group_tables.ALLAN)
     found = dict(zip(source, map(noise_tables.read_noise, snakemake.input.noise), strict=True))
     noise = noise_tables.noise_table(found, source)
     caption = f"{noise_tables.CAPTION} {sentence}"

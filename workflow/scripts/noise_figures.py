@@ -6,9 +6,9 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present.fits import fit_figure
-    from mocap_metrology.present.noise_tables import read_noise
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.fits.figure import fit_figure
+    from mocap_metrology.present.groups.noise import read_noise
 
     name, folder = snakemake.wildcards.recording, Path(snakemake.output[0])
     folder.mkdir(parents=True, exist_ok=True)

@@ -16,12 +16,12 @@ with step(snakemake) as log:
     from mocap_metrology.noise.noise_files import ALLAN, allan_columns, joined
     from mocap_metrology.noise.orientation import AXES, of_cluster, of_poses, unknown
     from mocap_metrology.noise.series import position
+    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.motion.orientation import (
         in_radians,
         orientation_figure,
         orientation_rows,
     )
-    from mocap_metrology.present.style import save_figure
 
     cluster, settings = snakemake.params.cluster, snakemake.params.allan
     columns, origin = read_table(snakemake.input.trajectories)

@@ -9,8 +9,8 @@ with step(snakemake) as log:
     from mocap_metrology.noise.place import by_place, evenness
     from mocap_metrology.noise.series import pair_name, position
     from mocap_metrology.present import tables
+    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.motion import place
-    from mocap_metrology.present.style import save_figure
 
     columns, origin = read_table(snakemake.input[0])
     series = {name.removesuffix("_mm"): values for name, values in columns.items()}

@@ -9,8 +9,12 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.series import all_series
-    from mocap_metrology.present.recording import allan_figure, psd_figure, trajectory_figure
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.recording.figures import (
+        allan_figure,
+        psd_figure,
+        trajectory_figure,
+    )
 
     name = snakemake.wildcards.recording
     folder = Path(snakemake.output[0]).parent

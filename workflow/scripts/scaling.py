@@ -8,9 +8,9 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.present import tables
+    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.skurowski.scaling import NOTE_GROUP, scaling_figure
-    from mocap_metrology.present.style import save_figure
 
     group = snakemake.wildcards.group
     rows = {row["recording"]: row for row in snakemake.params.rows}

@@ -8,9 +8,9 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.series import all_series
     from mocap_metrology.present import tables
-    from mocap_metrology.present.families.crump import Shaken, crump_figure
-    from mocap_metrology.present.families.paper import TITLES
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.skurowski.crump import Shaken, crump_figure
+    from mocap_metrology.present.skurowski.families import TITLES
 
     def coordinates(path):
         columns, origin = read_table(path)

@@ -7,8 +7,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present import tables
+    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.families import paper
-    from mocap_metrology.present.style import save_figure
 
     rows = {row["recording"]: row for row in snakemake.params.rows}
     others = {row["recording"]: row for row in snakemake.params.get("others", [])}

@@ -11,10 +11,11 @@ with step(snakemake) as log:
     from mocap_metrology.noise.published import published_gaussian
     from mocap_metrology.noise.twins import twin_from_mapping
     from mocap_metrology.present import tables
+    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.skurowski.densities import distances_figure, locations_figure
     from mocap_metrology.present.skurowski.scaling import NOTE_11, scaling_figure
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.skurowski.subset_tables import TABLE_4
 
     given, files = snakemake.params, snakemake.input
     rows = {row["recording"]: row for row in given.rows}
@@ -30,7 +31,7 @@ with step(snakemake) as log:
     kinds = {name: rows[name]["camera_type"] for name in clean}
     first = gather.of_locations(rows, list(clean))
     x = {f"x{k}": clean[first][f"x{k}_mm"] for k in (1, 2)}
-    printed = {k: published_gaussian(k) for k in kinds.values() if k in tables.TABLE_4}
+    printed = {k: published_gaussian(k) for k in kinds.values() if k in TABLE_4}
     figures = {
         9: locations_figure(x, printed.get(kinds[first]), note=f"{first}. {source}"),
         10: distances_figure(

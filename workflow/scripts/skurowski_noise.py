@@ -5,9 +5,10 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.present import appendix, tables, white_levels
-    from mocap_metrology.present.appendix_text import table_a_markdown
-    from mocap_metrology.present.noise_tables import read_noise
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.groups.noise import read_noise
+    from mocap_metrology.present.skurowski import appendix, white_levels
+    from mocap_metrology.present.skurowski.appendix_text import table_a_markdown
 
     rows = {row["recording"]: row for row in snakemake.params.rows}
     noise = dict(zip(rows, map(read_noise, snakemake.input.noise), strict=True))

@@ -8,13 +8,14 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise import noise_files
     from mocap_metrology.noise.estimators import regression
-    from mocap_metrology.present import appendix, paper_noise, tables
-    from mocap_metrology.present.coefficients import colour_figure
-    from mocap_metrology.present.correlated import correlated_figure
-    from mocap_metrology.present.noise_tables import read_noise
-    from mocap_metrology.present.periodic import periodic_figure
-    from mocap_metrology.present.regression import regression_figure
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.groups.noise import read_noise
+    from mocap_metrology.present.skurowski import appendix, paper_noise
+    from mocap_metrology.present.skurowski.coefficients import colour_figure
+    from mocap_metrology.present.skurowski.correlated import correlated_figure
+    from mocap_metrology.present.skurowski.periodic import periodic_figure
+    from mocap_metrology.present.skurowski.regression import regression_figure
 
     given, titles, series = snakemake.params, paper_noise.TITLES, paper_noise.SERIES
     rows = {row["recording"]: row for row in given.rows}

@@ -5,11 +5,12 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.present import left_out, tables
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.pages import left_out
     from mocap_metrology.present.skurowski import cameras, power_laws
     from mocap_metrology.present.skurowski.model_figures import model_figure, standard_error_figure
     from mocap_metrology.present.skurowski.slopes_figure import slopes_figure
-    from mocap_metrology.present.style import save_figure
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
     for name, rows, shown, title, caption in (

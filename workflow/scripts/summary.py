@@ -6,7 +6,8 @@ with step(snakemake) as log:
     import json
     from pathlib import Path
 
-    from mocap_metrology.present import tables, verdict
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.verdict import words as verdict
 
     found = [json.loads(Path(path).read_text("utf-8")) for path in snakemake.input.verdicts]
     rows = [verdict.summary_row(one) for one in found]

@@ -9,7 +9,7 @@ with step(snakemake) as log:
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
     from mocap_metrology.present.changes.trend_figure import trend_figure
-    from mocap_metrology.present.style import save_figure
+    from mocap_metrology.present.drawing.style import save_figure
 
     dates, settings = snakemake.params.dates, snakemake.params.compare
     group, sources = snakemake.wildcards.group, snakemake.params.sources

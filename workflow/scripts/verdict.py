@@ -12,10 +12,10 @@ with step(snakemake) as log:
     from mocap_metrology.noise.assess.recording import Inputs, assess_recording
     from mocap_metrology.noise.assess.series import Span
     from mocap_metrology.noise.verdict import Thresholds
-    from mocap_metrology.present.noise_tables import read_noise
-    from mocap_metrology.present.style import save_figure
-    from mocap_metrology.present.verdict import verdict_lines
-    from mocap_metrology.present.verdict_figure import verdict_figure
+    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.groups.noise import read_noise
+    from mocap_metrology.present.verdict.figure import verdict_figure
+    from mocap_metrology.present.verdict.words import verdict_lines
 
     given, files = snakemake.params, snakemake.input
     limits = dict(given.verdict)

@@ -12,7 +12,8 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model import ALPHAS, Form, GaussMarkov, NoiseModel, PowerLaw
 
-STATUSES = ("ok", "at_bound", "not_converged", "misfit", "not_detected", "refused")
+DEFAULT_ESTIMATOR = "likelihood"
+S_ESTIMATOR = "annealing-ant-colony"  # what S used
 # Two-sided normal quantiles of the intervals named 68 % and 95 %
 Z_68, Z_95 = 0.9944578832097532, 1.959963984540054
 ONE_SIDED_95 = 1.6448536269514722  # of upper limits

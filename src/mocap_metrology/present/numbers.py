@@ -7,7 +7,7 @@ from typing import Any
 
 from mocap_metrology.noise.estimates import unit_key
 from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.present.decades import SUPERSCRIPT
+from mocap_metrology.present.drawing.decades import SUPERSCRIPT
 
 # What stands behind a coefficient that is not simply right, and what it means
 MARKS = {"at_bound": "§", "not_converged": "¶", "misfit": "#"}

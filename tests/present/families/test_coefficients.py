@@ -11,7 +11,7 @@ from noise_data import assert_texts_apart, noise_rows
 from mocap_metrology.noise.estimates import refused_rows
 from mocap_metrology.noise.model import ALPHAS, NoiseModel
 from mocap_metrology.noise.published import SERIES, published_row
-from mocap_metrology.present import slots
+from mocap_metrology.present.families import slots
 from mocap_metrology.present.families.coefficients import coefficients_figure
 from mocap_metrology.present.families.correlated import correlated_figure
 from mocap_metrology.present.families.members import family_of

@@ -12,8 +12,8 @@ from noise_data import assert_texts_apart
 from mocap_metrology.noise.allan import allan_variance, averaging_factors
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.simulate import simulate, twin_from_mapping
-from mocap_metrology.present.families.crump import Shaken, crump_figure
-from mocap_metrology.present.families.shock import find_shock
+from mocap_metrology.present.skurowski.crump import Shaken, crump_figure
+from mocap_metrology.present.skurowski.shock import find_shock
 
 pytestmark = pytest.mark.filterwarnings("error")
 RATE, SECONDS = 120.0, 300.0

@@ -13,8 +13,8 @@ import pytest
 from mocap_metrology.noise.moments import Cleaning
 from mocap_metrology.noise.published import published_gaussian
 from mocap_metrology.noise.twins import twin_from_mapping
-from mocap_metrology.present import left_out, tables
-from mocap_metrology.present.skurowski import cameras, gaussian_table, power_laws
+from mocap_metrology.present.pages import left_out
+from mocap_metrology.present.skurowski import cameras, gaussian_table, power_laws, subset_tables
 
 NAMES = {("T40", 10): "T", ("Bonita", 10): "B", ("Vantage", 9): "V", ("All", 30): "A"}
 
@@ -39,7 +39,7 @@ def fourth() -> list[dict]:
         for (kind, n), name in NAMES.items()
         if kind != "All"
     }
-    rows = tables.skurowski_table_4(sheet, printed)
+    rows = subset_tables.table_4(sheet, printed)
     return gaussian_table.with_chance(rows, twins, Cleaning(0.966), repeats=80)
 
 
@@ -126,7 +126,7 @@ def test_algebra_of_table_4(fourth: list[dict]) -> None:
 def test_a_row_that_contradicts_itself_is_found() -> None:
     sheet = {"T": {"recording": "T", "twin": None, "camera_type": "T40", "n_cameras": 10}}
     wrong = published_gaussian("T40") | {"sigma_B_mm": 0.0325}
-    rows = gaussian_table.with_chance(tables.skurowski_table_4(sheet, {"T": wrong}), {})
+    rows = gaussian_table.with_chance(subset_tables.table_4(sheet, {"T": wrong}), {})
     bad = next(r for r in rows if (r["camera_type"], r["quantity"]) == ("T40", "sigma_B_mm"))
     assert (bad["consistent"], bad["inside"], bad["source"]) == (False, None, "measured")
     assert bad["residual"] == pytest.approx(5.87e-4, abs=2e-6)

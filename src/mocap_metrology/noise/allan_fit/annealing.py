@@ -20,10 +20,10 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan_fit.colony import Colony, colony, jittered
 from mocap_metrology.noise.allan_fit.relative import Misfit, SearchRange, misfit
-from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
+from mocap_metrology.noise.estimates import S_ESTIMATOR, Coefficient, Components, Estimate
 from mocap_metrology.noise.model import Form, NoiseModel
 
-NAME = "annealing-ant-colony"
+NAME = S_ESTIMATOR
 LOOSE = 0.05  # what can move by more at hardly more cost is named in the note
 POLISH = 300  # steps of the last descent: a few dozen do, but in a flat valley
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.noise.assess.series import Span, assess_series
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
 from mocap_metrology.noise.verdict import (
     Facts,
     Thresholds,
@@ -38,7 +39,9 @@ def assess_recording(
     limits = limits or Thresholds()
     numbers, n_frames = {}, 0
     for name, values in inputs.series:
-        rows = [r for r in inputs.noise if r["series"] == name and r["estimator"] == "likelihood"]
+        rows = [
+            r for r in inputs.noise if r["series"] == name and r["estimator"] == DEFAULT_ESTIMATOR
+        ]
         numbers[name] = assess_series(values, rows, _curve(inputs.allan, name), span)
         n_frames = values.size
     duration = n_frames / span.frame_rate_hz

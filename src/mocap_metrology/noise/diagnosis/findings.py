@@ -19,6 +19,7 @@ from mocap_metrology.noise.diagnosis.resolution import Resolution
 from mocap_metrology.noise.diagnosis.rows import markers
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import BLOCK_S, JOINED, LEAST_POINTS
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
 
 NAMED_EVENTS = NAMED_LINES = 10
 MANY_OUTLIERS, MANY_GAPS = 1e-3, 1e-2  # shares of the frames from which a reader is warned
@@ -272,7 +273,7 @@ def _moving(lines: Sequence[str]) -> list[Finding]:
 
 
 def _misfit(noise: Rows, found: Diagnosis) -> list[Finding]:
-    own = [r for r in noise if r["estimator"] == "likelihood"]
+    own = [r for r in noise if r["estimator"] == DEFAULT_ESTIMATOR]
     told = []
     bad = tuple(dict.fromkeys(r["series"] for r in own if r["status"] == "misfit"))
     if bad:

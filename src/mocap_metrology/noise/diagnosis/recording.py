@@ -20,7 +20,7 @@ from mocap_metrology.noise.diagnosis.resolution import Resolution, resolution
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
 from mocap_metrology.noise.diagnosis.spikes import isolated, off_frames, without
-from mocap_metrology.noise.estimates import model_of
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, model_of
 from mocap_metrology.noise.gaussian import Drift, drift
 from mocap_metrology.noise.model import NoiseModel, Sinusoid
 from mocap_metrology.noise.series import all_series
@@ -172,7 +172,7 @@ def _moving(recording: Recording, settings: DiagnosisSettings) -> list[str]:
 
 def _model(noise: Rows, series: str) -> NoiseModel | None:
     """The likelihood's model of a series, or None without one."""
-    own = [r for r in noise if r["series"] == series and r["estimator"] == "likelihood"]
+    own = [r for r in noise if r["series"] == series and r["estimator"] == DEFAULT_ESTIMATOR]
     model = model_of(own) if any(r["status"] != "refused" for r in own) else None
     return model if model and model.broadband else None
 

@@ -11,8 +11,8 @@ from mocap_metrology.present.calibration import space
 from mocap_metrology.present.calibration import time as panels
 from mocap_metrology.present.calibration.data import CalibrationFiles, agreement, pose_of
 from mocap_metrology.present.calibration.text import draw_text, text_height
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.style import (
     INK,
     MARGIN_MM,
     WIDTH_MM,

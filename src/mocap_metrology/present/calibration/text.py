@@ -9,8 +9,8 @@ import numpy as np
 
 from mocap_metrology.common.words import three
 from mocap_metrology.present.calibration.data import CalibrationFiles
-from mocap_metrology.present.linear import number
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.linear import number
+from mocap_metrology.present.drawing.style import (
     BODY_PT,
     FAINT,
     GREY,

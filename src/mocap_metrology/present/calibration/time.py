@@ -17,9 +17,9 @@ from mocap_metrology.present.calibration.data import (
     thinned,
 )
 from mocap_metrology.present.calibration.space import COLOURS, MIRRORED
-from mocap_metrology.present.decades import decade_axis, log_limits
-from mocap_metrology.present.linear import linear_axis, number
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.linear import linear_axis, number
+from mocap_metrology.present.drawing.style import (
     BODY_PT,
     FAINT,
     GREY,

@@ -10,11 +10,11 @@ import numpy as np
 
 from mocap_metrology.noise.compare import Ratio, adev_ratio
 from mocap_metrology.present.changes.compare import Columns, curve_of, series_of
-from mocap_metrology.present.curves import look_of
-from mocap_metrology.present.decades import decade_axis, log_limits
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.names import coordinate_of
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.curves import look_of
+from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
     SMALL_PT,

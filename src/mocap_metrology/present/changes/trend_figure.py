@@ -11,10 +11,10 @@ from mocap_metrology.noise.compare import Curve
 from mocap_metrology.noise.confidence import interval
 from mocap_metrology.present.changes.compare import NO_TREND, Columns, curve_of, days_of
 from mocap_metrology.present.changes.compare_figure import panels_of
-from mocap_metrology.present.curves import look_of
-from mocap_metrology.present.decades import decade_axis, log_limits
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.curves import look_of
+from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.style import (
     GREY,
     SMALL_PT,
     WIDTH_MM,

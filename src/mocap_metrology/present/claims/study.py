@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import (
     FRAME_RATE_HZ,
@@ -24,7 +25,6 @@ TYPES = {
     "Vantage": (2, 3, 4, 5, 6, 8, 9),  # S leaves the tenth out
 }
 COORDINATES = SERIES[:6]
-S_ESTIMATOR = "annealing-ant-colony"
 Key = tuple[str, int]
 
 
@@ -122,7 +122,7 @@ class Regenerated:
 
     def lines(self, key: Key, series: str) -> list[tuple[float, float]]:
         """(f_0, A_s) that the likelihood estimator found."""
-        found = self._noise(key, series, "likelihood")
+        found = self._noise(key, series, DEFAULT_ESTIMATOR)
         return [(found["f_0"], found["A_s"])] if "f_0" in found and "A_s" in found else []
 
 

@@ -16,8 +16,8 @@ from mocap_metrology.present.diagnosis.spectra import (
     filter_looks,
 )
 from mocap_metrology.present.diagnosis.time import EVENT, draw_dynamic, draw_sides, draw_zoom
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
     LOOKS,

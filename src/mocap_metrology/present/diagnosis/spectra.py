@@ -10,9 +10,9 @@ import numpy as np
 
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.present.decades import decade_axis, log_limits
-from mocap_metrology.present.decimate import Bins, log_bins
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.decimate import Bins, log_bins
+from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
     SMALL_PT,

@@ -12,10 +12,9 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.sides import Sides
-from mocap_metrology.present.linear import length_unit, linear_axis, number, time_axis
-from mocap_metrology.present.names import coordinate_of
-from mocap_metrology.present.numbers import three_digits
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.linear import length_unit, linear_axis, number, time_axis
+from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.drawing.style import (
     FAINT,
     INK,
     LOOKS,
@@ -25,6 +24,7 @@ from mocap_metrology.present.style import (
     label_axes,
     say,
 )
+from mocap_metrology.present.numbers import three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.curves import Curve, Key, Panel, curves_figure
-from mocap_metrology.present.decades import log_limits
+from mocap_metrology.present.drawing.curves import Curve, Key, Panel, curves_figure
+from mocap_metrology.present.drawing.decades import log_limits
+from mocap_metrology.present.drawing.style import Look, styled
 from mocap_metrology.present.families.members import (
     MOST_BANDS,
     Family,
@@ -16,8 +17,7 @@ from mocap_metrology.present.families.members import (
     left_out,
     shown_series,
 )
-from mocap_metrology.present.recording import ALLAN_DECADES, ALLAN_SLOPES, FARTHEST_BAND
-from mocap_metrology.present.style import Look, styled
+from mocap_metrology.present.recording.figures import ALLAN_DECADES, ALLAN_SLOPES, FARTHEST_BAND
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

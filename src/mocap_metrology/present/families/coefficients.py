@@ -7,16 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import unit_key
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, unit_key
 from mocap_metrology.noise.model import ALPHAS
-from mocap_metrology.present import slots
-from mocap_metrology.present.appendix import DEFAULT
-from mocap_metrology.present.decades import Limits
-from mocap_metrology.present.families.members import Family, left_out, shown_series
-from mocap_metrology.present.legend import strip, strip_height
-from mocap_metrology.present.names import coordinate_of
-from mocap_metrology.present.numbers import symbol, unit
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import Limits
+from mocap_metrology.present.drawing.legend import strip, strip_height
+from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.drawing.style import (
     GREY,
     MARGIN_MM,
     SMALL_PT,
@@ -29,6 +25,9 @@ from mocap_metrology.present.style import (
     text_mm,
     words_figure,
 )
+from mocap_metrology.present.families import slots
+from mocap_metrology.present.families.members import Family, left_out, shown_series
+from mocap_metrology.present.numbers import symbol, unit
 from mocap_metrology.present.tables import Row
 
 if TYPE_CHECKING:
@@ -50,11 +49,11 @@ def group_rows(family: Family, noise: Noise) -> list[Row]:
     return [
         empty
         | {"n_cameras": label, "series": row["series"], "parameter": row["parameter"]}
-        | {DEFAULT: _known(row["value"])}
-        | {f"{DEFAULT}_{end}": _known(row[end]) for end in ("lower_95", "upper_95")}
+        | {DEFAULT_ESTIMATOR: _known(row["value"])}
+        | {f"{DEFAULT_ESTIMATOR}_{end}": _known(row[end]) for end in ("lower_95", "upper_95")}
         for name, label in family.labels.items()
         for row in noise[name]
-        if row["estimator"] == DEFAULT and row["status"] != "refused"
+        if row["estimator"] == DEFAULT_ESTIMATOR and row["status"] != "refused"
     ]
 
 

@@ -7,24 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present import slots
-from mocap_metrology.present.appendix import DEFAULT
-from mocap_metrology.present.correlated import shade_classes
-from mocap_metrology.present.decades import decade_axis, log_limits
-from mocap_metrology.present.families.coefficients import (
-    LEFT_MM,
-    NO_MODEL,
-    WIDE_MM,
-    Noise,
-    group_rows,
-    panels_mm,
-    series_of,
-    slot_panels,
-)
-from mocap_metrology.present.families.members import Family, left_out
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.numbers import unit
-from mocap_metrology.present.style import (
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.style import (
     FAINT,
     MARGIN_MM,
     OTHER_LOOKS,
@@ -36,6 +22,20 @@ from mocap_metrology.present.style import (
     styled,
     words_figure,
 )
+from mocap_metrology.present.families import slots
+from mocap_metrology.present.families.coefficients import (
+    LEFT_MM,
+    NO_MODEL,
+    WIDE_MM,
+    Noise,
+    group_rows,
+    panels_mm,
+    series_of,
+    slot_panels,
+)
+from mocap_metrology.present.families.members import Family, left_out
+from mocap_metrology.present.numbers import unit
+from mocap_metrology.present.skurowski.correlated import shade_classes
 from mocap_metrology.present.tables import Row
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def terms_of(rows: Sequence[Row]) -> list[Term]:
     """Gauss-Markov terms with both numbers, out of `group_rows`."""
     found: dict[tuple[str, str, str], dict[str, Row]] = {}
     for row in rows:
-        if row["parameter"][1:3] == "_c" and row[DEFAULT] is not None:
+        if row["parameter"][1:3] == "_c" and row[DEFAULT_ESTIMATOR] is not None:
             key = row["n_cameras"], row["series"], row["parameter"][3:]
             found.setdefault(key, {})[row["parameter"][:3]] = row
     return [(key[0], term) for key, term in found.items() if len(term) == 2]
@@ -99,7 +99,7 @@ def _dot(look: Look) -> dict[str, object]:
 
 def _scatter(axes: Axes, terms: Sequence[Term], looks: dict[str, Look]) -> None:
     values = {
-        name: np.array([term[name][DEFAULT] for _, term in terms], dtype=np.float64)
+        name: np.array([term[name][DEFAULT_ESTIMATOR] for _, term in terms], dtype=np.float64)
         for name in ("T_c", "q_c")
     }
     limits = {name: log_limits([v], 2.0) if v.size else NOTHING[name] for name, v in values.items()}
@@ -117,10 +117,13 @@ def _scatter(axes: Axes, terms: Sequence[Term], looks: dict[str, Look]) -> None:
 
 def _draw_terms(axes: Axes, terms: Sequence[dict[str, Row]], look: Look) -> None:
     """Points with bars as long as the intervals that are known."""
-    x, y = ([term[name][DEFAULT] for term in terms] for name in ("T_c", "q_c"))
+    x, y = ([term[name][DEFAULT_ESTIMATOR] for term in terms] for name in ("T_c", "q_c"))
     axes.plot(x, y, ls="", **_dot(look), alpha=0.9)
     for name, draw, across in (("T_c", axes.hlines, y), ("q_c", axes.vlines, x)):
-        ends = [[term[name][f"{DEFAULT}_{end}_95"] for term in terms] for end in ("lower", "upper")]
+        ends = [
+            [term[name][f"{DEFAULT_ESTIMATOR}_{end}_95"] for term in terms]
+            for end in ("lower", "upper")
+        ]
         known = [k for k in range(len(terms)) if None not in (ends[0][k], ends[1][k])]
         low, high = (np.maximum([end[k] for k in known], 1e-30) for end in ends)
         draw([across[k] for k in known], low, high, color=look.colour, lw=0.4, alpha=0.6)

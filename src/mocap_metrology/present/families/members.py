@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.present.curves import Curve
-from mocap_metrology.present.names import coordinate_of
-from mocap_metrology.present.style import LOOKS, OTHER_LOOKS, Look
+from mocap_metrology.present.drawing.curves import Curve
+from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.drawing.style import LOOKS, OTHER_LOOKS, Look
 
 Rows = Mapping[str, Mapping[str, Any]]
 

@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.curves import Curve, Panel, draw_panel
-from mocap_metrology.present.decades import Limits, decade_axis
-from mocap_metrology.present.families.adev import adev_limits
-from mocap_metrology.present.families.members import count_looks, curve_of
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.slots import look_of
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.curves import Curve, Panel, draw_panel
+from mocap_metrology.present.drawing.decades import Limits, decade_axis
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
     MARGIN_MM,
@@ -26,6 +23,9 @@ from mocap_metrology.present.style import (
     label_axes,
     styled,
 )
+from mocap_metrology.present.families.adev import adev_limits
+from mocap_metrology.present.families.members import count_looks, curve_of
+from mocap_metrology.present.families.slots import look_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,9 +9,9 @@ import numpy as np
 from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.present.calibration.space import COLOURS
+from mocap_metrology.present.drawing.linear import number
+from mocap_metrology.present.drawing.style import BODY_PT, GREY, INK, LOOKS, styled
 from mocap_metrology.present.jansen.space import BOX, Projection, Stage, stage
-from mocap_metrology.present.linear import number
-from mocap_metrology.present.style import BODY_PT, GREY, INK, LOOKS, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

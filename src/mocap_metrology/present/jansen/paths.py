@@ -13,10 +13,9 @@ from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
 from mocap_metrology.present.calibration.data import CalibrationFiles, Pose, pose_of, thinned
 from mocap_metrology.present.calibration.space import COLOURS
-from mocap_metrology.present.jansen.space import BOX, Stage, arc, magnified, outline, stage
-from mocap_metrology.present.legend import ROW_MM, Entry, strip
-from mocap_metrology.present.linear import number
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip
+from mocap_metrology.present.drawing.linear import number
+from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
     MARGIN_MM,
@@ -25,6 +24,7 @@ from mocap_metrology.present.style import (
     size_mm,
     styled,
 )
+from mocap_metrology.present.jansen.space import BOX, Stage, arc, magnified, outline, stage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,9 +12,9 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES, SLAVE
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S
 from mocap_metrology.present.calibration.space import COLOURS
-from mocap_metrology.present.legend import ROW_MM, Entry, strip
-from mocap_metrology.present.linear import linear_axis, number
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip
+from mocap_metrology.present.drawing.linear import linear_axis, number
+from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
     MARGIN_MM,

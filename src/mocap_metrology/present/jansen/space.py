@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.linear import round_ticks, tick_text
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.linear import round_ticks, tick_text
+from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
     INK,

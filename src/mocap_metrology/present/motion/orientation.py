@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.noise.orientation import AXES, Orientation
-from mocap_metrology.present.curves import Curve, Key, Panel, curves_figure
-from mocap_metrology.present.decades import log_limits
-from mocap_metrology.present.recording import ALLAN_SLOPES
-from mocap_metrology.present.style import LOOKS, styled, words_figure
+from mocap_metrology.present.drawing.curves import Curve, Key, Panel, curves_figure
+from mocap_metrology.present.drawing.decades import log_limits
+from mocap_metrology.present.drawing.style import LOOKS, styled, words_figure
+from mocap_metrology.present.recording.figures import ALLAN_SLOPES
 from mocap_metrology.present.tables import Row
 
 if TYPE_CHECKING:

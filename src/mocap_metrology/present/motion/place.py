@@ -11,8 +11,8 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.compare import adev_ratio
 from mocap_metrology.present.changes.compare import curve_of, series_of
-from mocap_metrology.present.linear import linear_axis
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.style import (
     GREY,
     SMALL_PT,
     WIDTH_MM,

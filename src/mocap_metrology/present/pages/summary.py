@@ -21,7 +21,7 @@ from mocap_metrology.present.pages.html_page import (
     word,
 )
 from mocap_metrology.present.pages.summary_calibrations import calibrations
-from mocap_metrology.present.verdict import FRAME, MEANS, NEAR
+from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR
 
 Row = Mapping[str, Any]
 Address = Callable[[str, str], str]  # kind (recording, calibration), name -> address or nothing

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mocap_metrology.noise.density import kernel_density
-from mocap_metrology.present.decades import decade_axis
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.linear import linear_axis
-from mocap_metrology.present.skurowski.model_figures import KINDS, PAPER, normal
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import decade_axis
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
     INK,
@@ -29,6 +28,7 @@ from mocap_metrology.present.style import (
     plain,
     styled,
 )
+from mocap_metrology.present.skurowski.model_figures import KINDS, PAPER, normal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

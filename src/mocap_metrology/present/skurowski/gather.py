@@ -10,7 +10,8 @@ from mocap_metrology.noise.published import published_gaussian
 from mocap_metrology.noise.twins import Twin
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset
-from mocap_metrology.present.tables import TABLE_4, Row
+from mocap_metrology.present.skurowski.subset_tables import TABLE_4
+from mocap_metrology.present.tables import Row
 
 NOT_FITTED = ("Vantage", 10)  # with the failing camera (S 3.5)
 EXPECTED = {"sigma_1_mm": "sigma_1", "sigma_2_mm": "sigma_2", "sigma_L_mm": "sigma_L"}

@@ -93,7 +93,7 @@ def with_chance(
     cleaning: Cleaning | None = None,
     repeats: int = REPEATS,
 ) -> list[Row]:
-    """The rows of `tables.skurowski_table_4` with bands, checks and notes; bands only where a twin
+    """The rows of `subset_tables.table_4` with bands, checks and notes; bands only where a twin
     stands for the row (`twins`: recording -> twin at the length it was simulated for)."""
     made: list[Row] = []
     for kind in dict.fromkeys(row["camera_type"] for row in rows):

@@ -15,9 +15,9 @@ from mocap_metrology.noise.published import (
     published_row,
 )
 from mocap_metrology.noise.scaling import Scaling, fit_scaling
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.linear import linear_axis
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.style import (
     BODY_PT,
     GREY,
     INK,

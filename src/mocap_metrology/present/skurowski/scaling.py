@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.noise.scaling import Scaling, fit_scaling
-from mocap_metrology.present.decades import SUPERSCRIPT, Limits, decade_axis, log_limits
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.linear import linear_axis
-from mocap_metrology.present.skurowski.model_figures import PAPER
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import SUPERSCRIPT, Limits, decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.style import (
     BODY_PT,
     GREY,
     INK,
@@ -28,6 +27,7 @@ from mocap_metrology.present.style import (
     shorten,
     styled,
 )
+from mocap_metrology.present.skurowski.model_figures import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.present.decades import decade_axis
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import decade_axis
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.style import (
     INK,
     LOOKS,
     MARGIN_MM,

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.legend import strip, strip_height
-from mocap_metrology.present.linear import TimeAxis, length_unit, linear_axis, number
-from mocap_metrology.present.names import coordinate_of
-from mocap_metrology.present.prepared import Prepared
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.legend import strip, strip_height
+from mocap_metrology.present.drawing.linear import TimeAxis, length_unit, linear_axis, number
+from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.drawing.style import (
     GREY,
     SMALL_PT,
     WIDTH_MM,
@@ -22,7 +21,8 @@ from mocap_metrology.present.style import (
     shorten,
     text_mm,
 )
-from mocap_metrology.present.traces import Trace, entries
+from mocap_metrology.present.recording.prepared import Prepared
+from mocap_metrology.present.recording.traces import Trace, entries
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.noise.model import Form, NoiseModel
-from mocap_metrology.present.decades import decade_axis, log_limits
-from mocap_metrology.present.fit_parts import drawn_m, model_avar
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.linear import linear_axis
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
     LOOKS,
@@ -23,6 +22,7 @@ from mocap_metrology.present.style import (
     label_axes,
     styled,
 )
+from mocap_metrology.present.fits.parts import drawn_m, model_avar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

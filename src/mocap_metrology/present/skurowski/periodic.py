@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.decades import SUPERSCRIPT, decade_axis, log_limits
-from mocap_metrology.present.decimate import log_bins
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.linear import linear_axis
-from mocap_metrology.present.numbers import three_digits
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import SUPERSCRIPT, decade_axis, log_limits
+from mocap_metrology.present.drawing.decimate import log_bins
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
     LOOKS,
@@ -27,6 +26,7 @@ from mocap_metrology.present.style import (
     label_axes,
     styled,
 )
+from mocap_metrology.present.numbers import three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.style import FAINT, GREY, INK, SMALL_PT, lines_mm, text_mm
+from mocap_metrology.present.drawing.style import FAINT, GREY, INK, SMALL_PT, lines_mm, text_mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

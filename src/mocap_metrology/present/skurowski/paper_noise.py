@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mocap_metrology.present.tables import TABLE_4, standing_for
+from mocap_metrology.present.skurowski.subset_tables import TABLE_4, standing_for
 
 PAPER = "Skurowski & Pawlyta 2019"
 TITLES = {

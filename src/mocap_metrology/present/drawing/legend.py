@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mocap_metrology.present.style import SMALL_PT, Look, Sheet, lines_mm, text_mm
+from mocap_metrology.present.drawing.style import SMALL_PT, Look, Sheet, lines_mm, text_mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
 from mocap_metrology.noise.published import SERIES
-from mocap_metrology.present.appendix import DEFAULT, PAPER
-from mocap_metrology.present.decades import Limits, decade_axis
-from mocap_metrology.present.legend import Entry
-from mocap_metrology.present.names import coordinate_of
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import Limits, decade_axis
+from mocap_metrology.present.drawing.legend import Entry
+from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
     INK,
@@ -58,11 +58,11 @@ def key_entries(limits: bool = True) -> list[Entry]:
     entries.append(Entry("published", dot=_dot(look, markerfacecolor="none") | grey))
     pale = _dot(look, markerfacecolor="none", alpha=PALE) | grey
     entries.append(Entry("published, not supported by nine hours", dot=pale))
-    entries.append(Entry(PAPER, dot=_dot(look, markersize=2.0, mew=0) | grey))
+    entries.append(Entry(S_ESTIMATOR, dot=_dot(look, markersize=2.0, mew=0) | grey))
     bar = {k: v for k, v in LIKELIHOOD.items() if k != "ls"}
-    entries.append(Entry(f"{DEFAULT}, 95 % interval", dot=bar))
+    entries.append(Entry(f"{DEFAULT_ESTIMATOR}, 95 % interval", dot=bar))
     if limits:
-        entries.append(Entry(f"{DEFAULT}: not detected, 95 % limit", dot=_arrow()))
+        entries.append(Entry(f"{DEFAULT_ESTIMATOR}: not detected, 95 % limit", dot=_arrow()))
     return entries
 
 
@@ -113,13 +113,13 @@ def camera_axis(axes: Axes, cameras: Sequence[int], labels: bool) -> None:
 
 def column_values(rows: Sequence[Row]) -> np.ndarray:
     """All numbers that a panel of these rows shows, without interval ends and limits."""
-    values = [row[k] for row in rows for k in ("published", "regenerated", DEFAULT)]
+    values = [row[k] for row in rows for k in ("published", "regenerated", DEFAULT_ESTIMATOR)]
     return np.array([v for v in values if v is not None], dtype=np.float64)
 
 
 def floor_limits(rows: Sequence[Row]) -> Limits:
     """Logarithmic limits round the numbers and upper limits shown; a band below FLOOR if any."""
-    ends = [row[f"{DEFAULT}_upper_95"] for row in rows if row[DEFAULT] is None]
+    ends = [row[f"{DEFAULT_ESTIMATOR}_upper_95"] for row in rows if row[DEFAULT_ESTIMATOR] is None]
     limits = np.array([v for v in ends if v is not None], dtype=np.float64)
     values = np.concatenate([column_values(rows), limits])
     values = values[np.isfinite(values) & (values >= 0)]
@@ -190,8 +190,8 @@ def offsets(names: Sequence[str]) -> dict[str, float]:
 def _draw_default(
     axes: Axes, x: np.ndarray, rows: Sequence[Row], scale: Scale, how: dict[str, Any]
 ) -> None:
-    value = _values(rows, DEFAULT)
-    low, high = (_values(rows, f"{DEFAULT}_{end}") for end in ("lower_95", "upper_95"))
+    value = _values(rows, DEFAULT_ESTIMATOR)
+    low, high = (_values(rows, f"{DEFAULT_ESTIMATOR}_{end}") for end in ("lower_95", "upper_95"))
     known = np.isfinite(value) & np.isfinite(low) & np.isfinite(high)
     if known.any():
         ends = [scale(np.maximum(v[known], 0)) for v in (low, high)]

@@ -17,11 +17,10 @@ from mocap_metrology.common.hampel import SHORT_WINDOW, hampel
 from mocap_metrology.noise.cameras.diagnosis import diagnose
 from mocap_metrology.noise.cameras.moments import moments
 from mocap_metrology.noise.cameras.subsets import additions
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.cameras import addition_rows, law_rows
+from mocap_metrology.present.cameras.tables import addition_rows, law_rows
 from mocap_metrology.present.tables import Row
-
-DEFAULT = "likelihood"
 
 
 class Take:
@@ -94,7 +93,7 @@ def of_take(
         name: {
             row["series"]: row["value"]
             for row in noise[name]
-            if row["parameter"] == "h_0" and row["estimator"] == DEFAULT
+            if row["parameter"] == "h_0" and row["estimator"] == DEFAULT_ESTIMATOR
         }
         for name in names
     }

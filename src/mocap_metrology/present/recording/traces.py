@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.decimate import Columns, runs
-from mocap_metrology.present.legend import Entry
-from mocap_metrology.present.prepared import Prepared
-from mocap_metrology.present.style import INK
+from mocap_metrology.present.drawing.decimate import Columns, runs
+from mocap_metrology.present.drawing.legend import Entry
+from mocap_metrology.present.drawing.style import INK
+from mocap_metrology.present.recording.prepared import Prepared
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import CLASSES, unit_key
-from mocap_metrology.present import slots
-from mocap_metrology.present.appendix import DEFAULT, PAPER
-from mocap_metrology.present.decades import Limits, decade_axis, log_limits
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.numbers import unit
-from mocap_metrology.present.style import (
+from mocap_metrology.noise.estimates import CLASSES, DEFAULT_ESTIMATOR, S_ESTIMATOR, unit_key
+from mocap_metrology.present.drawing.decades import Limits, decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
     LOOKS,
@@ -26,6 +23,8 @@ from mocap_metrology.present.style import (
     label_axes,
     styled,
 )
+from mocap_metrology.present.families import slots
+from mocap_metrology.present.numbers import unit
 from mocap_metrology.present.tables import Row
 
 if TYPE_CHECKING:
@@ -34,7 +33,11 @@ if TYPE_CHECKING:
 
 TITLE_MM, ROW_MM, SCATTER_MM, BETWEEN_MM, LABELS_MM = 5.5, 40.0, 52.0, 3.0, 11.0
 CAMERAS = dict(zip(slots.TYPES, LOOKS.values(), strict=True))
-SOURCES = (("published", "published"), ("regenerated", PAPER), (DEFAULT, DEFAULT))
+SOURCES = (
+    ("published", "published"),
+    ("regenerated", S_ESTIMATOR),
+    (DEFAULT_ESTIMATOR, DEFAULT_ESTIMATOR),
+)
 Pair = tuple[float, float, str, bool]  # T_c, q_c, camera type, supported
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.decades import Limits, decade_axis, slope_fan
-from mocap_metrology.present.legend import Entry, columns_of
-from mocap_metrology.present.names import coordinate_of
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import Limits, decade_axis, slope_fan
+from mocap_metrology.present.drawing.legend import Entry, columns_of
+from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.drawing.style import (
     GREY,
     LOOKS,
     OTHER_LOOKS,

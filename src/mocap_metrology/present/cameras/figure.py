@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.cameras import NOISE, noisy, raised
-from mocap_metrology.present.decades import decade_axis, log_limits
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.names import coordinate_of
-from mocap_metrology.present.style import (
+from mocap_metrology.present.cameras.tables import NOISE, noisy, raised
+from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
     INK,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.noise.verdict import duration_words
-from mocap_metrology.present.decades import decade_axis, log_limits
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.style import (
     BODY_PT,
     GREY,
     INK,
@@ -26,7 +26,7 @@ from mocap_metrology.present.style import (
     text_mm,
     wrap,
 )
-from mocap_metrology.present.verdict import (
+from mocap_metrology.present.verdict.words import (
     FRAME,
     MEANS,
     NEAR,

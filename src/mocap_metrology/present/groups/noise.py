@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.noise.estimates import unit_key
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, unit_key
 from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.present.matching import limit_class
+from mocap_metrology.present.fits.matching import limit_class
 from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
 from mocap_metrology.present.tables import Row, aligned
 
@@ -64,7 +64,7 @@ def noise_table(
 
 
 def noise_markdown(
-    rows: Sequence[Row], title: str, caption: str, estimator: str = "likelihood"
+    rows: Sequence[Row], title: str, caption: str, estimator: str = DEFAULT_ESTIMATOR
 ) -> str:
     """Markdown of `noise_table`: a block a recording, a column a series, by one estimator."""
     lines = [f"# {title}", "", caption, f"Estimator: {estimator}.", ""]

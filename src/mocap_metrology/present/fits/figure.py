@@ -7,20 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import correlation_class
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, correlation_class
 from mocap_metrology.noise.model import GaussMarkov, PowerLaw, Sinusoid
-from mocap_metrology.present.decades import Limits, decade_axis, log_limits
-from mocap_metrology.present.fit_parts import (
-    Fit,
-    Spectrum,
-    drawn_avar,
-    drawn_m,
-    fit_of,
-    model_avar,
-)
-from mocap_metrology.present.legend import ROW_MM, Entry, strip, strip_height
-from mocap_metrology.present.linear import linear_axis
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import Limits, decade_axis, log_limits
+from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip, strip_height
+from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
     INK,
@@ -35,6 +27,14 @@ from mocap_metrology.present.style import (
     lines_mm,
     styled,
     wrap,
+)
+from mocap_metrology.present.fits.parts import (
+    Fit,
+    Spectrum,
+    drawn_avar,
+    drawn_m,
+    fit_of,
+    model_avar,
 )
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def fit_figure(
     tau0: float,
     note: str = "",
     *,
-    main: str = "likelihood",
+    main: str = DEFAULT_ESTIMATOR,
     confidence: float = 0.683,
     lines_subtracted: bool = True,
 ) -> Figure:

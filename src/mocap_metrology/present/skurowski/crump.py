@@ -9,14 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.present.curves import Curve, Panel, draw_panel
-from mocap_metrology.present.decades import decade_axis
-from mocap_metrology.present.families.adev import adev_limits
-from mocap_metrology.present.families.members import curve_of
-from mocap_metrology.present.families.shock import Shock, find_shock
-from mocap_metrology.present.legend import Entry, strip, strip_height
-from mocap_metrology.present.linear import length_unit, linear_axis
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.curves import Curve, Panel, draw_panel
+from mocap_metrology.present.drawing.decades import decade_axis
+from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
+from mocap_metrology.present.drawing.linear import length_unit, linear_axis
+from mocap_metrology.present.drawing.style import (
     GREY,
     LOOKS,
     MARGIN_MM,
@@ -28,6 +25,9 @@ from mocap_metrology.present.style import (
     label_axes,
     styled,
 )
+from mocap_metrology.present.families.adev import adev_limits
+from mocap_metrology.present.families.members import curve_of
+from mocap_metrology.present.skurowski.shock import Shock, find_shock
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

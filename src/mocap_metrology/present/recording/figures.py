@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.curves import Curve, Key, arrange, curves_figure
-from mocap_metrology.present.decades import log_limits
-from mocap_metrology.present.decimate import log_bins
-from mocap_metrology.present.style import styled
-from mocap_metrology.present.trajectory import trajectory_figure
+from mocap_metrology.present.drawing.curves import Curve, Key, arrange, curves_figure
+from mocap_metrology.present.drawing.decades import log_limits
+from mocap_metrology.present.drawing.decimate import log_bins
+from mocap_metrology.present.drawing.style import styled
+from mocap_metrology.present.recording.trajectory import trajectory_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

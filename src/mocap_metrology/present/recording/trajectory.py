@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present import ridges
-from mocap_metrology.present.legend import strip, strip_height
-from mocap_metrology.present.linear import TimeAxis, length_unit, linear_axis, number, time_axis
-from mocap_metrology.present.prepared import Prepared, prepare
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.legend import strip, strip_height
+from mocap_metrology.present.drawing.linear import (
+    TimeAxis,
+    length_unit,
+    linear_axis,
+    number,
+    time_axis,
+)
+from mocap_metrology.present.drawing.style import (
     BODY_PT,
     GREY,
     IMAGE_DPI,
@@ -23,7 +27,9 @@ from mocap_metrology.present.style import (
     shorten,
     styled,
 )
-from mocap_metrology.present.traces import GAP, Trace, entries
+from mocap_metrology.present.recording import ridges
+from mocap_metrology.present.recording.prepared import Prepared, prepare
+from mocap_metrology.present.recording.traces import GAP, Trace, entries
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.curves import Panel
+from mocap_metrology.present.drawing.curves import Panel
+from mocap_metrology.present.drawing.style import LOOKS, OTHER_LOOKS, styled
 from mocap_metrology.present.families.adev import compared_figure, panels_figure
 from mocap_metrology.present.families.members import curve_of
 from mocap_metrology.present.families.subsets import subsets_figure
-from mocap_metrology.present.paper_noise import PAPER
-from mocap_metrology.present.style import LOOKS, OTHER_LOOKS, styled
-from mocap_metrology.present.tables import TABLE_4, standing_for
+from mocap_metrology.present.skurowski.paper_noise import PAPER
+from mocap_metrology.present.skurowski.subset_tables import TABLE_4, standing_for
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,7 +6,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from mocap_metrology.noise.estimates import correlation_class, unit_key
+from mocap_metrology.noise.estimates import (
+    DEFAULT_ESTIMATOR,
+    S_ESTIMATOR,
+    correlation_class,
+    unit_key,
+)
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import (
     printed_row,
@@ -14,11 +19,12 @@ from mocap_metrology.noise.published import (
     published_notes,
     published_row,
 )
-from mocap_metrology.present.matching import LIMIT, by_estimator, limit_class, partners
-from mocap_metrology.present.tables import Row, source_of, standing_for
+from mocap_metrology.present.fits.matching import LIMIT, by_estimator, limit_class, partners
+from mocap_metrology.present.skurowski.subset_tables import standing_for
+from mocap_metrology.present.tables import Row, source_of
 
 TABLES = {"T40": "A1", "Bonita": "A2", "Vantage": "A3"}
-PAPER, DEFAULT, EXPECTED = "annealing-ant-colony", "likelihood", "expected"
+EXPECTED = "expected"
 UNPAIRED = "unpaired"
 FAR_LINE = 0.1  # relative difference of f_0 worth a note
 COLUMNS = (
@@ -59,7 +65,7 @@ SUPPORT = (
     "length allows them (Cramer-Rao bound of the published model, all its coefficients unknown), "
     "and how many are not. Coefficients left out of the twins have no bound."
 )
-FROM, OWN = ("regenerated", EXPECTED, DEFAULT), {"regenerated": PAPER}
+FROM, OWN = ("regenerated", EXPECTED, DEFAULT_ESTIMATOR), {"regenerated": S_ESTIMATOR}
 
 
 def table_a(
@@ -91,11 +97,11 @@ def table_a(
         used = published_row(camera_type, n_cameras)
         for series, printed in printed_row(camera_type, n_cameras).items():
             found = by_estimator(noise.get(name, ()), series)
-            curve = by_estimator((expected or {}).get(name, ()), series).get(PAPER, {})
+            curve = by_estimator((expected or {}).get(name, ()), series).get(S_ESTIMATOR, {})
             fits = {
-                "regenerated": found.get(PAPER, {}),
+                "regenerated": found.get(S_ESTIMATOR, {}),
                 EXPECTED: curve,
-                DEFAULT: found.get(DEFAULT, {}),
+                DEFAULT_ESTIMATOR: found.get(DEFAULT_ESTIMATOR, {}),
             }
             bound = dict((crlb or {}).get((n_cameras, series), {}))
             support = {k: _support(bound.get(k), v) for k, v in used[series].coefficients().items()}
@@ -185,7 +191,7 @@ def _cells(column: str, found: Mapping[str, Any] | None, fitted: bool) -> Row:
     if column != EXPECTED:
         status = found["status"] if found is not None else UNPAIRED if fitted else None
         cells[f"{column}_status"] = status
-    if column == DEFAULT:
+    if column == DEFAULT_ESTIMATOR:
         for end in ("lower_95", "upper_95"):
             cells[f"{column}_{end}"] = None if found is None else _number(found.get(end))
     return cells

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.noise.model import ALPHAS
-from mocap_metrology.present import slots
-from mocap_metrology.present.decades import SUPERSCRIPT
-from mocap_metrology.present.legend import strip, strip_height
-from mocap_metrology.present.linear import linear_axis
-from mocap_metrology.present.numbers import symbol, unit
-from mocap_metrology.present.style import (
+from mocap_metrology.present.drawing.decades import SUPERSCRIPT
+from mocap_metrology.present.drawing.legend import strip, strip_height
+from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.style import (
     GREY,
     MARGIN_MM,
     SMALL_PT,
@@ -23,6 +21,8 @@ from mocap_metrology.present.style import (
     label_axes,
     styled,
 )
+from mocap_metrology.present.families import slots
+from mocap_metrology.present.numbers import symbol, unit
 from mocap_metrology.present.tables import Row
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.present.decimate import Columns, columns, standouts
+from mocap_metrology.present.drawing.decimate import Columns, columns, standouts
 
 SINGLE = 4  # samples a column up to which they are drawn one by one
 MEAN_S, LEAST_MEANS = 1.0, 8

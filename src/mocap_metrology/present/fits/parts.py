@@ -11,7 +11,7 @@ import numpy as np
 
 from mocap_metrology.noise.estimates import model_of
 from mocap_metrology.noise.model import Component, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.present.matching import limit_class
+from mocap_metrology.present.fits.matching import limit_class
 from mocap_metrology.present.numbers import symbol, typeset, unit
 
 PER_DECADE = 120  # points of a curve: eight a period for the first six periods of a sinusoid

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mocap_metrology.noise.estimates import unit_key
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR, unit_key
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import COEFFICIENTS, SERIES
-from mocap_metrology.present.appendix import (
-    DEFAULT,
-    PAPER,
+from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits
+from mocap_metrology.present.skurowski.appendix import (
     UNPAIRED,
     notes_by_coefficient,
     support_counts,
 )
-from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits
 from mocap_metrology.present.tables import Row, aligned
 
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (
-    f"Three lines a number of cameras: published, {PAPER}, {DEFAULT}. {UNSUPPORTED} nine hours "
-    f"cannot support the number (least standard error above the number itself); {LEFT_OUT} "
-    "corrected, left out or to be read with care: see the notes below; "
+    f"Three lines a number of cameras: published, {S_ESTIMATOR}, {DEFAULT_ESTIMATOR}. "
+    f"{UNSUPPORTED} nine hours cannot support the number (least standard error above the number "
+    f"itself); {LEFT_OUT} corrected, left out or to be read with care: see the notes below; "
     f"{STATUS_SIGNS}; < not detected, upper 95 % limit; – no partner. Empty: no such estimate."
 )
 
@@ -66,7 +64,10 @@ def _panel(rows: Sequence[Row]) -> list[str]:
         ordered = [cells.get(name) for name in names]
         label = next(iter(cells.values()))["printed_row"]
         lines.append([label, "published", *(_published(row) for row in ordered)])
-        for column, estimator in (("regenerated", PAPER), (DEFAULT, DEFAULT)):
+        for column, estimator in (
+            ("regenerated", S_ESTIMATOR),
+            (DEFAULT_ESTIMATOR, DEFAULT_ESTIMATOR),
+        ):
             texts = [_estimated(row, column) for row in ordered]
             if any(texts):
                 lines.append(["", estimator, *texts])
@@ -110,7 +111,9 @@ def _below(rows: Sequence[Row]) -> list[str]:
     for row in rows:
         if row["published"] is None:
             name, _, estimator = row["parameter"].partition(" (")
-            value = next(row[k] for k in ("regenerated", "expected", DEFAULT) if row[k] is not None)
+            value = next(
+                row[k] for k in ("regenerated", "expected", DEFAULT_ESTIMATOR) if row[k] is not None
+            )
             place = groups.setdefault((row["printed_row"], estimator[:-1]), [])
             place.append(f"{name} {three_digits(value)} {row['unit']}")
     lines += [f"- {n} {who}, not published: {', '.join(v)}" for (n, who), v in groups.items()]

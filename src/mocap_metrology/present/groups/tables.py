@@ -1,0 +1,81 @@
+"""Tables of a group: its recordings as in the sheet, and their Allan deviations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.present.tables import Row
+
+FIRST = ("tau_1_s", "adev_1_mm")
+
+MINIMUM = ("adev_min_mm", "tau_min_s", "adev_min_lower_mm", "adev_min_upper_mm")
+
+SUBSETS = "The recordings of the group as in the sheet."
+
+GAUSSIAN = (
+    "Moments of the cleaned coordinates, along x as in S and along the line between the markers "
+    "(axis pair); only the latter's sigma_C can be held against sigma_L. chi2: test of L against "
+    "N(mu_e, sigma_C) on every thinning_frames-th frame (empty: fewer than 20 independent ones; "
+    "along the pair chi2_p is an upper bound). "
+    "Drift and range are of one-second means (of tenths of a recording below 10 s)."
+)
+
+OUTLIERS = (
+    "Samples taken for outliers. On clean Gaussian noise the filter itself takes the share in "
+    "share_of_clean_gaussian_noise (0.34 % at 3 sigma and 241 frames) and leaves white_level_kept "
+    "(0.966) of the white level: Allan deviations at short tau are 1.7 % low by that much. "
+    "resolution: the smallest step the file can tell (int16 or float32 spacing, or a coarser "
+    "rounding found in the values)."
+)
+
+ALLAN = (
+    "Overlapping Allan deviation at one frame, at chosen averaging times, and at its minimum with "
+    "the interval of the configured confidence."
+)
+
+CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
+
+
+def subsets(recordings: Sequence[Mapping[str, Any]]) -> list[Row]:
+    """One row a recording: what the sheet says of it."""
+    return [
+        {
+            "recording": row["recording"],
+            "source": "twin" if row["twin"] else "measured",
+            "camera_type": row["camera_type"],
+            "n_cameras": row["n_cameras"],
+            "camera_ids": ";".join(map(str, row["camera_ids"])),
+            "comment": row["comment"],
+        }
+        for row in recordings
+    ]
+
+
+def allan_summary(
+    recording: str, source: str, columns: Mapping[str, np.ndarray], expected: Sequence[str]
+) -> list[Row]:
+    """One row a series of allan.parquet: its first tau, chosen tau, and the minimum.
+
+    The value at a chosen tau is that of the nearest tau computed, within 10 %, else empty; a series
+    of `expected` without a single value has a row of empty cells.
+    """
+    rows = []
+    overlapping = columns["estimator"] == "oadev"
+    for series in expected:
+        pick = overlapping & (columns["series"] == series)
+        tau, adev = columns["tau_s"][pick], columns["adev_mm"][pick]
+        lower, upper = columns["adev_lower_mm"][pick], columns["adev_upper_mm"][pick]
+        row: Row = {"recording": recording, "source": source, "series": series}
+        row |= {"tau_1_s": tau[0], "adev_1_mm": adev[0]} if tau.size else dict.fromkeys(FIRST)
+        for wanted in CHOSEN_TAUS_S:
+            k = int(np.abs(np.log(tau / wanted)).argmin()) if tau.size else -1
+            near = k >= 0 and abs(tau[k] / wanted - 1) < 0.1
+            row[f"adev_{wanted:g}s_mm"] = adev[k] if near else math.nan
+        best = int(adev.argmin()) if tau.size else None
+        least = [values[best] if tau.size else None for values in (adev, tau, lower, upper)]
+        rows.append(row | dict(zip(MINIMUM, least, strict=True)))
+    return rows

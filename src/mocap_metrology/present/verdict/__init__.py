@@ -1,0 +1,1 @@
+"""The verdict on a recording in words and in a figure."""

@@ -13,20 +13,21 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env test study lint benchmark accuracy lock graph clean help
+.PHONY: run check report env warm test study lint benchmark accuracy lock graph clean help
 
-run: env  ## set up, then regenerate every table and figure (the default)
+run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) snakemake --cores $(CORES)
 
 # A refusal ends a run with status 1 and is in the report; what a crash left out cannot be.
-report: env  ## run, then write the report: $(RESULTS)/report.html (quick: make report ARGS="--profile profiles/quick")
+report: warm  ## run, then write the report: $(RESULTS)/report.html (quick: make report ARGS="--profile profiles/quick")
 	@status=0; $(RUN) snakemake --cores $(CORES) $(ARGS) || status=$$?; \
 	$(RUN) python workflow/write_report.py $(RESULTS)/report.html $(ARGS) || exit 1; exit $$status
 
 # RESULTS has a default of its own, which is that of whole runs.
-check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RESULTS=folder]
+check: warm  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [TRUNCATED=accept] [RESULTS=folder]
 	@test -n "$(FILE)" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
 	@$(RUN) python workflow/check_file.py "$(FILE)" --cores $(CORES) $(if $(MARKERS),--markers "$(MARKERS)") \
+		$(if $(filter accept,$(TRUNCATED)),--accept-truncated) \
 		$(if $(filter command,$(origin RESULTS)),--results "$(RESULTS)")
 
 env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled requirements
@@ -44,25 +45,30 @@ env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled re
 	$(RUN) python -m mocap_metrology.common.warm
 	@touch $@
 
-test: env  ## run the tests
+# numba's cache has no lock: after an edit of a kernel one process compiles, not several at once.
+warm: env
+	@$(RUN) python -m mocap_metrology.common.warm
+
+test: warm  ## run the tests
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest \
 		--numprocesses $(CORES) --dist loadfile --no-loadscope-reorder
 
-study: env  ## run the long Monte Carlo studies
+study: warm  ## run the long Monte Carlo studies
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest -m study
 
 lint: env  ## check style of code and workflow
 	@$(RUN) sh -ec 'ruff check .; ruff format --check .; \
 		snakefmt --check Snakefile workflow; snakemake --lint'
 
-benchmark: env  ## time the project beside its peers (installs allantools and hampel)
+benchmark: warm  ## time the project beside its peers (installs allantools and hampel)
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/benchmark.txt
 	@$(RUN) python benchmarks/peers.py
 	@$(RUN) python benchmarks/noise_times.py
 	@$(RUN) python benchmarks/lighthouse_times.py
 
-accuracy: env  ## Monte Carlo of the noise estimators against the Cramer-Rao bound
+accuracy: warm  ## Monte Carlo, MINUTES: noise estimators against the Cramer-Rao bound; is a noisy camera named?
 	@$(RUN) python benchmarks/noise_monte_carlo.py
+	@$(RUN) python benchmarks/failing_camera.py
 
 lock: .venv/.ready  ## compile requirements/*.in anew
 	@cd requirements && for name in requirements uv benchmark; do \

@@ -21,25 +21,26 @@ from lib import one_file  # noqa: E402
 
 FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
 LAST_LINES = 12
+ACCEPT = "; to use what is there: make check ... TRUNCATED=accept, or --accept-truncated"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check one file; 0 if there is a verdict, whatever it is, 1 if the file is refused."""
     given = _parser().parse_args(arguments)
-    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.errors import Refusal, Truncated
 
     path = Path(given.file).expanduser().resolve()
     try:
         if not path.is_file():
             raise Refusal(f"{given.file}: no such file; expected a recording, as take.c3d")
-        markers = _markers(path, given.markers)
+        markers = _markers(path, given.markers, given.accept_truncated)
         if any(letter in str(path) for letter in ";\t\n"):
             raise Refusal(f"{path}: expected a path without semicolons and tabs")
     except Refusal as refusal:
-        print(refusal, file=sys.stderr)
+        print(f"{refusal}{ACCEPT if isinstance(refusal, Truncated) else ''}", file=sys.stderr)
         return 1
     folder = Path(given.results or f"results/check/{one_file.name_of(path)}").resolve()
-    name = one_file.write_sheet(folder, path, markers)
+    name = one_file.write_sheet(folder, path, markers, given.accept_truncated)
     if _run(folder, name, given.cores):
         return 1
     _tell(folder / "recordings" / name)
@@ -57,12 +58,17 @@ def _parser() -> argparse.ArgumentParser:
         metavar='"A;B"',
         help="labels of the markers, separated by ; (default: the first two that stand still)",
     )
+    parser.add_argument(
+        "--accept-truncated",
+        action="store_true",
+        help="use what is there of a file that is cut off (default: refuse it)",
+    )
     parser.add_argument("--results", help="folder of the results (default: results/check/<file>)")
     parser.add_argument("--cores", type=int, default=2, help="processes at once (default: 2)")
     return parser
 
 
-def _markers(path: Path, asked: str | None) -> list[str]:
+def _markers(path: Path, asked: str | None, accept_truncated: bool) -> list[str]:
     """Those asked for if the file has them, else a choice, which is told."""
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.formats import labels_of
@@ -78,7 +84,7 @@ def _markers(path: Path, asked: str | None) -> list[str]:
         )
     if wanted:
         return wanted
-    chosen, why = one_file.choose(labels, lambda label: _movement(path, label), _still_mm())
+    chosen, why = one_file.choose(labels, lambda label: _movement(path, label, accept_truncated), _still_mm())
     if not chosen:
         raise Refusal(
             f"{path.name}: no labelled marker is seen in half of the frames; expected one among: "
@@ -89,25 +95,23 @@ def _markers(path: Path, asked: str | None) -> list[str]:
     return chosen
 
 
-def _movement(path: Path, label: str) -> float | None:
+def _movement(path: Path, label: str, accept_truncated: bool) -> float | None:
     """Range of a marker's one-second means in mm; None if it is hardly seen."""
     import numpy as np
 
-    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.errors import Unseen
     from mocap_metrology.formats import read_any
     from mocap_metrology.noise.gaussian import drift
 
     try:
-        found = read_any([path], [label], second_opinion=False)
-    except Refusal as refusal:
-        if "frame" in str(refusal) and "rate" in str(refusal):
-            raise
+        found = read_any([path], [label], None, False, accept_truncated)
+    except Unseen:
         return None
     position = found.position_mm[0].astype(float)
     if np.isfinite(position).all(axis=0).mean() < FEWEST_SEEN:
         return None
     ranges = [drift(axis, found.frame_rate_hz).range for axis in position]
-    return float(max(ranges)) if np.isfinite(ranges).all() else 0.0
+    return float(max(ranges)) if np.isfinite(ranges).all() else None
 
 
 def _still_mm() -> float:

@@ -10,6 +10,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import (
+    empty_folder,
     read_metadata,
     read_series,
     read_table,
@@ -73,3 +74,17 @@ def test_json_has_no_nan(tmp_path):
 
 def test_refusal_is_one_line():
     assert str(Refusal("a\n  b\tc")) == "a b c"
+
+
+def test_an_emptied_folder_has_neither_files_nor_folders(tmp_path):
+    """And what a link points to stays."""
+    own, other = tmp_path / "own", tmp_path / "other"
+    (own / "fit").mkdir(parents=True)
+    (own / "fit/x1.png").write_text("old")
+    (own / "check.json").write_text("old")
+    other.mkdir()
+    (other / "kept").write_text("kept")
+    (own / "link").symlink_to(other)
+    empty_folder(own)
+    assert list(own.iterdir()) == []
+    assert (other / "kept").read_text() == "kept"

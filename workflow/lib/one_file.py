@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-HEADER = ("recording", "path", "markers", "group", "comment")
+HEADER = ("recording", "path", "markers", "group", "truncated", "comment")
 WANTED = 2  # markers: with two there is a distance
 LABELS_SHOWN = 60
 
@@ -52,9 +52,12 @@ def choose(
     return least, f"those that move least ({moves}): no two stand still"
 
 
-def write_sheet(folder: Path, path: Path, markers: Sequence[str]) -> str:
+def write_sheet(
+    folder: Path, path: Path, markers: Sequence[str], accept_truncated: bool = False
+) -> str:
     """Write `<folder>/check.tsv`; return the recording's name."""
-    cells = (name_of(path), str(path), ";".join(markers), "check", "")
+    cells = (name_of(path), str(path), ";".join(markers), "check")
+    cells += ("accept" if accept_truncated else "", "")
     folder.mkdir(parents=True, exist_ok=True)
     lines = ["\t".join(HEADER), "\t".join(cells)]
     (folder / "check.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")

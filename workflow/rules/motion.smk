@@ -27,6 +27,7 @@ rule orientation:
     params:
         code=digest("orientation.py"),
         cluster=lambda wildcards: row(wildcards)["cluster"],
+        accept_truncated=lambda wildcards: row(wildcards)["accept_truncated"],
         allan=config["allan"],
         hampel=config["hampel"],
     message:

@@ -5,8 +5,8 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.common.files import sha256, write_json
+    from mocap_metrology.common.errors import Refusal, Truncated
+    from mocap_metrology.common.files import empty_folder, sha256, write_json
     from mocap_metrology.formats import read_any
     from mocap_metrology.noise.describe import moving_markers
 
@@ -32,11 +32,9 @@ with step(snakemake) as log:
         check["moving"] = bool(check["warnings"])
     except Refusal as refusal:
         why = str(refusal)
-        if ": cut off" in why:
+        if isinstance(refusal, Truncated):
             why += '; to use what is there, write "accept" in column truncated of the sheet'
         check |= {"ok": False, "why": why}
-        for old in Path(snakemake.output[0]).parent.iterdir():  # results of an earlier input
-            if old.is_file():
-                old.unlink()
+        empty_folder(Path(snakemake.output[0]).parent)  # results of an earlier input
     log.info("%s", check)
     write_json(snakemake.output[0], check)

@@ -8,7 +8,7 @@ with step(snakemake) as log:
     from lighthouse_steps import decoded
 
     from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.common.files import sha256, write_json
+    from mocap_metrology.common.files import empty_folder, sha256, write_json
 
     row = snakemake.params.row
     check = {"ok": True, "why": "", "warnings": [], "notes": []}
@@ -26,8 +26,6 @@ with step(snakemake) as log:
         ]
     except Refusal as refusal:
         check |= {"ok": False, "why": str(refusal)}
-        for old in Path(snakemake.output[0]).parent.iterdir():  # results of an earlier input
-            if old.is_file():
-                old.unlink()
+        empty_folder(Path(snakemake.output[0]).parent)  # results of an earlier input
     log.info("%s", check)
     write_json(snakemake.output[0], check)

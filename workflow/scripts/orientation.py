@@ -32,7 +32,10 @@ with step(snakemake) as log:
             markers = [origin["labels"].index(label) + 1 for label in cluster]
             found = of_cluster(np.stack([position(raw, marker) for marker in markers]))
         else:
-            poses = [read_pose_txt(path).orientation_xyzw for path in snakemake.input.poses]
+            poses = [
+                read_pose_txt(path, snakemake.params.accept_truncated).orientation_xyzw
+                for path in snakemake.input.poses
+            ]
             found = of_poses(np.concatenate(poses, axis=1))
     except Refusal as refusal:
         refused, found = str(refusal), unknown(columns["frame"].size)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Unseen
 
 
 class Described(Protocol):
@@ -66,6 +66,6 @@ def check_seen(
     for label, by_reason in zip(labels, counts, strict=True):
         if sum(by_reason.values()) == n_frames:
             found = [f"{n} {reason.replace('_', ' ')}" for reason, n in by_reason.items() if n]
-            raise Refusal(
+            raise Unseen(
                 f"{file}: marker {label!r} is valid in no frame of {n_frames} ({', '.join(found)})"
             )

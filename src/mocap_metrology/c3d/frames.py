@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from mocap_metrology.c3d.numbers import BLOCK, unsigned
 from mocap_metrology.c3d.parameters import Parameters
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Truncated
 
 SATURATED = (65535, 32767)  # the largest unsigned and signed 16-bit counts
 WRAP = 65536
@@ -245,8 +245,9 @@ def choose_frame_size(
     if not good:
         why = tried[sizes[0]]
         held = section.available // sizes[0]
-        if not (accept_truncated and why.startswith(CUT_OFF) and len(sizes) == 1 and held):
-            raise Refusal(f"{file}: {why}")
+        usable = why.startswith(CUT_OFF) and len(sizes) == 1 and held
+        if not (accept_truncated and usable):
+            raise (Truncated if usable else Refusal)(f"{file}: {why}")
         note = f"{why}: those alone are used, as column truncated says"
         return sizes[0], FrameCount(held, "file size", notes=(note,))
     if len(good) > 1:

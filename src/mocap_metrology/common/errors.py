@@ -1,4 +1,4 @@
-"""The one exception that a user is meant to read."""
+"""The exceptions that a user is meant to read."""
 
 
 class Refusal(ValueError):
@@ -6,3 +6,11 @@ class Refusal(ValueError):
 
     def __init__(self, message: str):
         super().__init__(" ".join(str(message).split()))
+
+
+class Truncated(Refusal):
+    """A file that ends early, of which what is there could be used."""
+
+
+class Unseen(Refusal):
+    """A marker that is seen in no frame of an otherwise good file."""

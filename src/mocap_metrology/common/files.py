@@ -6,6 +6,7 @@ import csv
 import hashlib
 import io
 import json
+import shutil
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -36,6 +37,15 @@ def whole(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(FileNotFoundError):
             part.unlink()
+
+
+def empty_folder(folder: str | Path) -> None:
+    """Remove all that is in a folder, and leave the folder."""
+    for old in Path(folder).iterdir():
+        if old.is_dir() and not old.is_symlink():
+            shutil.rmtree(old)
+        else:
+            old.unlink()
 
 
 def write_text(path: str | Path, text: str) -> None:

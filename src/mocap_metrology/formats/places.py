@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.c3d.segments import LONGEST_GAP
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.formats.layout import Layout
 from mocap_metrology.formats.rows import Rows, cells_of, line_of
 
@@ -140,5 +140,5 @@ def _check_declared(layout: Layout, rows: Rows, span: int, accept_truncated: boo
         if rows.n < n and span != n:
             why = f"{rows.n} of the {n} frames that {name} says"
     if why and not accept_truncated:
-        raise Refusal(f"{layout.name}: cut off: {why}")
+        raise Truncated(f"{layout.name}: cut off: {why}")
     return [f"cut off: {why}; taken as it is"] if why else []

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from mocap_metrology.c3d import Recording, inspect, read_recording
+from mocap_metrology.c3d.recording import Recording, read_recording
+from mocap_metrology.c3d.structure import inspect
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.formats import motive, nexus, pose_txt, qualisys, trc
 from mocap_metrology.formats.head import check_text, lines
@@ -44,7 +45,7 @@ def read_any(
 ) -> Recording:
     """Positions of `markers` in one file or in the segments of one take, of one format.
 
-    Arguments and result as of `mocap_metrology.c3d.read_recording`; a second opinion there is on
+    Arguments and result as of `c3d.recording.read_recording`; a second opinion there is on
     C3D only. Text: `n_invalid` by `empty`, `zero`, `not_finite`; frames whose numbers are missing
     count as `n_gap_frames`; `resolution_kind` is `text` where the decimals limit it.
     """

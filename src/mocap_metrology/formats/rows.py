@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import csv as arrow_csv
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.formats.head import Line, decoded, lines
 from mocap_metrology.formats.layout import NUMBER, Layout
 
@@ -109,7 +109,7 @@ def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tupl
     if n_cells < layout.n_columns and rows.n:
         rows.cut_off = f"line {line} ends after {n_cells} of {layout.n_columns} cells"
         if not accept_truncated:
-            raise Refusal(f"{layout.name}: cut off: {rows.cut_off}")
+            raise Truncated(f"{layout.name}: cut off: {rows.cut_off}")
         return
     if layout.declared is None:
         rows.notes.append(f"line {line}, the last, has no line end: is anything missing?")

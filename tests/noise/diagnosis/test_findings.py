@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.findings import findings
+from mocap_metrology.noise.diagnosis.findings import _time, findings
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.estimates import rows
@@ -138,3 +138,11 @@ def test_a_coarse_file_and_a_moving_marker_are_warned_of():
     assert share == pytest.approx(0.01**2 / 12 / (0.008**2 + 0.01**2 / 12), rel=0.1)
     assert said["moving"].severity == "warning"
     assert math.isclose(found.drifts["y1"].per_hour, 5 * 36, rel_tol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(9059.97, "2:31:00.0"), (599.97, "0:10:00.0"), (150.24, "150.2 s"), (3661.0, "1:01:01.0")],
+)
+def test_times_carry_over(seconds: float, text: str) -> None:
+    assert _time(seconds) == text

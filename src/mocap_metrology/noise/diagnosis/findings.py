@@ -294,6 +294,7 @@ def _misfit(noise: Rows, found: Diagnosis) -> list[Finding]:
 
 def _time(seconds: float) -> str:
     """150.2 s, or 2:30:12.0 beyond ten minutes."""
+    seconds = round(seconds, 1)
     if seconds < 600:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(seconds, 60)

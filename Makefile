@@ -23,12 +23,16 @@ report: warm  ## run, then write the report: $(RESULTS)/report.html (quick: make
 	@status=0; $(RUN) snakemake --cores $(CORES) $(ARGS) || status=$$?; \
 	$(RUN) python workflow/write_report.py $(RESULTS)/report.html $(ARGS) || exit 1; exit $$status
 
+# Names as they were typed: through the environment neither make nor the shell reads a $ or a ` in them.
 # RESULTS has a default of its own, which is that of whole runs.
-check: warm  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [TRUNCATED=accept] [RESULTS=folder]
-	@test -n "$(FILE)" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
-	@$(RUN) python workflow/check_file.py "$(FILE)" --cores $(CORES) $(if $(MARKERS),--markers "$(MARKERS)") \
-		$(if $(filter accept,$(TRUNCATED)),--accept-truncated) \
-		$(if $(filter command,$(origin RESULTS)),--results "$(RESULTS)")
+export CHECK_FILE := $(value FILE)
+export CHECK_MARKERS := $(value MARKERS)
+export CHECK_RESULTS := $(if $(filter command,$(origin RESULTS)),$(value RESULTS))
+check: warm  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [TRUNCATED=accept] [RESULTS=folder]
+	@test -n "$$CHECK_FILE" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
+	@$(RUN) python workflow/check_file.py --cores "$(CORES)" $(if $(RATE),--rate "$(RATE)") \
+		$(if $(filter accept,$(TRUNCATED)),--accept-truncated) --markers="$$CHECK_MARKERS" \
+		--results="$$CHECK_RESULTS" -- "$$CHECK_FILE"
 
 env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled requirements
 

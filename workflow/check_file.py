@@ -21,26 +21,28 @@ from lib import one_file  # noqa: E402
 
 FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
 LAST_LINES = 12
-ACCEPT = "; to use what is there: make check ... TRUNCATED=accept, or --accept-truncated"
+CHATTER = ("Using workflow specific profile", "Config file ", "host: ", "Building DAG")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check one file; 0 if there is a verdict, whatever it is, 1 if the file is refused."""
     given = _parser().parse_args(arguments)
-    from mocap_metrology.common.errors import Refusal, Truncated
+    from mocap_metrology.common.errors import Refusal
 
     path = Path(given.file).expanduser().resolve()
+    folder = Path(given.results or f"results/check/{one_file.folder_of(path)}").resolve()
     try:
-        if not path.is_file():
-            raise Refusal(f"{given.file}: no such file; expected a recording, as take.c3d")
-        markers = _markers(path, given.markers, given.accept_truncated)
-        if any(letter in str(path) for letter in ";\t\n"):
-            raise Refusal(f"{path}: expected a path without semicolons and tabs")
+        _check_path(path, given.file)
+        markers = _markers(path, given)
+        cells = {"markers": ";".join(markers), "frame_rate_hz": given.rate}
+        cells["truncated"] = "accept" if given.accept_truncated else None
+        name = one_file.write_sheet(folder, path, cells)
     except Refusal as refusal:
-        print(f"{refusal}{ACCEPT if isinstance(refusal, Truncated) else ''}", file=sys.stderr)
+        print(f"{refusal}{_advice(refusal)}", file=sys.stderr)
         return 1
-    folder = Path(given.results or f"results/check/{one_file.name_of(path)}").resolve()
-    name = one_file.write_sheet(folder, path, markers, given.accept_truncated)
+    except OSError as error:
+        print(f"{folder}: {error.strerror}; expected a folder to write to", file=sys.stderr)
+        return 1
     if _run(folder, name, given.cores):
         return 1
     _tell(folder / "recordings" / name)
@@ -63,20 +65,53 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="use what is there of a file that is cut off (default: refuse it)",
     )
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        help="frames a second, of a file that does not say (default: its own)",
+    )
     parser.add_argument("--results", help="folder of the results (default: results/check/<file>)")
-    parser.add_argument("--cores", type=int, default=2, help="processes at once (default: 2)")
+    parser.add_argument("--cores", type=_count, default=2, help="processes at once (default: 2)")
     return parser
 
 
-def _markers(path: Path, asked: str | None, accept_truncated: bool) -> list[str]:
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}; expected a whole number, 1 or more")
+    return int(text)
+
+
+def _check_path(path: Path, given: str) -> None:
+    from mocap_metrology.common.errors import Refusal
+
+    if not path.exists():
+        raise Refusal(f"{given}: no such file; expected a recording, as take.c3d")
+    if not path.is_file():
+        raise Refusal(f"{given}: is not a file; expected a recording, as take.c3d")
+    if any(letter in str(path) for letter in ";\t\n\r"):
+        raise Refusal(f"{given}: expected a path without semicolons, tabs and line breaks")
+
+
+def _advice(refusal: Exception) -> str:
+    """What to do about it without a sheet."""
+    from mocap_metrology.common.errors import Truncated
+
+    if isinstance(refusal, Truncated):
+        return "; to use what is there: make check ... TRUNCATED=accept, or --accept-truncated"
+    if "column frame_rate_hz" in str(refusal):
+        return ", which is RATE=100 in make check, or --rate 100"
+    return ""
+
+
+def _markers(path: Path, given: argparse.Namespace) -> list[str]:
     """Those asked for if the file has them, else a choice, which is told."""
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.formats import labels_of
 
     labels = labels_of(path)
     stripped = [label.strip() for label in labels]
-    wanted = [part.strip() for part in (asked or "").split(";") if part.strip()]
-    missing = [name for name in wanted if name not in stripped]
+    wanted = [part.strip() for part in (given.markers or "").split(";") if part.strip()]
+    missing = [name for name in wanted if name not in (*stripped, *one_file.numbered(labels))]
     if missing:
         raise Refusal(
             f"{path.name}: no marker {', '.join(missing)}; expected some of: "
@@ -84,18 +119,20 @@ def _markers(path: Path, asked: str | None, accept_truncated: bool) -> list[str]
         )
     if wanted:
         return wanted
-    chosen, why = one_file.choose(labels, lambda label: _movement(path, label, accept_truncated), _still_mm())
+    chosen, why = one_file.choose(labels, lambda label: _movement(path, label, given), _still_mm())
     if not chosen:
+        stars = [label for label in stripped if label.startswith("*")]
+        name_them = f'; name them: MARKERS="{";".join(stars[:2])}"' if len(stars) > 1 else ""
         raise Refusal(
             f"{path.name}: no labelled marker is seen in half of the frames; expected one among: "
-            f"{one_file.listed(labels)}"
+            f"{one_file.listed(labels)}{name_them}"
         )
     print(f'Markers: {", ".join(chosen)} ({why}). Name others with MARKERS="A;B" or --markers:')
     print(f"  {one_file.listed(labels)}")
     return chosen
 
 
-def _movement(path: Path, label: str, accept_truncated: bool) -> float | None:
+def _movement(path: Path, label: str, given: argparse.Namespace) -> float | None:
     """Range of a marker's one-second means in mm; None if it is hardly seen."""
     import numpy as np
 
@@ -104,7 +141,7 @@ def _movement(path: Path, label: str, accept_truncated: bool) -> float | None:
     from mocap_metrology.noise.gaussian import drift
 
     try:
-        found = read_any([path], [label], None, False, accept_truncated)
+        found = read_any([path], [label], _rate(given), False, given.accept_truncated)
     except Unseen:
         return None
     position = found.position_mm[0].astype(float)
@@ -112,6 +149,15 @@ def _movement(path: Path, label: str, accept_truncated: bool) -> float | None:
         return None
     ranges = [drift(axis, found.frame_rate_hz).range for axis in position]
     return float(max(ranges)) if np.isfinite(ranges).all() else None
+
+
+def _rate(given: argparse.Namespace) -> float | None:
+    from mocap_metrology.common.errors import Refusal
+
+    try:
+        return None if not given.rate else float(given.rate)
+    except ValueError:
+        raise Refusal(f"rate {given.rate!r}; expected frames a second, as 100") from None
 
 
 def _still_mm() -> float:
@@ -139,16 +185,18 @@ def _run(folder: Path, name: str, cores: int) -> int:
             command, cwd=folder, env=environment, stdout=stream, stderr=stream, check=False
         ).returncode
     if code:
-        print(_why(own / "check.json", log), file=sys.stderr)
+        print(_why(folder / "check.tsv", own / "check.json", log), file=sys.stderr)
     return code
 
 
-def _why(check: Path, log: Path) -> str:
-    if check.is_file():
+def _why(sheet: Path, check: Path, log: Path) -> str:
+    """The refusal, unless it is of an earlier sheet; else the end of what was said."""
+    if check.is_file() and check.stat().st_mtime_ns >= sheet.stat().st_mtime_ns:
         found = json.loads(check.read_text(encoding="utf-8"))
         if not found["ok"]:
             return f"refused: {found['why']}"
-    last = log.read_text(encoding="utf-8").rstrip().splitlines()[-LAST_LINES:]
+    said = log.read_text(encoding="utf-8").rstrip().splitlines()
+    last = [line for line in said if not line.startswith(CHATTER)][-LAST_LINES:]
     return "\n".join([*last, f"No verdict; all that was said is in {log}"])
 
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import check_file
 import numpy as np
 import pytest
 from lib import one_file
 from running import environment
 
-from mocap_metrology.c3d import write_c3d
+from mocap_metrology.c3d.write import write_c3d
 
 ROOT = Path(__file__).resolve().parents[2]
 RATE, SECONDS, SIGMA = 50.0, 70, 0.02
@@ -20,7 +23,7 @@ RATE, SECONDS, SIGMA = 50.0, 70, 0.02
 
 def check(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
     command = [sys.executable, str(ROOT / "workflow/check_file.py"), *arguments]
-    how = {"env": environment(), "capture_output": True, "text": True, "timeout": 240}
+    how = {"env": environment(), "capture_output": True, "text": True, "timeout": 900}
     return subprocess.run(command, cwd=folder, check=False, **how)
 
 
@@ -88,11 +91,68 @@ def test_choice_of_markers() -> None:
         ("Wand 240 (final).c3d", "Wand-240-final"),
         ("-x.c3d", "x"),
         ("_1.trc", "recording-_1"),
-        ("\u00e4\u00f6.c3d", "recording"),
     ],
 )
 def test_names_that_sheets_take(file: str, name: str) -> None:
     assert one_file.name_of(file) == name
+
+
+def test_names_are_told_apart() -> None:
+    """Without a letter of ASCII, too long, or so repeated that Snakemake would refuse them."""
+    files = [
+        "\u65e5\u672c.c3d",
+        "\u4e2d\u6587.c3d",
+        "\u00dc.c3d",
+        *(f"{'x' * n}.c3d" for n in (200, 201)),
+    ]
+    names = [one_file.name_of(file) for file in files]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"(recording|xxxxxxxxxxxx)-[0-9a-f]{6}", name) for name in names)
+    assert [one_file.folder_of(f) for f in ("a/take.C3D", "take.trc")] == ["take.c3d", "take.trc"]
+
+
+def test_labels_that_stand_twice_are_numbered() -> None:
+    assert one_file.numbered(["A", "B ", "A"]) == ["A#1", "B", "A#2"]
+    seen = []
+    one_file.choose(["A", "B", "A"], lambda label: seen.append(label), 2.0)
+    assert seen == ["A#1", "B", "A#2"]
+
+
+def test_make_takes_names_as_they_are(take: Path) -> None:
+    """Neither make nor the shell reads a $, a ` or a quote in them."""
+    name = 'a `touch PWNED` $HOME "q.c3d'
+    command = ["make", "-C", str(ROOT), "check", f"FILE={take.parent / name}", "-o", ".venv/.ready"]
+    how = {"capture_output": True, "text": True, "check": False, "timeout": 900}
+    found = subprocess.run(command, env=environment(), **how)
+    assert found.returncode != 0
+    assert f"{take.parent / name}: no such file" in found.stderr
+    assert not list(ROOT.glob("PWNED"))
+
+
+def test_what_is_asked_wrongly_is_said_in_one_line(take: Path) -> None:
+    (take.parent / "folder.c3d").mkdir()
+    cases = {
+        ("folder.c3d",): "folder.c3d: is not a file; expected a recording, as take.c3d",
+        (take.name, "--markers", "Head;Toe", "--results", take.name): (
+            f"{take}: File exists; expected a folder to write to"
+        ),
+        (take.name, "--rate", "x"): "rate 'x'; expected frames a second, as 100",
+    }
+    for arguments, message in cases.items():
+        assert check(take.parent, *arguments).stderr.rstrip("\n") == message
+    none = check(take.parent, take.name, "--cores", "0")
+    assert none.returncode == 2
+    assert none.stderr.endswith("--cores: '0'; expected a whole number, 1 or more\n")
+
+
+def test_a_reason_of_an_earlier_sheet_is_not_given(tmp_path: Path) -> None:
+    sheet, said, log = (tmp_path / name for name in ("check.tsv", "check.json", "check.log"))
+    for path, text in ((sheet, "a"), (said, '{"ok": false, "why": "old"}'), (log, "new\n")):
+        path.write_text(text)
+    for second, why in ((1, "refused: old"), (3, "new\n")):
+        os.utime(sheet, (second, second))
+        os.utime(said, (2, 2))
+        assert check_file._why(sheet, said, log).startswith(why)
 
 
 def test_long_lists_of_labels_are_cut() -> None:

@@ -70,7 +70,7 @@ benchmark: warm  ## time the project beside its peers (installs allantools and h
 	@$(RUN) python benchmarks/noise_times.py
 	@$(RUN) python benchmarks/lighthouse_times.py
 
-accuracy: warm  ## Monte Carlo, MINUTES: noise estimators against the Cramer-Rao bound; is a noisy camera named?
+accuracy: warm  ## Monte Carlo, ten minutes: noise estimators against the Cramer-Rao bound; is a noisy camera found?
 	@$(RUN) python benchmarks/noise_monte_carlo.py
 	@$(RUN) python benchmarks/failing_camera.py
 

@@ -1,6 +1,6 @@
 """How often a camera twice as noisy as the others is found, and how often a sound one is blamed.
 
-    python benchmarks/failing_camera.py                # 100 twins a line, half an hour
+    python benchmarks/failing_camera.py                # 100 twins a line, six minutes
     python benchmarks/failing_camera.py --series 20    # whole recordings only, of ten minutes
 
 Truth: ten cameras of one type (optics of Skurowski & Pawlyta 2019, Table 2) at random places round

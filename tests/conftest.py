@@ -3,7 +3,10 @@ tests that need them are skipped and say so."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -23,6 +26,25 @@ def shared() -> Path:
     if not (folder / "data").is_dir():
         pytest.skip("reference data folder ../shared is absent")
     return folder
+
+
+@pytest.fixture(scope="session")
+def cost() -> Callable[[Callable[[], Any], Callable[[], Any]], float]:
+    """Least processor time of some work, in that of other work timed in turn with it.
+
+    A limit in seconds would fail on a slow or a busy machine; both kinds of work suffer from it.
+    """
+
+    def timed(work: Callable[[], Any]) -> float:
+        begin = time.process_time()
+        work()
+        return time.process_time() - begin
+
+    def ratio(work: Callable[[], Any], reference: Callable[[], Any]) -> float:
+        taken = [(timed(work), timed(reference)) for _ in range(3)]
+        return min(own for own, _ in taken) / min(other for _, other in taken)
+
+    return ratio
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

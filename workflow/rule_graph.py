@@ -1,8 +1,9 @@
 """Keep the rule graph in README.md current: `python workflow/rule_graph.py`, or with --check.
 
-Snakemake draws it (`--rulegraph mermaid-js`) of the default sheets; here rules get their names for
-ids and edges an order. The gate and the provenance, to which everything leads, are left out, and so
-is every edge that a longer way says too.
+Snakemake draws it (`--rulegraph mermaid-js`) of the default sheets, without what a user has added
+to them, in a folder of its own; here rules get their names for ids and edges an order. The gate and
+the provenance, to which everything leads, are left out, and so is every edge that a longer way says
+too.
 """
 
 from __future__ import annotations
@@ -11,12 +12,46 @@ import argparse
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
+
+from lib import tsv
+from lib.configuration import load_schema
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 BLOCK = re.compile(r"```mermaid\n.*?```", re.S)
 LAST = {"default", "gate", "all", "provenance"}
+GROUPS = {  # of the default sheets
+    "recordings": {
+        *("skurowski2019", "skurowski2019-crump", "skurowski2019-repaired"),
+        "example-failing-camera",
+    },
+    "calibrations": {"jansen2019"},
+}
+
+
+def shipped(sheet: str) -> list[dict[str, str]]:
+    """Rows of `recordings` or `calibrations` that the project came with: the twins of its groups.
+    Cells by column, of every column there is."""
+    schema = load_schema(ROOT / f"workflow/schemas/{sheet}.schema.yaml")
+    rows = tsv.read(ROOT / f"config/{sheet}.tsv", schema)
+    return [
+        {column: row[column] for column in schema["columns"]}
+        for row in rows
+        if row["group"] in GROUPS[sheet] and row["path"].startswith("simulate:")
+    ]
+
+
+def write_shipped(folder: Path) -> list[str]:
+    """Write sheets of these rows; what `--config` has to say to use them."""
+    settings = []
+    for sheet in GROUPS:
+        rows, path = shipped(sheet), folder / f"{sheet}.tsv"
+        lines = ["\t".join(rows[0])] + ["\t".join(row.values()) for row in rows]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        settings.append(f"{sheet}={path}")
+    return settings
 
 
 def said_already(edge: tuple[str, str], edges: set[tuple[str, str]]) -> bool:
@@ -45,9 +80,13 @@ def graph(mermaid: str) -> str:
 
 def drawn() -> str:
     """What Snakemake draws now."""
-    how = ["--workflow-profile", "profiles/ci", "--rulegraph", "mermaid-js"]
-    command = [sys.executable, "-m", "snakemake", *how]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "profiles").symlink_to(ROOT / "profiles")
+        how = ["--workflow-profile", "profiles/ci", "--rulegraph", "mermaid-js"]
+        command = [sys.executable, "-m", "snakemake", "-s", str(ROOT / "Snakefile"), *how]
+        command += ["--config", *write_shipped(folder)]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if done.returncode:
         sys.exit(done.stderr.strip().splitlines()[-1])
     return graph(done.stdout)

@@ -34,6 +34,7 @@ os.dup2(ends[1], 4)
 os.execvp(sys.argv[3], sys.argv[3:])
 """
 DOMAINS = ("Page", "Runtime", "Log", "Network")
+PATIENCE_S = 300  # seconds do, unless other work has the cores
 
 
 class Browser:
@@ -63,7 +64,7 @@ class Browser:
         if session:
             message["sessionId"] = session
         os.write(self.send, json.dumps(message).encode() + b"\0")
-        until = time.monotonic() + 60
+        until = time.monotonic() + PATIENCE_S
         while True:
             answer = self._next(until - time.monotonic())
             if answer is None:
@@ -101,21 +102,28 @@ class Browser:
         elif kind == "Target.attachedToTarget" and params["targetInfo"]["type"] == "iframe":
             self._listen(params["sessionId"])
 
-    def wait(self, seconds: float) -> None:
-        """Take events for a while."""
-        until = time.monotonic() + seconds
-        while (left := until - time.monotonic()) > 0:
-            event = self._next(left)
-            if event is not None:
-                self._note(event)
+    def until(self, expression: str, seconds: float = PATIENCE_S) -> Any:
+        """The value of an expression once it is true; until then it may fail, as it does while a
+        page is loaded. `TimeoutError` where it never is."""
+        end = time.monotonic() + seconds
+        while True:
+            try:
+                found = self.evaluate(expression)
+            except RuntimeError as error:
+                found, why = None, str(error)
+            else:
+                why = repr(found)
+            if found:
+                return found
+            if time.monotonic() > end:
+                raise TimeoutError(f"{expression}: {why} after {seconds:g} s")
+            time.sleep(0.02)
 
-    def open(self, url: str) -> None:
-        """Go there and wait until it is loaded and has been quiet for a moment."""
+    def open(self, url: str, ready: str) -> None:
+        """Go there, and wait until an expression of the new page is true."""
+        self.evaluate("window.left = true")  # it goes with the old page
         self.call("Page.navigate", {"url": url}, self.session)
-        self.wait(0.3)
-        while self.evaluate("document.readyState") != "complete":
-            self.wait(0.2)
-        self.wait(0.7)
+        self.until(f"!window.left && document.readyState === 'complete' && !!({ready})")
 
     def evaluate(self, expression: str) -> Any:
         """The value of an expression of JavaScript in the page."""

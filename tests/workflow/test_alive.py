@@ -16,13 +16,13 @@ from lib.faults import Faults
 from running import command, environment, side_by_side
 
 HOLD = """
-import sys, time
+import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from lib import alive
 alive.take(Path(".snakemake"))
 print("held", flush=True)
-time.sleep(60)
+sys.stdin.read()
 """
 
 
@@ -33,7 +33,10 @@ def test_the_lock_dies_with_its_process_and_stale_locks_with_it(
     locks = tmp_path / ".snakemake/locks"
     locks.mkdir(parents=True)
     holder = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(root / "workflow")], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", HOLD, str(root / "workflow")],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     try:
         assert holder.stdout.readline() == "held\n"
@@ -85,8 +88,9 @@ def test_kill_and_run_again(toy: Path, snakemake) -> None:
         start_new_session=True,
     )
     try:
-        until = time.monotonic() + 60
-        while not (toy / "waiting").exists() and not run.poll() and time.monotonic() < until:
+        until = time.monotonic() + 600  # it takes seconds, unless other work has the cores
+        while not (toy / "waiting").exists() and time.monotonic() < until:
+            assert run.poll() is None
             time.sleep(0.1)
         assert (toy / "waiting").exists()
         second, dry = side_by_side(

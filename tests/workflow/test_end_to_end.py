@@ -5,16 +5,16 @@ from __future__ import annotations
 import csv
 import json
 import shutil
-import threading
 import zlib
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from running import finished, planned, write_sheet
+from rule_graph import shipped, write_shipped
+from running import finished, planned, watching, write_sheet
 
-from mocap_metrology.c3d import write_c3d
+from mocap_metrology.c3d.write import write_c3d
 
 HEADER = ["recording", "path", "markers", "group", "camera_type", "n_cameras", "truncated"]
 ENCODINGS = ("pi", "pr", "vi", "vr", "si", "sr")
@@ -263,10 +263,10 @@ def test_rerun_repeats_the_verdict_alone(bad, root, snakemake) -> None:
 
 
 def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
-    """Of recordings; those of calibrations are in test_calibrations_end_to_end.py."""
-    out = snakemake(root, "-n", "--config", "calibrations=", f"results={tmp_path}/results")
-    lines = (root / "config/recordings.tsv").read_text().splitlines()
-    sheet = list(csv.DictReader((x for x in lines if not x.startswith("#")), delimiter="\t"))
+    """Of the project's own recordings; calibrations are in test_calibrations_end_to_end.py."""
+    own, _ = write_shipped(tmp_path)
+    out = snakemake(root, "-n", "--config", own, "calibrations=", f"results={tmp_path}/results")
+    sheet = shipped("recordings")
     per_recording = (
         *("simulate_recording", "trajectories", "clean", "allan", "psd", "gaussian", "noise"),
         *("diagnosis", "verdict", "recording_figures", "noise_figures"),
@@ -277,10 +277,13 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     )
     expected = dict.fromkeys(per_recording, len(sheet)) | dict.fromkeys(once, 1)
     expected |= dict.fromkeys(("group_tables", "summary"), len({row["group"] for row in sheet}))
-    expected["expected_noise"] = 22  # the paper prints no coefficients of all thirty cameras
+    paper = [(r["camera_type"], r["n_cameras"]) for r in sheet if r["group"] == "skurowski2019"]
+    # The paper prints no coefficients of all thirty cameras
+    expected["expected_noise"] = sum(subset != ("All", "30") for subset in paper)
     found = planned(out.stdout)
     assert {rule: found[rule] for rule in expected} == expected, out.stdout
-    assert len(sheet) == 33
+    cited = rows(root / "src/mocap_metrology/reference/camera_subsets_table3.csv")
+    assert {(row["camera_type"], row["n_cameras"]) for row in cited} <= set(paper)
     others = {rule: count for rule, count in found.items() if rule not in expected}
     assert all(count <= 2 for count in others.values()), others  # none for each recording
     assert "check_recording" not in found  # twins need none
@@ -292,23 +295,14 @@ def test_no_more_than_two_raw_twins_at_once(root, tmp_path, snakemake) -> None:
     chosen = [x for x in lines if x.split("\t")[0] == "recording" or x.startswith("Bonita-")][:7]
     (tmp_path / "sheet.tsv").write_text("\n".join(chosen) + "\n")
     names = [line.split("\t")[0] for line in chosen[1:]]
-    most, done = [], threading.Event()
-
-    def watch() -> None:
-        while not done.wait(0.02):
-            most.append(len(list(tmp_path.glob("results/recordings/*/twin.c3d"))))
-
-    watcher = threading.Thread(target=watch)
-    watcher.start()
-    out = snakemake(
-        root,
-        *("--cores", "2"),
-        *(tmp_path / f"results/recordings/{name}/trajectories.parquet" for name in names),
-        *("--config", f"recordings={tmp_path / 'sheet.tsv'}", "calibrations="),
-        *(f"results={tmp_path / 'results'}", "duration_s=600"),
-    )
-    done.set()
-    watcher.join()
+    with watching(lambda: len(list(tmp_path.glob("results/recordings/*/twin.c3d")))) as most:
+        out = snakemake(
+            root,
+            *("--cores", "2"),
+            *(tmp_path / f"results/recordings/{name}/trajectories.parquet" for name in names),
+            *("--config", f"recordings={tmp_path / 'sheet.tsv'}", "calibrations="),
+            *(f"results={tmp_path / 'results'}", "duration_s=600"),
+        )
     assert out.returncode == 0, out.stdout
     assert len(list(tmp_path.glob("results/recordings/*/trajectories.parquet"))) == 6
     assert 1 <= max(most) <= 2

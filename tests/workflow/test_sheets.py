@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from lib import recordings, startup, tsv
+from lib import calibrations, recordings, startup, tsv
 from lib.configuration import load_schema
 from lib.faults import Faults
 from lib.files import beside, found, load_twins
@@ -80,6 +80,83 @@ def test_what_is_left_out_is_derived(folder: Path) -> None:
     assert rows["A"]["pairs"] == [["M1", "M2"]]
     assert rows["one"]["pairs"] == []
     assert (rows["twin"]["twin"], rows["twin"]["paths"]) == ("crump", [])
+
+
+SAID = {  # another value of every column that may be filled in, beside a right row
+    "recordings": {
+        "recording": "B",
+        "path": "b.c3d",
+        "markers": "M2;M1;M3",
+        "group": "h",
+        "camera_type": "T40",
+        "n_cameras": "2",
+        "camera_ids": "3;7",
+        "pairs": "M1-M3",
+        "frame_rate_hz": "119.88",
+        "truncated": "accept",
+        "sha256": "ab" * 32,
+        "date": "2019-03-25",
+        "compare_with": "other",
+        "covariate": "b.c3d",
+        "cluster": "M1;M2;M3",
+        "place": "corner",
+        "comment": "of the left wall",
+    },
+    "calibrations": {
+        "calibration": "B",
+        "setup": "2",
+        "group": "h",
+        "path": "b.c3d",
+        "format": "angles-csv",
+        "board": "a.c3d",
+        "factory": "poses.json",
+        "reference": "b.c3d",
+        "reference_labels_master": "M2;M3",
+        "reference_labels_slave": "S2;S3",
+        "mount": "board.csv",
+        "check_against": "poses.json",
+        "sha256": "ab" * 32,
+        "comment": "of the left wall",
+    },
+}
+RIGHT = {
+    "recordings": GOOD,
+    "calibrations": {
+        "calibration": "A",
+        "setup": "1",
+        "group": "g",
+        "path": "dump.bin",
+        "format": "gpio-dump",
+        "board": "board.csv",
+        "reference": "ref.c3d",
+        "reference_labels_master": "M1;M2",
+        "reference_labels_slave": "S1;S2",
+    },
+}
+RENAMED = {("recordings", "path"): "paths", ("recordings", "truncated"): "accept_truncated"}
+LOADERS = {"recordings": (recordings, RECORDINGS), "calibrations": (calibrations, CALIBRATIONS)}
+COLUMNS = [(sheet, c) for sheet, (_, schema) in LOADERS.items() for c in schema["columns"]]
+
+
+@pytest.mark.parametrize(("sheet", "column"), COLUMNS)
+def test_every_column_reaches_the_row_that_rules_see(folder: Path, sheet: str, column: str) -> None:
+    """And no other changes with it, but what is derived from it."""
+    module, schema = LOADERS[sheet]
+    header = list(schema["columns"])
+    right = RIGHT[sheet]
+
+    def read(row: dict[str, str]) -> dict:
+        rows = write_sheet(folder, header, row, right | {schema["what"]: "other"})
+        return next(iter(module.load(rows, schema, []).values()))
+
+    before, after = read(right), read(right | {column: SAID[sheet][column]})
+    names = {RENAMED.get((sheet, name), name) for name in header}
+    assert set(before) == names | {"twin"}
+    derived = {"markers": {"pairs"}, "camera_ids": {"n_cameras"}} if sheet == "recordings" else {}
+    changed = {name for name in before if before[name] != after[name]}
+    name = RENAMED.get((sheet, column), column)
+    assert name in changed
+    assert changed <= {name} | derived.get(column, set())
 
 
 @pytest.mark.parametrize(

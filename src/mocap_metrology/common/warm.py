@@ -1,7 +1,8 @@
-"""Compile every kernel once: `python -m mocap_metrology.common.warm`, called by `make env`."""
+"""Compile every kernel once: `python -m mocap_metrology.common.warm`, called by `make`."""
 
 from __future__ import annotations
 
+import fcntl
 import importlib
 import pkgutil
 
@@ -22,6 +23,15 @@ def warm() -> list[str]:
     return done
 
 
+def main() -> None:
+    """Warm up, one process at a time: numba's cache has no lock of its own."""
+    if compiled.CACHE is None:
+        return
+    with (compiled.CACHE.parent / "warm.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        compiled.prune(compiled.CACHE)
+        warm()
+
+
 if __name__ == "__main__":
-    compiled.prune(compiled.CACHE)
-    warm()
+    main()

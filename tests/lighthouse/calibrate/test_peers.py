@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -120,10 +118,11 @@ def test_refusals():
         pnp.board_poses(angles, FLAT, "p3p")
 
 
-def test_a_calibration_is_quick():
+def test_a_calibration_is_quick(cost):
+    """480 poses, in about 3 and 8 times what as many singular value decompositions take of a matrix
+    as large as that of a linear solution."""
     _, _, angles = views(FLAT, n=480, noise_rad=6e-5)
     geometric.warm_up()
+    matrices = np.random.default_rng(1).normal(size=(480, 2 * len(FLAT), 12))
     for find in (pnp.board_poses, geometric.board_poses):
-        start = time.process_time()
-        find(angles, FLAT)
-        assert time.process_time() - start < 3.0  # about 0.4 and 0.7 s
+        assert cost(lambda find=find: find(angles, FLAT), lambda: np.linalg.svd(matrices)) < 100

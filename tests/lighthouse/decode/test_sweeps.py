@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import time
 
 import numpy as np
 import pytest
@@ -139,8 +138,9 @@ def test_reflections_and_stray_light() -> None:
     assert np.array_equal(report["hit"], np.bincount(hits.diode, minlength=32))
 
 
-def test_whole_dump_within_half_a_second(tmp_path) -> None:
-    """64 MB to cleaned hits on one core; processor time, so that a busy machine fails nothing."""
+def test_a_whole_dump_is_quick(tmp_path, cost) -> None:
+    """64 MB to cleaned hits in about twice the time it takes to sort their words; a kernel that is
+    not compiled takes a hundred times."""
     cycle_s = 400_000 * TICK * (1 + 83.1e-6)
     velocity = (0.02, 0.05, -0.03)
     scene = Scene(seconds=8.0, velocity=velocity, cycle_s=cycle_s, width_s=4.3e-6).build()
@@ -148,14 +148,15 @@ def test_whole_dump_within_half_a_second(tmp_path) -> None:
     scene.words().tofile(path)
     dump.warm_up()
     clean.warm_up()
-    taken = []
-    for _ in range(3):
-        begin = time.process_time()
+    found = []
+
+    def decode() -> None:
         pulses = dump.read_dump(path)
         hits, _ = find_hits(pulses, find_flashes(pulses))
-        hits, report = clean_hits(hits, BOARD)
-        taken.append(time.process_time() - begin)
-    assert min(taken) < 0.5
+        found.append(clean_hits(hits, BOARD))
+
+    assert cost(decode, lambda: np.sort(np.fromfile(path, "<u4"))) < 20
+    hits, report = found[-1]
     check(scene, hits)
     assert sum(report["sweep"]) + sum(report["still"]) == 0
 

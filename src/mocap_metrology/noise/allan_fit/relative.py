@@ -274,3 +274,4 @@ def warm_up() -> None:
     m = np.array([1.0, 2, 4, 8])
     problem = misfit(m, 1 / m, 1.0, Components((0,), 1), within=SearchRange(longest_share=0.5))
     problem.costs(np.array([problem.polished(problem.lower)[0]]))
+    problem.residual(problem.lower)

@@ -74,7 +74,8 @@ def test_dof_of_one_term_is_one():
 
 @pytest.mark.parametrize("alpha", [0, -2])
 def test_intervals_cover(alpha):
-    """The 68.3 % interval covers the truth in 63-73 % of 600 runs at each tau, 95 % in 92-98 %."""
+    """The 68.3 % interval covers the truth in 62-75 % of 600 runs at each tau, 95 % in 92-98 %:
+    three standard errors, and one percent more for few degrees of freedom."""
     rng = np.random.default_rng(30 + alpha)
     n, m = 2000, np.array([1, 8, 64, 300])
     truth = np.sqrt(1 / m if alpha == 0 else (2 * m**2 + 1) / (6 * m))
@@ -83,7 +84,7 @@ def test_intervals_cover(alpha):
         for confidence, count in covered.items():
             curve = allan_curve(series, 1.0, m, confidence=confidence)
             count += (curve.lower <= truth) & (truth <= curve.upper)
-    assert ((covered[0.683] / 600 >= 0.63) & (covered[0.683] / 600 <= 0.73)).all()
+    assert ((covered[0.683] / 600 >= 0.62) & (covered[0.683] / 600 <= 0.75)).all()
     assert ((covered[0.95] / 600 >= 0.92) & (covered[0.95] / 600 <= 0.98)).all()
 
 
@@ -126,6 +127,35 @@ def test_noise_is_identified(alpha, estimator):
         assert found[0] == alpha
     else:
         np.testing.assert_array_equal(found, alpha)
+
+
+def test_chance_makes_no_blue_noise_of_white():
+    """600 series of 3000 samples: no exponent above 0, and on average over them the degrees of
+    freedom that their scatter has, 2 mean^2 / variance, within 20 % (it is known to 7 %). When the
+    exponent could rise with tau, one in 60 was called blue or violet, and they came out 34 % too
+    many."""
+    m = averaging_factors(3000, 12)
+    curves = [
+        allan_curve(np.random.default_rng([s, 4]).normal(size=3000), 1.0, m) for s in range(600)
+    ]
+    assert max(c.alpha.max() for c in curves) == 0
+    variance = np.array([c.variance for c in curves])
+    simulated = 2 * variance.mean(axis=0) ** 2 / variance.var(axis=0)
+    given = np.mean([c.edf for c in curves], axis=0)
+    np.testing.assert_allclose(given, simulated, rtol=0.2)
+
+
+def test_blue_noise_fades_with_tau_and_does_not_come_back():
+    """Violet noise, three times white noise's differences, over white: violet at first, never
+    rising, and at the longest tau white in 95 of 100 or more."""
+    m = averaging_factors(30_000, 20)
+    found = []
+    for seed in range(100):
+        white = np.random.default_rng([seed, 6]).normal(size=(2, 30_001))
+        found.append(noise_exponents(white[0, 1:] + 3 * np.diff(white[1]), m))
+    assert all(row[0] == 2 for row in found)
+    assert sum(row[-1] == 0 for row in found) >= 95
+    assert all((np.diff(np.maximum(row, 0)) <= 0).all() for row in found)
 
 
 def test_random_run_for_hadamard():

@@ -43,7 +43,8 @@ def test_good_says_by_what_number() -> None:
     decided = found.decided_by.as_row()
     assert decided["threshold"] == "verdict.good_mm"
     assert (decided["series"], decided["value"], decided["limit"]) == ("y1", 0.05, 0.1)
-    assert found.reference_for_mm == {"4": pytest.approx(0.2), "10": pytest.approx(0.5)}
+    # by the upper end of the interval
+    assert found.reference_for_mm == {"4": pytest.approx(0.084), "10": pytest.approx(0.21)}
 
 
 # threshold: what is just within it, what is just beyond it, and the words of both
@@ -113,6 +114,45 @@ def test_drift_counts_over_the_horizon_only() -> None:
     assert judged({"duration_s": 60.0, "horizon_s": 60.0}, drift_mm_per_h=6.0).word == "good"
 
 
+SHORT = {"duration_s": 120.0, "horizon_s": 120.0, "asked_s": 3600.0}
+
+
+def test_a_short_recording_says_what_is_not_known() -> None:
+    said = "good is up to 0.1 mm; over 2 min only, nothing is known of an hour."
+    assert judged(SHORT).decided_by.sentence.endswith(said)
+    for reached in (3300.0, 3600.0):
+        long = judged({**SHORT, "horizon_s": reached})
+        assert long.decided_by.sentence.endswith("good is up to 0.1 mm.")
+
+
+@pytest.mark.parametrize(("upper", "word"), [(0.1, "good"), (0.1001, "usable")])
+def test_of_a_short_recording_the_upper_end_counts(upper: float, word: str) -> None:
+    wide = {"frame_mm": 0.05, "frame_upper_mm": upper}
+    found = judged(SHORT, **wide)
+    assert found.word == word
+    assert judged(**wide).word == "good"  # whose horizon is reached: the value decides
+    if word == "usable":
+        decided = found.decided_by
+        assert (decided.series, decided.value, decided.limit) == ("y1", upper, 0.1)
+        assert decided.sentence.startswith("Over 2 min only, one frame of y1 may be uncertain by")
+    beyond = judged(SHORT, frame_mm=0.15, frame_upper_mm=0.2)  # said once
+    assert (beyond.decided_by.value, beyond.caps) == (0.15, ())
+
+
+@pytest.mark.parametrize(
+    "bad", [{"frame_mm": 0.3}, {"drift_mm_per_h": 5.0}, {"facts": {"missing": {"y1": 0.4}}}]
+)
+def test_what_is_bad_is_no_reference(bad: Mapping[str, Any]) -> None:
+    found = judged(**bad)
+    assert found.word == "bad"
+    assert all(math.isnan(v) for v in found.reference_for_mm.values())
+
+
+def test_a_reference_without_an_interval_goes_by_its_value() -> None:
+    found = judged(frame_mm=0.05, frame_lower_mm=math.nan, frame_upper_mm=math.nan)
+    assert found.reference_for_mm == {"4": pytest.approx(0.2), "10": pytest.approx(0.5)}
+
+
 def test_without_numbers_it_is_bad() -> None:
     found = verdict({"x1": {**FINE, "frame_mm": math.nan, "status": "no valid samples"}}, FACTS)
     assert (found.word, found.decided_by.quantity) == ("bad", "uncertainty of one frame")
@@ -167,7 +207,7 @@ def twin(sigma: float = 0.02, **more: Any) -> Twin:
     return Twin("t", 7, models, duration_s=more.pop("duration_s", 70.0), **more)
 
 
-def verdict_of(twin: Twin) -> dict[str, Any]:
+def verdict_of(twin: Twin, span: Span = SPAN) -> dict[str, Any]:
     position = simulate(twin).position_mm
     raw = {f"{axis}{k + 1}": position[k, j] for k in (0, 1) for j, axis in enumerate("xyz")}
     series, outliers = {}, []
@@ -182,10 +222,11 @@ def verdict_of(twin: Twin) -> dict[str, Any]:
         for name, model in twin.models.items()
         for k, v in model.coefficients().items()
     ]
-    empty = {k: np.array([]) for k in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")}
+    columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")
+    empty = {k: np.array([]) for k in columns}
     allan = {"series": np.array([]), "estimator": np.array([]), **empty}
     origin = {"labels": twin.labels, "source": "twin"}
-    return assess_recording(Inputs(series.items(), origin, noise, allan, outliers), SPAN)
+    return assess_recording(Inputs(series.items(), origin, noise, allan, outliers), span)
 
 
 @pytest.mark.parametrize(
@@ -196,7 +237,10 @@ def test_twins_on_both_sides_of_the_limits(sigma: float, word: str) -> None:
     assert found["word"] == word
     assert found["decided_by"]["series"] == "z2"
     assert found["decided_by"]["value"] == pytest.approx(sigma, rel=1e-3)
-    assert found["reference_for_mm"]["4"] == pytest.approx(4 * sigma, rel=1e-3)
+    upper = found["series"]["z2"]["frame_upper_mm"]
+    assert upper == pytest.approx(sigma, rel=0.015)  # white noise, 8400 frames
+    reference = math.nan if word == "bad" else 4 * upper
+    assert found["reference_for_mm"]["4"] == pytest.approx(reference, nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -215,12 +259,21 @@ def test_twins_with_outliers(share: float, word: str) -> None:
     ("rate", "word"), [(0.3, "good"), (0.4, "usable"), (0.8, "usable"), (0.9, "bad")]
 )
 def test_twins_that_drift(rate: float, word: str) -> None:
-    """70 s: the drift over them is a rate times 70 s; its scatter stays below the other limits."""
-    found = verdict_of(twin(drift_mm_per_h={"Wand2": (0.0, rate * 3600 / 70, 0.0)}))
+    """70 s and a horizon as long: the drift over them is a rate times 70 s; its scatter stays below
+    the other limits."""
+    moved = twin(drift_mm_per_h={"Wand2": (0.0, rate * 3600 / 70, 0.0)})
+    found = verdict_of(moved, Span(120.0, horizon_s=70.0))
     drift = found["series"]["y2"]["drift_mm_per_h"] * 70 / 3600
     assert drift == pytest.approx(rate, rel=0.01)
     assert found["series"]["y2"]["basis"] == "measured"
     assert found["word"] == word
+
+
+def test_a_twin_that_drifts_is_not_good_by_a_short_look() -> None:
+    """0.3 mm in 70 s scatter by 0.087 mm: good over 70 s, but nobody knows how it goes on."""
+    found = verdict_of(twin(drift_mm_per_h={"Wand2": (0.0, 0.3 * 3600 / 70, 0.0)}))
+    assert (found["word"], found["decided_by"]["series"]) == ("usable", "y2")
+    assert found["decided_by"]["quantity"] == "upper end of the interval of one frame"
 
 
 @pytest.mark.parametrize(("duration_s", "word"), [(59.0, "usable"), (61.0, "good")])

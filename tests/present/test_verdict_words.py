@@ -31,8 +31,8 @@ def contents(n_markers: int = 1, refused: tuple[str, ...] = (), empty: str = "")
             row = {"series": name, "estimator": "likelihood", "parameter": "h_0"}
             level = {"value": 2 * sigma**2 / RATE, "status": "ok"}
             noise.append(row | (level if name not in refused else {"status": "refused"}))
-    columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
-    curve = {k: np.array([0.5, 0.25]) for k in columns}
+    columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")
+    curve = {k: np.array([0.5, 0.25]) for k in columns} | {"edf": np.array([40.0, 10.0])}
     allan = {"series": np.array(["y1"] * 2), "estimator": np.array(["oadev"] * 2), **curve}
     origin = {"labels": ["A"] * n_markers, "source": "measured"}
     found = assess_recording(Inputs(series, origin, noise, allan, []), Span(RATE))
@@ -60,7 +60,7 @@ def test_row_names_the_worst_coordinate() -> None:
     assert (row["word"], row["worst"], row["source"]) == ("usable", "y1", "measured")
     assert row["frame_mm"] == pytest.approx(0.12, rel=1e-3)
     assert row["mean_1_s_mm"] == pytest.approx(0.12 / math.sqrt(RATE), rel=0.01)
-    assert row["reference_for_4x_mm"] == pytest.approx(0.48, rel=1e-3)
+    assert row["reference_for_4x_mm"] == pytest.approx(0.48, rel=0.015)  # by the upper end
     assert (row["dominating_noise"], row["n_findings"]) == ("white", 1)
     assert (row["adev_min_mm"], row["tau_min_s"]) == (0.25, 0.25)
     assert row["sigma_frame_L_mm"] is None
@@ -69,12 +69,18 @@ def test_row_names_the_worst_coordinate() -> None:
 def test_lines_say_word_reason_and_numbers_once() -> None:
     lines = verdict_lines(contents())
     assert lines[0] == "lab-1: usable"
-    assert lines[1].startswith("One frame of y1 is uncertain by 0.12 mm (0.119 to 0.121) about")
+    assert lines[1].startswith("One frame of y1 is uncertain by 0.12 mm (0.118 to 0.121) about")
+    assert lines[1].endswith("; over 2 min only, nothing is known of an hour.")
     assert "1 marker of at least 2: without a distance" in lines[2]
-    assert "0.480 mm uncertainty (4 times this; 10 times: 1.20 mm)" in lines[3]
+    four, ten = (mm(contents()["reference_for_mm"][k]) for k in ("4", "10"))
+    assert lines[3] == (
+        f"By its noise alone it may serve as reference for devices of at least {four} mm "
+        f"uncertainty (4 times the upper end of its interval; 10 times: {ten} mm); scale and "
+        "distortion of the volume are not in it."
+    )
     (cells,) = [re.split(r"\s{2,}", line.strip()) for line in lines if line.startswith("  y1")]
     assert cells[:4] == ["y1", "0.120", "0.120", "0.0169"]
-    assert cells[6:] == ["0.250 at 0.250 s", "white 100 %"]
+    assert cells[6:] == ["0.250, still falling at 0.250 s", "white 100 %"]
     assert lines.count("  Marker A moves.") == 1
     assert not any(line.startswith("warning") for line in lines)
     assert not any("No event" in line for line in lines)
@@ -114,6 +120,12 @@ def test_a_recording_without_numbers_has_a_row_and_a_picture(tmp_path: Path) -> 
     assert summary_row(found)["worst"] == ""
     assert "It may not serve as a reference." in verdict_lines(found)
     save_figure(verdict_figure(found), tmp_path / "none")
+
+
+def test_what_is_bad_is_no_reference_in_words_either() -> None:
+    found = contents(empty="y1") | {"word": "bad", "reference_for_mm": {"4": None, "10": None}}
+    assert "It may not serve as a reference." in verdict_lines(found)
+    assert summary_row(found)["reference_for_4x_mm"] is None
 
 
 def test_every_kind_of_noise_has_a_colour() -> None:

@@ -26,8 +26,12 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     delta = r1 / (1 + r1) < 1/4, alpha = -2 (delta + d), rounded. Going from short tau to long, an
     exponent stands until that departs from it by more than rounding and two standard errors
     (2 / sqrt(N)) explain, and where fewer than 30 means remain: else one white series in six would
-    be called blue at N = 31, with seven times the degrees of freedom it has. NaN samples are left
-    out of the means, windows without any out of the sum.
+    be called blue at N = 31, with seven times the degrees of freedom it has. It never rises above
+    0 and above that before: of a sum of power laws and Gauss-Markov terms the higher exponents fade
+    as tau grows, and among so many tau chance alone makes blue of white in one series in twenty,
+    with hundreds of times its degrees of freedom. (Noise that is violet down to the longest tau is
+    taken for blue there in turn, three times in four: wider intervals than it has.) NaN samples
+    are left out of the means, windows without any out of the sum.
     """
     valid = np.isfinite(series)
     whole = bool(valid.all())
@@ -44,7 +48,8 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
             if found is not None and (
                 last is None or abs(found - last) > 0.5 + 4 / np.sqrt(means.size)
             ):
-                last = min(max(round(found), STEEPEST[estimator]), 2)
+                steepest_rise = 2 if last is None else max(last, 0)
+                last = min(max(round(found), STEEPEST[estimator]), steepest_rise)
         exponents[k] = last or 0
     return exponents
 

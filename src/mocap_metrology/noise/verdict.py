@@ -5,6 +5,10 @@ under test. The number held against this rule is the uncertainty of one frame ab
 horizon (`assess.series`, frame_mm) in the worst coordinate, as devices are compared frame by frame.
 For a device of 1 mm the rule asks for 0.25 mm at least (`usable`) and better 0.1 mm (`good`): the
 thresholds of the configuration. What else was found can only make the word worse: `Check`s.
+
+It is of noise alone, the part that repeating a measurement shows (GUM 4.2, type A). What a
+reference adds by scale and distortion of its volume is the same in every frame of a still
+marker, and must be known otherwise.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from mocap_metrology.common.words import three
 COORDINATE = re.compile(r"[xyz][1-9]\d*")
 WORDS = ("good", "usable", "bad")
 RULE = (4, 10)  # times better than the device under test [S 2.2]
+SHORT = 0.9  # a recording of less than this of the horizon does not reach it
 CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
 
 
@@ -48,7 +53,7 @@ class Thresholds:
 class Facts:
     """Of a recording: duration and horizon actually reached, s; number of markers; by coordinate
     the share of missing frames, and of outliers beyond what clean noise would have. labels: of the
-    markers, in order, where they are known."""
+    markers, in order, where they are known. asked_s: horizon that was asked for, if longer."""
 
     duration_s: float
     horizon_s: float
@@ -56,6 +61,12 @@ class Facts:
     missing: Mapping[str, float]
     outliers: Mapping[str, float]
     labels: Sequence[str] = ()
+    asked_s: float = 0.0
+
+    @property
+    def short(self) -> bool:
+        """Whether the horizon that was asked for is out of reach."""
+        return self.horizon_s < SHORT * self.asked_s
 
 
 @dataclass(frozen=True)
@@ -81,7 +92,9 @@ class Check:
 @dataclass(frozen=True)
 class Verdict:
     """word: one of `WORDS`; decided_by: the check that made it; caps: all other checks that allow
-    no better word than theirs."""
+    no better word than theirs; reference_for_mm: by factor of `RULE`, the least uncertainty of a
+    device it may serve as a reference for by its noise alone: that many times the upper end of the
+    interval of one frame in the worst coordinate; NaN where the word is bad."""
 
     word: str
     decided_by: Check
@@ -105,6 +118,7 @@ def verdict(
     first = [moving, main] if moves and math.isfinite(main.value) else [main, moving]
     checks = [
         *first,
+        _short(coordinates, facts, limits, main),
         _missing(coordinates, facts, limits),
         _outliers(coordinates, facts, limits),
         _drift(coordinates, facts, limits),
@@ -115,9 +129,14 @@ def verdict(
     word = max((c.word for c in checks), key=WORDS.index)
     decided = next(c for c in checks if c.word == word)
     caps = tuple(c for c in checks if c.word != "good" and c not in (main, decided))
-    frame = math.nan if moves else main.value
-    reference = {str(k): k * frame if math.isfinite(frame) else math.nan for k in RULE}
-    return Verdict(word, decided, caps, reference)
+    surely = math.nan if word == "bad" else _upper_end(coordinates[main.series])
+    return Verdict(word, decided, caps, {str(k): k * surely for k in RULE})
+
+
+def _upper_end(numbers: Mapping[str, Any]) -> float:
+    """Of the interval of one frame; the value where there is no interval."""
+    upper = float(numbers["frame_upper_mm"])
+    return upper if math.isfinite(upper) else float(numbers["frame_mm"])
 
 
 def _graded(value: float, limits: Thresholds, name: str) -> tuple[str, str, float]:
@@ -165,9 +184,34 @@ def _uncertainty(
     interval = f" ({three(low)} to {three(high)})" if math.isfinite(low + high) else ""
     sentence = (
         f"One frame of {name} is uncertain by {three(value)} mm{interval} about "
-        f"the mean of {duration_words(facts.horizon_s)}; {_against(word, limit, 'mm')}{close}."
+        f"the mean of {duration_words(facts.horizon_s)}; {_against(word, limit, 'mm')}{close}"
+        f"{_not_known(facts)}."
     )
     return Check(key, name, quantity, value, limit, "mm", word, sentence)
+
+
+def _not_known(facts: Facts) -> str:
+    if not facts.short:
+        return ""
+    reached, asked = duration_words(facts.horizon_s), duration_words(facts.asked_s)
+    return f"; over {reached} only, nothing is known of {asked}"
+
+
+def _short(
+    series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds, main: Check
+) -> Check:
+    """In a recording shorter than the horizon a good value may be luck: slow wander has one degree
+    of freedom or two there. Then the upper end of the interval counts (a longer one has seen
+    the whole horizon, and the value decides)."""
+    judged = facts.short and main.word == "good"
+    name, value = _worst({k: _upper_end(v) for k, v in series.items()} if judged else {})
+    word = "usable" if value > limits.good_mm else "good"
+    sentence = (
+        f"Over {duration_words(facts.horizon_s)} only, one frame of {name} may be uncertain by "
+        f"{three(value)} mm, the upper end of its interval; good is up to {limits.good_mm:g} mm."
+    )
+    quantity = "upper end of the interval of one frame"
+    return Check("verdict.good_mm", name, quantity, value, limits.good_mm, "mm", word, sentence)
 
 
 def _against(word: str, limit: float, unit: str) -> str:

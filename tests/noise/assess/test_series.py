@@ -27,6 +27,7 @@ def curve() -> dict[str, np.ndarray]:
     tau = np.array([0.02, 1.0, 20.0])
     adev = SIGMA / np.sqrt(tau * RATE)
     bounds = {"adev_lower_mm": 0.9 * adev, "adev_upper_mm": 1.1 * adev}
+    bounds["edf"] = np.array([15000.0, 300.0, 15.0])
     return {"tau_s": tau, "adev_mm": adev, **bounds}
 
 
@@ -35,8 +36,11 @@ def test_white_noise_by_its_model() -> None:
     assert (found["status"], found["basis"], found["why_measured"]) == ("ok", "model", "")
     assert found["sigma_frame_mm"] == pytest.approx(SIGMA, rel=1e-9)
     assert found["frame_mm"] == pytest.approx(SIGMA, rel=1e-4)
-    # ln u of white noise: half the relative error of its level, sqrt(2/n)
-    assert found["frame_upper_mm"] / SIGMA == pytest.approx(1 + math.sqrt(0.5 / N), rel=2e-4)
+    # ln u of white noise: half the relative error of its level, sqrt(2/n); the measured interval,
+    # as wide, is about the series' own value
+    own, error = np.std(white()) / SIGMA, math.sqrt(0.5 / N)
+    assert found["frame_upper_mm"] / SIGMA == pytest.approx(max(own, 1) + error, rel=5e-4)
+    assert found["frame_lower_mm"] / SIGMA == pytest.approx(min(own, 1) - error, rel=5e-4)
     for mean in found["means"]:
         n = mean["duration_s"] * RATE
         assert mean["uncertainty_mm"] == pytest.approx(SIGMA * math.sqrt(1 / n - 1 / N), rel=1e-9)
@@ -45,6 +49,7 @@ def test_white_noise_by_its_model() -> None:
     assert math.isnan(found["means"][2]["adev_mm"])  # beyond the curve
     assert found["shares"] == {"white": pytest.approx(1.0)}
     assert (found["tau_min_s"], found["adev_min_mm"]) == (20.0, curve()["adev_mm"][2])
+    assert found["adev_still_falls"]
 
 
 def test_a_misfit_is_measured() -> None:

@@ -52,6 +52,7 @@ def assess_recording(
         missing_frames(inputs.outliers),
         excess_outliers(inputs.outliers),
         tuple(inputs.origin["labels"]),
+        span.horizon_s,
     )
     found = verdict(numbers, facts, limits)
     for name, values in numbers.items():
@@ -83,5 +84,5 @@ def _told(found: Verdict) -> dict[str, Any]:
 
 def _curve(allan: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
     own = (np.asarray(allan["series"]) == name) & (np.asarray(allan["estimator"]) == "oadev")
-    columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
+    columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")
     return {k: np.asarray(allan[k])[own] for k in columns}

@@ -17,9 +17,11 @@ CAPTION = (
     "worst coordinate each: sigma_frame_mm, one frame within 1 s, the scatter of single frames "
     "(then that of the distance L); frame_mm, one frame about the mean of the horizon (of the "
     "recording where it is shorter); mean_T_s_mm, the same of a mean of T s. adev_min_mm and "
-    "tau_min_s, the lowest Allan deviation and where, and dominating_noise, the largest share of "
-    "frame_mm squared, are of the coordinate in column worst. reference_for: the least uncertainty "
-    "of a device the system may serve as a reference for, 4 and 10 times its own (S 2.2). All are "
+    "tau_min_s, the lowest Allan deviation with 10 degrees of freedom or more and where, and "
+    "dominating_noise, the largest share of frame_mm squared, are of the coordinate in column "
+    "worst. reference_for: the least uncertainty of a device the system may serve as a reference "
+    "for, 4 and 10 times the upper end of its own interval (S 2.2), by its noise alone: scale and "
+    "distortion of the volume are not in it; empty where the word is bad. All are "
     "standard uncertainties (one standard deviation). n_findings: warnings of the diagnosis."
 )
 HEAD = (
@@ -61,13 +63,14 @@ def warnings_of(found: Found) -> list[str]:
 
 
 def reference_sentence(found: Found) -> str:
-    """S 2.2's rule with this recording's numbers."""
+    """S 2.2's rule with this recording's numbers, which are of noise only."""
     four, ten = (found["reference_for_mm"][k] for k in ("4", "10"))
     if four is None or math.isnan(four):
         return "It may not serve as a reference."
     return (
-        f"May serve as reference for devices of at least {mm(four)} mm uncertainty (4 times "
-        f"this; 10 times: {mm(ten)} mm)."
+        f"By its noise alone it may serve as reference for devices of at least {mm(four)} mm "
+        f"uncertainty (4 times the upper end of its interval; 10 times: {mm(ten)} mm); scale and "
+        "distortion of the volume are not in it."
     )
 
 
@@ -114,7 +117,8 @@ _HEAD = ["", FRAME, NEAR, *MEANS, "lowest ADEV", "mostly"]
 
 def _cells(name: str, values: Mapping[str, Any]) -> list[str]:
     least = mm(values["adev_min_mm"])
-    at = f" at {three_digits(values['tau_min_s'])} s" if least != "-" else ""
+    falls = ", still falling" if values["adev_still_falls"] else ""
+    at = f"{falls} at {three_digits(values['tau_min_s'])} s" if least != "-" else ""
     means = [mm(m["uncertainty_mm"]) for m in values["means"]]
     share = dominating(values)
     mostly = f"{share} {100 * values['shares'][share]:.0f} %" if share else ""

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from make_c3d import build, still
 
-from mocap_metrology.c3d import inspect, read_recording
+from mocap_metrology.c3d.recording import read_recording
+from mocap_metrology.c3d.structure import inspect
 from mocap_metrology.common.errors import Refusal
 
 LONG = still(100_001)

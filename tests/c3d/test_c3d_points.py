@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from make_c3d import build, dec, still
 
-from mocap_metrology.c3d import inspect, read_recording
 from mocap_metrology.c3d.numbers import ieee_from_dec
+from mocap_metrology.c3d.recording import read_recording
+from mocap_metrology.c3d.structure import inspect
 from mocap_metrology.common.errors import Refusal
 
 N = 400

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from make_c3d import build, still
 
-from mocap_metrology.c3d import read_recording
+from mocap_metrology.c3d.recording import read_recording
 from mocap_metrology.common.errors import Refusal
 
 # A take of 240,000 frames, split, with a gap of 500 before the last part; one point.

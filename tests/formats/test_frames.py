@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
 
-from mocap_metrology.c3d import write_c3d
+from mocap_metrology.c3d.write import write_c3d
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import sha256
 from mocap_metrology.formats import labels_of, read_any, read_pose_txt
@@ -16,6 +16,7 @@ EXPECTED = TAKE.transpose(1, 2, 0)
 WITH_HOLES = EXPECTED.copy()
 WITH_HOLES[:, :, 50:60] = WITH_HOLES[:, :, 99] = np.nan
 KEPT = np.flatnonzero(np.isfinite(WITH_HOLES[0, 0]))
+WHOLE = [("a.trc", trc), ("m.csv", motive), ("n.csv", nexus), ("a.tsv", qualisys)]
 
 
 def without(text, first_row, kept=KEPT):
@@ -80,6 +81,46 @@ def test_cut_off(tmp_path):
         assert np.array_equal(found.position_mm, EXPECTED[:, :, :199])
     path = make(tmp_path, "c.csv", nexus(LABELS, 100, TAKE).rstrip())
     assert read(path).notes == ("c.csv: line 205, the last, has no line end: is anything missing?",)
+
+
+@pytest.mark.parametrize(("name", "writer"), WHOLE)
+@pytest.mark.parametrize("lost", range(1, 8))
+def test_cut_off_within_the_last_number(tmp_path, name, writer, lost):
+    """Of five decimals some or all are lost, and the point: no wrong number is taken."""
+    whole = writer(LABELS, 100, TAKE, digits=5).rstrip()
+    path = make(tmp_path, name, whole[:-lost])
+    with pytest.raises(Refusal, match=r"cut off: line \d+ ends in '\d+\.?\d*', every number above"):
+        read(path)
+    found = read(path, accept_truncated=True)
+    assert np.allclose(found.position_mm, EXPECTED[:, :, :199], rtol=0, atol=1e-9)
+    assert any("cut off: " in note for note in found.notes)
+
+
+@pytest.mark.parametrize(("name", "writer"), WHOLE)
+def test_a_last_line_without_its_end_is_always_told(tmp_path, name, writer):
+    whole = writer(LABELS, 100, TAKE, digits=5)
+    recording = read(make(tmp_path, name, whole.rstrip()))
+    assert np.allclose(recording.position_mm, EXPECTED, rtol=0, atol=1e-9)
+    assert any("has no line end: is anything missing?" in note for note in recording.notes)
+    assert not any("line end" in note for note in read(make(tmp_path, name, whole)).notes)
+
+
+def test_the_last_number_of_columns_that_drop_zeros(tmp_path):
+    """As short as others above it: said, not refused. In an exponent: refused."""
+    lines = nexus(LABELS, 100, TAKE).splitlines()
+    lines[50] = lines[50].rpartition(",")[0] + ",600"
+    for last in ("600.5", "600"):
+        text = "\n".join([*lines[:-1], lines[-1].rpartition(",")[0] + "," + last])
+        assert "no line end" in read(make(tmp_path, "a.csv", text)).notes[0]
+    rows = [
+        f"{i},0," + ",".join(f"{value:.9e}" for value in row.ravel())
+        for i, row in enumerate(TAKE, start=1)
+    ]
+    text = "\n".join(lines[:5] + rows)
+    read(make(tmp_path, "a.csv", text))
+    for lost in (1, 2, 3, 4, 5):
+        with pytest.raises(Refusal, match="cut off: line 205 ends in '6"):
+            read(make(tmp_path, "a.csv", text[:-lost]))
 
 
 def test_segments(tmp_path):

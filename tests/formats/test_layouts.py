@@ -144,6 +144,28 @@ class TestMotive:
         recording = same(read(make(tmp_path, "a.csv", text)), within=1e-6)
         assert recording.notes[1] == "a.csv: has 40 frames, Total Exported Frames says 39"
 
+    @pytest.mark.parametrize(
+        ("old", "new"),
+        [
+            ("Take Notes,", 'Take Notes,"calm, then\r\nCapture Frame Rate,7\r\n\r\nwind"'),
+            ("Take Notes,", 'Take Notes,"said ""go"", twice"'),
+            ("Take Notes,", "Take Notes,at last, with three, commas"),
+            ("Take Notes,", "Take Notes,at last, with two"),
+            ("Take 1", "Length Units"),
+            ("Take 1", "Total Exported Frames"),
+            ("Take 1", "Take Notes"),
+            ("Take 1", 'the 5" rod'),
+            ("Take 1", "Take, 1"),
+            ("Rotation Type,Quaternion,", "Some Thing,New,Rotation Type,Quaternion,"),
+        ],
+    )
+    def test_whatever_a_take_is_called_and_said_of_it(self, tmp_path, old, new):
+        text = motive(LABELS, 100, TAKE)
+        assert text.count(old) == 1
+        recording = same(read(make(tmp_path, "a.csv", text.replace(old, new))), within=1e-6)
+        assert (recording.frame_rate_hz, recording.units) == (100, "Millimeters")
+        assert recording.segments[0].frame_count_source == "Total Exported Frames"
+
 
 class TestQualisys:
     @pytest.mark.parametrize("titles", [False, True])
@@ -158,6 +180,20 @@ class TestQualisys:
         text = head + "Measured\tMeasured\r\n" + rows.replace("\r\n", f"{tab}\r\n")
         recording = same(read(make(tmp_path, "a.tsv", text)), take.transpose(1, 2, 0))
         assert recording.n_invalid[1]["zero" if gap == "0.000" else "empty"] == 1
+
+    @pytest.mark.parametrize("gap", ["NULL", "NaN", "nan", "NAN", ""])
+    @pytest.mark.parametrize("leading", [0, 1, 2])
+    @pytest.mark.parametrize("titles", [False, True])
+    def test_first_frames_without_the_first_marker(self, tmp_path, gap, leading, titles):
+        take = TAKE.copy()
+        take[:6, 0] = take[:2, 1] = np.nan
+        text = qualisys(LABELS, 100, take, 5, gap, leading, titles)
+        recording = same(read(make(tmp_path, "a.tsv", text)), take.transpose(1, 2, 0))
+        assert [n["empty"] for n in recording.n_invalid] == [6, 2]
+
+    def test_a_marker_called_null(self, tmp_path):
+        text = qualisys(("NULL", "B"), 100, TAKE, 5, titles=True)
+        same(read(make(tmp_path, "a.tsv", text), ("NULL", "B")))
 
 
 class TestNexus:
@@ -187,6 +223,60 @@ class TestNexus:
         text[5:-1] = [line + ";1.5;2.5;3.5;2" for line in text[5:-1]]
         recording = same(read(make(tmp_path, "a.csv", "\n".join(text))))
         assert recording.segments[0].first_frame == 101 and recording.frame_rate_hz == 100
+
+    @pytest.mark.parametrize("mark", [",", ";"])
+    def test_labels_in_quotes(self, tmp_path, mark):
+        text = nexus(("S:A", "S:B"), 100, TAKE).replace(",", mark)
+        first = f"S:A{mark} left{mark}{mark} {mark} front"
+        text = text.replace("S:A", f'"{first}"').replace("S:B", '"S:""B"""')
+        path = make(tmp_path, "a.csv", text)
+        assert labels_of(path) == (first, 'S:"B"')
+        same(read(path, (first, 'S:"B"')))
+
+
+BLANK = [" ", "   ", " NULL", "NaN  "]
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+@pytest.mark.parametrize("blank", BLANK)
+def test_cells_of_blanks_are_gaps(tmp_path, suffix, blank):
+    """At the end of a row, too, and in rows with no marker at all."""
+    take = TAKE.copy()
+    take[3:6, 1] = take[8] = take[-1, 1] = np.nan
+    text = WRITERS[suffix](LABELS, 100, take, digits=5, **({"gap": ""} if suffix == ".tsv" else {}))
+    mark = "\t" if suffix in (".trc", ".tsv") else ","
+    lines = [
+        mark.join(cell or blank for cell in line.split(mark)) if line[:1].isdigit() else line
+        for line in text.splitlines()
+    ]
+    for end in ("\n", "\n  \n"):
+        path = make(tmp_path, f"a{suffix}", "\n".join(lines) + end)
+        recording = same(read(path), take.transpose(1, 2, 0))
+        assert [n["empty"] for n in recording.n_invalid] == [1, 5]
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_numbers_padded_with_blanks(tmp_path, suffix):
+    text = WRITERS[suffix](LABELS, 100, TAKE, digits=5)
+    mark = "\t" if suffix in (".trc", ".tsv") else ","
+    lines = [
+        mark.join(f"{cell:>12} " for cell in line.split(mark)) if line[:1].isdigit() else line
+        for line in text.splitlines()
+    ]
+    same(read(make(tmp_path, f"a{suffix}", "\n".join(lines) + "\n")))
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n", " \n", "\t\r\n", "\n\n"])
+@pytest.mark.parametrize("between", [" ", "  ", "\t", " \t "])
+@pytest.mark.parametrize("before", ["", " ", "\t"])
+def test_poses_with_any_blanks_between(tmp_path, ends, between, before):
+    rotation = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    rows = [np.column_stack([rotation, position]).ravel() for position in EXPECTED[0].T]
+    lines = [before + between.join(f"{value:.8f}" for value in row) for row in rows]
+    path = make(tmp_path, "p.txt", "# Freq:\t100\n" + ends.join(lines) + ends + "  \n")
+    recording = read(path, ["tracker"])
+    same(recording, EXPECTED[:1] * 1000, within=1e-5)
+    assert recording.resolution_mm == pytest.approx(1e-5)
 
 
 @pytest.mark.parametrize("suffix", [".trc", ".tsv"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from text_files import WRITERS, make
 
-from mocap_metrology.c3d import read_recording
+from mocap_metrology.c3d.recording import read_recording
 from mocap_metrology.formats import labels_of, read_any
 
 FILES = (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
 
-from mocap_metrology.c3d import write_c3d
+from mocap_metrology.c3d.write import write_c3d
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.formats import labels_of, read_any
 
@@ -40,6 +40,11 @@ def row(name, number):
 NO_RATE = "has no frame rate; give it in column frame_rate_hz"
 NO_UNIT = ", expected one of mm, cm, m, millimetre, centimetre, metre"
 BY_TIME = ", by its time column 100 Hz; they may differ by 0.1 %"
+NO_LENGTH = (
+    "line 1 has no Length Units, without which m and mm look alike: export again with its header,"
+    " or add Length Units,Meters (or what Units was set to)"
+)
+SHIFTED = ", expected labels over X: a label with a comma must be in quotes"
 NEITHER = (
     "is neither a Motive export, whose line 1 starts with Format Version, nor a Vicon Nexus export"
     " with a section Trajectories"
@@ -80,6 +85,8 @@ HEADERS = [
         "cut off: 20 of the 30 frames that Total Exported Frames says",
     ),
     ("m.csv", "Millimeters", "Parsecs", "Length Units is 'Parsecs'" + NO_UNIT),
+    ("m.csv", "Length Units,Millimeters,", "", NO_LENGTH),
+    ("m.csv", "Length Units,Millimeters,", "Length Units,,", NO_LENGTH),
     (
         "a.tsv",
         "NO_OF_FRAMES",
@@ -99,6 +106,19 @@ HEADERS = [
     ("a.tsv", "FRAMES\t20", "FRAMES\t25", "cut off: 20 of the 25 frames that NO_OF_FRAMES says"),
     ("n.csv", "Trajectories", "Devices", NEITHER),
     ("n.csv", "\r\n100\r\n", "\r\n\r\n", NO_RATE),
+    ("n.csv", ",,A,,,B", ",,A, left,,,B", "line 3: 'left' in cell 4 stands over Y" + SHIFTED),
+    (
+        "n.csv",
+        ",,A,,,B",
+        ",,A,,, left,,,B",
+        "line 3: 'B' in cell 9 stands over no column" + SHIFTED,
+    ),
+    (
+        "n.csv",
+        ",,A,,,B",
+        ',,"A,,, left,,,B',
+        "line 3: 'B' in cell 9 stands over no column" + SHIFTED,
+    ),
     ("n.csv", ",,mm,", ",,km,", "unit of Trajectories is 'km'" + NO_UNIT),
     ("n.csv", ",,mm,", ",,m,", "unit of Trajectories differ (m, mm), expected one unit"),
     (

@@ -11,7 +11,7 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.common.hampel import hampel
-from mocap_metrology.noise import noise_files
+from mocap_metrology.noise import columns as columns_of_files
 from mocap_metrology.noise.allan import allan_variance, averaging_factors
 from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings
 from mocap_metrology.noise.estimates import (
@@ -28,6 +28,7 @@ from mocap_metrology.noise.estimators import (
     expected_estimate,
     panel,
     published_estimate,
+    settings_of,
 )
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.published import printed_row, published_keys, published_row
@@ -104,11 +105,11 @@ def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleane
     assert np.isnan(masked).sum() >= 3
     expected = allan_variance(masked, run.curve.m).variance
     assert np.allclose(run.curve.variance, expected, rtol=1e-12)
-    columns = noise_files.allan_columns("x1", run.curve)
-    assert tuple(columns) == noise_files.ALLAN
+    columns = columns_of_files.allan_columns("x1", run.curve)
+    assert tuple(columns) == columns_of_files.ALLAN
     assert {len(v) for v in columns.values()} == {run.curve.m.size}
-    columns = noise_files.periodogram_columns("x1", run.periodogram)
-    assert tuple(columns) == noise_files.PERIODOGRAM
+    columns = columns_of_files.periodogram_columns("x1", run.periodogram)
+    assert tuple(columns) == columns_of_files.PERIODOGRAM
     total = columns["dof"].sum()
     assert total == pytest.approx((N - 1) * (1 - np.isnan(masked).mean()))
 
@@ -174,7 +175,7 @@ def test_settings_come_from_the_configuration(root):
 
     config = yaml.safe_load((root / "config/config.yaml").read_text())
     sections = (config[k] for k in ("noise", "annealing", "allan", "hampel"))
-    found = noise_files.settings(*sections, 120.0)
+    found = settings_of(*sections, 120.0)
     assert found.half_window == 120
     default = NoiseSettings()
     for name in ("estimators", "mask_sigma", "criterion", "max_gauss_markov", "form", "n_taus"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 from pathlib import Path
 
 import pytest
@@ -23,7 +25,19 @@ FILES = {
     "numbers_of_mine/__init__.py": "",
     "numbers_of_mine/late.py": "import os",
     "numbers_of_mine/unused.py": "x = 1",
-    "numbers_of_mine/common.py": "def kernel():\n    '''Why.'''\n    return 1  # one",
+    "numbers_of_mine/kinds.py": "class Kind: ...",
+    "numbers_of_mine/instead.py": "Kind = object",
+    "numbers_of_mine/common.py": """
+        from typing import TYPE_CHECKING
+        if TYPE_CHECKING:
+            from numbers_of_mine.kinds import Kind
+        else:
+            from numbers_of_mine.instead import Kind
+
+        def kernel() -> Kind:
+            '''Why.'''
+            return 1  # one
+    """,
     "numbers_of_mine/noise/__init__.py": "",
     "numbers_of_mine/noise/hampel.py": "from ..common import kernel\nfrom . import table",
     "numbers_of_mine/noise/table.py": "NAME = 'table.csv'\nCHILD = 'child.py'",
@@ -53,7 +67,8 @@ def test_what_is_reached(root: Path) -> None:
     sources = Sources(root / "scripts", root / "numbers_of_mine", root / "lock.txt")
     reached = sources.reached(root / "scripts/clean.py")
     found = {path.relative_to(root).as_posix() for path in reached}
-    left_out = {"scripts/other.py", "numbers_of_mine/unused.py", "lock.txt"}
+    left_out = {"scripts/other.py", "lock.txt"}
+    left_out |= {f"numbers_of_mine/{name}.py" for name in ("unused", "kinds")}
     assert found == set(FILES) - left_out
 
 
@@ -65,6 +80,7 @@ def test_what_is_reached(root: Path) -> None:
         ("numbers_of_mine/common.py", "# one", "# two"),
         ("numbers_of_mine/common.py", "Why.", "Because."),
         ("numbers_of_mine/common.py", "'''Why.'''\n", "'''Why.'''\n\n\n"),
+        ("numbers_of_mine/kinds.py", "...", "x: int"),
         ("numbers_of_mine/unused.py", "1", "2"),
         ("lock.txt", "numpy", "# a word\nnumpy"),
     ],
@@ -84,6 +100,7 @@ def test_words_and_unrelated_modules_change_nothing(
         ("scripts/clean.py", "late", "unused", False),
         ("scripts/beside.py", "1", "2", True),
         ("numbers_of_mine/common.py", "return 1", "return 2", False),
+        ("numbers_of_mine/instead.py", "object", "int", False),
         ("numbers_of_mine/late.py", "os", "sys", False),
         ("numbers_of_mine/reference/table.csv", "a", "c", False),
         ("numbers_of_mine/noise/child.py", "1", "2", False),
@@ -104,7 +121,7 @@ def test_a_copy_elsewhere_has_the_same_digest(root: Path, tmp_path_factory) -> N
     import shutil
 
     copy = tmp_path_factory.mktemp("copy") / "clone"
-    shutil.copytree(root, copy)
+    shutil.copytree(root, copy, ignore=shutil.ignore_patterns("__pycache__"))
     assert digests(copy) == digests(root)
 
 
@@ -116,3 +133,34 @@ def test_the_package_of_another_checkout_is_refused(tmp_path: Path) -> None:
         installed("mocap_metrology", tmp_path)
     with pytest.raises(Faults, match="not_there is not installed in this Python"):
         installed("not_there", root)
+
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "workflow/scripts"
+
+
+@pytest.mark.parametrize("script", sorted(SCRIPTS.glob("*.py")), ids=lambda path: path.stem)
+def test_what_a_script_imports_is_there(script: Path) -> None:
+    """A module that was moved away would leave the digest without a word, and fail in the job."""
+    for node in ast.walk(ast.parse(script.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("mocap_metrology"):
+            for alias in node.names:
+                if not hasattr(importlib.import_module(node.module), alias.name):
+                    importlib.import_module(f"{node.module}.{alias.name}")
+
+
+def test_a_result_depends_on_no_more_than_makes_it() -> None:
+    """Else editing the ant colony would repeat Allan deviations, and the reader of C3D files twins
+    of nine hours."""
+    root = SCRIPTS.parents[1]
+    sources = Sources(SCRIPTS, root / "src/mocap_metrology", root / "requirements/requirements.txt")
+
+    def reached(script: str) -> set[str]:
+        package = sources.package
+        paths = (path for path in sources.reached(SCRIPTS / script) if package in path.parents)
+        return {path.relative_to(package).as_posix() for path in paths}
+
+    allan = reached("allan.py")
+    assert "noise/confidence.py" in allan
+    assert not {path for path in allan if "_fit/" in path or "estimat" in path}
+    made = {path for path in reached("simulate.py") if path.startswith("c3d/")}
+    assert made == {"c3d/__init__.py", "c3d/write.py", "c3d/numbers.py"}

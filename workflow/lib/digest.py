@@ -3,7 +3,7 @@
 Snakemake sees an edit of the script alone. Imports are found in the syntax tree, lazy, relative
 and of scripts beside it too, and so are files of the package that the code names in a text (a
 table it reads, a program it starts). Comments, docstrings and layout do not count, so editing
-them repeats nothing.
+them repeats nothing; nor do imports under `if TYPE_CHECKING:`, which nothing runs.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from functools import cache
 from pathlib import Path
 
 from lib.faults import Faults
+
+TYPES_ONLY = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
 
 
 class Sources:
@@ -89,11 +91,23 @@ def _read(path: Path, base: str) -> _Module:
     if path.suffix != ".py":
         return _Module(hashlib.sha256(path.read_bytes()).hexdigest())
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    nodes = list(ast.walk(tree))  # once, as it takes longest
+    nodes = list(_run(tree))  # once, as it takes longest
     docstrings = _strip_docstrings(nodes)
     constants = (n for n in nodes if isinstance(n, ast.Constant) and id(n) not in docstrings)
     texts = frozenset(node.value for node in constants if isinstance(node.value, str))
     return _Module(ast.unparse(tree), frozenset(_imports(nodes, base)), texts)
+
+
+def _run(tree: ast.Module) -> Iterator[ast.AST]:
+    """Every node but those under `if TYPE_CHECKING:`."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if isinstance(node, ast.If) and ast.unparse(node.test) in TYPES_ONLY:
+            waiting += node.orelse
+        else:
+            waiting += ast.iter_child_nodes(node)
 
 
 def _existing(path: Path) -> Iterator[Path]:

@@ -18,6 +18,7 @@ CATEGORIES = (
     "Calibrations",
     "Provenance",
 )
+LEFT_OUT = "Left out"  # what the table is called of the figures that are not regenerated
 # `Jansen et al. 2019, Table I: mean absolute error`; `skurowski2019: outliers`
 TITLE = re.compile(r"(?P<whose>.+?)(?:, (?P<item>(?:Table|Figure)s? [^:]+))?: (?P<shows>.+)")
 
@@ -56,6 +57,9 @@ def entry(path: str) -> dict[str, Any]:
     if whose in CATEGORIES:
         labels = {"item": item or "Table", "shows": shows}
         return {"category": category(whose), "subcategory": None, "labels": label(labels)}
+    if whose == LEFT_OUT:
+        labels = {"item": LEFT_OUT, "shows": shows}
+        return {"category": category("Provenance"), "subcategory": None, "labels": label(labels)}
     labels = {"item": item or "table", "shows": shows}
     return {"category": category("Groups"), "subcategory": whose, "labels": label(labels)}
 

@@ -42,7 +42,9 @@ rule cameras:
     params:
         code=digest("cameras.py"),
         takes=lambda wildcards: camera_takes(wildcards.group),
-        rows=lambda wildcards: {name: row(name) for name in subsets_of(wildcards.group)},
+        rows=lambda wildcards: columns_of(
+            map(row, subsets_of(wildcards.group)), "recording", "camera_type", "camera_ids"
+        ),
         sources=lambda wildcards: sources_of(subsets_of(wildcards.group)),
         cameras=config["cameras"],
         mask_sigma=config["noise"]["mask_sigma"],

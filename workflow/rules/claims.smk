@@ -32,10 +32,10 @@ rule claims:
         mem_mb=1000,
     params:
         code=digest("claims.py"),
-        recordings=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
-        calibrations=lambda wildcards: [
-            calibration_row(name) for name in accepted_calibrations("jansen2019")
-        ],
+        recordings=lambda wildcards: columns_of(
+            accepted_rows("skurowski2019"), "recording", "source", "camera_type", "n_cameras"
+        ),
+        calibrations=lambda wildcards: records(accepted_calibrations("jansen2019")),
         moved=lambda wildcards: moved_twins(),
         twins=lambda wildcards: twins_of_paper(),
         hampel=config["hampel"],

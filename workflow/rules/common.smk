@@ -38,6 +38,10 @@ onstart:
         workflow.scheduler.job_rate_limiter = None
 
 
+for values in (*RECORDINGS.values(), *CALIBRATIONS.values()):
+    values["source"] = "twin" if values["twin"] else "measured"
+
+
 sources = Sources(ROOT / "workflow/scripts", package, ROOT / "requirements/requirements.txt")
 
 
@@ -59,6 +63,26 @@ def digest(script):
     return sources.digest(script)
 
 
+# What `params:` hold of the sheets: the columns that the script reads and no other, as a job runs
+# again when any of them changes. A comment or a date is often added years later.
+SUBSET = ("recording", "twin", "camera_type", "n_cameras")
+
+
+def columns(*names):
+    """Function for `params`: these columns of the recording or calibration of the rule."""
+
+    def of(wildcards):
+        rule_row = row if hasattr(wildcards, "recording") else calibration_row
+        return columns_of([rule_row(wildcards)], *names)[0]
+
+    return of
+
+
+def columns_of(rows, *names):
+    """These columns of several rows."""
+    return [{name: row[name] for name in names} for row in rows]
+
+
 # Recordings. `recording` is a name or the wildcards of a rule, so that each serves as input function.
 
 
@@ -68,15 +92,8 @@ def recording_names(group=None):
 
 
 def row(recording):
-    """The row of a recording as plain values, see lib/recordings.py."""
+    """The row of a recording as plain values, see lib/recordings.py, and its `source`."""
     return RECORDINGS[getattr(recording, "recording", recording)]
-
-
-def row_read(recording):
-    """The same without what no reading of the recording depends on: a date or a comment that is
-    added later computes nothing anew."""
-    later = ("date", "compare_with", "covariate", "cluster", "place", "comment")
-    return {key: value for key, value in row(recording).items() if key not in later}
 
 
 def twin_of(recording):
@@ -123,8 +140,13 @@ def calibration_names(group=None, twin=None):
 
 
 def calibration_row(calibration):
-    """The row of a calibration as plain values, see lib/calibrations.py."""
+    """The row of a calibration as plain values, see lib/calibrations.py, and its `source`."""
     return CALIBRATIONS[getattr(calibration, "calibration", calibration)]
+
+
+def records(calibrations):
+    """What a table of calibrations says of each beside its pose."""
+    return columns_of(map(calibration_row, calibrations), "calibration", "setup", "source")
 
 
 def calibration_twin_settings(calibration):
@@ -228,9 +250,9 @@ def accepted_groups():
     return [group for group in groups() if accepted(group)]
 
 
-def rows_of_accepted(wildcards):
-    """Rows of the accepted recordings of the rule's group."""
-    return [row(name) for name in accepted(wildcards.group)]
+def accepted_rows(group):
+    """Rows of the accepted recordings of a group."""
+    return [row(name) for name in accepted(group)]
 
 
 def of_accepted(pattern):
@@ -259,17 +281,26 @@ def of_paper_twins(file):
     ]
 
 
+def camera_subset(recording):
+    """Camera type and number of cameras, by which the first paper names its recordings."""
+    return row(recording)["camera_type"], row(recording)["n_cameras"]
+
+
+def subset_of_paper(recording):
+    """The same; None for a recording of another group."""
+    return camera_subset(recording) if row(recording)["group"] == "skurowski2019" else None
+
+
 def twins_of_paper():
     """Settings of the twins among the accepted recordings of the first paper's group, by name."""
     return {name: twin_settings(name) for name in accepted("skurowski2019") if is_twin(name)}
 
 
 def full_sets_of_paper():
-    """Recordings of the largest sound set of each type, which its Table 4 is of: measured ones
-    before twins, then the first. If none is there, the first recording."""
-    found = {}
-    for name in sorted(accepted("skurowski2019"), key=is_twin):
-        key = row(name)["camera_type"], row(name)["n_cameras"]
-        if key in (("T40", 10), ("Bonita", 10), ("Vantage", 9), ("All", 30)):
-            found.setdefault(key, name)
-    return list(found.values()) or accepted("skurowski2019")[:1]
+    """Recordings that stand for the rows of its Table 4: of the largest sound set of each type.
+    If none is there, the first recording."""
+    from mocap_metrology.present.skurowski.subset_tables import TABLE_4, standing_for
+
+    rows = {name: row(name) for name in accepted("skurowski2019")}
+    found = [standing_for(rows, *subset) for subset in TABLE_4.items()]
+    return [name for name in found if name] or list(rows)[:1]

@@ -1,4 +1,4 @@
-# Recordings side by side: figures of S, and of every group of two recordings or more.
+# Recordings side by side, of every group of two recordings or more.
 
 
 rule families:
@@ -38,122 +38,36 @@ rule families:
     threads: 1
     params:
         code=digest("families.py"),
-        rows=rows_of_accepted,
+        rows=lambda wildcards: columns_of(accepted_rows(wildcards.group), *SUBSET),
     message:
         "{wildcards.group}: recordings side by side"
     script:
         "../scripts/families.py"
 
 
-rule skurowski_crump:
+# The paper's Figure 11 for any group with subsets of cameras.
+rule scaling:
     input:
-        raw=of_shock("trajectories.parquet"),
-        clean=of_shock("clean.parquet"),
-        allan=lambda wildcards: [allan_of(name) for name in [*shocked(), *unshocked()]],
+        checks=lambda wildcards: checks(wildcards.group),
+        gaussian=of_accepted("<results>/recordings/{recording}/gaussian.csv"),
     output:
         report(
-            "<results>/figures/skurowski_fig07.svg",
-            caption="../report/skurowski_families.rst",
-            category="Skurowski & Pawlyta 2019",
-            labels={"item": "Figure 7", "shows": "a seismic crump"},
+            "<results>/figures/{group}_scaling.svg",
+            caption="../report/scaling.rst",
+            category="Groups",
+            subcategory="{group}",
+            labels={"item": "Spread", "shows": "over the number of cameras"},
         ),
-        "<results>/figures/skurowski_fig07.png",
+        "<results>/figures/{group}_scaling.png",
     log:
-        "<logs>/skurowski_crump.log",
+        "<logs>/scaling/{group}.log",
     benchmark:
-        "<benchmarks>/skurowski_crump.tsv"
-    threads: 1
-    resources:
-        mem_mb=2500,
-    params:
-        code=digest("skurowski_crump.py"),
-        rows=lambda wildcards: [row(name) for name in [*shocked(), *unshocked()]],
-    message:
-        "Figure 7 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_crump.py"
-
-
-rule skurowski_failing:
-    input:
-        allan=lambda wildcards: [allan_of(name) for name in with_and_without_failing()],
-    output:
-        report(
-            "<results>/figures/skurowski_fig08.svg",
-            caption="../report/skurowski_families.rst",
-            category="Skurowski & Pawlyta 2019",
-            labels={"item": "Figure 8", "shows": "a failing camera"},
-        ),
-        "<results>/figures/skurowski_fig08.png",
-    log:
-        "<logs>/skurowski_failing.log",
-    benchmark:
-        "<benchmarks>/skurowski_failing.tsv"
+        "<benchmarks>/scaling/{group}.tsv"
     threads: 1
     params:
-        code=digest("skurowski_families.py"),
-        rows=lambda wildcards: [row(name) for name in with_and_without_failing()],
+        code=digest("scaling.py"),
+        rows=lambda wildcards: columns_of(accepted_rows(wildcards.group), *SUBSET),
     message:
-        "Figure 8 of Skurowski & Pawlyta 2019"
+        "{wildcards.group}: spread over the number of cameras"
     script:
-        "../scripts/skurowski_families.py"
-
-
-rule skurowski_families:
-    input:
-        checks=checks("skurowski2019"),
-        allan=of_paper("allan.parquet"),
-    output:
-        report(
-            "<results>/figures/skurowski_fig12.svg",
-            caption="../report/skurowski_families.rst",
-            category="Skurowski & Pawlyta 2019",
-            labels={"item": "Figure 12", "shows": "Allan deviation by number of cameras"},
-        ),
-        "<results>/figures/skurowski_fig12.png",
-        report(
-            "<results>/figures/skurowski_fig13.svg",
-            caption="../report/skurowski_families.rst",
-            category="Skurowski & Pawlyta 2019",
-            labels={"item": "Figure 13", "shows": "Allan deviation by camera type"},
-        ),
-        "<results>/figures/skurowski_fig13.png",
-    log:
-        "<logs>/skurowski_families.log",
-    benchmark:
-        "<benchmarks>/skurowski_families.tsv"
-    threads: 1
-    params:
-        code=digest("skurowski_families.py"),
-        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
-    message:
-        "Figures 12 and 13 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_families.py"
-
-
-rule skurowski_repaired:
-    input:
-        checks=checks("skurowski2019-repaired"),
-        allan=lambda wildcards: [allan_of(name) for name in [*repaired(), *unrepaired()]],
-    output:
-        report(
-            "<results>/figures/skurowski_figA1.svg",
-            caption="../report/skurowski_families.rst",
-            category="Skurowski & Pawlyta 2019",
-            labels={"item": "Figure A1", "shows": "z1 after the repair"},
-        ),
-        "<results>/figures/skurowski_figA1.png",
-    log:
-        "<logs>/skurowski_repaired.log",
-    benchmark:
-        "<benchmarks>/skurowski_repaired.tsv"
-    threads: 1
-    params:
-        code=digest("skurowski_families.py"),
-        rows=lambda wildcards: [row(name) for name in repaired()],
-        others=lambda wildcards: [row(name) for name in unrepaired()],
-    message:
-        "Figure A1 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_families.py"
+        "../scripts/scaling.py"

@@ -1,5 +1,7 @@
 # Lighthouse: dump -> pulses, stations, sweeps -> board poses, pose of the slave.
 
+LABELS = ("reference_labels_master", "reference_labels_slave")
+
 
 # Of a twin, in one job: two seconds of work a step are less than another start of Python takes.
 rule calibrate_twin:
@@ -28,7 +30,7 @@ rule calibrate_twin:
         mem_mb=1000,
     params:
         code=digest("calibrate_twin.py"),
-        row=calibration_row,
+        row=columns("calibration", "twin", "format", "board", *LABELS),
         twin=calibration_twin_settings,
         lighthouse=config["lighthouse"],
         seed=config["seed"],
@@ -53,7 +55,7 @@ checkpoint check_calibration:
         mem_mb=1500,
     params:
         code=digest("check_calibration.py"),
-        row=calibration_row,
+        row=columns("path", "sha256", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
         "{wildcards.calibration}: checking"
@@ -81,7 +83,7 @@ rule decode:
         mem_mb=1000,
     params:
         code=digest("decode.py"),
-        row=calibration_row,
+        row=columns("calibration", "twin", "path", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
         "{wildcards.calibration}: decoding"
@@ -110,7 +112,7 @@ rule calibrate:
         mem_mb=1000,
     params:
         code=digest("calibrate.py"),
-        row=calibration_row,
+        row=columns(*LABELS),
         lighthouse=config["lighthouse"],
     message:
         "{wildcards.calibration}: calibrating"

@@ -90,7 +90,9 @@ rule places:
         mem_mb=1000,
     params:
         code=digest("places.py"),
-        rows=lambda wildcards: [row(name) for name in with_place(wildcards.group)],
+        rows=lambda wildcards: columns_of(
+            map(row, with_place(wildcards.group)), "recording", "place"
+        ),
         sources=lambda wildcards: sources_of(with_place(wildcards.group)),
     message:
         "{wildcards.group}: noise by place"

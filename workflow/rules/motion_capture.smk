@@ -16,7 +16,7 @@ checkpoint check_recording:
         mem_mb=4000,
     params:
         code=digest("check.py"),
-        row=row_read,
+        row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated"),
         second_opinion=config["second_opinion"],
         still=config["still"],
     message:
@@ -42,7 +42,11 @@ rule trajectories:
         mem_mb=1000,
     params:
         code=digest("trajectories.py"),
-        row=row_read,
+        # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
+        row=columns(
+            *("recording", "twin", "source", "paths", "markers", "pairs"),
+            *("frame_rate_hz", "accept_truncated"),
+        ),
     message:
         "{wildcards.recording}: reading"
     script:
@@ -154,8 +158,7 @@ rule noise:
         mem_mb=1500,
     params:
         code=digest("noise.py"),
-        row=row_read,
-        paper=lambda wildcards: row(wildcards)["group"] == "skurowski2019",
+        subset=subset_of_paper,
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],
@@ -182,7 +185,7 @@ rule expected_noise:
         mem_mb=1000,
     params:
         code=digest("expected_noise.py"),
-        row=row_read,
+        subset=camera_subset,
         twin=twin_settings,
         noise=config["noise"],
         annealing=config["annealing"],

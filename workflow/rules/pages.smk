@@ -53,10 +53,10 @@ rule summary_page:
     threads: 1
     params:
         code=digest("summary_page.py"),
-        calibrations=lambda wildcards: [
-            {key: calibration_row(name)[key] for key in ("calibration", "setup", "group", "twin")}
-            for name in accepted_calibrations()
-        ],
+        calibrations=lambda wildcards: columns_of(
+            map(calibration_row, accepted_calibrations()),
+            *("calibration", "setup", "group", "source"),
+        ),
         cameras=lambda wildcards: groups_with_cameras(),
         links=lambda wildcards: links_of_report(),
     message:

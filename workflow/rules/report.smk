@@ -90,7 +90,9 @@ rule group_tables:
     threads: 1
     params:
         code=digest("group_tables.py"),
-        rows=rows_of_accepted,
+        rows=lambda wildcards: columns_of(
+            accepted_rows(wildcards.group), *SUBSET, "camera_ids", "comment"
+        ),
     message:
         "{wildcards.group}: tables of the group"
     script:
@@ -142,9 +144,7 @@ rule calibration_tables:
     threads: 1
     params:
         code=digest("calibration_tables.py"),
-        rows=lambda wildcards: [
-            calibration_row(name) for name in accepted_calibrations(wildcards.group)
-        ],
+        rows=lambda wildcards: records(accepted_calibrations(wildcards.group)),
     message:
         "{wildcards.group}: table of calibrations"
     script:
@@ -167,9 +167,7 @@ rule jansen_tables:
     threads: 1
     params:
         code=digest("jansen_tables.py"),
-        rows=lambda wildcards: [
-            calibration_row(name) for name in accepted_calibrations("jansen2019")
-        ],
+        rows=lambda wildcards: records(accepted_calibrations("jansen2019")),
     message:
         "Tables I-III of Jansen et al. 2019"
     script:

@@ -5,9 +5,13 @@ SKUROWSKI_FIGURES = {
     2: ("skurowski_theory", "standard error"),
     3: ("skurowski_theory", "slopes of an Allan deviation"),
     6: ("skurowski_noise", "weighted and ordinary least squares"),
+    7: ("skurowski_families", "a seismic crump"),
+    8: ("skurowski_families", "a failing camera"),
     9: ("skurowski_gaussian", "where the markers were seen"),
     10: ("skurowski_gaussian", "the distance by sets of cameras"),
     11: ("skurowski_gaussian", "spread over the number of cameras"),
+    12: ("skurowski_families", "Allan deviation by number of cameras"),
+    13: ("skurowski_families", "Allan deviation by camera type"),
     14: ("skurowski_noise", "colour noise, logarithmic"),
     15: ("skurowski_noise", "colour noise, linear"),
     16: ("skurowski_noise", "correlated noise"),
@@ -60,7 +64,7 @@ rule skurowski_tables:
     threads: 1
     params:
         code=digest("skurowski_tables.py"),
-        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
+        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET, "camera_ids"),
         twins=lambda wildcards: twins_of_paper(),
         hampel=config["hampel"],
     message:
@@ -88,7 +92,7 @@ rule skurowski_gaussian_figures:
         mem_mb=2000,
     params:
         code=digest("skurowski_gaussian_figures.py"),
-        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
+        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
         twins=lambda wildcards: twins_of_paper(),
     message:
         "Figures 9-11 of Skurowski & Pawlyta 2019"
@@ -122,7 +126,7 @@ rule skurowski_noise:
     threads: 1
     params:
         code=digest("skurowski_noise.py"),
-        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
+        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
     message:
         "Tables A1-A3 of Skurowski & Pawlyta 2019"
     script:
@@ -148,7 +152,7 @@ rule skurowski_noise_figures:
         mem_mb=1500,
     params:
         code=digest("skurowski_noise_figures.py"),
-        rows=lambda wildcards: [row(name) for name in accepted("skurowski2019")],
+        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],
@@ -160,29 +164,95 @@ rule skurowski_noise_figures:
         "../scripts/skurowski_noise_figures.py"
 
 
-# The paper's Figure 11 for any group with subsets of cameras.
-rule scaling:
+rule skurowski_crump:
     input:
-        checks=lambda wildcards: checks(wildcards.group),
-        gaussian=of_accepted("<results>/recordings/{recording}/gaussian.csv"),
+        raw=of_shock("trajectories.parquet"),
+        clean=of_shock("clean.parquet"),
+        allan=lambda wildcards: [allan_of(name) for name in [*shocked(), *unshocked()]],
     output:
-        report(
-            "<results>/figures/{group}_scaling.svg",
-            caption="../report/scaling.rst",
-            category="Groups",
-            subcategory="{group}",
-            labels={"item": "Spread", "shows": "over the number of cameras"},
-        ),
-        "<results>/figures/{group}_scaling.png",
+        of_figure(7),
+        "<results>/figures/skurowski_fig07.png",
     log:
-        "<logs>/scaling/{group}.log",
+        "<logs>/skurowski_crump.log",
     benchmark:
-        "<benchmarks>/scaling/{group}.tsv"
+        "<benchmarks>/skurowski_crump.tsv"
+    threads: 1
+    resources:
+        mem_mb=2500,
+    params:
+        code=digest("skurowski_crump.py"),
+        rows=lambda wildcards: columns_of(map(row, [*shocked(), *unshocked()]), "recording", "twin"),
+    message:
+        "Figure 7 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski_crump.py"
+
+
+rule skurowski_failing:
+    input:
+        allan=lambda wildcards: [allan_of(name) for name in with_and_without_failing()],
+    output:
+        of_figure(8),
+        "<results>/figures/skurowski_fig08.png",
+    log:
+        "<logs>/skurowski_failing.log",
+    benchmark:
+        "<benchmarks>/skurowski_failing.tsv"
     threads: 1
     params:
-        code=digest("scaling.py"),
-        rows=rows_of_accepted,
+        code=digest("skurowski_families.py"),
+        rows=lambda wildcards: columns_of(map(row, with_and_without_failing()), *SUBSET),
     message:
-        "{wildcards.group}: spread over the number of cameras"
+        "Figure 8 of Skurowski & Pawlyta 2019"
     script:
-        "../scripts/scaling.py"
+        "../scripts/skurowski_families.py"
+
+
+rule skurowski_families:
+    input:
+        checks=checks("skurowski2019"),
+        allan=of_paper("allan.parquet"),
+    output:
+        of_figure(12),
+        "<results>/figures/skurowski_fig12.png",
+        of_figure(13),
+        "<results>/figures/skurowski_fig13.png",
+    log:
+        "<logs>/skurowski_families.log",
+    benchmark:
+        "<benchmarks>/skurowski_families.tsv"
+    threads: 1
+    params:
+        code=digest("skurowski_families.py"),
+        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
+    message:
+        "Figures 12 and 13 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski_families.py"
+
+
+rule skurowski_repaired:
+    input:
+        checks=checks("skurowski2019-repaired"),
+        allan=lambda wildcards: [allan_of(name) for name in [*repaired(), *unrepaired()]],
+    output:
+        report(
+            "<results>/figures/skurowski_figA1.svg",
+            caption="../report/skurowski_families.rst",
+            category="Skurowski & Pawlyta 2019",
+            labels={"item": "Figure A1", "shows": "z1 after the repair"},
+        ),
+        "<results>/figures/skurowski_figA1.png",
+    log:
+        "<logs>/skurowski_repaired.log",
+    benchmark:
+        "<benchmarks>/skurowski_repaired.tsv"
+    threads: 1
+    params:
+        code=digest("skurowski_families.py"),
+        rows=lambda wildcards: columns_of(map(row, repaired()), *SUBSET, "compare_with", "comment"),
+        others=lambda wildcards: columns_of(map(row, unrepaired()), "recording", "twin"),
+    message:
+        "Figure A1 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski_families.py"

@@ -28,7 +28,7 @@ rule verdict:
         mem_mb=1000,
     params:
         code=digest("verdict.py"),
-        row=row,
+        row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         verdict=config["verdict"],
         confidence=config["allan"]["confidence"],
         still=config["still"],

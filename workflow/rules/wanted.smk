@@ -101,7 +101,7 @@ def allan_of(recording):
 
 def sources_of(recordings):
     """`twin` or `measured` by name."""
-    return {name: "twin" if is_twin(name) else "measured" for name in recordings}
+    return {name: row(name)["source"] for name in recordings}
 
 
 def comparisons(group):
@@ -241,7 +241,7 @@ def inputs_of_report():
         {
             "name": name,
             "kind": kind,
-            "source": "twin" if row_of(name)["twin"] else "measured",
+            "source": row_of(name)["source"],
             "seed": twins[row_of(name)["twin"]]["seed"] if row_of(name)["twin"] else None,
         }
         for kind, (names, row_of, twins) in kinds.items()
@@ -301,12 +301,8 @@ def unrepaired():
 def with_and_without_failing():
     """All ten Vantage cameras, of which one failed, and the others without it."""
     names = accepted("skurowski2019")
-    of = [[n for n in names if paper_subset(n) == ("Vantage", count)][:1] for count in (10, 9)]
+    of = [[n for n in names if camera_subset(n) == ("Vantage", count)][:1] for count in (10, 9)]
     return sum(of, []) if all(of) else []
-
-
-def paper_subset(recording):
-    return row(recording)["camera_type"], row(recording)["n_cameras"]
 
 
 def paper_families():

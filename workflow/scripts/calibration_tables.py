@@ -3,7 +3,7 @@
 from step import step
 
 with step(snakemake) as log:
-    from lighthouse_steps import records_of
+    from calibration_records import records_of
 
     from mocap_metrology.present.calibration import tables
     from mocap_metrology.present.tables import source_sentence, write_with

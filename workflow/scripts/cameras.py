@@ -16,15 +16,18 @@ with step(snakemake) as log:
     from mocap_metrology.present.groups.noise import read_noise
 
     given, settings, group = snakemake.params, snakemake.params.cameras, snakemake.wildcards.group
-    folders = {Path(path).parent.name: Path(path).parent for path in snakemake.input.raw}
+    of = {row["recording"]: row for row in given.rows}
+    raw, covariance, coefficients = (
+        dict(zip(of, snakemake.input[kind], strict=True)) for kind in ("raw", "covariance", "noise")
+    )
     rows, laws, sigma = [], [], {}
     for take in given.takes:
-        ids = {name: given.rows[name]["camera_ids"] for name in take}
-        paths = {name: folders[name] / "trajectories.parquet" for name in take}
+        ids = {name: of[name]["camera_ids"] for name in take}
+        paths = {name: Path(raw[name]) for name in take}
         files = Take(paths, given.mask_sigma, given.half_window_s)
-        levels = {name: one_frame(pd.read_csv(folders[name] / "covariance.csv")) for name in take}
-        noise = {name: read_noise(folders[name] / "noise.csv") for name in take}
-        kind = given.rows[take[0]]["camera_type"]
+        levels = {name: one_frame(pd.read_csv(covariance[name])) for name in take}
+        noise = {name: read_noise(coefficients[name]) for name in take}
+        kind = of[take[0]]["camera_type"]
         found = of_take(kind, ids, files, levels, noise, settings["rise"], log)
         rows, laws = rows + found[0], laws + found[1]
         sigma.setdefault(kind, {}).update(levels_of(ids, levels))

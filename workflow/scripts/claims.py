@@ -9,7 +9,7 @@ with step(snakemake) as log:
     from pathlib import Path
 
     import numpy as np
-    from lighthouse_steps import records_of
+    from calibration_records import records_of
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.lighthouse import columns
@@ -67,7 +67,7 @@ with step(snakemake) as log:
                 found.setdefault(one.way, []).append((one.error_mm, one.error_deg))
         ways = {way: np.array(errors) for way, errors in found.items()}
         calibrations = Calibrations(records, motion, ways)
-    kinds = sorted({"twin" if row["twin"] else "measured" for row in given.recordings})
+    kinds = sorted({row["source"] for row in given.recordings})
     sources = " and ".join(kinds), source_of(calibrations.records) if calibrations else ""
     twins = {
         (row["camera_type"], row["n_cameras"]): twin_from_mapping(given.twins[name], name)

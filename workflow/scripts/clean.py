@@ -3,11 +3,13 @@
 from step import step
 
 with step(snakemake) as log:
-    from mocap_metrology.common.files import read_table, versions, write_csv, write_table
+    from coordinates import read_coordinates
+
+    from mocap_metrology.common.files import versions, write_csv, write_table
     from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, white_level_kept
     from mocap_metrology.noise.series import all_series
 
-    columns, origin = read_table(snakemake.input[0])
+    frame, raw, origin = read_coordinates(snakemake.input[0])
     settings = snakemake.params.hampel
     half_window = max(round(settings["half_window_s"] * origin["frame_rate_hz"]), 1)
     share_of_noise, kept = white_level_kept(settings["n_sigma"], half_window, settings["action"])
@@ -18,8 +20,6 @@ with step(snakemake) as log:
             2 * half_window + 1,
             SHORT_WINDOW / origin["frame_rate_hz"],
         )
-    frame = columns.pop("frame")
-    raw = {name.removesuffix("_mm"): values for name, values in columns.items()}
     cleaned, report = {"frame": frame}, []
     for name, series in all_series(raw, [tuple(pair) for pair in origin["pairs"]]):
         result = hampel(

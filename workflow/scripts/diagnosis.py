@@ -5,6 +5,8 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
+    from coordinates import read_coordinates
+
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.diagnosis.findings import findings
     from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
@@ -16,9 +18,9 @@ with step(snakemake) as log:
 
     given, name = snakemake.params, snakemake.wildcards.recording
     settings = DiagnosisSettings(**given.diagnosis, still_range_mm=given.still["range_mm"])
-    columns, origin = read_table(snakemake.input.raw)
+    _, raw, origin = read_coordinates(snakemake.input.raw)
     recording = Recording(
-        {k.removesuffix("_mm"): v for k, v in columns.items() if k != "frame"},
+        raw,
         origin["labels"],
         [tuple(pair) for pair in origin["pairs"]],
         origin["frame_rate_hz"],

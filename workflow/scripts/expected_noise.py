@@ -8,17 +8,22 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table, write_csv
-    from mocap_metrology.noise import estimates, noise_files
-    from mocap_metrology.noise.estimators import expected_estimate, panel, published_estimate
+    from mocap_metrology.noise import estimates
+    from mocap_metrology.noise.estimators import (
+        expected_estimate,
+        panel,
+        published_estimate,
+        settings_of,
+    )
     from mocap_metrology.noise.published import published_row
 
-    row, given = snakemake.params.row, snakemake.params
+    given = snakemake.params
     allan, origin = read_table(snakemake.input[0])
     rate = origin["frame_rate_hz"]
     n = round(given.twin["duration_s"] * rate)
-    settings = noise_files.settings(given.noise, given.annealing, given.allan, given.hampel, rate)
+    settings = settings_of(given.noise, given.annealing, given.allan, given.hampel, rate)
     table = []
-    for name, model in published_row(row["camera_type"], row["n_cameras"]).items():
+    for name, model in published_row(*given.subset).items():
         m = allan["m"][(allan["series"] == name) & (allan["estimator"] == "oadev")]
         found = expected_estimate(
             model,
@@ -26,7 +31,7 @@ with step(snakemake) as log:
             n,
             1 / rate,
             settings,
-            panel(row["camera_type"], row["n_cameras"], name),
+            panel(*given.subset, name),
             given.seed,
         )
         table += estimates.rows(name, published_estimate(model, n, 1 / rate))

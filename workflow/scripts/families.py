@@ -6,19 +6,20 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.families.adev import family_figure
     from mocap_metrology.present.families.coefficients import coefficients_figure
     from mocap_metrology.present.families.correlated import correlated_figure
     from mocap_metrology.present.families.members import family_of
     from mocap_metrology.present.groups.noise import read_noise
+    from mocap_metrology.present.skurowski import gather
 
     given, group = snakemake.input, snakemake.wildcards.group
     rows = {row["recording"]: row for row in snakemake.params.rows}
-    source = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
     family = family_of(rows)
     allan = {name: read_table(path) for name, path in zip(rows, given.allan, strict=True)}
+    lengths = {name: gather.length_s(origin) for name, (_, origin) in allan.items()}
+    source = gather.source_and_length(rows, lengths, paper=False)
     noise = {name: read_noise(path) for name, path in zip(rows, given.noise, strict=True)}
     series = {name: list(dict.fromkeys(row["series"] for row in of)) for name, of in noise.items()}
     confidence = next(iter(allan.values()))[1]["allan"]["confidence"]

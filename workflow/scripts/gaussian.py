@@ -4,12 +4,13 @@ covariance.csv, the covariance of fast noise between coordinates."""
 from step import step
 
 with step(snakemake) as log:
-    from mocap_metrology.common.files import read_table, write_csv, write_text
+    from coordinates import read_coordinates
+
+    from mocap_metrology.common.files import write_csv, write_text
     from mocap_metrology.noise.cameras.covariance import COLUMNS, covariance_rows
     from mocap_metrology.noise.describe import gaussian_rows
 
-    columns, origin = read_table(snakemake.input[0])
-    series = {name.removesuffix("_mm"): values for name, values in columns.items()}
+    _, series, origin = read_coordinates(snakemake.input[0])
     rows = gaussian_rows(
         series,
         origin["labels"],

@@ -13,7 +13,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.groups import tables as group_tables
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
-    source = {row["recording"]: "twin" if row["twin"] else "measured" for row in rows}
+    source = {row["recording"]: tables.source_of(row) for row in rows}
     sentence = tables.source_sentence(source)
     stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
 

@@ -3,7 +3,7 @@
 from step import step
 
 with step(snakemake) as log:
-    from lighthouse_steps import records_of
+    from calibration_records import records_of
 
     from mocap_metrology.present.jansen.tables import jansen_table, jansen_table_3
     from mocap_metrology.present.jansen.text import markdown

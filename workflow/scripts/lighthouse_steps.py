@@ -57,7 +57,7 @@ def reference_of(row: dict[str, Any], path: str | None, mount: str | None) -> An
         return reference.pose_reference(path)
     from pathlib import Path
 
-    from mocap_metrology.c3d import read_recording
+    from mocap_metrology.c3d.recording import read_recording
 
     labels = [row["reference_labels_master"], row["reference_labels_slave"]]
     known = reference.read_mount(mount)
@@ -83,19 +83,3 @@ def truths_of(path: str | None) -> Any:
     lasers = json.loads(Path(path).read_text(encoding="utf-8"))["lasers_m"]
     housing = pose_reference(path)
     return {"housing": housing, "optical": optical(housing, np.array(lasers))}
-
-
-def records_of(rows: list[dict[str, Any]], paths: list[str]) -> list[dict[str, Any]]:
-    """What tables are made of: a row of the sheet, where it comes from, its pose.json."""
-    import json
-    from pathlib import Path
-
-    return [
-        {
-            "calibration": row["calibration"],
-            "setup": row["setup"],
-            "source": "twin" if row["twin"] else "measured",
-            "pose": json.loads(Path(path).read_text(encoding="utf-8")),
-        }
-        for row, path in zip(rows, paths, strict=True)
-    ]

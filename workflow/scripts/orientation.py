@@ -12,8 +12,8 @@ with step(snakemake) as log:
     from mocap_metrology.common.hampel import hampel
     from mocap_metrology.formats.pose_txt import read_pose_txt
     from mocap_metrology.noise.allan import averaging_factors
+    from mocap_metrology.noise.columns import ALLAN, allan_columns, joined
     from mocap_metrology.noise.confidence import allan_curve
-    from mocap_metrology.noise.noise_files import ALLAN, allan_columns, joined
     from mocap_metrology.noise.orientation import AXES, of_cluster, of_poses, unknown
     from mocap_metrology.noise.series import position
     from mocap_metrology.present.drawing.style import save_figure

@@ -5,15 +5,15 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.common.files import read_table
+    from coordinates import read_coordinates
+
     from mocap_metrology.noise.place import by_place, evenness
     from mocap_metrology.noise.series import pair_name, position
     from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.motion import place
 
-    columns, origin = read_table(snakemake.input[0])
-    series = {name.removesuffix("_mm"): values for name, values in columns.items()}
+    _, series, origin = read_coordinates(snakemake.input[0])
     first, second = (position(series, marker) for marker in origin["pairs"][0])
     cell = snakemake.params.place["cell_mm"]
     name = pair_name(origin["pairs"][0], origin["pairs"])

@@ -6,6 +6,7 @@ with step(snakemake) as log:
     from pathlib import Path
 
     import numpy as np
+    from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.series import all_series
@@ -18,10 +19,8 @@ with step(snakemake) as log:
 
     name = snakemake.wildcards.recording
     folder = Path(snakemake.output[0]).parent
-    columns, origin = read_table(snakemake.input.clean)
-    clean = {k.removesuffix("_mm"): v for k, v in columns.items() if k != "frame"}
-    columns, _ = read_table(snakemake.input.raw)
-    raw = {k.removesuffix("_mm"): v for k, v in columns.items() if k != "frame"}
+    _, clean, origin = read_coordinates(snakemake.input.clean)
+    _, raw, _ = read_coordinates(snakemake.input.raw)
     raw = dict(all_series(raw, [tuple(pair) for pair in origin["pairs"]]))
     changed = {k: np.isfinite(v) & (v.astype(clean[k].dtype) != clean[k]) for k, v in raw.items()}
 

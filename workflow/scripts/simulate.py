@@ -5,7 +5,7 @@ from step import step
 with step(snakemake) as log:
     import numpy as np
 
-    from mocap_metrology.c3d import write_c3d
+    from mocap_metrology.c3d.write import write_c3d
     from mocap_metrology.common.files import write_json
     from mocap_metrology.noise.cameras.take import simulate_take
     from mocap_metrology.noise.cameras.take_twin import is_take, take_twin_from_mapping

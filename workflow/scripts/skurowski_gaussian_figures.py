@@ -10,7 +10,6 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.published import published_gaussian
     from mocap_metrology.noise.twins import twin_from_mapping
-    from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.skurowski.densities import distances_figure, locations_figure
@@ -20,7 +19,8 @@ with step(snakemake) as log:
     given, files = snakemake.params, snakemake.input
     rows = {row["recording"]: row for row in given.rows}
     twins = {name: twin_from_mapping(values, name) for name, values in given.twins.items()}
-    source = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
+    lengths = {name: twin.duration_s for name, twin in twins.items()}
+    source = gather.source_and_length(rows, lengths)
     gaussian = {
         name: gather.gaussian_row(
             pd.read_csv(path, float_precision="round_trip").to_dict("records"), "x"
@@ -32,8 +32,9 @@ with step(snakemake) as log:
     first = gather.of_locations(rows, list(clean))
     x = {f"x{k}": clean[first][f"x{k}_mm"] for k in (1, 2)}
     printed = {k: published_gaussian(k) for k in kinds.values() if k in TABLE_4}
+    note_9 = f"{first}. {gather.spread_sentence(twins.get(first))} {source}"
     figures = {
-        9: locations_figure(x, printed.get(kinds[first]), note=f"{first}. {source}"),
+        9: locations_figure(x, printed.get(kinds[first]), note=note_9),
         10: distances_figure(
             {kinds[name]: columns["L_mm"] for name, columns in clean.items()},
             printed,

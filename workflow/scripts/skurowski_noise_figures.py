@@ -5,13 +5,11 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.common.files import read_table
-    from mocap_metrology.noise import noise_files
-    from mocap_metrology.noise.estimators import regression
-    from mocap_metrology.present import tables
+    from mocap_metrology.common.files import read_metadata, read_table
+    from mocap_metrology.noise.estimators import regression, settings_of
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.noise import read_noise
-    from mocap_metrology.present.skurowski import appendix, paper_noise
+    from mocap_metrology.present.skurowski import appendix, gather, paper_noise
     from mocap_metrology.present.skurowski.coefficients import colour_figure
     from mocap_metrology.present.skurowski.correlated import correlated_figure
     from mocap_metrology.present.skurowski.periodic import periodic_figure
@@ -19,17 +17,20 @@ with step(snakemake) as log:
 
     given, titles, series = snakemake.params, paper_noise.TITLES, paper_noise.SERIES
     rows = {row["recording"]: row for row in given.rows}
-    folders = dict(zip(rows, (Path(path).parent for path in snakemake.input.noise), strict=True))
-    expected = {Path(path).parent.name: read_noise(path) for path in snakemake.input.expected}
-    noise = {name: read_noise(folder / "noise.csv") for name, folder in folders.items()}
+    files = snakemake.input
+    expected = {Path(path).parent.name: read_noise(path) for path in files.expected}
+    noise = dict(zip(rows, map(read_noise, files.noise), strict=True))
+    allan_of = dict(zip(rows, files.allan, strict=True))
+    psd_of = dict(zip(rows, files.psd, strict=True))
     made = [row for t in appendix.tables_a(rows, noise, expected).values() for row in t]
-    source = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
+    lengths = {name: gather.length_s(read_metadata(path)) for name, path in allan_of.items()}
+    source = gather.source_and_length(rows, lengths)
 
     name = paper_noise.of_regression(rows)
-    allan, origin = read_table(folders[name] / "allan.parquet")
+    allan, origin = read_table(allan_of[name])
     own = (allan["series"] == series) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
     tau0 = 1 / origin["frame_rate_hz"]
-    settings = noise_files.settings(
+    settings = settings_of(
         given.noise, given.annealing, given.allan, given.hampel, origin["frame_rate_hz"]
     )
     run, ordinary = regression(
@@ -37,9 +38,10 @@ with step(snakemake) as log:
     )
     spectra = {}
     for label, other in paper_noise.largest(rows).items():
-        psd, _ = read_table(folders[other] / "psd.parquet")
+        psd, _ = read_table(psd_of[other])
         pick = psd["series"] == series
         spectra[label] = psd["f_hz"][pick], psd["psd_mm2_hz"][pick]
+    note_17 = f"{paper_noise.NOTE_17} {source}"
     figures = {
         6: regression_figure(
             allan["tau_s"][own],
@@ -55,7 +57,7 @@ with step(snakemake) as log:
         14: colour_figure(made, titles[14], source),
         15: colour_figure(made, titles[15], source, logarithmic=False),
         16: correlated_figure(made, titles[16], source),
-        17: periodic_figure(spectra, paper_noise.LINE_HZ, titles[17], source),
+        17: periodic_figure(spectra, paper_noise.LINE_HZ, titles[17], note_17),
     }
     for number, figure in figures.items():
         save_figure(figure, Path(snakemake.output[0]).parent / f"skurowski_fig{number:02d}")

@@ -23,7 +23,7 @@ with step(snakemake) as log:
             kind = path.parent.parent.name.removesuffix("s")
             refused.append({"kind": kind, "name": name, "why": check["why"]})
     calibrations = [
-        {"source": "twin" if row["twin"] else "measured", "pose": read(path)} | row
+        {"pose": read(path)} | row
         for row, path in zip(params.calibrations, given.poses, strict=True)
     ]
     groups = zip(params.cameras, given.cameras, strict=True)

@@ -30,7 +30,7 @@ with step(snakemake) as log:
         columns | dict(zip(names, coordinates, strict=True)),
         {
             "recording": row["recording"],
-            "source": "twin" if row["twin"] else "measured",
+            "source": row["source"],
             "twin": row["twin"],
             "unit": "mm",
             "labels": recording.labels,

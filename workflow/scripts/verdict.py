@@ -42,8 +42,7 @@ with step(snakemake) as log:
         span,
         Thresholds(**limits, moving_mm=given.still["range_mm"]),
     )
-    row = {k: given.row[k] for k in ("recording", "group", "twin", "camera_type", "n_cameras")}
-    found = row | found
+    found = given.row | found
     found["warnings"] = told(files.check, "warnings")
     found["findings"] = told([files.diagnosis], "findings")
     write_json(snakemake.output.json, found)

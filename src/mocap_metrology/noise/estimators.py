@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.hampel import hampel
+from mocap_metrology.common.hampel import SHORT_WINDOW, hampel
 from mocap_metrology.noise.allan import averaging_factors
 from mocap_metrology.noise.allan_fit.annealing import (
     AnnealingRun,
@@ -66,6 +66,28 @@ class NoiseSettings:
     def components(self) -> Components:
         """What S's estimators fit where the paper prints no panel."""
         return Components(gauss_markov=self.gauss_markov, sinusoid=self.sinusoid)
+
+
+def settings_of(
+    noise: Mapping[str, Any],
+    annealing: Mapping[str, Any],
+    allan: Mapping[str, Any],
+    hampel: Mapping[str, Any],
+    frame_rate_hz: float,
+) -> NoiseSettings:
+    """The settings of the estimators out of the sections of the configuration."""
+    return NoiseSettings(
+        estimators=tuple(noise["estimators"]),
+        mask_sigma=noise["mask_sigma"],
+        half_window=max(round(hampel["half_window_s"] * frame_rate_hz), SHORT_WINDOW),
+        criterion=noise["criterion"],
+        max_gauss_markov=noise["max_gauss_markov"],
+        sinusoid=noise["sinusoid"],
+        form=noise["form"],
+        gauss_markov=noise["gauss_markov"],
+        **{k: allan[k] for k in ("n_taus", "min_m", "max_fraction", "min_coverage")},
+        annealing=AnnealingSettings(**annealing),
+    )
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,15 @@
-"""Columns of the stored results of noise analysis, and settings out of the configuration."""
+"""Columns of the stored results of noise analysis."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.common.hampel import SHORT_WINDOW
-from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings
-from mocap_metrology.noise.confidence import AllanCurve
-from mocap_metrology.noise.estimators import NoiseSettings
-from mocap_metrology.noise.spectral_fit.periodogram import Periodogram
+if TYPE_CHECKING:  # what stores a curve need not depend on all that makes one
+    from mocap_metrology.noise.confidence import AllanCurve
+    from mocap_metrology.noise.spectral_fit.periodogram import Periodogram
 
 ALLAN = (
     *("series", "estimator", "m", "tau_s", "avar_mm2", "adev_mm", "n_terms", "alpha", "edf"),
@@ -49,25 +47,3 @@ def joined(parts: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str
     return {
         name: np.concatenate([p[name] for p in parts]) if parts else np.array([]) for name in names
     }
-
-
-def settings(
-    noise: Mapping[str, Any],
-    annealing: Mapping[str, Any],
-    allan: Mapping[str, Any],
-    hampel: Mapping[str, Any],
-    frame_rate_hz: float,
-) -> NoiseSettings:
-    """The settings of the estimators out of the sections of the configuration."""
-    return NoiseSettings(
-        estimators=tuple(noise["estimators"]),
-        mask_sigma=noise["mask_sigma"],
-        half_window=max(round(hampel["half_window_s"] * frame_rate_hz), SHORT_WINDOW),
-        criterion=noise["criterion"],
-        max_gauss_markov=noise["max_gauss_markov"],
-        sinusoid=noise["sinusoid"],
-        form=noise["form"],
-        gauss_markov=noise["gauss_markov"],
-        **{k: allan[k] for k in ("n_taus", "min_m", "max_fraction", "min_coverage")},
-        annealing=AnnealingSettings(**annealing),
-    )

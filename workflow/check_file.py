@@ -133,12 +133,12 @@ def _markers(path: Path, given: argparse.Namespace) -> list[str]:
 
 
 def _movement(path: Path, label: str, given: argparse.Namespace) -> float | None:
-    """Range of a marker's one-second means in mm; None if it is hardly seen."""
+    """Range of a marker's one-second medians in mm; None if it is hardly seen."""
     import numpy as np
 
     from mocap_metrology.common.errors import Unseen
     from mocap_metrology.formats import read_any
-    from mocap_metrology.noise.gaussian import drift
+    from mocap_metrology.noise.gaussian import median_drift
 
     try:
         found = read_any([path], [label], _rate(given), False, given.accept_truncated)
@@ -147,7 +147,7 @@ def _movement(path: Path, label: str, given: argparse.Namespace) -> float | None
     position = found.position_mm[0].astype(float)
     if np.isfinite(position).all(axis=0).mean() < FEWEST_SEEN:
         return None
-    ranges = [drift(axis, found.frame_rate_hz).range for axis in position]
+    ranges = [median_drift(axis, found.frame_rate_hz).range for axis in position]
     return float(max(ranges)) if np.isfinite(ranges).all() else None
 
 

@@ -296,3 +296,21 @@ def test_damage_is_refused_in_one_line_or_harmless(tmp_path, name):
             refused += 1
             assert str(refusal).startswith(f"{name}: ") and len(str(refusal)) < 300
     assert refused > 100
+
+
+@pytest.mark.parametrize("name", PLAIN)
+@pytest.mark.parametrize(
+    ("new", "why"),
+    [
+        ('"{}"', "line {line}, column 4: '\"{cell}\"' is not a number"),
+        ("{}\r", "line {line} has a carriage return inside"),
+    ],
+)
+def test_no_words_of_the_parser(tmp_path, name, new, why):
+    """Numbers in quotes, and a line that another program would read as two."""
+    mark = "\t" if name[-3] == "t" else ","
+    cells = row(name, 5).split(mark)
+    said = why.format(line=FIRST_ROW[name] + 4, cell=cells[3])
+    cells[3] = new.format(cells[3])
+    path = spoilt(tmp_path, name, row(name, 5), mark.join(cells))
+    assert refusal(path) == f"{name}: {said}"

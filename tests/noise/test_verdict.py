@@ -159,6 +159,66 @@ def test_without_numbers_it_is_bad() -> None:
     assert math.isnan(found.reference_for_mm["4"])
 
 
+@pytest.mark.parametrize(
+    ("duration_s", "n_frames", "word"),
+    [
+        (0.02, 2, "bad"),
+        (0.3, 30, "bad"),
+        (0.99, 990, "bad"),
+        (9.9, 99, "bad"),
+        (1.0, 100, "usable"),
+    ],
+)
+def test_nothing_is_judged_by_a_handful_of_frames(
+    duration_s: float, n_frames: int, word: str
+) -> None:
+    found = judged(
+        {"duration_s": duration_s, "horizon_s": duration_s, "n_frames": n_frames},
+        status="refused",
+        drift_mm_per_h=-10846.0,
+    )
+    assert found.word == word
+    if word == "bad":
+        assert found.decided_by.sentence == (
+            f"The recording is too short to judge: {n_frames} frames in {duration_s:g} s; a "
+            "verdict needs 100 frames and 1 s at least."
+        )
+        assert (found.caps, found.uncertainty) == ((), "")
+        assert math.isnan(found.reference_for_mm["4"])
+
+
+def test_gaps_that_leave_no_number_are_the_reason() -> None:
+    gaps = {"frame_mm": math.nan, "status": "refused"}
+    series = {"x1": {**FINE, **gaps}, "y1": {**FINE, **gaps}}
+    found = verdict(series, replace(FACTS, missing={"x1": 0.614, "y1": 0.6}))
+    said = "61.4 % of the frames of x1 are missing; usable is up to 10 %."
+    assert (found.word, found.decided_by.sentence) == ("bad", said)
+    assert not any("valid samples" in cap.sentence for cap in found.caps)
+    found = verdict(series, FACTS)
+    assert found.decided_by.sentence == "There are too few valid samples to judge by."
+
+
+def test_what_decided_stands_beside_the_number() -> None:
+    said = "One frame of y1 is uncertain by 0.0260 mm (0.0255 to 0.0264) about the mean of an hour;"
+    interval = {"frame_lower_mm": 0.0255, "frame_upper_mm": 0.02641}
+    found = judged({"n_markers": 1}, frame_mm=0.026, **interval)
+    assert found.uncertainty.startswith(said)
+    assert judged(frame_mm=0.026, **interval).uncertainty == ""
+    assert judged({"n_markers": 1}, range_mm=5.0).uncertainty == ""
+
+
+def test_no_model_says_why() -> None:
+    why = "too short: 700 samples, a noise model needs 1000"
+    words = judged(status="refused", why_measured=why).decided_by.sentence
+    assert words.startswith(f"There is no noise model ({why}) of y1: its numbers are")
+    none = {**FINE, "status": "refused", "why_measured": why}
+    words = verdict({"x1": none, "y1": none}, FACTS).decided_by.sentence
+    assert words.startswith(f"There is no noise model ({why}): its numbers are")
+    both = {"x1": none, "y1": {**FINE, "status": "misfit"}}
+    words = verdict(both, FACTS).decided_by.sentence
+    assert "of x1; the noise model does not describe the spectrum of y1: its" in words
+
+
 def test_what_never_changes_is_not_measured() -> None:
     found = judged(status="constant", frame_mm=1e-7)
     assert (found.word, found.decided_by.series) == ("bad", "y1")
@@ -181,7 +241,7 @@ def test_movement_leads_and_what_still_counts_follows() -> None:
     assert (found.word, found.decided_by.threshold) == ("bad", "still.range_mm")
     words = found.decided_by.sentence
     assert words.startswith("RFT1 moves: means over 1 s of y2 span 2020 mm")
-    assert words.endswith("the distance L, one frame uncertain by 0.3 mm.")
+    assert words.endswith("the distance L, one frame uncertain by 0.300 mm.")
     assert math.isnan(found.reference_for_mm["4"])
     assert not any("One frame of y2" in cap.sentence for cap in found.caps)
     changes = verdict({**series, "L": {**FINE, "range_mm": 2000.0}}, facts)
@@ -279,6 +339,12 @@ def test_a_twin_that_drifts_is_not_good_by_a_short_look() -> None:
 @pytest.mark.parametrize(("duration_s", "word"), [(59.0, "usable"), (61.0, "good")])
 def test_short_twins(duration_s: float, word: str) -> None:
     assert verdict_of(twin(duration_s=duration_s))["word"] == word
+
+
+def test_seconds_tell_of_no_drift_an_hour() -> None:
+    for duration_s, known in ((59.0, False), (61.0, True)):
+        numbers = verdict_of(twin(duration_s=duration_s))["series"]["x1"]
+        assert math.isfinite(numbers["drift_mm_per_h"]) is known
 
 
 @pytest.mark.parametrize(("distance", "word"), [(1.5, False), (2.5, True)])

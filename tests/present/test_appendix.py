@@ -1,4 +1,4 @@
-"""Tables A1-A3: every printed number once, partners, leftovers, what nine hours could support."""
+"""Tables A1-A3: every printed number once, partners, leftovers, what their length supports."""
 
 from __future__ import annotations
 
@@ -192,11 +192,11 @@ def test_markdown_shows_every_printed_number(everything) -> None:
             lines = [x.split("|")[1:-1] for x in panel.split("\n") if x.startswith("|")]
             names = [cell.strip().split(" ")[0] for cell in lines[0]]
             labels = [x[0].strip() for x in lines if x[1].strip() == "published"]
-            assert labels == list(dict.fromkeys(r["printed_row"] for r in own))
+            assert labels == list(dict.fromkeys(str(r["n_cameras"]) for r in own))
             for cells in lines:
                 if cells[1].strip() != "published":
                     continue
-                row = {r["parameter"]: r for r in own if r["printed_row"] == cells[0].strip()}
+                row = {r["parameter"]: r for r in own if str(r["n_cameras"]) == cells[0].strip()}
                 for name, cell in zip(names[2:], cells[2:], strict=True):
                     shown = cell.strip().rstrip("†‡")
                     assert shown == (three_digits(row[name]["published"]) if name in row else "")
@@ -210,8 +210,11 @@ def test_markdown_marks_and_leftovers(monkeypatch) -> None:
     rows[0]["regenerated"], rows[0]["regenerated_status"] = 2.5, "at_bound"
     text = table_a_markdown(rows, "T", "C")
     assert "1.00e-06†" in text and "< 1.00e-11" in text and "2.50§" in text and "–" in text
-    assert "- All likelihood, not published: q_c1 0.500 mm/s^0.5, T_c1 100 s" in text
-    assert "could not have supported 1, 2 have no bound" in text
+    assert "- 10 cameras, likelihood, not published: q_c1 0.500 mm/s^0.5, T_c1 100 s" in text
+    assert "a recording of this length cannot support 1, 2 have no bound" in text
+    for seconds, length in ((32400.0, "nine hours"), (600.0, "10 min")):
+        text = table_a_markdown(rows, "T", "C", seconds)
+        assert f"† a recording of {length} cannot support the number" in text
 
 
 def test_counts_add_up(everything) -> None:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from calibration_inputs import COVARIANCE, DEAD, T_M, TURN, paths, write_calibration
 from figure_data import check, check_saved, every_text
+from matplotlib.colors import to_rgba
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.present.calibration import space
 from mocap_metrology.present.calibration.data import agreement, pose_of, read_calibration
 from mocap_metrology.present.calibration.figure import calibration_figure
+from mocap_metrology.present.calibration.text import TABLE_MM, pose_rows
 from mocap_metrology.present.calibration.time import faint_diodes
+from mocap_metrology.present.drawing.style import SMALL_PT
+from mocap_metrology.present.pages.html_page import WORDS
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -38,14 +44,15 @@ def lines_of(axes, colour: str):
 def test_numbers_stand_in_the_text_to_the_digit(figure):
     texts = every_text(figure)
     gamma, beta, alpha = TURN.as_euler("ZYX", degrees=True)
-    for value, digits in (*((v, 2) for v in 1e3 * T_M), *((v, 3) for v in (alpha, beta, gamma))):
+    # Two digits of 2.0 mm and 0.030 deg, the largest standard deviations
+    for value, digits in (*((v, 1) for v in 1e3 * T_M), *((v, 3) for v in (alpha, beta, gamma))):
         shown = f"{value:+,.{digits}f}".replace("-", "−").replace(",", "\N{NARROW NO-BREAK SPACE}")
         assert shown in texts
     for value in np.sqrt(np.diag(COVARIANCE))[:3]:
-        assert f"{value:.2f}" in texts
+        assert f"{value:.1f}" in texts
     said = " ".join(texts)
     assert "good" in texts and "All checks passed." in said
-    assert f"baseline {np.linalg.norm(T_M):.3f} m" in said and "41.5 µrad" in said
+    assert f"baseline {np.linalg.norm(T_M):.3f} m" in said and "42 µrad" in said
     assert "master: id 1031, mode b, factory values from 9 frames" in said
     assert "slave: id unknown, mode c, no factory values: no whole frame" in said.replace("\n", " ")
     assert "Simulated (twin twin-7)" in said and "lab-1: calibration (simulated)" in said
@@ -109,6 +116,82 @@ def test_dead_and_faint_diodes_are_named(figure):
     assert faint_diodes(np.zeros(4))[0].size == 4
 
 
+def judged(moving, word: str, reason: str, checks, **entry):
+    """The calibration with another verdict, and its chosen estimate changed."""
+    poses = [dict(moving.pose["poses"][0]) | entry, *moving.pose["poses"][1:]]
+    pose = dict(moving.pose) | {
+        "verdict": {"word": word, "reason": reason}, "checks": checks, "poses": poses,
+    }  # fmt: skip
+    return dataclasses.replace(moving, pose=pose)
+
+
+def row(name: str, value, limit, ok: bool, sentence: str):
+    return {"name": name, "value": value, "limit": limit, "ok": ok, "sentence": sentence}
+
+
+CHECKS = [
+    row("residual", 1310.9, 2163.6, False, "Angles are 1311 urad rms from the fit, as by X."),
+    row("board poses", 47.0, 86.545, True, "."),
+    row("reference", 31.4, 100.0, False, "The pose is 31.4 mm and 0.74 deg from the reference."),
+]
+REASON = "Angles are 1311 urad rms from the fit. Also not right: reference."
+
+
+def test_words_and_units_are_the_same_all_over_the_page(moving):
+    drawn = calibration_figure(judged(moving, "usable", REASON, CHECKS, residual_rms_urad=1310.9))
+    said = " ".join(every_text(drawn)).replace("\n", " ")
+    assert "1311 µrad rms" in said and "residual 1311 µrad" in said and "1310" not in said
+    assert "urad" not in said.replace("µrad", "") and " deg" not in said and "(deg)" not in said
+    assert "Also not right" not in said
+    assert "The pose is 31.4 mm and 0.74° from the reference." in said
+    assert "(usable below 2164)" in said
+    assert "noise of an angle to expect: 72 µrad" in said  # 86.545 is 1.2 times the noise
+    good = [CHECKS[0] | {"value": 402, "limit": 576.97, "ok": True}, CHECKS[1]]
+    passed = "All passed. Angles are 402 urad rms from the fit (noise of an angle: 72). More."
+    drawn = calibration_figure(judged(moving, "good", passed, good))
+    said = " ".join(every_text(drawn)).replace("\n", " ")
+    assert "angles (good below 577)" in said
+    assert "402 µrad rms from the fit (noise of an angle: 72; good below 577). More." in said
+
+
+def test_the_badge_has_the_colours_of_the_pages(moving):
+    drawn = calibration_figure(judged(moving, "usable", REASON, CHECKS))
+    text, behind = WORDS["usable"]
+    badge = next(t for axes in drawn.axes for t in axes.texts if t.get_text() == "usable")
+    assert badge.get_color() == text
+    faces = [patch.get_facecolor() for patch in badge.axes.patches]
+    assert to_rgba(behind) in faces
+
+
+def test_an_error_beyond_sigma_is_remarked_and_takes_digits_away(moving):
+    far = {"errors_mm": [26.0, -15.0, 10.0], "errors_deg": [-0.1, -0.2, 0.71]}
+    rows = dict(pose_rows(moving.chosen | far))
+    t = [
+        f"{v:+,.0f}".replace("-", "−").replace(",", "\N{NARROW NO-BREAK SPACE}") for v in 1e3 * T_M
+    ]
+    assert rows["t, slave in master (mm)"] == t  # two digits of 26 mm
+    assert rows["1 σ along x, y, z (mm)"] == ["1.0", "2.0", "0.5"]
+    assert rows["t − reference (mm)"] == ["+26", "−15", "+10"]
+    assert rows["turned from it (°)"] == ["−0.10", "−0.20", "+0.71"]
+    near = {"errors_mm": [1.0, -2.0, 0.3], "errors_deg": [0.01, 0.0, 0.0]}
+    for errors, beyond in ((far, True), (near, False)):
+        drawn = calibration_figure(judged(moving, "good", "All.", [], **errors))
+        said = " ".join(every_text(drawn))
+        assert ("Error beyond 3 σ" in said) == beyond
+
+
+def test_frames_are_counted_and_rows_of_both_columns_are_level(moving):
+    stations = [dict(moving.stations[0]) | {"frames_found": 1, "id": 10**30}, moving.stations[1]]
+    drawn = calibration_figure(dataclasses.replace(moving, stations=stations))
+    said = " ".join(every_text(drawn))
+    assert "from 1 frame" in said and "1 frames" not in said
+    canvas = next(a for a in drawn.axes if any(t.get_text() == "good" for t in a.texts))
+    table = [t for t in canvas.texts if t.get_size() == SMALL_PT]
+    left = {round(t.get_position()[1], 6) for t in table if t.get_position()[0] < TABLE_MM}
+    right = [round(t.get_position()[1], 6) for t in table if t.get_position()[0] > TABLE_MM]
+    assert len(right) > len(moving.stations) + 4 and left <= set(right)
+
+
 @pytest.mark.parametrize(
     ("kind", "said"),
     [
@@ -135,8 +218,6 @@ def test_saved_whole_and_readable(figure, tmp_path):
 
 
 def test_odd_texts_stay_on_the_page(moving):
-    import dataclasses
-
     verdict = {"word": "doubtful", "reason": "a$b_c^2 " * 60}
     odd = dataclasses.replace(
         moving, name="n" * 150, twin=None, pose=dict(moving.pose) | {"verdict": verdict}

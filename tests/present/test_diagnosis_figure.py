@@ -9,7 +9,11 @@ from figure_data import check_saved, every_text
 from mocap_metrology.noise.diagnosis.findings import findings
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.present.diagnosis.figure import diagnosis_figure
+from mocap_metrology.present.diagnosis.spectra import FILTER_LOOKS, ROUNDING, _size
+from mocap_metrology.present.diagnosis.zoom import moment, view_of
+from mocap_metrology.present.drawing.style import LOOKS
 
 pytestmark = pytest.mark.filterwarnings("error")
 RATE = 120.0
@@ -48,12 +52,113 @@ def test_an_event_and_a_line_are_marked_with_their_numbers(tmp_path):
     texts = every_text(figure)
     (event,) = found.events
     assert any(text.startswith("1 event in") for text in texts)
-    assert any(f"{event.size_mm:.3f} mm, one of a kind" in text for text in texts)
+    size = f"{1000 * event.size_mm:.0f} µm in {event.largest}, happened once"  # as the axis has it
+    assert size in texts
+    assert f"{', '.join(f'{a}{event.largest[1]}' for a in 'xyz')} (µm)" in texts
+    assert any(t.startswith("Time (s) from 88.") for t in texts)
+    assert "noise alike" in texts and "alike" in texts
     line = next(x.line for x in found.lines if x.series == "z1")
     assert abs(line.A_s - 0.004) < 0.0005
     assert f"14.4 Hz: {1000 * line.A_s:.2g} µm" in texts
     assert "Dynamic Allan deviation of " + event.largest in texts
     check_saved(figure, tmp_path)
+
+
+def axes_of(figure, title):
+    """The panel whose title begins so."""
+    return next(a for a in figure.axes if any(t.get_text().startswith(title) for t in a.texts))
+
+
+def test_the_map_is_of_the_series_of_the_window_and_frames_it():
+    figure, found = page(recording())
+    surest = max((d.x.max(), k) for k, own in found.dynamics.items() for d in own)[1]
+    view = view_of(found, None)
+    assert view.series == surest
+    above = axes_of(figure, f"Dynamic Allan deviation of {surest}")
+    (frame,) = (p for p in above.patches if p.get_fill() is False or p.get_facecolor()[3] == 0)
+    assert frame.get_x() * 60 == pytest.approx(view.first_s)  # the axis is in minutes
+    assert frame.get_width() * 60 == pytest.approx(view.last_s - view.first_s)
+    assert axes_of(figure, f"Spectrum of {surest}") and "this window" in every_text(figure)
+
+
+def test_of_seconds_it_says_what_is_seen_and_not_how_likely():
+    """Of a recording too short to decide on events: the range within the window."""
+    one = recording(660)
+    figure, found = page(one)
+    view = view_of(found, None)
+    first, last = round(view.first_s * RATE), round(view.last_s * RATE)
+    ranges = {k: float(np.ptp(found.quiet[k][first:last])) for k in view.names}
+    most = max(ranges, key=ranges.get)
+    texts = every_text(figure)
+    assert "too short to decide on events" in texts
+    assert f"{most} spans {1000 * ranges[most]:.1f} µm" in texts
+    assert not any("chance" in t for t in texts)
+
+
+def test_wide_intervals_do_not_say_alike():
+    rng = np.random.default_rng(3)
+    one = recording(1200)
+    for values in one.coordinates.values():  # the noise comes and goes
+        values[:] = 0.02 * np.repeat(rng.lognormal(0, 1, 10), 120) * rng.normal(size=1200)
+    one.coordinates["x1"][:] += 160
+    figure, _ = page(one)
+    texts = every_text(figure)
+    assert "alike" not in texts
+    assert any(t.endswith("cannot be told") for t in texts)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "word"),
+    [
+        *((0.98, 1.02, "alike"), (0.7, 1.4, "alike"), (0.1, 5.0, "cannot be told")),
+        *((0.9, 1.6, "cannot be told"), (1.1, 5.0, "changed"), (0.2, 0.9, "changed")),
+    ],
+)
+def test_what_a_ratio_tells(lower, upper, word):
+    assert Sides("x1", 1, 1, 1, 1, (lower * upper) ** 0.5, lower, upper).word == word
+
+
+@pytest.mark.parametrize(("step_mm", "drawn"), [(1e-5, 0), (1e-3, 1)])
+def test_rounding_is_in_the_key_if_it_is_drawn(step_mm, drawn):
+    one = recording()
+    one = Recording(one.coordinates, one.labels, one.pairs, RATE, step_mm, "float32")
+    figure, _ = page(one)
+    dotted = [
+        line
+        for title in ("Spectrum", "Allan deviation")
+        for line in axes_of(figure, f"{title} of ").lines
+        if line.get_linestyle() == ROUNDING["ls"] and line.get_color() == ROUNDING["color"]
+    ]
+    assert bool(dotted) == bool(drawn)
+    assert every_text(figure).count("rounding of the file") == drawn
+
+
+def test_filters_look_like_no_coordinate_and_the_same_in_key_and_panel():
+    assert not {f["color"] for f in FILTER_LOOKS} & {look.colour for look in LOOKS.values()}
+    figure, found = page(recording())  # without a model: points joined
+    assert not any(f.predicted for f in found.filtered)
+    panel, key = axes_of(figure, "Allan deviation of "), figure.axes[-1]
+    for look in FILTER_LOOKS[1:3]:
+        dashes = [
+            {line.get_linestyle() for line in axes.lines if line.get_color() == look["color"]}
+            for axes in (panel, key)
+        ]
+        assert dashes[0] == dashes[1] == {"--"}
+
+
+@pytest.mark.parametrize(
+    ("mm", "text"), [(0.0036, "3.6 µm"), (0.123, "120 µm"), (1.97, "2 mm"), (2345.0, "2300 mm")]
+)
+def test_sizes_of_lines(mm, text):
+    assert _size(mm) == text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(98.49, "98.5 s"), (298.5, "4 min 58.5 s"), (16198.5, "4 h 29 min 58.5 s")],
+)
+def test_moments(seconds, text):
+    assert moment(seconds) == text
 
 
 @pytest.mark.parametrize("n", [17, 130, 700])

@@ -189,6 +189,19 @@ def test_slopes_of_the_key_are_those_of_the_panels(names):
     assert len(rises) == 5 and np.isclose(rises, on_paper).sum() == 1
 
 
+@pytest.mark.parametrize("names", [["x1"], ["x1", "y1", "z1"], ["x1", "x2", "L"]])
+def test_the_fan_of_slopes_follows_its_heading(names):
+    """The first of the slopes stands within two lines of text below the words."""
+    for figure, first in (
+        (allan_figure(allan_columns(names), "t", "n"), "+1  drift"),
+        (psd_figure(psd_columns(names), "t", "n"), "+2  violet"),
+    ):
+        texts = {t.get_text(): t.get_position()[1] for t in figure.axes[-1].texts}  # mm
+        heading = next(y for text, y in texts.items() if text.startswith("slopes of "))
+        assert 2 < heading - texts[first] < 8
+    assert "median to peak" in every_text(figure)
+
+
 def test_a_long_note_is_printed_whole():
     note = " ".join(f"word{k}" for k in range(300))
     figure = psd_figure(psd_columns(["x1"]), "title " * 40, note)

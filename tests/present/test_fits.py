@@ -15,6 +15,7 @@ from mocap_metrology.noise.published import published_row
 from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.fits import parts as fit_parts
 from mocap_metrology.present.fits.figure import MODEL, fit_figure, part_styles
+from mocap_metrology.present.fits.figure import OTHERS as LOOKS_OF_OTHERS
 
 pytestmark = pytest.mark.filterwarnings("error")
 MODEL_Z1 = published_row("T40", 10)["z1"].ordered()
@@ -94,7 +95,7 @@ def test_every_component_is_drawn_and_named_with_its_value() -> None:
     assert [part.name for part in fit.parts] == [
         *("h₋₂", "h₋₁", "h₀"),
         *(f"GM {k}" for k in (1, 2, 3, 4)),
-        "line",
+        "sinusoid",
     ]
     texts = " ".join(every_text(made))
     for part, how in zip(fit.parts, part_styles(fit), strict=True):
@@ -112,6 +113,32 @@ def test_every_component_is_drawn_and_named_with_its_value() -> None:
     assert "q_c 0.0187 mm/√s" in texts or "q_c 0.0188 mm/√s" in texts or "q_c 0.0186" in texts
     assert "h₁ < 1.00×10⁻¹¹ mm²/Hz²" in texts and "h₂ <" in texts
     assert "1 short, 2 short, 3 medium, 4 long" in texts.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (14.4, 2.88e-8, "14.40000000 Hz ± 29 nHz"),
+        (14.4, 1.24e-5, "14.40000 Hz ± 12 µHz"),
+        (7.123456, 0.0104, "7.12 Hz ± 10 mHz"),
+        (7.123456, 0.9999, "7.1 Hz ± 1 Hz"),
+        (50.0, 3.0, "50 Hz ± 3 Hz"),
+    ],
+)
+def test_a_frequency_has_its_error_in_hertz(value, error, text) -> None:
+    assert fit_parts._frequency(value, error) == text
+
+
+def test_other_estimators_are_told_apart() -> None:
+    """By colour, and from the components, which have colours of their own."""
+    made, data = figure(others=(*OTHERS, "slopes"))
+    fit = fit_parts.fit_of(MAIN, data["estimates"][MAIN])
+    colours = [look["color"] for look in LOOKS_OF_OTHERS]
+    assert len(set(colours)) == len(colours) >= 4
+    assert not set(colours) & {how["color"] for how in part_styles(fit)}
+    for axes in (made.axes[0], made.axes[1]):
+        assert set(colours[:4]) <= {line.get_color() for line in axes.lines}
+    assert "beyond on a logarithmic one" in " ".join(every_text(made)).replace("\n", " ")
 
 
 def test_the_line_in_the_spectrum_is_a_stem_as_high_as_its_share() -> None:

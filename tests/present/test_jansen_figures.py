@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from itertools import combinations
+
 import numpy as np
 import pytest
 from calibration_inputs import (
@@ -14,15 +17,26 @@ from calibration_inputs import (
     angle_of,
     write_calibration,
 )
-from figure_data import check_saved, every_text
+from figure_data import check, check_saved, every_text
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.board import flat_board
+from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.present.calibration.data import read_calibration
+from mocap_metrology.present.drawing.style import INK, styled
 from mocap_metrology.present.jansen.angles import angles_figure
 from mocap_metrology.present.jansen.figures import NUMBERS, jansen_figures
+from mocap_metrology.present.jansen.ground import Ground
+from mocap_metrology.present.jansen.paths import (
+    Superposed,
+    paths_figure,
+    slave_figure,
+    superposition_figure,
+)
 from mocap_metrology.present.jansen.signal import signal_of
 from mocap_metrology.present.jansen.space import Projection, arc, outline
 
@@ -44,7 +58,7 @@ def figures(given):
 @pytest.mark.parametrize("number", NUMBERS)
 def test_each_is_drawn_and_saved_whole(figures, tmp_path, number):
     texts = every_text(figures[number])
-    assert any(f"J Figure {number}:" in text for text in texts)
+    assert any(f"Jansen et al. 2019, Figure {number}:" in text for text in texts)
     assert any("Simulated (twin twin-7)" in text for text in texts)
     check_saved(figures[number], tmp_path / "out")
 
@@ -107,9 +121,116 @@ def test_paths_and_pose_by_another_program(given, figures):
     assert "less the reference: (+6.0, −5.0, −1.0) mm" in said
     turn = np.degrees(np.linalg.norm(TURN.as_rotvec()))
     assert f"R, {turn:.1f}°" in every_text(figures[7])
-    centre_moved = next(t for t in every_text(figures[7]) if t.startswith("T, "))
-    T = (TURN.apply(slave.t_m) + off - slave.t_m).mean(axis=0)
-    assert float(centre_moved.split()[1]) == pytest.approx(np.linalg.norm(T), abs=0.03)
+    named = "shift of the centroid, "
+    told = next(t for t in every_text(figures[7]) if t.startswith(named))
+    shift = (TURN.apply(slave.t_m) + off - slave.t_m).mean(axis=0)
+    assert float(told.removeprefix(named).split()[0]) == pytest.approx(
+        np.linalg.norm(shift), abs=0.03
+    )
+    assert not any(t.startswith("T") for t in every_text(figures[7]))  # T is that of Figure 8
+
+
+def posed(given, turn, t, off=(0.0, 0.0, 0.0), share=0.67):
+    """The slave elsewhere: its path so that both agree; the reference by an offset."""
+    calibration, _ = given
+    master, _ = calibration.paths("paper", "ideal")
+    R = turn.as_matrix()
+    slave = dataclasses.replace(master, t_m=(master.t_m - t) @ R, R=R.T @ master.R)
+    pose, true = (R, np.asarray(t)), (R, np.asarray(t) + off)
+    return Superposed((master, slave), calibration.board, pose, true, "A label.", share)
+
+
+def boxes_of(figure):
+    """Names of a figure's largest axes and their boxes on the page."""
+    figure.set_dpi(80)
+    canvas = FigureCanvasAgg(figure)
+    with styled():
+        canvas.draw()
+        texts = [t for axes in figure.axes for t in axes.texts]
+        return [(t.get_text(), t.get_window_extent(canvas.get_renderer())) for t in texts]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_axes_and_letters_of_any_pose_are_on_the_page_and_apart(given, seed):
+    rng = np.random.default_rng(seed)
+    turn = Rotation.from_rotvec(rng.uniform(-1.5, 1.5, 3))
+    t = rng.uniform([-1, -3, -0.5], [2, 3, 2.5])
+    figure = slave_figure(posed(given, turn, t, rng.uniform(-0.3, 0.3, 3)), "t")
+    check(figure)
+    drawing = max(figure.axes, key=lambda axes: axes.bbox.height)
+    low, high = (np.array(v) for v in zip(drawing.get_xlim(), drawing.get_ylim(), strict=True))
+    for line in drawing.lines:
+        assert (line.get_xydata() >= low).all() and (line.get_xydata() <= high).all()
+    for arrow in drawing.texts:  # an annotation is an arrow's head
+        if hasattr(arrow, "xy"):
+            assert (np.array(arrow.xy) > low).all() and (np.array(arrow.xy) < high).all()
+    named = [(s, box) for s, box in boxes_of(figure) if s in ("x", "y", "z", "T", *ROLES)]
+    assert len(named) == 9
+    for (one, a), (other, b) in combinations(named, 2):
+        assert not a.padded(-1).overlaps(b.padded(-1)), (one, other)
+
+
+def test_the_master_on_the_way_of_T_keeps_its_letter(given):
+    """T along the master's y axis, as in the paper: its y stands beside, not on the arrow."""
+    figure = slave_figure(posed(given, TURN, np.array([0.0, 3.0, 0.0])), "t")
+    drawing = max(figure.axes, key=lambda axes: axes.bbox.height)
+    arrows = [a for a in drawing.texts if getattr(a, "arrow_patch", None) is not None]
+    T = next(a for a in arrows if a.arrow_patch.get_edgecolor()[:3] == to_rgb(INK))
+    boxes = boxes_of(figure)  # sets the resolution
+    way = drawing.transData.transform(np.linspace(T.xyann, T.xy, 200))
+    for text, box in boxes:
+        if text in ("x", "y", "z", "master", "slave", "T"):
+            assert not any(box.padded(-1).contains(*at) for at in way), text
+
+
+def test_insets_are_larger_and_count_what_they_leave_out(given):
+    scattered = posed(given, TURN, np.array([0.4, 2.0, 0.2]))
+    master, slave = scattered.paths
+    wild = master.t_m.copy()
+    wild[::60] += [0.5, 1.5, 1.0]
+    scattered = dataclasses.replace(scattered, paths=(dataclasses.replace(master, t_m=wild), slave))
+    outside = len(wild[::60])
+    for draw, n_insets in ((paths_figure, 1), (superposition_figure, 2)):
+        figure = draw(scattered, "t")
+        told = [t for t in every_text(figure) if "as large" in t]
+        assert len(told) == 2 and all(float(t.split("×")[0]) > 1.05 for t in told)
+        assert sum(f"{outside} dots outside" in t for t in told) == n_insets
+        for inset in [axes for axes in figure.axes if axes.axison]:
+            (x0, x1), (y0, y1) = inset.get_xlim(), inset.get_ylim()
+            for line in inset.lines:
+                x, y = line.get_data()
+                assert np.all((x > x0) & (x < x1) & (y > y0) & (y < y1))
+        assert "67 % here" in " ".join(every_text(figure)).replace("\n", " ")
+
+
+def test_a_name_gives_way_to_lines_and_other_names_and_stays_on_the_page():
+    ground = Ground((60.0, 40.0))
+    ground.line(np.array([[0.0, 20.0], [60.0, 20.0]]))
+    first = ground.free(np.array([[30.0, 20.0]]), 12.0, 2.5)
+    assert abs(first[1] - 20.0) > 1.25
+    ground.box(first, 12.0, 2.5)
+    second = ground.free(first[None], 12.0, 2.5)
+    apart = np.abs(second - first)
+    assert apart[0] > 12.0 or apart[1] > 2.5
+    at_edge = ground.free(np.array([[59.0, 39.5]]), 12.0, 2.5)
+    assert at_edge[0] <= 54.0 and at_edge[1] <= 38.75
+    np.testing.assert_array_equal(Ground((60, 40)).free(np.array([[30.0, 9.0]]), 5, 2), [30, 9])
+
+
+@pytest.mark.parametrize("point", [(3.441, -0.595, 0.59), (3.81, 1.53, 1.124), (3, 0.5, -0.6)])
+def test_names_of_figure_5_keep_off_its_lines(point):
+    figure = angles_figure(np.array(point), "t")
+    drawing = max(figure.axes, key=lambda axes: axes.bbox.height)
+    boxes = [(s, box) for s, box in boxes_of(figure) if s]
+    for (one, a), (other, b) in combinations(boxes, 2):
+        assert not a.padded(-1).overlaps(b.padded(-1)), (one, other)
+    for line in [line for line in drawing.lines if line.get_linestyle() in ("-", "--")]:
+        flat = line.get_xydata()
+        steps = np.linspace(0, len(flat) - 1, 400)
+        way = np.column_stack([np.interp(steps, range(len(flat)), v) for v in flat.T])
+        for text, box in boxes:
+            inside = [box.padded(-1.5).contains(*at) for at in drawing.transData.transform(way)]
+            assert not any(inside), text
 
 
 def test_projection_and_arcs():

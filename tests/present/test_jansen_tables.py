@@ -9,9 +9,9 @@ import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS, published_table
 from mocap_metrology.present.calibration.tables import calibration_markdown, calibration_rows
-from mocap_metrology.present.jansen.statistics import paper_setup
+from mocap_metrology.present.jansen.statistics import OPTICS, STAGES, Variant, paper_setup
 from mocap_metrology.present.jansen.tables import jansen_table, jansen_table_3
-from mocap_metrology.present.jansen.text import gain, markdown
+from mocap_metrology.present.jansen.text import gain, markdown, reason
 
 KINDS = [(e, s) for e in ("paper", "paper-tight", "paper-lm") for s in ("kabsch", "final")]
 
@@ -126,8 +126,12 @@ def test_table_iii_keeps_both_noises_apart():
     jitter = cell(rows, "MAE", "x_mm", noise="quantisation and jitter")
     assert jitter["regenerated"] == pytest.approx(15) and jitter["mirrored_share"] == 0.4
     text = markdown(3, rows, made)
-    assert "2 setups, 4 calibrations" in text and "1 setups, 2 calibrations" in text
+    assert "2 setups, 4 calibrations" in text and "1 setup, 2 calibrations" in text
     assert "α" in text and "40 % of the board poses are mirrored" in text
+    assert "phases" not in text  # rotors of the simulation are ideal
+    assert [line for line in text.splitlines() if line.startswith("### ")] == (
+        ["### MAE", "### Average SD"] * 2
+    )
 
 
 def test_setups_of_the_sheet():
@@ -148,6 +152,58 @@ def test_what_differs_is_explained(records):
     keys = ("errors_mm", "errors_deg")
     true = [p | {f"truth_{k}": p[k] for k in keys} for p in one["pose"]["poses"]]
     assert "optical frames" in gain([one | {"pose": one["pose"] | {"poses": true}}])
+
+
+def test_reasons_hold_for_what_they_explain():
+    """Factory values take the phases out; a path matters to Kabsch alone, which turns by it."""
+    variants = [Variant(e, s, o) for e in ("paper", "paper-lm") for s in STAGES for o in OPTICS]
+    for variant in variants:
+        for mirrored in (0.0, 0.4, math.nan):
+            for ideal_rotors in (False, True):
+                said = reason(variant, mirrored, ideal_rotors)
+                neglected = variant.optics == "ideal" and not ideal_rotors
+                assert ("phases" in said) == neglected
+                assert ("short path" in said) == (variant.stage == "kabsch")
+                assert ("mirrored" in said) == (mirrored == 0.4)
+    assert reason(Variant("paper-lm", "final", "factory"), 0.0).startswith("places, paths")
+
+
+def test_a_reason_is_told_once_and_never_of_factory_values():
+    errors = [np.full(6, 500.0), np.full(6, -500.0)]
+    made = [record("3", k, errors[k], ("ideal", "factory"), share=0.0) for k in (0, 1)]
+    for number in (1, 2):
+        text = markdown(number, jansen_table(number, made), made)
+        lines = [line for line in text.splitlines() if "above 4 times" in line]
+        assert any("factory optics" in line for line in lines)
+        for line in lines:
+            assert not ("factory optics" in line and "phases" in line)
+        assert text.count("which is 50 to 160 mm") == 1 and text.count("over the length") == 1
+
+
+def test_summary_is_headed_by_what_stands_in_its_columns(records):
+    for number, heading in ((1, "## Overall"), (2, "## Average")):
+        text = markdown(number, jansen_table(number, records), [])
+        own = text[text.index(heading) :].splitlines()
+        assert own[2].split("|")[1].strip() == "estimator"
+
+
+def test_few_calibrations_are_cautioned_by_the_law_of_their_sd(records):
+    """Of two normal errors, the SD over the true one is |N(0, 1)|: 95 % within 0.031 and 2.24."""
+    pair = [record("3", k, (k + 1) * np.ones(6)) for k in (0, 1)]
+    text = markdown(2, jansen_table(2, pair), [])
+    said = next(line for line in text.splitlines() if line.startswith("An SD of 2"))
+    low, high = float(said.split()[8]), float(said.split()[10])
+    drawn = np.random.default_rng(3).standard_normal((200_000, 2)).std(axis=1, ddof=1)
+    assert np.mean(drawn < low) == pytest.approx(0.025, abs=0.004)
+    assert np.mean(drawn > high) == pytest.approx(0.025, abs=0.004)
+    assert "An SD of" not in markdown(2, jansen_table(2, records), [])
+    three_each = [record("sim-1", k, (k + 1) * np.ones(6)) for k in range(3)]
+    assert "An SD of 3" in markdown(3, jansen_table_3(three_each), [])
+
+
+def test_ratios_are_written_without_powers_of_ten():
+    text = markdown(1, jansen_table(1, [record("3", 1, np.full(6, 2e4))]), [])
+    assert "(×970)" in text and "e+0" not in text.replace("2.00e+04", "")
 
 
 def test_nothing_to_regenerate_leaves_the_published_numbers():
@@ -172,7 +228,9 @@ def test_calibrations_of_a_group():
     assert first["sigma_x_mm"] == 2 and first["sigma_ry_deg"] == pytest.approx(0.2)
     assert first["error_y_mm"] == 4 and list(first) == list(second)
     assert math.isnan(second["baseline_mm"]) and second["estimator"] is None
+    made[0]["pose"] |= {"verdict": {"word": "usable", "reason": "Because it is 9 deg off."}}
+    first = calibration_rows(made)[0]
     text = calibration_markdown([first, second], "Calibrations of lab")
     assert "5.00 mm, 0.500°" in text and "2.00 mm, 0.200°" in text and "300.0 400.0 0.0" in text
-    assert "- lab-1: usable. Because." in text and "No sign that" in text
+    assert "- lab-1: usable. Because it is 9° off." in text and "No sign that" in text
     assert "No calibrations." in calibration_markdown([], "Calibrations of lab")

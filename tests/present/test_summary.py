@@ -88,6 +88,31 @@ def test_subsets_that_share_no_frames_say_so_once(group: str, source: str, said:
     assert text.count("do not share their frames") == text.count(said) == 1
 
 
+def test_short_twins_are_called_a_quick_look_and_their_length_is_said() -> None:
+    rows = [recording("a", "good", duration_s=600.0), recording("b", "bad", source="measured")]
+    text = summary.body(summary.Found(rows))
+    assert "A quick look: the twins are 10 min long" in text
+    assert "2 recordings, 1 simulated (twins of 10 min), 1 measured: " in text
+    whole = [recording("a", "good", duration_s=32400.0)]
+    text = summary.body(summary.Found(whole))
+    assert "quick" not in text and "simulated (a twin of nine hours): 1 good" in text
+    measured = [recording("a", "good", duration_s=600.0, source="measured")]
+    assert "quick" not in summary.body(summary.Found(measured))
+
+
+def test_a_name_without_a_link_says_why() -> None:
+    rows = [
+        {"calibration": name, "setup": "s", "group": "h", "source": "twin"}
+        | {"pose": pose("good", -207.61)}
+        for name in ("sim-1", "sim-2")
+    ]
+    made = calibrations(rows, lambda name: "a.svg" if name == "sim-1" else "")
+    assert "only the first is drawn" in made[1]
+    assert ">−207.6</td>" in made[0] and ">−207.6 " not in made[0]
+    for address in ("", "a.svg"):
+        assert "drawn" not in calibrations(rows, lambda name, address=address: address)[1]
+
+
 def test_only_calibrations_or_nothing_at_all() -> None:
     row = {"calibration": "c", "setup": "s", "group": "h", "source": "measured"}
     text = summary.body(summary.Found(calibrations=[row | {"pose": pose("good", 1.0)}]))

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pandas as pd
+import pytest
 
+from mocap_metrology.noise.published import published_gaussian
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import tables as group_tables
+from mocap_metrology.present.numbers import as_printed, duration_text, readable
 from mocap_metrology.present.skurowski import subset_tables
 
 
@@ -38,6 +43,7 @@ def test_a_series_without_a_value_has_an_empty_row() -> None:
             name: np.array([0.1, 0.2])
             for name in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
         },
+        "edf": np.array([20.0, 10.0]),
     }
     first, second = group_tables.allan_summary("r", "measured", columns, ["x1", "L"])
     assert list(first) == list(second)
@@ -48,7 +54,7 @@ def test_a_series_without_a_value_has_an_empty_row() -> None:
 
 def test_markdown_escapes_and_rounds() -> None:
     text = tables.markdown([{"a|b": 1, "value": 1 / 3}, {"a|b": "x|y", "value": None}], "T", "C")
-    assert "0.3333333 |" in text
+    assert "0.33333 |" in text
     assert "x\\|y" in text
     assert text.startswith("# T\n\nC\n\n| a\\|b")
 
@@ -63,3 +69,62 @@ def test_rows_with_a_note_only_stand_beside_whole_ones(tmp_path) -> None:
         assert np.isnan(found.loc["a", "value_mm"])
         assert found.loc["b", "value_mm"] == 0.5
         assert "None" not in (tmp_path / f"{k}.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ((1 / 120,), "0.0083333"),
+        ((160.58,), "160.58"),
+        ((1.88359e-5,), "1.88e-05"),
+        ((600.0,), "600"),
+        ((0.0,), "0"),
+        ((-math.inf,), "-inf"),
+        ((math.nan,), ""),
+        ((166.6, "mu_1_mm"), "166.6000"),
+        ((0.0005, "sigma_1_mm"), "0.0005"),
+        ((0.00012344, "sigma_C_mm"), "0.000123"),  # four decimals are not enough
+        ((0.192, "rho_12"), "0.1920"),
+        ((5.196016e-28, "chi2_p"), "< 1e-6"),
+        ((0.8628132, "p"), "0.863"),
+        ((1e-7, "tau_p_s"), "1.00e-07"),  # no probability
+        ((-1.1e-14, "deviation_percent"), "0"),
+        ((-13.0417, "deviation_percent"), "-13"),
+        ((278.152, "allowed_percent"), "278"),
+        ((2.975985e-18, "regenerated", 0.0), "0"),  # a slope published as 0
+        ((6.600157, "regenerated", 2 * math.pi**2 / 3), "6.600157"),
+    ],
+)
+def test_numbers_to_read(given: tuple, text: str) -> None:
+    assert readable(*given) == text
+
+
+def test_table_4_is_shown_as_printed(root) -> None:
+    """Every number of S Table 4 with the digits of the file it was typed into, as many beside."""
+    lines = (root / "src/mocap_metrology/reference/gaussian_model_table4.csv").read_text("utf-8")
+    head, *rows = (line.split(",")[:-1] for line in lines.splitlines())
+    for kind, *printed in rows:
+        values = published_gaussian(kind)
+        shown = [
+            {"quantity": name, "published": values[name], "regenerated": 160.6, "residual": 1.5e-5}
+            for name in head[1:]
+        ]
+        text = tables.markdown(shown, "T", "C").splitlines()[6:]
+        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
+        assert [row[1] for row in cells] == printed
+        assert {row[2] for row in cells} == {"160.6000"}
+        assert {row[3] for row in cells} == {"1.50e-05"}
+    assert as_printed(1.4e-6) == "1.40e-06"
+
+
+def test_the_length_of_twins_stands_where_they_are_named() -> None:
+    twins = {"a": "twin", "b": "twin"}
+    assert tables.source_sentence(twins) == (
+        "All recordings are twins: simulated, from published or configured numbers."
+    )
+    assert "twins of 10 min (S: nine hours): simulated" in tables.source_sentence(twins, 600.0)
+    assert "twins of nine hours: simulated" in tables.source_sentence(twins, 32400)
+    mixed = tables.source_sentence(twins | {"c": "measured"}, 20.0)
+    assert mixed == "Simulated (twins of 20 s (S: nine hours)): a, b; the others are measured."
+    assert tables.source_sentence({"c": "measured"}, 20.0) == "All recordings are measured."
+    assert [duration_text(s) for s in (32400, 7200, 600)] == ["nine hours", "2 h", "10 min"]

@@ -12,6 +12,7 @@ import pytest
 
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.series import Span
+from mocap_metrology.noise.estimates import correlation_class
 from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.verdict.figure import KINDS, kind_of, verdict_figure
 from mocap_metrology.present.verdict.words import HEAD, mm, summary_row, verdict_lines
@@ -20,14 +21,16 @@ RATE, N = 50.0, 6000  # 2 min
 SIGMA = {"x1": 0.02, "y1": 0.12, "z1": 0.03}
 
 
-def contents(n_markers: int = 1, refused: tuple[str, ...] = (), empty: str = "") -> dict[str, Any]:
+def contents(
+    n_markers: int = 1, refused: tuple[str, ...] = (), empty: str = "", n: int = N
+) -> dict[str, Any]:
     """verdict.json of white noise, null where there is no number as in the file."""
     rng, series, noise = np.random.default_rng(1), [], []
     for k in range(1, n_markers + 1):
         for axis in "xyz":
             sigma, name = SIGMA[f"{axis}1"], f"{axis}{k}"
-            values = sigma * rng.standard_normal(N)
-            series.append((name, np.full(N, math.nan) if name == empty else values))
+            values = sigma * rng.standard_normal(n)
+            series.append((name, np.full(n, math.nan) if name == empty else values))
             row = {"series": name, "estimator": "likelihood", "parameter": "h_0"}
             level = {"value": 2 * sigma**2 / RATE, "status": "ok"}
             noise.append(row | (level if name not in refused else {"status": "refused"}))
@@ -69,7 +72,7 @@ def test_row_names_the_worst_coordinate() -> None:
 def test_lines_say_word_reason_and_numbers_once() -> None:
     lines = verdict_lines(contents())
     assert lines[0] == "lab-1: usable"
-    assert lines[1].startswith("One frame of y1 is uncertain by 0.12 mm (0.118 to 0.121) about")
+    assert lines[1].startswith("One frame of y1 is uncertain by 0.120 mm (0.118 to 0.121) about")
     assert lines[1].endswith("; over 2 min only, nothing is known of an hour.")
     assert "1 marker of at least 2: without a distance" in lines[2]
     four, ten = (mm(contents()["reference_for_mm"][k]) for k in ("4", "10"))
@@ -108,6 +111,44 @@ def test_reasons_are_said_once_for_all_series() -> None:
     assert "  x1, x2: there is no noise model" in lines
 
 
+def test_without_a_model_the_reason_is_said_once_and_the_number_follows() -> None:
+    names = tuple(f"{axis}{k}" for k in (1, 2) for axis in "xyz")
+    found = contents(2, refused=names, n=700)
+    why = "too short: 700 samples, a noise model needs 1000"
+    told = f"No noise model of {', '.join(names)}: 700 valid samples, expected at least 1000."
+    found["findings"] = [{"severity": "warning", "words": told, "kind": "misfit"}, *FINDINGS]
+    lines = verdict_lines(found)
+    one_frame = next(k for k, line in enumerate(lines) if line.startswith("One frame of y"))
+    reference = next(k for k, line in enumerate(lines) if line.startswith("By its noise alone"))
+    assert 0 < one_frame < reference and lines[reference + 1].startswith("Markers: ")
+    text = "\n".join(lines)
+    assert text.count(why) == 1
+    assert text.casefold().count("no noise model") == 1
+    assert "mostly" not in text
+    assert "All measured, not modelled." in lines
+    figure = verdict_figure(found)
+    said = [t.get_text() for axes in figure.axes for t in axes.texts]
+    assert any("One frame of y" in line for line in said)
+    assert not any("Share of the variance" in line for line in said)
+    assert sum("without a model" in t.get_text() for t in figure.texts) == 1
+
+
+def test_words_above_the_bands_and_arrows_of_a_very_bad_recording(tmp_path: Path) -> None:
+    found = contents(2)
+    for values in found["series"].values():
+        values.update(frame_mm=2e4, frame_lower_mm=1e4, frame_upper_mm=3e4)
+    found["series"]["y1"]["frame_upper_mm"] = 3e7
+    found["series"]["z1"]["means"][0]["lower_mm"] = 1e-9
+    figure = verdict_figure(found | {"word": "bad"})
+    left = figure.axes[1]
+    assert [t.get_text() for t in left.texts[:3]] == ["good", "usable", "bad"]
+    boxes = [t.get_window_extent(figure.canvas.get_renderer()) for t in left.texts[:3]]
+    assert boxes[0].x0 >= 0 and boxes[0].x1 < boxes[1].x0 and boxes[1].x1 < boxes[2].x0
+    signs = [line.get_marker() for line in left.lines if line.get_marker() in ("<", ">")]
+    assert sorted(signs) == ["<", ">"]
+    assert any("Arrows" in t.get_text() for t in figure.texts)
+
+
 def test_a_recording_without_numbers_has_a_row_and_a_picture(tmp_path: Path) -> None:
     found = contents(empty="y1")
     assert found["series"]["y1"]["frame_mm"] is None
@@ -134,8 +175,10 @@ def test_every_kind_of_noise_has_a_colour() -> None:
         *(f"correlated (T_c {T_c} s)" for T_c in ("0.0417", "1", "9.99", "10.1", "1380")),
     ]
     assert {kind_of(name)[0] for name in kinds} == set(KINDS)
-    assert kind_of("correlated (T_c 1380 s)") == ("correlated, T_c > 10 s", "1380 s")
-    assert kind_of("correlated (T_c 1 s)")[0] == "correlated, T_c 1 to 10 s"
+    for T_c in (0.99, 1.0, 9.99, 10.0, 99.9, 100.0, 1380.0):  # as docs and fits have it
+        kind, text = kind_of(f"correlated (T_c {T_c:g} s)")
+        assert f", {correlation_class(T_c)} (" in kind
+        assert text == f"$T_c$ {T_c:g} s"
 
 
 def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:

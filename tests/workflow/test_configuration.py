@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import re
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,11 @@ import yaml
 from lib.configuration import checked, leaves, load_schema
 from lib.faults import Faults
 from lib.startup import any_of
+from snakemake.io import PeriodicityDetector
+
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
+from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.noise.verdict import Thresholds
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = load_schema(ROOT / "workflow/schemas/config.schema.yaml")
@@ -100,6 +107,10 @@ def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> Non
         ("allan__estimators", ["oadev", "oadev"], "each at most once"),
         ("allan__max_fraction", 0.6, "allan.max_fraction: 0.6; expected a number > 0 and <= 0.5"),
         ("allan__n_taus", 1, "expected a whole number >= 2"),
+        ("allan__n_taus", 10**8, "expected a whole number >= 2 and <= 10000"),
+        ("psd__segment_s", 1e9, "expected a number of seconds > 0 and <= 1000000"),
+        ("gaussian__n_bins", "1e9", "expected a whole number >= 4 and <= 100000"),
+        ("diagnosis__cutoffs_hz", [1e9], "expected a list of frequencies in Hz > 0 and <= 1000000"),
         ("psd__overlap", 1, "psd.overlap: 1; expected a number >= 0 and < 1"),
         ("second_opinion", "maybe", 'second_opinion: "maybe"; expected true or false'),
         ("gaussian__n_bins", 3, "expected a whole number >= 4"),
@@ -137,6 +148,43 @@ def test_all_wrong_values_come_at_once() -> None:
     ]
 
 
+DEFAULT = re.compile(r"^\| `([a-z0-9_.]+)` \| (.+?) \|", re.M)
+
+
+def test_the_manual_has_the_defaults() -> None:
+    manual = (ROOT / "config/README.md").read_text(encoding="utf-8").partition("## Sheets")[0]
+    said = {}
+    for name, text in DEFAULT.findall(manual):
+        words = {"nothing": None, "all five": CONFIG["noise"]["estimators"]}
+        assert text in words or re.fullmatch("`[^`]+`", text), text
+        said[name] = words[text] if text in words else yaml.safe_load(text.strip("`"))
+    sections = {k: v for k, v in CONFIG.items() if isinstance(v, dict)}
+    flat = {k: v for k, v in CONFIG.items() if k not in sections}
+    nested = {
+        f"{name}.{key}": v for name, section in sections.items() for key, v in section.items()
+    }
+    assert said == flat | nested
+    allowed = SCHEMA["properties"]["noise"]["properties"]["estimators"]["items"]["enum"]
+    assert set(CONFIG["noise"]["estimators"]) == set(allowed)
+    assert len(allowed) == 5
+
+
+def plain(settings: Any) -> dict[str, Any]:
+    """Fields of settings that are called without any, lists as the configuration has them."""
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(settings).items()}
+
+
+def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
+    config = checked(CONFIG, SCHEMA)
+    moving = config["still"]["range_mm"]
+    limits = {k: v for k, v in config["verdict"].items() if k not in ("horizon_s", "window_s")}
+    assert plain(Thresholds()) == limits | {"moving_mm": moving}
+    assert plain(DiagnosisSettings()) == config["diagnosis"] | {"still_range_mm": moving}
+    lighthouse = config["lighthouse"] | {"lasers_m": config["lighthouse"]["lasers_mm"]}
+    found = plain(CalibrationSettings())
+    assert found == {name: lighthouse[name] for name in found}
+
+
 def test_every_key_and_column_is_described_for_users() -> None:
     manual = (ROOT / "config/README.md").read_text(encoding="utf-8")
     for name in leaves(SCHEMA):
@@ -153,6 +201,48 @@ def test_quick_changes_known_keys_only() -> None:
         k: CONFIG[k] | v if isinstance(v, dict) else v for k, v in quick.items()
     }  # as Snakemake
     assert checked(CONFIG | laid, SCHEMA)["duration_s"] == 600.0
+
+
+NAMES = [
+    *("a" * 19, "a" * 20, "x" * 200, "ab" * 19 + "a", "ab" * 20, "b" + "ab" * 20, "ab" * 20 + "c"),
+    *("take-" + "0" * 19, "take-" + "0" * 20, "0123456789" * 20, "A", "T40-10"),
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("sheet", "columns"),
+    [("recordings", ["recording", "group"]), ("calibrations", ["calibration", "setup", "group"])],
+)
+def test_a_name_is_refused_where_snakemake_sees_an_endless_recursion(
+    sheet: str, columns: list[str], name: str
+) -> None:
+    """A job whose wildcard is such a name gets a PeriodicWildcardError."""
+    rules = load_schema(ROOT / f"workflow/schemas/{sheet}.schema.yaml")["columns"]
+    periodic = PeriodicityDetector().is_periodic(name) is not None
+    for column in columns:
+        assert bool(re.fullmatch(rules[column]["pattern"], name)) is not periodic
+
+
+@pytest.mark.parametrize("length", [201, 100_000])
+def test_a_name_too_long_is_refused_at_once(length: int) -> None:
+    rules = load_schema(ROOT / "workflow/schemas/recordings.schema.yaml")["columns"]
+    assert not re.fullmatch(rules["recording"]["pattern"], ("abc" * length)[:length])
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "right"),
+    [
+        ("n_cameras", "0012", True),
+        ("n_cameras", "9999", True),
+        ("n_cameras", "9" * 400, False),
+        ("camera_ids", "1; 123456789", True),
+        ("camera_ids", "1;" + "9" * 400, False),
+    ],
+)
+def test_numbers_of_cameras_are_limited(column: str, value: str, right: bool) -> None:
+    rules = load_schema(ROOT / "workflow/schemas/recordings.schema.yaml")["columns"]
+    assert bool(re.fullmatch(rules[column]["pattern"], value)) is right
 
 
 def test_names_become_patterns_of_themselves() -> None:

@@ -109,11 +109,10 @@ def test_opens_without_error_or_network(made, tmp_path) -> None:
         assert words in front
     assert set(links) == {"short", "pair"}
     assert {Path(path).suffix for path in shown} == {".html", ".svg"}
-    listed = [line for line in menu if re.match(r"\d\. ", line)]
-    known = [report.category(name) for name in report.CATEGORIES]
-    assert listed == [name for name in known if name in listed]
-    assert listed[0] == "1. Summary"
-    assert listed[-1] == "7. Provenance"
+    listed = [line.strip() for line in menu if line.strip() in report.CATEGORIES]
+    assert listed == [name for name in report.CATEGORIES if name in listed]
+    assert listed[0] == "Summary"
+    assert listed[-1] == "Provenance"
 
 
 def test_pages_and_provenance(made) -> None:
@@ -154,21 +153,26 @@ def test_an_unfinished_run_is_one_line(made) -> None:
     [
         (
             "Jansen et al. 2019, Table I: mean absolute error",
-            ("3. Jansen et al. 2019", None, "Table I: mean absolute error"),
+            ("Jansen et al. 2019", None, "Table I: mean absolute error"),
         ),
         (
             "Skurowski & Pawlyta 2019, Tables A1-A3: white noise: given back",
-            ("2. Skurowski & Pawlyta 2019", None, "Tables A1-A3: white noise: given back"),
+            ("Skurowski & Pawlyta 2019", None, "Tables A1-A3: white noise: given back"),
         ),
-        ("hall.1: outliers", ("4. Groups", "hall.1", "table: outliers")),
-        ("whatever", ("4. Groups", None, "table: whatever")),
+        (
+            "Left out: figures of both papers that are not regenerated",
+            ("Provenance", None, "Left out: figures of both papers that are not regenerated"),
+        ),
+        ("hall.1: outliers", ("Groups", "hall.1", "table: outliers")),
+        ("whatever", ("Groups", None, "table: whatever")),
     ],
 )
 def test_titles_of_tables_say_where_they_go(tmp_path, title: str, expected: tuple) -> None:
     path = tmp_path / "table.md"
     path.write_text(f"# {title}\n\nText.\n")
     found = report.entry(str(path))
-    assert (found["category"], found["subcategory"], found["labels"]["result"]) == expected
+    shown = found["category"].strip(), found["subcategory"], found["labels"]["result"]
+    assert shown == expected
 
 
 def test_categories_are_ours_and_tables_are_not_offered_twice() -> None:

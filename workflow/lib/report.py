@@ -24,14 +24,15 @@ TITLE = re.compile(r"(?P<whose>.+?)(?:, (?P<item>(?:Table|Figure)s? [^:]+))?: (?
 
 
 def category(name: str) -> str:
-    """`4. Groups`: numbered, as the menu of a report is in order of the alphabet."""
+    """The name behind spaces, the more the earlier it comes: the menu of a report is in order of
+    the alphabet, and a browser shows no spaces at the start of a line."""
     if name not in CATEGORIES:
         raise ValueError(f'category "{name}" of a report; expected one of {", ".join(CATEGORIES)}')
-    return f"{CATEGORIES.index(name) + 1}. {name}"
+    return " " * (len(CATEGORIES) - CATEGORIES.index(name)) + name
 
 
 def report(value: Any, *args: Any, **settings: Any) -> Any:
-    """Snakemake's `report` with numbered categories and all labels in one. A CSV is left out: a
+    """Snakemake's `report` with ordered categories and all labels in one. A CSV is left out: a
     report can only offer it for download, and report_pages makes a page of it that carries it."""
     if str(value).endswith(".csv"):
         return value

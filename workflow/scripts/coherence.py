@@ -7,7 +7,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_metadata, read_series
-    from mocap_metrology.noise.covariate import read_covariate, together
+    from mocap_metrology.formats.covariate import read_covariate
+    from mocap_metrology.noise.covariate import Covariate, together
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
 
@@ -17,7 +18,7 @@ with step(snakemake) as log:
     for name, clean, path in files:
         rate = read_metadata(clean)["frame_rate_hz"]
         try:
-            covariate = read_covariate(path)
+            covariate = Covariate(*read_covariate(path))
         except Refusal as refusal:
             log.warning("%s: %s", name, refusal)
             rows.append({"recording": name, "note": str(refusal)})

@@ -20,7 +20,7 @@ with step(snakemake) as log:
         for one in found
         for row in compare.compare_rows(one.recording, one.reference, one.new, one.old, **settings)
     ]
-    sentence = tables.source_sentence(sources)
+    sentence = tables.source_sentence(sources, snakemake.config["duration_s"])
     title = f"{group}: what has changed"
     text = compare.compare_markdown(rows, title, f"{compare.CAPTION} {sentence}")
     tables.write_with(str(Path(snakemake.output.csv).with_suffix("")), rows, text)

@@ -15,6 +15,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.diagnosis.tables import write_diagnosis
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.noise import read_noise
+    from mocap_metrology.present.recording.source import source_words
 
     given, name = snakemake.params, snakemake.wildcards.recording
     settings = DiagnosisSettings(**given.diagnosis, still_range_mm=given.still["range_mm"])
@@ -35,9 +36,8 @@ with step(snakemake) as log:
         log.info("%s: %s: %s", one.severity, one.kind, one.words)
     folder = Path(snakemake.output.json).parent
     write_diagnosis(folder, name, origin["source"], recording, found, said)
-    where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
     note = (
-        f"Source: {where}. As recorded, isolated frames bridged. Events: at most "
+        f"Source: {source_words(origin)}. As recorded, isolated frames bridged. Events: at most "
         f"{100 * settings.false_alarm:g} % of sound recordings show one. Filters run both ways "
         "(fourth order, half the amplitude at the cutoff). Spectrum: medians of bins, grey up to "
         "the greatest value; behind filters by their gain."

@@ -14,7 +14,7 @@ with step(snakemake) as log:
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: tables.source_of(row) for row in rows}
-    sentence = tables.source_sentence(source)
+    sentence = tables.source_sentence(source, snakemake.config["duration_s"])
     stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
 
     def read(path):

@@ -9,16 +9,16 @@ with step(snakemake) as log:
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.fits.figure import fit_figure
     from mocap_metrology.present.groups.noise import read_noise
+    from mocap_metrology.present.recording.source import source_words
 
     name, folder = snakemake.wildcards.recording, Path(snakemake.output[0])
     folder.mkdir(parents=True, exist_ok=True)
     rows = read_noise(snakemake.input.noise)
     allan, origin = read_table(snakemake.input.allan)
     periodogram, _ = read_table(snakemake.input.periodogram)
-    where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
     note = (
-        f"Source: {where}. As recorded, beyond {origin['noise']['mask_sigma']:g} sigma masked; "
-        "components are those of the likelihood estimator."
+        f"Source: {source_words(origin)}. As recorded, beyond {origin['noise']['mask_sigma']:g} "
+        "sigma masked; components are those of the likelihood estimator."
     )
     for series in dict.fromkeys(row["series"] for row in rows):
         own = [row for row in rows if row["series"] == series and row["status"] != "refused"]

@@ -16,6 +16,7 @@ with step(snakemake) as log:
         psd_figure,
         trajectory_figure,
     )
+    from mocap_metrology.present.recording.source import source_words, step_words
 
     name = snakemake.wildcards.recording
     folder = Path(snakemake.output[0]).parent
@@ -24,10 +25,10 @@ with step(snakemake) as log:
     raw = dict(all_series(raw, [tuple(pair) for pair in origin["pairs"]]))
     changed = {k: np.isfinite(v) & (v.astype(clean[k].dtype) != clean[k]) for k, v in raw.items()}
 
-    where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
     markers = ", ".join(f"{k} = {label}" for k, label in enumerate(origin["labels"], start=1))
-    step_mm = f"{origin['resolution_mm']:.2g} mm ({origin['resolution_kind']})"
-    note = f"Source: {where}. Markers: {markers}. {origin['frame_rate_hz']:g} Hz, step {step_mm}."
+    step_size = step_words(origin["resolution_mm"], origin["resolution_kind"])
+    note = f"Source: {source_words(origin)}. Markers: {markers}. "
+    note += f"{origin['frame_rate_hz']:g} Hz, {step_size}."
     hampel, allan = origin["hampel"], read_table(snakemake.input.allan)
     filtered = (
         f"Hampel filter, {hampel['n_sigma']:g} sigma, {origin['window_frames']} frames: "
@@ -47,7 +48,8 @@ with step(snakemake) as log:
         psd_figure(
             read_table(snakemake.input.psd)[0],
             f"{name}: power spectral density",
-            f"{note} {filtered} Welch's estimate.",
+            f"{note} {filtered} Welch's estimate: line, medians of 40 bins a decade; shaded, "
+            "up to the greatest value of each.",
             expected=list(raw),
         ),
         folder / "psd",

@@ -1,4 +1,4 @@
-"""Tables A1-A3 of S and what nine hours could have supported: published beside regenerated."""
+"""Tables A1-A3 of S and what their length supports: published beside regenerated."""
 
 from step import step
 
@@ -13,13 +13,15 @@ with step(snakemake) as log:
     rows = {row["recording"]: row for row in snakemake.params.rows}
     noise = dict(zip(rows, map(read_noise, snakemake.input.noise), strict=True))
     expected = {Path(path).parent.name: read_noise(path) for path in snakemake.input.expected}
-    sentence = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
+    length = snakemake.config["duration_s"]  # of twins
+    sources = {name: tables.source_of(row) for name, row in rows.items()}
+    sentence = tables.source_sentence(sources, length)
     folder = Path(snakemake.output[0]).parent
     made = appendix.tables_a(rows, noise, expected)
     for number, of_type in made.items():
         kind = of_type[0]["camera_type"]
         title = f"Skurowski & Pawlyta 2019, Table {number}: noise of {kind} cameras"
-        text = table_a_markdown(of_type, title, f"{appendix.CAPTION} {sentence}")
+        text = table_a_markdown(of_type, title, f"{appendix.CAPTION} {sentence}", length)
         tables.write_with(folder / f"skurowski_table{number}", of_type, text)
         log.info("Table %s: %d rows", number, len(of_type))
     every = [row for of_type in made.values() for row in of_type]
@@ -34,6 +36,6 @@ with step(snakemake) as log:
     tables.write(
         folder / "skurowski_support",
         appendix.support_counts(every),
-        "Skurowski & Pawlyta 2019, Tables A1-A3: what nine hours can tell",
-        appendix.SUPPORT,
+        "Skurowski & Pawlyta 2019, Tables A1-A3: what their length can tell",
+        f"{appendix.SUPPORT} {sentence}",
     )

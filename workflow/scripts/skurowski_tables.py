@@ -17,7 +17,9 @@ with step(snakemake) as log:
     for name, path in zip(rows, snakemake.input.gaussian, strict=True):
         table = pd.read_csv(path, float_precision="round_trip")
         gaussian[name] = table[table["axis"] == "x"].iloc[0].to_dict()
-    sentence = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
+    length = snakemake.config["duration_s"]  # of twins
+    sources = {name: tables.source_of(row) for name, row in rows.items()}
+    sentence = tables.source_sentence(sources, length)
     folder = Path(snakemake.output[0]).parent
     third = subset_tables.table_3(rows)
     title = f"{paper}, Table 3: camera subsets"

@@ -13,31 +13,33 @@ with step(snakemake) as log:
     from mocap_metrology.present.skurowski.slopes_figure import slopes_figure
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
+    laws, types, missing = power_laws.table_1(), cameras.table_2(), left_out.left_out()
+    laws_shown = [{column: row[column] for column in power_laws.SHOWN} for row in laws]
     for name, rows, shown, title, caption in (
         (
             "skurowski_table1",
-            power_laws.table_1(),
-            power_laws.SHOWN,
+            laws,
+            laws_shown,
             f"{paper}, Table 1: power-law noises",
             power_laws.CAPTION,
         ),
         (
             "skurowski_table2",
-            cameras.table_2(),
-            cameras.SHOWN,
+            types,
+            cameras.side_by_side(types),
             f"{paper}, Table 2: cameras",
             cameras.CAPTION,
         ),
         (
             "left_out",
-            left_out.left_out(),
-            left_out.COLUMNS,
-            "Provenance: figures of both papers that are left out",
+            missing,
+            missing,
+            "Left out: figures of both papers that are not regenerated",
             left_out.CAPTION,
         ),
     ):
-        short = [{column: row[column] for column in shown} for row in rows]
-        tables.write_with(folder / "tables" / name, rows, tables.markdown(short, title, caption))
+        text = tables.markdown(shown, title, caption)
+        tables.write_with(folder / "tables" / name, rows, text)
         log.info("%s: %d rows", name, len(rows))
     figures = (model_figure, standard_error_figure, slopes_figure)
     for number, figure in enumerate(figures, start=1):

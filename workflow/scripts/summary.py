@@ -11,7 +11,9 @@ with step(snakemake) as log:
 
     found = [json.loads(Path(path).read_text("utf-8")) for path in snakemake.input.verdicts]
     rows = [verdict.summary_row(one) for one in found]
-    sentence = tables.source_sentence({row["recording"]: row["source"] for row in rows})
+    sentence = tables.source_sentence(
+        {row["recording"]: row["source"] for row in rows}, snakemake.config["duration_s"]
+    )
     tables.write(
         snakemake.output.csv.removesuffix(".csv"),
         rows,

@@ -23,7 +23,10 @@ class Line:
     end: int
 
     def cells(self, delimiter: str) -> list[str]:
-        """Its cells, stripped; the spaces round a number mean nothing."""
+        """Its cells, stripped; the spaces round a number mean nothing. A delimiter of one space
+        stands for any run of spaces and tabs, at either end too."""
+        if delimiter == " ":
+            return self.text.split()
         return [cell.strip() for cell in self.text.split(delimiter)]
 
 

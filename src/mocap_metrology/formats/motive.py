@@ -9,7 +9,7 @@ a gap; a Rigid Body Marker or Bone Marker is where the solved body expects a mar
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
@@ -20,6 +20,18 @@ WHAT = "a Motive export (CSV with its header)"
 START = ("Format Version", "Take Name", "Capture Frame Rate")
 MEASURED = ("marker", "labeled marker", "unlabeled marker", "unlabelled marker")
 EXPECTED = ("rigid body marker", "bone marker", "marker constraint", "rigid body marker constraint")
+PAIRS = (
+    *START,
+    "Take Notes",
+    "Export Frame Rate",
+    "Capture Start Time",
+    "Capture Start Frame",
+    "Total Frames in Take",
+    "Total Exported Frames",
+    "Rotation Type",
+    "Length Units",
+    "Coordinate Space",
+)
 AXES_NOTE = "axes as in the file, in which Motive by default lets Y point up"
 
 
@@ -27,17 +39,22 @@ def layout(path: Path) -> Layout:
     """Read the header of a Motive CSV file; refuses what is none or contradicts itself."""
     check_text(path, WHAT)
     fields, rows, first = _header(path)
-    by_key = {name: _value(fields, name) for name in (*START, "Export Frame Rate", "Length Units")}
-    units, mm_per_unit, notes = unit([by_key["Length Units"]], "Length Units", path.name)
+    if not fields.get("Length Units"):
+        raise Refusal(
+            f"{path.name}: line 1 has no Length Units, without which m and mm look alike: export"
+            " again with its header, or add Length Units,Meters (or what Units was set to)"
+        )
+    units, mm_per_unit, _ = unit([fields["Length Units"]], "Length Units", path.name)
     labels, columns, remarks = _markers(rows, path.name)
-    total = _value(fields, "Total Exported Frames")
+    total = fields.get("Total Exported Frames", "")
+    rates = [rate(fields.get(name, "")) for name in ("Export Frame Rate", "Capture Frame Rate")]
     times = [i for i, cell in enumerate(rows[-1]) if cell.lower().startswith("time (")]
     return Layout(
         path=path,
         format="Motive text",
         labels=labels,
         columns=columns,
-        frame_rate_hz=rate(by_key["Export Frame Rate"]) or rate(by_key["Capture Frame Rate"]),
+        frame_rate_hz=rates[0] or rates[1],
         units=units,
         mm_per_unit=mm_per_unit,
         delimiter=",",
@@ -50,45 +67,62 @@ def layout(path: Path) -> Layout:
         if total
         else None,
         declared_too_few=True,
-        notes=(*notes, AXES_NOTE),
+        notes=(AXES_NOTE,),
         remarks=remarks,
     )
 
 
-def _header(path: Path) -> tuple[list[str], list[list[str]], Line]:
-    """Cells of line 1, rows on the columns down to `Frame, Time ...`, the first line of numbers."""
-    fields: list[str] = []
+def _header(path: Path) -> tuple[dict[str, str], list[list[str]], Line]:
+    """What line 1 says, rows on the columns down to `Frame, Time ...`, the first line of numbers.
+
+    Names and notes may be quoted, and notes then go on over several lines.
+    """
+    fields: dict[str, str] = {}
     rows: list[list[str]] = []
-    for line in lines(path):
-        if rows and rows[-1][0].lower() == "frame":
-            return fields, rows, line
-        cells = _cells(line, path.name)
+    following = lines(path)
+    for cells in _records(following, path.name):
         if not any(cells):
             continue
         if not fields:
             if cells[0] not in START:
-                raise Refusal(f"{path.name}: is not {WHAT}: line 1 is {line.text[:30]!r}")
-            fields = cells
+                start = ",".join(cells)[:30]
+                raise Refusal(f"{path.name}: is not {WHAT}: line 1 is {start!r}")
+            fields = _pairs(cells)
             continue
         rows.append(cells)
+        if cells[0].lower() == "frame":
+            break
         if len(rows) > 10:
             raise Refusal(f"{path.name}: no row Frame, Time ... within 10 rows of its header")
-    done = rows and rows[-1][0].lower() == "frame"
-    what = "has no frames: nothing follows the header" if done else "cut off: within its header"
-    raise Refusal(f"{path.name}: {what}")
+    else:
+        raise Refusal(f"{path.name}: cut off: within its header")
+    first = next(following, None)
+    if first is None:
+        raise Refusal(f"{path.name}: has no frames: nothing follows the header")
+    return fields, rows, first
 
 
-def _cells(line: Line, file: str) -> list[str]:
-    """Cells of a line of the header, in which names and notes may be quoted."""
+def _records(following: Iterator[Line], file: str) -> Iterator[list[str]]:
+    """Cells of each record, for which no more lines are taken than it has."""
     try:
-        return [cell.strip() for cell in next(csv.reader([line.text]), [])]
+        for cells in csv.reader(f"{line.text}\n" for line in following):
+            yield [cell.strip() for cell in cells]
     except csv.Error as error:
-        raise Refusal(f"{file}: line {line.number}: {error}") from None
+        raise Refusal(f"{file}: its header falls into no cells: {error}") from None
 
 
-def _value(fields: Sequence[str], name: str) -> str:
-    """The cell after `name`: a comma in a take's notes shifts what follows."""
-    return fields[fields.index(name) + 1] if name in fields[:-1] else ""
+def _pairs(cells: Sequence[str]) -> dict[str, str]:
+    """Names and values in turn. A comma in a take's notes shifts what follows, up to the next name
+    that is known."""
+    fields: dict[str, str] = {}
+    at = 0
+    while at + 1 < len(cells):
+        name, value = cells[at : at + 2]
+        shifted = name not in PAIRS and value in PAIRS
+        if not shifted:
+            fields.setdefault(name, value)
+        at += 1 if shifted else 2
+    return fields
 
 
 def _markers(

@@ -2,13 +2,16 @@
 
 Layout as Nexus 2 writes it: sections follow each other, each a line with its name, a line with
 its rate in Hz, a line with names over their first column, `Frame, Sub Frame, X, Y, Z, ...`, a
-line of units, numbers, an empty line. Labels are `subject:marker`, an empty cell is a gap.
+line of units, numbers, an empty line. Labels are `subject:marker`, in quotes if there is a comma in
+one; an empty cell is a gap.
 """
 
 from __future__ import annotations
 
+import csv
 import itertools
 import mmap
+import re
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
@@ -17,6 +20,7 @@ from mocap_metrology.formats.layout import Layout, named, rate, unit
 
 WHAT = "a Vicon Nexus export (CSV)"
 SECTION = b"Trajectories"
+INNER = re.compile("[YZ]'*")  # titles of columns over which no label stands
 
 
 def section(path: Path) -> tuple[int, int] | None:
@@ -49,7 +53,8 @@ def layout(path: Path) -> Layout:
     if len(head) < 5:
         raise Refusal(f"{path.name}: cut off: within the head of the section Trajectories")
     delimiter = _delimiter(head[3], path.name)
-    axes, names, units = (head[i].cells(delimiter) for i in (3, 2, 4))
+    axes, names, units = (_cells(head[i], delimiter) for i in (3, 2, 4))
+    _check_names(names, axes, f"{path.name}: line {head[2].number}")
     columns, labels = _markers(axes, names)
     if not labels:
         raise Refusal(f"{path.name}: line {head[3].number} has no columns X, Y, Z of a marker")
@@ -86,11 +91,33 @@ def _delimiter(line: Line, file: str) -> str:
     return text[5]
 
 
+def _cells(line: Line, delimiter: str) -> list[str]:
+    """Its cells, stripped; a label with a delimiter in it is in quotes, which come in pairs."""
+    try:
+        if line.text.count('"') % 2 == 0:
+            return [cell.strip() for cell in next(csv.reader([line.text], delimiter=delimiter), [])]
+    except csv.Error:  # a carriage return, or a cell beyond the reader's limit
+        pass
+    return [cell.strip('"') for cell in line.cells(delimiter)]
+
+
+def _check_names(names: list[str], axes: list[str], where: str) -> None:
+    """Refuse labels that a delimiter inside one of them moved off their columns."""
+    for i, name in enumerate(names):
+        title = axes[i] if i < len(axes) else ""
+        if name and (not title or INNER.fullmatch(title)):
+            over = f"over {title}" if title else "over no column"
+            raise Refusal(
+                f"{where}: {name[:40]!r} in cell {i + 1} stands {over}, expected labels over X:"
+                " a label with a comma must be in quotes"
+            )
+
+
 def _markers(
     axes: list[str], names: list[str]
 ) -> tuple[tuple[tuple[int, int, int], ...], tuple[str, ...]]:
     """Columns and labels of positions: velocities (X') and counts have other titles."""
     starts = [i for i in range(2, len(axes) - 2) if axes[i : i + 3] == ["X", "Y", "Z"]]
-    padded = [name.strip('"') for name in names] + [""] * len(axes)
+    padded = [*names, *[""] * len(axes)]
     columns = tuple((i, i + 1, i + 2) for i in starts)
     return columns, named([padded[i] for i in starts])

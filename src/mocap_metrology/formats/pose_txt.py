@@ -1,8 +1,8 @@
 """Pose of a tracker as text: a comment line, then the 3x4 matrix [R|t] of each frame, t in m.
 
 Layout of the Vive tracker recordings of Gravert's Vive-Accuracy-Experiment: line 1 begins with #
-and names the rate that was asked for (`Freq: 250`); then 12 numbers a line, row by row. There is
-no time stamp.
+and names the rate that was asked for (`Freq: 250`); then 12 numbers a line, row by row, with
+spaces or tabs between. There is no time stamp.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ def layout(path: Path) -> Layout:
             break
     else:
         raise Refusal(f"{path.name}: has no frames: nothing follows the comment")
-    cells = line.text.split(" ")
-    if len([cell for cell in cells if cell]) != 12 or number(cells[0]) is None:
+    cells = line.cells(" ")
+    if len(cells) != 12 or number(cells[0]) is None:
         start = line.text[:30]
         raise Refusal(f"{path.name}: is not {WHAT}: line {line.number} is {start!r}")
     if found := re.search(r"Freq:\s*([0-9.]+)", comment):

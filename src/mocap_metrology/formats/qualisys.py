@@ -14,6 +14,7 @@ from pathlib import Path
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.formats.head import Line, check_text, lines
 from mocap_metrology.formats.layout import Layout, count, named, number, rate, triples
+from mocap_metrology.formats.rows import NULLS
 
 WHAT = "a Qualisys export (TSV with its header)"
 FIELD = re.compile(r"[A-Z][A-Z0-9_]{2,}")
@@ -56,11 +57,13 @@ def _header(path: Path) -> tuple[dict[str, list[str]], list[str], Line]:
             break
         if not line.text.strip("\r\n "):
             continue
-        if filled and not titles and FIELD.fullmatch(cells[0]) and cells[0] not in fields:
+        measured = bool(filled) and (number(filled[0]) is not None or filled[0] in NULLS)
+        named_field = filled and not measured and FIELD.fullmatch(cells[0])
+        if named_field and not titles and cells[0] not in fields:
             fields[cells[0]] = [*cells[1:], ""]
         elif filled and cells[0] in fields:  # EVENT, one line each
             continue
-        elif not titles and filled and number(filled[0]) is None and filled[0].upper() != "NULL":
+        elif not titles and filled and not measured:
             titles = cells
         elif "NO_OF_FRAMES" in fields:
             return fields, titles, line

@@ -23,6 +23,8 @@ REASONS = ("empty", "zero", "not_finite")
 NULLS = ["", "NULL", "null", "NaN", "nan", "NAN", "-nan(ind)", "nan(ind)", "#N/A"]
 INFINITE = re.compile(r"[+-]?inf(inity)?", re.I)
 COMMA = re.compile(r"[+-]?\d*,\d+")
+WRITTEN = re.compile(r"[+-]?\d*(?:[.,](\d*))?(?:[eE][+-]?(\d*))?")
+ROWS_ABOVE = 10_000  # how many tell how a column is written
 
 
 @dataclass
@@ -85,10 +87,10 @@ def cells_of(layout: Layout, line: str) -> list[str]:
 
 def _is_blank(layout: Layout, line: str) -> bool:
     """Empty, or delimiters only where a frame number would stand."""
-    stripped = line.strip("\r\n")
-    return not stripped or (
-        layout.frame_column is not None and not stripped.strip(layout.delimiter)
-    )
+    blank = _blanks(layout) + "\r\n"
+    if layout.frame_column is not None:
+        blank += layout.delimiter
+    return not line.strip(blank)
 
 
 def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tuple[bytes, int]]:
@@ -101,19 +103,66 @@ def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tupl
             cut = chunk.rfind(b"\n") + 1
             block, rest = chunk[:cut], chunk[cut:]
             if block:
-                yield block, line
+                yield _plain(layout, block), line
                 line += block.count(b"\n")
+    rest = _plain(layout, rest + b"\n")[:-1]
     if not rest:
         return
-    n_cells = rest.count(layout.delimiter.encode()) + 1
-    if n_cells < layout.n_columns and rows.n:
-        rows.cut_off = f"line {line} ends after {n_cells} of {layout.n_columns} cells"
+    cut_off = _cut_off(layout, decoded(rest), rows.head) if rows.n else ""
+    if cut_off:
+        rows.cut_off = f"line {line} {cut_off}"
         if not accept_truncated:
             raise Truncated(f"{layout.name}: cut off: {rows.cut_off}")
         return
-    if layout.declared is None:
+    if not rest.endswith(b"\r"):
         rows.notes.append(f"line {line}, the last, has no line end: is anything missing?")
     yield rest + b"\n", line
+
+
+def _plain(layout: Layout, block: bytes) -> bytes:
+    """Nothing but blanks in a cell or line is nothing; runs that separate become one space."""
+    if layout.delimiter == " ":
+        return re.sub(rb"(?m)^ | (?=\r?$)", b"", re.sub(rb"[ \t]{2,}|\t", b" ", block))
+    ends = (layout.delimiter.encode(), b"\r", b"\n")
+    if any(bytes([blank]) + end in block for blank in _blanks(layout).encode() for end in ends):
+        return _stripped(layout, block)
+    return block
+
+
+def _blanks(layout: Layout) -> str:
+    """Blanks that separate nothing."""
+    return " " if layout.delimiter == "\t" else " \t"
+
+
+def _stripped(layout: Layout, block: bytes) -> bytes:
+    """Without blanks round cells: Arrow takes them off numbers, not off what stands for none."""
+    mark, blank = re.escape(layout.delimiter).encode(), f"[{_blanks(layout)}]+".encode()
+    ends = rb"(?m)%b(?=%b|\r?$)|(?:^|(?<=%b))%b" % (blank, mark, mark, blank)
+    return re.sub(ends, b"", block)
+
+
+def _cut_off(layout: Layout, last: str, above: Sequence[str]) -> str:
+    """What shows that a last line without its end is cut off; empty where nothing does.
+
+    Too few cells, or a last number with fewer digits behind its point (or in its exponent) than
+    all above it: a cut within a number leaves a wrong one.
+    """
+    cells = cells_of(layout, last)
+    if len(cells) < layout.n_columns:
+        return f"ends after {len(cells)} of {layout.n_columns} cells"
+    column, own = len(cells) - 1, _digits(cells[-1])
+    rows = (cells_of(layout, line) for line in above[:ROWS_ABOVE])
+    found = [_digits(row[column]) for row in rows if column < len(row)]
+    others = [digits for digits in found if digits]
+    if own and others and any(own[k] < min(digits[k] for digits in others) for k in (0, 1)):
+        return f"ends in {cells[-1][:30]!r}, every number above has more digits"
+    return ""
+
+
+def _digits(cell: str) -> tuple[int, int] | None:
+    """How many digits a number has behind its point and in its exponent; None if it is none."""
+    found = WRITTEN.fullmatch(cell)
+    return (len(found[1] or ""), len(found[2] or "")) if found and cell else None
 
 
 def _decimal_point(layout: Layout, head: Sequence[str]) -> str:
@@ -133,8 +182,12 @@ def _parse(
     chosen = [f"f{i}" for i in wanted]
     try:
         table = _table(block, layout.delimiter, chosen, beyond, point)
-    except pa.ArrowException as error:
-        raise _blame(layout, line, wanted, point, str(error)) from None
+    except pa.ArrowException:
+        block = _stripped(layout, block)
+        try:
+            table = _table(block, layout.delimiter, chosen, beyond, point)
+        except pa.ArrowException as error:
+            raise _blame(layout, line, wanted, point, str(error)) from None
     if any(table[name].null_count < table.num_rows for name in beyond):
         raise _blame(layout, line, wanted, point, "too many cells")
     if table.num_rows != block.count(b"\n"):
@@ -208,6 +261,8 @@ def _blame(layout: Layout, first: int, wanted: Sequence[int], point: str, error:
     for line in lines(layout.path, layout.data_offset, layout.data_line):
         if line.number < first:
             continue
+        if "\r" in line.text:
+            return Refusal(f"{layout.name}: line {line.number} has a carriage return inside")
         cells = line.cells(layout.delimiter)
         beyond = [cell for cell in cells[layout.n_columns :] if cell not in NULLS]
         if beyond:
@@ -217,7 +272,7 @@ def _blame(layout: Layout, first: int, wanted: Sequence[int], point: str, error:
                 f"{layout.name}: line {line.number} has {n} cells, {_expected(layout)}{hint}"
             )
         for column in sorted(wanted):
-            cell = cells[column].strip('"') if column < len(cells) else ""
+            cell = cells[column] if column < len(cells) else ""
             plain = cell.replace(",", ".", 1) if point == "," and "." not in cell else cell
             fits = not (point == "," and "." in cell)
             if cell in NULLS or (fits and (NUMBER.fullmatch(plain) or INFINITE.fullmatch(plain))):

@@ -16,8 +16,8 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 
 LEAST_EDF = 2.0  # an Allan variance of fewer says nothing of a ratio
-# Windows of a coherence: at alpha 0.01 a common cause shows above 0.6 (60 samples) to 0.72 (360),
-# down to a fifth of the recording
+# Windows of a coherence, at least: at alpha 0.01 a common cause shows above 0.6 (60 samples) to
+# 0.72 (360), down to a fifth of the recording
 WINDOWS = 8
 SLOWEST = 1.3  # by Monte Carlo: 1.2 to 1.4 from 60 to 360 samples
 DAYS_A_MONTH = 30.4375
@@ -44,7 +44,10 @@ class Curve:
             return Curve(given, *(np.full(given.size, np.nan) for _ in range(2)))
         x, inside = np.log(self.tau_s), np.log(given)
         inside = np.where((inside > x[0] - 0.01) & (inside < x[-1] + 0.01), inside, np.nan)
-        adev, edf = (np.exp(np.interp(inside, x, np.log(v))) for v in (self.adev, self.edf))
+        adev, edf = (
+            np.where(np.isnan(inside), np.nan, np.exp(np.interp(inside, x, np.log(v))))
+            for v in (self.adev, self.edf)  # of a single tau np.interp makes a number of NaN, too
+        )
         return Curve(given, adev, edf)
 
 
@@ -68,9 +71,13 @@ def adev_ratio(new: Curve, old: Curve, tau_s: np.ndarray, confidence: float = 0.
     lies between R / F_(1 - a/2) and R / F_(a/2), a = 1 - confidence. tau_s: (n,) where to compare;
     NaN where one of both does not reach.
     """
+    return _fishers(new.usable().at(tau_s), old.usable().at(tau_s), confidence)
+
+
+def _fishers(a: Curve, b: Curve, confidence: float) -> Ratio:
+    """a over b, two independent curves at the same tau."""
     from scipy.special import fdtr, fdtri
 
-    a, b = new.usable().at(tau_s), old.usable().at(tau_s)
     ratio = (a.adev / b.adev) ** 2
     tail = (1 - confidence) / 2
     known = np.isfinite(ratio)
@@ -81,6 +88,50 @@ def adev_ratio(new: Curve, old: Curve, tau_s: np.ndarray, confidence: float = 0.
     below = fdtr(*dof, ratio[known])
     out[2, known] = 2 * np.minimum(below, fdtr(*dof[::-1], 1 / ratio[known]))
     return Ratio(a.tau_s, np.sqrt(ratio), np.sqrt(out[0]), np.sqrt(out[1]), np.minimum(out[2], 1))
+
+
+def ratios_to_mean(
+    curves: Sequence[Curve], tau_s: np.ndarray, confidence: float = 0.95
+) -> list[Ratio]:
+    """Each of K independent curves over the geometric mean of all, with intervals: no curve is
+    chosen by what it shows, as the quietest would be, so they hold what they say.
+
+    s_i / mean = (s_i / m_i)^(1 - 1/K), where m_i, the geometric mean of the other curves, is
+    independent of s_i. Var(ln m_i) = sum_j trigamma(edf_j/2) / (4 (K - 1)^2); the degrees of
+    freedom of m_i are those of one curve of this variance, and its mean that curve's, so that
+    Fisher's F holds of (s_i / m_i)^2 (exactly for K = 2). All places weigh the same, however long
+    each was recorded: weights would make the mean one of the longest recordings. tau_s: (n,); K
+    counts what reaches a tau; NaN where fewer than two do.
+    """
+    at = [curve.usable().at(tau_s) for curve in curves]
+    adev, edf = (np.array([getattr(a, k) for a in at]) for k in ("adev", "edf"))
+    known = np.isfinite(adev) & np.isfinite(edf)
+    count = np.maximum(known.sum(axis=0), 1)
+    mean = np.exp(np.log(np.where(known, adev, 1.0)).sum(axis=0) / count)
+    found = []
+    for i, one in enumerate(at):
+        own = np.arange(len(at)) == i
+        others = [_mean_curve(adev[k & ~own, j], edf[k & ~own, j]) for j, k in enumerate(known.T)]
+        ratio = _fishers(one, Curve(one.tau_s, *np.array(others).T), confidence)
+        power = 1 - 1 / np.maximum(count, 2)  # of one alone the ratio is NaN
+        bounds = (ratio.lower**power, ratio.upper**power)
+        value = np.where(np.isfinite(bounds[0]), one.adev / mean, np.nan)
+        found.append(Ratio(one.tau_s, value, *bounds, ratio.p))
+    return found
+
+
+def _mean_curve(adev: np.ndarray, edf: np.ndarray) -> tuple[float, float]:
+    """(ADEV, edf) of a curve whose logarithm has the mean and variance of that of the geometric
+    mean of independent ones (k,); NaN of none."""
+    from scipy.optimize import brentq
+    from scipy.special import digamma, polygamma
+
+    if not adev.size:
+        return math.nan, math.nan
+    variance = float(np.sum(polygamma(1, edf / 2))) / adev.size**2
+    half = brentq(lambda x: float(polygamma(1, x)) - variance, 1e-3, 2 / variance + 2)
+    low = np.mean(np.log(edf / 2) - digamma(edf / 2)) - (math.log(half) - digamma(half))
+    return float(np.exp(np.mean(np.log(adev)) + low / 2)), 2 * half
 
 
 def words_of(ratio: Ratio, margin: float, alpha: float) -> list[str]:
@@ -169,17 +220,23 @@ def coherence(
 ) -> Coherence:
     """Magnitude-squared coherence of two series (n,) sampled every `step_s`, by Welch's method.
 
-    |S_xy|^2 / (S_xx S_yy) of eight Hann windows, half overlapping, each less its straight line.
+    |S_xy|^2 / (S_xx S_yy) of W Hann windows of an even length, so that they overlap by just half,
+    each less its straight line; W is eight, of fewer than 100 samples sometimes nine or ten.
     Of K independent segments an unrelated pair has P(> c) = (1 - c)^(K - 1) (Carter 1987).
     Neighbours that overlap by half are correlated by 1/6 in amplitude, which makes
-    K = 8 / (1 + 2 (1/6)^2 7/8) (Welch 1967); at the lowest frequency, from which the straight line
-    takes part, K is less by SLOWEST. The Nyquist frequency, which has no phase, is left out. Over
-    the frequencies Bonferroni's bound.
+    K = W / (1 + 2 (1/6)^2 (W - 1)/W) (Welch 1967); at the lowest frequency, from which the straight
+    line takes part, K is less by SLOWEST. The Nyquist frequency, which has no phase, is left out.
+    Over the frequencies Bonferroni's bound.
+
+    alpha holds of random series. Two causes that have nothing to do with each other but are both
+    periodic (sinusoids of random periods: in some 8 % at alpha 0.01), or both settle, exceed the
+    threshold more often: they are alike.
     """
     from scipy.signal import csd, welch
 
     x, y = np.asarray(covariate, dtype=float), np.asarray(series, dtype=float)
     length = 2 * x.size // (WINDOWS + 1)
+    length -= length % 2  # of an odd one the overlap is rounded, and only seven fit
     if length < 8 or not (np.isfinite(x).all() and np.isfinite(y).all()):
         raise Refusal(f"coherence: {x.size} common samples; expected 36 or more without gaps")
     how = {"fs": 1 / step_s, "window": "hann", "nperseg": length, "detrend": "linear"}
@@ -188,9 +245,10 @@ def coherence(
     with np.errstate(divide="ignore", invalid="ignore"):
         squared = np.abs(cross) ** 2 / (power_x * power_y)
         gain = np.abs(cross) / power_x
-    keep = slice(1, (length + 1) // 2)
+    keep = slice(1, length // 2)
     n_tests = f[keep].size
-    count = np.full(n_tests, WINDOWS / (1 + 2 / 36 * (WINDOWS - 1) / WINDOWS))
+    windows = 2 * x.size // length - 1
+    count = np.full(n_tests, windows / (1 + 2 / 36 * (windows - 1) / windows))
     count[0] -= SLOWEST
     threshold = 1 - (alpha / n_tests) ** (1 / (count - 1))
     phase = -np.angle(cross)

@@ -19,32 +19,59 @@ from mocap_metrology.noise.gaussian import (
     correlation_time,
     drift,
     gaussian_model,
+    median_drift,
 )
 from mocap_metrology.noise.series import AXES, pair_name, position
 
 FAST_MM_H = 10_000.0
+MOST_NAMED = 6
+LONG_S = 60.0  # a recording from which a drift per hour is told of
 
 
 def moving_markers(
     positions: Mapping[str, np.ndarray], frame_rate_hz: float, range_mm: float
 ) -> list[str]:
-    """A line for every marker, label -> (3, n), whose means (`drift`) span more than `range_mm`.
+    """One line that names every marker, label -> (3, n), whose medians (`median_drift`) span more
+    than `range_mm`, and what the one that moves most does; no line where none does.
 
     The Allan variance takes every change for noise, so it supposes a marker that does not move.
     """
-    warnings = []
+    moving: dict[str, tuple[str, Drift]] = {}
     for label, values in positions.items():
         found = {
-            a: drift(np.asarray(p, float), frame_rate_hz) for a, p in zip(AXES, values, strict=True)
+            a: median_drift(np.asarray(p, float), frame_rate_hz)
+            for a, p in zip(AXES, values, strict=True)
         }
         axis, worst = max(found.items(), key=lambda item: np.nan_to_num(item[1].range))
         if worst.range > range_mm:
-            warnings.append(
-                f"marker {label} seems to move: its means over {worst.block_s:.2g} s span "
-                f"{three(worst.range)} mm along {axis} (drift {speed(worst.per_hour)}, "
-                f"limit {range_mm:g} mm); the Allan variance supposes a still marker"
-            )
-    return warnings
+            moving[label] = axis, worst
+    if not moving:
+        return []
+    label = max(moving, key=lambda name: moving[name][1].range)
+    axis, worst = moving[label]
+    first, *others = moving
+    which = f" of {label}" if others else ""
+    duration_s = len(positions[label][0]) / frame_rate_hz
+    drifts = f" (drift {speed(worst.per_hour)})" if duration_s >= LONG_S else ""
+    return [
+        f"marker {first} seems to move{_and_others(others)}: medians over {worst.block_s:.2g} s"
+        f"{which} span {length(worst.range)} along {axis} in {three(duration_s)} s{drifts}, more "
+        f"than {range_mm:g} mm; the Allan variance supposes still markers"
+    ]
+
+
+def _and_others(names: Sequence[str]) -> str:
+    """`, and so does B`; `, and so do B, C and D`; `, and so do 39 others`."""
+    if len(names) > MOST_NAMED:
+        return f", and so do {len(names)} others"
+    if len(names) < 2:
+        return "".join(f", and so does {name}" for name in names)
+    return f", and so do {', '.join(names[:-1])} and {names[-1]}"
+
+
+def length(mm: float) -> str:
+    """Three digits, in m from a metre on."""
+    return f"{three(mm / 1000)} m" if mm >= 1000 else f"{three(mm)} mm"
 
 
 def speed(mm_per_h: float) -> str:

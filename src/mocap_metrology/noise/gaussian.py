@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 MIN_PER_BIN = 5  # expected count below which the chi-squared approximation is poor
+LEAST_OF_MEDIAN = 5  # samples in a block, so that one or two wrong ones do not make its median
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ class ChiSquared:
 
 @dataclass(frozen=True)
 class Drift:
-    """Slow movement of a series: slope of the least-squares line, and range of its means over
-    `block_s`."""
+    """Slow movement of a series: slope of the least-squares line, and range of its means (or
+    medians) over `block_s`."""
 
     per_hour: float
     range: float
@@ -168,3 +169,27 @@ def drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     hours = hours - hours.mean()
     slope = float(np.sum(hours * (means - means.mean())) / np.sum(hours**2))
     return Drift(slope, float(np.ptp(means)), block / frame_rate_hz)
+
+
+def median_drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
+    """As `drift`, of medians and not of means: of raw data, where one wrong sample of 1e9 mm would
+    move a mean by kilometres. Blocks have `LEAST_OF_MEDIAN` frames or more where the series (n,)
+    has twice as many; those with less than half as many valid samples as is usual are left out.
+    """
+    block = max(min(round(frame_rate_hz), series.size // 10), 1)
+    block = max(block, min(LEAST_OF_MEDIAN, series.size // 2))
+    n_blocks = max(series.size // block, 1)
+    blocks = series[: n_blocks * block].reshape(n_blocks, -1)
+    valid = np.isfinite(blocks)
+    counts = valid.sum(axis=1)
+    seen = counts[counts > 0]
+    known = np.flatnonzero(counts >= max(np.median(seen) / 2, 1)) if seen.size else seen
+    if known.size < 2:
+        return Drift(math.nan, math.nan, block / frame_rate_hz)
+    rising = np.sort(np.where(valid, blocks, np.nan)[known], axis=1)  # NaN come last
+    counts, rows = counts[known], np.arange(known.size)
+    medians = (rising[rows, (counts - 1) // 2] + rising[rows, counts // 2]) / 2
+    hours = known * block / frame_rate_hz / 3600
+    hours = hours - hours.mean()
+    slope = float(np.sum(hours * (medians - medians.mean())) / np.sum(hours**2))
+    return Drift(slope, float(np.ptp(medians)), block / frame_rate_hz)

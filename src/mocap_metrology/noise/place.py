@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-LEAST_DIFFERENCES = 30  # of a cell: its sigma is then good to 13 %
+LEAST_DIFFERENCES = 30  # of a cell: its sigma is then good to 16 % where noise is white
+LAGS = 200  # frames: noise of filters, as far as they reach at common frame rates
 
 
 def by_place(
@@ -27,8 +28,8 @@ def by_place(
 
     middle_mm (3, n) of the pair, distance_mm (n,); NaN are gaps. `sigma_mm` is the Allan deviation
     of L at one frame, from successive frames within the cell: sqrt(sum (L_k+1 - L_k)^2 / (2 n)),
-    with a chi-squared interval of 2n/3 degrees of freedom, those of white noise (successive
-    differences share a sample). `deviation_mm` is the cell's mean L less that of all frames.
+    with a chi-squared interval of `dof` = n `freedom(L)` degrees of freedom. `deviation_mm` is the
+    cell's mean L less that of all frames.
     """
     known = np.isfinite(distance_mm) & np.isfinite(middle_mm).all(axis=0)
     if not known.any():
@@ -45,10 +46,10 @@ def by_place(
     at = np.flatnonzero(together)
     pairs = np.bincount(number[at], minlength=n_cells)
     squares = np.bincount(number[at], (distance_mm[at + 1] - distance_mm[at]) ** 2, n_cells)
-    overall = float(distance_mm[known].mean())
+    overall, each = float(distance_mm[known].mean()), freedom(np.where(known, distance_mm, np.nan))
     rows = []
     for k in np.flatnonzero(pairs >= least):
-        variance, dof = squares[k] / (2 * pairs[k]), 2 * pairs[k] / 3
+        variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
         low, high = (dof / chi2.ppf((1 + s * confidence) / 2, dof) for s in (1, -1))
         centre = (cells[:, k] + 0.5) * cell_mm
         rows.append(
@@ -58,6 +59,7 @@ def by_place(
                 "z_mm": float(centre[2]),
                 "n_frames": int(frames[k]),
                 "n_pairs": int(pairs[k]),
+                "dof": float(dof),
                 "sigma_mm": math.sqrt(variance),
                 "lower_mm": math.sqrt(variance * low),
                 "upper_mm": math.sqrt(variance * high),
@@ -67,13 +69,40 @@ def by_place(
     return rows
 
 
+def freedom(series: np.ndarray) -> float:
+    """Degrees of freedom that one squared successive difference of a series (n,) is worth.
+
+    1 / (1 + 2 sum_k rho_k^2), rho_k the autocorrelation of the differences at lag k: n squares of
+    Gaussian numbers scatter like n times that many independent ones (Satterthwaite; Bartlett's
+    formula for the variance of a sum of squares). 2/3 for white noise, whose neighbouring
+    differences share a sample; far fewer for what went through a low-pass filter. NaN are gaps;
+    each estimated rho_k^2 is too large by 1/n, which is taken off.
+    """
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    step = np.diff(np.asarray(series, dtype=float))
+    there = np.isfinite(step)
+    lags = min(LAGS, step.size // 4)
+    if not lags or not np.any(step[there]):
+        return 2 / 3
+    size = next_fast_len(step.size + lags, real=True)
+    filled = np.where(there, step, 0.0)
+    sums, counts = (
+        irfft(np.abs(rfft(v, size)) ** 2, size)[: lags + 1] for v in (filled, there.astype(float))
+    )
+    counts = np.round(counts)
+    seen = counts[1:] > 0
+    rho = sums[1:][seen] / counts[1:][seen] / (sums[0] / counts[0])
+    return min(1 / max(1 + 2 * float(np.sum(rho**2 - 1 / counts[1:][seen])), 1.0), 1.0)
+
+
 def evenness(rows: list[dict[str, Any]]) -> dict[str, float]:
     """Whether the cells of `by_place` differ more than chance: `p` of Bartlett's test for equal
-    variances (degrees of freedom 2n/3 as above), `worst_over_best` sigma, and `bend_mm`, the
+    variances (degrees of freedom `dof`), `worst_over_best` sigma, and `bend_mm`, the
     standard deviation of the cells' mean L."""
     if len(rows) < 2:
         return {"p": math.nan, "worst_over_best": math.nan, "bend_mm": math.nan}
-    dof = np.array([2 * row["n_pairs"] / 3 for row in rows])
+    dof = np.array([row["dof"] for row in rows])
     variance = np.array([row["sigma_mm"] ** 2 for row in rows])
     bend = float(np.std([row["deviation_mm"] for row in rows], ddof=1))
     if not (variance > 0).all():

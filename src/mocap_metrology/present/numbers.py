@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 from mocap_metrology.noise.estimates import unit_key
 from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.verdict import duration_words
 from mocap_metrology.present.drawing.decades import SUPERSCRIPT
 
 # What stands behind a coefficient that is not simply right, and what it means
@@ -15,6 +17,14 @@ STATUS_SIGNS = (
     f"{MARKS['at_bound']} at the end of the range searched; {MARKS['not_converged']} not "
     f"converged; {MARKS['misfit']} of a model that does not describe the spectrum"
 )
+NINE_HOURS_S = 32400.0  # length of the recordings of S
+DIGITS = 5  # significant ones of a number in a table to read
+SMALL, LARGE = 1e-4, 1e6  # beyond these a number is written with a power of ten
+LEAST_P = 1e-6  # a probability below this is as good as none
+NOTHING = 1e-9  # a percentage, or a number published as 0, below this is an error of rounding
+# What S Table 4 prints with four decimals
+FOUR_DECIMALS = re.compile(r"(mu|sigma)_(1|2|L|e|A1|A2|B|C)_mm|rho_12")
+PROBABILITY = re.compile(r"(.+_)?p")
 SUBSCRIPT = str.maketrans("0123456789-", "₀₁₂₃₄₅₆₇₈₉₋")
 
 
@@ -27,6 +37,49 @@ def three_digits(value: float | None) -> str:
         decimals = 0 if value == 0 else max(2 - math.floor(math.log10(abs(value))), 0)
         return f"{value:.{decimals}f}"
     return f"{value:.2e}"
+
+
+def readable(value: float, name: str = "", published: float | None = None) -> str:
+    """A number of the column, or of the quantity, of that name, for a table to read.
+
+    Five significant digits, three below 1e-3, with a power of ten below 1e-4 and from 1e6 on; four
+    decimals, zeros included, of what S Table 4 prints so; three digits of a percentage;
+    probabilities below 1e-6 as `< 1e-6`. published: the number it stands beside, as many decimals
+    of which it has at least.
+    """
+    if math.isnan(value):
+        return ""
+    if math.isinf(value):
+        return str(value)
+    if PROBABILITY.fullmatch(name):
+        return f"< {LEAST_P:.0e}".replace("e-0", "e-") if value < LEAST_P else f"{value:.3g}"
+    least = name.endswith("_percent") or published == 0
+    if value == 0 or (least and abs(value) < NOTHING):
+        return "0"
+    if name.endswith("_percent"):
+        return f"{value:.3g}" if abs(value) < 100 else f"{value:.0f}"
+    if FOUR_DECIMALS.fullmatch(name) and abs(value) >= 1e-3:
+        return f"{value:.4f}"
+    if not SMALL <= abs(value) < LARGE:
+        return f"{value:.2e}" if value % 1 or abs(value) >= 1e15 else f"{value:.0f}"
+    text = f"{value:.{DIGITS if abs(value) >= 1e-3 else 3}g}"
+    decimals = len(as_printed(published or 0.0, name).partition(".")[2])
+    more = decimals > len(text.partition(".")[2]) and abs(published or 0.0) >= SMALL
+    return f"{value:.{decimals}f}" if more else text
+
+
+def as_printed(value: float, name: str = "") -> str:
+    """A published number with all its digits: three of a small coefficient, four decimals of what
+    S Table 4 prints so."""
+    if FOUR_DECIMALS.fullmatch(name):
+        return f"{value:.4f}"
+    short = f"{value:.2e}"
+    return short if 0 < abs(value) < SMALL and float(short) == value else f"{value:.7g}"
+
+
+def duration_text(seconds: float) -> str:
+    """`nine hours`, `10 min`, `20 s`."""
+    return "nine hours" if round(seconds) == NINE_HOURS_S else duration_words(seconds)
 
 
 def typeset(value: float) -> str:

@@ -10,8 +10,17 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.files import write_csv, write_text
+from mocap_metrology.present.numbers import (
+    FOUR_DECIMALS,
+    NINE_HOURS_S,
+    as_printed,
+    duration_text,
+    readable,
+)
 
 Row = dict[str, Any]
+BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
+RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
 
 
 def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> None:
@@ -42,10 +51,29 @@ def aligned(lines: Sequence[Sequence[Any]]) -> list[str]:
 
 
 def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
-    """A Markdown table, numbers to seven significant digits, columns of equal width."""
+    """A Markdown table, numbers as `numbers.readable` and `as_printed` write them, columns of equal
+    width."""
     head = list(rows[0])
-    lines = aligned([head, *([row[name] for name in head] for row in rows)])
+    lines = aligned([head, *([_cell(row, name) for name in head] for row in rows)])
     return "\n".join([f"# {title}", "", caption, "", *lines, ""])
+
+
+def _cell(row: Row, name: str) -> Any:
+    """What a table to read shows of a row in a column: a number as text, all else as it is."""
+    value = row[name]
+    if not _is_number(value):
+        return value
+    quantity = str(row.get("quantity", ""))
+    own = quantity if FOUR_DECIMALS.fullmatch(quantity) and name not in RESIDUALS else name
+    if name == "published":
+        return as_printed(float(value), own)
+    published = row.get("published") if name in BESIDE else None
+    known = _is_number(published) or type(published) is int
+    return readable(float(value), own, float(published) if known else None)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (float, np.floating)) and not math.isnan(value)
 
 
 def _line(cells: Sequence[str], width: Sequence[int]) -> str:
@@ -56,18 +84,32 @@ def _shown(value: Any) -> str:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, (float, np.floating)):
-        return f"{value:.7g}"
+        return readable(float(value))
     return str(value).replace("|", "\\|").replace("\n", " ")
 
 
-def source_sentence(sources: Mapping[str, str]) -> str:
-    """What a caption says of where its recordings come from: name -> `twin` or `measured`."""
+def source_sentence(sources: Mapping[str, str], duration_s: float | None = None) -> str:
+    """What a caption says of where its recordings come from.
+
+    sources: name -> `twin` or `measured`; duration_s: length of the twins, where it is of interest,
+    said beside that of the recordings of S where they are shorter or longer.
+    """
     twins = [name for name, source in sources.items() if source == "twin"]
     if not twins:
         return "All recordings are measured."
+    of_length = _length(duration_s)
     if len(twins) == len(sources):
-        return "All recordings are twins: simulated, from published or configured numbers."
-    return f"Simulated (twins): {', '.join(twins)}; the others are measured."
+        made = "simulated, from published or configured numbers"
+        return f"All recordings are twins{of_length}: {made}."
+    return f"Simulated (twins{of_length}): {', '.join(twins)}; the others are measured."
+
+
+def _length(duration_s: float | None) -> str:
+    """` of 10 min (S: nine hours)`, or nothing where the length is not known."""
+    if duration_s is None:
+        return ""
+    of_paper = "" if round(duration_s) == NINE_HOURS_S else f" (S: {duration_text(NINE_HOURS_S)})"
+    return f" of {duration_text(duration_s)}{of_paper}"
 
 
 def source_of(recording: Mapping[str, Any] | None) -> str:

@@ -68,6 +68,20 @@ def test_no_coefficients_and_refused_are_measured() -> None:
         assert found["why_measured"] == "there is no noise model"
 
 
+def test_refused_says_why() -> None:
+    note = "61.4 % of the samples are missing, expected at most half"
+    refused = [{"parameter": "", "value": math.nan, "status": "refused", "note": note}]
+    gaps = white(n=5000)
+    gaps[:4500] = math.nan
+    said = {
+        "too short: 700 samples, a noise model needs 1000": white(n=700),
+        "too many gaps: 500 samples, a noise model needs 1000": gaps,
+        note: white(),
+    }
+    for why, series in said.items():
+        assert assess_series(series, refused, curve(), SPAN)["why_measured"] == why
+
+
 def test_wander_the_model_lacks_is_measured() -> None:
     drifting = white() + np.linspace(0, 0.2, N)
     found = assess_series(drifting, rows(), curve(), SPAN)

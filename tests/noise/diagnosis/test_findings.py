@@ -53,7 +53,7 @@ def test_files_hold_what_was_found(crumped, tmp_path):
     (event,) = csv.DictReader((tmp_path / "events.csv").open())
     assert float(event["time_s"]) == pytest.approx(150.0, abs=0.1)
     assert event["markers"] == "A;B"
-    assert event["word"] == "one of a kind"
+    assert event["word"] == "happened once"
     assert float(event["ratio_lower"]) < 1 < float(event["ratio_upper"])
     lines = list(csv.DictReader((tmp_path / "periodic.csv").open()))
     z1 = next(r for r in lines if r["series"] == "z1")

@@ -9,9 +9,11 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
+from mocap_metrology.noise.estimates import S_ESTIMATOR
 from mocap_metrology.noise.published import SERIES
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN
-from mocap_metrology.present.claims.study import TYPES, Published, Regenerated
+from mocap_metrology.present.claims.coefficients import independent
+from mocap_metrology.present.claims.study import TYPES, Drawn, Published, Regenerated
 from mocap_metrology.present.claims.table import S_CLAIMS, claim_rows, claims_markdown
 
 BY_ID = {claim.id: claim for claim in S_CLAIMS}
@@ -52,6 +54,81 @@ def test_standard_error_law() -> None:
     assert words(study(lambda kind, n, s: 0.1 / n), LAWS) == [DOES_NOT] * 3
     exact = BY_ID[LAWS[0]].find(study(lambda kind, n, s: 0.1 * n**-0.75)).value
     assert exact == "exponent 0.75 ± 0.00"
+
+
+def test_a_law_with_wide_errors_cannot_be_told() -> None:
+    """Noise that jumps by e^±1 between subsets: an error of 0.7, and no word for any exponent."""
+    jump = {n: np.exp((-1) ** k) for k, n in enumerate(TYPES["T40"])}
+    for b in (0.0, 0.5, 1.0):
+        found = study(lambda kind, n, s, b=b: 0.1 * jump.get(n, 1.0) * n**-b)
+        assert words(found, LAWS[:1]) == [UNKNOWN]
+    # two standard errors below 0.25: 1.2^±1 about the law, and about none
+    small = {n: 1.1 ** ((-1) ** k) for k, n in enumerate(TYPES["T40"])}
+    law = study(lambda kind, n, s: 0.1 * small.get(n, 1.0) / np.sqrt(n))
+    flat = study(lambda kind, n, s: 0.1 * small.get(n, 1.0))
+    assert words(law, LAWS[:1]) + words(flat, LAWS[:1]) == [HOLDS, DOES_NOT]
+
+
+def test_independence_needs_precision() -> None:
+    """2000 draws of seven subsets: with scatter of 0.1 what falls as n^-1/2 is called independent
+    in less than 1 %, what is independent in 85 % and more; with 0.5 hardly anything is told. What
+    is independent is said to depend on n in 5 % (3.5 to 6.5)."""
+    rng = np.random.default_rng(3)
+    n = np.array(TYPES["T40"])
+
+    def shares(b: float, scatter: float) -> list[float]:
+        told = [independent(n, n**b * np.exp(scatter * rng.normal(size=7))) for _ in range(2000)]
+        return [told.count(word) / 2000 for word in (HOLDS, DOES_NOT, UNKNOWN)]
+
+    assert shares(-0.5, 0.1)[0] < 0.01 and shares(-0.5, 0.1)[1] > 0.95
+    even = shares(0.0, 0.1)
+    assert even[0] > 0.85 and 0.035 < even[1] < 0.065
+    assert shares(-0.5, 0.5)[0] < 0.05 and shares(-0.5, 0.5)[2] > 0.6
+
+
+def coefficients(value: Callable[[str, int], float | None]) -> Regenerated:
+    """h_-1 and h_1 alike for (camera type, n), the same in all series; None is not there."""
+    rows = {
+        (kind, n): [
+            {"series": s, "estimator": S_ESTIMATOR, "parameter": name, "value": value(kind, n)}
+            for s in SERIES
+            for name in ("h_-1", "h_1")
+        ]
+        for kind, ns in TYPES.items()
+        for n in ns
+    }
+    return Regenerated({}, rows, {})
+
+
+def test_constant_noise_is_constant_and_there() -> None:
+    claim = BY_ID["S-4.5-order-flicker-blue"]
+    assert claim.find(coefficients(lambda kind, n: 1e-10)).word == HOLDS
+    falls = claim.find(coefficients(lambda kind, n: 1e-9 * n**-2.0))
+    assert falls.word == DOES_NOT and "by 10^1.4 from fewest" in falls.value  # 2 log10(10/2)
+    some = claim.find(coefficients(lambda kind, n: None if n == 4 else 1e-10))
+    assert some.word == DOES_NOT and "18 of 126 zero" in some.value
+
+
+def test_covariance_over_the_cameras_a_type_has() -> None:
+    """A change of 0.26 of sigma_1 sigma_2 from 4 to most cameras is too much, 0.24 is not; Vantage
+    has nine, so its change is over ln(9/4)."""
+
+    def draws(change: float) -> Drawn:
+        return Drawn(
+            {
+                (kind, n): {
+                    "sigma_1_mm": 1.0,
+                    "sigma_2_mm": 1.0,
+                    "sigma_12_mm2": change * np.log(n / 4) / np.log(ns[-1] / 4),
+                }
+                for kind, ns in TYPES.items()
+                for n in ns
+            }
+        )
+
+    claim = BY_ID["S-4.2-covariance"]
+    assert (claim.find(draws(0.24)).word, claim.find(draws(0.26)).word) == (HOLDS, DOES_NOT)
+    assert "Vantage: +0.24 of 1" in claim.find(draws(0.24)).value
 
 
 def test_drops_are_steps_beyond_the_law() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.noise.assess.series import Span, assess_series
+from mocap_metrology.noise.describe import LONG_S
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
 from mocap_metrology.noise.verdict import (
     Facts,
@@ -53,11 +55,14 @@ def assess_recording(
         excess_outliers(inputs.outliers),
         tuple(inputs.origin["labels"]),
         span.horizon_s,
+        n_frames,
     )
     found = verdict(numbers, facts, limits)
     for name, values in numbers.items():
         values["missing"] = facts.missing.get(name)
         values["excess_outliers"] = facts.outliers.get(name)
+        if duration < LONG_S:
+            values["drift_mm_per_h"] = math.nan  # seconds tell of no hour
     return {
         "source": inputs.origin["source"],
         "labels": list(facts.labels),
@@ -78,6 +83,7 @@ def _told(found: Verdict) -> dict[str, Any]:
         "reason": found.decided_by.sentence,
         "decided_by": found.decided_by.as_row(),
         "caps": [c.as_row() | {"word": c.word, "reason": c.sentence} for c in found.caps],
+        "uncertainty": found.uncertainty,
         "reference_for_mm": found.reference_for_mm,
     }
 

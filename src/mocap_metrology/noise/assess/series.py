@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.noise.assess.facts import NO_MODEL
 from mocap_metrology.noise.assess.lowest import lowest
 from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
 from mocap_metrology.noise.assess.spread import Spread, expected_spread, spread
 from mocap_metrology.noise.estimates import model_of
 from mocap_metrology.noise.gaussian import drift
 from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.spectral_fit.likelihood import LEAST_SAMPLES
 
 MEANS_S = (1.0, 10.0, 60.0)
 UNLIKELY = 1e-3  # probability below which a model and its recording do not agree
@@ -73,6 +75,8 @@ def assess_series(
     model = model_of(list(noise_rows)) if status in ("ok", "misfit") else None
     near = measured_within(series, span.frames(span.window_s))
     reason = _why_measured(series, model, status, near, span)
+    if status == "refused":
+        reason = _refused(noise_rows, valid, series.size) or reason
     model = None if reason else model
     floor = span.step_mm / math.sqrt(12) if near.value < span.step_mm / 2 else 0.0
     frame = _uncertainty(series, model, 1, span, floor)
@@ -120,6 +124,15 @@ def _status(rows: Sequence[Mapping[str, Any]]) -> str:
     return next((s for s in ("refused", "misfit") if s in found), "ok")
 
 
+def _refused(rows: Sequence[Mapping[str, Any]], valid: int, recorded: int) -> str:
+    """Why nothing could be fitted; empty if the rows do not say."""
+    if valid < LEAST_SAMPLES:
+        few = "too short" if recorded < LEAST_SAMPLES else "too many gaps"
+        return f"{few}: {valid} samples, a noise model needs {LEAST_SAMPLES}"
+    notes = (row.get("note") for row in rows if row["status"] == "refused")
+    return next((note for note in notes if isinstance(note, str)), "")
+
+
 def _why_measured(
     series: np.ndarray, model: NoiseModel | None, status: str, near: Measured, span: Span
 ) -> str:
@@ -127,7 +140,7 @@ def _why_measured(
     if status == "misfit":
         return "the noise model does not describe the spectrum"
     if model is None or not model.components:
-        return "there is no noise model"
+        return NO_MODEL
     tau0, n = 1 / span.frame_rate_hz, min(span.frames(span.window_s), series.size)
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1:

@@ -75,12 +75,12 @@ class Event:
 
     @property
     def word(self) -> str:
-        """`level changed`, `one of a kind`, `one of 3`, or `unknown` where a side is too short."""
+        """`level changed`, `happened once`, `one of 3`, or `unknown` where a side is too short."""
         if self.kind == "level" or self.level_changed:
             return "level changed"
         if not self.most_changed:
             return "unknown"
-        return "one of a kind" if self.of == 1 else f"one of {self.of}"
+        return "happened once" if self.of == 1 else f"one of {self.of}"
 
 
 def alarms(dynamics: Mapping[str, Sequence[Dynamic]], false_alarm: float) -> tuple[list, float]:

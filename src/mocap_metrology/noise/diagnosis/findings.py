@@ -116,15 +116,23 @@ def _event(event: Event, recording: Recording) -> Finding:
     if side is None:
         words += "; too little is left on one side to compare the noise before and after"
     else:
-        what = "changed" if event.level_changed else "is the same before and after"
         words += (
-            f"; noise {what}: sd of {side.series} {_mm(side.fast_before)} before, "
+            f"; {_compared(event)}: sd of {side.series} {_mm(side.fast_before)} before, "
             f"{_mm(side.fast_after)} after, ratio {side.ratio:.3f} "
             f"({side.lower:.3f} to {side.upper:.3f})"
         )
         far = max(side.ratio, 1 / side.ratio) >= LEVEL_MATTERS
         severity = "warning" if far or event.kind == "burst" else "info"
     return Finding("event", severity, event.series, words + ".", numbers)
+
+
+def _compared(event: Event) -> str:
+    """Whether the noise changed, over all series."""
+    if event.level_changed:
+        return "noise changed"
+    if any(side.word == "cannot be told" for side in event.sides):
+        return "whether the noise changed cannot be told"
+    return "noise is the same before and after"
 
 
 def _periodic(lines: Sequence[Found], recording: Recording) -> list[Finding]:

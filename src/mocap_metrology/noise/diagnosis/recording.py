@@ -57,9 +57,9 @@ class Recording:
 @dataclass(frozen=True)
 class Diagnosis:
     """Of one recording. spikes: isolated frames that were off, a coordinate; missing: share of
-    frames a marker lacks; drifts: a series; moving: a line a marker; dynamics, levels (blocks of a
-    second): a series; n_windows: that events were looked for in; quiet: coordinates and
-    distances, spikes bridged; spectra: Welch's, without the events."""
+    frames a marker lacks; drifts: a series; moving: a line on markers that do; dynamics, levels
+    (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
+    and distances, spikes bridged; spectra: Welch's, without the events."""
 
     events: list[Event]
     lines: list[Found]

@@ -11,6 +11,7 @@ BLOCK_S = 1.0  # fast noise is what is left about means so long
 JOINED = 10  # blocks whose logarithmic mean is one point of a search for changes
 FEWEST = 5  # blocks a side can be judged by
 LEAST_POINTS = 6  # of a search, a side
+TOLD = 1.5  # an interval that reaches beyond this factor tells nothing
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,16 @@ class Sides:
     @property
     def changed(self) -> bool:
         return self.lower > 1 or self.upper < 1
+
+    @property
+    def word(self) -> str:
+        """`changed`, `alike`, or `cannot be told` where the interval holds 1 and more than a factor
+        of 1.5; `unknown` without one."""
+        if not math.isfinite(self.ratio):
+            return "unknown"
+        if self.changed:
+            return "changed"
+        return "alike" if self.lower >= 1 / TOLD and self.upper <= TOLD else "cannot be told"
 
 
 def blocks(series: np.ndarray, rate_hz: float) -> Blocks:

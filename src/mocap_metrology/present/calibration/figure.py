@@ -11,6 +11,7 @@ from mocap_metrology.present.calibration import space
 from mocap_metrology.present.calibration import time as panels
 from mocap_metrology.present.calibration.data import CalibrationFiles, agreement, pose_of
 from mocap_metrology.present.calibration.text import draw_text, text_height
+from mocap_metrology.present.calibration.words import expected_urad
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
     INK,
@@ -66,7 +67,7 @@ def calibration_figure(given: CalibrationFiles, title: str = "", note: str = "")
     axes = sheet.axes(TIME_LEFT_MM, below_top, *box)
     panels.draw_disagreement(axes, scenery.both, given.duration_s, why)
     axes = sheet.axes(TIME_LEFT_MM, below_top + TIME_MM + HEAD_MM, *box)
-    panels.draw_residuals(axes, paths, given.duration_s, why)
+    panels.draw_residuals(axes, paths, given.duration_s, why, expected_urad(given.pose))
     return sheet.figure
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.lighthouse.published import QUANTITIES
+from mocap_metrology.present.calibration.words import reason_of, shown
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.tables import Row, aligned
 
@@ -48,7 +49,7 @@ def _row(record: Mapping[str, Any]) -> Row:
     found = pose.get("errors_mm") or [math.nan] * 3, pose.get("errors_deg") or [math.nan] * 3
     row |= dict(zip((f"error_{a}" for a in axes), [*found[0], *found[1]], strict=True))
     row["verdict"] = given["verdict"]["word"]
-    row["reason"] = given["verdict"]["reason"]
+    row["reason"] = reason_of(given)
     row["check_against"] = (given.get("check_against") or {}).get("sentence")
     return row
 
@@ -69,7 +70,7 @@ def calibration_markdown(
     head = ["calibration", "source", "master", "slave", "by", "t mm", "α β γ °", "baseline mm"]
     head += ["σ", "residual µrad", "hits", "error", "verdict"]
     lines += [*aligned([head, *(_cells(row) for row in rows)]), "", "## Verdicts", ""]
-    lines += [f"- {row['calibration']}: {row['verdict']}. {row['reason']}" for row in rows]
+    lines += [f"- {row['calibration']}: {row['verdict']}. {shown(row['reason'])}" for row in rows]
     moved = [row for row in rows if row["check_against"]]
     if moved:
         lines += ["", "## Against an earlier pose", ""]
@@ -86,7 +87,7 @@ def _cells(row: Row) -> list[str]:
     angles = " ".join(f"{row[q]:.3f}" for q in QUANTITIES[3:])
     residual = row["residual_rms_urad"]
     shown = [by, t, angles, f"{row['baseline_mm']:.1f}", _mm_deg(row, "sigma", max)]
-    shown += ["" if residual is None else three_digits(residual), row["n_angles"]]
+    shown += ["" if residual is None else f"{residual:.0f}", row["n_angles"]]
     return [*map(_text, [*cells, *shown]), _mm_deg(row, "error", math.hypot), row["verdict"]]
 
 

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.common.words import three
 from mocap_metrology.present.calibration.data import CalibrationFiles
+from mocap_metrology.present.calibration.words import (
+    BEYOND_SIGMA,
+    beyond_sigma,
+    reason_of,
+    residual_limit,
+    shown,
+)
 from mocap_metrology.present.drawing.linear import number
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
@@ -21,32 +27,49 @@ from mocap_metrology.present.drawing.style import (
     shorten,
     wrap,
 )
+from mocap_metrology.present.pages.html_page import UNKNOWN, WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-BADGES = {"good": "#1b7f5c", "usable": "#6d8b1c", "doubtful": "#b87400", "failed": "#9e1b1b"}
 BADGE_MM, LABEL_MM, COLUMN_MM, GAP_MM = 22.0, 33.0, 17.0, 5.0
+MM_DEG = slice(3), slice(3, 6)
 TABLE_MM = LABEL_MM + 3 * COLUMN_MM
 LINE_MM = lines_mm(1, SMALL_PT)
 
 
 def pose_rows(entry: Mapping[str, Any]) -> list[tuple[str, list[str]]]:
-    """Rows of the pose: a label with its unit, and three numbers."""
+    """Rows of the pose: a label with its unit, and three numbers.
+
+    The pose has as many decimals as its standard deviation, or its error against the reference
+    where that is larger, has with two significant digits.
+    """
     angles = [entry["rotation_deg"][k] for k in ("alpha", "beta", "gamma")]
-    rows = [("t, slave in master (mm)", _three(entry["translation_mm"], 2, sign=True))]
     covariance = entry.get("covariance")
-    variances = None if covariance is None else np.diag(np.array(covariance, dtype=np.float64))
-    sd = None if variances is None else np.sqrt(np.clip(variances, 0, None))
-    if sd is not None:
-        rows.append(("1 σ along x, y, z (mm)", _three(sd[:3], 2)))
-    rows.append(("α, β, γ (deg)", _three(angles, 3, sign=True)))
-    if sd is not None:
-        rows.append(("1 σ about x, y, z (deg)", _three(sd[3:], 3)))
+    sd = [np.nan] * 6
+    if covariance is not None:
+        sd = np.sqrt(np.clip(np.diag(np.array(covariance, dtype=np.float64)), 0, None))
+    off = [*(entry.get("errors_mm") or [np.nan] * 3), *(entry.get("errors_deg") or [np.nan] * 3)]
+    digits = [
+        _decimals([*sd[own], *off[own]], usual) for own, usual in zip(MM_DEG, (1, 2), strict=True)
+    ]
+    rows = [("t, slave in master (mm)", _three(entry["translation_mm"], digits[0], sign=True))]
+    if covariance is not None:
+        rows.append(("1 σ along x, y, z (mm)", _three(sd[:3], _decimals(sd[:3], 1))))
+    rows.append(("α, β, γ (°)", _three(angles, digits[1], sign=True)))
+    if covariance is not None:
+        rows.append(("1 σ about x, y, z (°)", _three(sd[3:], _decimals(sd[3:], 2))))
     if entry.get("errors_mm"):
-        rows.append(("t − reference (mm)", _three(entry["errors_mm"], 2, sign=True)))
-        rows.append(("turned from it (deg)", _three(entry["errors_deg"], 3, sign=True)))
+        rows.append(("t − reference (mm)", _three(off[:3], _decimals(off[:3], 1), sign=True)))
+        rows.append(("turned from it (°)", _three(off[3:], _decimals(off[3:], 2), sign=True)))
     return rows
+
+
+def _decimals(values: Sequence[float], usual: int) -> int:
+    """Decimals that give the largest two significant digits, three at most; the usual number where
+    none is known."""
+    known = [abs(float(value)) for value in values if np.isfinite(value) and value]
+    return int(np.clip(1 - np.floor(np.log10(max(known))), 0, 3)) if known else usual
 
 
 def _three(values: Any, digits: int, sign: bool = False) -> list[str]:
@@ -61,8 +84,11 @@ def facts(given: CalibrationFiles) -> list[str]:
         lines.append(f"{entry['estimator']}, stage {entry['stage']}, {entry['optics']} optics")
         lines.append(f"baseline {number(float(baseline), 3)} m")
         if (residual := entry.get("residual_rms_urad")) is not None:
-            angles = number(entry["n_angles"])
-            lines.append(f"residual of the pose {three(residual)} µrad of {angles} angles")
+            limit = residual_limit(given.pose)
+            lines.append(
+                f"residual {residual:.0f} µrad of {number(entry['n_angles'])} angles"
+                + (f" ({limit})" if limit else "")
+            )
         if (share := entry.get("mirrored_share")) is not None:
             lines.append(f"mirrored board poses {100 * share:.2g} %")
     return lines + [_station(station) for station in given.stations]
@@ -74,7 +100,8 @@ def _station(station: Mapping[str, Any]) -> str:
     if station.get("factory") is None:
         factory = f"no factory values: {station.get('why') or 'none found'}"
     elif station.get("frames_found"):
-        factory = f"factory values from {station['frames_found']} frames"
+        n = station["frames_found"]
+        factory = f"factory values from {n} frame{'' if n == 1 else 's'}"
     else:
         factory = "factory values from a file"
     return f"{station['role']}: {known}, mode {station.get('mode') or 'unknown'}, {factory}"
@@ -86,8 +113,13 @@ def text_height(given: CalibrationFiles, width_mm: float) -> float:
 
 
 def _n_lines(given: CalibrationFiles, width_mm: float) -> int:
-    rows = len(pose_rows(given.chosen)) if given.chosen else 1
+    rows = len(pose_rows(given.chosen)) + len(_remark(given.chosen)) if given.chosen else 1
     return max(rows, len(_wrapped_facts(given, width_mm)))
+
+
+def _remark(entry: Mapping[str, Any]) -> list[str]:
+    """What to know of sigma where the error is beyond it."""
+    return wrap(BEYOND_SIGMA, SMALL_PT, TABLE_MM) if beyond_sigma(entry) else []
 
 
 def _wrapped_facts(given: CalibrationFiles, width_mm: float) -> list[str]:
@@ -96,8 +128,7 @@ def _wrapped_facts(given: CalibrationFiles, width_mm: float) -> list[str]:
 
 
 def _reason(given: CalibrationFiles, width_mm: float) -> list[str]:
-    reason = given.pose["verdict"]["reason"] or "No reason given."
-    return wrap(reason, BODY_PT, 0.95 * (width_mm - BADGE_MM - 3.0))
+    return wrap(shown(reason_of(given.pose)), BODY_PT, 0.95 * (width_mm - BADGE_MM - 3.0))
 
 
 def _verdict_mm(given: CalibrationFiles, width_mm: float) -> float:
@@ -115,20 +146,22 @@ def draw_text(sheet: Sheet, left: float, top: float, width: float, given: Calibr
         canvas.text(0, at - LINE_MM / 2, "No pose of the slave.", size=SMALL_PT, va="center")
     else:
         _draw_table(canvas, at, given.chosen)
-    how = {"size": SMALL_PT, "va": "top", "linespacing": LINE_SPACING}
-    canvas.text(TABLE_MM + GAP_MM, at, "\n".join(_wrapped_facts(given, width)), **how)
+    for k, line in enumerate(_wrapped_facts(given, width)):  # in the rows of the table
+        middle = at - (k + 0.5) * LINE_MM
+        canvas.text(TABLE_MM + GAP_MM, middle, line, size=SMALL_PT, va="center_baseline")
 
 
 def _draw_verdict(canvas: Axes, height: float, width: float, given: CalibrationFiles) -> None:
     from matplotlib.patches import FancyBboxPatch
 
     word = str(given.pose["verdict"]["word"])
+    colour, behind = WORDS.get(word, UNKNOWN)  # as on the pages
     box = FancyBboxPatch(
         (0.4, height - 5.4), BADGE_MM - 0.8, 4.8, "round,pad=0,rounding_size=1",
-        color=BADGES.get(word, GREY), lw=0,
+        facecolor=behind, edgecolor=colour, lw=0.6,
     )  # fmt: skip
     canvas.add_patch(box)
-    how = {"size": BODY_PT + 1, "weight": "bold", "color": "white", "ha": "center"}
+    how = {"size": BODY_PT + 1, "weight": "bold", "color": colour, "ha": "center"}
     canvas.text(BADGE_MM / 2, height - 3.1, word, va="center_baseline", **how)
     lines = "\n".join(_reason(given, width))
     how = {"size": BODY_PT, "va": "top", "linespacing": LINE_SPACING}
@@ -136,9 +169,11 @@ def _draw_verdict(canvas: Axes, height: float, width: float, given: CalibrationF
 
 
 def _draw_table(canvas: Axes, top: float, entry: Mapping[str, Any]) -> None:
-    for k, (label, values) in enumerate(pose_rows(entry)):
+    rows, how = pose_rows(entry), {"size": SMALL_PT, "va": "center_baseline"}
+    for k, line in enumerate(_remark(entry), start=len(rows)):
+        canvas.text(0, top - (k + 0.5) * LINE_MM, line, **how)
+    for k, (label, values) in enumerate(rows):
         middle = top - (k + 0.5) * LINE_MM
-        how = {"size": SMALL_PT, "va": "center_baseline"}
         canvas.text(0, middle, shorten(label, SMALL_PT, LABEL_MM), color=GREY, **how)
         for column, value in enumerate(values):
             right = LABEL_MM + (column + 1) * COLUMN_MM

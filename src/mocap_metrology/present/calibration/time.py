@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.common.words import three
-from mocap_metrology.lighthouse.assess.verdict import EXPECTED_URAD
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
 from mocap_metrology.present.calibration.data import (
     Agreement,
@@ -79,9 +78,10 @@ def draw_disagreement(axes: Axes, both: Agreement | None, duration_s: float, why
 
 
 def draw_residuals(
-    axes: Axes, paths: tuple[Path, Path] | None, duration_s: float, why: str
+    axes: Axes, paths: tuple[Path, Path] | None, duration_s: float, why: str, expected_urad: float
 ) -> None:
-    """sqrt(epsilon / n_angles) of each board pose over time, both stations."""
+    """sqrt(epsilon / n_angles) of each board pose over time, both stations, and the noise of one
+    angle to expect."""
     title = "d  Single board poses"
     if paths is None:
         head(axes, title)
@@ -92,15 +92,15 @@ def draw_residuals(
     head(axes, title, f"medians {', '.join(medians)} µrad")
     shown = [np.maximum(v, np.median(v) / 100) for v in values]
     linear_axis(axes, "x", (0.0, duration_s), 10)
-    limits = log_limits([*shown, np.array([1.5 * EXPECTED_URAD])])
+    limits = log_limits([*shown, np.array([1.5 * expected_urad])])
     decade_axis(axes, "y", limits, size_mm(axes)[1])
     label_axes(axes, "Time (s)", "Residual (µrad)", x_mm=7.0, y_mm=12.5)
     for station in (SLAVE, MASTER):
         _dots(axes, paths[station].time_s, shown[station], COLOURS[station], "os"[station])
-    axes.axhline(EXPECTED_URAD, color=INK, lw=0.8, ls=(0, (1, 1.5)))
-    text = f"noise of an angle to expect: {EXPECTED_URAD:g} µrad"
+    axes.axhline(expected_urad, color=INK, lw=0.8, ls=(0, (1, 1.5)))
+    text = f"noise of an angle to expect: {expected_urad:.0f} µrad"
     how = {"size": SMALL_PT, "ha": "right", "va": "bottom", "zorder": 5}
-    axes.text(0.99 * duration_s, 1.03 * EXPECTED_URAD, text, **how)
+    axes.text(0.99 * duration_s, 1.03 * expected_urad, text, **how)
 
 
 def _dots(axes: Axes, x: np.ndarray, y: np.ndarray, colour: str, marker: str) -> None:
@@ -136,7 +136,7 @@ def draw_diodes(axes: Axes, given: CalibrationFiles, station: int, labels: bool)
     at = 0.36 if station == MASTER else 0.0
     axes.text(at, 1.04, ROLES[station], color=COLOURS[station], **bold)
     axes.text(1, 1.04, ", ".join(told), color=GREY, ha="right", **how)
-    label_axes(axes, y="Seen (%)", y_mm=9.5)
+    label_axes(axes, y="Seen (%)", y_mm=12.5)
     axes.axhline(100, color=FAINT, lw=0.6, zorder=0)
 
 

@@ -17,7 +17,7 @@ TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)  # where words are said, beside a singl
 CAPTION = (
     "Allan deviation of a recording over that of its reference, with its interval: above 1 is "
     "noisier. A word other than `same` stands where the ratio is off 1 by more than the margin and "
-    "by more than chance allows over all averaging times of the series."
+    "by more than chance allows over all series and averaging times of the two recordings."
 )
 NO_TREND = "none found"
 TREND_CAPTION = (
@@ -27,11 +27,14 @@ TREND_CAPTION = (
 )
 TREND_FIGURE = (
     "Allan deviation at three averaging times by date of recording, with 68 % intervals; a line "
-    "where it changes by more than chance allows. Recordings of the same cameras:"
+    "where it changes by more than chance allows over the averaging times of a series. Recordings "
+    "of the same cameras:"
 )
 COHERENCE_CAPTION = (
     "What a series has in common with what was recorded beside it: largest squared coherence above "
-    "its threshold (else the largest there is), its period, and the size of the response there."
+    "its threshold (else the largest there is), its period, and the size of the response there. "
+    "The threshold is of causes that wander at random: two that are periodic with like periods, or "
+    "both settle, exceed it more often without having to do with each other."
 )
 FIGURE = (
     "Allan deviation of the first recording over that of the second: above 1 the first is noisier."
@@ -64,12 +67,17 @@ def compare_rows(
     alpha: float,
     confidence: float,
 ) -> list[Row]:
-    """One row a series both have and averaging time both reach; `overall` is the series' word."""
+    """One row a series both have and averaging time both reach; `overall` is the series' word.
+
+    alpha: probability, at most, that any series of two equal recordings has a word other than
+    `same`: each series has its share of it (Bonferroni).
+    """
     rows: list[Row] = []
     taus = taus_of(new, old)
-    for series in (s for s in series_of(new) if s in series_of(old)):
+    common = [s for s in series_of(new) if s in series_of(old)]
+    for series in common:
         ratio = adev_ratio(curve_of(new, series), curve_of(old, series), taus, confidence)
-        words = words_of(ratio, margin, alpha)
+        words = words_of(ratio, margin, alpha / len(common))
         overall = overall_word(ratio.value, words)
         for k, word in enumerate(words):
             if word:
@@ -165,7 +173,8 @@ def trend_rows(
     alpha: float,
     confidence: float,
 ) -> list[Row]:
-    """One row a series and averaging time that three or more recordings of different days have."""
+    """One row a series and averaging time that three or more recordings of different days have.
+    alpha is that of one series, over its averaging times."""
     days, rows = days_of(dates), []
     series = [s for s in series_of(allan[names[0]]) if all(s in series_of(allan[n]) for n in names)]
     taus = max((taus_of(allan[n], allan[n]) for n in names), key=lambda t: t[0])

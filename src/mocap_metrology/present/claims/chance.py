@@ -11,12 +11,13 @@ from collections.abc import Mapping, Sequence
 
 from mocap_metrology.noise.moments import Cleaning
 from mocap_metrology.noise.twins import Twin
-from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, Claim, Finding
+from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, Claim, Finding, unknown
 from mocap_metrology.present.claims.study import Drawn, Key
 from mocap_metrology.present.skurowski.gaussian_table import realisations
 
 REPEATS = 200
 SURE = 0.95
+ENOUGH = 0.5  # share of realisations that must decide
 SLOW_SAMPLES = 1 << 12  # every eight seconds of nine hours: moments need no more
 
 
@@ -34,28 +35,34 @@ def draw(
 
 
 def of_realisations(claim: Claim, found: Finding, draws: Sequence[Drawn]) -> tuple[Finding, str]:
-    """The finding with the word that realisations give it, and in how many it holds: below 5 % it
-    does not, from 95 % on it holds, between them one recording cannot tell.
+    """The finding with the word that realisations give it, and in how many it holds.
 
-    As found, and no count, where the claim is not by chance, or not all of its recordings are
-    twins.
+    A realisation that is not precise enough decides nothing. Of those that decide the claim holds
+    in 95 % and more (it holds) or in 5 % and fewer (it does not); between them, and where fewer
+    than half decide, one recording cannot tell. As found, and no count, where the claim is not by
+    chance, or not all of its recordings are twins.
     """
     if not claim.by_chance or not draws:
         return found, ""
-    words = [_word(claim, one) for one in draws]
-    if UNKNOWN in words:
+    each = [_finding(claim, one) for one in draws]
+    if not all(one.there for one in each):
         return found, ""
-    holds = words.count(HOLDS)
+    words = [one.word for one in each]
+    holds, decided = words.count(HOLDS), len(words) - words.count(UNKNOWN)
     word = UNKNOWN
-    if holds >= SURE * len(draws):
-        word = HOLDS
-    elif holds <= (1 - SURE) * len(draws):
-        word = DOES_NOT
-    return Finding(found.value, word), f"holds in {holds} of {len(draws)}"
+    if decided >= ENOUGH * len(draws):
+        if holds >= SURE * decided:
+            word = HOLDS
+        elif holds <= (1 - SURE) * decided:
+            word = DOES_NOT
+    counted = f"holds in {holds} of {decided}"
+    if decided < len(draws):
+        counted += f" that decide, {len(draws)} drawn"
+    return Finding(found.value, word), counted
 
 
-def _word(claim: Claim, one: Drawn) -> str:
+def _finding(claim: Claim, one: Drawn) -> Finding:
     try:
-        return claim.find(one).word
+        return claim.find(one)
     except KeyError:
-        return UNKNOWN
+        return unknown("not drawn", there=False)

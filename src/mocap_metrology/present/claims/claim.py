@@ -18,10 +18,12 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Finding:
-    """The statistic in words with its numbers, and whether the claim holds by it."""
+    """The statistic in words with its numbers, and whether the claim holds by it; not `there`:
+    cannot be told for want of numbers, not of precision."""
 
     value: str
     word: str
+    there: bool = True
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,8 @@ def decided(value: str, holds: bool) -> Finding:
     return Finding(value, HOLDS if holds else DOES_NOT)
 
 
-def unknown(why: str) -> Finding:
-    return Finding(why, UNKNOWN)
+def unknown(why: str, there: bool = True) -> Finding:
+    return Finding(why, UNKNOWN, there)
 
 
 def row(

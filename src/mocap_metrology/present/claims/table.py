@@ -18,8 +18,9 @@ CAPTION = (
     "published tables and by what this run regenerated. Twins of S are made from its published "
     "coefficients, so they answer alike wherever the coefficients decide; regenerated coefficients "
     "are those of S's own estimator. realisations: standard deviations and covariances of nine "
-    "hours are mostly random walk; such a claim holds if it does in 95 % of that many recordings "
-    "drawn from the same coefficients, does not if in 5 % or fewer, and cannot be told between."
+    "hours are mostly random walk; such a claim holds if it does in 95 % of many recordings drawn "
+    "from the same coefficients, of those that are precise enough to decide; does not if in 5 % or "
+    "fewer; and cannot be told between, or where fewer than half decide."
 )
 SHOWN = (
     *("id", "claim", "published", "published_word", "regenerated", "realisations"),

@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.noise.diagnosis.sides import compare
+from mocap_metrology.noise.diagnosis.sides import Sides, compare
 from mocap_metrology.present.diagnosis.spectra import (
-    FILTER_LOOKS,
+    ROUNDING,
     draw_deviations,
     draw_spectrum,
     filter_looks,
+    rounding_of,
 )
-from mocap_metrology.present.diagnosis.time import EVENT, draw_dynamic, draw_sides, draw_zoom
+from mocap_metrology.present.diagnosis.time import (
+    COMPARED,
+    EVENT,
+    FRAME,
+    draw_dynamic,
+    draw_sides,
+)
+from mocap_metrology.present.diagnosis.zoom import SHADE, View, draw_zoom, look_of, view_of
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
     GREY,
-    INK,
-    LOOKS,
     MARGIN_MM,
     WIDTH_MM,
     blank_sheet,
@@ -31,10 +37,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEFT_MM, SECOND_MM, PANEL_MM, TITLE_MM, LABELS_MM = 16.5, 100.0, 66.0, 5.5, 11.5
-SEEN = 1e-4  # share of the Allan variance from which rounding is on the page
 DYNAMIC_MM, CLOSE_MM, SPECTRA_MM = 34.0, 42.0, 58.0
+SHADED = "#ececec"  # as what is shaded looks on white
+SHOWN = {"burst": "while it lasts", "level": "within 5 s", "window": "this window"}
+NOISE = {
+    "changed": "noise changed",
+    "alike": "noise alike",
+    "cannot be told": "cannot be told whether noise changed",
+}
 NO_EVENTS = "Events could not be looked for: the recording is too short, or its steps too coarse."
-__all__ = ["FILTER_LOOKS", "diagnosis_figure"]
 
 
 @styled()
@@ -51,13 +62,16 @@ def diagnosis_figure(
     is of this.
     """
     event = _largest(found)
-    focus = _focus(recording, found, event)
-    spectral = _spectral(found) or focus
+    view = view_of(found, event)
+    spectral = _spectral(found) or (view.series if view else next(iter(recording.coordinates)))
     looks = filter_looks(found.filtered, spectral)
-    timed = event is not None or any(found.dynamics.values())
+    timed = view is not None
     sides = _sides(recording, found, event)
     compared = any(math.isfinite(side.ratio) for side in sides[1])
-    entries = _entries(found, looks, spectral, timed)
+    entries = [
+        *_entries_in_time(found, view, sides[1]),
+        *_entries_of_spectra(found, looks, spectral),
+    ]
     width = WIDTH_MM - 2 * MARGIN_MM
     tops = [TITLE_MM, 0.0, 0.0]
     tops[1] = tops[0] + (DYNAMIC_MM + LABELS_MM + TITLE_MM if timed else 0.0)
@@ -68,9 +82,9 @@ def diagnosis_figure(
     if timed:
         full = WIDTH_MM - LEFT_MM - 17.5
         bar = sheet.axes(LEFT_MM + full + 3.0, tops[0], 2.5, DYNAMIC_MM)
-        draw_dynamic(sheet.axes(LEFT_MM, tops[0], full, DYNAMIC_MM), bar, recording, found, focus)
+        draw_dynamic(sheet.axes(LEFT_MM, tops[0], full, DYNAMIC_MM), bar, recording, found, view)
         wide = PANEL_MM if compared else SECOND_MM + PANEL_MM - LEFT_MM
-        draw_zoom(sheet.axes(LEFT_MM, tops[1], wide, CLOSE_MM), recording, found, event)
+        draw_zoom(sheet.axes(LEFT_MM, tops[1], wide, CLOSE_MM), recording, found, event, view)
     if compared:
         at = SECOND_MM if timed else LEFT_MM
         draw_sides(sheet.axes(at, tops[1], PANEL_MM, CLOSE_MM), *sides)
@@ -90,15 +104,6 @@ def _largest(found: Diagnosis) -> Event | None:
     return min(found.events, key=lambda e: e.p, default=None)
 
 
-def _focus(recording: Recording, found: Diagnosis, event: Event | None) -> str:
-    """The series whose dynamic Allan deviation is shown."""
-    if event:
-        return event.largest
-    if found.dynamics.get("L"):
-        return "L"
-    return next((k for k, own in found.dynamics.items() if own), next(iter(recording.coordinates)))
-
-
 def _spectral(found: Diagnosis) -> str | None:
     """The series whose spectrum is shown: that of the surest line, of those seen in the ADEV."""
     most = max(found.lines, key=lambda x: (bool(x.in_adev), x.line.gain), default=None)
@@ -115,27 +120,39 @@ def _sides(recording: Recording, found: Diagnosis, event: Event | None) -> tuple
         compare(name, own.between(0.0, middle), own.between(middle, end), tail)
         for name, own in found.levels.items()
     )
-    return "Noise, second half over first", halves
+    return "Noise, 2nd half over 1st", halves
 
 
-def _entries(
-    found: Diagnosis, looks: Mapping[str, Mapping], spectral: str, timed: bool
-) -> list[Entry]:
-    entries = [
-        Entry(axis, line={"color": look.colour, "ls": look.dashes, "lw": 1.0})
-        for axis, look in LOOKS.items()
-        if timed
-    ]
+def _entries_in_time(found: Diagnosis, view: View | None, sides: Sequence[Sides]) -> list[Entry]:
+    entries = []
+    if view:
+        for name in view.names:
+            look = look_of(name)
+            how = {"color": look.colour, "ls": look.dashes, "lw": 0.9}
+            entries.append(Entry(name[0], line=how))
+        framed = {**FRAME, "facecolor": SHADED}
+        entries.append(Entry(SHOWN[view.kind], patch=framed if view.kind == "window" else SHADE))
     if found.events:
         entries.append(Entry("event", dot=EVENT))
-    entries += [
+    words = [side.word for side in sides]
+    for word, (colour, marker) in COMPARED.items():
+        if word in words:
+            dot = {"marker": marker, "ms": 4, "mew": 0, "color": colour}
+            entries.append(Entry(NOISE[word], line={"color": colour, "lw": 1.4}, dot=dot))
+    return entries
+
+
+def _entries_of_spectra(
+    found: Diagnosis, looks: Mapping[str, Mapping], spectral: str
+) -> list[Entry]:
+    entries = [
         Entry("as recorded" if name == "none" else name, line={"lw": 1.4, **look})
         for name, look in looks.items()
     ]
     if any(f.series == spectral and f.predicted for f in found.filtered):
-        entries.append(Entry("line: by the noise model", line={"color": GREY, "lw": 1.2}))
-        entries.append(Entry("measured", dot={"marker": "o", "ms": 3, "mew": 0, "color": GREY}))
-    own = next((r for r in found.resolutions if r.series == spectral), None)
-    if own and own.share > SEEN:
-        entries.append(Entry("rounding of the file", line={"color": INK, "lw": 0.8, "ls": ":"}))
+        entries.append(Entry("curve: by the noise model", line={"color": GREY, "lw": 1.2}))
+        dots = {"marker": "o", "ms": 3, "mew": 0, "color": GREY}
+        entries.append(Entry("points: measured", dot=dots))
+    if rounding_of(found, spectral):
+        entries.append(Entry("rounding of the file", line=ROUNDING))
     return entries

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mocap_metrology.common.words import three
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.resolution import Resolution
 from mocap_metrology.present.drawing.decades import decade_axis, log_limits
 from mocap_metrology.present.drawing.decimate import Bins, log_bins
 from mocap_metrology.present.drawing.style import (
@@ -30,11 +32,13 @@ if TYPE_CHECKING:
 BINS_PER_DECADE = 40
 DECADES = 9  # of a spectrum that a filter is followed down
 NAMED = 4  # lines that are labelled
+SEEN = 1e-4  # share of the Allan variance from which rounding is on the page
+# None of the coordinates' own, and as far apart in lightness
 FILTER_LOOKS = (
     {"color": INK, "ls": "-"},
-    {"color": "#cf4a2c", "ls": (0, (5, 1.6))},
-    {"color": "#44b0cb", "ls": (0, (6, 1.4, 1.4, 1.4))},
-    {"color": "#10307a", "ls": (0, (1.2, 1.2))},
+    {"color": "#2f8f4e", "ls": (0, (3, 1.1))},
+    {"color": "#d9a300", "ls": (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))},
+    {"color": "#6b2480", "ls": (0, (1.2, 1.2))},
 )
 LINE = {"color": GREY, "lw": 0.7, "ls": (0, (1.2, 1.2))}
 ROUNDING = {"color": INK, "lw": 0.8, "ls": ":"}
@@ -70,19 +74,25 @@ def draw_spectrum(
         say(axes, "no spectrum")
         return
     bins = log_bins(psd["f_hz"], psd["psd_mm2_hz"], BINS_PER_DECADE)
-    rounding = next((r.rounding_h0 for r in found.resolutions if r.series == series), math.nan)
+    rounding = rounding_of(found, series)
     low, high = log_limits([bins.centre])[0], recording.frame_rate_hz / 2 * 1.1
     decade_axis(axes, "x", (low, high), width)
     least = float(np.min(bins.median[bins.median > 0], initial=np.inf)) / 300
     shown = [np.array([least]), bins.high]
-    if rounding > least / 1e3:
-        shown.append(np.array([rounding]))
+    if rounding:
+        shown.append(np.array([rounding.rounding_h0]))
     lower, upper = log_limits(shown, 2.0, DECADES)
     decade_axis(axes, "y", (lower, upper * 6), height)
     _curves(axes, bins, found, recording.frame_rate_hz, series, looks)
-    if rounding > 0:
-        axes.plot([low, high], [rounding] * 2, **ROUNDING)
+    if rounding:
+        axes.plot([low, high], [rounding.rounding_h0] * 2, **ROUNDING)
     _name_lines(axes, found, series, bins, (low, high), upper * 6)
+
+
+def rounding_of(found: Diagnosis, series: str) -> Resolution | None:
+    """The rounding of a series if it makes so much of its noise that it is drawn."""
+    own = next((r for r in found.resolutions if r.series == series), None)
+    return own if own and own.share > SEEN else None
 
 
 def _curves(
@@ -98,7 +108,7 @@ def _curves(
 
 def _lines_remark(found: Diagnosis, series: str) -> str:
     own = sum(x.series == series for x in found.lines)
-    return "no line" if not own else f"{own} line{'s' if own > 1 else ''}"
+    return f"{own or 'no'} spectral line{'s' if own > 1 else ''}"
 
 
 def _name_lines(
@@ -117,7 +127,7 @@ def _name_lines(
         f = one.line.f_0
         peak = float(bins.high[np.argmin(np.abs(np.log(bins.centre / f)))])
         axes.plot([f, f], [1.3 * peak, top / 6], **LINE, zorder=1)
-        text = shorten(f"{f:.4g} Hz: {1000 * one.line.A_s:.2g} µm", SMALL_PT, width)
+        text = shorten(f"{f:.4g} Hz: {_size(one.line.A_s)}", SMALL_PT, width)
         centre = width * math.log(f / x[0]) / math.log(x[1] / x[0])
         half = text_mm(text, SMALL_PT) / 2
         centre = min(max(centre, half + 1), width - half - 1)
@@ -125,6 +135,12 @@ def _name_lines(
         used.append((centre, half, level))
         axes.text(centre / width, 0.965 - 0.06 * level, text, size=SMALL_PT, ha="center", va="top",
                   transform=axes.transAxes)  # fmt: skip
+
+
+def _size(mm: float) -> str:
+    """Two digits, in µm below a millimetre."""
+    value, unit = (mm, "mm") if mm >= 1 else (1000 * mm, "µm")
+    return f"{three(float(f'{value:.2g}'))} {unit}"
 
 
 def _free(used: Sequence[tuple[float, float, int]], centre: float, half: float) -> int:
@@ -139,9 +155,13 @@ def _free(used: Sequence[tuple[float, float, int]], centre: float, half: float) 
 def draw_deviations(
     axes: Axes, recording: Recording, found: Diagnosis, series: str, looks: Looks
 ) -> None:
-    """Allan deviations behind every filter: lines by the model, points as measured."""
+    """Allan deviations behind every filter: curves by the model, points as measured, joined where
+    there is no model."""
     own = [f for f in found.filtered if f.series == series and f.filter.name in looks]
-    head(axes, f"Allan deviation of {series}", "before and after")
+    own = [f for f in own if f.predicted or f.measured]
+    filtered = any(f.filter.sos is not None for f in own)
+    remark = "as it is and filtered" if filtered else "too short to filter"
+    head(axes, f"Allan deviation of {series}", remark if own else "")
     label_axes(axes, x="Averaging time τ (s)", y="ADEV (mm)", y_mm=12.5)
     curves = [left.curve for f in own for left in (f.predicted, f.measured) if left]
     if not any(np.any(np.asarray(curve[1]) > 0) for curve in curves):
@@ -158,11 +178,11 @@ def draw_deviations(
         if one.predicted:
             axes.plot(*one.predicted.curve, lw=1.2, **look)
         if one.measured:
-            dots = {"ls": "" if one.predicted else "-", "marker": "o", "ms": 2.6, "mew": 0}
-            axes.plot(*one.measured.curve, color=look["color"], **dots)
-    rounding = next((r.rounding_mm for r in found.resolutions if r.series == series), math.nan)
-    if rounding > 0:
+            joined = {**look, "lw": 1.2} if not one.predicted else {**look, "ls": ""}
+            axes.plot(*one.measured.curve, marker="o", ms=2.6, mew=0, **joined)
+    rounding = rounding_of(found, series)
+    if rounding:
         tau = np.array(limits[0])
-        adev = rounding / np.sqrt(np.maximum(tau * recording.frame_rate_hz, 1.0))
+        adev = rounding.rounding_mm / np.sqrt(np.maximum(tau * recording.frame_rate_hz, 1.0))
         axes.plot(tau, adev, **ROUNDING)
         axes.set(xlim=limits[0], ylim=limits[1])

@@ -1,4 +1,4 @@
-"""Panels of a diagnosis over time: dynamic Allan deviation, one event, noise on both sides."""
+"""Panels of a diagnosis over all of its time: dynamic Allan deviation, noise on both sides."""
 
 from __future__ import annotations
 
@@ -9,22 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
+from mocap_metrology.noise.diagnosis.events import LEAST_S
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.sides import Sides
-from mocap_metrology.present.drawing.linear import length_unit, linear_axis, number, time_axis
-from mocap_metrology.present.drawing.names import coordinate_of
+from mocap_metrology.present.diagnosis.zoom import View
+from mocap_metrology.present.drawing.linear import linear_axis, number, time_axis
 from mocap_metrology.present.drawing.style import (
     FAINT,
+    GREY,
     INK,
-    LOOKS,
-    OTHER_LOOKS,
     SMALL_PT,
     head,
     label_axes,
     say,
 )
-from mocap_metrology.present.numbers import three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,8 +32,9 @@ COLUMNS = 600  # of the image
 COLOUR_LIMIT = 1.0  # octaves of the deviation that the colours span, either way
 FEW_EVENTS = 20  # beyond, their marks are small
 EVENT = {"marker": "v", "ms": 4.5, "mew": 0, "color": INK, "clip_on": False}
-LEAST_ZOOM_S, MOST_ZOOM_S = 3.0, 60.0
-CHANGED, SAME = "#cf4a2c", "#10307a"
+FRAME = {"facecolor": "none", "edgecolor": INK, "lw": 1.2}
+# A ratio by what it tells: colour, and sign of its middle
+COMPARED = {"changed": ("#cf4a2c", "s"), "alike": ("#10307a", "o"), "cannot be told": (GREY, "D")}
 
 
 def _colours() -> Colormap:
@@ -45,10 +44,10 @@ def _colours() -> Colormap:
     return LinearSegmentedColormap.from_list("ratio", colours).with_extremes(bad=FAINT)
 
 
-def draw_dynamic(
-    axes: Axes, bar: Axes, recording: Recording, found: Diagnosis, series: str
-) -> None:
-    """Ratio of the dynamic Allan deviation to that of the noise, over time and averaging time."""
+def draw_dynamic(axes: Axes, bar: Axes, recording: Recording, found: Diagnosis, view: View) -> None:
+    """Ratio of the dynamic Allan deviation to that of the noise, over time and averaging time, of
+    the series that is shown close up; its most unusual window is framed."""
+    series = view.series
     axis = time_axis(recording.n_frames, recording.frame_rate_hz)
     per_s = axis.per_frame * recording.frame_rate_hz
     own = found.dynamics.get(series) or []
@@ -72,11 +71,22 @@ def draw_dynamic(
     mark = {**EVENT, "ms": EVENT["ms"] if len(found.events) <= FEW_EVENTS else 2.0}
     for event in found.events:
         axes.plot([event.time_s * per_s], [len(own) - 0.5], ls="", **mark)
+    if view.kind == "window":
+        _frame(axes, own, view, per_s)
     axes.figure.colorbar(shown, cax=bar, ticks=[-1, 0, 1])
     bar.set_yticklabels(["½", "1", "2"])
     bar.tick_params(length=2, width=0.6)
     bar.set_ylabel("of its usual value", size=SMALL_PT)
     bar.yaxis.set_label_coords(4.2, 0.5)
+
+
+def _frame(axes: Axes, own: Sequence[Dynamic], view: View, per_s: float) -> None:
+    from matplotlib.patches import Rectangle
+
+    row = next(k for k, d in enumerate(own) if d.tau_s == view.tau_s)
+    width = (view.last_s - view.first_s) * per_s
+    corner = (view.first_s * per_s, row - 0.5)
+    axes.add_patch(Rectangle(corner, width, 1.0, zorder=3, clip_on=False, **FRAME))
 
 
 def _events_remark(found: Diagnosis, duration_s: float) -> str:
@@ -106,88 +116,11 @@ def _row(d: Dynamic, duration_s: float) -> np.ndarray:
         return np.maximum(np.log2(mean) / 2, -2.0)
 
 
-def draw_zoom(axes: Axes, recording: Recording, found: Diagnosis, event: Event | None) -> None:
-    """The coordinates of the marker that was moved most; without an event the window that noise
-    explains least."""
-    if event and event.kind == "burst":
-        first, last, series = event.time_s, event.stop_s, event.largest
-        title, remark = "The largest event", f"{three_digits(event.size_mm)} mm, {event.word}"
-        if len(found.events) == 1:
-            title = "The event"
-    elif event:
-        first, last, series = event.time_s - 5, event.time_s + 5, event.largest
-        title, remark = "Where the noise changes", ""
-    else:
-        window = _most_unusual(found)
-        if window is None:
-            axes.axis("off")
-            return
-        first, last, series, chance = window
-        title, remark = "Most unusual window", f"chance {_chance(chance)}"
-    head(axes, title, remark)
-    _traces(axes, recording, found, series, first, last)
-
-
-def _chance(p: float) -> str:
-    return "1" if p >= 0.995 else f"{p:.2g}"
-
-
-def _most_unusual(found: Diagnosis) -> tuple[float, float, str, float] | None:
-    best = None
-    for name, own in found.dynamics.items():
-        for d in own:
-            k = int(np.argmax(d.x))
-            if best is None or d.x[k] > best[0]:
-                best = (float(d.x[k]), float(d.start_s[k]), float(d.start_s[k] + d.window_s), name)
-    if best is None:
-        return None
-    return best[1], best[2], best[3], min(found.n_windows * math.exp(-best[0]), 1.0)
-
-
-def _traces(
-    axes: Axes, recording: Recording, found: Diagnosis, series: str, first: float, last: float
-) -> None:
-    rate = recording.frame_rate_hz
-    span = min(max(1.6 * (last - first), LEAST_ZOOM_S), MOST_ZOOM_S)
-    start = max(first - 0.25 * min(span, LEAST_ZOOM_S * 2), 0.0)
-    begin, end = round(start * rate), min(round((start + span) * rate) + 1, recording.n_frames)
-    place = coordinate_of(series)
-    names = [f"{axis}{place[1]}" for axis in "xyz"] if place else [series]
-    parts = {name: found.quiet[name][begin:end].astype(float) for name in names}
-    quiet = max(round(first * rate) - begin, 8)
-    about = {
-        k: v - np.nanmedian(v[:quiet]) for k, v in parts.items() if np.isfinite(v[:quiet]).any()
-    }
-    ranges = [float(np.nanmax(v) - np.nanmin(v)) for v in about.values()]
-    unit = length_unit([max(ranges, default=0.0)] if ranges else [])
-    time = np.arange(begin, end) / rate - start
-    axes.axvspan(first - start, min(last - start, time[-1]), color=FAINT, alpha=0.45, lw=0)
-    low, high = 0.0, 0.0
-    for name, values in about.items():
-        found_place = coordinate_of(name)
-        look = LOOKS[found_place[0]] if found_place else OTHER_LOOKS[0]
-        axes.plot(time, values * unit.per_mm, color=look.colour, ls=look.dashes, lw=0.7)
-        low = min(low, float(np.nanmin(values)) * unit.per_mm)
-        high = max(high, float(np.nanmax(values)) * unit.per_mm)
-    pad = 0.06 * (high - low) or 1.0
-    linear_axis(axes, "x", (0.0, (end - begin) / rate), 6)
-    linear_axis(axes, "y", (low - pad, high + pad), 5)
-    who = ", ".join(names)
-    label_axes(
-        axes,
-        x=f"Time from {start:.1f} s (s)" if start else "Time (s)",
-        y=f"{who} ({unit.symbol})",
-        y_mm=12.5,
-    )
-
-
 def draw_sides(axes: Axes, title: str, sides: Sequence[Sides]) -> None:
     """Ratio of the standard deviations of fast noise of every series, with 99 % intervals over all
-    series together."""
+    series together, coloured by what they tell."""
     known = [s for s in sides if math.isfinite(s.ratio)]
-    changed = sum(s.changed for s in known)
-    remark = f"{changed} of {len(known)} changed" if changed else "alike" if known else ""
-    head(axes, title, remark)
+    head(axes, title, _told(known))
     if not known:
         axes.set_xticks([])
         axes.set_yticks([])
@@ -199,13 +132,23 @@ def draw_sides(axes: Axes, title: str, sides: Sequence[Sides]) -> None:
     linear_axis(axes, "y", limits, 6) if reach < math.log(1.5) else _log_axis(axes, limits)
     axes.axhline(1.0, color=INK, lw=0.8)
     for k, side in enumerate(known):
-        colour = CHANGED if side.changed else SAME
+        colour, marker = COMPARED[side.word]
         axes.plot([k, k], [side.lower, side.upper], color=colour, lw=1.4)
-        axes.plot([k], [side.ratio], ls="", marker="o", ms=4, mew=0, color=colour)
+        axes.plot([k], [side.ratio], ls="", marker=marker, ms=4, mew=0, color=colour)
     axes.set_xlim(-0.6, len(known) - 0.4)
     step = -(-len(known) // 10)
     axes.set_xticks(range(0, len(known), step), [s.series for s in known[::step]])
     label_axes(axes, x="Series", y="Ratio of sd, 99 %", y_mm=11.5)
+
+
+def _told(known: Sequence[Sides]) -> str:
+    """What all these ratios tell, in two or three words."""
+    words = [side.word for side in known]
+    for word in ("changed", "cannot be told"):
+        if word in words:
+            all_of_them = words.count(word) == len(words)
+            return word if all_of_them else f"{words.count(word)} of {len(words)} {word}"
+    return "alike" if words else ""
 
 
 def _log_axis(axes: Axes, limits: tuple[float, float]) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mocap_metrology.present.drawing.linear import round_ticks
 from mocap_metrology.present.drawing.style import FAINT, GREY, INK, SMALL_PT, lines_mm, text_mm
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ LABEL_WIDTH_MM, LABEL_HEIGHT_MM = 7.5, 4.0
 PAD = 0.1  # decades beyond the data
 PLAIN = (-3, 3)  # decades written out as 0.001 ... 1000
 FINE_MM = 9.0  # a decade this wide shows ticks at 2 ... 9
+LONG_LABEL_PT, LONG_LABEL_MM = 7.0, 11.0  # of 5×10⁻³: a size for the y axis, a width for the x axis
 Limits = tuple[float, float]
 
 
@@ -39,35 +41,60 @@ def log_limits(
     return float(10 ** (low - missing / 2)), float(10 ** (high + missing / 2))
 
 
-def decade_axis(axes: Axes, which: str, limits: Limits, length_mm: float) -> None:
+def decade_axis(
+    axes: Axes, which: str, limits: Limits, length_mm: float, plain: bool | None = None
+) -> None:
     """Make one axis logarithmic: grid and labels at decades, at every second one where crowded, and
-    at 2 and 5 too where there are few."""
+    at 2 and 5 too where there are few; at two places at least. plain: labels are 0.01 and not 10⁻²;
+    by default where the limits are near 1."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
     low, high = np.log10(limits)
     per_decade = length_mm / (high - low)
-    room = LABEL_WIDTH_MM if which == "x" else LABEL_HEIGHT_MM
-    step = max(int(np.ceil(room / per_decade)), 1)
-    decades = np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1)
-    major = 10.0 ** decades[decades % step == 0]
+    if plain is None:
+        plain = PLAIN[0] <= low and high < PLAIN[1] + 0.7
+    major = labelled(limits, length_mm, which, plain)
     whole = np.arange(np.floor(low), np.floor(high) + 1)
-    between = np.outer(10.0**whole, np.arange(2, 10)).ravel()
-    if len(decades) < 3 and per_decade > 4 * room:
-        major = np.sort(np.append(major, np.outer(10.0**whole, [2, 5]).ravel()))
-    minor = between if per_decade >= FINE_MM else 10.0**decades
-    written_out = PLAIN[0] <= low and high < PLAIN[1] + 0.7
-
-    def label(value: float, _position: int) -> str:
-        return decade_label(value, written_out)
+    between = np.outer(10.0**whole, np.arange(1, 10)).ravel()
+    minor = between if per_decade >= FINE_MM else 10.0**whole
 
     getattr(axes, f"set_{which}scale")("log")
     getattr(axes, f"set_{which}lim")(limits)
     line = getattr(axes, f"{which}axis")
-    line.set_major_locator(FixedLocator(_inside(major, limits)))
+    line.set_major_locator(FixedLocator(major))
     line.set_minor_locator(NullLocator())
-    line.set_major_formatter(FuncFormatter(label))
+    line.set_major_formatter(FuncFormatter(lambda value, _position: decade_label(value, plain)))
+    if which == "y" and not plain and not _decades_only(major):
+        axes.tick_params(axis="y", labelsize=LONG_LABEL_PT, length=2.0, pad=2.0)
     axes.grid(visible=True, which="major", axis=which)
     _minor_ticks(axes, which, np.setdiff1d(_inside(minor, limits), major))
+
+
+def labelled(limits: Limits, length_mm: float, which: str, plain: bool) -> np.ndarray:
+    """Where an axis has its labels. Decades, every so many where crowded. Where there is no more
+    than one (no more than two if they are written out), 2 and 5 too, if there is room; within less
+    than that evenly, as on a linear axis; of what is too crowded the ends."""
+    low, high = np.log10(limits)
+    per_decade = length_mm / (high - low)
+    room = LABEL_WIDTH_MM if which == "x" else LABEL_HEIGHT_MM
+    between = LONG_LABEL_MM if which == "x" and not plain else room
+    whole = np.arange(np.floor(low), np.floor(high) + 1)
+    decades = _inside(10.0**whole, limits)
+    step = max(int(np.ceil(room / per_decade)), 1)
+    every = decades[np.round(np.log10(decades)) % step == 0]
+    if every.size > 2 or (every.size == 2 and not plain):
+        return every
+    few = _inside(np.outer(10.0**whole, [1, 2, 5]).ravel(), limits)
+    if per_decade > 4 * between and few.size > 1:
+        return few
+    ticks = next((t for t in (every, decades, few) if t.size > 1), round_ticks(*limits, 4))
+    crowded = np.diff(np.log10(ticks)).min() * per_decade < between
+    return ticks[[0, -1]] if crowded else ticks
+
+
+def _decades_only(ticks: np.ndarray) -> bool:
+    exponents = np.log10(ticks)
+    return bool(np.allclose(exponents, np.round(exponents), atol=1e-6))
 
 
 def _minor_ticks(axes: Axes, which: str, ticks: np.ndarray) -> None:
@@ -84,14 +111,14 @@ def _inside(ticks: np.ndarray, limits: Limits) -> np.ndarray:
     return ticks[(ticks >= limits[0] * (1 - 1e-9)) & (ticks <= limits[1] * (1 + 1e-9))]
 
 
-def decade_label(value: float, written_out: bool) -> str:
-    """Of a number with one significant digit: 0.05 written out; else 10⁻² of a decade, and the bare
-    digit between two."""
-    if written_out:
+def decade_label(value: float, plain: bool) -> str:
+    """0.05 if `plain`; else 10⁻² of a decade and 5×10⁻² of what lies between."""
+    if plain:
         return f"{value:g}"
     exponent = int(np.floor(np.log10(value) + 1e-9))
-    digit = round(value / 10.0**exponent)
-    return "10" + str(exponent).translate(SUPERSCRIPT) if digit == 1 else str(digit)
+    digits = f"{value / 10.0**exponent:.4g}"
+    power = "10" + str(exponent).translate(SUPERSCRIPT)
+    return power if digits == "1" else f"{digits}×{power}"
 
 
 def slope_fan(
@@ -103,7 +130,8 @@ def slope_fan(
     """Lines of the given slopes from one point, as steep as in panels of `decade_mm` mm a decade.
 
     axes: a canvas in mm; box: left, bottom, width, height on it; slopes: (slope, text), steepest
-    rise first. Texts stand at the ends, spread where they would touch.
+    rise first. Texts stand at the ends, spread where they would touch; the highest is at the box's
+    top.
     """
     left, bottom, width, height = box
     line = lines_mm(1, SMALL_PT)
@@ -113,7 +141,9 @@ def slope_fan(
     reach = min(max(width - widest - 4.0, 5.0), (height - line) / max(np.ptp(rises), 1e-9))
     ends = rises * reach
     places = _spread(ends, line)
-    middle = bottom + height / 2 - (places[0] + places[-1]) / 2
+    highest, lowest = max(places[0], ends[0]) + line / 2, min(places[-1], ends[-1]) - line / 2
+    spare = max(height - (highest - lowest), 0.0)
+    middle = bottom + (height + spare - highest - lowest) / 2
     text_at = left + reach + 4.0
     for (_slope, text), end, place in zip(slopes, ends, places, strict=True):
         axes.plot([left, left + reach], [middle, middle + end], color=GREY, lw=0.8)

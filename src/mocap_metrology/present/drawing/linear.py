@@ -46,14 +46,20 @@ def length_unit(ranges_mm: Sequence[float]) -> LengthUnit:
 
 
 def round_ticks(low: float, high: float, most: int) -> np.ndarray:
-    """At most `most` multiples of 1, 2 or 5 times a power of ten within the limits."""
-    span = high - low
-    step = 10.0 ** np.floor(np.log10(span / most))
-    for factor in (1, 2, 5, 10, 20, 50):
+    """At least two, and at most `most`, multiples of 1, 2 or 5 times a power of ten within the
+    limits; where none of these steps gives that, every so many of the next finer ones."""
+    step = 10.0 ** np.floor(np.log10((high - low) / most))
+    finer = np.array([low, high])
+    for factor in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50):
         ticks = np.arange(np.ceil(low / (step * factor)), np.floor(high / (step * factor)) + 1)
+        ticks = ticks * (step * factor) + 0.0  # no -0
+        if ticks.size < 2:
+            odd = most > 2 and finer.size % 2  # then there is one in the middle
+            return finer[:: finer.size // 2] if odd else finer[[0, -1]]
         if ticks.size <= most:
-            return ticks * (step * factor) + 0.0  # no -0
-    return np.array([low, high])
+            return ticks
+        finer = ticks
+    return finer[[0, -1]]
 
 
 def linear_axis(axes: Axes, which: str, limits: tuple[float, float], most: int) -> None:

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 LEFT_MM, BETWEEN_MM, RIGHT_MM, TITLE_MM = 16.5, 18.0, 3.0, 5.5
 PANEL_MM = (WIDTH_MM - LEFT_MM - BETWEEN_MM - RIGHT_MM) / 2, 62.0
-RESIDUAL_MM, GAP_MM, LABELS_MM = 24.0, 3.0, 11.5
+RESIDUAL_MM, GAP_MM, LABELS_MM, BELOW_MM = 24.0, 3.0, 11.5, 1.5
 BELOW_DATA = 8.0  # an axis goes so many times below the least datum, for components
 MOST_SIGMA = 6.0  # of a spectrum's residuals; what is farther stands at the edge
 LINEAR_PERCENT = 1.0  # residuals of the Allan deviation: linear up to here, then logarithmic
@@ -58,7 +58,15 @@ DATA = {"color": INK, "marker": "o", "markersize": 2.2, "markerfacecolor": "whit
 DOTS = {"color": GREY, "marker": "o", "markersize": 1.4, "mew": 0}
 BAND = {"color": GREY, "alpha": 0.3, "lw": 0}
 MODEL = {"color": INK, "lw": 1.5, "ls": "-"}
-OTHERS = tuple({"color": "#8a8a8a", "lw": 0.8, "ls": dashes} for dashes in ("-", *DASHES))
+# Of other estimators: none of the components' colours
+OTHERS = tuple(
+    {"color": colour, "lw": 1.0, "ls": dashes}
+    for colour, dashes in (
+        *(("#2f8f4e", "-"), ("#d9a300", (0, (4, 1.2)))),
+        *(("#b8389c", (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))), ("#7a7a7a", (0, (1.5, 1.5)))),
+        ("#8a5a3c", "-"),
+    )
+)
 
 
 def part_styles(fit: Fit) -> list[dict[str, Any]]:
@@ -105,7 +113,7 @@ def fit_figure(
     width = WIDTH_MM - 2 * MARGIN_MM
     below = _below(chosen, bool(estimates.get(main)), lines_subtracted, width)
     key_top = TITLE_MM + PANEL_MM[1] + GAP_MM + RESIDUAL_MM + LABELS_MM
-    key_mm = sum(strip_height(group, width) for group in groups)
+    key_mm = sum(strip_height(group, width) for group in groups) + BELOW_MM
     sheet = blank_sheet(key_top + key_mm + lines_mm(len(below), SMALL_PT) + 1.5, title, note)
     spectrum = Spectrum.of(periodogram, lines=not lines_subtracted)
     _allan_column(sheet, LEFT_MM, allan, chosen, others, tau0)
@@ -115,7 +123,7 @@ def fit_figure(
         strip(sheet, MARGIN_MM, key_top, width, group)
         key_top += strip_height(group, width)
     if below:
-        canvas = sheet.canvas(MARGIN_MM, key_top, width, ROW_MM)
+        canvas = sheet.canvas(MARGIN_MM, key_top + BELOW_MM, width, ROW_MM)
         how = {"size": SMALL_PT, "color": GREY, "va": "top", "linespacing": 1.35}
         canvas.text(0, ROW_MM, "\n".join(below), **how)
     return sheet.figure
@@ -151,8 +159,9 @@ def _below(fit: Fit, estimated: bool, lines_subtracted: bool, width: float) -> l
         )
     if fit.parts:
         said.append(
-            "Residuals: data/model − 1; of the spectrum over its standard deviation, √(2/dof). "
-            "Shaded: the interval of the data; 1 and 2 σ."
+            "Residuals: data/model − 1, between −1 and 1 % on a linear axis and beyond on a "
+            "logarithmic one; of the spectrum over its standard deviation, √(2/dof). Shaded: the "
+            "interval of the data; 1 and 2 σ."
         )
     if fit.model.lines:
         gone = ", which it was subtracted from" if lines_subtracted else ""
@@ -243,8 +252,8 @@ def _clip(values: np.ndarray, limits: Limits) -> np.ndarray:
 
 
 def _percent_axis(axes: Axes, values: np.ndarray) -> None:
-    """Linear within ±1 %, logarithmic beyond, as far as the values reach."""
-    from matplotlib.ticker import FixedLocator, NullLocator
+    """Linear within ±1 %, logarithmic beyond, as far as the values reach; small ticks show it."""
+    from matplotlib.ticker import FixedLocator
 
     finite = np.abs(values[np.isfinite(values)])
     most = 10.0 if finite.max(initial=0.0) <= 20 else 100.0
@@ -252,7 +261,9 @@ def _percent_axis(axes: Axes, values: np.ndarray) -> None:
     axes.set_ylim(-2.5 * most, 2.5 * most)
     ticks = [v for v in (-100, -10, -1, 0, 1, 10, 100) if abs(v) <= most]
     axes.yaxis.set_major_locator(FixedLocator(ticks))
-    axes.yaxis.set_minor_locator(NullLocator())
+    between = np.outer([v for v in (0.1, 1.0, 10.0) if v < most], np.arange(2, 10)).ravel()
+    axes.yaxis.set_minor_locator(FixedLocator([*-between, *between]))
+    axes.tick_params(axis="y", which="minor", length=1.5, width=0.4)
     axes.set_yticklabels([str(tick).replace("-", "−") for tick in ticks])
     axes.grid(visible=True, axis="y")
     axes.axhline(0, color=INK, lw=0.8)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,6 +16,7 @@ from mocap_metrology.present.fits.matching import limit_class
 from mocap_metrology.present.numbers import symbol, typeset, unit
 
 PER_DECADE = 120  # points of a curve: eight a period for the first six periods of a sinusoid
+PREFIXES = ((0, ""), (-3, "m"), (-6, "µ"), (-9, "n"))
 PERIODS = 6  # of a sinusoid drawn one by one; then their envelope
 
 
@@ -87,7 +89,7 @@ def _parts(model: NoiseModel, rows: Mapping[str, Mapping[str, Any]]) -> list[Par
             short = f"GM {own[seen]}"
             seen += 1
         else:
-            names, short = ["A_s", "f_0"], "line"
+            names, short = ["A_s", "f_0"], "sinusoid"
         values = ", ".join(_value(name, rows.get(name), component) for name in names)
         prefix = "" if isinstance(component, PowerLaw) else f"{short}: "
         parts.append(Part(component, short, prefix + values))
@@ -98,10 +100,20 @@ def _value(name: str, row: Mapping[str, Any] | None, component: Component) -> st
     attribute = {"h_": "h"}.get(name[:2], name.rstrip("0123456789") if name != "f_0" else "f_0")
     value = float(getattr(component, attribute))
     error = float(row["std_error"]) if row and row.get("std_error") not in (None, "") else np.nan
-    spread = f" ±{_percent(error / value)}" if value > 0 and np.isfinite(error) else ""
     odd = row and row["status"] in ("at_bound", "not_converged", "misfit")
     status = f" ({row['status'].replace('_', ' ')})" if odd else ""
+    if name == "f_0" and error > 0:
+        return f"{symbol(name)} {_frequency(value, error)}{status}"
+    spread = f" ±{_percent(error / value)}" if value > 0 and np.isfinite(error) else ""
     return f"{symbol(name)} {typeset(value)} {unit(name)}{spread}{status}"
+
+
+def _frequency(value: float, error: float) -> str:
+    """`14.40000000 Hz ± 29 nHz`: as many decimals as are known."""
+    decimals = min(max(-math.floor(math.log10(error)), 0), 9)
+    exponent, prefix = next((e, p) for e, p in PREFIXES if error >= 0.995 * 10.0**e or e == -9)
+    scaled = float(f"{error / 10.0**exponent:.2g}")
+    return f"{value:.{decimals}f} Hz ± {scaled:g} {prefix}Hz"
 
 
 def _percent(share: float) -> str:

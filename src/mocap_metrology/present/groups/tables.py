@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.present.tables import Row
+from mocap_metrology.noise.assess.lowest import lowest
+from mocap_metrology.present.tables import Row, source_of
 
 FIRST = ("tau_1_s", "adev_1_mm")
 
@@ -18,10 +19,15 @@ SUBSETS = "The recordings of the group as in the sheet."
 
 GAUSSIAN = (
     "Moments of the cleaned coordinates, along x as in S and along the line between the markers "
-    "(axis pair); only the latter's sigma_C can be held against sigma_L. chi2: test of L against "
-    "N(mu_e, sigma_C) on every thinning_frames-th frame (empty: fewer than 20 independent ones; "
-    "along the pair chi2_p is an upper bound). "
-    "Drift and range are of one-second means (of tenths of a recording below 10 s)."
+    "(axis pair); only the latter's sigma_C can be held against sigma_L. mu_1, mu_2, sigma_1, "
+    "sigma_2: mean and standard deviation of the coordinate of either marker; sigma_12, rho_12: "
+    "their covariance and correlation; mu_L, sigma_L: of the distance L; mu_e = |mu_2 - mu_1|: the "
+    "distance expected of the means. What the model expects sigma_L to be (S 2.2): sigma_A1, "
+    "sigma_A2, sqrt(2) times sigma_1 or sigma_2, both markers like the one; sigma_B, from both, "
+    "uncorrelated; sigma_C, with their covariance. chi2: test of L against N(mu_e, sigma_C) on "
+    "every thinning_frames-th frame (empty: fewer than 20 independent ones, n_independent; along "
+    "the pair chi2_p is an upper bound). Drift and range, of marker 1, of marker 2 and of L, are "
+    "of one-second means (of tenths of a recording below 10 s)."
 )
 
 OUTLIERS = (
@@ -33,8 +39,10 @@ OUTLIERS = (
 )
 
 ALLAN = (
-    "Overlapping Allan deviation at one frame, at chosen averaging times, and at its minimum with "
-    "the interval of the configured confidence."
+    "Overlapping Allan deviation: adev_1_mm at a single frame, tau_1_s long; adev_0.1s_mm, "
+    "adev_1s_mm and so on at averaging times of 0.1 s, 1 s and so on (empty where the recording "
+    "is too short); adev_min_mm at its minimum, of the points with 10 degrees of freedom or more, "
+    "which is at tau_min_s, with the interval of the configured confidence."
 )
 
 CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
@@ -45,7 +53,7 @@ def subsets(recordings: Sequence[Mapping[str, Any]]) -> list[Row]:
     return [
         {
             "recording": row["recording"],
-            "source": "twin" if row["twin"] else "measured",
+            "source": source_of(row),
             "camera_type": row["camera_type"],
             "n_cameras": row["n_cameras"],
             "camera_ids": ";".join(map(str, row["camera_ids"])),
@@ -75,7 +83,7 @@ def allan_summary(
             k = int(np.abs(np.log(tau / wanted)).argmin()) if tau.size else -1
             near = k >= 0 and abs(tau[k] / wanted - 1) < 0.1
             row[f"adev_{wanted:g}s_mm"] = adev[k] if near else math.nan
-        best = int(adev.argmin()) if tau.size else None
-        least = [values[best] if tau.size else None for values in (adev, tau, lower, upper)]
+        best, _ = lowest(adev, columns["edf"][pick])
+        least = [None if best is None else values[best] for values in (adev, tau, lower, upper)]
         rows.append(row | dict(zip(MINIMUM, least, strict=True)))
     return rows

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 LEAST_DEG = 22.0  # as drawn, so that arcs can be told apart
 MOST_MOMENTS = 60
+BOLD = {"weight": "bold", "bbox": BOX}
 AZIMUTH, ELEVATION, SPHERICAL = COLOURS[0], COLOURS[1], LOOKS["z"].colour
 
 
@@ -54,10 +55,8 @@ def angles_figure(point: np.ndarray, title: str, note: str = "") -> Figure:
     look = _clearest_look(np.vstack([tips, P, flat, behind]), side)
     sheet, drawing = stage(corners, title, note, floor=False, projection=look)
     _plane(drawing, P)
-    for tip, name in zip(tips, ("x, forward", "y, left", "z, up"), strict=True):
+    for tip in tips:
         drawing.arrow(np.zeros(3), tip, color=GREY, lw=1.0)
-        way = drawing.projection.flat(tip)
-        drawing.text(tip, name, tuple(way / np.linalg.norm(way) * [10.0, 3.0]), color=GREY)
     origin = np.zeros(3)
     solid, dashed = {"lw": 1.3}, {"lw": 1.0, "ls": (0, (4, 1.6))}
     drawing.line(np.array([origin, P]), color=INK, **solid)
@@ -68,29 +67,35 @@ def angles_figure(point: np.ndarray, title: str, note: str = "") -> Figure:
     for foot in (flat, behind):
         drawing.line(np.array([tips[0] * P[0] / tips[0, 0], foot]), color=GREY, lw=0.5, ls=":")
     along = np.array([P[0], 0.0, 0.0])
-    for ends, share, colour, name, value, at, off in (
-        ((along, flat), 0.82, AZIMUTH, "θ", theta, 20, 0.0),
-        ((along, behind), 0.62, ELEVATION, "φ′", phi, *((18, -12.0) if P[2] > 0 else (39, 14.0))),
-        ((flat, P), 0.72, SPHERICAL, "φ", spherical, 13, -12.0),
+    said = []
+    for ends, share, colour, name, value in (
+        ((along, flat), 0.82, AZIMUTH, "θ", theta),
+        ((along, behind), 0.62, ELEVATION, "φ′", phi),
+        ((flat, P), 0.72, SPHERICAL, "φ", spherical),
     ):
         way = _angle(drawing, *ends, share, colour)
-        text, how = f"{name} = {number(value, 2, sign=True)}°", {"weight": "bold", "bbox": BOX}
-        drawing.text(way[at], text, (side * off, 0.0), color=colour, size=BODY_PT, **how)
+        said.append((way[12:29:4], f"{name} = {number(value, 2, sign=True)}°", colour))
+    for place in (P, behind):
+        drawing.line(place[None], marker="o", color=INK, ms=4.0, zorder=5, weight=5.0)
+    drawing.line(np.zeros((1, 3)), marker="s", color=INK, ms=6.0, zorder=5, weight=5.0)
     _names(drawing, point, P, behind, side)
+    for way, text, colour in said:
+        how = {"weight": "bold", "color": colour, "size": BODY_PT, "bbox": BOX}
+        drawing.name(way, text, **how)
+    for tip, name in zip(tips, ("x, forward", "y, left", "z, up"), strict=True):
+        drawing.name(tip, name, color=GREY)
+    inside = [[x, 0.0, z] for z in (0.85, 0.7, 0.97) for x in (0.3, 0.5, 0.2, 0.7, 0.9)]
+    drawing.name(inside * P, "XZ plane", (0, 0), color=ELEVATION)
     return sheet.figure
 
 
 def _names(drawing: Stage, point: np.ndarray, P: np.ndarray, behind: np.ndarray, side: int) -> None:
-    """Dots and names of P, P' and the station; `side` is +1 where x points to the left."""
+    """Names of P, P' and the station; `side` is +1 where x points to the left."""
     metres = ", ".join(number(float(v), 3, sign=True) for v in point)
     up = np.sign(P[2])
-    for place in (P, behind):
-        drawing.line(place[None], marker="o", color=INK, ms=4.0, zorder=5)
-    drawing.text(P, f"P = ({metres}) m", (14.0 * side, 5.0 * up), weight="bold", bbox=BOX)
-    beside = "right" if side > 0 else "left"
-    drawing.text(behind, "P′", (-3.0 * side, -1.5 * up), weight="bold", ha=beside, bbox=BOX)
-    drawing.line(np.zeros((1, 3)), marker="s", color=INK, ms=6.0, zorder=5)
-    drawing.text(np.zeros(3), "laser of the station", (15.0 * side, 2.5), bbox=BOX)
+    drawing.name(P, f"P = ({metres}) m", (14.0 * side, 5.0 * up), **BOLD)
+    drawing.name(behind, "P′", (-4.0 * side, 2.5 * up), **BOLD)
+    drawing.name(np.zeros(3), "laser of the station", (15.0 * side, 2.5), bbox=BOX)
 
 
 def _clearest_look(points: np.ndarray, side: int) -> Projection:
@@ -112,7 +117,6 @@ def _least_deg(point: np.ndarray, stretch: int) -> float:
 def _plane(drawing: Stage, P: np.ndarray) -> None:
     corners = np.array([[0, 0, 0], [1.1, 0, 0], [1.1, 0, 1.1], [0, 0, 1.1]]) * P
     drawing.fill(corners, color=ELEVATION, alpha=0.07, lw=0, zorder=0)
-    drawing.text(corners[3] * [0, 1, 0.93] + [0.12 * P[0], 0, 0], "XZ plane", color=ELEVATION)
 
 
 def _angle(

@@ -21,12 +21,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NUMBERS = (3, 5, 6, 7, 8)
+PAPER = "Jansen et al. 2019"
 TITLES = {
-    3: "J Figure 3: signal of a photodiode over a measurement cycle of two stations",
-    5: "J Figure 5: azimuth and elevation of a photodiode P, and of P′ on the XZ plane",
-    6: "J Figure 6: board poses from both stations, both at the origin",
-    7: "J Figure 7: the slave's path superposed on the master's",
-    8: "J Figure 8: pose of the slave by T and R",
+    number: f"{PAPER}, Figure {number}: {shown}"
+    for number, shown in {
+        3: "signal of a photodiode over a measurement cycle",
+        5: "azimuth and elevation of a photodiode",
+        6: "board poses from both stations, both at the origin",
+        7: "the slave's path superposed on the master's",
+        8: "pose of the slave by T and R",
+    }.items()
 }
 
 
@@ -41,7 +45,7 @@ def jansen_figures(
     pulses: columns of pulses.parquet. Figures 6 to 8 show the Kabsch stage of this estimator and
     optics, as J's do; of the chosen pose where the calibration has it not.
     """
-    note = f"{given.name}. {given.simulated}"
+    note = f"Calibration {given.name}. {given.simulated}"
     shown = Superposed.of(given, estimator, optics)
     point = clearest_point(shown.paths, given.board)
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +13,16 @@ from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
     INK,
+    POINT_MM,
     SMALL_PT,
     WIDTH_MM,
     Sheet,
     blank_sheet,
     head,
+    size_mm,
     text_mm,
 )
+from mocap_metrology.present.jansen.ground import Ground
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +31,13 @@ ARROW = {"arrowstyle": "-|>,head_width=0.18,head_length=0.36", "shrinkA": 0, "sh
 AZIMUTHS_DEG = (200, 215, 230, 245, 115, 130, 145, 160)  # of the viewer: behind the stations
 ELEVATIONS_DEG = (20, 28, 36)
 SIDE_MM, HIGHEST_MM, INSET_MM = 9.0, 100.0, 7.0
+LETTER_MM, BESIDE_MM = 2.4, 1.8  # of a letter beyond the tip of its axis; of names
+HEIGHT_PT = 0.8  # of letters, in their size
+ON_DOT = 3.0
 BOX = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8}
+
+
+Axis3 = tuple[np.ndarray, np.ndarray, float]  # R (3, 3), t (3,) in m, length of the axes in mm
 
 
 @dataclass(frozen=True)
@@ -53,14 +63,35 @@ def widest(points: np.ndarray) -> Projection:
 
 @dataclass(frozen=True)
 class Stage:
-    """Axes without frame in metres of the page, and how points in space come onto them."""
+    """Axes without frame in metres of the page, how points in space come onto them, and what they
+    cover."""
 
     axes: Axes
     projection: Projection
     per_mm: float
+    ground: Ground
 
-    def line(self, points: np.ndarray, **how: Any) -> None:
+    @classmethod
+    def on(cls, axes: Axes, projection: Projection, per_mm: float) -> Stage:
+        return cls(axes, projection, per_mm, Ground(size_mm(axes)))
+
+    def mm(self, points: np.ndarray) -> np.ndarray:
+        """Where points (..., 3) are on the page, in mm from the lower left corner of the axes."""
+        low = np.array([self.axes.get_xlim()[0], self.axes.get_ylim()[0]])
+        return (self.projection.flat(points) - low) / self.per_mm
+
+    def inside(self, points: np.ndarray, margin_mm: float = 1.2) -> np.ndarray:
+        """Which of the points (n, 3) are on the axes, none of them at the edge."""
+        at = self.mm(points)
+        return ((at > margin_mm) & (at < self.ground.size_mm - margin_mm)).all(axis=1)
+
+    def line(self, points: np.ndarray, weight: float = 1.0, **how: Any) -> None:
+        """weight: how much names have to keep off it."""
         self.axes.plot(*self.projection.flat(points).T, **how)
+        if how.get("ls") == "" or len(points) == 1:
+            self.ground.dots(self.mm(points), ON_DOT * weight)
+        else:
+            self.ground.line(self.mm(points), weight)
 
     def fill(self, points: np.ndarray, **how: Any) -> None:
         self.axes.fill(*self.projection.flat(points).T, **how)
@@ -69,40 +100,51 @@ class Stage:
         ends = self.projection.flat(np.array([start, end]))
         zorder = how.pop("zorder", 4)
         self.axes.annotate("", ends[1], ends[0], arrowprops=ARROW | how, zorder=zorder)
+        self.ground.line(self.mm(np.array([start, end])))
 
     def curve(self, points: np.ndarray, **how: Any) -> None:
         """A line with an arrow's head at its end."""
         self.line(points[:-1], **how)
         self.arrow(points[-2], points[-1], color=how["color"], lw=how.get("lw", 1.0))
 
-    def text(
-        self, point: np.ndarray, text: str, off_mm: tuple[float, float] = (0, 0), **how: Any
-    ) -> None:
-        """A text near a point, within the page."""
-        at = self.projection.flat(np.asarray(point)) + np.array(off_mm) * self.per_mm
-        options: dict[str, Any] = {"size": SMALL_PT, "ha": "center", "va": "center", "zorder": 6}
-        options |= how
-        if options["ha"] == "center":
-            width = text_mm(text, options["size"], options.get("weight", "normal"))
-            half, (low, high) = (width / 2 + 1) * self.per_mm, self.axes.get_xlim()
-            at[0] = np.clip(at[0], low + half, high - half)
-        self.axes.text(*at, text, **options)
+    def name(
+        self, points: np.ndarray, text: str, off_mm: np.ndarray | tuple[float, float] | None = None,
+        **how: Any,
+    ) -> None:  # fmt: skip
+        """A name at the freest place near one of the points (3,) or (k, 3): so far off it (2,) or
+        (m, 2), or to its left or right, above or below. Names come after all that they have to keep
+        off."""
+        options: dict[str, Any] = {"size": SMALL_PT, "zorder": 6, "ha": "center"} | how
+        height = HEIGHT_PT * options["size"] * POINT_MM
+        width = text_mm(text, options["size"], options.get("weight", "normal"))
+        if off_mm is None:
+            beside, above = width / 2 + BESIDE_MM, height / 2 + BESIDE_MM
+            off_mm = np.array([[beside, 0], [-beside, 0], [0, above], [0, -above]])
+        wished = self.mm(np.atleast_2d(points))[:, None] + np.atleast_2d(off_mm)
+        at = self.ground.free(wished.reshape(-1, 2), width, height)
+        self.ground.box(at, width, height)
+        low = np.array([self.axes.get_xlim()[0], self.axes.get_ylim()[0]])
+        self.axes.text(*(low + at * self.per_mm), text, va="center_baseline", **options)
 
-    def frame(
-        self, R: np.ndarray, t: np.ndarray, length_m: float, letters: float = 1.16, **how: Any
-    ) -> None:
-        """Axes x, y, z of a frame, lettered so many times their length from its origin."""
+    def frame(self, R: np.ndarray, t: np.ndarray, length_m: float, **how: Any) -> None:
+        """Axes x, y, z of a frame."""
+        for k in range(3):
+            self.arrow(t, t + length_m * R[:, k], **how)
+
+    def letters(self, R: np.ndarray, t: np.ndarray, length_m: float, colour: str) -> None:
+        """Names of the axes of a frame, at their tips."""
         for k, letter in enumerate("xyz"):
-            end = t + length_m * R[:, k]
-            self.arrow(t, end, **how)
-            self.text(t + letters * length_m * R[:, k], letter, color=how["color"])
+            tip = t + length_m * R[:, k]
+            way = self.mm(tip) - self.mm(t)
+            off = LETTER_MM * way / max(np.linalg.norm(way), LETTER_MM)
+            self.name(tip, letter, tuple(off), color=colour)
 
     def floor(self, low: np.ndarray, high: np.ndarray) -> None:
         """A grid of metres under everything, labelled along the edges next to the viewer."""
         step = _step(float((high - low)[:2].max()))
         start, stop = np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step
         lines = [np.arange(a, b + step / 2, step) for a, b in zip(start, stop, strict=True)]
-        z, how = low[2], {"color": FAINT, "lw": 0.6, "zorder": 0}
+        z, how = low[2], {"color": FAINT, "lw": 0.6, "zorder": 0, "weight": 0.1}
         for x in lines[0]:
             self.line(np.array([[x, start[1], z], [x, stop[1], z]]), **how)
         for y in lines[1]:
@@ -123,15 +165,27 @@ class Stage:
         inwards[[0, -1]] = 1.8, -1.8
         for at, value, off in zip(flat, values, inwards, strict=True):
             place = at + (3.2 * down + off * along) * self.per_mm
-            self.axes.text(*place, tick_text(round(value, 6)), **how)
-        middle = (flat[0] + flat[-1]) / 2 + 7.6 * self.per_mm * down
+            text = tick_text(round(value, 6))
+            self.axes.text(*place, text, **how)
+            self._keep(place, text_mm(text, SMALL_PT))
+        ticks = max(text_mm(tick_text(round(value, 6)), SMALL_PT) for value in values)
+        deep = (abs(down[0]) * ticks + abs(down[1]) * 3.0) / 2  # half of a tick's text, across
+        middle = (flat[0] + flat[-1]) / 2 + (5.6 + deep) * self.per_mm * down
         turn = (np.degrees(np.arctan2(along[1], along[0])) + 90) % 180 - 90
         self.axes.text(*middle, name, rotation=turn, rotation_mode="anchor", **how)
+        for share in (-0.3, 0.0, 0.3):
+            self._keep(middle + share * text_mm(name, SMALL_PT) * self.per_mm * along, 3.0)
+
+    def _keep(self, flat: np.ndarray, width: float) -> None:
+        """Keep names off one that stands at a place of the page."""
+        low = np.array([self.axes.get_xlim()[0], self.axes.get_ylim()[0]])
+        self.ground.box((flat - low) / self.per_mm, width, SMALL_PT * POINT_MM)
 
     def drop(self, point: np.ndarray, z: float) -> None:
         """A line from a point down to the floor."""
         foot = np.array([point[0], point[1], z])
-        self.line(np.array([point, foot]), color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
+        dotted = {"color": GREY, "lw": 0.5, "ls": (0, (1, 2)), "zorder": 1}
+        self.line(np.array([point, foot]), weight=0.5, **dotted)
         self.line(foot[None], marker="o", color=GREY, ms=1.6, mew=0, zorder=1)
 
 
@@ -143,23 +197,19 @@ def _step(span: float) -> float:
 
 def stage(
     points: np.ndarray, title: str, note: str, above_mm: float = 0.0, below_mm: float = 0.0,
-    floor: bool = True, projection: Projection | None = None,
+    floor: bool = True, projection: Projection | None = None, frames: Sequence[Axis3] = (),
 ) -> tuple[Sheet, Stage]:  # fmt: skip
-    """A page on which the points (n, 3) have room, their floor drawn; `above_mm` and `below_mm` are
-    left free."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    low[2] -= 0.04 * float((high - low).max())
-    corners = points
-    if floor:
-        step = _step(float((high - low)[:2].max()))
-        a, b = np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step
-        feet = [[x, y, low[2]] for x in (a[0], b[0]) for y in (a[1], b[1])]
-        corners = np.vstack([points, feet])
+    """A page on which the points (n, 3) have room, their floor drawn, and frames (R, t, length of
+    the axes in mm); `above_mm` and `below_mm` are left free."""
     projection = projection or widest(points)
-    flat = projection.flat(corners)
-    span = np.ptp(flat, axis=0)
-    room = WIDTH_MM - 2 * SIDE_MM, HIGHEST_MM - 2 * SIDE_MM
-    per_mm = float(max(span[0] / room[0], span[1] / room[1]))
+    corners = _corners(points) if floor else points
+    tips: list[np.ndarray] = []
+    for _ in range(8 if frames else 1):  # tips move with the scale
+        flat = projection.flat(np.vstack([corners, *tips]))
+        span = np.ptp(flat, axis=0)
+        room = WIDTH_MM - 2 * SIDE_MM, HIGHEST_MM - 2 * SIDE_MM
+        per_mm = float(max(span[0] / room[0], span[1] / room[1]))
+        tips = [t + mm * per_mm * R.T for R, t, mm in frames]
     width, height = WIDTH_MM - 4.0, float(span[1] / per_mm) + 2 * SIDE_MM
     sheet = blank_sheet(above_mm + height + below_mm, title, note)
     axes = sheet.canvas(2.0, above_mm, width, height)
@@ -167,21 +217,34 @@ def stage(
     half = np.array([width, height]) * per_mm / 2
     axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]))
     axes.set(ylim=(middle[1] - half[1], middle[1] + half[1]))
-    made = Stage(axes, projection, per_mm)
+    made = Stage.on(axes, projection, per_mm)
     if floor:
-        made.floor(low, high)
+        made.floor(*_extent(points))
     return sheet, made
 
 
+def _extent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates, with room for a floor below."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    low[2] -= 0.04 * float((high - low).max())
+    return low, high
+
+
+def _corners(points: np.ndarray) -> np.ndarray:
+    """The points and the corners of the floor below them."""
+    low, high = _extent(points)
+    step = _step(float((high - low)[:2].max()))
+    a, b = np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step
+    feet = [[x, y, low[2]] for x in (a[0], b[0]) for y in (a[1], b[1])]
+    return np.vstack([points, feet])
+
+
 def magnified(
-    sheet: Sheet,
-    whole: Stage,
-    box: tuple[float, float, float, float],
-    points: np.ndarray,
-    title: str,
-) -> Stage:
-    """A framed part of a drawing round the points (n, 3), larger, with a bar for its scale; box:
-    left, top, width, height in mm."""
+    sheet: Sheet, whole: Stage, box: tuple[float, float, float, float], points: np.ndarray,
+    title: str, dots: Sequence[np.ndarray] = (),
+) -> Stage:  # fmt: skip
+    """A framed part of a drawing round the points (n, 3), with a bar for its scale; the heading
+    tells how many of the dots (n, 3) are outside. box: left, top, width, height in mm."""
     flat = whole.projection.flat(points)
     axes = sheet.axes(*box)
     size = np.array(box[2:])
@@ -189,13 +252,30 @@ def magnified(
     middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
     low, high = middle - size * per_mm / 2, middle + size * per_mm / 2
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[])
-    head(axes, title, f"{whole.per_mm / per_mm:.2g} times as large")
+    made = Stage.on(axes, whole.projection, per_mm)
+    out = sum(int((~made.inside(own)).sum()) for own in dots)
+    remark = _enlarged(whole.per_mm / per_mm) + (f", {out} dots outside" if out else "")
+    head(axes, title, remark)
     bar = float(round_ticks(0.0, 0.3 * size[0] * per_mm, 3)[1])
-    corner = low + 3.0 * per_mm
-    axes.plot([corner[0], corner[0] + bar], [corner[1]] * 2, color=INK, lw=1.6)
+    for own in dots:
+        made.ground.dots(made.mm(own))
+    text = f"{tick_text(round(bar, 6))} m"
+    wide = bar / per_mm + 1.5 + text_mm(text, SMALL_PT)
+    corners = [
+        [x, y] for y in (3.0, size[1] - 3.0) for x in (3.0 + wide / 2, size[0] - wide / 2 - 3.0)
+    ]
+    left, middle = made.ground.free(np.array(corners), wide, 3.0) - [wide / 2, 0.0]
+    start, level = low + np.array([left, middle]) * per_mm
+    axes.plot([start, start + bar], [level] * 2, color=INK, lw=1.6)
     how = {"size": SMALL_PT, "va": "center"}
-    axes.text(corner[0] + bar + 1.5 * per_mm, corner[1], f"{tick_text(round(bar, 6))} m", **how)
-    return Stage(axes, whole.projection, per_mm)
+    axes.text(start + bar + 1.5 * per_mm, level, text, **how)
+    return made
+
+
+def _enlarged(times: float) -> str:
+    if times >= 1.05:
+        return f"{times:.2g}× as large"
+    return "same scale" if times > 0.95 else f"at {100 * times:.2g} % of the size above"
 
 
 def outline(board: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from mocap_metrology.common.words import three
 from mocap_metrology.lighthouse.published import (
     AVERAGE,
     AVERAGE_SD,
@@ -14,12 +15,21 @@ from mocap_metrology.lighthouse.published import (
     NOTES,
     OVERALL,
     QUANTITIES,
+    RECORDINGS,
     SETUPS,
 )
 from mocap_metrology.present.jansen.statistics import Record, Variant, paper_setup, pose_of
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.tables import Row, aligned
 
+PHASES, SHORT_PATH = "phases of the rotors left out", "short path"
+MEANINGS = {
+    PHASES: "ideal optics know no phases of the rotors; these turn a station by 1 to 3°, which is"
+    " 50 to 160 mm at 3 m",
+    SHORT_PATH: "Kabsch takes the slave's rotation from places alone, and its errors grow with the"
+    " distance over the length of the path",
+}
+OTHERS = "places, paths and lasers of these stations are not those of J"
 FACTOR = 4.0  # beyond it a regenerated value is explained
 MIRRORED = 0.05
 HEAD = ("x mm", "y mm", "z mm", "α °", "β °", "γ °")
@@ -33,7 +43,7 @@ CAPTIONS = {
     " mean of the setups.",
     2: "Standard deviation (n - 1) of the errors of each setup; Average is the mean of the setups."
     " A setup with fewer than two calibrations has none: its cells are empty.",
-    3: "Simulated setups: mean absolute error, and standard deviation of a setup (n - 1) averaged."
+    3: "Simulated setups: mean absolute error, and standard deviation (n - 1) of each, averaged."
     " J simulates the error of samples alone (quantisation at 2 MHz); with jitter means 53 urad"
     " common to a sweep and 30 urad of each diode on top.",
 }
@@ -66,13 +76,18 @@ def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: 
             of_noise = [row for row in rows if row["noise"] == noise]
             n = max((row["n"] for row in of_noise), default=0)
             setups = max((row["n_setups"] for row in of_noise), default=0)
-            lines += [f"## Noise: {noise} ({setups} setups, {n} calibrations)", ""]
+            counts = f"{_counted(setups, 'setup')}, {_counted(n, 'calibration')}"
+            lines += [f"## Noise: {noise} ({counts})", ""]
             for last in (MAE, AVERAGE_SD):
-                lines += [*_summary(of_noise, last), ""]
-                lines += _explained(of_noise, last)
+                lines += [f"### {last}", "", *_summary(of_noise, last), ""]
+                if last == AVERAGE_SD:
+                    lines += _caution([n // setups] if setups else [])
+                lines += _explained(of_noise, last, ideal_rotors=True)
         return "\n".join(lines)
     last = {1: OVERALL, 2: AVERAGE}[number]
     lines += [f"## {last}", "", *_summary(rows, last), ""]
+    if number == 2:
+        lines += _caution([row["n"] for row in rows if row["setup"] != last])
     lines += _explained(rows, last)
     gained = gain([r for r in records if paper_setup(r["setup"])]) if number == 1 else ""
     lines += [gained, ""] if gained else []
@@ -99,7 +114,7 @@ def _summary(rows: Sequence[Row], last: str) -> list[str]:
     """One line a variant, the published one first; in brackets regenerated over published."""
     own = [row for row in rows if row["setup"] == last]
     published = {row["quantity"]: row["published"] for row in own}
-    table = [[last, "stage", "optics", *HEAD, "mirrored", "n"]]
+    table = [["estimator", "stage", "optics", *HEAD, "mirrored", "n"]]
     table.append(["**published**", "", "", *(three_digits(published.get(q)) for q in QUANTITIES)])
     table[-1] += ["", ""]
     for variant, of_it in _grouped(own, _variant):
@@ -114,7 +129,28 @@ def _summary(rows: Sequence[Row], last: str) -> list[str]:
 def _with_ratio(row: Row) -> str:
     if math.isnan(row["regenerated"]):
         return ""
-    return f"{three_digits(row['regenerated'])} (×{row['ratio']:.2g})"
+    ratio = float(f"{row['ratio']:.2g}")
+    return f"{three_digits(row['regenerated'])} (×{three(ratio)})"
+
+
+def _counted(n: int, noun: str) -> str:
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
+def _caution(counts: Sequence[int]) -> list[str]:
+    """How far off an SD may be that stands on so few calibrations; nothing where J has as few."""
+    from scipy.stats import chi2
+
+    n = min((count for count in counts if count > 1), default=RECORDINGS)
+    if n >= RECORDINGS:
+        return []
+    low, high = (math.sqrt(chi2.ppf(p, n - 1) / (n - 1)) for p in (0.025, 0.975))
+    said = (
+        f"An SD of {n} calibrations (J: {RECORDINGS}) is {low:.2g} to {high:.2g} times the true one"
+        " (95 %, normal errors), and one calibration gone wrong makes all of it: take the ratios as"
+        " orders of magnitude."
+    )
+    return [said, ""]
 
 
 def _by_setup(rows: Sequence[Row], last: str) -> list[str]:
@@ -130,7 +166,7 @@ def _by_setup(rows: Sequence[Row], last: str) -> list[str]:
     return aligned(table)
 
 
-def _explained(rows: Sequence[Row], last: str) -> list[str]:
+def _explained(rows: Sequence[Row], last: str, ideal_rotors: bool = False) -> list[str]:
     """A line for the variants with the same values beyond the factor: which, and why."""
     said: dict[str, list[str]] = {}
     smaller = []
@@ -138,12 +174,17 @@ def _explained(rows: Sequence[Row], last: str) -> list[str]:
         far = [r for r in own if r["ratio"] > FACTOR]
         if far:
             which = ", ".join(HEAD[QUANTITIES.index(r["quantity"])][0] for r in far)
-            why = reason(variant, own[0]["mirrored_share"])
+            why = reason(variant, own[0]["mirrored_share"], ideal_rotors)
             text = f"{which} above {FACTOR:g} times the published value: {why}."
             said.setdefault(text, []).append(str(variant))
         if any(r["ratio"] < 1 / FACTOR for r in own):
             smaller.append(str(variant))
     lines = [f"- {'; '.join(variants)}: {text}" for text, variants in said.items()]
+    lines += [
+        f"- {cause.capitalize()}: {meaning}."
+        for cause, meaning in MEANINGS.items()
+        if any(cause in text for text in said)
+    ]
     if smaller:
         lines.append(
             f"- Below a quarter of the published value in some column: {'; '.join(smaller)}."
@@ -151,18 +192,25 @@ def _explained(rows: Sequence[Row], last: str) -> list[str]:
     return [*lines, ""] if lines else []
 
 
-def reason(variant: Variant, mirrored: float) -> str:
-    """Why errors are far above the published ones, as far as it can be told."""
-    if variant.estimator == "paper-lm":
-        return "phases of the rotors turn a station by 1 to 3°, over metres that is decimetres"
+def reason(variant: Variant, mirrored: float, ideal_rotors: bool = False) -> str:
+    """Why errors are far above the published ones, as far as it can be told.
+
+    ideal_rotors: the recordings have no factory errors that optics could neglect.
+    """
+    causes = []
     if mirrored > MIRRORED:
         last = (
-            "; the last minimisation takes their rotations as exact"
-            if variant.stage == "final"
+            " and the last minimisation takes their rotations as exact"
+            if variant.stage == "final" and variant.estimator != "paper-lm"
             else ""
         )
-        return f"{100 * mirrored:.2g} % of the board poses are mirrored, as J's may have been{last}"
-    return "places, paths and rotors of these stations are not those of J"
+        share = f"{100 * mirrored:.2g} % of the board poses are mirrored"
+        causes.append(f"{share}, as J's may have been{last}")
+    if variant.optics == "ideal" and not ideal_rotors:
+        causes.append(PHASES)
+    if variant.stage == "kabsch":
+        causes.append(SHORT_PATH)
+    return "; ".join(causes or [OTHERS])
 
 
 def gain(records: Sequence[Record], estimator: str = "paper-lm", stage: str = "final") -> str:

@@ -13,6 +13,7 @@ from mocap_metrology.present.drawing.curves import Curve, Key, Panel, curves_fig
 from mocap_metrology.present.drawing.decades import log_limits
 from mocap_metrology.present.drawing.style import LOOKS, styled, words_figure
 from mocap_metrology.present.recording.figures import ALLAN_SLOPES
+from mocap_metrology.present.recording.source import source_words
 from mocap_metrology.present.tables import Row
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def orientation_figure(
     """Allan deviation of the three components of the rotation vector, with intervals; or the words
     why there is none (`refused`)."""
     title = f"{origin['recording']}: Allan deviation of orientation"
-    where = f"twin {origin['twin']}: simulated" if origin["twin"] else "measured"
+    where = source_words(origin)
     if refused:
         return words_figure(refused, title, f"Source: {where}.")
     curves = []

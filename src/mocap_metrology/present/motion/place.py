@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.compare import adev_ratio
+from mocap_metrology.noise.compare import ratios_to_mean
 from mocap_metrology.present.changes.compare import curve_of, series_of
 from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (
@@ -35,8 +35,10 @@ CAPTION = (
     "of the whole recording."
 )
 PLACES_CAPTION = (
-    "Allan deviation of each recording over that of the quietest place, at one frame and at 1 s, "
-    "with 95 % intervals; `factor` above 1 is noisier."
+    "Allan deviation of each recording over the geometric mean of all places, at one frame and at "
+    "1 s, with 95 % intervals: `factor` above 1 is noisier than the mean, by more than chance "
+    "where the interval is above 1, as in one of forty rows by chance alone. `quietest` has the "
+    "smallest Allan deviation at one frame, be it by chance."
 )
 
 
@@ -113,8 +115,8 @@ def places_rows(
     allan: Mapping[str, Mapping[str, np.ndarray]],
     means: Mapping[str, Mapping[str, float]],
 ) -> list[Row]:
-    """One row a recording and series: where it was, its noise, and how much more than at the
-    quietest place, at one frame and at 1 s."""
+    """One row a recording and series: where it was, its noise, and by what `factor` it exceeds the
+    geometric mean of all places (`ratios_to_mean`), at one frame and at 1 s."""
     rows: list[Row] = []
     names = [row["recording"] for row in recordings]
     series = [s for s in series_of(allan[names[0]]) if all(s in series_of(allan[n]) for n in names)]
@@ -127,16 +129,15 @@ def places_rows(
         if not any(np.isfinite(a.adev[0]) for a in at.values()):
             continue
         best = min(names, key=lambda n: np.nan_to_num(at[n].adev[0], nan=np.inf))
-        for row in recordings:
+        ratios = ratios_to_mean([curves[name] for name in names], taus)
+        for row, ratio in zip(recordings, ratios, strict=True):
             name = row["recording"]
-            ratio = adev_ratio(curves[name], curves[best], taus)
             values = {"recording": name, "place": row["place"], **means[name], "series": one}
             for k, label in enumerate(("1_frame", "1_s")):
                 values[f"adev_{label}_mm"] = at[name].adev[k]
-                known = name != best  # the quietest has nothing to be compared with
-                values[f"factor_{label}"] = ratio.value[k] if known else 1.0
-                values[f"factor_{label}_lower"] = ratio.lower[k] if known else None
-                values[f"factor_{label}_upper"] = ratio.upper[k] if known else None
+                values[f"factor_{label}"] = ratio.value[k]
+                values[f"factor_{label}_lower"] = ratio.lower[k]
+                values[f"factor_{label}_upper"] = ratio.upper[k]
             rows.append(values | {"quietest": name == best})
     if not rows:
         raise Refusal(f"{', '.join(names)}: expected a series that all places have")

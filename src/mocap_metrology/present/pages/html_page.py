@@ -8,11 +8,25 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
-DIGITS = 5  # shown of a number with more; all of them appear under the pointer, and in the CSV
 NUMERIC_SHARE = 0.6  # of its filled cells makes a column one of numbers
 # Signs before a number: not detected, bounds, approximately, brackets of a published value.
 NUMBER = re.compile(r"[<>≤≥~±(†*+\u2212-]*\s*\d")
-PLAIN = re.compile(r"[-+]?\d*\.\d+(e[-+]?\d+)?|[-+]?\d+e[-+]?\d+")
+CODE = re.compile(r"`([^`]+)`")
+MINUS = "\N{MINUS SIGN}"
+TYPESET = (  # of a line of Markdown: units, powers of ten, coefficients; no names of columns
+    (re.compile(r"/s\^0\.5"), lambda m: "/\N{WORD JOINER}√s"),
+    (re.compile(r"(?<=mm\^2) (?=Hz)"), lambda m: "\N{NO-BREAK SPACE}"),
+    (re.compile(r"(?<=[\w)])\^(-?\d)(?![\d.])"), lambda m: _raised(m[1])),
+    (re.compile(r"(?<![\w.])1e([-+]\d+)(?!\w)"), lambda m: f"10{_raised(m[1])}"),
+    (
+        re.compile(r"((?<![\w.])\d+(?:\.\d+)?|\))e([-+]\d+)(?!\w)"),
+        lambda m: f"{m[1]}×10{_raised(m[2])}",
+    ),
+    (
+        re.compile(r"(?<!\w)(h_-?\d|[qT]_c\d*|A_s|f_0)(?!\w)"),
+        lambda m: "{}<sub>{}</sub>".format(*m[1].replace("-", MINUS).split("_")),
+    ),
+)
 WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
     "good": ("#14532d", "#dcfce7"),
     "usable": ("#713f12", "#fef3c7"),
@@ -47,6 +61,8 @@ STYLE = """
 .mm tbody tr:hover > * { background: #f9fafb; }
 .mm .word { display: inline-block; padding: 1px 8px; border-radius: 9px; font-weight: 600; }
 .mm .empty { color: #6b7280; }
+.mm sup, .mm sub { font-size: 80%; line-height: 0; }
+.mm code { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: 92%; }
 """
 
 
@@ -72,8 +88,8 @@ def heading(text: str, level: int = 1) -> str:
 
 
 def paragraph(text: str) -> str:
-    """A paragraph of plain text."""
-    return f"<p>{escape(text)}</p>"
+    """A paragraph of plain text, `code` and **bold** in it."""
+    return f"<p>{inline(text)}</p>"
 
 
 def word(text: str, count: int | None = None) -> str:
@@ -100,19 +116,23 @@ def table(
     rows: Iterable[Sequence[Any]],
     html: Sequence[int] = (),
     long: Sequence[int] = (),
+    words: Sequence[int] = (),
 ) -> str:
     """A table whose head, and first column, stay in sight.
 
     Cells are plain text or numbers; those of the columns in `html` are HTML already, those in
-    `long` may wrap. Columns of numbers are set to the right, and a plain number has at most five
-    significant digits.
+    `long` may wrap. Columns of numbers are set to the right, and so are those of nothing but
+    dashes, unless they are in `words`.
     """
     lines = [["" if cell is None else str(cell) for cell in row] for row in rows]
+    text = {*html, *words}
     kinds = [
-        "t" if k in long else "n" if k not in html and _numeric(line[k] for line in lines) else ""
+        "t" if k in long else "n" if k not in text and _numeric(line[k] for line in lines) else ""
         for k in range(len(head))
     ]
-    top = "".join(_cell("th", name, kind, ' scope="col"') for name, kind in _zip(head, kinds))
+    top = "".join(
+        _cell("th", _whole(name), kind, ' scope="col"') for name, kind in _zip(head, kinds)
+    )
     body = []
     for line in lines:
         cells = []
@@ -124,32 +144,50 @@ def table(
     return f"<table>\n<thead><tr>{top}</tr></thead>\n<tbody>\n{inner}\n</tbody>\n</table>"
 
 
+def _whole(name: str) -> str:
+    """A column's name that does not break between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=(?:s|min|mm|Hz)\b)", "\N{NO-BREAK SPACE}", name)
+
+
 def _zip(cells: Sequence[str], kinds: Sequence[str]) -> Iterable[tuple[str, str]]:
     return zip(cells, kinds, strict=True)
 
 
 def _numeric(cells: Iterable[str]) -> bool:
-    filled = [cell for cell in cells if cell not in ("", EMPTY)]
-    return bool(filled) and sum(map(bool, map(NUMBER.match, filled))) >= NUMERIC_SHARE * len(filled)
+    """Whether most of what is filled is numbers, or there are only dashes in place of them."""
+    own = list(cells)
+    filled = [cell for cell in own if cell not in ("", EMPTY)]
+    if not filled:
+        return EMPTY in own
+    return sum(map(bool, map(NUMBER.match, filled))) >= NUMERIC_SHARE * len(filled)
 
 
 def _cell(tag: str, text: str, kind: str, extra: str, html: bool = False) -> str:
-    shown = text if html else inline(shortened(text))
-    if not html and shortened(text) != text:
-        extra += f' title="{escape(text)}"'
+    shown = text if html else inline(re.sub(r"^-(?=\d)", MINUS, text) if kind == "n" else text)
     kind = f' class="{kind}"' if kind else ""
     return f"<{tag}{kind}{extra}>{shown}</{tag}>"
 
 
-def shortened(text: str) -> str:
-    """A plain decimal number with at most five significant digits; any other text as it is."""
-    if not PLAIN.fullmatch(text):
-        return text
-    digits = text.partition("e")[0].lstrip("+-").replace(".", "").lstrip("0")
-    return text if len(digits) <= DIGITS else f"{float(text):.{DIGITS}g}"
-
-
 def inline(text: str) -> str:
-    """Text of a line of Markdown: **bold**; names may break behind `_`, lists behind `;`."""
-    bold = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", escape(text, quote=False))
-    return re.sub(r"(?<=[a-z])_(?=[a-z])|(?<=\d);(?=\d)", r"\g<0><wbr>", bold)
+    """Text of a line of Markdown: **bold**, `code`, units and powers of ten typeset; names may
+    break behind `_`, lists behind `;`."""
+    parts = CODE.split(escape(text, quote=False))  # every second one is code
+    return "".join(
+        f"<code>{_breakable(part)}</code>" if k % 2 else _breakable(_typeset(part))
+        for k, part in enumerate(parts)
+    )
+
+
+def _typeset(text: str) -> str:
+    text = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", text)
+    for pattern, made in TYPESET:
+        text = pattern.sub(made, text)
+    return text
+
+
+def _raised(exponent: str) -> str:
+    return f"<sup>{str(int(exponent)).replace('-', MINUS)}</sup>"
+
+
+def _breakable(text: str) -> str:
+    return re.sub(r"(?<=[a-z])_(?=[a-z])|(?<=\d);(?=\d)", r"\g<0><wbr>", text)

@@ -1,5 +1,5 @@
 """The Markdown that `tables` and its fellows write, as HTML: headings, paragraphs, lists of one
-level, tables of pipes (`\\|` is a pipe in a cell), **bold**, and no more."""
+level (`- ` or `* `), tables of pipes (`\\|` is a pipe in a cell), **bold**, `code`, and no more."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def body_of(text: str) -> str:
 def _kind(line: str) -> str:
     if not line.strip():
         return ""
-    if line.startswith("- "):
+    if line.startswith(("- ", "* ")):
         return "list"
     return {"#": "heading", "|": "table"}.get(line[0], "text")
 

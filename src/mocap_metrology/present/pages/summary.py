@@ -6,15 +6,15 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from html import escape
 from typing import Any
 
 from mocap_metrology.noise.verdict import COORDINATE
-from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text, three_digits
 from mocap_metrology.present.pages.html_page import (
     EMPTY,
     WORDS,
     heading,
+    inline,
     link,
     paragraph,
     table,
@@ -29,8 +29,8 @@ Address = Callable[[str, str], str]  # kind (recording, calibration), name -> ad
 DURATIONS_S = (1, 10, 60)
 MOST = 3  # warnings that are told of a recording
 RECORDING_HEAD = (
-    *("recording", "verdict", f"{NEAR} mm", f"{FRAME} mm"),
-    *(f"{mean} mm" for mean in MEANS),
+    *("recording", "verdict", f"{NEAR} (mm)", f"{FRAME} (mm)"),
+    *(f"{mean} (mm)" for mean in MEANS),
     *("mostly", "why"),
 )
 RECORDINGS_NOTE = (
@@ -69,12 +69,12 @@ class Found:
 
 def body(found: Found, address: Address = lambda kind, name: "") -> str:
     """HTML of the page: refused inputs, then a section a group, each with a sentence first."""
-    parts = [heading("Summary"), *_refused(found.refused)]
+    parts = [heading("Summary"), *_quick(found.recordings), *_refused(found.refused)]
     for group in _groups(found.recordings):
         rows = [row for row in found.recordings if row["group"] == group]
         parts += [heading(f"{group}: recordings", 2), sentence("recording", rows)]
         cells = [recording_row(row, address) for row in rows]
-        parts.append(table(RECORDING_HEAD, cells, html=(0, 1, 8), long=(8,)))
+        parts.append(table(RECORDING_HEAD, cells, html=(0, 1, 8), long=(8,), words=(7,)))
         parts += _cameras(group, rows, found.cameras.get(group, {}))
     if found.recordings:
         parts.append(paragraph(RECORDINGS_NOTE))
@@ -85,6 +85,29 @@ def body(found: Found, address: Address = lambda kind, name: "") -> str:
     if not (found.recordings or found.calibrations or found.refused):
         parts.append(paragraph("The sheets are empty."))
     return "\n".join(parts)
+
+
+def _quick(rows: Sequence[Row]) -> Iterator[str]:
+    """That twins stand for recordings of nine hours, where they are shorter."""
+    lengths = _lengths(rows)
+    if lengths and round(max(lengths)) < NINE_HOURS_S:
+        several = _texts(lengths)
+        yield paragraph(
+            f"**A quick look: the twins are {several} long**, the recordings of Skurowski & "
+            f"Pawlyta {duration_text(NINE_HOURS_S)}. Slow noise hardly shows in so short a time: "
+            "verdicts and coefficients of the whole length can be others."
+        )
+
+
+def _lengths(rows: Sequence[Row]) -> list[float]:
+    """Durations of the twins among recordings, in s, each once and rising."""
+    known = (row.get("duration_s") for row in rows if row["source"] == "twin" and "pose" not in row)
+    return sorted({float(seconds) for seconds in known if seconds is not None})
+
+
+def _texts(lengths: Sequence[float]) -> str:
+    """`10 min`, or `20 s to 10 min`."""
+    return " to ".join(dict.fromkeys(duration_text(k) for k in (lengths[0], lengths[-1])))
 
 
 def _groups(rows: Sequence[Row]) -> list[str]:
@@ -103,7 +126,7 @@ def _cameras(group: str, rows: Sequence[Row], told: Row) -> list[str]:
         )
     elif told.get("apart"):
         lines.append(f"{APART}only a rise tells of a camera, not what it adds.")
-    return [f"<p>{'<br>'.join(map(escape, lines))}</p>"] if lines else []
+    return [f"<p>{'<br>'.join(map(inline, lines))}</p>"] if lines else []
 
 
 def _refused(rows: Sequence[Row]) -> Iterator[str]:
@@ -114,15 +137,18 @@ def _refused(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def sentence(kind: str, rows: Sequence[Row]) -> str:
-    """`23 recordings, all twins (simulated): 20 good, 3 usable.`"""
+    """`23 recordings, all simulated (twins of 10 min): 20 good, 3 usable.`"""
     words = Counter(_word(row) for row in rows)
     order = [w for w in (*WORDS, *words) if w in words]
     counts = ", ".join(f"{words[w]} {w}" for w in dict.fromkeys(order))
     twins = sum(row["source"] == "twin" for row in rows)
+    lengths = _lengths(rows)
+    of = f" of {_texts(lengths)}" if lengths else ""
     if twins == len(rows):
-        source = "simulated (a twin)" if twins == 1 else "all simulated (twins)"
+        source = f"simulated (a twin{of})" if twins == 1 else f"all simulated (twins{of})"
     else:
-        source = f"{twins} simulated (twins), {len(rows) - twins} measured" if twins else "measured"
+        measured = f"{len(rows) - twins} measured"
+        source = f"{twins} simulated (twins{of}), {measured}" if twins else "measured"
     plural = "" if len(rows) == 1 else "s"
     return paragraph(f"{len(rows)} {kind}{plural}, {source}: {counts}.")
 
@@ -141,7 +167,7 @@ def recording_row(row: Row, address: Address) -> list[Any]:
         word(row["word"]),
         *(three_digits(_greatest(values)) or EMPTY for values in numbers),
         _mostly(series.values()),
-        "<br>".join(map(escape, why(row))),
+        "<br>".join(map(inline, why(row))),
     ]
 
 

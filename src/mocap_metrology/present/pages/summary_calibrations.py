@@ -19,19 +19,24 @@ Row = Mapping[str, Any]
 MM = ("x_mm", "y_mm", "z_mm")
 DEG = ("rx_deg", "ry_deg", "rz_deg")  # of a vector in master axes
 MANY = 20  # calibrations of a group beyond which a row is a setup
-HEAD = ("calibration", "verdict", "translation mm", "α β γ °", "σ mm", "σ °", "why")
+POSE = ("x (mm)", "y (mm)", "z (mm)", "α (°)", "β (°)", "γ (°)")
+HEAD = ("calibration", "verdict", *POSE, "σ (mm)", "σ (°)", "why")
 SETUP_HEAD = (
-    *("setup", "calibrations", "verdicts", "translation mm", "α β γ °", "scatter mm", "scatter °"),
+    *("setup", "calibrations", "verdicts", *POSE, "scatter (mm)", "scatter (°)"),
     "not right (in so many)",
 )
 NOTE = (
-    "Translation and rotation of the slave in the master's frame. σ: one standard deviation as the "
-    "estimator states it, largest of three axes."
+    "x, y, z and α, β, γ: translation and rotation of the slave in the master's frame. σ: one "
+    "standard deviation as the estimator states it, largest of three axes."
+)
+UNDRAWN = (
+    "A name without a link has no figure: of the twins of a setup, which look alike, only the "
+    "first is drawn."
 )
 SETUP_NOTE = (
-    "A row is a setup, of which every calibration repeats the same poses of the stations. Mean "
-    "translation and rotation of the slave in the master's frame; scatter: standard deviation "
-    "(n - 1) among the calibrations, largest of three axes."
+    "A row is a setup, of which every calibration repeats the same poses of the stations. x, y, "
+    "z and α, β, γ: mean translation and rotation of the slave in the master's frame; scatter: "
+    "standard deviation (n - 1) among the calibrations, largest of three axes."
 )
 
 
@@ -43,9 +48,11 @@ def calibrations(rows: Sequence[Row], address: Callable[[str], str]) -> list[str
     if len(rows) > MANY:
         setups = dict.fromkeys(row["setup"] for row in rows)
         cells = [setup_row(name, [r for r in rows if r["setup"] == name]) for name in setups]
-        return [table(SETUP_HEAD, cells, html=(2,), long=(7,)), paragraph(SETUP_NOTE)]
+        return [table(SETUP_HEAD, cells, html=(2,), long=(11,)), paragraph(SETUP_NOTE)]
     cells = [_row(row, flat, address) for row, flat in _flat(rows)]
-    return [table(HEAD, cells, html=(0, 1), long=(6,)), paragraph(NOTE)]
+    drawn = [bool(address(row["calibration"])) for row in rows]
+    note = NOTE if all(drawn) or not any(drawn) else f"{NOTE} {UNDRAWN}"
+    return [table(HEAD, cells, html=(0, 1), long=(10,)), paragraph(note)]
 
 
 def _flat(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
@@ -66,8 +73,8 @@ def _row(row: Row, flat: Row, address: Callable[[str], str]) -> list[Any]:
 
 def _pose(values: Sequence[float]) -> list[str]:
     if np.isnan(values).any():
-        return [EMPTY, EMPTY]
-    return [" ".join(f"{v:.1f}" for v in values[:3]), " ".join(f"{v:.3f}" for v in values[3:])]
+        return [EMPTY] * 6
+    return [f"{v:.{digits}f}" for v, digits in zip(values, (1, 1, 1, 3, 3, 3), strict=True)]
 
 
 def setup_row(name: str, rows: Sequence[Row]) -> list[Any]:

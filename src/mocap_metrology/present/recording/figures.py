@@ -34,6 +34,7 @@ PSD_SLOPES = (
     (-2.0, "−2  random walk"),
 )
 ESTIMATORS = ("oadev", "mdev", "hdev")
+PSD_BAND = "median to peak"
 BINS_PER_DECADE = 40  # of a power spectrum; 0.4 mm each where two panels share a row
 ALLAN_DECADES, PSD_DECADES = 7, 14  # shown at most: below is rounding
 FARTHEST_BAND = 4.0  # an interval counts for the limits up to so many times the deviation
@@ -127,7 +128,7 @@ def psd_figure(
             log_limits([c.x for c in curves]),
             log_limits([c.y for c in curves] + highs, 2.0, PSD_DECADES),
         ),
-        Key(PSD_SLOPES, "PSD", "to the bin's maximum"),
+        Key(PSD_SLOPES, "PSD", PSD_BAND),
         title,
         note,
     )

@@ -177,9 +177,9 @@ def test_every_column_reaches_the_row_that_rules_see(folder: Path, sheet: str, c
         ("path", "simulate:zzzzz", "unknown; expected one of T, crump"),
         ("markers", "", "nothing; expected the labels of one or more markers"),
         ("markers", "M1;M1", "none empty, none twice"),
-        ("n_cameras", "ten", '"ten"; expected a whole number >= 1 or nothing'),
-        ("n_cameras", "0", '"0"; expected a whole number >= 1 or nothing'),
-        ("n_cameras", "2.0", '"2.0"; expected a whole number >= 1 or nothing'),
+        ("n_cameras", "ten", '"ten"; expected a whole number from 1 to 9999, or nothing'),
+        ("n_cameras", "0", '"0"; expected a whole number from 1 to 9999, or nothing'),
+        ("n_cameras", "2.0", '"2.0"; expected a whole number from 1 to 9999, or nothing'),
         ("camera_ids", "1,2", '"1,2"; expected whole numbers separated by ";"'),
         ("camera_ids", "1;1", "expected each camera once"),
         ("frame_rate_hz", "120 Hz", '"120 Hz"; expected a number of Hz > 0'),
@@ -213,7 +213,7 @@ def test_the_line_is_as_users_know_it(folder: Path) -> None:
     row = GOOD | {"recording": "T40-10", "n_cameras": "ten"}
     assert faults(folder, GOOD, row) == [
         'sheet.tsv, row 3 (recording "T40-10"), column n_cameras: "ten"; '
-        "expected a whole number >= 1 or nothing"
+        "expected a whole number from 1 to 9999, or nothing"
     ]
 
 

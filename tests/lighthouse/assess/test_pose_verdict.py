@@ -43,7 +43,7 @@ def word(pose=POSE, stations=STATIONS, poses=(), **given):
 
 def test_a_good_calibration_is_called_good_and_says_why():
     found = word()
-    assert found.word == "good" and "240 urad" in found.reason and "1 mm" in found.reason
+    assert found.word == "good" and "240 µrad" in found.reason and "1 mm" in found.reason
     assert all(check.ok is not False for check in found.checks)
 
 
@@ -65,7 +65,7 @@ def test_the_memory_of_the_board_is_as_usual_as_eight_seconds():
         ({"mirrored_share": 0.02}, "usable", "2 % of the board poses"),
         ({"mirrored_share": 0.42}, "doubtful", "42 % of the board poses"),
         ({"covariance": np.diag([100.0, 1, 1, 1e-4, 1e-4, 1e-4])}, "usable", "10 mm"),
-        ({"covariance": np.diag([1.0, 1, 1, 1, 1e-4, 1e-4])}, "doubtful", "1 deg"),
+        ({"covariance": np.diag([1.0, 1, 1, 1, 1e-4, 1e-4])}, "doubtful", "1°"),
         ({"covariance": np.full((6, 6), np.nan)}, "doubtful", "nan"),
         ({"R": np.full((3, 3), np.nan)}, "failed", "No pose"),
     ],
@@ -86,7 +86,7 @@ def test_of_the_pose(change, expected, says):
         ({"board_rms_urad": 400.0}, "doubtful", "is the board file right"),
         ({"duration_s": 2.0}, "usable", "few measurements"),
         ({"errors": (np.array([50.0, 0, 0]), np.zeros(3))}, "usable", "50 mm"),
-        ({"errors": (np.zeros(3), np.array([0, 6.0, 0]))}, "doubtful", "6 deg"),
+        ({"errors": (np.zeros(3), np.array([0, 6.0, 0]))}, "doubtful", "6°"),
     ],
 )
 def test_of_the_recording(given, expected, says):
@@ -135,11 +135,13 @@ def test_no_pose_fails_with_the_reason():
     assert found[:2] == ("failed", "The slave is not seen.")
 
 
-def test_reasons_are_two_sentences_and_the_names_of_the_rest():
+def test_reasons_are_what_made_the_word_and_the_rest_in_short():
     found = word(replace(POSE, optics="ideal", mirrored_share=0.4, residual_rms_urad=4000.0))
-    assert found.word == "doubtful" and found.reason.endswith(
-        "Also not right: mirrored board poses."
-    )
+    said = {c.name: c.sentence for c in found.checks if not c.ok}
+    first, second, *rest = (said[n] for n in ("residual", "factory values", "mirrored board poses"))
+    assert found.word == "doubtful"
+    assert found.reason.startswith(f"{first} {second} ")
+    assert rest[0].split(", as by ")[0].rstrip(".") in found.reason
     assert {c.level for c in found.checks} <= set(WORDS)
     assert {*found.checks[0].as_row()} == {
         "name", "value", "unit", "limit", "ok", "level", "sentence"}  # fmt: skip

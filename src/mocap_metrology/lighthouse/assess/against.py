@@ -62,13 +62,13 @@ def compare_with_earlier(pose_new: Mapping[str, Any], pose_old: Mapping[str, Any
     distance, angle = float(np.linalg.norm(mm)), float(np.linalg.norm(deg))
     if math.isnan(p):
         moved = distance > LARGE_MM or angle > LARGE_DEG
-        how = f"no covariance; taken as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g} deg"
+        how = f"no covariance; taken as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
     else:
         moved = p < SIGNIFICANT and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
         how = f"by chance with probability {p:.2g}"
     said = "A station has moved" if moved else "No sign that a station moved"
     sentence = (
-        f"{said}: {distance:.3g} mm and {angle:.2g} deg from the earlier pose ({how}). {note}"
+        f"{said}: {distance:.3g} mm and {angle:.2g}° from the earlier pose ({how}). {note}"
     )
     return Comparison(mm, deg, chi2, p, moved, sentence.strip())
 

@@ -1,6 +1,6 @@
 """How far a calibration can be trusted: named checks, and one word for all of them.
 
-A low residual alone proves nothing: with ideal optics a fit that is 70 mm and 2 deg off has a
+A low residual alone proves nothing: with ideal optics a fit that is 70 mm and 2° off has a
 residual of 0.06-0.3 mrad. So the checks ask for what fits cannot show, too: factory values,
 mirrored board poses, the way the board went, gravity, and whether stages and optics agree.
 """
@@ -31,7 +31,7 @@ SPAN_M = (0.3, 0.1)
 STAGES_APART = ((20.0, 0.5), (60.0, 2.0))  # mm, deg
 CHI2_6 = 22.46  # of six degrees of freedom, exceeded with probability 0.001
 OPTICS_APART = (500.0, 10.0)  # what factory values can change at most
-GRAVITY_DEG = (2.0, 10.0)  # stations know it to 0.5 deg each: doubtful, failed
+GRAVITY_DEG = (2.0, 10.0)  # stations know it to 0.5° each: doubtful, failed
 SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
 REFERENCE = ((30.0, 2.0), (100.0, 5.0))
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board
@@ -112,14 +112,14 @@ def verdict(
 
 
 def _reason(word: str, checks: Sequence[Check]) -> str:
-    """The sentences that made the word, two at most, then what else was found."""
+    """The sentences of the checks that made the word, then what else was found, in short."""
     if word == "good":
         passed = sum(c.ok is True for c in checks)
         said = [c.sentence for c in checks if c.ok and c.name in ("residual", "uncertainty")]
         return " ".join([f"All {passed} checks passed.", *said])
     bad = [c for c in checks if c.level == word]
-    rest = [c.name for c in checks if c.level not in (word, "good")] + [c.name for c in bad[2:]]
-    more = [f"Also not right: {', '.join(rest)}."] if rest else []
+    rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
+    more = (c.sentence.split(", as by ")[0].rstrip(".") + "." for c in rest)
     return " ".join([*(c.sentence for c in bad[:2]), *more])
 
 
@@ -146,7 +146,7 @@ def _worst(mm: float, deg: float, limits: Sequence[tuple[float, float]]) -> tupl
         (_graded(v, (first[k], second[k]))[0] for k, v in enumerate((mm, deg))), key=WORDS.index
     )
     shown = first if word == "good" else second
-    return word, f"{shown[0]:g} mm, {shown[1]:g} deg"
+    return word, f"{shown[0]:g} mm, {shown[1]:g}°"
 
 
 def _unknown(name: str, unit: str, sentence: str, level: str = "good") -> Check:
@@ -158,10 +158,13 @@ def _residual(chosen: PoseEstimate, expected: float) -> Check:
     if not math.isfinite(value):
         return _unknown("residual", "urad", "The residual of the fit is unknown.", "usable")
     word, limit = _graded(value / expected, RESIDUAL[chosen.stage])
-    sentence = f"Angles are {value:.0f} urad rms from the fit (noise of an angle: {expected:.0f})."
+    sentence = (
+        f"Angles are {value:.0f} µrad rms from the fit (noise of an angle: {expected:.0f}; good"
+        f" below {limit * expected:.0f})."
+    )
     if word != "good":
         sentence = (
-            f"Angles are {value:.0f} urad rms from the fit, {value / expected:.0f} times the noise"
+            f"Angles are {value:.0f} µrad rms from the fit, {value / expected:.0f} times the noise"
             " of an angle, as by wrong optics (factory values, lasers off the housing's origin), a"
             " wrong board file, reflections or board poses in the wrong minimum."
         )
@@ -180,7 +183,7 @@ def _factory(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
         known = f" ({'; '.join(reasons)})" if reasons else " (not used)"
         sentence = (
             f"Ideal optics, without the stations' factory values{known}: the pose is typically"
-            " 2-6 cm and 1-2 deg off, and no residual shows it."
+            " 2-6 cm and 1-2° off, and no residual shows it."
         )
         return Check(name, "ideal", "", limit, False, "doubtful", sentence)
     filed = [r for r, s in zip(ROLES, stations, strict=True) if s.frames_found == 0]
@@ -238,7 +241,7 @@ def _board(board_rms_urad: float | None, expected: float) -> Check:
     if board_rms_urad is None:
         return _unknown(name, "urad", "There are no board poses.")
     word, limit = _graded(board_rms_urad / expected, BOARD)
-    sentence = f"Angles of single board poses are {board_rms_urad:.0f} urad rms from their fit"
+    sentence = f"Angles of single board poses are {board_rms_urad:.0f} µrad rms from their fit"
     sentence += "." if word == "good" else ": is the board file right, are there reflections?"
     return Check(name, board_rms_urad, "urad", limit * expected, word == "good", word, sentence)
 
@@ -269,7 +272,7 @@ def _agreements(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> Iterator
         if (p.stage, p.optics) == (other, chosen.optics):
             mm, deg = apart(chosen, p)
             word, limit = _worst(mm, deg, STAGES_APART)
-            sentence = f"Kabsch and final stage are {mm:.3g} mm and {deg:.2g} deg apart."
+            sentence = f"Kabsch and final stage are {mm:.3g} mm and {deg:.2g}° apart."
             if word != "good" and _within_noise(chosen, p):
                 word = "good"
                 sentence += " Kabsch is no surer than that on such a path."
@@ -277,7 +280,7 @@ def _agreements(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> Iterator
         if p.stage == chosen.stage and p.optics != chosen.optics:
             mm, deg = apart(chosen, p)
             word, limit = _worst(mm, deg, (OPTICS_APART, OPTICS_APART))
-            sentence = f"Factory values change the pose by {mm:.3g} mm and {deg:.2g} deg" + (
+            sentence = f"Factory values change the pose by {mm:.3g} mm and {deg:.2g}°" + (
                 "." if word == "good" else ", more than those of a first-generation station can."
             )
             yield Check("optics agree", mm, "mm", limit, word == "good", word, sentence)
@@ -307,11 +310,11 @@ def _gravity(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
         return _unknown("gravity", "deg", "No gravity from both stations to compare with.")
     word = "good" if value < GRAVITY_DEG[0] else "doubtful" if value < GRAVITY_DEG[1] else "failed"
     limit = GRAVITY_DEG[0] if word == "good" else GRAVITY_DEG[1]
-    cause = "" if chosen.optics == "factory" else " Neglected factory values alone can be 4 deg."
+    cause = "" if chosen.optics == "factory" else " Neglected factory values alone can be 4°."
     sentence = (
-        f"Up as both stations feel it agrees within {value:.1f} deg."
+        f"Up as both stations feel it agrees within {value:.1f}°."
         if word == "good"
-        else f"Up as both stations feel it differs by {value:.1f} deg in this pose.{cause}"
+        else f"Up as both stations feel it differs by {value:.1f}° in this pose.{cause}"
     )
     return Check("gravity", value, "deg", limit, word == "good", word, sentence)
 
@@ -324,7 +327,7 @@ def _sigma(chosen: PoseEstimate) -> Check:
     mm, deg = float(sd[:3].max()), float(sd[3:].max())
     word, limit = _worst(mm, deg, SIGMA) if np.isfinite(sd).all() else ("doubtful", "finite")
     sentence = (
-        f"One standard deviation is {mm:.2g} mm and {deg:.2g} deg in the worst axes; an error of"
+        f"One standard deviation is {mm:.2g} mm and {deg:.2g}° in the worst axes; an error of"
         " scale in the board file is not in it and scales the distance."
     )
     return Check(name, mm, "mm", limit, word == "good", word, sentence)
@@ -347,5 +350,5 @@ def _against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:
         return _unknown("reference", "mm", "There is no reference.")
     mm, deg = (float(np.linalg.norm(e)) for e in errors)
     word, limit = _worst(mm, deg, REFERENCE)
-    sentence = f"The pose is {mm:.3g} mm and {deg:.2g} deg from the reference."
+    sentence = f"The pose is {mm:.3g} mm and {deg:.2g}° from the reference."
     return Check("reference", mm, "mm", limit, word == "good", word, sentence)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.lighthouse.published import QUANTITIES
-from mocap_metrology.present.calibration.words import reason_of, shown
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.tables import Row, aligned
 
@@ -49,7 +48,7 @@ def _row(record: Mapping[str, Any]) -> Row:
     found = pose.get("errors_mm") or [math.nan] * 3, pose.get("errors_deg") or [math.nan] * 3
     row |= dict(zip((f"error_{a}" for a in axes), [*found[0], *found[1]], strict=True))
     row["verdict"] = given["verdict"]["word"]
-    row["reason"] = reason_of(given)
+    row["reason"] = given["verdict"]["reason"]
     row["check_against"] = (given.get("check_against") or {}).get("sentence")
     return row
 
@@ -70,7 +69,7 @@ def calibration_markdown(
     head = ["calibration", "source", "master", "slave", "by", "t mm", "α β γ °", "baseline mm"]
     head += ["σ", "residual µrad", "hits", "error", "verdict"]
     lines += [*aligned([head, *(_cells(row) for row in rows)]), "", "## Verdicts", ""]
-    lines += [f"- {row['calibration']}: {row['verdict']}. {shown(row['reason'])}" for row in rows]
+    lines += [f"- {row['calibration']}: {row['verdict']}. {row['reason']}" for row in rows]
     moved = [row for row in rows if row["check_against"]]
     if moved:
         lines += ["", "## Against an earlier pose", ""]

@@ -11,9 +11,7 @@ from mocap_metrology.present.calibration.data import CalibrationFiles
 from mocap_metrology.present.calibration.words import (
     BEYOND_SIGMA,
     beyond_sigma,
-    reason_of,
     residual_limit,
-    shown,
 )
 from mocap_metrology.present.drawing.linear import number
 from mocap_metrology.present.drawing.style import (
@@ -128,7 +126,7 @@ def _wrapped_facts(given: CalibrationFiles, width_mm: float) -> list[str]:
 
 
 def _reason(given: CalibrationFiles, width_mm: float) -> list[str]:
-    return wrap(shown(reason_of(given.pose)), BODY_PT, 0.95 * (width_mm - BADGE_MM - 3.0))
+    return wrap(given.pose["verdict"]["reason"], BODY_PT, 0.95 * (width_mm - BADGE_MM - 3.0))
 
 
 def _verdict_mm(given: CalibrationFiles, width_mm: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,34 +10,10 @@ import numpy as np
 from mocap_metrology.lighthouse.assess.verdict import BOARD, EXPECTED_URAD
 
 TIMES_SIGMA = 3.0
-NOISE = re.compile(r"(\(noise of an angle: \d+)\)")
-ALSO = re.compile(r"\s*Also not right: ([^.]*)\.")
-UNITS = ((re.compile(r"(\d) urad\b"), r"\1 µrad"), (re.compile(r"(\d) deg\b"), r"\1°"))
 BEYOND_SIGMA = (
     "Error beyond 3 σ: σ is the scatter within this recording; what stays the same in it is not"
     " in σ (optics, lasers off the origin of the housing, scale of the board)."
 )
-
-
-def shown(sentence: str) -> str:
-    """A sentence with µrad and ° for urad and deg."""
-    for pattern, sign in UNITS:
-        sentence = pattern.sub(sign, sentence)
-    return sentence
-
-
-def reason_of(pose: Mapping[str, Any]) -> str:
-    """The reason of a verdict (contents of pose.json), with what else was found in sentences in
-    place of the names of checks, and the limit beside the noise; see `shown` for a reader."""
-    reason = pose["verdict"]["reason"] or "No reason given."
-    told = {check["name"]: check.get("sentence") for check in pose.get("checks", ())}
-    found = ALSO.search(reason)
-    names = found[1].split(", ") if found else []
-    if names and all(told.get(name) for name in names):
-        more = [told[name].split(", as by ")[0].rstrip(".") + "." for name in names]
-        reason = " ".join([ALSO.sub("", reason).strip(), *more])
-    limit = residual_limit(pose)
-    return NOISE.sub(rf"\1; {limit})", reason) if limit else reason
 
 
 def residual_limit(pose: Mapping[str, Any]) -> str:

@@ -180,7 +180,14 @@ def test_figure_has_a_panel_for_each_question(tmp_path, subsets: dict) -> None:
     }
     figure = camera_figure(rows, sigma, LIMITS, "Cameras", "All recordings are measured.")
     labels = [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()]
-    assert labels == ["Allan deviation, one frame (mm)", "Largest factor", "Camera's noise"]
+    assert labels == [
+        "Allan deviation, one frame (mm)",
+        "Noise of subset /\nof the smaller one",
+        "Noise of camera /\nmedian of all",
+    ]
+    ticks = [[t.get_text() for t in axes.get_xticklabels()] for axes in figure.axes[1:3]]
+    assert all(text.startswith("id ") for text in ticks[0])  # +2 would read as two cameras
+    assert subsets is LEFT_OUT or ticks[1][0] == "id 11\nid 12"
     svg, png = save_figure(figure, tmp_path / "cameras")
     assert png.stat().st_size > 10_000 and svg.stat().st_size < 1_000_000
 

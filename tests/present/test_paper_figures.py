@@ -21,7 +21,11 @@ from mocap_metrology.noise.published import SERIES, published_row
 from mocap_metrology.present.families import slots
 from mocap_metrology.present.skurowski.appendix import TABLES, table_a
 from mocap_metrology.present.skurowski.coefficients import colour_figure
-from mocap_metrology.present.skurowski.correlated import correlated_figure, term_pairs
+from mocap_metrology.present.skurowski.correlated import (
+    correlated_figure,
+    searched_ends,
+    term_pairs,
+)
 from mocap_metrology.present.skurowski.periodic import periodic_figure
 from mocap_metrology.present.skurowski.regression import FINAL, ORDINARY, START, regression_figure
 
@@ -53,9 +57,8 @@ def marks(axes, size: float) -> list[tuple[float, float]]:
     return [tuple(point) for points in found for point in points]
 
 
-def places(own, column):
+def places(own, column, cameras):
     """Where the numbers of a panel should stand, from the rows alone."""
-    cameras = sorted({row["n_cameras"] for row in own})
     return sorted(
         (cameras.index(row["n_cameras"]) + slots.offsets(SERIES)[row["series"]], value)
         for row in own
@@ -63,10 +66,23 @@ def places(own, column):
     )
 
 
+def marks_of(axes, marker) -> list[tuple[float, float]]:
+    found = [x.get_xydata() for x in axes.lines if x.get_marker() is marker]
+    return [tuple(point) for points in found for point in points]
+
+
+SHAPES = {
+    "published": slots.PUBLISHED,
+    "regenerated": slots.REGENERATED,
+    DEFAULT_ESTIMATOR: slots.LIKELIHOOD,
+}
+
+
 @pytest.mark.parametrize("logarithmic", [True, False])
 def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None:
     made = colour_figure(rows, "t", "n", logarithmic=logarithmic)
     panels = made.axes[:15]
+    cameras = sorted({r["n_cameras"] for r in rows})
     for k, axes in enumerate(panels):
         alpha, kind = ALPHAS[k // 3], list(TABLES)[k % 3]
         own = [r for r in rows if r["parameter"] == f"h_{alpha}" and r["camera_type"] == kind]
@@ -79,17 +95,21 @@ def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None
                     if row[column] is not None and row[column] < slots.FLOOR:
                         row[column] = slots.IN_BAND
         else:
-            greatest = max(
-                max(r["published"], r["regenerated"], r[DEFAULT_ESTIMATOR] or 0) for r in own
-            )
-            scale = 10.0 ** np.floor(np.log10(greatest))
-        sizes = {"published": 3.0, "regenerated": 1.5, DEFAULT_ESTIMATOR: 3.4}
-        for column, size in sizes.items():
-            expected = [(x, y / scale) for x, y in places(own, column)]
-            assert np.allclose(sorted(marks(axes, size)), expected, rtol=1e-9, atol=0), (k, column)
-        limits = [r for r in own if r["likelihood_status"] == "not_detected"]
+            values = slots.column_values(own)
+            held = np.quantile(values[values > 0], 0.9)
+            scale = 10.0 ** np.floor(np.log10(held))
+        top, above = axes.get_ylim()[1], 0
+        for column, how in SHAPES.items():
+            expected = [(x, y / scale) for x, y in places(own, column, cameras)]
+            above += sum(y > top for _, y in expected)
+            expected = [(x, y) for x, y in expected if y <= top]
+            found = sorted(marks(axes, how["markersize"]))
+            assert np.allclose(found, expected, rtol=1e-9, atol=0), (k, column)
+        beyond = [y for x, y in marks_of(axes, slots.UP) if y == top]
+        assert len(beyond) >= above and (above > 0) == (not logarithmic)
+        limits = [r["likelihood_upper_95"] for r in own if r["likelihood_status"] == "not_detected"]
         arrows = sorted(y * scale for _, y in marks(axes, slots.LIMIT["markersize"]))
-        assert np.allclose(arrows, sorted(r["likelihood_upper_95"] for r in limits))
+        assert np.allclose(arrows, sorted(v for v in limits if v / scale <= top))
         if logarithmic:
             low, high = axes.get_ylim()
             assert low >= slots.FLOOR * 10**-slots.BAND_DECADES and high < 1
@@ -102,7 +122,7 @@ def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None
 
 def test_correlated_terms(rows, tmp_path) -> None:
     made = correlated_figure(rows, "t", "n")
-    for source, column in (("published", 3.0), ("regenerated", 2.6), (DEFAULT_ESTIMATOR, 2.6)):
+    for source, column in (("published", 3.6), ("regenerated", 3.0), (DEFAULT_ESTIMATOR, 3.0)):
         pairs = term_pairs(rows, source)
         assert len(pairs) == 511  # terms in Tables A1-A3
         axes = next(a for a in made.axes if any(t.get_text().endswith(
@@ -111,11 +131,41 @@ def test_correlated_terms(rows, tmp_path) -> None:
         assert np.allclose(sorted(marks(axes, column)), sorted(p[:2] for p in pairs), atol=0)
         assert "511 terms" in [t.get_text() for t in axes.texts]
     first = [r for r in rows if r["camera_type"] == "T40" and r["parameter"].startswith("T_c")]
-    drawn = np.array(sorted(marks(made.axes[0], 3.0)))
-    expected = np.array(places(first, "published"))
+    drawn = np.array(sorted(marks(made.axes[0], slots.PUBLISHED["markersize"])))
+    cameras = sorted({r["n_cameras"] for r in rows})
+    expected = np.array(places(first, "published", cameras))
     assert np.allclose(np.sort(drawn[:, 1]), np.sort(expected[:, 1]), atol=0)
     check_saved(made, tmp_path / "f")
     assert_texts_apart(made)
+
+
+def test_terms_at_an_end_of_the_search_are_told() -> None:
+    made = table_rows([("T40", 10)])
+    assert searched_ends(made) == []
+    terms = [row for row in made if row["parameter"].startswith("T_c")]
+    for row, end in zip(terms[:3], (1 / 60, 60.0, 60.0), strict=True):
+        row |= {"regenerated": end, "regenerated_status": "at_bound"}
+    assert searched_ends(made) == [1 / 60, 60.0]
+    figure = correlated_figure(made, "t")
+    dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
+    assert [line.get_ydata()[0] for line in dashed] == [1 / 60, 60.0]
+    assert any(text.endswith("terms, 3 at an end") for text in every_text(figure))
+
+
+@pytest.mark.parametrize("logarithmic", [True, False])
+def test_a_bar_that_is_cut_ends_in_an_arrow(logarithmic) -> None:
+    made = [row for row in table_rows([("T40", 10)]) if row["parameter"] == "h_0"]
+    for row in made:
+        row |= {"likelihood": row["published"], "likelihood_status": "ok"}
+        row |= {"likelihood_lower_95": row["published"] / 2}
+        row |= {"likelihood_upper_95": row["published"] * 2}
+    made[0]["likelihood_lower_95"], made[1]["likelihood_upper_95"] = 0.0, 1.0
+    axes = colour_figure(made, "t", logarithmic=logarithmic).axes[6]
+    low, high = axes.get_ylim()
+    if logarithmic:
+        ((_, end),) = marks_of(axes, slots.DOWN)
+        assert end == pytest.approx(max(made[0]["published"] / slots.LONGEST, low))
+    assert (slots.offsets(SERIES)["y1"], high) in marks_of(axes, slots.UP)
 
 
 def test_leftovers_are_terms_too() -> None:
@@ -187,6 +237,10 @@ def test_regression(n_starts, tmp_path) -> None:
     check_saved(figure, tmp_path / "f")
     assert_texts_apart(figure)
     assert f"{n_starts} starts of annealing" in every_text(figure)
+
+
+def test_one_start_is_no_plural() -> None:
+    assert "1 start of annealing" in every_text(regression(1)[0])
 
 
 def test_regression_without_data() -> None:

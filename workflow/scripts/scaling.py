@@ -10,12 +10,7 @@ with step(snakemake) as log:
     from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
-    from mocap_metrology.present.skurowski.scaling import (
-        NOTE_GROUP,
-        NOTE_PAPER,
-        PAPER_GROUP,
-        scaling_figure,
-    )
+    from mocap_metrology.present.skurowski.scaling import NOTE_GROUP, scaling_figure
 
     group = snakemake.wildcards.group
     rows = {row["recording"]: row for row in snakemake.params.rows}
@@ -28,7 +23,6 @@ with step(snakemake) as log:
     }
     found = gather.subsets_of_group(rows, gaussian)
     title = f"{group}: spread over the number of cameras"
-    beside = f" {NOTE_PAPER}" if group == PAPER_GROUP else ""
-    figure = scaling_figure(found, title, f"{NOTE_GROUP}{beside} {source}")
+    figure = scaling_figure(found, title, f"{NOTE_GROUP} {source}")
     save_figure(figure, Path(snakemake.output[0]).with_suffix(""))
     log.info("%s: %d subsets", group, len(found))

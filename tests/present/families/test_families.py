@@ -13,6 +13,7 @@ from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import SERIES, published_row
 from mocap_metrology.present.families.adev import family_figure
 from mocap_metrology.present.families.members import count_looks, family_of, shown_series
+from mocap_metrology.present.families.ratios import ratios
 from mocap_metrology.present.families.subsets import DROPS, at_tau, subsets_figure
 from mocap_metrology.present.skurowski import families as paper
 
@@ -77,6 +78,23 @@ def test_a_family_shows_every_curve(tmp_path) -> None:
     assert {"2 cameras", "10 cameras", *SERIES} <= set(every_text(figure))
     check_saved(figure, tmp_path / "f")
     assert_texts_apart(figure)
+
+
+def test_below_each_panel_stands_the_ratio_to_the_smallest_subset() -> None:
+    rows = {f"T40-{n}": row(f"T40-{n}", "T40", n) for n in T40}
+    given = {name: published("T40", r["n_cameras"]) for name, r in rows.items()}
+    figure = family_figure(family_of(rows), given, dict.fromkeys(rows, SERIES), "t")
+    smallest = min(T40)
+    for axes, series in zip(figure.axes[7:14], SERIES, strict=True):
+        for (x, ratio), n in zip((line.get_data() for line in axes.lines[-7:]), sorted(T40),
+                                 strict=True):  # fmt: skip
+            assert np.allclose(x, M * TAU0)
+            exact = adev("T40", n, series) / adev("T40", smallest, series)
+            assert np.allclose(ratio, exact, rtol=1e-12)
+    shorter = {k: v[:-3] for k, v in given["T40-2"].items()}  # L lacks its longest times
+    of = {"2": shorter, "3": given["T40-3"]}
+    found = ratios([paper.curve_of(g, "L", k, False) for k, g in of.items()])
+    assert found["3"][0].size == M.size - 3 and np.allclose(found["2"][1], 1)
 
 
 def test_few_recordings_have_intervals_and_other_estimators_are_left_out() -> None:
@@ -200,7 +218,7 @@ def test_repaired_beside_failing(tmp_path) -> None:
     given = {"V": published("Vantage", 10), "V-r": published("Vantage", 9)}
     given |= {"B": published("Bonita", 10), "B-r": published("Bonita", 8)}
     figure = paper.repaired_figure(rows, others, given, "n", 0.683)
-    after, before = (drawn(axes) for axes in figure.axes[:2])
+    before, after = (drawn(axes) for axes in figure.axes[:2])
     assert [len(after), len(before)] == [2, 1]
     assert np.allclose(after, [adev("Vantage", 9, "z1"), adev("Bonita", 8, "z1")], rtol=1e-12)
     assert np.allclose(before, [adev("Vantage", 10, "z1")], rtol=1e-12)

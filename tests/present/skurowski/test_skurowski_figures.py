@@ -18,7 +18,13 @@ from mocap_metrology.present.skurowski.model_figures import (
     white_level,
     white_roots,
 )
-from mocap_metrology.present.skurowski.scaling import SERIES, Subset, fits, scaling_figure
+from mocap_metrology.present.skurowski.scaling import (
+    COVARIANCE,
+    SERIES,
+    Subset,
+    fits,
+    scaling_figure,
+)
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -88,6 +94,10 @@ def test_slopes_written_in_figure_3_are_those_of_the_curves() -> None:
         *("−1", "−½", "0", "+½"),
         *("−½", "+1", "−1", "+½", "−½", "+½"),
     ]
+    for axes in figure.axes[:2]:  # named and labelled in one way
+        assert axes.get_ylabel() == "Allan deviation (mm)"
+        formatter = axes.yaxis.get_major_formatter()
+        assert all(formatter(tick).startswith("10") for tick in axes.get_yticks())
     white = slopes_figure.deviation([PowerLaw(0, 3.0)])
     assert slopes_figure.slope_at(white, 1.0) == pytest.approx(-0.5, abs=1e-9)
     bump = slopes_figure.deviation([GaussMarkov(1.0, 10.0)])
@@ -162,6 +172,38 @@ def test_the_law_is_fitted_to_what_follows_it(tmp_path) -> None:
         sorted(printed[f"sigma_{k}_mm"] for k in ("1", "2", "L"))
     )
     assert "distance  −0.50 ± 0.00" in every_text(figure)
+
+
+def test_notes_say_how_long_twins_are() -> None:
+    segments = [{"n_frames": 60_000, "gap_before": 0}, {"n_frames": 11_000, "gap_before": 1000}]
+    origin = {"frame_rate_hz": 120.0, "segments": segments}
+    assert gather.length_s(origin) == 600.0
+    rows = {name: {"twin": name} for name in "ab"} | {"c": {"twin": None}}
+    same = gather.source_and_length(rows, {"a": 600.0, "b": 600.0, "c": 7.0})
+    assert same.startswith("Simulated (twins of 10 min (S: nine hours)): a, b;")
+    own = gather.source_and_length(rows, {"a": 600.0, "b": 600.0}, paper=False)
+    assert own.endswith("Length of the twins: 10 min.") and "nine" not in own
+    two = gather.source_and_length(rows, {"a": 7200.0, "b": 32400.0})
+    assert two.endswith("Length of the twins: a: 2 h; b: nine hours.")
+    measured = gather.source_and_length({"c": rows["c"]}, {"c": 600.0})
+    assert measured == "All recordings are measured."
+
+
+def test_the_spread_of_figure_9_is_explained() -> None:
+    values = {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 1, "duration_s": 600}
+    said = gather.spread_sentence(twin_from_mapping(values, "T40-10"))
+    assert "10.6 and 10.3 µm over 10 min, 15.2 and 23.1 µm over nine hours" in said
+    assert gather.spread_sentence(None) == ""
+
+
+def test_covariances_share_a_unit() -> None:
+    rows = sheet((10, 5, 2))
+    figure = scaling_figure(gather.subsets(rows, gaussian(rows), {}))
+    below = [axes for axes in figure.axes if axes.get_ylabel().startswith("Covariance")]
+    assert [axes.get_ylabel() for axes in below] == ["Covariance (µm²)"]
+    drawn = points(below[0], COVARIANCE["marker"])
+    assert drawn[:, 1] == pytest.approx(-1e6 * 0.1**2 / drawn[:, 0])
+    assert "exponent of n" in every_text(figure)
 
 
 def test_the_failing_camera_is_not_fitted() -> None:

@@ -89,6 +89,8 @@ def test_every_number_of_table_2_is_there(root: Path) -> None:
     assert {(r["camera_type"], r["quantity"]): r["published"] for r in rows} == printed
     assert {row["source"] for row in rows} == {"cited"}
     assert len(of(rows, ambiguity="open")) == 12
+    beside = {(k, r["quantity"]): r[k] for r in cameras.side_by_side(rows) for k in cameras.TYPES}
+    assert beside == printed
 
 
 def test_table_4_says_what_the_coefficients_allow(fourth: list[dict]) -> None:

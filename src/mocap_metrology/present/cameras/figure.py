@@ -23,7 +23,9 @@ from mocap_metrology.present.drawing.style import (
     blank_sheet,
     head,
     label_axes,
+    size_mm,
     styled,
+    text_mm,
 )
 from mocap_metrology.present.tables import Row
 
@@ -33,18 +35,22 @@ if TYPE_CHECKING:
 
 LEFT_MM, GAP_MM, RIGHT_MM, TOP_MM = 17.0, 11.0, 3.0, 6.0
 NOISE_MM, RISE_MM, CAMERA_MM, LABELS_MM, BETWEEN_MM = 48.0, 34.0, 30.0, 12.0, 2.0
+RATIOS = "Noise of subset /\nof the smaller one", "Noise of camera /\nmedian of all"
 MOST = 3  # camera types side by side
 ALARM = "#c2185b"
-TAU_LOOKS = (("o", INK), ("s", "#7a7a7a"), ("^", "#b0b0b0"))  # one frame, 0.1 s, 1 s
+TICK_PT = SMALL_PT - 0.5
+TAU_LOOKS = (("o", INK), ("s", "#5c5c5c"), ("^", "#858585"))  # one frame, 0.1 s, 1 s
+DOT = 3.8  # points
+WORDS = ("", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 NOTE = (
     "Above: Allan deviation at one frame against the number of cameras; first marker filled, "
-    "others open; grey: 1/√n (S Eq. 3). Below: factor from each subset to the next, in the "
-    "direction in which the noise rose most, of the worst marker, with 95 % intervals; sound "
-    "cameras give 1 or less; dashed: limit. "
+    "others open; grey: 1/√n (S Eq. 3). Below: noise of each subset relative to the next "
+    "smaller one, in the direction in which it rose most, of the worst marker, with 95 % "
+    "intervals; sound cameras give 1 or less; dashed: limit. "
 )
 CAMERA_NOTE = (
     "Last: noise of each added camera (of the noisiest, where several were added at once) relative "
-    "to the median, from frames that the subsets share; dashed: limit. "
+    "to the median of all cameras, from frames that the subsets share; dashed: limit. "
 )
 
 
@@ -93,7 +99,7 @@ def _block(
     _noise_panel(axes, sigma_mm, up, width)
     head(axes, kind)
     first = left == LEFT_MM  # of its row: it alone names the vertical axes
-    names = "Allan deviation, one frame (mm)", "Largest factor", "Camera's noise"
+    names = "Allan deviation, one frame (mm)", *RATIOS
     names = names if first else ("", "", "")
     counted = len({found["n"] for found in sigma_mm.values()}) == len(sigma_mm)
     across = "Number of cameras" if counted else "Cameras left out (−), or their number"
@@ -101,12 +107,12 @@ def _block(
     top += NOISE_MM + LABELS_MM + BETWEEN_MM
     axes = sheet.axes(left, top, width, RISE_MM)
     _rise_panel(axes, rows, up, settings["rise"])
-    label_axes(axes, x="Cameras added (ids)", y=names[1], x_mm=LABELS_MM - 2.0, y_mm=13.0)
+    label_axes(axes, x="Ids of the cameras added", y=names[1], x_mm=LABELS_MM - 2.0, y_mm=12.5)
     if told:
         top += RISE_MM + LABELS_MM + BETWEEN_MM
         axes = sheet.axes(left, top, width, CAMERA_MM)
         _camera_panel(axes, rows, settings["noisy"])
-        label_axes(axes, x="Cameras (ids)", y=names[2], x_mm=LABELS_MM - 2.0, y_mm=13.0)
+        label_axes(axes, x="Ids of the cameras", y=names[2], x_mm=LABELS_MM - 2.0, y_mm=12.5)
 
 
 def _noise_panel(
@@ -193,7 +199,7 @@ def _rise_panel(axes: Axes, rows: Sequence[Row], up: Sequence[Row], rise: float)
     axes.axhline(1 + rise, color=ALARM, lw=0.9, ls=(0, (4, 2)))
     named = {s: next(r for r in own if (r["from"], r["to"]) == s) for s in steps}
     _factor_axis(axes, own, "largest")
-    _slot_axis(axes, [_step_label(named[s]) for s in steps])
+    _slot_axis(axes, _step_labels([named[s] for s in steps], size_mm(axes)[0]))
 
 
 def _camera_panel(axes: Axes, rows: Sequence[Row], limit: float) -> None:
@@ -211,7 +217,7 @@ def _camera_panel(axes: Axes, rows: Sequence[Row], limit: float) -> None:
     axes.axhline(1, color=GREY, lw=0.8)
     axes.axhline(limit, color=ALARM, lw=0.9, ls=(0, (4, 2)))
     _factor_axis(axes, first, "camera_noise")
-    _slot_axis(axes, [_step_label(row) for row in first])
+    _slot_axis(axes, _step_labels(first, size_mm(axes)[0]))
 
 
 def _nothing(axes: Axes, why: str) -> None:
@@ -235,7 +241,7 @@ def _dots(
 ) -> None:
     value, low, high = (np.array([r[key] for r in rows], dtype=np.float64) for key in keys)
     axes.vlines(x, low, high, color=colour, lw=1.0)
-    axes.plot(x, value, ls="", marker=marker, color=colour, markersize=3.0)
+    axes.plot(x, value, ls="", marker=marker, color=colour, markersize=DOT)
 
 
 def _factor_axis(axes: Axes, rows: Sequence[Row], which: str) -> None:
@@ -263,16 +269,24 @@ def _slot_axis(axes: Axes, labels: Sequence[str]) -> None:
     axes.xaxis.set_major_locator(FixedLocator(range(len(labels))))
     names = dict(enumerate(labels))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _p: names.get(round(v), "")))
-    axes.tick_params(axis="x", length=0, labelsize=SMALL_PT - 0.5)
+    axes.tick_params(axis="x", length=0, labelsize=TICK_PT)
 
 
-def _step_label(row: Row) -> str:
-    """Ids, one a line, of two at most; of more, their number."""
+def _step_labels(rows: Sequence[Row], width: float) -> list[str]:
+    """Ids, one a line, of two at most, with the word `id` where axes `width` mm wide have room; of
+    more, their number in words."""
+    few = [ids for row in rows if len(ids := row["added"].split(";")) <= 2]
+    widest = max((text_mm(f"id {i}", TICK_PT) for ids in few for i in ids), default=0.0)
+    word = "id " if widest < 0.8 * width / max(len(rows), 1) else ""
+    return [_step_label(row, word) for row in rows]
+
+
+def _step_label(row: Row, word: str) -> str:
     ids = row["added"].split(";")
-    sign = "+" if row["from"] else ""
     if len(ids) <= 2:
-        return "\n".join([sign + ids[0], *ids[1:]])
-    return f"{sign}{len(ids)}\nids" if row["from"] else f"first\n{len(ids)}"
+        return "\n".join(f"{word}{i}" for i in ids)
+    count = WORDS[len(ids)] if len(ids) < len(WORDS) else str(len(ids))
+    return f"{count}\nmore" if row["from"] else f"first\n{count}"
 
 
 def _entries(rows: Sequence[Row]) -> list[Entry]:
@@ -280,7 +294,7 @@ def _entries(rows: Sequence[Row]) -> list[Entry]:
     taus = sorted({r["tau_s"] for r in rows if r["from"]})[: len(TAU_LOOKS)]
     for k, (tau, (marker, colour)) in enumerate(zip(taus, TAU_LOOKS, strict=False)):
         text = "one frame" if k == 0 else f"{tau:.2g} s"
-        entries.append(Entry(text, dot={"marker": marker, "color": colour, "markersize": 3.0}))
+        entries.append(Entry(text, dot={"marker": marker, "color": colour, "markersize": DOT}))
     entries.append(Entry("limit", line={"color": ALARM, "lw": 0.9, "ls": (0, (4, 2))}))
     entries.append(Entry("raised or noisy", patch={"color": ALARM, "alpha": 0.13, "lw": 0}))
     return entries

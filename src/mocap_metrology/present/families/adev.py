@@ -11,12 +11,14 @@ from mocap_metrology.present.drawing.curves import Curve, Key, Panel, curves_fig
 from mocap_metrology.present.drawing.decades import log_limits
 from mocap_metrology.present.drawing.style import Look, styled
 from mocap_metrology.present.families.members import (
+    CAMERAS,
     MOST_BANDS,
     Family,
     curve_of,
     left_out,
     shown_series,
 )
+from mocap_metrology.present.families.ratios import ratio_figure
 from mocap_metrology.present.recording.figures import ALLAN_DECADES, ALLAN_SLOPES, FARTHEST_BAND
 
 if TYPE_CHECKING:
@@ -37,11 +39,13 @@ def family_figure(
     """Allan deviations of a family of recordings, as S Figures 8, 12 and 13.
 
     allan: columns of allan.parquet, and expected: series that should be there, both by recording;
-    a panel shows those recordings that should have its series. Up to three recordings are drawn
-    with their intervals; `confidence` (0 to 1) of these.
+    a panel shows those recordings that should have its series. Subsets of cameras are drawn with
+    their ratio to the smallest one; up to three other recordings with their intervals, of that
+    `confidence` (0 to 1).
     """
     shown, others = shown_series([name for names in expected.values() for name in names])
-    band = len(family.labels) <= MOST_BANDS
+    subsets = family.by == CAMERAS and bool(family.looks)
+    band = len(family.labels) <= MOST_BANDS and not subsets
     labels = {name: family.said(label) for name, label in family.labels.items()}
     looks = {family.said(label): look for label, look in family.looks.items()}
     panels = [
@@ -56,6 +60,9 @@ def family_figure(
         )
         for series in shown
     ]
+    if subsets:
+        limits = adev_limits([curve for panel in panels for curve in panel.curves])
+        return ratio_figure(panels, limits, title, f"{left_out(others)} {note}")
     ends = "" if family.looks else "Over each panel its lowest and its highest recording."
     return panels_figure(panels, title, f"{ends} {left_out(others)} {note}", confidence)
 

@@ -37,7 +37,10 @@ if TYPE_CHECKING:
 LEFT_MM, RIGHT_MM, TOP_MM, ROW_MM, BETWEEN_MM, LABELS_MM = 17.0, 3.0, 3.0, 32.0, 3.0, 5.0
 WIDE_MM = WIDTH_MM - LEFT_MM - RIGHT_MM
 NAME_MM = 30.0  # of a recording written upright
-NO_MODEL = "No recording has noise coefficients; the table of noise says why."
+NO_MODEL = (
+    "No recording has noise coefficients, so there is nothing to draw; the table of noise says "
+    "why. Every group has this figure, so it stands here as a sentence."
+)
 MOST_SLOTS = 260  # across a panel; with more recordings only the distance is shown
 Noise = Mapping[str, Sequence[Mapping[str, Any]]]  # rows of noise.csv by recording
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +17,7 @@ Rows = Mapping[str, Mapping[str, Any]]
 CAMERAS, RECORDING = "Number of cameras", "Recording"
 NAMED_LOOKS = (*LOOKS.values(), *OTHER_LOOKS)  # so many recordings can be told apart by name
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "h", "<", ">", "p", "8")
-LIGHTEST, DARKEST = 0.80, 0.0  # of the map of colours, whose lightness falls evenly
+MAP, LIGHTEST, DARKEST = "inferno", 0.80, 0.0  # colours whose lightness falls evenly
 MOST_BANDS = 3  # curves in a panel up to which their intervals are drawn
 MOST_MARKERS, MOST_DISTANCES = 3, 3  # with panels of their own
 
@@ -58,16 +57,15 @@ def family_of(rows: Rows) -> Family:
 
 
 def count_looks(counts: Sequence[int]) -> dict[int, Look]:
-    """Looks of numbers of cameras: the more, the darker, even in a grey print; a marker each."""
+    """Looks of numbers of cameras: the more, the darker, in even steps; a marker each."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
     counts = sorted(set(counts))
-    low, high = math.log(min(counts, default=1)), math.log(max(counts, default=1))
     looks = {}
     for k, n in enumerate(counts):
-        share = (math.log(n) - low) / (high - low) if high > low else 1.0
-        colour = to_hex(colormaps["viridis"](LIGHTEST + share * (DARKEST - LIGHTEST)))
+        share = k / (len(counts) - 1) if len(counts) > 1 else 1.0
+        colour = to_hex(colormaps[MAP](LIGHTEST + share * (DARKEST - LIGHTEST)))
         looks[n] = Look(colour, "-", MARKERS[k % len(MARKERS)])
     return looks
 

@@ -22,6 +22,8 @@ from mocap_metrology.present.drawing.style import (
     WIDTH_MM,
     Look,
     Sheet,
+    label_axes,
+    size_mm,
 )
 from mocap_metrology.present.tables import Row
 
@@ -31,16 +33,24 @@ if TYPE_CHECKING:
 TYPES = ("T40", "Bonita", "Vantage")
 LEFT_MM, GAP_MM, RIGHT_MM = 17.0, 9.0, 3.0
 PANEL_MM = (WIDTH_MM - LEFT_MM - RIGHT_MM - 2 * GAP_MM) / 3
+NAME_MM = 17.5  # right of wide panels, for what they are of
+WIDE_MM = WIDTH_MM - LEFT_MM - NAME_MM
+CLOSE_MM, GROUPS_MM = 1.5, 7.5  # between the panels of a block, and below it
 EMPTY_SLOTS = 1.6  # between groups
 FLOOR, BAND_DECADES = 1e-20, 2.5  # smaller values stand in a band below it, so many decades high
 IN_BAND = FLOOR * 10 ** (-BAND_DECADES / 2)
-PALE = 0.4  # opacity of what nine hours could not support
-PUBLISHED = {"markersize": 3.0, "markerfacecolor": "none", "mew": 0.7, "ls": ""}
-REGENERATED = {"markersize": 1.5, "mew": 0, "ls": ""}
-LIKELIHOOD = {"marker": "_", "color": INK, "markersize": 3.4, "mew": 0.9, "ls": ""}
-COLOURED = {"markersize": 3.0, "mew": 0, "ls": ""}
-LIMIT = {"marker": "v", "color": INK, "markersize": 2.2, "mew": 0, "ls": "", "alpha": 0.55}
-INTERVAL = {"color": INK, "lw": 0.5}
+ROOM = 5.0  # factor from the numbers to the ends of a logarithmic axis
+PALE = 0.4  # opacity of published numbers below their least standard error
+PUBLISHED = {"markersize": 4.8, "markerfacecolor": "none", "mew": 0.8, "ls": ""}
+REGENERATED = {"markersize": 2.6, "mew": 0, "ls": ""}
+LIKELIHOOD = {"marker": "_", "color": INK, "markersize": 5.6, "mew": 1.1, "ls": ""}
+COLOURED = {"markersize": 4.2, "mew": 0, "ls": ""}
+LIMIT = {"marker": "v", "color": INK, "markersize": 3.6, "markerfacecolor": "white", "mew": 0.7,
+         "ls": ""}  # fmt: skip
+INTERVAL = {"color": INK, "lw": 0.7}
+DOWN, UP = 7, 6  # carets of matplotlib, their tips where they stand
+CUT = {"markersize": 3.4, "mew": 0, "ls": ""}  # arrow of a bar or number that goes on
+LONGEST = 100.0  # factor below its number, after which a bar on a logarithmic axis is cut
 
 Scale = Callable[[np.ndarray], np.ndarray]
 
@@ -51,18 +61,18 @@ def look_of(series: str) -> Look:
     return LOOKS[found[0]] if found else OTHER_LOOKS[0]
 
 
-def key_entries(limits: bool = True) -> list[Entry]:
-    """What colours, shapes and fillings mean."""
+def key_entries(arrow: int = DOWN) -> list[Entry]:
+    """What colours, shapes and fillings mean; arrow: `DOWN` or `UP`, where the axis cuts."""
     entries = series_entries(("x1", "y1", "z1", "L"))
     look, grey = look_of("x1"), {"color": GREY}
     entries.append(Entry("published", dot=_dot(look, markerfacecolor="none") | grey))
     pale = _dot(look, markerfacecolor="none", alpha=PALE) | grey
-    entries.append(Entry("published, not supported by nine hours", dot=pale))
-    entries.append(Entry(S_ESTIMATOR, dot=_dot(look, markersize=2.0, mew=0) | grey))
+    entries.append(Entry("published, less than its least standard error", dot=pale))
+    entries.append(Entry(S_ESTIMATOR, dot=_dot(look, markersize=2.6, mew=0) | grey))
     bar = {k: v for k, v in LIKELIHOOD.items() if k != "ls"}
     entries.append(Entry(f"{DEFAULT_ESTIMATOR}, 95 % interval", dot=bar))
-    if limits:
-        entries.append(Entry(f"{DEFAULT_ESTIMATOR}: not detected, 95 % limit", dot=_arrow()))
+    entries.append(Entry(f"{DEFAULT_ESTIMATOR}: not detected, 95 % limit", dot=_arrow()))
+    entries.append(Entry("goes on beyond", dot=_cut() | {"marker": arrow}))
     return entries
 
 
@@ -73,6 +83,7 @@ def coloured_entries(names: Sequence[str]) -> list[Entry]:
         *series_entries(names),
         Entry("95 % interval", dot=bar),
         Entry("not detected, 95 % limit", dot=_arrow()),
+        Entry("interval goes on", dot=_cut()),
     ]
 
 
@@ -88,13 +99,35 @@ def _arrow() -> dict[str, Any]:
     return {k: v for k, v in LIMIT.items() if k != "ls"}
 
 
+def _cut() -> dict[str, Any]:
+    return {"marker": DOWN, "color": INK, "markersize": CUT["markersize"], "mew": 0}
+
+
 def _dot(look: Look, **how: Any) -> dict[str, Any]:
-    return {"color": look.colour, "marker": look.marker, "markersize": 3.2, "mew": 0.7} | how
+    return {"color": look.colour, "marker": look.marker, "markersize": 4.8, "mew": 0.8} | how
 
 
 def panel_axes(sheet: Sheet, column: int, top: float, height: float) -> Axes:
     """Axes of one panel of three in a row."""
     return sheet.axes(LEFT_MM + column * (PANEL_MM + GAP_MM), top, PANEL_MM, height)
+
+
+def block_mm(row_mm: float) -> float:
+    """Height of a block of `block_axes`, with the labels of its groups."""
+    return len(TYPES) * (row_mm + CLOSE_MM) - CLOSE_MM + GROUPS_MM
+
+
+def block_axes(sheet: Sheet, top: float, row_mm: float, label: str) -> list[Axes]:
+    """A wide panel for each camera type, one below the other, named on the right; `label` is that
+    of their vertical axes."""
+    found = []
+    for k, name in enumerate(TYPES):
+        axes = sheet.axes(LEFT_MM, top + k * (row_mm + CLOSE_MM), WIDE_MM, row_mm)
+        how = {"transform": axes.transAxes, "va": "top", "weight": "bold"}
+        axes.text(1 + 1.5 / WIDE_MM, 1.0, name, **how)
+        label_axes(axes, y=label if k == 1 else "", y_mm=14.0)
+        found.append(axes)
+    return found
 
 
 def camera_axis(axes: Axes, cameras: Sequence[int], labels: bool) -> None:
@@ -126,7 +159,7 @@ def floor_limits(rows: Sequence[Row]) -> Limits:
     above = values[values >= FLOOR]
     if not above.size:
         return FLOOR * 10**-BAND_DECADES, FLOOR * 1e3
-    low, high = above.min() / 3, above.max() * 3
+    low, high = above.min() / ROOM, above.max() * ROOM
     if above.size < values.size:
         low = FLOOR * 10**-BAND_DECADES
     return float(low), float(high)
@@ -140,11 +173,11 @@ def log_axis(axes: Axes, limits: Limits, height: float, labels: bool) -> None:
     if limits[0] < FLOOR:
         axes.axhspan(limits[0], FLOOR, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
         ticks = axes.yaxis.get_major_locator().locs
-        axes.yaxis.set_major_locator(FixedLocator(ticks[ticks >= FLOOR * 0.99]))
+        axes.yaxis.set_major_locator(FixedLocator(ticks[ticks > FLOOR * 10]))  # room for its label
         if labels:
             how = {"size": SMALL_PT - 1, "color": GREY, "ha": "right", "va": "center"}
             place = axes.get_yaxis_transform()
-            axes.text(-0.03, IN_BAND, "< 10⁻²⁰", transform=place, **how)
+            axes.text(-1.5 / size_mm(axes)[0], IN_BAND, "< 10⁻²⁰", transform=place, **how)
     axes.tick_params(labelleft=labels)
 
 
@@ -163,7 +196,8 @@ def draw(
 ) -> None:
     """Published, regenerated and default numbers of the rows of one camera type; `scale` turns
     numbers into what the axis shows; `names`: series, a slot each. The default numbers are black
-    bars, or `coloured`: with the look of their series."""
+    bars, or `coloured`: with the look of their series. What lies above the axis, and what a bar is
+    cut of, is told by an arrow."""
     group = {n: k for k, n in enumerate(cameras)}
     slot = offsets(names)
     for look in dict.fromkeys(look_of(series) for series in names):
@@ -194,17 +228,37 @@ def _draw_default(
     low, high = (_values(rows, f"{DEFAULT_ESTIMATOR}_{end}") for end in ("lower_95", "upper_95"))
     known = np.isfinite(value) & np.isfinite(low) & np.isfinite(high)
     if known.any():
-        ends = [scale(np.maximum(v[known], 0)) for v in (low, high)]
-        axes.vlines(x[known], *ends, **INTERVAL | {"color": how["color"]})
+        _bars(axes, x[known], [v[known] for v in (value, low, high)], scale, how["color"])
     _plot(axes, x, value, scale, **how)
     limit = LIMIT | {"color": how["color"]}
-    _plot(axes, x, np.where(np.isnan(value), high, np.nan), scale, **limit)
+    above = scale(np.nan_to_num(high)) > axes.get_ylim()[1]  # says nothing there
+    _plot(axes, x, np.where(np.isnan(value) & ~above, high, np.nan), scale, **limit)
+
+
+def _bars(
+    axes: Axes, x: np.ndarray, numbers: Sequence[np.ndarray], scale: Scale, colour: str
+) -> None:
+    """From the lower to the upper ends, cut at the axis and, on a logarithmic one, far below."""
+    value, low, high = (np.maximum(v, 0) for v in numbers)
+    if axes.get_yscale() == "log":
+        low = np.maximum(low, value / LONGEST)
+    bottom, top = axes.get_ylim()
+    shown, (low, high) = scale(value), (scale(v) for v in (low, high))
+    down = (low > scale(np.maximum(numbers[1], 0))) | (low < bottom)
+    low, over = np.maximum(low, bottom), (high > top) & (shown <= top)
+    high = np.where(shown <= top, np.minimum(high, top), low)
+    axes.vlines(x, low, high, **INTERVAL | {"color": colour})
+    axes.plot(x[down], low[down], marker=DOWN, color=colour, **CUT, clip_on=False)
+    axes.plot(x[over], high[over], marker=UP, color=colour, **CUT, clip_on=False)
 
 
 def _plot(axes: Axes, x: np.ndarray, y: np.ndarray, scale: Scale, **how: Any) -> None:
-    known = np.isfinite(y)
-    if known.any():
-        axes.plot(x[known], scale(y[known]), **how)
+    x, y = x[np.isfinite(y)], scale(y[np.isfinite(y)])
+    top = axes.get_ylim()[1]
+    for beyond, look in ((False, how), (True, CUT | {"marker": UP, "color": how["color"]})):
+        own = (y > top) == beyond
+        if own.any():
+            axes.plot(x[own], np.minimum(y[own], top), **look, clip_on=not beyond)
 
 
 def _values(rows: Sequence[Row], column: str) -> np.ndarray:

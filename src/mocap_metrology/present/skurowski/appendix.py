@@ -51,19 +51,22 @@ COLUMNS = (
 )
 CAPTION = (
     "published: as printed. regenerated: S's estimator (annealing-ant-colony, Eq. 13) on the "
-    "recording; expected: the same fit of the noise-free sampled Allan variances of the published "
-    "coefficients; likelihood: this project's default, with its 95 % interval (status "
-    "not_detected: no value, and the upper limit; that of q_c holds for every T_c of its class). "
-    "Gauss-Markov terms are paired with the published ones by least total |ln T_c|, for each "
-    f"estimator by itself; those that differ by more than a factor of {LIMIT:g} are not paired "
-    f"(status {UNPAIRED}), and terms without a published one follow as rows of their own, named "
-    "by estimator. published_crlb: the least standard error nine hours allow if the published "
-    "coefficients are true; supported: whether it is below the coefficient itself."
+    "recording; likelihood: this project's default, with its 95 % interval (status not_detected: "
+    "no value, and the upper limit; that of q_c holds for every T_c of its class). Gauss-Markov "
+    "terms are paired with the published ones by least total |ln T_c|, for each estimator by "
+    f"itself; those that differ by more than a factor of {LIMIT:g} are not paired (status "
+    f"{UNPAIRED}), and terms without a published one follow as rows of their own, named by "
+    "estimator. Only in the CSV: the interval; expected, what S's estimator makes of the "
+    "noise-free sampled Allan variances of the published coefficients; published_crlb, the least "
+    "standard error that the length of the recording allows if the published coefficients are "
+    "true, and crlb_relative, that over the coefficient; supported, whether it is below the "
+    "coefficient itself; printed_row, which is All for ten cameras of one type, as S prints it."
 )
 SUPPORT = (
     "How many published coefficients are larger than the least standard error the recordings' "
-    "length allows them (Cramer-Rao bound of the published model, all its coefficients unknown), "
-    "and how many are not. Coefficients left out of the twins have no bound."
+    "length allows them (Cramer-Rao bound of the published model, all its coefficients unknown): "
+    "supported, and how many are not: unsupported. not_computed: coefficients left out of the "
+    "twins, which have no bound."
 )
 FROM, OWN = ("regenerated", EXPECTED, DEFAULT_ESTIMATOR), {"regenerated": S_ESTIMATOR}
 
@@ -137,7 +140,7 @@ def tables_a(
 
 
 def _support(std_error: float | None, value: float) -> Row:
-    """What nine hours could tell of a coefficient; empty where it has no bound."""
+    """What the recording's length can tell of a coefficient; empty where it has no bound."""
     if std_error is None or math.isnan(std_error) or math.isnan(value):
         return {"published_crlb": std_error, "crlb_relative": None, "supported": None}
     relative = float(std_error) / value if value > 0 else math.inf
@@ -233,7 +236,7 @@ def notes_by_coefficient(
 
 
 def support_counts(rows: Sequence[Row]) -> list[Row]:
-    """How many published coefficients nine hours could not have supported (relative CRLB > 1).
+    """How many published coefficients are beyond the recordings' length (relative CRLB > 1).
 
     rows: of `table_a`, of one camera type or several. One row a camera type and kind of
     coefficient, and `all`; not_computed: no bound was given, as of a sinusoid above Nyquist.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR, unit_key
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import COEFFICIENTS, SERIES
-from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits
+from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, duration_text, three_digits
 from mocap_metrology.present.skurowski.appendix import (
     UNPAIRED,
     notes_by_coefficient,
@@ -18,21 +18,26 @@ from mocap_metrology.present.tables import Row, aligned
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (
     f"Three lines a number of cameras: published, {S_ESTIMATOR}, {DEFAULT_ESTIMATOR}. "
-    f"{UNSUPPORTED} nine hours cannot support the number (least standard error above the number "
+    f"{UNSUPPORTED} {{length}} cannot support the number (least standard error above the number "
     f"itself); {LEFT_OUT} corrected, left out or to be read with care: see the notes below; "
     f"{STATUS_SIGNS}; < not detected, upper 95 % limit; – no partner. Empty: no such estimate."
 )
 
 
-def table_a_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
-    """Markdown of the rows of one `table_a`: a panel a series, full digits are in the CSV."""
-    lines = [f"# {title}", "", caption, "", SIGNS, ""]
-    lines += [_count_sentence(rows), ""]
-    for kind, n, label in dict.fromkeys(
-        (row["camera_type"], row["n_cameras"], row["printed_row"]) for row in rows
-    ):
+def table_a_markdown(
+    rows: Sequence[Row], title: str, caption: str, duration_s: float | None = None
+) -> str:
+    """Markdown of the rows of one `table_a`: a panel a series, full digits are in the CSV.
+
+    duration_s: length of the recordings, where it is known.
+    """
+    length = "this length" if duration_s is None else duration_text(duration_s)
+    length = f"a recording of {length}"
+    lines = [f"# {title}", "", caption, "", SIGNS.format(length=length), ""]
+    lines += [_count_sentence(rows, length), ""]
+    for kind, n in dict.fromkeys((row["camera_type"], row["n_cameras"]) for row in rows):
         for note in notes_by_coefficient(kind, n)[1]:
-            lines += [f"{label}, all series: {note}.", ""]
+            lines += [f"{n} cameras, all series: {note}.", ""]
     for letter, series in zip("abcdefg", SERIES, strict=True):
         panel = [row for row in rows if row["series"] == series]
         if panel:
@@ -43,13 +48,13 @@ def table_a_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     return "\n".join([*lines, ""])
 
 
-def _count_sentence(rows: Sequence[Row]) -> str:
+def _count_sentence(rows: Sequence[Row], length: str) -> str:
     total = next((c for c in support_counts(rows) if c["parameter"] == "all"), None)
     if total is None or total["not_computed"] == total["published"]:
-        return "What nine hours could support was not computed."
+        return f"What {length} can support was not computed."
     left = f", {total['not_computed']} have no bound" if total["not_computed"] else ""
     return (
-        f"Of {total['published']} published numbers nine hours could not have supported "
+        f"Of {total['published']} published numbers {length} cannot support "
         f"{total['unsupported']}{left}."
     )
 
@@ -62,8 +67,7 @@ def _panel(rows: Sequence[Row]) -> list[str]:
     for n_cameras in dict.fromkeys(row["n_cameras"] for row in rows):
         cells = {row["parameter"]: row for row in published if row["n_cameras"] == n_cameras}
         ordered = [cells.get(name) for name in names]
-        label = next(iter(cells.values()))["printed_row"]
-        lines.append([label, "published", *(_published(row) for row in ordered)])
+        lines.append([str(n_cameras), "published", *(_published(row) for row in ordered)])
         for column, estimator in (
             ("regenerated", S_ESTIMATOR),
             (DEFAULT_ESTIMATOR, DEFAULT_ESTIMATOR),
@@ -101,20 +105,24 @@ def _estimated(row: Row | None, column: str) -> str:
 
 def _below(rows: Sequence[Row]) -> list[str]:
     """Notes on published numbers, and the terms that were not published."""
-    said: dict[tuple[str, str], list[str]] = {}
+    said: dict[tuple[int, str], list[str]] = {}
     for row in rows:
         if row["published"] is not None:
             for note in _own_notes(row):
-                said.setdefault((row["printed_row"], note), []).append(row["parameter"])
-    lines = [f"- {n} {', '.join(names)}{LEFT_OUT}: {note}" for (n, note), names in said.items()]
-    groups: dict[tuple[str, str], list[str]] = {}
+                said.setdefault((row["n_cameras"], note), []).append(row["parameter"])
+    lines = [
+        f"- {n} cameras, {', '.join(names)}{LEFT_OUT}: {note}" for (n, note), names in said.items()
+    ]
+    groups: dict[tuple[int, str], list[str]] = {}
     for row in rows:
         if row["published"] is None:
             name, _, estimator = row["parameter"].partition(" (")
             value = next(
                 row[k] for k in ("regenerated", "expected", DEFAULT_ESTIMATOR) if row[k] is not None
             )
-            place = groups.setdefault((row["printed_row"], estimator[:-1]), [])
+            place = groups.setdefault((row["n_cameras"], estimator[:-1]), [])
             place.append(f"{name} {three_digits(value)} {row['unit']}")
-    lines += [f"- {n} {who}, not published: {', '.join(v)}" for (n, who), v in groups.items()]
+    lines += [
+        f"- {n} cameras, {who}, not published: {', '.join(v)}" for (n, who), v in groups.items()
+    ]
     return lines

@@ -17,8 +17,8 @@ from mocap_metrology.present.drawing.style import (
     SMALL_PT,
     WIDTH_MM,
     blank_sheet,
-    head,
     label_axes,
+    say,
     styled,
 )
 from mocap_metrology.present.families import slots
@@ -29,11 +29,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-TITLE_MM, ROW_MM, BETWEEN_MM, LABELS_MM = 5.5, 36.0, 3.0, 11.0
+TOP_MM, ROW_MM, LABELS_MM = 2.0, 20.0, 5.0
 ORDER = (
-    "In each group from left to right: x1, y1, z1, x2, y2, z2, L. Published and regenerated "
-    "numbers of one series stand in one line."
+    "S has a column for each camera type, here a panel each, one below the other. In each group "
+    "from left to right: x1, y1, z1, x2, y2, z2, L; the numbers of one series stand in one line. "
+    "Nine cameras there were of Vantage alone."
 )
+LOGARITHMIC = (
+    f"Intervals are cut at an arrow a factor of {slots.LONGEST:g} below their number; in the grey "
+    "band: less than 10⁻²⁰."
+)
+LINEAR = (
+    "Each panel has its own power of ten and holds nine tenths of its numbers that are not zero; "
+    "arrows at the top: larger ones, and intervals that go on. Limits above a panel are left out."
+)
+HELD = 0.9  # share of the positive numbers within a linear axis
 
 
 @styled()
@@ -42,52 +52,47 @@ def colour_figure(
 ) -> Figure:
     """Coefficients h_-2 ... h_2 of the rows of `table_a` (of any camera types): S Figure 14
     (logarithmic) or 15 (linear, each panel to its own scale)."""
-    entries = slots.key_entries()
-    width = WIDTH_MM - 2 * MARGIN_MM
-    key_top = TITLE_MM + len(ALPHAS) * (ROW_MM + BETWEEN_MM) - BETWEEN_MM + LABELS_MM
+    entries = slots.key_entries(slots.DOWN if logarithmic else slots.UP)
+    width, block = WIDTH_MM - 2 * MARGIN_MM, slots.block_mm(ROW_MM)
+    key_top = TOP_MM + len(ALPHAS) * block + LABELS_MM
     body = key_top + strip_height(entries, width) + 1.5
-    sheet = blank_sheet(body, title, f"{ORDER} {note}".strip())
-    for row, alpha in enumerate(ALPHAS):
+    how = LOGARITHMIC if logarithmic else LINEAR
+    sheet = blank_sheet(body, title, f"{ORDER} {how} {note}".strip())
+    cameras = sorted({r["n_cameras"] for r in rows})
+    for k, alpha in enumerate(ALPHAS):
         name = f"h_{alpha}"
         of_it = [r for r in rows if r["parameter"].split(" ")[0] == name]
         limits = slots.floor_limits(of_it)
-        for column, camera_type in enumerate(slots.TYPES):
+        panels = slots.block_axes(
+            sheet, TOP_MM + k * block, ROW_MM, f"{symbol(name)} ({unit(name)})"
+        )
+        for camera_type, axes in zip(slots.TYPES, panels, strict=True):
             shown = [r for r in of_it if r["camera_type"] == camera_type]
-            axes = slots.panel_axes(sheet, column, TITLE_MM + row * (ROW_MM + BETWEEN_MM), ROW_MM)
-            lowest = row == len(ALPHAS) - 1
-            cameras = sorted({r["n_cameras"] for r in rows if r["camera_type"] == camera_type})
-            slots.camera_axis(axes, cameras, lowest)
+            slots.camera_axis(axes, cameras, axes is panels[-1])
             if logarithmic:
-                slots.log_axis(axes, limits, ROW_MM, labels=column == 0)
+                slots.log_axis(axes, limits, ROW_MM, labels=True)
                 slots.draw(axes, shown, cameras, slots.raised)
             else:
                 _linear(axes, shown, cameras)
-            label_axes(
-                axes,
-                x="Number of cameras" if lowest else "",
-                y=f"{symbol(name)} ({unit(name)})" if column == 0 else "",
-                y_mm=13.5,
-            )
-            if row == 0:
-                head(axes, camera_type)
             if not shown:
-                how = {"transform": axes.transAxes, "ha": "center", "va": "center"}
-                axes.text(0.5, 0.5, "no numbers", color=GREY, **how)
+                say(axes, "no numbers")
+        label_axes(panels[-1], x="Number of cameras" if k == len(ALPHAS) - 1 else "")
     strip(sheet, MARGIN_MM, key_top, width, entries)
     return sheet.figure
 
 
 def _linear(axes: Axes, rows: Sequence[Row], cameras: Sequence[int]) -> None:
-    """From zero to the greatest number, in units of a power of ten that the panel names."""
+    """From zero up to nine tenths of the positive numbers, in units of a power of ten that stands
+    beside the panel."""
     values = slots.column_values(rows)
-    values = values[np.isfinite(values)]
-    greatest = float(values.max(initial=0.0))
+    values = values[np.isfinite(values) & (values > 0)]
+    greatest = float(np.quantile(values, HELD)) if values.size else 0.0
     exponent = int(np.floor(np.log10(greatest))) if greatest > 0 else 0
     scale = 10.0**exponent
     top = 1.12 * greatest / scale if greatest > 0 else 1.0
-    linear_axis(axes, "y", (-0.06 * top, top), 6)
+    linear_axis(axes, "y", (-0.08 * top, top), 5)
     slots.draw(axes, rows, cameras, lambda v: v / scale)
     if greatest > 0:
         text = f"×10{str(exponent).translate(SUPERSCRIPT)}"
-        how = {"transform": axes.transAxes, "ha": "right", "va": "top", "size": SMALL_PT}
-        axes.text(0.985, 0.96, text, color=GREY, **how)
+        beside = 1 + 1.5 / slots.WIDE_MM, 1 - 5.0 / ROW_MM
+        axes.text(*beside, text, transform=axes.transAxes, va="top", size=SMALL_PT, color=GREY)

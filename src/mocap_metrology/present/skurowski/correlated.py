@@ -13,6 +13,7 @@ from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
+    INK,
     LOOKS,
     MARGIN_MM,
     SMALL_PT,
@@ -31,7 +32,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-TITLE_MM, ROW_MM, SCATTER_MM, BETWEEN_MM, LABELS_MM = 5.5, 40.0, 52.0, 3.0, 11.0
+TITLE_MM, ROW_MM, SCATTER_MM, LABELS_MM = 5.5, 24.0, 52.0, 11.0
+NOTE = (
+    "A limit of q_c holds for a class of T_c; intervals are cut at an arrow a factor of "
+    f"{slots.LONGEST:g} below their number. Dashed: ends of the range searched for T_c by "
+    f"{S_ESTIMATOR}, where terms pile up that no T_c within it suits."
+)
+END = {"color": INK, "lw": 0.7, "ls": (0, (4, 2)), "zorder": 0.8}
 CAMERAS = dict(zip(slots.TYPES, LOOKS.values(), strict=True))
 SOURCES = (
     ("published", "published"),
@@ -47,29 +54,29 @@ def correlated_figure(rows: Sequence[Row], title: str, note: str = "") -> Figure
     number of cameras, (b) q_c against T_c with the classes of S 4.6 shaded, a panel a source."""
     rows = [row for row in rows if row["parameter"][1:3] == "_c"]
     width = WIDTH_MM - 2 * MARGIN_MM
-    entries, types = slots.key_entries(limits=False), _type_entries()
-    key_top = TITLE_MM + 2 * ROW_MM + BETWEEN_MM + LABELS_MM
+    entries, types = slots.key_entries(), _type_entries()
+    block = slots.block_mm(ROW_MM)
+    key_top = TITLE_MM + 2 * block + 5.0
     second = key_top + strip_height(entries, width) + 4.0 + TITLE_MM
     last = second + SCATTER_MM + LABELS_MM
-    sheet = blank_sheet(last + strip_height(types, width) + 1.5, title, note)
+    body = last + strip_height(types, width) + 1.5
+    sheet = blank_sheet(body, title, f"{NOTE} {note}".strip())
+    ends = searched_ends(rows)
+    cameras = sorted({r["n_cameras"] for r in rows})
     for row, name in enumerate(("T_c", "q_c")):
         of_it = [r for r in rows if unit_key(r["parameter"].split(" ")[0]) == name]
         limits = slots.floor_limits(of_it)
-        for column, camera_type in enumerate(slots.TYPES):
+        panels = slots.block_axes(sheet, TITLE_MM + row * block, ROW_MM, f"{name} ({unit(name)})")
+        for camera_type, axes in zip(slots.TYPES, panels, strict=True):
             shown = [r for r in of_it if r["camera_type"] == camera_type]
-            axes = slots.panel_axes(sheet, column, TITLE_MM + row * (ROW_MM + BETWEEN_MM), ROW_MM)
-            cameras = sorted({r["n_cameras"] for r in shown})
-            slots.camera_axis(axes, cameras, labels=row == 1)
-            slots.log_axis(axes, limits, ROW_MM, labels=column == 0)
+            slots.camera_axis(axes, cameras, axes is panels[-1])
+            slots.log_axis(axes, limits, ROW_MM, labels=True)
+            for end in ends if name == "T_c" else ():
+                axes.axhline(end, **END)
             slots.draw(axes, shown, cameras, slots.raised)
-            label_axes(
-                axes,
-                x="Number of cameras" if row == 1 else "",
-                y=f"{name} ({unit(name)})" if column == 0 else "",
-                y_mm=13.5,
-            )
-            if row == 0:
-                head(axes, f"(a) {camera_type}" if column == 0 else camera_type)
+        if row == 0:
+            head(panels[0], "(a) By number of cameras")
+        label_axes(panels[-1], x="Number of cameras" if row == 1 else "")
     strip(sheet, MARGIN_MM, key_top, width, entries)
     pairs = {source: term_pairs(rows, source) for source, _ in SOURCES}
     every = [pair for some in pairs.values() for pair in some]
@@ -77,19 +84,38 @@ def correlated_figure(rows: Sequence[Row], title: str, note: str = "") -> Figure
     limits = x_limits, (low / 30, high * 10)  # room for the words
     for column, (source, name) in enumerate(SOURCES):
         axes = slots.panel_axes(sheet, column, second, SCATTER_MM)
+        at_end = _at_end(rows, source) if source == "regenerated" else 0
+        for end in ends if at_end else ():
+            axes.axvline(end, 0.07, 0.91, **END)
         _scatter(axes, pairs[source], limits, hollow=source == "published")
         axes.tick_params(labelleft=column == 0)
         label_axes(axes, x="T_c (s)", y=f"q_c ({unit('q_c')})" if column == 0 else "", y_mm=13.5)
         head(axes, f"(b) {name}" if column == 0 else name)
         how = {"transform": axes.transAxes, "ha": "right", "va": "top", "size": SMALL_PT}
-        axes.text(0.98, 0.98, f"{len(pairs[source])} terms", color=GREY, **how)
+        text = f"{len(pairs[source])} terms" + (f", {at_end} at an end" if at_end else "")
+        axes.text(0.98, 0.98, text, color=GREY, **how)
     strip(sheet, MARGIN_MM, last, width, types)
     return sheet.figure
 
 
+def searched_ends(rows: Sequence[Row]) -> list[float]:
+    """The T_c, in s, at which the search of S's estimator ended: shortest and longest."""
+    found = [row["regenerated"] for row in rows if _ended(row, "regenerated")]
+    return sorted({min(found), max(found)}) if found else []
+
+
+def _ended(row: Row, source: str) -> bool:
+    return row["parameter"].startswith("T_c") and row[f"{source}_status"] == "at_bound"
+
+
+def _at_end(rows: Sequence[Row], source: str) -> int:
+    return sum(_ended(row, source) for row in rows)
+
+
 def term_pairs(rows: Sequence[Row], source: str) -> list[Pair]:
     """(T_c, q_c, camera type, supported) of every Gauss-Markov term that `source`, a column of
-    `table_a`, has both numbers of; `supported` is False where nine hours could not support one."""
+    `table_a`, has both numbers of; `supported` is False where one is less than its least standard
+    error."""
     found: dict[tuple[Any, ...], dict[str, Row]] = {}
     for row in (r for r in rows if r["parameter"][1:3] == "_c"):
         key = row["camera_type"], row["n_cameras"], row["series"], row["parameter"][3:]
@@ -110,6 +136,7 @@ def _type_entries() -> list[Entry]:
     entries.append(Entry("published", dot=_dot(Look(GREY, "-", "o"), markerfacecolor="none")))
     entries.append(Entry("regenerated", dot=_dot(Look(GREY, "-", "o"), mew=0)))
     band = {"color": FAINT, "alpha": 0.8, "lw": 0}
+    entries.append(Entry("end of the range searched", line=END))
     return [*entries, Entry("classes of T_c (S 4.6)", patch=band)]
 
 
@@ -140,5 +167,5 @@ def _scatter(
             own = [p for p in pairs if p[2] == camera_type and p[3] == fine]
             if own:
                 how = {"markerfacecolor": "none"} if hollow else {"mew": 0}
-                how |= {"markersize": 3.0 if hollow else 2.6, "alpha": 1.0 if fine else slots.PALE}
+                how |= {"markersize": 3.6 if hollow else 3.0, "alpha": 1.0 if fine else slots.PALE}
                 axes.plot(*np.array([p[:2] for p in own]).T, ls="", **_dot(look, **how))

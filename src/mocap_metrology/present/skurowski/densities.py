@@ -196,6 +196,7 @@ def _means(sheet: Sheet, top: float, height: float, means: Sequence[Mean]) -> No
     at, labels, x = {}, {}, 0.0
     for kind in kinds:
         own = [mean for mean in means if mean.camera_type == kind]
+        own.sort(key=lambda mean: mean.n_cameras)  # as in Figure 11
         left = x
         for mean in own:
             at[mean], labels[x] = x, str(mean.n_cameras)

@@ -25,6 +25,7 @@ TITLES = {
     13: f"{PAPER}, Figure 13: Allan deviation by camera type",
     "A1": f"{PAPER}, Figure A1: z1 after the failing camera was replaced",
 }
+NOTE_A1 = "S's own: nine hours before the repair, a length it does not state after it."
 TYPES = ("T40", "Bonita", "Vantage")
 TYPE_LOOKS = dict(zip((*TYPES, "All"), (*LOOKS.values(), OTHER_LOOKS[0]), strict=True))
 SERIES = ("x1", "x2", "L")
@@ -64,8 +65,10 @@ def failing_figure(rows: Rows, allan: Allan, note: str, confidence: float) -> Fi
     if None in names.values():
         return None
     shown = {
-        f"{n} cameras": (allan[name], look)
-        for (n, name), look in zip(names.items(), (LOOKS["y"], LOOKS["x"]), strict=True)
+        f"{n} cameras, {how}": (allan[name], look)
+        for (n, name), how, look in zip(
+            names.items(), ("one failing", "without it"), (LOOKS["y"], LOOKS["x"]), strict=True
+        )
     }
     return compared_figure(shown, SERIES, TITLES[8], note, confidence)
 
@@ -89,8 +92,8 @@ def _remark(rows: Rows, name: str | None) -> str:
 
 @styled()
 def repaired_figure(rows: Rows, others: Rows, allan: Allan, note: str, confidence: float) -> Figure:
-    """S Figure A1: z1 of every camera type after the repair, and beside it of those that the sheet
-    compares them with.
+    """S Figure A1: z1 of every camera type after the repair, and left of it of those that the
+    sheet compares them with.
 
     rows: of the repaired recordings; others: of those named in their `compare_with`; allan: of all
     of them.
@@ -104,12 +107,13 @@ def repaired_figure(rows: Rows, others: Rows, allan: Allan, note: str, confidenc
     }
     panels = [
         Panel(title, [curve_of(allan[n], SERIES_A1, k, True) for k, n in names.items()], looks)
-        for title, names in (("After the repair", after), ("Before", before))
+        for title, names in (("Before the repair", before), ("After the repair", after))
         if names
     ]
     remarks = [f"{name}: {row['comment']}." for name, row in rows.items() if row["comment"]]
     remarks.append(_remark(rows, standing_for(rows, "All", TABLE_4["All"])))
-    return panels_figure(panels, TITLES["A1"], f"{' '.join(remarks)} {note}", confidence)
+    text = f"{' '.join(remarks)} {note} {NOTE_A1}"
+    return panels_figure(panels, TITLES["A1"], text, confidence)
 
 
 def _label(row: Mapping[str, Any]) -> str:

@@ -1,20 +1,71 @@
-"""What Figures 10 and 11 show, from the sheet, gaussian.csv and the twins behind recordings."""
+"""What Figures 9-11 show, from the sheet, gaussian.csv and the twins; how long twins are."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from mocap_metrology.noise.moments import expected_moments
 from mocap_metrology.noise.published import published_gaussian
 from mocap_metrology.noise.twins import Twin
+from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset
 from mocap_metrology.present.skurowski.subset_tables import TABLE_4
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Row, source_of, source_sentence
 
 NOT_FITTED = ("Vantage", 10)  # with the failing camera (S 3.5)
 EXPECTED = {"sigma_1_mm": "sigma_1", "sigma_2_mm": "sigma_2", "sigma_L_mm": "sigma_L"}
+
+
+def length_s(origin: Mapping[str, Any]) -> float:
+    """Length of a recording in s, with its gaps, by the metadata of one of its tables."""
+    frames = sum(s["n_frames"] + max(s["gap_before"], 0) for s in origin["segments"])
+    return frames / origin["frame_rate_hz"]
+
+
+def source_and_length(
+    rows: Mapping[str, Mapping[str, Any]],
+    lengths_s: Mapping[str, float],
+    paper: bool = True,
+) -> str:
+    """`source_sentence` of these rows of the sheet with the length of their twins.
+
+    lengths_s: by recording; paper: whether S's own nine hours are to compare with. Twins of several
+    lengths are told apart by name.
+    """
+    sources = {name: source_of(row) for name, row in rows.items()}
+    names: dict[int, list[str]] = {}
+    for name, source in sources.items():
+        if source == "twin" and name in lengths_s:
+            names.setdefault(round(lengths_s[name]), []).append(name)
+    if len(names) == 1 and paper:
+        return source_sentence(sources, float(next(iter(names))))
+    said = [f"{', '.join(own)}: {duration_text(seconds)}" for seconds, own in names.items()]
+    if len(names) == 1:
+        said = [duration_text(next(iter(names)))]
+    return f"{source_sentence(sources)} {_length(said)}".strip()
+
+
+def _length(said: Sequence[str]) -> str:
+    return f"Length of the twins: {'; '.join(said)}." if said else ""
+
+
+def spread_sentence(twin: Twin | None) -> str:
+    """Why the spread of a twin of Figure 9 is not Table 4's: its length and its coefficients."""
+    if twin is None:
+        return ""
+    lengths = dict.fromkeys((twin.duration_s, float(NINE_HOURS_S)))
+    spread = []
+    for seconds in lengths:
+        found = expected_moments(replace(twin, duration_s=seconds))
+        one, two = (f"{1000 * found[f'sigma_{k}']:.1f}" for k in (1, 2))
+        spread.append(f"{one} and {two} µm over {duration_text(seconds)}")
+    return (
+        "Slow noise widens a density as time goes by: the SDs that the printed coefficients lead "
+        f"to on average are {', '.join(spread)}, for x₁ and x₂; Table 4's own are of nine hours."
+    )
 
 
 def gaussian_row(rows: Sequence[Row], axis: str) -> Row:

@@ -14,12 +14,12 @@ from mocap_metrology.noise.moments import QUANTITIES, SLOW_SAMPLES, Cleaning, pa
 from mocap_metrology.noise.published import FRAME_RATE_HZ, published_row
 from mocap_metrology.noise.simulate import stream
 from mocap_metrology.noise.twins import Twin
+from mocap_metrology.present.numbers import NINE_HOURS_S
 from mocap_metrology.present.tables import Row
 
 REPEATS = 200
 LEVELS = (0.05, 0.5, 0.95)
 MU_ERRORS = 3.0
-NINE_HOURS_S = 32400.0
 TOLERANCE_MM = 1e-4
 ROUNDING_MM = 1.5e-4  # of three numbers printed to four decimals
 MEANS = ("mu_1_mm", "mu_2_mm", "mu_L_mm", "mu_e_mm")
@@ -36,11 +36,11 @@ CAPTION = (
     "Random walk and slow correlated noise make the moments of one recording a matter of chance: "
     f"each is held against {REPEATS} realisations of the twin's coefficients as the outlier filter "
     "leaves them (slow parts drawn, fast ones by their stationary variance). lower_5, median, "
-    "upper_95: of the recording's length; nine_hours_: of the paper's. inside: within 5 ... 95 %, "
-    "so one number in ten should not be; of a mean, within three standard errors. That error is of "
-    "the mean about the first frame, where the twin is put at the published mean: a random walk "
-    "has no other reference. check, residual: what the relation leaves of the row's own numbers; "
-    "printed ones carry up to 0.00015 mm of rounding."
+    "upper_95: of the length of these recordings; nine_hours_: of the paper's. inside: within 5 "
+    "... 95 %, so one number in ten should not be; of a mean, within three standard errors. That "
+    "error is of the mean about the first frame, where the twin is put at the published mean: a "
+    "random walk has no other reference. check, residual: what the relation leaves of the row's "
+    "own numbers; printed ones carry up to 0.00015 mm of rounding."
 )
 SHOWN = (
     *("camera_type", "quantity", "published", "regenerated", "source", "standard_error"),

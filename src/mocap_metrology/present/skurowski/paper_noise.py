@@ -13,9 +13,14 @@ TITLES = {
     14: f"{PAPER}, Figure 14: colour noise coefficients, logarithmic",
     15: f"{PAPER}, Figure 15: colour noise coefficients, linear",
     16: f"{PAPER}, Figure 16: correlated noise",
-    17: f"{PAPER}, Figure 17: spectrum of z1 (number of cameras), periodic disturbance",
+    17: f"{PAPER}, Figure 17: a periodic disturbance, in spectra of z1",
 }
 LINE_HZ = 14.4  # S's "15 Hz": eight rows of Tables A1-A3 have 13.7 to 14.4 Hz
+NOTE_17 = (
+    "z1 by the largest set of each camera type, its number of cameras in brackets. S reports the "
+    "line for T40 and Vantage, negligibly small for Vantage; Tables A1-A3 print its amplitude for "
+    "T40 alone, so a twin of Vantage or Bonita has none."
+)
 SERIES = "z1"  # of Figures 6 and 17; S names none for 6, this one has a line and three bumps
 
 

@@ -92,7 +92,7 @@ def regression_figure(
 def _entries(n_starts: int) -> list[Entry]:
     return [
         Entry("data", dot=DATA),
-        Entry(f"{n_starts} starts of annealing", line=START),
+        Entry(f"{n_starts} start{'' if n_starts == 1 else 's'} of annealing", line=START),
         Entry("weighted least squares: the best start after the ant colony", line=FINAL),
         Entry("ordinary least squares (Levenberg-Marquardt)", line=ORDINARY),
     ]

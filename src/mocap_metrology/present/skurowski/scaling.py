@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.noise.scaling import Scaling, fit_scaling
-from mocap_metrology.present.drawing.decades import SUPERSCRIPT, Limits, decade_axis, log_limits
+from mocap_metrology.present.drawing.decades import Limits, decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (
@@ -36,20 +36,24 @@ if TYPE_CHECKING:
 TITLE_11 = f"{PAPER}, Figure 11: spread over the number of cameras"
 LAW = (
     "Lines: σ/√n (Equation 3), fitted to the points of each series by the mean of their "
-    "logarithms; in the corner, the exponent of n if it is free (−0.5 by the law)."
+    "logarithms; in the corner, the exponent of n with its standard error if it is free (−0.5 by "
+    "the law)."
 )
 NOTE_11 = (
-    "(a) Standard deviations along x and of the distance, (b) covariances of x₁ and x₂. How they "
-    "depend on n comes from the printed coefficients, of which the twins are made; bars: what "
-    "these lead to on average over recordings as long. Vantage's tenth camera was failing and is "
-    "left out of the fits; stars: Table 4, which is of nine hours."
+    "(a) Standard deviations along x and of the distance (S plots their squares, variances), (b) "
+    "covariances of x₁ and x₂. How they depend on n comes from the printed coefficients, of which "
+    "the twins are made; bars: what these lead to on average over recordings as long. Vantage's "
+    "tenth camera was failing and is left out of the fits; stars: Table 4, which is of nine hours."
 )
 NOTE_GROUP = (
     "(a) Standard deviations along the line between the markers (of a single marker, along x) and "
     "of the distance, (b) covariances of the two markers along that line."
 )
-LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM = 16.5, 3.0, 5.5, 11.0
-GAP_MM, BETWEEN_MM, COLUMNS = 11.0, 3.0, 3
+COVARIANCE = {"color": "#4d4d4d", "marker": "X", "markersize": 4.6, "mew": 0.4}
+TEXT_SHARE = 0.5  # height above the points, for the exponents, in that of the points
+SQUARE_MM_FROM = 0.1  # covariances, mm²: smaller ones are shown in µm²
+LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM = 17.5, 3.0, 5.5, 11.0
+GAP_MM, BETWEEN_MM, COLUMNS = 15.5, 6.5, 3
 CAMERA_MM = 4.4  # from label to label
 BOLD = 1.15  # width of bold text, in that of the same in normal weight
 SD_MM, COVARIANCE_MM = 54.0, 36.0
@@ -106,7 +110,7 @@ def scaling_figure(subsets: Sequence[Subset], title: str = TITLE_11, note: str =
     )
     columns = min(len(kinds), COLUMNS)
     panel = (WIDTH_MM - LEFT_MM - RIGHT_MM - GAP_MM * (columns - 1)) / columns
-    limits = _limits(subsets)
+    limits, unit = _limits(subsets), _covariance_unit(subsets)
     for k, kind in enumerate(kinds):
         own = sorted((s for s in subsets if s.camera_type == kind), key=lambda s: s.n_cameras)
         row, column = divmod(k, columns)
@@ -116,17 +120,19 @@ def scaling_figure(subsets: Sequence[Subset], title: str = TITLE_11, note: str =
         axes.tick_params(labelbottom=False, labelleft=column == 0)
         name = f"(a) {kind or 'cameras'}" if k == 0 else kind or "cameras"
         head(axes, shorten(name, BODY_PT * BOLD, panel))
-        label_axes(axes, "", "Standard deviation (mm)" if column == 0 else "", y_mm=12.5)
+        label_axes(axes, "", "Standard deviation (mm)" if column == 0 else "", y_mm=14.5)
         axes = sheet.axes(left, top + SD_MM + BETWEEN_MM, panel, COVARIANCE_MM)
-        _covariances(axes, own, limits[0], (panel, COVARIANCE_MM), "(b)" if k == 0 else "")
-        y = "Covariance" if column == 0 else ""
-        label_axes(axes, "Number of cameras", y, y_mm=12.5)
+        _covariances(axes, own, limits[0], (panel, COVARIANCE_MM), unit)
+        head(axes, "(b)" if k == 0 else "")
+        y = f"Covariance ({unit[0]})" if column == 0 else ""
+        label_axes(axes, "Number of cameras", y, y_mm=14.5)
     strip(sheet, MARGIN_MM, key_top, width, entries)
     return sheet.figure
 
 
 def _entries(subsets: Sequence[Subset]) -> list[Entry]:
     entries = [Entry(name, dot=_dot(how)) for name, how in SERIES.items()]
+    entries.append(Entry("covariance", dot=COVARIANCE))
     entries.append(Entry("σ/√n", line={"color": GREY, "lw": 1.0}))
     if any(subset.expected for subset in subsets):
         entries.append(Entry("on average, by the coefficients", dot=_bar(GREY)))
@@ -154,7 +160,15 @@ def _limits(subsets: Sequence[Subset]) -> tuple[Limits, Limits]:
     values = [_values(subsets, kind, column) for kind in kinds for column in COLUMN_OF.values()]
     low, high = log_limits(values)
     counts = [subset.n_cameras for subset in subsets] or [1]
-    return (min(counts) / 1.2, max(counts) * 1.2), (low, high * 6)
+    return (min(counts) / 1.2, max(counts) * 1.2), (low, high * (high / low) ** TEXT_SHARE)
+
+
+def _covariance_unit(subsets: Sequence[Subset]) -> tuple[str, float]:
+    """Unit of all covariances, and how many of it are in 1 mm²."""
+    kinds = ("row", "expected", "published")
+    values = np.abs(np.concatenate([_values(subsets, k, "sigma_12_mm2") for k in kinds]))
+    greatest = float(values[np.isfinite(values)].max(initial=0.0))
+    return ("mm²", 1.0) if greatest >= SQUARE_MM_FROM else ("µm²", 1e6)
 
 
 def _camera_axis(axes: Axes, subsets: Sequence[Subset], limits: Limits, width: float) -> None:
@@ -195,29 +209,27 @@ def _deviations(
         axes.plot(n, expected, ls="", **_bar(how["color"]))
         axes.plot(n, published, ls="", **_star(how["color"]))
         axes.plot(n, found, ls="", **_dot(how))
+    lines = [("exponent of n", GREY), *lines] if lines else []
     for k, (text, colour) in enumerate(lines):
         place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
         axes.text(0.97, 0.97 - 0.075 * k, text, size=SMALL_PT, color=colour, **place)
 
 
 def _covariances(
-    axes: Axes, subsets: Sequence[Subset], limits: Limits, size: tuple[float, float], name: str
+    axes: Axes,
+    subsets: Sequence[Subset],
+    limits: Limits,
+    size: tuple[float, float],
+    unit: tuple[str, float],
 ) -> None:
-    """Linear, each panel in units of a power of ten that it names."""
+    """Linear, in that unit (its name, and how many are in 1 mm²), each panel to its own scale."""
     _camera_axis(axes, subsets, limits, size[0])
     n = np.array([subset.n_cameras for subset in subsets], float)
     values = [_values(subsets, kind, "sigma_12_mm2") for kind in ("row", "expected", "published")]
+    values = [v * unit[1] for v in values]
     known = np.concatenate([v[np.isfinite(v)] for v in values] + [np.zeros(1)])
-    greatest = float(np.abs(known).max())
-    exponent = math.floor(math.log10(greatest)) if greatest > 0 else 0
-    unit = 10.0**exponent
-    span = float(np.ptp(known)) / unit or 1.0
-    linear_axis(axes, "y", (known.min() / unit - 0.12 * span, known.max() / unit + 0.3 * span), 5)
+    span = float(np.ptp(known)) or 1.0
+    linear_axis(axes, "y", (known.min() - 0.12 * span, known.max() + 0.12 * span), 6)
     axes.axhline(0, color=GREY, lw=0.7)
-    for v, how in zip(values, (_dot(SERIES["marker 1"]), _bar(INK), _star(GREY)), strict=True):
-        axes.plot(n, v / unit, ls="", **how)
-    text = f"×10{str(exponent).translate(SUPERSCRIPT)} mm²"
-    place = {"transform": axes.transAxes, "va": "top"}
-    axes.text(0.97, 0.95, text, size=SMALL_PT, color=GREY, ha="right", **place)
-    if name:
-        axes.text(0.03, 0.95, name, weight="bold", **place)
+    for v, how in zip(values, (COVARIANCE, _bar(INK), _star(GREY)), strict=True):
+        axes.plot(n, v, ls="", **how)

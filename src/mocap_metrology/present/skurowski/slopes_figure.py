@@ -37,7 +37,7 @@ NOTE = (
 )
 TAU0 = 1e-3
 TAU = np.geomspace(1e-3, 1e5, 2401)
-LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM, GAP_MM, HEIGHT_MM = 14.0, 3.0, 5.5, 10.0, 12.0, 72.0
+LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM, GAP_MM, HEIGHT_MM = 14.0, 3.0, 5.5, 10.0, 17.0, 72.0
 LINE = Sinusoid(0.12, 3.0)
 RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
@@ -120,7 +120,7 @@ def slopes_figure(title: str = TITLE) -> Figure:
         axes = sheet.axes(LEFT_MM + k * (panel + GAP_MM), TITLE_MM, panel, HEIGHT_MM)
         _draw(axes, parts, (panel, HEIGHT_MM))
         head(axes, name)
-        label_axes(axes, "Averaging time τ (s)", "Allan deviation (mm)" if k == 0 else "")
+        label_axes(axes, "Averaging time τ (s)", "Allan deviation (mm)")
     strip(sheet, MARGIN_MM, key_top, width, entries)
     return sheet.figure
 
@@ -131,7 +131,7 @@ def _draw(axes: Axes, parts: Sequence[Part], size: tuple[float, float]) -> None:
     total = deviation([part.component for part in parts])
     limits = float(total.min()) / 6, float(total.max()) * 3
     decade_axis(axes, "x", (TAU[0], TAU[-1]), size[0])
-    decade_axis(axes, "y", limits, size[1])
+    decade_axis(axes, "y", limits, size[1], plain=False)
     axes.plot(TAU, total, color=INK, lw=2.6, alpha=0.35, solid_capstyle="round")
     for part in parts:
         smooth = curve = deviation([part.component])

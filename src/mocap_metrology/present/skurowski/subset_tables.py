@@ -12,13 +12,17 @@ from mocap_metrology.present.tables import Row, source_of
 # the tenth was the failing one, which S 3.5 excludes.
 TABLE_4 = {"T40": 10, "Bonita": 10, "Vantage": 9, "All": 30}
 
-TABLE_3_CAPTION = "Ids of the cameras of each subset; Vantage with 10 is deduced, not printed."
+TABLE_3_CAPTION = (
+    "Ids of the cameras of each subset; Vantage with 10 is deduced, not printed. Nothing is "
+    "computed here: regenerated are the ids that the sheet of recordings gives (camera_ids)."
+)
 
 TABLE_4_CAPTION = (
     "Along x, in mm (sigma_12 in mm\u00b2). Vantage is the subset of nine, without the failing "
-    "camera. The moments of a nine-hour twin scatter, as random walk dominates them; rho_12 is an "
-    "outcome of the spectra of x1, x2 and L, except in row All: no coefficients were printed for "
-    "all thirty cameras, and its twin is T40-10 scaled to this row, rho_12 included."
+    "camera. The moments of a twin scatter, as random walk dominates them, and the more the longer "
+    "it is; rho_12 is an outcome of the spectra of x1, x2 and L, except in row All: no "
+    "coefficients were printed for all thirty cameras, and its twin is T40-10 scaled to this row, "
+    "rho_12 included."
 )
 
 

@@ -175,7 +175,7 @@ def test_nothing_is_judged_by_a_handful_of_frames(
     found = judged(
         {"duration_s": duration_s, "horizon_s": duration_s, "n_frames": n_frames},
         status="refused",
-        drift_mm_per_h=-10846.0,
+        drift_mm_per_h=-1000.0,
     )
     assert found.word == word
     if word == "bad":

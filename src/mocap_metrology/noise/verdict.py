@@ -16,89 +16,32 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from mocap_metrology.common.words import three
+from mocap_metrology.noise.assess.facts import NO_MODEL, Check, Facts, Thresholds
 
 COORDINATE = re.compile(r"[xyz][1-9]\d*")
 WORDS = ("good", "usable", "bad")
+MOVES = "still.range_mm"
 RULE = (4, 10)  # times better than the device under test [S 2.2]
-SHORT = 0.9  # a recording of less than this of the horizon does not reach it
+LEAST_FRAMES, LEAST_S = 100, 1.0  # to judge by: their standard deviation is known to 7 %
 CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Named as in the configuration: `good_x` is the most (of durations and markers the least)
-    that is good, `usable_x` that is usable. moving_mm (there `still.range_mm`): range of one-second
-    means beyond which a marker moves. misfit: the best word with a noise model that does not fit.
-    Shares of missing frames and of outliers are of all frames of a coordinate."""
-
-    good_mm: float = 0.1
-    usable_mm: float = 0.25
-    good_drift_mm: float = 0.35
-    usable_drift_mm: float = 0.85
-    good_missing: float = 0.01
-    usable_missing: float = 0.1
-    good_outliers: float = 0.01
-    usable_outliers: float = 0.05
-    good_duration_s: float = 60.0
-    good_markers: int = 2
-    misfit: str = "usable"
-    moving_mm: float = 2.0
-
-
-@dataclass(frozen=True)
-class Facts:
-    """Of a recording: duration and horizon actually reached, s; number of markers; by coordinate
-    the share of missing frames, and of outliers beyond what clean noise would have. labels: of the
-    markers, in order, where they are known. asked_s: horizon that was asked for, if longer."""
-
-    duration_s: float
-    horizon_s: float
-    n_markers: int
-    missing: Mapping[str, float]
-    outliers: Mapping[str, float]
-    labels: Sequence[str] = ()
-    asked_s: float = 0.0
-
-    @property
-    def short(self) -> bool:
-        """Whether the horizon that was asked for is out of reach."""
-        return self.horizon_s < SHORT * self.asked_s
-
-
-@dataclass(frozen=True)
-class Check:
-    """One check. word: the best a verdict can have with it; threshold: key of the configuration
-    that holds `limit`; value, limit in `unit`; sentence: for a reader."""
-
-    threshold: str
-    series: str
-    quantity: str
-    value: float | str
-    limit: float | str
-    unit: str
-    word: str
-    sentence: str
-
-    def as_row(self) -> dict[str, Any]:
-        """For JSON, without the word."""
-        row = asdict(self)
-        return {k: row[k] for k in ("threshold", "series", "quantity", "value", "limit", "unit")}
 
 
 @dataclass(frozen=True)
 class Verdict:
     """word: one of `WORDS`; decided_by: the check that made it; caps: all other checks that allow
-    no better word than theirs; reference_for_mm: by factor of `RULE`, the least uncertainty of a
+    no better word than theirs; uncertainty: what one frame is uncertain by, in words, where it is
+    known and did not decide; reference_for_mm: by factor of `RULE`, the least uncertainty of a
     device it may serve as a reference for by its noise alone: that many times the upper end of the
     interval of one frame in the worst coordinate; NaN where the word is bad."""
 
     word: str
     decided_by: Check
     caps: tuple[Check, ...]
+    uncertainty: str
     reference_for_mm: dict[str, float]
 
 
@@ -108,29 +51,64 @@ def verdict(
     """Verdict on numbers of every series (`assess.series`), keyed by name.
 
     Coordinates decide, distances do not: their noise is that of two coordinates. Movement is told
-    first: an uncertainty of what moves is none, and nothing may be held against it.
+    first: an uncertainty of what moves is none, and nothing may be held against it. Before it what
+    leaves nothing to judge by: a recording that is too short, or gaps.
     """
     limits = limits or Thresholds()
     coordinates = {k: v for k, v in series.items() if COORDINATE.fullmatch(k)}
     main = _uncertainty(coordinates, facts, limits)
+    checks = _checks(series, coordinates, facts, limits, main)
+    word = max((c.word for c in checks), key=WORDS.index)
+    decided = next(c for c in checks if c.word == word)
+    caps = tuple(c for c in checks if c.word != "good" and c not in (main, decided))
+    moves = any(c.threshold == MOVES and c.word == "bad" for c in checks)
+    told = main in checks and main is not decided and math.isfinite(main.value) and not moves
+    surely = math.nan if word == "bad" else _upper_end(coordinates[main.series])
+    reference = {str(k): k * surely for k in RULE}
+    return Verdict(word, decided, caps, main.sentence if told else "", reference)
+
+
+def _checks(
+    series: Mapping[str, Mapping[str, Any]],
+    coordinates: Mapping[str, Mapping[str, Any]],
+    facts: Facts,
+    limits: Thresholds,
+    main: Check,
+) -> list[Check]:
+    """All, in the order in which they are told if equally bad."""
     moving = _moving(series, coordinates, facts, limits)
-    moves = moving.word == "bad"
-    first = [moving, main] if moves and math.isfinite(main.value) else [main, moving]
-    checks = [
+    missing = _missing(coordinates, facts, limits)
+    least = _least(facts)
+    if least.word == "bad":
+        return [least, moving, missing]
+    known = math.isfinite(main.value)
+    first = [main, moving, _short(coordinates, facts, limits, main), missing]
+    if moving.word == "bad" and known:
+        first = [moving, main, *first[2:]]
+    if missing.word == "bad" and not main.series:
+        first = [missing, moving]
+    return [
         *first,
-        _short(coordinates, facts, limits, main),
-        _missing(coordinates, facts, limits),
         _outliers(coordinates, facts, limits),
         _drift(coordinates, facts, limits),
         _misfit(coordinates, limits),
         _duration(facts, limits),
         _markers(facts, limits),
     ]
-    word = max((c.word for c in checks), key=WORDS.index)
-    decided = next(c for c in checks if c.word == word)
-    caps = tuple(c for c in checks if c.word != "good" and c not in (main, decided))
-    surely = math.nan if word == "bad" else _upper_end(coordinates[main.series])
-    return Verdict(word, decided, caps, {str(k): k * surely for k in RULE})
+
+
+def _least(facts: Facts) -> Check:
+    """Whether there is enough to judge by at all."""
+    few = facts.n_frames < LEAST_FRAMES
+    word = "bad" if few or facts.duration_s < LEAST_S else "good"
+    sentence = (
+        f"The recording is too short to judge: {facts.n_frames:.0f} frames in "
+        f"{duration_words(facts.duration_s)}; a verdict needs {LEAST_FRAMES} frames and "
+        f"{LEAST_S:g} s at least."
+    )
+    if few and facts.duration_s >= LEAST_S:
+        return Check("", "", "frames", facts.n_frames, LEAST_FRAMES, "", word, sentence)
+    return Check("", "", "duration", facts.duration_s, LEAST_S, "s", word, sentence)
 
 
 def _upper_end(numbers: Mapping[str, Any]) -> float:
@@ -164,6 +142,14 @@ def duration_words(seconds: float) -> str:
     return f"{seconds / 60:.3g} min" if seconds >= 120 else f"{seconds:.3g} s"
 
 
+def _digits(mm: float) -> str:
+    """Three digits, zeros too, so that a value and its interval have as many: 0.0260, 693."""
+    rounded = float(f"{mm:.3g}")
+    if not math.isfinite(rounded) or rounded == 0:
+        return f"{mm:g}"
+    return f"{rounded:.{max(2 - math.floor(math.log10(abs(rounded))), 0)}f}"
+
+
 def _uncertainty(
     series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds
 ) -> Check:
@@ -176,14 +162,15 @@ def _uncertainty(
         return Check(key, constant, quantity, math.nan, limit, "mm", "bad", why)
     name, value = _worst({k: v["frame_mm"] for k, v in series.items()})
     if not name:
-        why = "There are no valid samples to judge by."
+        none = all(v["status"] == "no valid samples" for v in series.values())
+        why = f"There are {'no' if none else 'too few'} valid samples to judge by."
         return Check("verdict.usable_mm", "", quantity, value, limits.usable_mm, "mm", "bad", why)
     word, key, limit = _graded(value, limits, "mm")
     low, high = series[name]["frame_lower_mm"], series[name]["frame_upper_mm"]
     close = " (the interval reaches across)" if low <= limit < high else ""
-    interval = f" ({three(low)} to {three(high)})" if math.isfinite(low + high) else ""
+    interval = f" ({_digits(low)} to {_digits(high)})" if math.isfinite(low + high) else ""
     sentence = (
-        f"One frame of {name} is uncertain by {three(value)} mm{interval} about "
+        f"One frame of {name} is uncertain by {_digits(value)} mm{interval} about "
         f"the mean of {duration_words(facts.horizon_s)}; {_against(word, limit, 'mm')}{close}"
         f"{_not_known(facts)}."
     )
@@ -208,7 +195,7 @@ def _short(
     word = "usable" if value > limits.good_mm else "good"
     sentence = (
         f"Over {duration_words(facts.horizon_s)} only, one frame of {name} may be uncertain by "
-        f"{three(value)} mm, the upper end of its interval; good is up to {limits.good_mm:g} mm."
+        f"{_digits(value)} mm, the upper end of its interval; good is up to {limits.good_mm:g} mm."
     )
     quantity = "upper end of the interval of one frame"
     return Check("verdict.good_mm", name, quantity, value, limits.good_mm, "mm", word, sentence)
@@ -237,7 +224,7 @@ def _moving(
         f"{limits.moving_mm:g} mm); {counts}."
     )
     quantity = "range of means over 1 s"
-    return Check("still.range_mm", name, quantity, value, limits.moving_mm, "mm", word, sentence)
+    return Check(MOVES, name, quantity, value, limits.moving_mm, "mm", word, sentence)
 
 
 def _label(coordinate: str, facts: Facts) -> str:
@@ -263,7 +250,7 @@ def _still_counts(
     distances = [k for k in still if not COORDINATE.fullmatch(k)]
     if distances:
         name = min(distances, key=lambda k: still[k]["frame_mm"])
-        value = three(still[name]["frame_mm"])
+        value = _digits(still[name]["frame_mm"])
         return f"what still counts is the distance {name}, one frame uncertain by {value} mm"
     others = dict.fromkeys(_label(k, facts) for k in still if COORDINATE.fullmatch(k))
     others = [label for label in others if label not in moved]
@@ -312,15 +299,30 @@ def _drift(series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresh
 
 
 def _misfit(series: Mapping[str, Mapping[str, Any]], limits: Thresholds) -> Check:
-    found = [k for k, v in series.items() if v["status"] not in ("ok", "constant")]
+    found = {k: v for k, v in series.items() if v["status"] not in ("ok", "constant")}
     word = limits.misfit if found else "good"
-    said = ", ".join(dict.fromkeys(series[k]["status"] for k in found))
-    sentence = (
-        f"The noise of {', '.join(found)} has no model to trust ({said}): its numbers are those of "
-        "this recording and may not be of the next."
+    reasons: dict[str, list[str]] = {}
+    for name, values in found.items():
+        reasons.setdefault(_why_no_model(values), []).append(name)
+    said = "; ".join(
+        f"{why} of {', '.join(names)}" if len(names) < len(series) else why
+        for why, names in reasons.items()
     )
-    quantity, value = "noise model", said or "ok"
-    return Check("verdict.misfit", ",".join(found), quantity, value, "ok", "", word, sentence)
+    sentence = (
+        f"{said[:1].upper()}{said[1:]}: its numbers are those of this recording and may not be of "
+        "the next."
+    )
+    value = ", ".join(dict.fromkeys(v["status"] for v in found.values())) or "ok"
+    named = ",".join(found)
+    return Check("verdict.misfit", named, "noise model", value, "ok", "", word, sentence)
+
+
+def _why_no_model(values: Mapping[str, Any]) -> str:
+    if values["status"] == "misfit":
+        return "the noise model does not describe the spectrum"
+    why = values.get("why_measured", "")
+    known = "" if why in ("", NO_MODEL) else f" ({why})"
+    return f"{NO_MODEL}{known}"
 
 
 def _duration(facts: Facts, limits: Thresholds) -> Check:

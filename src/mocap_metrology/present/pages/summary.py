@@ -46,7 +46,7 @@ SHORTER = (  # what a sentence loses in the table
     r" \([-+.\de]+ to [-+.\de]+\)",
     r" about the mean of [^;]*",
     r", beyond what [^;]*",
-    r" \([^()]*\): its numbers .*(?=\.$)",
+    r"( \([^()]*\))?: its numbers .*(?=\.$)",
     r"; what still counts.*(?=\.$)",
     r": (without a distance|nothing is measured there),.*(?=\.$)",
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mocap_metrology.noise.estimates import correlation_class
 from mocap_metrology.noise.verdict import duration_words
 from mocap_metrology.present.drawing.decades import decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
@@ -32,7 +33,7 @@ from mocap_metrology.present.verdict.words import (
     NEAR,
     Found,
     marker_numbers,
-    reference_sentence,
+    sentences,
 )
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 24
 MOST_DECADES = 6.0  # of the axis: farther down there are rounding errors only
 FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many times the value
-ROW_MM = 8.5
+ROW_MM = 10.5
 NAMES_MM, GAP_MM, RIGHT_MM, BARS_MM = 13.0, 8.0, 4.0, 56.0
 BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
 MARKS = (
@@ -52,18 +53,22 @@ MARKS = (
     (MEANS[1], 1, {"marker": "^", "color": "#cf4a2c", "mfc": "#cf4a2c", "ms": 3.8}),
     (MEANS[2], 2, {"marker": "D", "color": "#1b8aa8", "mfc": "#1b8aa8", "ms": 3.2}),
 )
-# Kinds of noise from fast to slow; correlated noise by its correlation time
+# Kinds of noise from fast to slow; correlated noise by the class of its correlation time (S 4.6)
 KINDS = {
     "violet": "#9a86c9",
     "blue": "#8fb8de",
     "white": "#dadada",
     "periodic": "#3d3d3d",
-    "correlated, T_c < 1 s": "#bfe3ea",
-    "correlated, T_c 1 to 10 s": "#44b0cb",
-    "correlated, T_c > 10 s": "#1d6f85",
+    "correlated, short (below 1 s)": "#cdeaf0",
+    "correlated, medium (1 to 10 s)": "#7fcbde",
+    "correlated, unclassed (10 to 100 s)": "#2f93ae",
+    "correlated, long (from 100 s)": "#14525f",
     "flicker": "#e6b34a",
     "random walk": "#cf4a2c",
 }
+CORRELATED = {kind.split()[1]: kind for kind in KINDS if kind.startswith("correlated")}
+DARK = ("periodic", CORRELATED["unclassed"], CORRELATED["long"])  # white text on them
+GAP = 1.2  # mm between words above the bands
 T_C = re.compile(r"correlated \(T_c (\S+) s\)")
 
 
@@ -78,20 +83,26 @@ def verdict_figure(found: Found) -> Figure:
     series = {name: found["series"][name] for name in names}
     words = _words(found)
     keys = _keys(series)
+    points = {name: _points(values) for name, values in series.items()}
+    limits = _limits(points, found)
     text_height = lines_mm(len(words), BODY_PT) + 3.0
     top = text_height + lines_mm(1, SMALL_PT) + 1.5
     height = ROW_MM * max(len(names), 1)
     key_height = strip_height(keys[0], WIDTH_MM - 4) + strip_height(keys[1], WIDTH_MM - 4)
     below = 12.0
     title = f"{found['recording']}: {found['word']}"
-    sheet = blank_sheet(top + height + below + key_height + 3.0, title, _note(found, names))
+    note = _note(found, names, _cut(points, limits))
+    sheet = blank_sheet(top + height + below + key_height + 3.0, title, note)
     canvas = sheet.canvas(2.0, 1.5, WIDTH_MM - 4, text_height)
     for k, line in enumerate(words):
         at = text_height - lines_mm(k, BODY_PT)
         canvas.text(0, at, line, size=BODY_PT, va="top")
-    width = WIDTH_MM - NAMES_MM - GAP_MM - RIGHT_MM - BARS_MM
-    _uncertainties(sheet.axes(NAMES_MM, top, width, height), series, found)
-    _bars(sheet.axes(NAMES_MM + width + GAP_MM, top, BARS_MM, height), series)
+    width = WIDTH_MM - NAMES_MM - RIGHT_MM - (GAP_MM + BARS_MM if keys[1] else 0.0)
+    axes = sheet.axes(NAMES_MM, top, width, height)
+    _bands(axes, limits, found)
+    _uncertainties(axes, series, points, limits)
+    if keys[1]:
+        _bars(sheet.axes(NAMES_MM + width + GAP_MM, top, BARS_MM, height), series)
     _strips(sheet, top + height + below, keys)
     return sheet.figure
 
@@ -109,15 +120,13 @@ def _shown(series: Mapping[str, Found]) -> list[str]:
 
 
 def _words(found: Found) -> list[str]:
-    said = [found["reason"], reference_sentence(found)]
-    said += [cap["reason"] for cap in found["caps"]]
     lines: list[str] = []
-    for sentence in said:
+    for sentence in sentences(found):
         lines += wrap(sentence, BODY_PT, WIDTH_MM - 8)
     return lines
 
 
-def _note(found: Found, names: Sequence[str]) -> str:
+def _note(found: Found, names: Sequence[str], cut: bool) -> str:
     twin = found.get("twin")
     source = f"twin {twin}: simulated" if twin else "measured"
     left_out = len(found["series"]) - len(names)
@@ -130,15 +139,24 @@ def _note(found: Found, names: Sequence[str]) -> str:
     ]
     if numbers := marker_numbers(found):
         parts.insert(1, shorten(numbers, SMALL_PT, 2 * WIDTH_MM))
+    if cut:
+        parts.append("Arrows: on beyond the axis.")
+    if any(T_C.fullmatch(kind) for k in names for kind in found["series"][k]["shares"]):
+        parts.append("Times in the bars: correlation times, classes after S 4.6.")
     measured = [k for k in names if found["series"][k]["basis"] == "measured"]
-    if measured:
+    if len(measured) == len(names):
+        parts.append("All measured, without a model, so there are no shares of kinds of noise.")
+    elif measured:
         parts.append(f"Measured, without a model: {', '.join(measured)}.")
     if left_out > 0:
         parts.append(f"{left_out} series with smaller uncertainties are not shown.")
     return " ".join(parts)
 
 
-def _points(values: Found) -> list[tuple[float, float, float] | None]:
+Points = list[tuple[float, float, float] | None]
+
+
+def _points(values: Found) -> Points:
     """(value, lower, upper) of every mark, None where there is none; an end that is not known is
     the value."""
     found: list[Any] = []
@@ -154,45 +172,79 @@ def _points(values: Found) -> list[tuple[float, float, float] | None]:
     return found
 
 
-def _uncertainties(axes: Axes, series: Mapping[str, Found], found: Found) -> None:
-    limits = found["limits_mm"]
-    points = {name: _points(values) for name, values in series.items()}
+def _limits(points: Mapping[str, Points], found: Found) -> tuple[float, float]:
+    """Of the axis: all bands are on it, and intervals as far as `FARTHEST`."""
+    good, usable = (found["limits_mm"][k] for k in ("good", "usable"))
     ends = [
         np.clip(p, p[0] / FARTHEST, p[0] * FARTHEST) for row in points.values() for p in row if p
     ]
-    around = np.array([limits["good"] / 2, limits["usable"] * 3])
+    around = np.array([good / 2, usable * 3])
     low, high = log_limits([*ends, around], most_decades=MOST_DECADES)
+    return min(low, good / 2), high
+
+
+def _cut(points: Mapping[str, Points], limits: tuple[float, float]) -> bool:
+    there = [p for row in points.values() for p in row if p]
+    return any(p[1] < limits[0] or p[2] > limits[1] for p in there)
+
+
+def _bands(axes: Axes, limits: tuple[float, float], found: Found) -> None:
+    """Bands of the words, each word above its own; beside it where the band is too narrow."""
+    low, high = limits
     width, height = size_mm(axes)
-    decade_axis(axes, "x", (low, high), width)
-    edges = (low, limits["good"], limits["usable"], high)
+    edges = (low, found["limits_mm"]["good"], found["limits_mm"]["usable"], high)
+    at = width * np.log(np.divide(edges, low)) / np.log(high / low)
     for word, left, right in zip(BAND_COLOURS, edges, edges[1:], strict=False):
         axes.axvspan(left, right, color=BAND_COLOURS[word], lw=0, zorder=0)
-        room = width * np.log(right / left) / np.log(high / low)
-        if room < text_mm(word, SMALL_PT) + 1 and word != found["word"]:
-            continue
+    weights = ["bold" if word == found["word"] else "normal" for word in BAND_COLOURS]
+    room = [
+        text_mm(w, SMALL_PT, weight) / 2 + GAP
+        for w, weight in zip(BAND_COLOURS, weights, strict=True)
+    ]
+    middle = (at[1:] + at[:-1]) / 2
+    middle[0] = min(middle[0], middle[1] - room[1] - room[0])
+    middle[2] = max(middle[2], middle[1] + room[1] + room[2])
+    for word, centre, weight in zip(BAND_COLOURS, middle, weights, strict=True):
         axes.text(
-            np.sqrt(left * right),
+            centre / width,
             1 + 1.2 / height,
             word,
-            transform=axes.get_xaxis_transform(),
+            transform=axes.transAxes,
             ha="center",
             size=SMALL_PT,
-            weight="bold" if word == found["word"] else "normal",
-            color=INK if word == found["word"] else GREY,
+            weight=weight,
+            color=INK if weight == "bold" else GREY,
         )
-    step = 1 / (len(MARKS) + 2)  # of a row
-    for row, marks in enumerate(points.values()):
-        for k, ((_, _, look), point) in enumerate(zip(MARKS, marks, strict=True)):
+
+
+def _uncertainties(
+    axes: Axes,
+    series: Mapping[str, Found],
+    points: Mapping[str, Points],
+    limits: tuple[float, float],
+) -> None:
+    low, high = limits
+    width, height = size_mm(axes)
+    decade_axis(axes, "x", limits, width)
+    shown = [k for k in range(len(MARKS)) if any(marks[k] for marks in points.values())]
+    step = 1 / (len(shown) + 1)  # of a row
+    for row, (name, marks) in enumerate(points.items()):
+        for place, k in enumerate(shown, start=1):
+            look, point = MARKS[k][2], marks[k]
             if point is None:
                 continue
-            at = row - 0.5 + (k + 1.5) * step
-            inside = np.clip(point[1:], low, high)
-            axes.plot(inside, [at, at], color=look["color"], lw=1.0)
+            at = row - 0.5 + place * step
+            axes.plot(np.clip(point[1:], low, high), [at, at], color=look["color"], lw=1.0)
             axes.plot([point[0]], [at], ls="", **look)
+            arrow = {"color": look["color"], "ms": 3.5, "ls": "", "clip_on": False}
+            if point[1] < low:
+                axes.plot([low], [at], marker="<", **arrow)
+            if point[2] > high:
+                axes.plot([high], [at], marker=">", **arrow)
         if not any(marks):
             axes.text(
                 *(np.sqrt(low * high), row),
-                series[list(series)[row]]["status"],
+                series[name]["status"],
                 size=SMALL_PT,
                 color=GREY,
                 ha="center",
@@ -221,12 +273,17 @@ def kind_of(share: str) -> tuple[str, str]:
     """Key of `KINDS` of a name of a share, and what to write into its bar."""
     correlated = T_C.fullmatch(share)
     if correlated:
-        T_c = float(correlated[1])
-        classes = ("< 1 s", "1 to 10 s", "> 10 s")
-        return f"correlated, T_c {classes[(T_c >= 1) + (T_c > 10)]}", f"{correlated[1]} s"
+        T_c = correlated[1]
+        return CORRELATED[correlation_class(float(T_c))], f"$T_c$ {T_c} s"
     if share.startswith("periodic"):
         return "periodic", share[len("periodic (") : -1]
     return share, ""
+
+
+def _fitting(text: str, room_mm: float) -> str:
+    """The text, or without its symbol, or nothing: what a bar has room for."""
+    shorter = (text, text.removeprefix("$T_c$ "))
+    return next((t for t in shorter if text_mm(t.replace("$", ""), SMALL_PT) <= room_mm), "")
 
 
 def _bars(axes: Axes, series: Mapping[str, Found]) -> None:
@@ -239,8 +296,8 @@ def _bars(axes: Axes, series: Mapping[str, Found]) -> None:
             kind, text = kind_of(name)
             colour = KINDS[kind]
             axes.barh(row, share, left=left, height=0.62, color=colour, ec="white", lw=0.4)
-            if text and share * width > text_mm(text, SMALL_PT) + 1.5:
-                dark = kind in ("periodic", "correlated, T_c > 10 s")
+            text = _fitting(text, share * width - 1.0)
+            if text:
                 axes.text(
                     left + share / 2,
                     row,
@@ -248,11 +305,12 @@ def _bars(axes: Axes, series: Mapping[str, Found]) -> None:
                     size=SMALL_PT,
                     ha="center",
                     va="center_baseline",
-                    color="white" if dark else INK,
+                    color="white" if kind in DARK else INK,
+                    parse_math=True,
                 )
             left += share
         if not shares:
-            axes.text(0.5, row, "no model", size=SMALL_PT, color=GREY, ha="center", va="center")
+            axes.text(0.5, row, "measured", size=SMALL_PT, color=GREY, ha="center", va="center")
     axes.set_xlim(0, 1)
     axes.set_xticks([0, 0.5, 1], ["0", "50", "100"])
     axes.set_ylim(len(series) - 0.5, -0.5)

@@ -81,27 +81,26 @@ def marker_numbers(found: Found) -> str:
     return f"Marker{'s' if len(labels) > 1 else ''}: {said}." if said else ""
 
 
+def sentences(found: Found) -> list[str]:
+    """The reason, the number if it is not in it, what else was found, and what follows."""
+    number = found.get("uncertainty") or ""
+    said = [found["reason"], *([number] if number else [])]
+    return [*said, *(cap["reason"] for cap in found["caps"]), reference_sentence(found)]
+
+
 def verdict_lines(found: Found) -> list[str]:
     """What `make check` prints of a recording."""
     horizon = duration_words(found["horizon_s"])
     lines = [
         f"{found['recording']}: {found['word']}",
-        found["reason"],
-        *(cap["reason"] for cap in found["caps"]),
-        reference_sentence(found),
+        *sentences(found),
         *([numbers] if (numbers := marker_numbers(found)) else []),
         "",
         f"Standard uncertainties in mm, about the mean of {horizon}:",
-        *_aligned([_HEAD, *(_cells(k, v) for k, v in found["series"].items())]),
+        *_aligned(_table(found["series"])),
     ]
-    reasons: dict[str, list[str]] = {}
-    for name, values in found["series"].items():
-        if values["why_measured"]:
-            reasons.setdefault(values["why_measured"], []).append(name)
-    if reasons:
-        lines += ["", "Measured, not modelled:"]
-        lines += [f"  {', '.join(names)}: {why}" for why, names in reasons.items()]
-    findings = warnings_of(found)
+    lines += _measured(found)
+    findings = [words for words in warnings_of(found) if not _told(words, found)]
     if findings:
         lines += ["", "Findings:", *(f"  {words}" for words in findings)]
     said = {words.casefold().rstrip(".") for words in findings}
@@ -109,10 +108,35 @@ def verdict_lines(found: Found) -> list[str]:
     return [*lines, *(f"warning: {words}" for words in warnings)]
 
 
+def _measured(found: Found) -> list[str]:
+    """Which series have numbers of their own and not of a model, and why unless that was said."""
+    reasons: dict[str, list[str]] = {}
+    for name, values in found["series"].items():
+        if values["why_measured"]:
+            reasons.setdefault(values["why_measured"], []).append(name)
+    said = " ".join(sentences(found)).casefold()
+    if len(reasons) == 1 and all(v["why_measured"] for v in found["series"].values()):
+        (why,) = reasons
+        return ["", f"All measured, not modelled{'' if why.casefold() in said else f': {why}'}."]
+    lines = [f"  {', '.join(names)}: {why}" for why, names in reasons.items()]
+    return ["", "Measured, not modelled:", *lines] if lines else []
+
+
+def _told(finding: str, found: Found) -> bool:
+    """Whether it only says once more that, and why, there is no noise model."""
+    refused = any(values["status"] == "refused" for values in found["series"].values())
+    return refused and finding.startswith("No noise model of ")
+
+
 # Names of the quantities, in the order of the figure
 FRAME, NEAR = "one frame", "one frame within 1 s"
 MEANS = ("mean of 1 s", "mean of 10 s", "mean of 60 s")
 _HEAD = ["", FRAME, NEAR, *MEANS, "lowest ADEV", "mostly"]
+
+
+def _table(series: Mapping[str, Found]) -> list[list[str]]:
+    rows = [_HEAD, *(_cells(k, v) for k, v in series.items())]
+    return rows if any(row[-1] for row in rows[1:]) else [row[:-1] for row in rows]
 
 
 def _cells(name: str, values: Mapping[str, Any]) -> list[str]:

@@ -67,9 +67,7 @@ def compare_with_earlier(pose_new: Mapping[str, Any], pose_old: Mapping[str, Any
         moved = p < SIGNIFICANT and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
         how = f"by chance with probability {p:.2g}"
     said = "A station has moved" if moved else "No sign that a station moved"
-    sentence = (
-        f"{said}: {distance:.3g} mm and {angle:.2g}° from the earlier pose ({how}). {note}"
-    )
+    sentence = f"{said}: {distance:.3g} mm and {angle:.2g}° from the earlier pose ({how}). {note}"
     return Comparison(mm, deg, chi2, p, moved, sentence.strip())
 
 

@@ -228,7 +228,7 @@ def test_calibrations_of_a_group():
     assert first["sigma_x_mm"] == 2 and first["sigma_ry_deg"] == pytest.approx(0.2)
     assert first["error_y_mm"] == 4 and list(first) == list(second)
     assert math.isnan(second["baseline_mm"]) and second["estimator"] is None
-    made[0]["pose"] |= {"verdict": {"word": "usable", "reason": "Because it is 9 deg off."}}
+    made[0]["pose"] |= {"verdict": {"word": "usable", "reason": "Because it is 9° off."}}
     first = calibration_rows(made)[0]
     text = calibration_markdown([first, second], "Calibrations of lab")
     assert "5.00 mm, 0.500°" in text and "2.00 mm, 0.200°" in text and "300.0 400.0 0.0" in text

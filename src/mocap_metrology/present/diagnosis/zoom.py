@@ -131,7 +131,8 @@ def _head(
     if view.kind == "burst" and event:
         size = f"{three_digits(event.size_mm * unit.per_mm)} {unit.symbol}"
         title = "The event" if len(found.events) == 1 else "The largest event"
-        return title, f"{size} in {view.series}, {event.word}"
+        word = "too near an end to compare" if event.word == "unknown" else event.word
+        return title, f"{size} in {view.series}, {word}"
     if view.kind == "level":
         return "Where the noise changes", ""
     title = "Most unusual window"

@@ -113,3 +113,19 @@ def test_trend_figure_has_a_line_where_there_is_a_trend() -> None:
     assert sum(lines) == sum(len(found) for found in clear) > 0
     ticks = [text.get_text() for text in panels[-1].get_xticklabels()]
     assert (ticks[0], ticks[-1]) == ("2026-01-01", "2026-05-01")
+
+
+def test_a_sentence_says_no_more_than_its_rows() -> None:
+    """x1 is worse at 0.1 and 1 s, L at 0.1 s alone: not both over 0.1 to 1 s."""
+    row = {"recording": "b", "reference": "a", "word": "worse", "lower": 1.1, "upper": 2.0}
+    rows = [
+        row | {"series": series, "tau_s": tau, "ratio": ratio}
+        for series, tau, ratio in (("x1", 0.1, 1.5), ("L", 0.1, 1.3), ("x1", 1.0, 1.2))
+    ]
+    rows.append(rows[0] | {"series": "L", "tau_s": 1.0, "word": "same"})
+    assert compare.sentences(rows) == [
+        "b against a: worse in x1, L at 0.1 s and in x1 at 1 s, "
+        "most of all 1.50 (1.10 to 2.00) times in x1 at 0.1 s."
+    ]
+    alike = [r | {"word": "worse"} for r in rows]
+    assert "worse in x1, L over 0.1 to 1 s, most" in compare.sentences(alike)[0]

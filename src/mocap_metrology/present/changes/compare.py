@@ -124,18 +124,28 @@ def _sentence(recording: str, reference: str, rows: Sequence[Row]) -> str:
         changed = [row for row in rows if row["word"] == word]
         if changed:
             most = max(changed, key=lambda row: abs(math.log(row["ratio"])))
-            names = list(dict.fromkeys(row["series"] for row in changed))
-            times = sorted({row["tau_s"] for row in changed})
-            span = (
-                f"{times[0]:.2g} s" if len(times) == 1 else f"{times[0]:.2g} to {times[-1]:.2g} s"
-            )
             factor = (
                 f"{most['ratio']:.2f} ({most['lower']:.2f} to {most['upper']:.2f}) times in "
                 f"{most['series']} at {most['tau_s']:.2g} s"
             )
-            parts.append(f"{word} in {', '.join(names)} over {span}, most of all {factor}")
+            parts.append(f"{word} {_where(changed)}, most of all {factor}")
     found = "; ".join(parts) or "no change beyond chance and the margin"
     return f"{recording} against {reference}: {found}."
+
+
+def _where(changed: Sequence[Row]) -> str:
+    """`in x1, L over 0.1 to 1 s and in z1 at 10 s`: successive times of the same series as one."""
+    spans: list[tuple[list[str], list[float]]] = []
+    for tau in sorted({row["tau_s"] for row in changed}):
+        names = [row["series"] for row in changed if row["tau_s"] == tau]
+        if not spans or spans[-1][0] != names:
+            spans.append((names, []))
+        spans[-1][1].append(tau)
+    return " and ".join(
+        f"in {', '.join(names)} "
+        + (f"at {of[0]:.2g} s" if len(of) == 1 else f"over {of[0]:.2g} to {of[-1]:.2g} s")
+        for names, of in spans
+    )
 
 
 def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:

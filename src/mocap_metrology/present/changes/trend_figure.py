@@ -18,6 +18,7 @@ from mocap_metrology.present.drawing.style import (
     GREY,
     SMALL_PT,
     WIDTH_MM,
+    Look,
     Sheet,
     blank_sheet,
     head,
@@ -55,9 +56,10 @@ def trend_figure(
     curves = {s: [curve_of(allan[name], s).usable().at(taus) for name in names] for s in series}
     looks = {s: look_of(s, panels.get("Distances", [])) for s in series}
     axes = [a for a in "xyz" if f"{a}1" in looks]
-    entries = [Entry(a, look=looks[f"{a}1"]) for a in axes]
-    entries += [Entry(name, look=looks[name]) for name in panels.get("Distances", [])]
-    entries.append(Entry("68 % interval", line={"color": GREY, "lw": 0.8}))
+    entries = [Entry(a, dot=_point(looks[f"{a}1"])) for a in axes]
+    entries += [Entry(name, dot=_point(looks[name])) for name in panels.get("Distances", [])]
+    entries.append(Entry("68 % interval", dot={"marker": "|", "color": GREY, "markersize": 9}))
+    entries.append(Entry("trend, where clear", line={"color": GREY, "lw": 1.0}))
     width = WIDTH_MM - LEFT_MM - 3.0
     key_mm = strip_height(entries, width) + 2.0
     step = HEIGHT_MM + TITLE_MM + 1.5
@@ -68,8 +70,13 @@ def trend_figure(
         at_tau = {s: _at(own, k) for s, own in curves.items()}
         top = key_mm + k * step + TITLE_MM
         lowest = k == len(taus) - 1
-        _row(sheet, top, tau, days_of(dates), dates, at_tau, panels, looks, clear, lowest)
+        name = f"One frame ({1000 * tau:.3g} ms)" if k == 0 else f"Averaged over {tau:.3g} s"
+        _row(sheet, top, name, days_of(dates), dates, at_tau, panels, looks, clear, lowest)
     return sheet.figure
+
+
+def _point(look: Look) -> dict[str, object]:
+    return {"marker": look.marker, "color": look.colour, "mfc": "white"}
 
 
 def _shown(taus: Sequence[float]) -> np.ndarray:
@@ -90,7 +97,7 @@ def _at(curves: Sequence[Curve], k: int) -> tuple[np.ndarray, np.ndarray]:
 def _row(
     sheet: Sheet,
     top: float,
-    tau: float,
+    name: str,
     days: Sequence[float],
     dates: Sequence[str],
     values: Mapping[str, tuple[np.ndarray, np.ndarray]],
@@ -107,12 +114,14 @@ def _row(
         _date_axis(axes, days, dates, width)
         axes.tick_params(labelbottom=lowest, labelleft=k == 0)
         shift = 0.012 * max(np.ptp(days), 1e-9)
-        for order, name in enumerate(series):
+        for order, one in enumerate(series):
             middle = np.asarray(days) + (order - (len(series) - 1) / 2) * shift
-            _draw(axes, middle, *values[name], looks[name], clear.get(name))
+            _draw(axes, middle, *values[one], looks[one], clear.get(one))
+        if lowest:
+            label_axes(axes, x="Date (series side by side)")
         axes.text(0.02, 0.97, title, transform=axes.transAxes, va="top", size=SMALL_PT, color=GREY)
         if k == 0:
-            head(axes, f"Averaged over {tau:.3g} s")
+            head(axes, name)
             label_axes(axes, y="ADEV (µm)")
 
 

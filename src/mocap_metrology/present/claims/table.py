@@ -22,10 +22,7 @@ CAPTION = (
     "from the same coefficients, of those that are precise enough to decide; does not if in 5 % or "
     "fewer; and cannot be told between, or where fewer than half decide."
 )
-SHOWN = (
-    *("id", "claim", "published", "published_word", "regenerated", "realisations"),
-    *("regenerated_word", "note"),
-)
+SHOWN = ("id", "claim", "decided by", "published", "regenerated", "note")
 
 
 def claim_rows(
@@ -65,7 +62,7 @@ def _found(claim: Claim, study: Any) -> Finding:
 
 def claims_markdown(rows: Sequence[Row]) -> str:
     """Title, caption, count of words, and a table with what people read."""
-    lines = [SHOWN] + [tuple(str(row[k]) for k in SHOWN) for row in rows]
+    lines = [SHOWN] + [_line(row) for row in rows]
     counts = {
         kind: {word: sum(row[kind] == word for row in rows) for word in dict.fromkeys(_words(rows))}
         for kind in ("published_word", "regenerated_word")
@@ -76,6 +73,15 @@ def claims_markdown(rows: Sequence[Row]) -> str:
     )
     table = "\n".join(aligned(lines))
     return f"# {TITLE}\n\n{CAPTION}\n\nOf {len(rows)} claims, {said}.\n\n{table}\n"
+
+
+def _line(row: Row) -> tuple[str, ...]:
+    """What is read of a row, words before their reasons."""
+    answers = [f"{row[f'{kind}_word']}: {row[kind]}" for kind in ("published", "regenerated")]
+    if row["realisations"]:
+        answers[1] += f"; {row['realisations']}"
+    decided_by = f"{row['statistic']}; holds if {row['criterion']}"
+    return (row["id"], f"{row['claim']} ({row['section']})", decided_by, *answers, row["note"])
 
 
 def _words(rows: Sequence[Row]) -> list[str]:

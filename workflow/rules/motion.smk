@@ -91,7 +91,7 @@ rule places:
     params:
         code=digest("places.py"),
         rows=lambda wildcards: columns_of(
-            map(row, with_place(wildcards.group)), "recording", "place"
+            map(row, with_place(wildcards.group)), "recording", "place", "markers"
         ),
         sources=lambda wildcards: sources_of(with_place(wildcards.group)),
     message:

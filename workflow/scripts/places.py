@@ -27,6 +27,8 @@ with step(snakemake) as log:
         log.warning("%s", refusal)
         found = [{"note": str(refusal)}]
     caption = f"{place.PLACES_CAPTION} {tables.source_sentence(snakemake.params.sources)}"
+    if len({tuple(row["markers"]) for row in rows}) > 1:
+        caption += " Markers differ from place to place, so their own noise may, too."
     stem = str(Path(snakemake.output.csv).with_suffix(""))
     tables.write(stem, found, f"{group}: noise by place", caption)
     log.info("%d rows", len(found))

@@ -167,3 +167,14 @@ def test_configuration_is_named_as_in_the_manual() -> None:
     given = {"seed": 1, "hampel": {"n_sigma": 3.0}, "allan": {"estimators": ["oadev", "mdev"]}}
     expected = [("seed", "1"), ("hampel.n_sigma", "3.0"), ("allan.estimators", "oadev, mdev")]
     assert provenance.flat(given) == expected
+
+
+def test_a_marker_that_moves_is_told_once() -> None:
+    warned = {
+        "kind": "moves",
+        "severity": "warning",
+        "words": "Marker A seems to move: medians over 1 s span 3 mm.",
+    }
+    row = {"reason": "A moves: means over 1 s of x1 span 3 mm (limit 2 mm).", "findings": [warned]}
+    assert len(summary.why(row)) == 1
+    assert len(summary.why(row | {"reason": "One frame is uncertain."})) == 2

@@ -22,7 +22,7 @@ CAPTION = (
     "from the same coefficients, of those that are precise enough to decide; does not if in 5 % or "
     "fewer; and cannot be told between, or where fewer than half decide."
 )
-SHOWN = ("id", "claim", "decided by", "published", "regenerated", "note")
+SHOWN = ("claim", "decided by", "published", "regenerated")
 
 
 def claim_rows(
@@ -80,8 +80,9 @@ def _line(row: Row) -> tuple[str, ...]:
     answers = [f"{row[f'{kind}_word']}: {row[kind]}" for kind in ("published", "regenerated")]
     if row["realisations"]:
         answers[1] += f"; {row['realisations']}"
-    decided_by = f"{row['statistic']}; holds if {row['criterion']}"
-    return (row["id"], f"{row['claim']} ({row['section']})", decided_by, *answers, row["note"])
+    note = f" ({row['note']})" if row["note"] else ""
+    decided_by = f"{row['statistic']}; holds if {row['criterion']}{note}"
+    return (f"{row['id']}: {row['claim']}", decided_by, *answers)
 
 
 def _words(rows: Sequence[Row]) -> list[str]:

@@ -174,7 +174,10 @@ def recording_row(row: Row, address: Address) -> list[Any]:
 def why(row: Row) -> list[str]:
     """What the word of a recording rests on, what else allows no better one, and warnings."""
     checks = [row["reason"], *(cap["reason"] for cap in row.get("caps", ()))]
-    return [*map(shorter, checks), *_told(row.get("findings", ()))]
+    findings = row.get("findings", ())
+    if any(re.search(r"\bmoves?: ", check) for check in checks):  # said already
+        findings = [found for found in findings if "seems to move" not in found["words"]]
+    return [*map(shorter, checks), *_told(findings)]
 
 
 def shorter(sentence: str) -> str:

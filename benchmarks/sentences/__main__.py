@@ -1,0 +1,54 @@
+"""Does what the project says hold? Monte Carlo of every sentence, interval and alarm.
+
+    python -m benchmarks.sentences                 # all subjects, 100 recordings a case: hours
+    python -m benchmarks.sentences lines --runs 20 # one subject, quicker
+    python -m benchmarks.sentences --list
+
+Writes docs/accuracy/<subject>.csv (whole runs only) and prints Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import importlib
+import os
+import time
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+HERE = Path(__file__).parent
+FOLDER = HERE.parents[1] / "docs" / "accuracy"
+COLUMNS = ("case", "statistic", "runs", "reach", "at 8b8d0af", "measured")
+RUNS = 100
+
+
+def main() -> None:
+    """Run the subjects that are named, or all."""
+    known = sorted(p.stem for p in HERE.glob("[a-z]*.py"))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("subjects", nargs="*", choices=[*known, []], help="default: all")
+    parser.add_argument("--runs", type=int, default=RUNS, help=f"a case; default {RUNS}")
+    parser.add_argument("--list", action="store_true", help="name the subjects and end")
+    asked = parser.parse_args()
+    if asked.list:
+        print("\n".join(known))
+        return
+    for subject in asked.subjects or known:
+        begun = time.monotonic()
+        module = importlib.import_module(f"benchmarks.sentences.{subject}")
+        rows = [dict(zip(COLUMNS, row, strict=True)) for row in module.rows(asked.runs)]
+        print(f"\n## {subject} ({time.monotonic() - begun:.0f} s)\n\n{(module.__doc__ or '').strip()}\n")
+        print(f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}")
+        print("\n".join(f"| {' | '.join(map(str, row.values()))} |" for row in rows), flush=True)
+        if asked.runs >= RUNS:
+            FOLDER.mkdir(parents=True, exist_ok=True)
+            with (FOLDER / f"{subject}.csv").open("w", newline="", encoding="utf-8") as file:
+                writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+                writer.writeheader()
+                writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()

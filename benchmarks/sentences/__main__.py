@@ -39,7 +39,7 @@ def main() -> None:
         begun = time.monotonic()
         module = importlib.import_module(f"benchmarks.sentences.{subject}")
         rows = [dict(zip(COLUMNS, row, strict=True)) for row in module.rows(asked.runs)]
-        print(f"\n## {subject} ({time.monotonic() - begun:.0f} s)\n\n{(module.__doc__ or '').strip()}\n")
+        print(f"\n## {subject} ({time.monotonic() - begun:.0f} s)\n\n{module.__doc__.strip()}\n")
         print(f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}")
         print("\n".join(f"| {' | '.join(map(str, row.values()))} |" for row in rows), flush=True)
         if asked.runs >= RUNS:

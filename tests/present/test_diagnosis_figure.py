@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from figure_data import check_saved, every_text
 
-from mocap_metrology.noise.diagnosis.findings import findings
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+from mocap_metrology.noise.diagnosis.sentences import sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.present.diagnosis.figure import diagnosis_figure
@@ -188,7 +188,7 @@ def test_a_recording_that_never_changes_has_words_in_place_of_axes(tmp_path):
     for values in one.coordinates.values():
         values[:] = 5.0
     figure, found = page(one)
-    words = " ".join(f.words for f in findings(one, found, [], DiagnosisSettings()))
+    words = " ".join(f.words for f in sentences(one, found, [], DiagnosisSettings()))
     assert "inf" not in words
     assert "nan" not in words
     texts = every_text(figure)

@@ -48,7 +48,7 @@ def test_numbers_are_of_the_worst_coordinate_and_never_of_a_distance() -> None:
 
 def test_refusals_come_first_and_nothing_is_taken_for_markup() -> None:
     refused = [{"kind": "recording", "name": "r", "why": "no <marker>"}]
-    rows = [recording("a", "good"), recording("b", "bad", findings=JUMPS)]
+    rows = [recording("a", "good"), recording("b", "bad", sentences=JUMPS)]
     text = summary.body(summary.Found(rows, (), refused, {"g": {"short": ["Camera 6 is noisy."]}}))
     assert text.index("no &lt;marker&gt;") < text.index("2 recordings, all simulated (twins)")
     assert "1 good, 1 bad" in text
@@ -65,7 +65,7 @@ def test_why_names_all_that_lowers_the_word_in_few_words() -> None:
     )
     drift = {"reason": "x1 drifts by 0.521 mm in 10 min; good would be up to 0.35 mm."}
     event = {"words": "At 3 s it moved; so it did.", "severity": "warning"}
-    row = recording("a", "bad", caps=[drift], findings=[event]) | {"reason": reason}
+    row = recording("a", "bad", caps=[drift], sentences=[event]) | {"reason": reason}
     assert summary.why(row) == [
         "One frame of x2: 0.728 mm; usable is up to 0.25 mm.",
         drift["reason"],
@@ -175,6 +175,6 @@ def test_a_marker_that_moves_is_told_once() -> None:
         "severity": "warning",
         "words": "Marker A seems to move: medians over 1 s span 3 mm.",
     }
-    row = {"reason": "A moves: means over 1 s of x1 span 3 mm (limit 2 mm).", "findings": [warned]}
+    row = {"reason": "A moves: means over 1 s of x1 span 3 mm (limit 2 mm).", "sentences": [warned]}
     assert len(summary.why(row)) == 1
     assert len(summary.why(row | {"reason": "One frame is uncertain."})) == 2

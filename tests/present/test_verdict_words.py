@@ -41,10 +41,10 @@ def contents(
     origin = {"labels": ["A"] * n_markers, "source": "measured"}
     found = assess_recording(Inputs(series, origin, noise, allan, []), Span(RATE))
     found = {"recording": "lab-1", "group": "lab", "twin": None, **found}
-    return nulled(found | {"warnings": ["marker A moves"], "findings": FINDINGS})
+    return nulled(found | {"warnings": ["marker A moves"], "sentences": SENTENCES})
 
 
-FINDINGS = [
+SENTENCES = [
     {"severity": "warning", "words": "Marker A moves.", "kind": "moving"},
     {"severity": "info", "words": "No event.", "kind": "event"},
 ]
@@ -117,7 +117,7 @@ def test_without_a_model_the_reason_is_said_once_and_the_number_follows() -> Non
     found = contents(2, refused=names, n=700)
     why = "too short: 700 samples, a noise model needs 1000"
     told = f"No noise model of {', '.join(names)}: 700 valid samples, expected at least 1000."
-    found["findings"] = [{"severity": "warning", "words": told, "kind": "misfit"}, *FINDINGS]
+    found["sentences"] = [{"severity": "warning", "words": told, "kind": "misfit"}, *SENTENCES]
     lines = verdict_lines(found)
     one_frame = next(k for k, line in enumerate(lines) if line.startswith("One frame of y"))
     reference = next(k for k, line in enumerate(lines) if line.startswith("By its noise alone"))

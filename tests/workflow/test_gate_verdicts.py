@@ -30,7 +30,7 @@ def test_words_on_the_terminal(tmp_path: Path, count: int) -> None:
         own = tmp_path / f"recordings/take-{k:02d}"
         own.mkdir(parents=True)
         (own / "verdict.json").write_text(json.dumps({"word": "good", "reason": f"{k} mm."}))
-        (own / "diagnosis.json").write_text(json.dumps({"findings": []}))
+        (own / "diagnosis.json").write_text(json.dumps({"findings": [], "sentences": []}))
     if count != 2:  # as for a target without it
         (tmp_path / "out").mkdir()
         (tmp_path / "out/summary.html").touch()

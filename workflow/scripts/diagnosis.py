@@ -8,8 +8,9 @@ with step(snakemake) as log:
     from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.noise.diagnosis.findings import findings
+    from mocap_metrology.noise.diagnosis.coded import coded
     from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+    from mocap_metrology.noise.diagnosis.sentences import sentences
     from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
     from mocap_metrology.present.diagnosis.figure import diagnosis_figure
     from mocap_metrology.present.diagnosis.tables import write_diagnosis
@@ -31,11 +32,12 @@ with step(snakemake) as log:
     noise = read_noise(snakemake.input.noise)
     psd, made = read_table(snakemake.input.psd)
     found = diagnose(recording, noise, psd, settings, made["psd"])
-    said = findings(recording, found, noise, settings)
+    findings = coded(found, noise)
+    said = sentences(recording, found, noise, settings)
     for one in said:
         log.info("%s: %s: %s", one.severity, one.kind, one.words)
     folder = Path(snakemake.output.json).parent
-    write_diagnosis(folder, name, origin["source"], recording, found, said)
+    write_diagnosis(folder, name, origin["source"], recording, found, findings, said)
     note = (
         f"Source: {source_words(origin)}. As recorded, isolated frames bridged. Events: at most "
         f"{100 * settings.false_alarm:g} % of sound recordings show one. Filters run both ways "

@@ -44,7 +44,7 @@ with step(snakemake) as log:
     )
     found = given.row | found
     found["warnings"] = told(files.check, "warnings")
-    found["findings"] = told([files.diagnosis], "findings")
+    found |= {key: told([files.diagnosis], key) for key in ("findings", "sentences")}
     write_json(snakemake.output.json, found)
     save_figure(verdict_figure(found), Path(snakemake.output.json).with_suffix(""))
     log.info("%s", "\n".join(verdict_lines(found)))

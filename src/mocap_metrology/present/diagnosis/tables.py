@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from mocap_metrology.common.files import write_csv, write_json, write_text
-from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.rows import (
     EVENTS,
@@ -18,6 +17,8 @@ from mocap_metrology.noise.diagnosis.rows import (
     filter_rows,
     periodic_rows,
 )
+from mocap_metrology.noise.diagnosis.sentences import Sentence
+from mocap_metrology.noise.findings import Finding
 
 
 def write_diagnosis(
@@ -27,6 +28,7 @@ def write_diagnosis(
     recording: Recording,
     found: Diagnosis,
     findings: Sequence[Finding],
+    sentences: Sequence[Sentence],
 ) -> None:
     """Write all four into `folder`; tables without a row keep their head. source: `twin` or
     `measured`."""
@@ -38,8 +40,13 @@ def write_diagnosis(
     }
     for stem, (rows, head) in tables.items():
         _write(folder / f"{stem}.csv", name, source, rows, head)
-    said = [{**asdict(f), "series": list(f.series)} for f in findings]
-    write_json(folder / "diagnosis.json", {"recording": name, "source": source, "findings": said})
+    document = {
+        "recording": name,
+        "source": source,
+        "findings": [one.as_dict() for one in findings],
+        "sentences": [{**asdict(one), "series": list(one.series)} for one in sentences],
+    }
+    write_json(folder / "diagnosis.json", document)
 
 
 def _write(

@@ -174,10 +174,10 @@ def recording_row(row: Row, address: Address) -> list[Any]:
 def why(row: Row) -> list[str]:
     """What the word of a recording rests on, what else allows no better one, and warnings."""
     checks = [row["reason"], *(cap["reason"] for cap in row.get("caps", ()))]
-    findings = row.get("findings", ())
+    found = row.get("sentences", ())
     if any(re.search(r"\bmoves?: ", check) for check in checks):  # said already
-        findings = [found for found in findings if "seems to move" not in found["words"]]
-    return [*map(shorter, checks), *_told(findings)]
+        found = [one for one in found if "seems to move" not in one["words"]]
+    return [*map(shorter, checks), *_told(found)]
 
 
 def shorter(sentence: str) -> str:
@@ -207,10 +207,10 @@ def _mostly(series: Iterable[Row]) -> str:
     return f"{name.partition(' (')[0]} {100 * shares[name]:.0f} %"
 
 
-def _told(findings: Sequence[Row]) -> list[str]:
+def _told(sentences: Sequence[Row]) -> list[str]:
     """What was found that is worth a warning, up to its first semicolon; the rest is in the
     figures."""
-    found = [finding["words"] for finding in findings if finding["severity"] == "warning"]
+    found = [one["words"] for one in sentences if one["severity"] == "warning"]
     warnings = [f"{words.partition('; ')[0].rstrip('.')}." for words in found]
     more, words = len(warnings) - MOST, warnings[:MOST]
     return [*words, f"And {more} more, see its figures."] if more > 0 else words

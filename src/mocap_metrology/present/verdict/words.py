@@ -59,7 +59,7 @@ def summary_row(found: Found) -> Row:
 
 def warnings_of(found: Found) -> list[str]:
     """What the diagnosis warns of; what it only remarks stays in its own files."""
-    return [item["words"] for item in found["findings"] if item["severity"] != "info"]
+    return [item["words"] for item in found["sentences"] if item["severity"] != "info"]
 
 
 def reference_sentence(found: Found) -> str:

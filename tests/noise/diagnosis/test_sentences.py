@@ -9,8 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.findings import _time, findings
+from mocap_metrology.noise.diagnosis.coded import coded
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+from mocap_metrology.noise.diagnosis.sentences import _time, sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.estimates import rows
 from mocap_metrology.noise.series import all_series
@@ -44,12 +45,12 @@ def crumped():
     recording = made(simulate(twin, 420.0).position_mm)
     noise = noise_rows(recording)
     found = diagnose(recording, noise, None, SETTINGS)
-    return recording, noise, found, findings(recording, found, noise, SETTINGS)
+    return recording, noise, found, sentences(recording, found, noise, SETTINGS)
 
 
 def test_files_hold_what_was_found(crumped, tmp_path):
     recording, _, found, said = crumped
-    write_diagnosis(tmp_path, "r", "twin", recording, found, said)
+    write_diagnosis(tmp_path, "r", "twin", recording, found, coded(found, []), said)
     (event,) = csv.DictReader((tmp_path / "events.csv").open())
     assert float(event["time_s"]) == pytest.approx(150.0, abs=0.1)
     assert event["markers"] == "A;B"
@@ -65,8 +66,13 @@ def test_files_hold_what_was_found(crumped, tmp_path):
     document = json.loads((tmp_path / "diagnosis.json").read_text())
     assert document["source"] == "twin"
     assert {"event", "periodic", "filter", "resolution"} <= {
-        f["kind"] for f in document["findings"]
+        f["kind"] for f in document["sentences"]
     }
+    told = {f["code"]: f for f in document["findings"] if f["series"] == "z1"}
+    assert told["line"]["value"] == pytest.approx(14.4, abs=0.01)
+    assert told["line"]["lower_95"] < 14.4 < told["line"]["upper_95"]
+    times = [f["value"] for f in document["findings"] if f["code"] == "event"]
+    assert times == pytest.approx([150.0], abs=0.1)
 
 
 def test_filters_are_predicted_without_the_event(crumped):
@@ -92,8 +98,8 @@ def test_tables_without_rows_keep_their_heads(tmp_path):
     rng = np.random.default_rng(1)
     recording = made(rng.normal(0, 0.01, (6, 6000)) + np.array([[160], [0], [0], [0], [0], [0]]))
     found = diagnose(recording, [], None, SETTINGS)
-    said = findings(recording, found, [], SETTINGS)
-    write_diagnosis(tmp_path, "r", "measured", recording, found, said)
+    said = sentences(recording, found, [], SETTINGS)
+    write_diagnosis(tmp_path, "r", "measured", recording, found, [], said)
     assert len((tmp_path / "events.csv").read_text().splitlines()) == 1
     assert len((tmp_path / "periodic.csv").read_text().splitlines()) == 1
     assert next(f for f in said if f.kind == "event").words.startswith("No event")
@@ -106,7 +112,7 @@ def test_without_room_for_both_sides_nothing_is_decided(seconds, words):
     recording = made(rng.normal(0, 0.01, (6, round(seconds * RATE))) + 100)
     found = diagnose(recording, [], None, SETTINGS)
     assert found.n_windows > 0 and not found.events
-    said = next(f for f in findings(recording, found, [], SETTINGS) if f.kind == "event")
+    said = next(f for f in sentences(recording, found, [], SETTINGS) if f.kind == "event")
     assert said.words.startswith(words)
     assert said.numbers["n_events"] == (None if seconds < 22 else 0)
 
@@ -119,8 +125,8 @@ def test_short_constant_and_missing_series_are_told_of(n, tmp_path):
     position[3:] = np.nan
     recording = made(position)
     found = diagnose(recording, [], None, SETTINGS)
-    said = findings(recording, found, [], SETTINGS)
-    write_diagnosis(tmp_path, "r", "measured", recording, found, said)
+    said = sentences(recording, found, [], SETTINGS)
+    write_diagnosis(tmp_path, "r", "measured", recording, found, [], said)
     gaps = next(f for f in said if f.kind == "gaps")
     assert gaps.severity == "warning"
     assert "B is missing in 100 %" in gaps.words
@@ -132,7 +138,7 @@ def test_a_coarse_file_and_a_moving_marker_are_warned_of():
     position[1] += np.linspace(0, 5, 12_000)
     recording = made(np.round(position / 0.01) * 0.01, 0.01)
     found = diagnose(recording, [], None, SETTINGS)
-    said = {f.kind: f for f in findings(recording, found, [], SETTINGS)}
+    said = {f.kind: f for f in sentences(recording, found, [], SETTINGS)}
     assert said["resolution"].severity == "warning"
     share = found.resolutions[0].share
     assert share == pytest.approx(0.01**2 / 12 / (0.008**2 + 0.01**2 / 12), rel=0.1)

@@ -1,4 +1,4 @@
-"""The diagnosis in words: one plain sentence with its numbers a finding."""
+"""The diagnosis in words: plain sentences, each with its numbers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ VICON_STEP_MM = 0.01  # what Vicon's software writes to text files (S 3.4)
 
 
 @dataclass(frozen=True)
-class Finding:
+class Sentence:
     """kind: event, periodic, resolution, filter, drift, outliers, gaps, moving, misfit; severity:
     info or warning; words: a sentence; numbers: those in it, units in their names."""
 
@@ -40,11 +40,11 @@ class Finding:
     numbers: dict[str, Any] = field(default_factory=dict)
 
 
-def findings(
+def sentences(
     recording: Recording, found: Diagnosis, noise: Rows, settings: DiagnosisSettings
-) -> list[Finding]:
+) -> list[Sentence]:
     """All that is to be said of a recording, warnings first."""
-    parts: list[Iterable[Finding]] = [
+    parts: list[Iterable[Sentence]] = [
         _events(found, recording, settings),
         _periodic(found.lines, recording),
         _moving(found.moving),
@@ -55,14 +55,14 @@ def findings(
         _filters(found.filtered),
         _drift(found, recording),
     ]
-    said = [finding for part in parts for finding in part]
-    return sorted(said, key=lambda f: f.severity != "warning")
+    said = [sentence for part in parts for sentence in part]
+    return sorted(said, key=lambda s: s.severity != "warning")
 
 
-def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> list[Finding]:
+def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> list[Sentence]:
     if not found.n_windows and not found.events:
         words = "Events cannot be looked for: the recording is too short, or its steps too coarse."
-        return [Finding("event", "info", (), words, {"n_events": None, "n_windows": 0})]
+        return [Sentence("event", "info", (), words, {"n_events": None, "n_windows": 0})]
     if not found.events:
         return [_no_event(found, recording, settings)]
     order = sorted(found.events, key=lambda e: -(e.size_mm if e.size_mm == e.size_mm else 0))
@@ -72,11 +72,11 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
             f"{len(order)} events in {_time(recording.duration_s)}, of which the largest "
             f"{NAMED_EVENTS} are told of: this is no undisturbed recording."
         )
-        told.insert(0, Finding("event", "warning", (), words, {"n_events": len(order)}))
+        told.insert(0, Sentence("event", "warning", (), words, {"n_events": len(order)}))
     return told
 
 
-def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> Finding:
+def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> Sentence:
     windows = f"{found.n_windows:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
     lasting = _time(recording.duration_s)
     if recording.duration_s < LEAST_S:
@@ -85,7 +85,7 @@ def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSetting
             f"variance; with both sides of an event it takes {LEAST_S:g} s."
         )
         numbers = {"n_events": None, "n_windows": found.n_windows}
-        return Finding("event", "info", (), words, numbers)
+        return Sentence("event", "info", (), words, numbers)
     words = (
         f"No event in {lasting}: none of {windows} windows of the dynamic Allan variance departs "
         f"from the noise by more than chance would in {100 * settings.false_alarm:g} % of all "
@@ -93,10 +93,10 @@ def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSetting
     )
     if recording.duration_s < LEVELS_S:
         words += f" Lasting changes of the noise are looked for from {LEVELS_S:g} s on."
-    return Finding("event", "info", (), words, {"n_events": 0, "n_windows": found.n_windows})
+    return Sentence("event", "info", (), words, {"n_events": 0, "n_windows": found.n_windows})
 
 
-def _event(event: Event, recording: Recording) -> Finding:
+def _event(event: Event, recording: Recording) -> Sentence:
     side = event.most_changed
     numbers = {
         "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,
@@ -123,7 +123,7 @@ def _event(event: Event, recording: Recording) -> Finding:
         )
         far = max(side.ratio, 1 / side.ratio) >= LEVEL_MATTERS
         severity = "warning" if far or event.kind == "burst" else "info"
-    return Finding("event", severity, event.series, words + ".", numbers)
+    return Sentence("event", severity, event.series, words + ".", numbers)
 
 
 def _compared(event: Event) -> str:
@@ -135,7 +135,7 @@ def _compared(event: Event) -> str:
     return "noise is the same before and after"
 
 
-def _periodic(lines: Sequence[Found], recording: Recording) -> list[Finding]:
+def _periodic(lines: Sequence[Found], recording: Recording) -> list[Sentence]:
     """One a frequency, with all series that show it."""
     left = sorted(lines, key=lambda x: -x.line.A_s)
     told = []
@@ -160,20 +160,22 @@ def _periodic(lines: Sequence[Found], recording: Recording) -> list[Finding]:
             "alias_hz": recording.frame_rate_hz - first.line.f_0,
         }
         names = tuple(x.series for x in same)
-        told.append(Finding("periodic", "warning" if seen else "info", names, words + ".", numbers))
+        told.append(
+            Sentence("periodic", "warning" if seen else "info", names, words + ".", numbers)
+        )
     if not told:
         words = "No periodic disturbance stands out of the spectrum of any series."
-        told = [Finding("periodic", "info", (), words, {"n_lines": 0})]
+        told = [Sentence("periodic", "info", (), words, {"n_lines": 0})]
     if len(told) > NAMED_LINES:
         words = f"{len(told)} periodic disturbances; the largest {NAMED_LINES} are told of."
         told = [
-            Finding("periodic", "warning", (), words, {"n_lines": len(told)}),
+            Sentence("periodic", "warning", (), words, {"n_lines": len(told)}),
             *told[:NAMED_LINES],
         ]
     return told
 
 
-def _resolution(found: Sequence[Resolution]) -> list[Finding]:
+def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     known = [r for r in found if r.share == r.share]
     if not known:
         return []
@@ -195,10 +197,10 @@ def _resolution(found: Sequence[Resolution]) -> list[Finding]:
         "rounding_h0_mm2_hz": {r.series: r.rounding_h0 for r in known}, "vicon_share": vicon,
     }  # fmt: skip
     severity = "info" if worst.word == "fine" else "warning"
-    return [Finding("resolution", severity, tuple(r.series for r in known), words, numbers)]
+    return [Sentence("resolution", severity, tuple(r.series for r in known), words, numbers)]
 
 
-def _filters(filtered: Sequence[Filtered]) -> list[Finding]:
+def _filters(filtered: Sequence[Filtered]) -> list[Sentence]:
     """One a low-pass over all series, one a notch."""
     before = {f.series: f.measured for f in filtered if f.filter.sos is None and f.measured}
     told = []
@@ -219,7 +221,7 @@ def _filters(filtered: Sequence[Filtered]) -> list[Finding]:
             "least_adev_mm": {k: f.measured.least for k, f in own.items()},
             "predicted_sigma_mm": {k: f.predicted.sigma for k, f in own.items() if f.predicted},
         }  # fmt: skip
-        told.append(Finding("filter", "info", tuple(own), words + ".", numbers))
+        told.append(Sentence("filter", "info", tuple(own), words + ".", numbers))
     return told
 
 
@@ -234,7 +236,7 @@ def _slope(per_hour: float, duration_s: float) -> str:
     return f"by {_mm(per_hour * duration_s / 3600)} over all of it"
 
 
-def _drift(found: Diagnosis, recording: Recording) -> list[Finding]:
+def _drift(found: Diagnosis, recording: Recording) -> list[Sentence]:
     known = {k: d for k, d in found.drifts.items() if d.per_hour == d.per_hour}
     if not known:
         return []
@@ -248,10 +250,10 @@ def _drift(found: Diagnosis, recording: Recording) -> list[Finding]:
         "range_mm": {k: d.range for k, d in known.items()},
         "drift_mm_per_h": {k: d.per_hour for k, d in known.items()},
     }
-    return [Finding("drift", "info", (name,), words, numbers)]
+    return [Sentence("drift", "info", (name,), words, numbers)]
 
 
-def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Finding]:
+def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Sentence]:
     count = {k: int(v.size) for k, v in found.spikes.items()}
     total, name = sum(count.values()), max(count, key=lambda k: count[k])
     share = count[name] / max(recording.n_frames, 1)
@@ -264,23 +266,23 @@ def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Fi
     words += "."
     numbers = {"n": count, "per_hour": total / hours, "share": share}
     severity = "warning" if share > MANY_OUTLIERS else "info"
-    return [Finding("outliers", severity, tuple(k for k, n in count.items() if n), words, numbers)]
+    return [Sentence("outliers", severity, tuple(k for k, n in count.items() if n), words, numbers)]
 
 
-def _gaps(missing: dict[str, float]) -> list[Finding]:
+def _gaps(missing: dict[str, float]) -> list[Sentence]:
     name = max(missing, key=lambda k: missing[k])
     if not missing[name]:
-        return [Finding("gaps", "info", (), "No frame is missing.", {"share": missing})]
+        return [Sentence("gaps", "info", (), "No frame is missing.", {"share": missing})]
     words = f"Marker {name} is missing in {_percent(missing[name])} of the frames."
     severity = "warning" if missing[name] > MANY_GAPS else "info"
-    return [Finding("gaps", severity, (), words, {"share": missing})]
+    return [Sentence("gaps", severity, (), words, {"share": missing})]
 
 
-def _moving(lines: Sequence[str]) -> list[Finding]:
-    return [Finding("moving", "warning", (), f"{line[0].upper()}{line[1:]}.") for line in lines]
+def _moving(lines: Sequence[str]) -> list[Sentence]:
+    return [Sentence("moving", "warning", (), f"{line[0].upper()}{line[1:]}.") for line in lines]
 
 
-def _misfit(noise: Rows, found: Diagnosis) -> list[Finding]:
+def _misfit(noise: Rows, found: Diagnosis) -> list[Sentence]:
     own = [r for r in noise if r["estimator"] == DEFAULT_ESTIMATOR]
     told = []
     bad = tuple(dict.fromkeys(r["series"] for r in own if r["status"] == "misfit"))
@@ -291,12 +293,12 @@ def _misfit(noise: Rows, found: Diagnosis) -> list[Finding]:
         else:
             words += "; what filters leave is then as measured, not as predicted"
         words += "."
-        told.append(Finding("misfit", "warning", bad, words))
+        told.append(Sentence("misfit", "warning", bad, words))
     refused = tuple(dict.fromkeys(r["series"] for r in own if r["status"] == "refused"))
     if refused:
         why = next(r["note"] for r in own if r["status"] == "refused")
         words = f"No noise model of {', '.join(refused)}: {why}."
-        told.append(Finding("misfit", "warning", refused, words))
+        told.append(Sentence("misfit", "warning", refused, words))
     return told
 
 

@@ -389,3 +389,15 @@ def test_a_twin_is_no_longer_than_the_configuration_says() -> None:
     for asked, own in ((600.0, 600.0), (32400.0, 7200.0)):
         found = startup.recording_twins(rows, twins, asked)
         assert [found[name]["duration_s"] for name in rows] == [asked, own]
+
+
+def test_a_twin_has_the_form_of_the_configuration_unless_it_has_one_of_its_own() -> None:
+    common = {"coefficients": {"all": {}}, "seed": 1}
+    rows = {name: {"twin": name} for name in ("usual", "own")}
+    twins = {"defaults": {}, "twins": {"usual": common, "own": common | {"form": "sampled"}}}
+    found = startup.recording_twins(rows, twins, 600.0, "continuous")
+    assert [found[name]["form"] for name in rows] == ["continuous", "sampled"]
+    wrong = {"defaults": {"recording": {"form": "both"}}, "twins": {"usual": common}}
+    with pytest.raises(Faults) as caught:
+        startup.recording_twins({"usual": {"twin": "usual"}}, wrong, 600.0)
+    assert caught.value.lines == ["twin usual: form 'both', expected sampled or continuous"]

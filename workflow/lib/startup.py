@@ -37,18 +37,18 @@ def sheets(config: Mapping[str, Any], root: Path, twins: Rows) -> list[Rows]:
 
 
 def recording_twins(
-    rows: Rows, twins: Mapping[str, Any], duration_s: float
+    rows: Rows, twins: Mapping[str, Any], duration_s: float, form: str = "sampled"
 ) -> dict[str, dict[str, Any]]:
     """Settings of every twin that the sheet of recordings uses, defaults filled in and checked.
 
     The shorter `duration_s` holds, a twin's own or that of the configuration: a quick look at
-    everything is quick.
+    everything is quick. `form` is that of the twins that have none of their own.
     """
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.noise.cameras import take_twin
     from mocap_metrology.noise.twins import twin_from_mapping
 
-    common = {"duration_s": duration_s} | (twins["defaults"].get("recording") or {})
+    common = {"duration_s": duration_s, "form": form} | (twins["defaults"].get("recording") or {})
     settings, faults = {}, []
     for name in dict.fromkeys(row["twin"] for row in rows.values() if row["twin"]):
         entry = twins["twins"][name]

@@ -23,7 +23,7 @@ try:
     config.update(startup.configuration(config, ROOT))
     twins = files.load_twins(config["twins"])
     RECORDINGS, CALIBRATIONS = startup.sheets(config, ROOT, twins["twins"])
-    TWINS = startup.recording_twins(RECORDINGS, twins, config["duration_s"])
+    TWINS = startup.recording_twins(RECORDINGS, twins, config["duration_s"], config["twin_form"])
     CALIBRATION_TWINS = startup.calibration_twins(CALIBRATIONS, twins)
     if alive.runs_jobs(sys.argv):
         alive.take(Path(".snakemake"))
@@ -104,6 +104,11 @@ def twin_of(recording):
 def twin_settings(recording):
     """Everything the twin is made of, see config/twins.yaml."""
     return TWINS[twin_of(recording)]
+
+
+def form_of(recording):
+    """Whether the frames of a twin are points or averages; None for a real recording."""
+    return twin_settings(recording).get("form", "sampled") if is_twin(recording) else None
 
 
 def is_twin(recording):

@@ -47,6 +47,7 @@ rule trajectories:
             *("recording", "twin", "source", "paths", "markers", "pairs"),
             *("frame_rate_hz", "accept_truncated"),
         ),
+        form=form_of,
     message:
         "{wildcards.recording}: reading"
     script:
@@ -187,6 +188,7 @@ rule expected_noise:
         code=digest("expected_noise.py"),
         subset=camera_subset,
         twin=twin_settings,
+        form=form_of,
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],

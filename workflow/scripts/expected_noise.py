@@ -1,7 +1,8 @@
 """allan.parquet -> expected.csv: what S's estimator makes of the published noise without chance.
 
 Estimator `published`: the coefficients behind the twin and their Cramer-Rao bounds at its length;
-`annealing-ant-colony`: the same fit as in noise.csv of the sampled Allan variances of that model.
+`annealing-ant-colony`: the same fit as in noise.csv of the Allan variances of that model in
+the form of the twin.
 """
 
 from step import step
@@ -33,6 +34,7 @@ with step(snakemake) as log:
             settings,
             panel(*given.subset, name),
             given.seed,
+            given.form,
         )
         table += estimates.rows(name, published_estimate(model, n, 1 / rate))
         table += estimates.rows(name, found)

@@ -45,6 +45,8 @@ with step(snakemake) as log:
             "segments": [asdict(segment) for segment in recording.segments],
             "notes": recording.notes,
             "versions": versions("numpy", "pyarrow"),
-        },
+        }
+        # Of twins alone: frames of a camera are points, its exposure is far shorter than a frame
+        | ({"form": snakemake.params.form} if snakemake.params.form else {}),
         dictionary=names if recording.resolution_kind == "int16" else (),
     )

@@ -208,12 +208,13 @@ def expected_estimate(
     settings: NoiseSettings,
     components: Components,
     seed: int,
+    form: Form = "sampled",
 ) -> Estimate:
-    """S's estimator on the Allan variances the model has in point samples, without chance.
+    """S's estimator on the Allan variances the model has in frames of that form, without chance.
 
-    What it gives differs from the truth where S's formulas, for continuous time, do.
+    Of point samples it differs from the truth where S's formulas, for continuous time, do.
     """
-    avar = truth.avar(m, tau0, "sampled")
+    avar = truth.avar(m, tau0, form)
     found = annealing_ant_colony(
         m, avar, tau0, components, settings.annealing, seed, settings.form, n * tau0
     )

@@ -7,10 +7,11 @@ tau0 the frame period in s. Two forms of each:
   points: AVAR = 2 Int_0^fN S(f) sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df (the discrete form of
   the Allan transfer function; Walter, IEEE Trans. Instrum. Meas. 43, 1994). Exact at every m.
 * `continuous`: the textbook forms, as Skurowski & Pawlyta 2019 (Table 1 and the two formulas after
-  it) print them, with lost signs and brackets restored: averages over continuous time.
+  it) print them, with lost signs and brackets restored: averages over continuous time. Frames that
+  are averages over the frame period have exactly these, and `psd` is then theirs (`averaging`).
 
-Flicker, blue and violet noise are h f^alpha band-limited at Nyquist, in both forms; a coefficient
-is the one of the spectrum, so both forms share it.
+Sampled flicker, blue and violet noise are h f^alpha band-limited at Nyquist; so are blue and violet
+in continuous form. A coefficient is the one of the spectrum, so both forms share it.
 """
 
 from __future__ import annotations
@@ -24,9 +25,11 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.averaging import correlated_means, power_law_means
 from mocap_metrology.noise.transfer import band_limited, correlated_bracket, sinh_minus
 
 Form = Literal["sampled", "continuous"]
+FORMS: tuple[Form, ...] = ("sampled", "continuous")
 ALPHAS = (-2, -1, 0, 1, 2)
 NAMES = re.compile(r"h_(-2|-1|0|1|2)|([qT]_c)([1-9]\d*)|A_s|f_0")
 
@@ -47,10 +50,20 @@ class PowerLaw:
         _require(self.alpha in ALPHAS, f"power law: alpha {self.alpha}, expected one of {ALPHAS}")
         _require(0 <= self.h < math.inf, f"h_{self.alpha} = {self.h}, expected a number >= 0")
 
-    def psd(self, f: np.ndarray, tau0: float, gain: np.ndarray | None = None) -> np.ndarray:
-        """Sampled spectrum. Random walk is the sum of all aliases of h/f^2 in closed form,
+    def psd(
+        self,
+        f: np.ndarray,
+        tau0: float,
+        gain: np.ndarray | None = None,
+        form: Form = "sampled",
+    ) -> np.ndarray:
+        """Spectrum of point samples. Random walk is the sum of all aliases of h/f^2 in closed form,
         h (pi tau0)^2 / sin^2(pi f tau0): steps of variance 2 pi^2 tau0 h. The others are h f^alpha
-        up to Nyquist. `gain`: `four_sin2(f, tau0)` where the caller has it."""
+        up to Nyquist. `gain`: `four_sin2(f, tau0)` where the caller has it. `form` continuous:
+        of frames that are averages over the frame period (`averaging`)."""
+        if form == "continuous":
+            gain = four_sin2(f, tau0) if gain is None else gain
+            return self.h * power_law_means(self.alpha, f, tau0, gain)
         if self.alpha == -2:
             gain = four_sin2(f, tau0) if gain is None else gain
             return self.h * (2 * np.pi * tau0) ** 2 / gain
@@ -100,11 +113,20 @@ class GaussMarkov:
         """q_c^2 T_c / 2 in mm^2."""
         return self.q_c**2 * self.T_c / 2
 
-    def psd(self, f: np.ndarray, tau0: float, gain: np.ndarray | None = None) -> np.ndarray:
-        """Sampled spectrum, that of an AR(1) series with phi = exp(-tau0/T_c):
-        2 tau0 var (1 - phi^2) / (1 - 2 phi cos(2 pi f tau0) + phi^2)."""
+    def psd(
+        self,
+        f: np.ndarray,
+        tau0: float,
+        gain: np.ndarray | None = None,
+        form: Form = "sampled",
+    ) -> np.ndarray:
+        """Spectrum of point samples, that of an AR(1) series with phi = exp(-tau0/T_c):
+        2 tau0 var (1 - phi^2) / (1 - 2 phi cos(2 pi f tau0) + phi^2). `form` continuous: of frames
+        that are averages over the frame period, ARMA(1, 1) (`averaging`)."""
         gain = four_sin2(f, tau0) if gain is None else gain
         a = tau0 / self.T_c
+        if form == "continuous":
+            return 2 * tau0 * self.variance * correlated_means(a, gain)
         # 1 - 2 phi cos + phi^2 = (1 - phi)^2 + 4 phi sin^2, which keeps its digits as phi -> 1
         denominator = np.expm1(-a) ** 2 + math.exp(-a) * gain
         return 2 * tau0 * self.variance * -np.expm1(-2 * a) / denominator
@@ -131,7 +153,8 @@ class GaussMarkov:
 
 @dataclass(frozen=True)
 class Sinusoid:
-    """A_s sin(2 pi f_0 t + phase): a line, so it has an Allan variance but no density."""
+    """A_s sin(2 pi f_0 t + phase): a line, so it has an Allan variance but no density. Averaged
+    over the frame period it is A_s sinc(f_0 tau0) high (`recorded`)."""
 
     A_s: float
     f_0: float
@@ -139,6 +162,10 @@ class Sinusoid:
     def __post_init__(self) -> None:
         _require(0 <= self.A_s < math.inf, f"A_s = {self.A_s}, expected a number >= 0")
         _require(0 < self.f_0 < math.inf, f"f_0 = {self.f_0}, expected a number > 0 (in Hz)")
+
+    def recorded(self, tau0: float, form: Form = "sampled") -> float:
+        """Amplitude in frames that are points, or averages over the frame period; mm."""
+        return self.A_s * abs(float(np.sinc(self.f_0 * tau0))) if form == "continuous" else self.A_s
 
     def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
         """Mean over the phase; sampled A^2 sin^4(pi f m tau0) / (m sin(pi f tau0))^2, continuous
@@ -188,11 +215,13 @@ class NoiseModel:
         """The components that have a density."""
         return tuple(c for c in self.components if not isinstance(c, Sinusoid))
 
-    def psd(self, f: np.ndarray, tau0: float) -> np.ndarray:
-        """Sampled one-sided spectrum, mm^2/Hz, at 0 < f <= 1/(2 tau0); without the sinusoid."""
+    def psd(self, f: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
+        """One-sided spectrum of frames that are points (`sampled`) or averages over the frame
+        period (`continuous`), mm^2/Hz, at 0 < f <= 1/(2 tau0); without the sinusoid."""
+        check_form(form)
         f = np.asarray(f, float)
         gain = four_sin2(f, tau0)
-        return sum((c.psd(f, tau0, gain) for c in self.broadband), np.zeros_like(f))
+        return sum((c.psd(f, tau0, gain, form) for c in self.broadband), np.zeros_like(f))
 
     def psd_continuous(self, f: np.ndarray) -> np.ndarray:
         """Unfolded one-sided spectrum, mm^2/Hz; without the sinusoid."""
@@ -201,9 +230,7 @@ class NoiseModel:
 
     def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
         """Allan variance, mm^2, at tau = m tau0 (m whole numbers >= 1, any shape)."""
-        _require(
-            form in ("sampled", "continuous"), f"form {form!r}, expected sampled or continuous"
-        )
+        check_form(form)
         m = np.asarray(m, float)
         return sum((c.avar(m, tau0, form) for c in self.components), np.zeros_like(m))
 
@@ -250,6 +277,12 @@ class NoiseModel:
             _require(not missing, f"noise coefficients {first}, {second}: {missing} is missing")
             parts.append(kind(float(coefficients[first]), float(coefficients[second])))
         return cls(tuple(parts))
+
+
+def check_form(form: str, where: str = "") -> Form:
+    """The form, if it is one."""
+    _require(form in FORMS, f"{where}form {form!r}, expected {' or '.join(FORMS)}")
+    return form
 
 
 def _require(condition: bool, message: str) -> None:

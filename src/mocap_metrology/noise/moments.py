@@ -200,7 +200,7 @@ def _slow(twin: Twin, slow_samples: int) -> _Slow:
     short = circle_length(n_slow + 1)
     length, bins = step * short, short // 2
     spectra = np.array(
-        [increment_spectrum(twin.models[s], length, tau0, bins) for s in _names(twin)]
+        [increment_spectrum(twin.models[s], length, tau0, bins, twin.form) for s in _names(twin)]
     )
     k = np.arange(bins)
     edge = (bins - 0.5) / (length * tau0)
@@ -208,7 +208,7 @@ def _slow(twin: Twin, slow_samples: int) -> _Slow:
     rise[0] = 1.0
 
     def of_differences(series: str) -> np.ndarray:
-        return increment_spectrum(twin.models[series], length, tau0, bins)
+        return increment_spectrum(twin.models[series], length, tau0, bins, twin.form)
 
     drawn = np.array([*spectra[:2], _across(twin, of_differences)])
     return _Slow(
@@ -235,7 +235,8 @@ def _across(twin: Twin, spectrum: Callable[[str], np.ndarray]) -> np.ndarray:
 def _fast_across(twin: Twin, edge_hz: float, tau0: float) -> float:
     """Integral of the same from `edge_hz` up."""
     f, log_f = _fast_frequencies(edge_hz, tau0)
-    return float(np.trapezoid(_across(twin, lambda s: twin.models[s].psd(f, tau0)) * f, log_f))
+    across = _across(twin, lambda s: twin.models[s].psd(f, tau0, twin.form))
+    return float(np.trapezoid(across * f, log_f))
 
 
 def _fast_frequencies(edge_hz: float, tau0: float) -> tuple[np.ndarray, np.ndarray]:
@@ -257,7 +258,7 @@ def _coherence(twin: Twin, spectra: np.ndarray) -> np.ndarray:
 def _fast_covariance(twin: Twin, edge_hz: float, tau0: float) -> np.ndarray:
     """(2, 2) integral of the spectra of x1 and x2 and of their common part from `edge_hz` up."""
     f, log_f = _fast_frequencies(edge_hz, tau0)
-    spectra = np.array([twin.models[s].psd(f, tau0) for s in _names(twin)])
+    spectra = np.array([twin.models[s].psd(f, tau0, twin.form) for s in _names(twin)])
     common = _coherence(twin, spectra) * np.sqrt(spectra[0] * spectra[1])
     v_1, v_2, v_12 = (np.trapezoid(s * f, log_f) for s in (*spectra[:2], common))
     return np.array([[v_1, v_12], [v_12, v_2]])
@@ -279,11 +280,15 @@ def _lost(twin: Twin, cleaning: Cleaning, along: float) -> tuple[np.ndarray, flo
 def _line_covariance(twin: Twin) -> np.ndarray:
     """(2, 2) of the sinusoids, whole periods of them; L's goes half into x1 and x2 (`simulate`)."""
     found = np.zeros((2, 2))
+
+    def high(line: Sinusoid) -> float:
+        return line.recorded(1 / twin.frame_rate_hz, twin.form)
+
     for k, series in enumerate(("x1", "x2")):
-        found[k, k] += sum(line.A_s**2 / 2 for line in twin.models[series].lines)
+        found[k, k] += sum(high(line) ** 2 / 2 for line in twin.models[series].lines)
     lines = twin.models["L"].lines if "L" in twin.models else ()
     if twin.distance_line == "split":
-        share = sum(line.A_s**2 / 8 for line in lines)
+        share = sum(high(line) ** 2 / 8 for line in lines)
         found += share * np.array([[1.0, -1.0], [-1.0, 1.0]])
     return found
 

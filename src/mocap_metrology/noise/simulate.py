@@ -4,8 +4,9 @@
     recording = simulate(twin)                       # nine hours, its own seed
     recording.position_mm                            # (2 markers, 3 axes, n frames)
 
-The sampled Allan variance of every coordinate is its model's at every tau (`synthesis` says how);
-that of the distance too, wherever the models of x1, x2 and L do not contradict each other.
+The Allan variance of every coordinate is its model's at every tau (`synthesis` says how), in the
+twin's `form`; that of the distance too, wherever the models of x1, x2 and L do not contradict each
+other.
 """
 
 from __future__ import annotations
@@ -98,7 +99,7 @@ def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[dict[str, An
         else:
             cross = Cross(constant=twin.yz_coherence)
         rng = stream(twin.name, seed, letter)
-        position[0, axis], position[1, axis] = draw_pair(*models, cross, n, tau0, rng)
+        position[0, axis], position[1, axis] = draw_pair(*models, cross, n, tau0, rng, twin.form)
     lines = _lines(twin, stream(twin.name, seed, "phases"))
     t = np.arange(n) * tau0 if lines else None
     for line in lines:
@@ -123,15 +124,16 @@ def _lines(twin: Twin, rng: np.random.Generator) -> list[dict[str, Any]]:
         phase = float(rng.uniform(0, 2 * np.pi))  # drawn for all, so that phases do not shift
         for line in twin.models[series].lines if series in twin.models else ():
             if series != "L":
-                places = [(series, line.A_s)]
+                places = [(series, 1.0)]
             elif twin.distance_line == "split":
-                places = [("x1", line.A_s / 2), ("x2", -line.A_s / 2)]
+                places = [("x1", 0.5), ("x2", -0.5)]
             else:
                 places = []
+            height = line.recorded(1 / twin.frame_rate_hz, twin.form)
             found += [
-                {"of": series, "series": s, "amplitude_mm": a, "f_0_hz": line.f_0}
+                {"of": series, "series": s, "amplitude_mm": share * height, "f_0_hz": line.f_0}
                 | {"phase_rad": phase}
-                for s, a in places
+                for s, share in places
             ]
     return found
 
@@ -140,7 +142,7 @@ def _origin(twin: Twin, seed: int, n: int) -> dict[str, Any]:
     """What the recording was made from."""
     models = {s: m.scaled(twin.scale.get(s, 1.0)) for s, m in twin.models.items()}
     notes = list(twin.notes)
-    bands = clipped_bands(twin.models, twin.frame_rate_hz, n)
+    bands = clipped_bands(twin.models, twin.frame_rate_hz, n, twin.form)
     if bands:
         text = ", ".join(f"{low:.3g} to {high:.3g} Hz" for low, high in bands)
         notes.append(f"L: contradicts x1 and x2 at {text}; there x1 and x2 hold and L differs")
@@ -151,6 +153,7 @@ def _origin(twin: Twin, seed: int, n: int) -> dict[str, Any]:
         "twin": twin.name,
         "source": twin.source,
         "seed": seed,
+        "form": twin.form,
         "frame_rate_hz": twin.frame_rate_hz,
         "n_frames": n,
         "labels": list(twin.labels),

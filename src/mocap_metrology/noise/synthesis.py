@@ -1,4 +1,5 @@
-"""Random series whose sampled Allan variance is a noise model's, alone or as correlated pairs.
+"""Random series whose Allan variance is a noise model's, alone or as correlated pairs: of frames
+that are points (`sampled`) or averages over the frame period (`continuous`, see `averaging`).
 
 Drawn are first differences D, which are stationary even where the series is not (random walk,
 correlation times beyond the recording), on a circle of M >= 2n frames (circulant embedding, after
@@ -16,10 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, four_sin2
+from mocap_metrology.noise.averaging import correlated_gain
+from mocap_metrology.noise.model import Form, GaussMarkov, NoiseModel, PowerLaw, four_sin2
 
 CORRECTED_BINS = 1024  # beyond, the correction is below 1e-7 of the spectrum
 BLOCK = 1 << 15  # bins at a time: stays in the processor's cache
+NO_TAIL = 40.0  # frames over T_c from which nothing is left beyond half the circle: exp(-120)
 
 
 def circle_length(n: int) -> int:
@@ -30,7 +33,11 @@ def circle_length(n: int) -> int:
 
 
 def increment_spectrum(
-    model: NoiseModel, length: int, tau0: float, bins: int | None = None
+    model: NoiseModel,
+    length: int,
+    tau0: float,
+    bins: int | None = None,
+    form: Form = "sampled",
 ) -> np.ndarray:
     """One-sided spectrum of the differences, mm^2/Hz, at k / (length tau0), k = 0 ... length/2 or
     the first `bins` of them."""
@@ -40,11 +47,11 @@ def increment_spectrum(
         f = np.arange(start, stop) / (length * tau0)
         gain = four_sin2(f, tau0)
         for component in model.broadband:
-            spectrum[start:stop] += gain * component.psd(f, tau0, gain)
+            spectrum[start:stop] += gain * component.psd(f, tau0, gain, form)
     low = spectrum[:CORRECTED_BINS]
     for component in model.broadband:
         if isinstance(component, GaussMarkov):
-            low += _correlated_tail(component, length, tau0, low.size)
+            low += _correlated_tail(component, length, tau0, low.size, form)
         elif component.alpha == -1:
             low += _flicker_tail(component, length, tau0, low.size)
         elif component.alpha == -2:
@@ -52,21 +59,26 @@ def increment_spectrum(
     return spectrum
 
 
-def _correlated_tail(part: GaussMarkov, length: int, tau0: float, bins: int) -> np.ndarray:
-    """-2 tau0 * 2 sum over j > M/2 of R_D(j) cos(2 pi j k/M), R_D(j) = -var (1-phi)^2 phi^(j-1);
-    the lag M/2 itself counts half. A geometric series."""
+def _correlated_tail(
+    part: GaussMarkov, length: int, tau0: float, bins: int, form: Form
+) -> np.ndarray:
+    """-2 tau0 * 2 sum over j > M/2 of R_D(j) cos(2 pi j k/M), R_D(j) = -var (1-phi)^2 phi^(j-1),
+    of averages `correlated_gain` times that; the lag M/2 itself counts half. A geometric series."""
     a = tau0 / part.T_c
+    if a > NO_TAIL:
+        return np.zeros(bins)
+    variance = part.variance * (correlated_gain(a) if form == "continuous" else 1.0)
     k = np.arange(bins)
     sign = np.where(k % 2 == 0, 1.0, -1.0)
     one_minus = -np.expm1(-a)
     denominator = one_minus**2 + np.exp(-a) * 4 * np.sin(np.pi * k / length) ** 2
     beyond = np.exp(-a * (length / 2 - 1)) * -np.expm1(-2 * a)
-    return 2 * tau0 * part.variance * one_minus**2 * beyond * sign / denominator
+    return 2 * tau0 * variance * one_minus**2 * beyond * sign / denominator
 
 
 def _flicker_tail(part: PowerLaw, length: int, tau0: float, bins: int) -> np.ndarray:
-    """The same for R_D(j) = -h / j^2 (far lags of flicker), the sum taken as an integral:
-    Int_1^inf cos(a t)/t^2 dt = cos a - a (pi/2 - Si(a)), a = pi k."""
+    """The same for R_D(j) = -h / j^2 (far lags of flicker, points or averages), the sum taken as
+    an integral: Int_1^inf cos(a t)/t^2 dt = cos a - a (pi/2 - Si(a)), a = pi k."""
     from scipy.special import sici
 
     a = np.pi * np.arange(bins)
@@ -89,14 +101,16 @@ def implied_coherence(first: np.ndarray, second: np.ndarray, difference: np.ndar
     return np.divide(first + second - difference, scale, out=np.zeros_like(scale), where=scale > 0)
 
 
-def coherence(models: Mapping[str, NoiseModel], f: np.ndarray, tau0: float) -> np.ndarray:
-    """(S_x1 + S_x2 - S_L) / (2 sqrt(S_x1 S_x2)) of the sampled spectra, not clipped: what the
+def coherence(
+    models: Mapping[str, NoiseModel], f: np.ndarray, tau0: float, form: Form = "sampled"
+) -> np.ndarray:
+    """(S_x1 + S_x2 - S_L) / (2 sqrt(S_x1 S_x2)) of the frames' spectra, not clipped: what the
     models of x1, x2 and their distance L imply. Beyond [-1, 1] the three contradict each other."""
-    return implied_coherence(*(models[series].psd(f, tau0) for series in ("x1", "x2", "L")))
+    return implied_coherence(*(models[series].psd(f, tau0, form) for series in ("x1", "x2", "L")))
 
 
 def clipped_bands(
-    models: Mapping[str, NoiseModel], frame_rate_hz: float, n: int
+    models: Mapping[str, NoiseModel], frame_rate_hz: float, n: int, form: Form = "sampled"
 ) -> list[list[float]]:
     """Bands [f_lo, f_hi] in Hz within frame_rate/n ... Nyquist where |coherence| > 1 and the
     simulation clips it, so that the distance differs from its model there; edges to 1 %."""
@@ -104,7 +118,7 @@ def clipped_bands(
         return []
     low, high = frame_rate_hz / n, frame_rate_hz / 2
     f = np.geomspace(low, high, max(2, int(np.log(high / low) * 200)))
-    clipped = np.abs(coherence(models, f, 1 / frame_rate_hz)) > 1
+    clipped = np.abs(coherence(models, f, 1 / frame_rate_hz, form)) > 1
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clipped, [False]])))
     return [[float(f[a]), float(f[b - 1])] for a, b in edges.reshape(-1, 2)]
 
@@ -116,6 +130,7 @@ def draw_pair(
     n: int,
     tau0: float,
     rng: np.random.Generator,
+    form: Form = "sampled",
 ) -> tuple[np.ndarray, np.ndarray]:
     """Two series of n values in mm, each 0 at its first frame, without the models' sinusoids.
 
@@ -123,16 +138,16 @@ def draw_pair(
     X1 = sqrt(S1) n1, X2 = sqrt(S2) (c n1 + sqrt(1 - c^2) n2).
     """
     length = circle_length(n)
-    spectra = [increment_spectrum(model, length, tau0) for model in (first, second)]
+    spectra = [increment_spectrum(model, length, tau0, form=form) for model in (first, second)]
     difference = cross.difference
-    third = None if difference is None else increment_spectrum(difference, length, tau0)
-    if third is None:
+    if difference is None:
         c = np.full_like(spectra[0], cross.constant)
     else:
+        third = increment_spectrum(difference, length, tau0, form=form)
         c = implied_coherence(*spectra, third)
         np.clip(c, -1.0, 1.0, out=c)
         c *= cross.factor
-    del third
+        del third
     common = circle_normals(length, rng)
     one = _series(common * np.sqrt(spectra[0]), n, length, tau0)
     common *= c

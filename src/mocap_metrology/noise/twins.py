@@ -18,7 +18,7 @@ from mocap_metrology.noise.entries import (
     two_labels,
     whole,
 )
-from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.model import Form, NoiseModel, check_form
 from mocap_metrology.noise.published import (
     SERIES,
     published_gaussian,
@@ -76,7 +76,10 @@ class Twin:
     x1 and x2 go together. `coherence_factor` multiplies their coherence; `yz_coherence` is that
     of y1 with y2 and of z1 with z2. `scale` multiplies the noise of a coordinate and leaves the
     coherence. `distance_line`: L's sinusoid is put half into x1 and half, with the opposite sign,
-    into x2 (`split`), or left out (`omit`). Positions start at `start_mm`; noise moves them.
+    into x2 (`split`), or left out (`omit`). `form`: frames are points (`sampled`), as a camera's
+    whose exposure is short, or averages over the frame period (`continuous`), whose Allan variance
+    is that of the textbook formulas, in which S gives its coefficients. Positions start at
+    `start_mm`; noise moves them.
     """
 
     name: str
@@ -87,6 +90,7 @@ class Twin:
     labels: tuple[str, str] = ("Wand1", "Wand2")
     duration_s: float = 32400.0
     frame_rate_hz: float = 120.0
+    form: Form = "sampled"
     distance_line: str = "split"
     coherence_factor: float = 1.0
     yz_coherence: float = 0.0
@@ -229,6 +233,8 @@ def _settings(given: Mapping[str, Any], where: str) -> dict[str, Any]:
             values[key] = number(given[key], f"{where}: {key}", low, 1.0)
     labels = given.get("labels", list(Twin.labels))
     values["labels"] = two_labels(labels, f"{where}: labels")
+    if "form" in given:
+        values["form"] = check_form(given["form"], f"{where}: ")
     if "distance_line" in given:
         if given["distance_line"] not in ("split", "omit"):
             raise Refusal(f"{where}: distance_line: {given['distance_line']!r}, split or omit")

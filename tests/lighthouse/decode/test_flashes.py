@@ -175,6 +175,45 @@ def test_bias_of_each_diode() -> None:
     check(scene, find_flashes(drop(uneven, rng.uniform(size=bias[pulses.diode].size) < 0.9)))
 
 
+def dimmed(scene: Scene, diodes: int, dim: int, late_s: object, run_on: float = 0.0) -> Pulses:
+    """The slave seen by the first diodes only; the first `dim` of them see it late by late_s(t, d),
+    but its end in time; and a share of its pulses run on into other light for 4-40 us."""
+    rng, pulses = np.random.default_rng(4), scene.pulses()
+
+    def slave() -> np.ndarray:
+        in_cycle = np.mod((pulses.start_s - scene.begin_s) / scene.cycle_s, 1)
+        return (np.abs(in_cycle - 0.05) < 0.01) & (pulses.length_s > LONG_S)
+
+    pulses = drop(pulses, slave() & (pulses.diode >= diodes))
+    own, t, d = slave(), pulses.start_s, pulses.diode
+    late = np.where(own & (d < dim), np.round(2e6 * late_s(t, d)) / 2e6, 0)
+    more = np.where(own & (rng.uniform(size=t.size) < run_on), rng.integers(8, 80, t.size) / 2e6, 0)
+    start, length = t + late, pulses.length_s - late + more
+    order = np.argsort(start, kind="stable")
+    return Pulses(start[order], length[order], d[order], 32, pulses.duration_s, 0.5e-6)
+
+
+@pytest.mark.parametrize("diodes, dim", [(2, 1), (3, 2), (5, 3)])
+def test_dim_diodes_rise_late_and_fall_in_time(diodes: int, dim: int) -> None:
+    """By 0 to 30 us, slowly: the median of the lengths left a third of the bits open here, and a
+    tenth of them wrong."""
+    scene = Scene(seconds=4.0).build()
+    for late_s in (
+        lambda t, d: 15e-6 * (1 + np.sin(2 * np.pi * t / 1.7 + d)),
+        lambda t, d: np.random.default_rng(6).uniform(0, 30e-6, t.size),
+    ):
+        check(scene, find_flashes(dimmed(scene, diodes, dim, late_s)))
+
+
+def test_flashes_that_run_into_other_light_are_not_the_longest() -> None:
+    """One pulse in twenty, of three diodes; the longest would be wrong in one flash of seven."""
+    scene = Scene(seconds=4.0).build()
+    found = find_flashes(dimmed(scene, 3, 0, lambda t, d: 0 * t, run_on=0.05))
+    number = found[1].cycle
+    wrong = found[1].code != scene.codes[1, number]
+    assert wrong.sum() <= 4
+
+
 def test_rotors_that_wander() -> None:
     """3 us of slow wander, of each rotor its own; the line cannot follow it, the curve does."""
 

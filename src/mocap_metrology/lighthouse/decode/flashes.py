@@ -12,7 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.decode.codes import codes_of, data_residual, find_pattern
+from mocap_metrology.lighthouse.decode.codes import (
+    DECIDED_STEPS,
+    codes_of,
+    data_residual,
+    find_pattern,
+)
 from mocap_metrology.lighthouse.decode.comb import (
     FEWEST_FLASHES,
     MAD_TO_SIGMA,
@@ -35,8 +40,8 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
     """Flashes of master and slave, or of the one station that is seen, which then counts as master.
 
     Cycles have one number for both stations, from 0. The time of a flash is the lower quartile of
-    the edges on all diodes: dim ones rise late, and a single early one may be false. Lengths are
-    the median over the diodes, each diode's own bias and that of the recording taken off.
+    the edges on all diodes: dim ones rise late, and a single early one may be false. They fall with
+    the flash, so lengths are taken from its begin by the clock to the end of a pulse (`_told`).
     Raises `Refusal` where there are no flashes.
     """
     long = (pulses.length_s >= SHORTEST_S) & (pulses.length_s <= LONGEST_S)
@@ -60,7 +65,7 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
         )
     combs = _number(combs)
     patterns, biases = find_pattern(
-        [comb.cycle for comb in combs], [comb.over_diodes(comb.length) for comb in combs]
+        [comb.cycle for comb in combs], [comb.over_diodes() for comb in combs]
     )
     return [
         _flashes(MASTER + i, comb, pattern, bias)
@@ -73,6 +78,7 @@ class _Comb:
     """Pulses of the flashes of one station; those of flash k begin at first[k]."""
 
     length: np.ndarray
+    after: np.ndarray  # from the begin of the cycle by the clock to the edge
     diode: np.ndarray
     first: np.ndarray
     cycle: np.ndarray  # of each flash
@@ -84,13 +90,20 @@ class _Comb:
         """Diodes that saw each flash."""
         return np.diff(self.first, append=self.length.size)
 
-    def over_diodes(self, values: np.ndarray) -> np.ndarray:
-        """Median of the values of the pulses of each flash."""
-        flash = np.repeat(np.arange(self.first.size), self.count)
-        values = values[np.lexsort((values, flash))]
-        return 0.5 * (
-            values[self.first + (self.count - 1) // 2] + values[self.first + self.count // 2]
-        )
+    @property
+    def flash(self) -> np.ndarray:
+        """Which flash each pulse is of."""
+        return np.repeat(np.arange(self.first.size), self.count)
+
+    @property
+    def off(self) -> np.ndarray:
+        """Of each flash from the clock."""
+        return self.time - self.clock.start(self.cycle)
+
+    def over_diodes(self) -> np.ndarray:
+        """Upper median of the lengths of the pulses of each flash: of two, the longer."""
+        ranked = self.length[np.lexsort((self.length, self.flash))]
+        return ranked[self.first + self.count // 2]
 
 
 def _comb(
@@ -112,7 +125,8 @@ def _comb(
         inside &= np.isin(cycle, flash_cycle[flash_late <= tolerance])
         first, flash_cycle, time = _events(start[inside], cycle[inside])
         clock, _ = fit_clock(flash_cycle, time)
-    return _Comb(length[inside], diode[inside], first, flash_cycle, time, clock)
+    after = (start - clock.start(cycle))[inside]
+    return _Comb(length[inside], after, diode[inside], first, flash_cycle, time, clock)
 
 
 def _events(start: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -138,14 +152,8 @@ def _number(combs: list[_Comb]) -> list[_Comb]:
 
 
 def _flashes(station: int, comb: _Comb, pattern: np.ndarray, bias: float) -> Flashes:
-    """Lengths with the biases of the recording and of the diodes taken off, and their codes."""
-    length = comb.length - bias
-    rest = data_residual(np.repeat(comb.cycle, comb.count), length, pattern) * CODE_STEP_S
-    for diode in np.unique(comb.diode):
-        own = comb.diode == diode
-        if np.count_nonzero(own) >= FEWEST_FLASHES:
-            length[own] -= np.median(rest[own])
-    length_s = comb.over_diodes(length)
+    """Flashes with the lengths that they tell, and their codes."""
+    length_s = _told(comb, pattern, bias)
     return Flashes(
         station=station,
         clock=comb.clock,
@@ -154,3 +162,31 @@ def _flashes(station: int, comb: _Comb, pattern: np.ndarray, bias: float) -> Fla
         length_s=length_s,
         code=codes_of(comb.cycle, length_s, pattern),
     )
+
+
+def _told(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
+    """Length of each flash, bias taken off: upper median over the diodes.
+
+    Dim diodes rise late and fall in time, so a length is taken to the end of a pulse: from the
+    clock, or, where the ends keep no time with it, from the first edge of the flash. A pulse into
+    which other light runs ends late, mostly where no code ends; it speaks only where no other does.
+    """
+    ends, cycle = comb.length + comb.after - bias, np.repeat(comb.cycle, comb.count)
+
+    def off(length: np.ndarray) -> np.ndarray:
+        return data_residual(cycle, length, pattern) * CODE_STEP_S
+
+    by_clock = ends - drift(comb.cycle, comb.off, cycle)
+    for _ in range(3):
+        late = replace(comb, length=off(by_clock)).over_diodes()
+        by_clock = by_clock - drift(comb.cycle, late, cycle)
+    ways = [by_clock, ends - np.minimum.reduceat(comb.after, comb.first)[comb.flash]]
+    length = min(ways, key=lambda way: np.quantile(np.abs(off(way)), 0.9))
+    for diode in np.unique(comb.diode):
+        own = comb.diode == diode
+        if np.count_nonzero(own) >= FEWEST_FLASHES:
+            length[own] -= np.median(off(length)[own])
+    good = np.abs(off(length)) <= DECIDED_STEPS * CODE_STEP_S
+    good |= ~np.logical_or.reduceat(good, comb.first)[comb.flash]
+    first = np.flatnonzero(np.diff(comb.flash[good], prepend=-1))
+    return replace(comb, length=length[good], diode=comb.diode[good], first=first).over_diodes()

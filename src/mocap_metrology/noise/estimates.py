@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.model import ALPHAS, Form, GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model import ALPHAS, FORMS, Form, GaussMarkov, NoiseModel, PowerLaw
 
 DEFAULT_ESTIMATOR = "likelihood"
 S_ESTIMATOR = "annealing-ant-colony"  # what S used
@@ -76,7 +76,7 @@ class Coefficient:
 class Estimate:
     """Coefficients of one series by one estimator.
 
-    form: of the Allan variances that were fitted (`sampled` where spectra were). cost: what was
+    form: of the Allan variances, or the frames whose spectra, were fitted. cost: what was
     minimised, at the end. note: what a reader should know, one line, or empty.
     """
 
@@ -93,8 +93,8 @@ class Estimate:
 
     @property
     def model(self) -> NoiseModel:
-        """The model of the detected coefficients."""
-        return NoiseModel.from_coefficients(self.values)
+        """The model of the detected coefficients, in the form that was fitted."""
+        return NoiseModel.from_coefficients(self.values, self.form)
 
 
 def correlation_class(T_c: float) -> str:
@@ -143,7 +143,9 @@ def unit_key(parameter: str) -> str:
 
 
 def model_of(noise_rows: list[Mapping[str, Any]]) -> NoiseModel:
-    """The fitted model out of rows of noise.csv of one series and estimator (see `rows`)."""
+    """The fitted model out of rows of noise.csv of one series and estimator (see `rows`), in the
+    form that was fitted."""
     absent = ("not_detected", "refused")
     found = {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] not in absent}
-    return NoiseModel.from_coefficients(found)
+    form = next((r["model"] for r in noise_rows if r.get("model") in FORMS), "sampled")
+    return NoiseModel.from_coefficients(found, form)

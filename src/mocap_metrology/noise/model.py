@@ -19,8 +19,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -184,9 +184,11 @@ Component = PowerLaw | GaussMarkov | Sinusoid
 
 @dataclass(frozen=True)
 class NoiseModel:
-    """A sum of independent components: at most one power law of each alpha and one sinusoid."""
+    """A sum of independent components: at most one power law of each alpha and one sinusoid; in
+    frames of that form, unless another is asked for."""
 
     components: tuple[Component, ...] = ()
+    form: Form = "sampled"
     UNITS: ClassVar[Mapping[str, str]] = {
         "h_-2": "mm^2 Hz",
         "h_-1": "mm^2",
@@ -201,6 +203,7 @@ class NoiseModel:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "components", tuple(self.components))
+        check_form(self.form)
         alphas = [c.alpha for c in self.components if isinstance(c, PowerLaw)]
         _require(len(alphas) == len(set(alphas)), "noise model: one power law an alpha at most")
         _require(len(self.lines) <= 1, "noise model: one sinusoid at most")
@@ -215,10 +218,10 @@ class NoiseModel:
         """The components that have a density."""
         return tuple(c for c in self.components if not isinstance(c, Sinusoid))
 
-    def psd(self, f: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
+    def psd(self, f: np.ndarray, tau0: float, form: Form | None = None) -> np.ndarray:
         """One-sided spectrum of frames that are points (`sampled`) or averages over the frame
         period (`continuous`), mm^2/Hz, at 0 < f <= 1/(2 tau0); without the sinusoid."""
-        check_form(form)
+        form = check_form(form or self.form)
         f = np.asarray(f, float)
         gain = four_sin2(f, tau0)
         return sum((c.psd(f, tau0, gain, form) for c in self.broadband), np.zeros_like(f))
@@ -228,19 +231,19 @@ class NoiseModel:
         f = np.asarray(f, float)
         return sum((c.psd_continuous(f) for c in self.broadband), np.zeros_like(f))
 
-    def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
+    def avar(self, m: np.ndarray, tau0: float, form: Form | None = None) -> np.ndarray:
         """Allan variance, mm^2, at tau = m tau0 (m whole numbers >= 1, any shape)."""
-        check_form(form)
+        form = check_form(form or self.form)
         m = np.asarray(m, float)
         return sum((c.avar(m, tau0, form) for c in self.components), np.zeros_like(m))
 
     def scaled(self, factor: float) -> NoiseModel:
         """The model of `factor` times the series: h by factor^2, q_c and A_s by factor."""
-        return NoiseModel(tuple(_scaled(c, factor) for c in self.components))
+        return replace(self, components=tuple(_scaled(c, factor) for c in self.components))
 
     def ordered(self) -> NoiseModel:
         """The same model: power laws by alpha, Gauss-Markov by rising T_c, sinusoid."""
-        return NoiseModel(tuple(sorted(self.components, key=_rank)))
+        return replace(self, components=tuple(sorted(self.components, key=_rank)))
 
     def coefficients(self) -> dict[str, float]:
         """`h_-2` ... `h_2`, `q_c1`, `T_c1`, ... (numbered as they stand), `A_s`, `f_0`."""
@@ -256,7 +259,9 @@ class NoiseModel:
         return found
 
     @classmethod
-    def from_coefficients(cls, coefficients: Mapping[str, float]) -> NoiseModel:
+    def from_coefficients(
+        cls, coefficients: Mapping[str, float], form: Form = "sampled"
+    ) -> NoiseModel:
         """The model of the named coefficients; what is not named is not there."""
         for name, value in coefficients.items():
             _require(
@@ -276,10 +281,10 @@ class NoiseModel:
             missing = [name for name in (first, second) if name not in coefficients]
             _require(not missing, f"noise coefficients {first}, {second}: {missing} is missing")
             parts.append(kind(float(coefficients[first]), float(coefficients[second])))
-        return cls(tuple(parts))
+        return cls(tuple(parts), form)
 
 
-def check_form(form: str, where: str = "") -> Form:
+def check_form(form: Any, where: str = "") -> Form:
     """The form, if it is one."""
     _require(form in FORMS, f"{where}form {form!r}, expected {' or '.join(FORMS)}")
     return form

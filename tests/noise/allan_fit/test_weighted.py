@@ -226,3 +226,18 @@ def test_refuses_what_cannot_be_fitted() -> None:
     for settings, message in (({"tries": 3}, "tries"), ({"criterion": "dic"}, "dic")):
         with pytest.raises(Refusal, match=message):
             weighted(m, 1 / m, edf, 1000, TAU0, None, settings)
+
+
+def test_frames_that_average_are_fitted_in_their_own_form():
+    # T_c of two frames beside white noise and a walk: without chance, the truth comes back
+    truth = NoiseModel(
+        (PowerLaw(-2, 1e-4), PowerLaw(0, 1e-6), GaussMarkov(0.3, 2 * TAU0)), "continuous"
+    )
+    m = np.unique(np.geomspace(1, N // 3, 60).round().astype(int))
+    known = Components((-2, 0), 1)
+    avar = truth.avar(m, TAU0)
+    found = weighted(m, avar, np.full(m.size, 1e9), N, TAU0, known, None, "continuous")
+    assert found.form == "continuous" and found.model.form == "continuous"
+    assert found.values == pytest.approx(truth.coefficients(), rel=1e-3)
+    wrong = weighted(m, avar, np.full(m.size, 1e9), N, TAU0, known)
+    assert wrong.values.get("h_0", 0.0) != pytest.approx(1e-6, rel=0.5)

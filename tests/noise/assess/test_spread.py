@@ -9,7 +9,14 @@ import pytest
 
 from mocap_metrology.noise.assess.measured import measured_spread, measured_within
 from mocap_metrology.noise.assess.spread import expected_spread, kind, spread
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model import (
+    FORMS,
+    Form,
+    GaussMarkov,
+    NoiseModel,
+    PowerLaw,
+    Sinusoid,
+)
 from mocap_metrology.noise.synthesis import circle_length, draw, increment_spectrum
 
 TAU0 = 0.01
@@ -25,7 +32,7 @@ COMPONENTS = (
 )
 
 
-def written_out(component: PowerLaw | GaussMarkov, n: int, N: int) -> float:
+def written_out(component: PowerLaw | GaussMarkov, n: int, N: int, form: Form) -> float:
     """Mean over the N/n stretches of Var(mean of n - mean of N) = -sum w_i w_j D(i - j): weights
     that add up to 0, D(k) = Int S(f) (1 - cos 2 pi f k tau0) df the variogram."""
     nyquist, fine = 0.5 / TAU0, 1 << 18
@@ -33,7 +40,7 @@ def written_out(component: PowerLaw | GaussMarkov, n: int, N: int) -> float:
     edges = np.geomspace(1e-9, 40 * nyquist / fine, 20001)
     slow = (edges[1:] + edges[:-1]) / 2
     f, df = np.append(slow, f[40:]), np.append(np.diff(edges), np.full(fine - 40, nyquist / fine))
-    power = component.psd(f, TAU0) * df
+    power = component.psd(f, TAU0, form=form) * df
     variogram = [2 * power @ np.sin(np.pi * f * k * TAU0) ** 2 for k in range(N)]
     lag = np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
     D = np.array(variogram)[lag]
@@ -42,18 +49,21 @@ def written_out(component: PowerLaw | GaussMarkov, n: int, N: int) -> float:
 
 
 @pytest.mark.parametrize("component", COMPONENTS, ids=str)
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("n", "N", "within"), [(1, 64, 1e-4), (8, 64, 1e-4), (40, 120, 3e-3)])
 def test_spread_is_that_of_the_covariances(
-    component: PowerLaw | GaussMarkov, n: int, N: int, within: float
+    component: PowerLaw | GaussMarkov, n: int, N: int, within: float, form: Form
 ) -> None:
-    assert spread(component, n, N, TAU0) == pytest.approx(written_out(component, n, N), rel=within)
+    expected = written_out(component, n, N, form)
+    assert spread(component, n, N, TAU0, form) == pytest.approx(expected, rel=within)
 
 
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("component", [*COMPONENTS, Sinusoid(0.2, 3.7)], ids=str)
-def test_spread_is_half_the_sum_of_allan_variances(component: PowerLaw) -> None:
+def test_spread_is_half_the_sum_of_allan_variances(component: PowerLaw, form: Form) -> None:
     octaves = 2.0 ** np.arange(3, 10)
-    expected = component.avar(octaves, TAU0).sum() / 2
-    assert spread(component, 8, 1024, TAU0) == pytest.approx(expected, rel=2e-6)
+    expected = component.avar(octaves, TAU0, form).sum() / 2
+    assert spread(component, 8, 1024, TAU0, form) == pytest.approx(expected, rel=2e-6)
 
 
 def test_textbook_forms() -> None:

@@ -1,6 +1,6 @@
 """Covariance of the overlapping Allan variances of one Gaussian series.
 
-With S the sampled one-sided spectrum, T the length and
+With S the one-sided spectrum of the frames, T the length and
 |H_m(f)|^2 = 2 sin^4(pi f m tau0) / (m sin(pi f tau0))^2, AVAR_m = Int_0^fN S |H_m|^2 df and
 
     Cov[AVAR_a, AVAR_b] = 1/T Int_0^fN S^2 |H_a|^2 |H_b|^2 df        (T -> infinity),
@@ -42,7 +42,8 @@ def avar_covariance(
     covariance = weighted @ weighted.T
     for line in model.lines:
         at = np.array([line.f_0])
-        beat = transfer(m, at, tau0)[:, 0] * line.A_s * np.sqrt(model.psd(at, tau0) / (n * tau0))
+        high = line.recorded(tau0, model.form)
+        beat = transfer(m, at, tau0)[:, 0] * high * np.sqrt(model.psd(at, tau0) / (n * tau0))
         covariance += np.outer(beat, beat)
     covariance *= _ends(m.tobytes(), n)
     if edf is None:

@@ -1,5 +1,5 @@
 """Noise coefficients from Allan variances, weighted by their full covariance (generalised least
-squares), with the sampled noise model.
+squares), with the noise model of frames that are points, or averages over the frame period.
 
 Overlapping Allan variances at neighbouring tau are almost copies of each other, so the fit that
 counts each as new data says too much, and the fit that weighs them by relative residuals (S Eq. 13)
@@ -38,6 +38,7 @@ from mocap_metrology.noise.estimates import Components, Estimate
 from mocap_metrology.noise.model import (
     ALPHAS,
     Component,
+    Form,
     GaussMarkov,
     NoiseModel,
     PowerLaw,
@@ -61,19 +62,20 @@ def weighted(
     tau0: float,
     components: Components | None = None,
     settings: Mapping[str, Any] | None = None,
+    form: Form = "sampled",
 ) -> Estimate:
     """Coefficients of one series of n samples from its overlapping Allan variances.
 
     m: (k,) averaging factors; avar: (k,) mm^2; edf: (k,) degrees of freedom, which lower the
     weights where they are fewer than n samples without gaps would have. `components`: what is
     fitted; None: chosen by the criterion from all power laws, 0 to 4 Gauss-Markov terms and a
-    sinusoid. `settings`: see SETTINGS. The same data give the same numbers; there is no start to
-    choose. Refuses arrays of unequal length, values that are not positive numbers, and fewer
-    variances than coefficients.
+    sinusoid. `settings`: see SETTINGS. `form`: of the frames (`model`). The same data give
+    the same numbers; there is no start to choose. Refuses arrays of unequal length, values that
+    are not positive numbers, and fewer variances than coefficients.
     """
     options = _options(settings)
     m, avar, edf = _checked(m, avar, edf, n, tau0, components)
-    curves = unit_curves(m.tobytes(), int(n), float(tau0))
+    curves = unit_curves(m.tobytes(), int(n), float(tau0), form)
     alphas = ALPHAS if components is None else tuple(sorted(components.alphas))
     white = _pilot(curves, avar, edf, alphas, options)
     if components is None:
@@ -81,7 +83,7 @@ def weighted(
     else:
         fit = _known(white, curves, components)
     for _ in range(options["passes"]):
-        model = _model(alphas, fit)
+        model = _model(alphas, fit, form)
         if not model.broadband:
             break
         white = whitened(curves, avar, edf, model, alphas, options["ridge"])
@@ -91,7 +93,7 @@ def weighted(
         components = Components(ALPHAS, min(fit.log_T.size + 1, most), options["sinusoid"])
     power = dict(zip(ALPHAS, (white.matrix @ curves.power).T, strict=True))
     tones = white.matrix @ curves.tones
-    again = _again(white, curves, edf, _model(alphas, fit), options["ridge"])
+    again = _again(white, curves, edf, _model(alphas, fit, form), options["ridge"])
     found = Found(
         alphas,
         fit,
@@ -104,7 +106,7 @@ def weighted(
         _ceiling(curves, avar, edf),
     )
     parts, note = coefficients(found, components)
-    return Estimate("weighted", "sampled", parts, fit.cost, note)
+    return Estimate("weighted", form, parts, fit.cost, note)
 
 
 def _again(
@@ -120,7 +122,7 @@ def _again(
     def again(component: Component) -> np.ndarray | None:
         if np.all(model_curve(curves, NoiseModel((component,))) <= NOTICED * base):
             return None
-        joined = NoiseModel((*model.components, component))
+        joined = replace(model, components=(*model.components, component))
         return whitening_matrix(curves, edf, joined, ridge) @ back
 
     return again
@@ -146,19 +148,19 @@ def _pilot(
     correlations and relative to the data, then twice with the covariance of the fit before."""
     white = whitened_by(np.diag(np.sqrt(edf / 2) / avar), curves, avar, alphas, avar)
     for _ in range(2):
-        model = _model(alphas, separable.dictionary(white.problem))
+        model = _model(alphas, separable.dictionary(white.problem), curves.form)
         white = whitened(curves, avar, edf, model, alphas, options["ridge"])
     return white
 
 
-def _model(alphas: tuple[int, ...], fit: Fit) -> NoiseModel:
+def _model(alphas: tuple[int, ...], fit: Fit, form: Form) -> NoiseModel:
     a, size = fit.amplitudes, len(alphas)
     parts: list = [PowerLaw(alpha, float(h)) for alpha, h in zip(alphas, a, strict=False) if h > 0]
     terms = zip(a[size:], fit.log_T, strict=False)
     parts += [GaussMarkov(float(np.sqrt(p)), float(np.exp(x))) for p, x in terms]
     if fit.log_f is not None and a[-1] > 0:
         parts.append(Sinusoid(float(np.sqrt(a[-1])), float(np.exp(fit.log_f))))
-    return NoiseModel(tuple(parts))
+    return NoiseModel(tuple(parts), form)
 
 
 def _only(problem: Problem, alphas: tuple[int, ...]) -> Problem:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_metrology.noise.allan_fit.avar_covariance import avar_covariance
 from mocap_metrology.noise.allan_fit.separable import Problem, hermite_nodes
-from mocap_metrology.noise.model import ALPHAS, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model import ALPHAS, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 
 TABLE_PER_DECADE = 40
 TONE_STEP = 0.01  # of log f_0: the Allan curve's oscillations that stand out move by less
@@ -30,24 +30,25 @@ class Curves:
     slope: np.ndarray
     log_f: np.ndarray
     tones: np.ndarray
+    form: Form = "sampled"
 
 
 @lru_cache(maxsize=4)
-def unit_curves(m_bytes: bytes, n: int, tau0: float) -> Curves:
+def unit_curves(m_bytes: bytes, n: int, tau0: float, form: Form = "sampled") -> Curves:
     """Those of a series of n samples. T_c from tau0/2 to T/10; f_0 from two periods in the longest
     tau (slower, the curve only rises, as with random walk) to Nyquist."""
     from scipy.interpolate import CubicSpline
 
     m = np.frombuffer(m_bytes, dtype=np.int64)
-    power = np.stack([PowerLaw(alpha, 1.0).avar(m, tau0) for alpha in ALPHAS], axis=1)
+    power = np.stack([PowerLaw(alpha, 1.0).avar(m, tau0, form) for alpha in ALPHAS], axis=1)
     ends = np.log(tau0 / 2), np.log(n * tau0 / 10)
     log_T = np.linspace(*ends, max(int(np.ptp(ends) / np.log(10) * TABLE_PER_DECADE), 8))
-    table = np.stack([GaussMarkov(1.0, float(np.exp(x))).avar(m, tau0) for x in log_T])
+    table = np.stack([GaussMarkov(1.0, float(np.exp(x))).avar(m, tau0, form) for x in log_T])
     slope = CubicSpline(log_T, table, axis=0)(log_T, 1)
     ends = np.log(2 / (max(m[-1], 5) * tau0)), np.log(0.5 / tau0)
     log_f = np.linspace(*ends, max(int(np.ptp(ends) / TONE_STEP), 8) + 2)[1:-1]
-    tones = np.stack([Sinusoid(1.0, float(np.exp(x))).avar(m, tau0) for x in log_f], axis=1)
-    return Curves(m, n, tau0, power, log_T, table, slope, log_f, tones)
+    tones = [Sinusoid(1.0, float(np.exp(x))).avar(m, tau0, form) for x in log_f]
+    return Curves(m, n, tau0, power, log_T, table, slope, log_f, np.stack(tones, axis=1), form)
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def model_curve(curves: Curves, model: NoiseModel) -> np.ndarray:
         if isinstance(part, PowerLaw):
             total += part.h * curves.power[:, ALPHAS.index(part.alpha)]
         else:
-            total += part.avar(curves.m, curves.tau0)
+            total += part.avar(curves.m, curves.tau0, curves.form)
     return total
 
 
@@ -126,7 +127,8 @@ def whitened_by(
     scale: np.ndarray,
 ) -> Whitened:
     def line(log_f: np.ndarray) -> np.ndarray:
-        tones = [Sinusoid(1.0, float(np.exp(x))).avar(curves.m, curves.tau0) for x in log_f]
+        at = curves.m, curves.tau0, curves.form
+        tones = [Sinusoid(1.0, float(np.exp(x))).avar(*at) for x in log_f]
         return matrix @ np.stack(tones, axis=1)
 
     fixed = matrix @ curves.power[:, [ALPHAS.index(alpha) for alpha in alphas]]

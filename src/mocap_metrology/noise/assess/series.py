@@ -150,7 +150,7 @@ def _why_measured(
     if 2 * n > N:
         return ""
     wander = measured_spread(series, n, N)
-    expected = math.sqrt(sum(spread(c, n, N, tau0) for c in model.components))
+    expected = math.sqrt(sum(spread(c, n, N, tau0, model.form) for c in model.components))
     if _apart(wander, expected, model, (n, N), tau0, series.size):
         return (
             f"means over {span.window_s:g} s scatter by {wander.value:.3g} mm, "
@@ -189,7 +189,7 @@ def _apart(
 
 def _within(model: NoiseModel, n: int, tau0: float) -> float:
     """Expected variance (n - 1) of n successive frames."""
-    return sum(spread(c, 1, n, tau0) for c in model.components) * n / (n - 1)
+    return sum(spread(c, 1, n, tau0, model.form) for c in model.components) * n / (n - 1)
 
 
 def _sigma_frame(

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.noise.model import Component, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model import Component, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.spectral_fit.fisher import spectrum_of
 from mocap_metrology.noise.spectral_fit.lines import line_errors
 from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
@@ -31,25 +31,30 @@ NAMES = {-2: "random walk", -1: "flicker", 0: "white", 1: "blue", 2: "violet"}
 STEP = 1e-3  # of ln T_c, for a derivative
 
 
-def spread(component: Component, n: int, N: int, tau0: float) -> float:
+def spread(component: Component, n: int, N: int, tau0: float, form: Form = "sampled") -> float:
     """u^2(n, N) of one component, mm^2; 1 <= n <= N frames of tau0 s.
 
     White and random walk (steps of variance s^2 = 2 pi^2 tau0 h): h/(2 tau0) (1/n - 1/N) and
     s^2/6 (N - 1/N - n + 1/n). Gauss-Markov and sinusoid: the variance of a mean of n less that of
     a mean of N (over all phases). Flicker, blue, violet: sums of Allan variances over octaves,
     exact where n and N are powers of two, else interpolated (to 2e-3 from 30 frames up).
+    `form` continuous: of frames that are averages, so of averages over time; random walk
+    s^2/6 (N - n).
     """
     if isinstance(component, GaussMarkov):
         a = tau0 / component.T_c
+        if form == "continuous":
+            return component.variance * (_time_mean(n * a) - _time_mean(N * a))
         return component.variance * (_correlated_mean(n, a) - _correlated_mean(N, a))
     if isinstance(component, Sinusoid):
         x = math.pi * component.f_0 * tau0
-        return component.A_s**2 / 2 * (_gain(n, x) - _gain(N, x))
+        return component.recorded(tau0, form) ** 2 / 2 * (_gain(n, x) - _gain(N, x))
     if component.alpha == 0:
         return component.h / (2 * tau0) * (1 / n - 1 / N)
     if component.alpha == -2:
-        return 2 * math.pi**2 * tau0 * component.h / 6 * (N - 1 / N - n + 1 / n)
-    return _by_octaves(component, n, N, tau0)
+        ends = 0.0 if form == "continuous" else 1 / n - 1 / N
+        return 2 * math.pi**2 * tau0 * component.h / 6 * (N - n + ends)
+    return _by_octaves(component, n, N, tau0, form)
 
 
 def _correlated_mean(n: int, a: float) -> float:
@@ -60,6 +65,13 @@ def _correlated_mean(n: int, a: float) -> float:
     return (n * q * (2 - q) - 2 * (1 - q) * p) / (n * q) ** 2
 
 
+def _time_mean(x: float) -> float:
+    """Variance of the mean over x correlation times of a Gauss-Markov component of variance 1."""
+    if x < 1e-4:
+        return 1 - x / 3 + x**2 / 12
+    return 2 * (x + math.expm1(-x)) / x**2
+
+
 def _gain(n: int, x: float) -> float:
     """|mean of n points of exp(2 i x k)|^2."""
     if abs(math.sin(x)) < 1e-9:  # aliased to a constant
@@ -67,15 +79,17 @@ def _gain(n: int, x: float) -> float:
     return (math.sin(n * x) / (n * math.sin(x))) ** 2
 
 
-def _by_octaves(law: PowerLaw, n: int, N: int, tau0: float) -> float:
+def _by_octaves(law: PowerLaw, n: int, N: int, tau0: float, form: Form) -> float:
     octaves = np.arange(math.ceil(math.log2(N)) + 2)
     if law.alpha < 0:  # W grows by the same amount each octave
-        halves = law.avar(2.0**octaves, tau0) / 2
+        halves = law.avar(2.0**octaves, tau0, form) / 2
         within = np.concatenate([[0.0], np.cumsum(halves)[:-1]])
         at = np.interp(np.log2([n, N]), octaves, within)
         return float(at[1] - at[0])
     octaves = np.arange(octaves.size + OCTAVES)
-    left = np.cumsum((law.avar(2.0**octaves, tau0) / 2)[::-1])[::-1]  # variance of a mean of 2^k
+    left = np.cumsum((law.avar(2.0**octaves, tau0, form) / 2)[::-1])[
+        ::-1
+    ]  # variance of a mean of 2^k
     if law.h == 0:
         return 0.0
     at = np.exp(np.interp(np.log2([n, N]), octaves, np.log(left)))
@@ -119,7 +133,7 @@ def expected_spread(
     """
     from scipy.special import ndtri
 
-    parts = [spread(c, n, N, tau0) for c in model.components]
+    parts = [spread(c, n, N, tau0, model.form) for c in model.components]
     total = sum(parts)
     if not total > 0:
         return Spread(0.0, 0.0, 0.0, {})
@@ -135,14 +149,14 @@ def expected_spread(
 
 def _variance(model: NoiseModel, n: int, N: int, tau0: float, recorded: int) -> float:
     """Variance of u^2 by the errors of the coefficients (h, ln q_c^2, ln T_c; A_s)."""
-    broadband = NoiseModel(model.broadband).ordered()
+    broadband, form = replace(model, components=model.broadband).ordered(), model.form
     spectrum = spectrum_of(broadband)
-    gradient = [spread(PowerLaw(alpha, 1.0), n, N, tau0) for alpha in spectrum.h]
+    gradient = [spread(PowerLaw(alpha, 1.0), n, N, tau0, form) for alpha in spectrum.h]
     for q2, T_c in zip(spectrum.q2, spectrum.T_c, strict=True):
         term = GaussMarkov(math.sqrt(q2), float(T_c))
         low, high = (replace(term, T_c=T_c * math.exp(sign * STEP)) for sign in (-1, 1))
-        slope = (spread(high, n, N, tau0) - spread(low, n, N, tau0)) / (2 * STEP)
-        gradient += [spread(term, n, N, tau0), slope]
+        ends = [spread(end, n, N, tau0, form) for end in (low, high)]
+        gradient += [spread(term, n, N, tau0, form), (ends[1] - ends[0]) / (2 * STEP)]
     bins = bins_of(recorded, tau0)
     weight = bins.n.astype(float)
     data = Periodogram(bins, np.ones(weight.size), weight)
@@ -152,7 +166,7 @@ def _variance(model: NoiseModel, n: int, N: int, tau0: float, recorded: int) -> 
         at = np.array([min(line.f_0, 0.5 / tau0)])
         error = line_errors(line.A_s, float(broadband.psd(at, tau0)[0]), recorded * tau0)[0]
         if line.A_s > 0 and math.isfinite(error):
-            total += (2 * spread(line, n, N, tau0) * error / line.A_s) ** 2
+            total += (2 * spread(line, n, N, tau0, form) * error / line.A_s) ** 2
     return total
 
 

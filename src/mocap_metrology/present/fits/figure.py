@@ -103,7 +103,7 @@ def fit_figure(
     allan: arrays `m`, `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`; periodogram: arrays
     `f_hz`, `f_lower_hz`, `f_upper_hz`, `psd_mm2_hz`, `dof`; estimates: rows of noise.csv of this
     series by estimator; tau0: frame period, s. Components are those of `main`; models are drawn in
-    the form of Allan variances they were fitted in, and their spectra as sampled. confidence: of
+    the form of Allan variances they were fitted in, spectra in that of `main`. confidence: of
     the intervals of `allan`; lines_subtracted: whether the sinusoid is gone from `periodogram`.
     """
     fits = {name: fit_of(name, rows) for name, rows in estimates.items() if rows}
@@ -293,8 +293,8 @@ def _psd_column(
     axes.vlines(data.f, *ends, color=GREY, lw=0.5, alpha=0.6)
     axes.plot(data.f, data.psd, ls="", **DOTS)
     f = np.geomspace(x_limits[0], min(x_limits[1], 0.5 / tau0), 300)
-    _draw_models(axes, f, y_limits, fit, others, lambda c, _form: c.psd(f, tau0),
-                 lambda other: other.model.psd(f, tau0), 1.0)  # fmt: skip
+    _draw_models(axes, f, y_limits, fit, others, lambda c, _: c.psd(f, tau0, form=fit.form),
+                 lambda other: other.model.psd(f, tau0, fit.form), 1.0)  # fmt: skip
     for part, how in zip(fit.parts, part_styles(fit), strict=True):
         if isinstance(part.component, Sinusoid):
             _stem(axes, part.component, data, fit, how, tau0)
@@ -306,7 +306,7 @@ def _stem(
 ) -> None:
     """The sinusoid at f_0: from the continuum up to what it makes of its bin's density."""
     base = float(fit.model.psd(np.array([line.f_0]), tau0)[0])
-    top = base + float(data.share(line).max(initial=0.0))
+    top = base + float(data.share(line, tau0, fit.form).max(initial=0.0))
     axes.vlines(line.f_0, base or axes.get_ylim()[0], top, color=how["color"], lw=1.6, zorder=4)
     axes.plot([line.f_0], [top], "D", color=how["color"], markersize=3.5, zorder=4)
 

@@ -193,15 +193,17 @@ class Spectrum:
         )
         return low, high
 
-    def share(self, line: Sinusoid) -> np.ndarray:
-        """What a sinusoid adds to each bin's density: A_s^2/2 over the width of its bin."""
+    def share(self, line: Sinusoid, tau0: float, form: Form) -> np.ndarray:
+        """What a sinusoid adds to each bin's density: A^2/2 over its width, A as recorded."""
         inside = (self.lower <= line.f_0) & (line.f_0 < self.upper)
-        return np.where(inside, line.A_s**2 / 2 / (self.upper - self.lower), 0.0)
+        power = line.recorded(tau0, form) ** 2 / 2
+        return np.where(inside, power / (self.upper - self.lower), 0.0)
 
     def expected(self, model: NoiseModel, tau0: float) -> np.ndarray:
         """Density of the model at the bins, mm^2/Hz, the sinusoid, if there, in its bin."""
         lines = model.lines if self.lines else ()
-        return model.psd(self.f, tau0) + sum((self.share(line) for line in lines), 0.0)
+        shares = (self.share(line, tau0, model.form) for line in lines)
+        return model.psd(self.f, tau0) + sum(shares, 0.0)
 
     def residual(self, model: NoiseModel, tau0: float) -> np.ndarray:
         """(data / model - 1) in standard deviations sqrt(2 / dof); NaN where the model is zero."""

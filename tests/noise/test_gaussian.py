@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.stats import chisquare, norm
+from scipy.stats import chisquare, kstest, norm
 
+from mocap_metrology.noise import gaussian
 from mocap_metrology.noise.gaussian import (
     along_pair,
     chi_squared_normal,
@@ -63,42 +64,93 @@ def test_along_the_line_sigma_c_is_that_of_the_distance():
 
 @pytest.mark.parametrize("phi", [0.0, 0.5, 0.95])
 def test_correlation_time_of_an_autoregression(phi):
-    """AR(1): 1/2 + sum phi^k = (1 + phi) / (2 (1 - phi)), within 6 % from 400,000 samples."""
+    """AR(1): 1/2 + sum phi^k = (1 + phi) / (2 (1 - phi)), within 6 % from 400,000 samples. Of those
+    that are left when one in ten is lost at random, each has a tenth fewer neighbours."""
     rng = np.random.default_rng(4)
     series = lfilter([1], [1, -phi], rng.normal(size=400_000))
     expected = (1 + phi) / (2 * (1 - phi))
     assert correlation_time(series) == pytest.approx(expected, rel=0.06)
     series[rng.random(series.size) < 0.1] = np.nan
-    assert correlation_time(series) == pytest.approx(expected, rel=0.06)
+    assert correlation_time(series) == pytest.approx(0.5 + 0.9 * (expected - 0.5), rel=0.06)
 
 
-def test_chi_squared_agrees_with_scipy():
-    sample = 5 + 2 * np.random.default_rng(5).normal(size=50_000)
+@pytest.mark.parametrize("T_c_s", [3.0, 30.0])
+def test_correlation_time_of_white_and_slow_noise(T_c_s):
+    """White noise and 9 % of the variance with T_c: 0.91 / 2 + 0.09 T_c, though rho falls to 0.09
+    at the first lag. T_c is 1/360 and 1/36 of the recording: within 50 % at the median of 9."""
+    expected = 0.91 / 2 + 0.09 * T_c_s * 120
+    found = []
+    for seed in range(9):
+        rng = np.random.default_rng([40, seed])
+        found.append(correlation_time(white_and_slow(rng, rng.normal(size=130_000), T_c_s, 0.09)))
+    assert np.median(found) == pytest.approx(expected, rel=0.5)
+    assert max(found) < 4 * expected
+    assert min(found) > expected / 4
+
+
+def white_and_slow(rng, white, T_c_s, share):
+    """sqrt(1 - share) white + Gauss-Markov noise of that share of the variance, at 120 Hz."""
+    phi = np.exp(-1 / (T_c_s * 120))
+    steps = np.sqrt(1 - phi**2) * rng.normal(size=white.size)
+    slow, _ = lfilter([1], [1, -phi], steps, zi=[phi * rng.normal()])
+    return np.sqrt(1 - share) * white + np.sqrt(share) * slow
+
+
+def p_value(series):
+    return chi_squared_normal(series, series.mean(), series.std()).p_value
+
+
+def test_chi_squared_of_independent_samples_is_that_of_scipy():
+    """Of white noise, what surrogates give is the chi-squared distribution of bins - 3."""
+    sample = 5 + 2 * np.random.default_rng(5).normal(size=4000)
     test = chi_squared_normal(sample, 5.0, 2.0, n_bins=20)
-    edges = norm.ppf(np.linspace(0, 1, 21), 5.0, 2.0)
-    counts, _ = np.histogram(sample[:: test.step], edges)
-    assert test.statistic == pytest.approx(chisquare(counts).statistic)
-    assert test.p_value == pytest.approx(chisquare(counts).pvalue)
+    counts, _ = np.histogram(sample, norm.ppf(np.linspace(0, 1, 21), 5.0, 2.0))
+    scipys = chisquare(counts, ddof=2)
+    assert (test.step, test.dof) == (1, 17)
+    assert test.statistic == pytest.approx(scipys.statistic, rel=0.03)
+    assert test.p_value == pytest.approx(scipys.pvalue, abs=0.05)
 
 
-def test_level_of_the_chi_squared_test():
-    """Correlated Gaussian series, true parameters: 5 % tests reject 2-9 % of 400 runs; without
-    thinning they would reject nearly all. A wrong sigma (+10 %) is found."""
-    rng = np.random.default_rng(6)
-    thinned = 0
-    for _ in range(400):
-        series = lfilter([np.sqrt(1 - 0.9**2)], [1, -0.9], rng.normal(size=20_000))
-        thinned += chi_squared_normal(series[500:], 0.0, 1.0).p_value < 0.05
-    assert 0.02 <= thinned / 400 <= 0.09
-    assert chi_squared_normal(rng.normal(size=20_000), 0.0, 1.1).p_value < 1e-6
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda rng: rng.normal(size=2000),
+        lambda rng: white_and_slow(rng, rng.normal(size=2000), 1.0, 0.3),
+        lambda rng: white_and_slow(rng, rng.normal(size=2000), 10.0, 0.9),
+        lambda rng: 3 * rng.normal(size=2000) + np.cumsum(rng.normal(size=2000)) / 10,
+        lambda rng: np.cumsum(rng.normal(size=2000)),
+    ],
+    ids=["white", "and slow", "mostly slow", "and random walk", "random walk"],
+)
+def test_p_is_uniform_on_gaussian_noise(draw, monkeypatch):
+    """Whatever its time scales; Kolmogorov-Smirnov p > 0.01 of 60 recordings."""
+    monkeypatch.setattr(gaussian, "SURROGATES", 99)
+    p = [p_value(draw(np.random.default_rng([6, seed]))) for seed in range(60)]
+    assert kstest(p, "uniform").pvalue > 0.01
 
 
-def test_chi_squared_says_when_it_cannot():
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_what_is_not_gaussian_is_rejected(share):
+    """Under slow noise too, and a standard deviation that is not the series' own."""
+    rng = np.random.default_rng(9)
+    n = 60_000
+    kinds = {
+        "t": rng.standard_t(5, n) / np.sqrt(5 / 3),
+        "uniform": rng.uniform(-1, 1, n) * np.sqrt(3),
+        "bimodal": (rng.normal(size=n) + 1.5 * rng.choice([-1, 1], n)) / np.sqrt(3.25),
+    }
+    for name, white in kinds.items():
+        assert p_value(white_and_slow(rng, white, 2.0, share)) < 0.01, name
+    series = white_and_slow(rng, rng.normal(size=n), 2.0, share)
+    assert chi_squared_normal(series, series.mean(), 1.1 * series.std()).p_value < 0.01
+
+
+def test_few_independent_samples_are_told():
     walk = np.cumsum(np.random.default_rng(7).normal(size=5000))
     test = chi_squared_normal(walk, walk.mean(), walk.std())
-    assert np.isnan(test.statistic)
     assert test.n_independent < 20
-    assert np.isnan(chi_squared_normal(np.full(9, np.nan), 0.0, 1.0).p_value)
+    for series in (np.full(9, np.nan), np.zeros(0), np.ones(300), np.arange(12.0)):
+        assert np.isnan(chi_squared_normal(series, 0.0, 1.0).p_value)
 
 
 def test_drift():

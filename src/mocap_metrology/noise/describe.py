@@ -16,9 +16,9 @@ from mocap_metrology.noise.gaussian import (
     GaussianModel,
     along_pair,
     chi_squared_normal,
-    correlation_time,
     drift,
     gaussian_model,
+    gaussian_sample,
     median_drift,
 )
 from mocap_metrology.noise.series import AXES, pair_name, position
@@ -105,10 +105,10 @@ def gaussian_rows(
         first, second = (position(series, number) for number in pair)
         name = pair_name(pair, pairs)
         length = np.asarray(series[name], float)
-        step = math.ceil(2 * correlation_time(length)) if np.isfinite(length).any() else None
+        sample = gaussian_sample(length, n_bins)
         for axis, (a, b) in {"x": (first[0], second[0]), "pair": along_pair(first, second)}.items():
             model = gaussian_model(a, b, length)
-            test = chi_squared_normal(length, model.mu_e, model.sigma_C, n_bins, step)
+            test = chi_squared_normal(length, model.mu_e, model.sigma_C, n_bins, sample)
             moves = tuple(drift(s, frame_rate_hz) for s in (a, b, length))
             ends = labels[pair[0] - 1], labels[pair[1] - 1]
             rows.append(_row(name, *ends, axis, model, test, moves))

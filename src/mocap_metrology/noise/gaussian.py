@@ -8,6 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 MIN_PER_BIN = 5  # expected count below which the chi-squared approximation is poor
+SAMPLES = 1 << 13  # of the test: more would see what the outlier filter takes of the tails
+SURROGATES = 999
+LOWEST = 16  # coefficients of each half, at first
+SAME_LEVEL = 3.0
 LEAST_OF_MEDIAN = 5  # samples in a block, so that one or two wrong ones do not make its median
 
 
@@ -93,60 +97,116 @@ def along_pair(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def correlation_time(series: np.ndarray) -> float:
-    """Integrated autocorrelation time, in samples: 1/2 + sum_k rho(k), at least 1/2.
+    """Integrated autocorrelation time of a series (n,), in valid samples: 1/2 + sum_k rho(k), which
+    is half the two-sided spectrum at zero over the variance; at least 1/2. So a mean of N valid
+    samples scatters like one of N / (2 tau) independent ones.
 
-    The sum ends at the first lag of at least five times the sum so far [Sokal 1997, section 3];
-    rho(k) by FFT from the pairs that are valid.
+    The spectrum at zero is taken from the lowest squared cosine coefficients (DCT-II, missing
+    samples put at the mean): the first `LOWEST`, twice as many while those added do not differ from
+    those before by more than `SAME_LEVEL` standard errors, with the slope between the halves
+    carried on to zero. So white noise does not hide slow noise, as it does from a sum of rho(k)
+    that ends where rho is small. Of a random walk, whose spectrum has no end at zero, it is a share
+    of the recording.
     """
-    from scipy import fft
+    from scipy.fft import dct
 
     valid = np.isfinite(series)
-    n = series.size
-    if not valid.any():
+    n_valid = np.count_nonzero(valid)
+    if n_valid < 2:
         return 0.5
-    size = fft.next_fast_len(2 * n, real=True)
-    filled = np.where(valid, series - series[valid].mean(), 0.0)
-    spectrum = fft.rfft(filled, size)
-    covariance = fft.irfft(np.abs(spectrum) ** 2, size)[:n]
-    if valid.all():
-        pairs = np.arange(n, 0, -1.0)
-    else:
-        pairs = np.maximum(fft.irfft(np.abs(fft.rfft(valid.astype(float), size)) ** 2, size)[:n], 1)
-    rounding = np.finfo(float).eps * np.abs(series[valid]).max()
-    if not covariance[0] > n * rounding**2:  # constant but for rounding
-        return 0.5
-    rho = covariance / pairs
-    tau = np.cumsum(rho / rho[0]) - 0.5
-    enough = np.flatnonzero(np.arange(n) >= 5 * tau)
-    return max(float(tau[enough[0]] if enough.size else tau[-1]), 0.5)
+    centre = series[valid].mean()
+    filled = np.where(valid, series - centre, 0.0)
+    power = float(np.dot(filled, filled))
+    if not power > n_valid * (np.finfo(float).eps * np.abs(series[valid]).max()) ** 2:
+        return 0.5  # constant but for rounding
+    square = dct(filled, norm="ortho", overwrite_x=True)[1:] ** 2
+    half = min(LOWEST, square.size // 2)
+    while 4 * half <= square.size:
+        below, above = square[: 2 * half].mean(), square[2 * half : 4 * half].mean()
+        if abs(below - above) > SAME_LEVEL * (below + above) / math.sqrt(2 * half):
+            break
+        half *= 2
+    below, above = square[:half].mean(), square[half : 2 * half].mean()
+    # Of a (1 - (f / b)^2) the halves have means a (1 - h^2 / 3b^2) and a (1 - 7 h^2 / 3b^2)
+    at_zero = float(below + (below - above) / 6)
+    return max(at_zero * series.size / power / 2, 0.5)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What the chi-squared test needs of a series: mean and standard deviation of its valid values;
+    every `step`-th of them, brought to that mean and deviation; as many bins as these fill; its
+    number of independent values; and Pearson's statistic of Gaussian series like it."""
+
+    mean: float
+    spread: float
+    values: np.ndarray
+    step: int
+    bins: int
+    n_independent: int
+    null: np.ndarray
+
+
+def gaussian_sample(series: np.ndarray, n_bins: int = 30, seed: int = 0) -> Sample:
+    """At most `SAMPLES` values of `series` (n,), and what Pearson's statistic would be, were it
+    Gaussian: of `SURROGATES` series whose cosine coefficients are its own with random signs.
+
+    The coefficients of a stationary Gaussian series, and of a random walk, are normal, of mean 0
+    and independent: given their sizes, their signs are tosses of a coin. So the test is right on
+    all time scales at once, however slow the noise. Each surrogate is held against its own mean and
+    deviation. No null, and no bins, where fewer than four bins expect five values each.
+    """
+    from scipy.fft import dct, idct
+
+    valid = series[np.isfinite(series)]
+    step = max(math.ceil(valid.size / SAMPLES), 1)
+    bins = min(n_bins, -(-valid.size // step) // MIN_PER_BIN)
+    independent = round(valid.size / (2 * correlation_time(series))) if valid.size else 0
+    mean, spread = (float(valid.mean()), float(valid.std())) if valid.size else (math.nan, 0.0)
+    centred = valid[::step] - np.mean(valid[::step] if valid.size else 0.0)
+    if bins < 4 or not (spread > 0 and centred.any()):
+        return Sample(mean, spread, centred, step, 0, independent, np.empty(0))
+    centred *= spread / centred.std()
+    coefficients = dct(centred, norm="ortho")
+    rng = np.random.default_rng(seed)
+    null = np.empty(SURROGATES)
+    for k in range(SURROGATES):
+        signs = 2.0 * rng.integers(0, 2, coefficients.size, dtype=np.int8) - 1
+        null[k] = _pearson(idct(signs * coefficients, norm="ortho"), 0.0, spread, bins)
+    return Sample(mean, spread, mean + centred, step, bins, max(independent, 1), null)
 
 
 def chi_squared_normal(
-    series: np.ndarray, mu: float, sigma: float, n_bins: int = 30, step: int | None = None
+    series: np.ndarray, mu: float, sigma: float, n_bins: int = 30, sample: Sample | None = None
 ) -> ChiSquared:
-    """Pearson's chi-squared test of `series` (n,) against N(mu, sigma) (S 4.2).
+    """Pearson's chi-squared test of `series` (n,) against N(mu, sigma) of the same frames (S 4.2),
+    right for noise that is not white (`gaussian_sample`, by default made here of the series).
 
-    Successive frames are far from independent, and the test supposes that they are: so every
-    `step`-th valid sample is used, by default step = 2 x `correlation_time`. The bins are equally
-    probable, `n_bins` or as many as expect five samples each. dof = bins - 1 is right for stated
-    mu and sigma; where they are in effect fitted to the same series, as along the line between two
-    markers, p is an upper bound (the truth lies between bins - 3 and bins - 1). NaN statistic where
-    fewer than four bins can be had: too few independent samples to say.
+    Bins are equally probable. statistic: times dof over its mean among Gaussian series like it
+    [Rao & Scott 1981], and so comparable with dof = bins - 3 (mu and sigma are taken for estimates
+    from the same frames). p_value: share of Gaussian series with as large a statistic, no smaller
+    than 1 / (`SURROGATES` + 1). Where few coefficients hold all variance, hardly anything is
+    rejected: `n_independent` tells. NaN where `gaussian_sample` has no bins.
     """
-    from scipy.special import chdtrc, ndtr
+    sample = gaussian_sample(series, n_bins) if sample is None else sample
+    if not (sample.null.size and sigma > 0):
+        return ChiSquared(math.nan, 0, math.nan, sample.step, sample.n_independent)
+    observed = _pearson(sample.values, mu, sigma, sample.bins)
+    dof = sample.bins - 3
+    p = (1 + np.count_nonzero(sample.null >= observed)) / (sample.null.size + 1)
+    scaled = observed * dof / float(sample.null.mean())
+    return ChiSquared(scaled, dof, p, sample.step, sample.n_independent)
 
-    valid = series[np.isfinite(series)]
-    if valid.size < 2 or not sigma > 0:
-        return ChiSquared(math.nan, 0, math.nan, 0, 0)
-    step = math.ceil(2 * correlation_time(series)) if step is None else step
-    sample = valid[::step]
-    bins = min(n_bins, sample.size // MIN_PER_BIN)
-    if bins < 4:
-        return ChiSquared(math.nan, 0, math.nan, step, sample.size)
-    place = np.minimum((ndtr((sample - mu) / sigma) * bins).astype(int), bins - 1)
+
+def _pearson(sample: np.ndarray, mu: float, sigma: float, bins: int) -> float:
+    """Pearson's statistic of sample (n,) in bins equally probable under N(mu, sigma)."""
+    from scipy.special import ndtri
+
+    edges = mu + sigma * ndtri(np.arange(1, bins) / bins)
+    below = np.searchsorted(np.sort(sample), edges)
+    counts = np.diff(below, prepend=0, append=sample.size)
     expected = sample.size / bins
-    statistic = float(np.sum((np.bincount(place, minlength=bins) - expected) ** 2) / expected)
-    return ChiSquared(statistic, bins - 1, float(chdtrc(bins - 1, statistic)), step, sample.size)
+    return float(np.sum((counts - expected) ** 2) / expected)
 
 
 def drift(series: np.ndarray, frame_rate_hz: float) -> Drift:

@@ -25,9 +25,11 @@ GAUSSIAN = (
     "distance expected of the means. What the model expects sigma_L to be (S 2.2): sigma_A1, "
     "sigma_A2, sqrt(2) times sigma_1 or sigma_2, both markers like the one; sigma_B, from both, "
     "uncorrelated; sigma_C, with their covariance. chi2: test of L against N(mu_e, sigma_C) on "
-    "every thinning_frames-th frame (empty: fewer than 20 independent ones, n_independent; along "
-    "the pair chi2_p is an upper bound). Drift and range, of marker 1, of marker 2 and of L, are "
-    "of one-second means (of tenths of a recording below 10 s)."
+    "every thinning_frames-th frame, in units in which Gaussian noise of the same spectrum gives "
+    "chi2_dof on average; chi2_p: the share of such noise that gives as much (of 999 drawn). "
+    "n_independent: frames over two correlation times; with few, hardly anything is rejected. Drift "
+    "and range, of marker 1, of marker 2 and of L, are of one-second means (of tenths of a "
+    "recording below 10 s)."
 )
 
 OUTLIERS = (

@@ -28,11 +28,12 @@ with step(snakemake) as log:
         origin["frame_rate_hz"],
         origin["resolution_mm"],
         origin["resolution_kind"],
+        origin["n_filled_frames"],
     )
     noise = read_noise(snakemake.input.noise)
     psd, made = read_table(snakemake.input.psd)
     found = diagnose(recording, noise, psd, settings, made["psd"])
-    findings = coded(found, noise)
+    findings = coded(recording, found, noise)
     said = sentences(recording, found, noise, settings)
     for one in said:
         log.info("%s: %s: %s", one.severity, one.kind, one.words)

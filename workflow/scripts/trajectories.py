@@ -1,4 +1,6 @@
-"""Recording -> trajectories.parquet: chosen markers in mm, one row a frame, gaps as NaN."""
+"""Recording -> trajectories.parquet: chosen markers in mm, one row a frame, gaps as NaN.
+
+What an interpolation filled is a gap, too."""
 
 from step import step
 
@@ -9,6 +11,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import versions, write_table
     from mocap_metrology.formats import labels_of, read_any
+    from mocap_metrology.noise.fills import filled_frames
     from mocap_metrology.noise.series import coordinate_names, pair_numbers
 
     row = snakemake.params.row
@@ -22,6 +25,11 @@ with step(snakemake) as log:
         accept_truncated=row["accept_truncated"],
     )
     log.info("%s: %d frames", recording.encoding, recording.position_mm.shape[2])
+    filled = filled_frames(recording.position_mm, recording.resolution_mm)
+    for label, own, mask in zip(recording.labels, recording.position_mm, filled, strict=True):
+        own[:, mask] = np.nan  # no measurement
+        if mask.any():
+            log.warning("%s: %d frames are gap-filled and left out", label, mask.sum())
     coordinates = recording.position_mm.reshape(-1, recording.position_mm.shape[2])
     names = [f"{name}_mm" for name in coordinate_names(len(markers))]
     columns = {"frame": np.arange(coordinates.shape[1], dtype=np.int32)}
@@ -42,6 +50,9 @@ with step(snakemake) as log:
             "file_encoding": recording.encoding,
             "n_gap_frames": recording.n_gap_frames,
             "n_invalid": recording.n_invalid,
+            "n_filled_frames": dict(
+                zip(recording.labels, filled.sum(axis=1).tolist(), strict=True)
+            ),
             "segments": [asdict(segment) for segment in recording.segments],
             "notes": recording.notes,
             "versions": versions("numpy", "pyarrow"),

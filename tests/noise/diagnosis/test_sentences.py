@@ -50,7 +50,7 @@ def crumped():
 
 def test_files_hold_what_was_found(crumped, tmp_path):
     recording, _, found, said = crumped
-    write_diagnosis(tmp_path, "r", "twin", recording, found, coded(found, []), said)
+    write_diagnosis(tmp_path, "r", "twin", recording, found, coded(recording, found, []), said)
     (event,) = csv.DictReader((tmp_path / "events.csv").open())
     assert float(event["time_s"]) == pytest.approx(150.0, abs=0.1)
     assert event["markers"] == "A;B"

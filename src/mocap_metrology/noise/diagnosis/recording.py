@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -15,6 +15,7 @@ from mocap_metrology.noise.describe import moving_markers
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
+from mocap_metrology.noise.diagnosis.lowpass import LowPass, low_passes, wander
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
 from mocap_metrology.noise.diagnosis.resolution import Resolution, resolution
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
@@ -36,7 +37,8 @@ Columns = Mapping[str, np.ndarray]
 @dataclass(frozen=True)
 class Recording:
     """What is known of a recording before it is diagnosed. coordinates: x1, y1, ... (n,) mm, NaN in
-    gaps; labels of its markers; pairs of their numbers from 1; step of the file and its kind."""
+    gaps; labels of its markers; pairs of their numbers from 1; step of the file and its kind;
+    frames of a marker that were gap-filled, and are gaps here."""
 
     coordinates: Mapping[str, np.ndarray]
     labels: Sequence[str]
@@ -44,6 +46,7 @@ class Recording:
     frame_rate_hz: float
     resolution_mm: float
     resolution_kind: str
+    n_filled: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def n_frames(self) -> int:
@@ -59,7 +62,8 @@ class Diagnosis:
     """Of one recording. spikes: isolated frames that were off, a coordinate; missing: share of
     frames a marker lacks; drifts: a series; moving: a line on markers that do; dynamics, levels
     (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
-    and distances, spikes bridged; spectra: Welch's, without the events."""
+    and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
+    before the export."""
 
     events: list[Event]
     lines: list[Found]
@@ -74,6 +78,7 @@ class Diagnosis:
     n_windows: int
     quiet: dict[str, np.ndarray]
     spectra: dict[str, dict[str, np.ndarray]]
+    low_pass: list[LowPass]
 
 
 def diagnose(
@@ -104,9 +109,10 @@ def diagnose(
     if away.mean() > MOST_BLANKED:
         away[:] = False
     wide = _widened(away)
-    lines, filtered, resolutions, spectra = [], [], [], {}
+    lines, filtered, resolutions, spectra, blanked = [], [], [], {}, {}
     for name, series in quiet.items():
         blank = np.where(away, np.nan, series.astype(np.float64))
+        blanked[name] = blank
         model, spectrum = _model(noise, name), _rows(psd, name)
         if away.any():
             model = _refitted(np.where(wide, np.nan, blank), rate) or model
@@ -124,6 +130,7 @@ def diagnose(
         events, lines, filtered, resolutions, spikes, _missing(recording), drifts,
         _moving(recording, settings), dynamics, levels,
         sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
+        _low_pass(recording, blanked, levels, settings),
     )  # fmt: skip
 
 
@@ -168,6 +175,23 @@ def _moving(recording: Recording, settings: DiagnosisSettings) -> list[str]:
         for k, label in enumerate(recording.labels, start=1)
     }
     return moving_markers(positions, recording.frame_rate_hz, settings.still_range_mm)
+
+
+def _low_pass(
+    recording: Recording,
+    series: Mapping[str, np.ndarray],
+    levels: Mapping[str, Blocks],
+    settings: DiagnosisSettings,
+) -> list[LowPass]:
+    """Of markers that do not move all the time, as movement may have any spectrum."""
+    busy = {k for k, v in levels.items() if wander(v.mean) > settings.still_range_mm}
+    numbers = {k[1:] for k in busy if k in recording.coordinates}
+    still = {
+        k: v
+        for k, v in series.items()
+        if k not in busy and not (k in recording.coordinates and k[1:] in numbers)
+    }
+    return low_passes(still, recording.frame_rate_hz, recording.resolution_mm)
 
 
 def _model(noise: Rows, series: str) -> NoiseModel | None:

@@ -13,6 +13,7 @@ from mocap_metrology.common.words import three
 from mocap_metrology.noise.describe import speed
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.filtering import Filtered
+from mocap_metrology.noise.diagnosis.lowpass import LowPass
 from mocap_metrology.noise.diagnosis.periodic import Found
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording, Rows
 from mocap_metrology.noise.diagnosis.resolution import Resolution
@@ -20,6 +21,7 @@ from mocap_metrology.noise.diagnosis.rows import markers
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import BLOCK_S, JOINED, LEAST_POINTS
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.series import AXES
 
 NAMED_EVENTS = NAMED_LINES = 10
 MANY_OUTLIERS, MANY_GAPS = 1e-3, 1e-2  # shares of the frames from which a reader is warned
@@ -30,8 +32,9 @@ VICON_STEP_MM = 0.01  # what Vicon's software writes to text files (S 3.4)
 
 @dataclass(frozen=True)
 class Sentence:
-    """kind: event, periodic, resolution, filter, drift, outliers, gaps, moving, misfit; severity:
-    info or warning; words: a sentence; numbers: those in it, units in their names."""
+    """kind: event, periodic, resolution, filter, low_pass, drift, outliers, gaps, filled, moving,
+    misfit; severity: info or warning; words: a sentence; numbers: those in it, units in their
+    names."""
 
     kind: str
     severity: str
@@ -49,6 +52,8 @@ def sentences(
         _periodic(found.lines, recording),
         _moving(found.moving),
         _misfit(noise, found),
+        _low_pass(found.low_pass),
+        _filled(recording),
         _gaps(found.missing),
         _outliers(found, recording, settings.spike_sigma),
         _resolution(found.resolutions),
@@ -276,6 +281,35 @@ def _gaps(missing: dict[str, float]) -> list[Sentence]:
     words = f"Marker {name} is missing in {_percent(missing[name])} of the frames."
     severity = "warning" if missing[name] > MANY_GAPS else "info"
     return [Sentence("gaps", severity, (), words, {"share": missing})]
+
+
+def _low_pass(found: Sequence[LowPass]) -> list[Sentence]:
+    if not found:
+        return []
+    cutoffs = {one.series: one.cutoff_hz for one in found}
+    known = [f for f in cutoffs.values() if math.isfinite(f)]
+    about = f" at about {float(np.median(known)):.2g} Hz" if known else ""
+    words = (
+        f"{', '.join(cutoffs)} look{'s' if len(cutoffs) == 1 else ''} low-pass filtered{about}; "
+        "a frame's noise before the filter cannot be told."
+    )
+    numbers = {"cutoff_hz": cutoffs, "top_to_pass_band": {one.series: one.ratio for one in found}}
+    return [Sentence("low_pass", "warning", tuple(cutoffs), words, numbers)]
+
+
+def _filled(recording: Recording) -> list[Sentence]:
+    told = []
+    for k, label in enumerate(recording.labels, start=1):
+        share = recording.n_filled.get(label, 0) / recording.n_frames
+        if share:
+            words = (
+                f"{_percent(share)} of the frames of {label} are gap-filled: quieter than noise "
+                "can be. They are left out as missing."
+            )
+            severity = "warning" if share > MANY_GAPS else "info"
+            names = tuple(f"{axis}{k}" for axis in AXES)
+            told.append(Sentence("filled", severity, names, words, {"share": share}))
+    return told
 
 
 def _moving(lines: Sequence[str]) -> list[Sentence]:

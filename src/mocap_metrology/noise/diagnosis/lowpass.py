@@ -1,0 +1,175 @@
+"""Was the recording low-pass filtered before its export? A filter takes noise that no longer shows.
+
+White noise, flicker, random walk, Gauss-Markov noise (of any correlation time, at any frame rate),
+blue and violet noise and all their sums share one property: the spectrum of the differences from
+frame to frame, W(f) = 4 sin^2(pi f tau0) S(f), never falls with f. Behind a low-pass it falls. So
+nothing is assumed of how strong each kind of noise is; a smoothing of first order, which has the
+spectrum of Gauss-Markov noise, cannot be told from it. Movement, too, makes W fall, to the white
+noise of the system: behind a filter it falls to the rounding of the file, or never levels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from mocap_metrology.noise.spectral_fit.gaps import bridged, stretches
+
+SEGMENT_S = 32.0
+SEGMENTS = 256  # at most, evenly over the recording
+LEAST_SEGMENT = 256  # frames
+LONGEST_GAP = 2  # frames that are bridged
+OCTAVE = 4  # bands an octave
+LEAST_ORDINATES = 8  # of the periodograms, a band
+MIDDLE, TOP = (0.50, 0.70), (0.70, 0.95)  # of Nyquist: at the top a filter has left little
+FALLS = 0.4  # W at most, of that of a whole octave below
+QUIET = 0.2  # S of the top at most, of that of the same octave
+ROUNDED = 4.0  # times the white level of rounding that is no noise of the system
+COARSE = 0.02  # of S at the edge, in rounding, from which no cutoff is told
+FLAT = 0.7  # S of the middle and of the top differ by less where a stop band has levelled
+ORDERS = (1, 2, 3, 4, 6)  # of amplitudes 1 / (1 + (f/f_c)^2n) that are tried
+FOLLOWED = 0.01  # of the greatest W, down to which a cutoff is fitted
+
+
+@dataclass(frozen=True)
+class LowPass:
+    """A filter that ran: cutoff_hz, where it halves the amplitude, NaN in coarse files; ratio: S of
+    the top (0.70 to 0.95 Nyquist) to S of the pass band."""
+
+    series: str
+    cutoff_hz: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Spectrum in bands, four an octave: f_hz their centres, psd medians of the ordinates (of the
+    mean they are ln 2 times as much), middle and top those of 0.5 to 0.7 and of 0.7 to 0.95
+    Nyquist; mm^2/Hz."""
+
+    f_hz: np.ndarray
+    psd: np.ndarray
+    middle: float
+    top: float
+
+
+def bands(series: np.ndarray, rate_hz: float) -> Bands | None:
+    """Of (n,) values, NaN in gaps: medians over Hann segments of half a minute and over the band,
+    which no event and no line decides. None where too little is left."""
+    size = min(round(SEGMENT_S * rate_hz), series.size)
+    parts = stretches(series, LONGEST_GAP, LEAST_SEGMENT)
+    if not parts:
+        return None
+    size = min(size, max(p.stop - p.start for p in parts))
+    starts = [k for p in parts for k in range(p.start, p.stop - size + 1, size // 2)]
+    starts = starts[:: len(starts) // SEGMENTS + 1]
+    if size < LEAST_SEGMENT or not starts:
+        return None
+    window = np.hanning(size + 1)[:-1]
+    scale = 2 / (rate_hz * float(window @ window))
+    rows = np.array([_periodogram(bridged(series[k : k + size]), window) for k in starts]) * scale
+    f = np.arange(rows.shape[1]) * rate_hz / size
+    edges = [TOP[1] * rate_hz / 2]
+    while True:
+        low = edges[-1] / 2 ** (1 / OCTAVE)
+        width = (edges[-1] - low) * size / rate_hz
+        if width < 2 or width * (len(starts) + 1) / 2 < LEAST_ORDINATES:
+            break
+        edges.append(low)
+    edges = edges[::-1]
+    if len(edges) < 3 * OCTAVE // 2:
+        return None
+    psd = [float(np.median(rows[:, _inside(f, *pair)])) for pair in pairwise(edges)]
+    ends = [
+        float(np.median(rows[:, _inside(f, low * rate_hz / 2, high * rate_hz / 2)]))
+        for low, high in (MIDDLE, TOP)
+    ]
+    return Bands(np.sqrt(np.array(edges[:-1]) * edges[1:]), np.array(psd), *ends)
+
+
+def _periodogram(values: np.ndarray, window: np.ndarray) -> np.ndarray:
+    line = np.linspace(values[0], values[-1], values.size)  # a walk's ends meet
+    values = values - line
+    spectrum = np.fft.rfft((values - values.mean()) * window)
+    return spectrum.real**2 + spectrum.imag**2
+
+
+def _inside(f: np.ndarray, low: float, high: float) -> np.ndarray:
+    return (f >= low) & (f < high)
+
+
+def low_pass(
+    name: str, series: np.ndarray, rate_hz: float, resolution_mm: float = 0.0
+) -> LowPass | None:
+    """Of (n,) values, NaN in gaps; resolution_mm: step of the file."""
+    found = bands(series, rate_hz)
+    if found is None or not found.psd.min() > 0:
+        return None
+    steps = 4 * np.sin(np.pi * found.f_hz / rate_hz) ** 2
+    w = found.psd * steps
+    below = np.array([np.median(w[max(k - OCTAVE, 0) : k]) for k in range(OCTAVE, w.size)])
+    level = np.array([np.median(found.psd[k - OCTAVE : k]) for k in range(OCTAVE, w.size)])
+    high = int(np.argmax(below))
+    after = w[high + OCTAVE + 1 :]
+    if after.size < 2:
+        return None
+    after = np.maximum(after[:-1], after[1:])  # of two neighbours: no notch
+    lowest = float(after.min())
+    ratio = found.top / float(level[high])
+    if lowest > FALLS * below[high] or ratio > QUIET:
+        return None
+    rounding = 2 * resolution_mm**2 / 12 / rate_hz * math.log(2)
+    levelled = FLAT < found.middle / found.top < 1 / FLAT
+    if levelled and found.top > ROUNDED * rounding:
+        return None
+    fallen = high + OCTAVE + 1 + int(np.argmin(after))
+    return LowPass(name, _cutoff(found, steps, fallen, rounding), ratio)
+
+
+def low_passes(
+    series: Mapping[str, np.ndarray], rate_hz: float, resolution_mm: float
+) -> list[LowPass]:
+    """Of still series, where most of their coordinates agree: an export filters all of them."""
+    step = resolution_mm if math.isfinite(resolution_mm) else 0.0
+    found = {k: low_pass(k, v, rate_hz, step) for k, v in series.items()}
+    coordinates = [v is not None for k, v in found.items() if not k.startswith("L")]
+    agree = 2 * sum(coordinates) >= len(coordinates)
+    return [v for v in found.values() if v is not None] if agree else []
+
+
+def wander(means: np.ndarray, of: int = 10) -> float:
+    """Median range of `of` consecutive means of a second: of what moves, not of what wanders."""
+    means = means[np.isfinite(means)]
+    if means.size < 2:
+        return 0.0
+    rows = means[: means.size // of * of].reshape(-1, of) if means.size >= of else means[None]
+    return float(np.median(np.ptp(rows, axis=1)))
+
+
+def _cutoff(found: Bands, steps: np.ndarray, fallen: int, rounding: float) -> float:
+    """Of the best fit of (a + b / f + c / f^2) |H|^2 + d round the edge: from three octaves below
+    it to where W is least, or a hundredth of its greatest; least squares of logarithms."""
+    from scipy.optimize import nnls
+
+    w = found.psd * steps
+    greatest = w[:fallen].max()
+    edge = int(np.flatnonzero(w[:fallen] >= greatest / 2)[-1])
+    if rounding > COARSE * found.psd[edge]:
+        return math.nan
+    low = np.flatnonzero(w[edge:] < FOLLOWED * greatest)
+    last = min(edge + int(low[0]) if low.size else w.size, fallen + 2)
+    near = slice(max(edge - 3 * OCTAVE, 0), last)
+    f, psd, steps = found.f_hz[near], found.psd[near], steps[near]
+    best = (math.inf, math.nan)
+    for cutoff in np.geomspace(f[0], f[-1], 100):
+        for order in ORDERS:
+            gain = 1 / (1 + (f / cutoff) ** (2 * order)) ** 2
+            terms = np.stack([gain, gain / np.sqrt(steps), gain / steps, np.ones_like(f)]) / psd
+            size = nnls(terms.T, np.ones(f.size))[0]
+            off = np.log(np.maximum(size @ terms, 1e-9))
+            best = min(best, (float(off @ off), float(cutoff)))
+    return best[1]

@@ -1,0 +1,125 @@
+"""Stretches that an interpolation filled: quieter than any noise, so they are no measurement.
+
+A polynomial of order p, or a spline between the same two samples, has differences of order p + 1
+that are zero up to the rounding of the file; those of noise are small only by chance. One value of
+the k-th differences lies within +-delta s with a probability of 0.8 delta at most, whatever came
+before, where s is the standard deviation of what the past does not tell of a frame (its
+innovation); so a run of a few is no chance. How often runs go on is counted, too. Straight lines
+(k = 2), cubic (4) and quintic (6) polynomials and splines are told, and values that are held.
+Copies of another marker's noise are as loud as noise, and are not told; nor is what is filled where
+the rounding of the file hides it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+ORDERS = (2, 4, 6)
+NARROW, WIDEST = 0.02, 0.65  # delta: without rounding, and at most
+DENSER = 1.25  # than a Gaussian's at zero
+CHANCE = 1e-13  # that a frame begins a run which is none
+LIKELIEST = 0.7  # chance of one, from which nothing is told
+SHORT, ENOUGH, MARGIN = 4, 200, 1.5  # runs that chance makes, and how many of them tell its rate
+PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, that s is taken of
+MAD_TO_SIGMA = 1.4826022185056018
+CHUNK = 1 << 20
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Of one order: limit of the differences, mm, and the probability of one within it."""
+
+    order: int
+    limit: float
+    chance: float
+
+    @property
+    def least(self) -> int:
+        """Frames on one polynomial that are told."""
+        return self.run(self.chance) + self.order - 2
+
+    @staticmethod
+    def run(chance: float) -> int:
+        return math.ceil(math.log(CHANCE) / math.log(chance))
+
+
+def innovation(series: np.ndarray) -> float:
+    """s of (n,) values in their unit, at most: the least that differences of order 1 to 8 allow,
+    by medians over pieces, of which a quarter may be quieter; NaN left out."""
+    size = min(SAMPLED, max(series.size // PIECES, 64))
+    starts = np.linspace(0, max(series.size - size, 0), PIECES).astype(int)
+    scales = [_scale(series[k : k + size].astype(np.float64)) for k in np.unique(starts)]
+    known = [scale for scale in scales if math.isfinite(scale)]
+    return float(np.quantile(known, 0.25)) if known else math.nan
+
+
+def _scale(values: np.ndarray) -> float:
+    found = math.nan
+    for order in range(1, 9):
+        values = np.diff(values)
+        known = np.abs(values[np.isfinite(values)])
+        if known.size < 16:
+            return found
+        scale = MAD_TO_SIGMA * float(np.median(known)) / math.sqrt(math.comb(2 * order, order))
+        found = scale if math.isnan(found) else min(found, scale)
+    return found
+
+
+def rules(innovation_mm: float, resolution_mm: float) -> list[Rule]:
+    """Of the orders that can be told in a file of these steps."""
+    found = []
+    for order in ORDERS if innovation_mm > 0 else ():
+        # Each of the 2^order parts of a difference is rounded by half a step at most
+        rounding = 1.05 * 2 ** (order - 1) * resolution_mm
+        delta = max(NARROW, rounding / innovation_mm)
+        if delta <= WIDEST:
+            found.append(Rule(order, delta * innovation_mm, 0.8 * DENSER * delta))
+    return found
+
+
+def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
+    """(n,) whether a frame was filled, of (n,) values in mm, NaN in gaps."""
+    resolution_mm = resolution_mm if math.isfinite(resolution_mm) else 0.0
+    mask = np.zeros(series.size, bool)
+    for rule in rules(innovation(series), resolution_mm):
+        smooth = _smooth(series, rule)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], smooth.view(np.int8), [0]])))
+        edges = edges.reshape(-1, 2)
+        lengths = edges[:, 1] - edges[:, 0]
+        chance = max(rule.chance, _seen(lengths))
+        if chance > LIKELIEST:
+            continue
+        for first, last in edges[lengths >= Rule.run(chance)]:  # both ends were measured
+            mask[first + 1 : last + rule.order - 1] = True
+    return mask
+
+
+def _seen(lengths: np.ndarray) -> float:
+    """How often a run of chance goes on, of the lengths of all; values that repeat, as in files
+    with hidden steps, go on more often than noise."""
+    count = np.bincount(np.minimum(lengths, SHORT + 1), minlength=SHORT + 2)
+    pairs = [(count[k], count[k + 1]) for k in range(1, SHORT)]
+    return max(
+        (MARGIN * (more + 2 * math.sqrt(more)) / some for some, more in pairs if some >= ENOUGH),
+        default=0.0,
+    )
+
+
+def _smooth(series: np.ndarray, rule: Rule) -> np.ndarray:
+    """(n - order,) whether the differences that begin there are within the limit."""
+    flags = [
+        np.abs(np.diff(series[k : k + CHUNK + rule.order].astype(np.float64), rule.order))
+        <= rule.limit
+        for k in range(0, max(series.size - rule.order, 0), CHUNK)
+    ]
+    return np.concatenate(flags) if flags else np.zeros(0, bool)
+
+
+def filled_frames(position_mm: np.ndarray, resolution_mm: float) -> np.ndarray:
+    """(markers, n) of (markers, 3, n): where any coordinate of a marker was filled, all were."""
+    return np.array([
+        np.any([filled(axis, resolution_mm) for axis in marker], axis=0) for marker in position_mm
+    ])  # fmt: skip

@@ -223,13 +223,48 @@ def test_every_twin_of_the_configuration_simulates(twins):
     expected = {f"{kind}-{n}" for kind, counts in table_3.items() for n in counts}
     expected |= {"All-30", "T40-10-crump", "outliers", "rounded", "walk-and-white"}
     assert expected <= set(twins)
-    assert len({twin.seed for twin in twins.values()}) == len(twins)
+    takes = {twin.slow.take: twin.seed for twin in twins.values() if twin.slow}
+    assert len(takes) == 3 and all(twins[f"{kind}-2"].slow.take == kind for kind in table_3)
+    own = [twin.seed for twin in twins.values() if twin.slow is None]
+    assert len({*own, *takes.values()}) == len(own) + len(takes)
+    assert all(twin.seed == takes[twin.slow.take] for twin in twins.values() if twin.slow)
     for name, twin in twins.items():
         recording = simulate(twin, 60)
         assert twin.name == name and recording.position_mm.shape == (2, 3, 7200)
         assert np.all(np.isfinite(recording.position_mm))
         truth = json.loads(json.dumps(recording.truth, allow_nan=False))
         assert truth == recording.truth
+
+
+def test_subsets_of_a_take_share_their_slow_noise_and_nothing_else():
+    # 1000 s; random walk and 30 s of correlation are slow, white noise is not; y has other noise
+    entry = {"seed": 3, "slow": {"take": "hall", "below_hz": 0.1}, "duration_s": 1000}
+    coefficients = [
+        {"all": {"h_0": 1e-6, "h_-2": 1e-6, "q_c1": 0.01, "T_c1": 30.0}, "y1": {"h_0": 1e-6}},
+        {"all": {"h_0": 4e-6, "h_-2": 4e-6, "q_c1": 0.02, "T_c1": 30.0}, "y1": {"h_0": 1e-6}},
+    ]
+    few, many, other = (
+        simulate(twin_from_mapping(entry | {"coefficients": c} | more, name)).position_mm
+        for name, c, more in (
+            ("few", coefficients[0], {}),
+            ("many", coefficients[1], {}),
+            ("other", coefficients[0], {"slow": {"take": "elsewhere", "below_hz": 0.1}}),
+        )
+    )
+    f = np.fft.rfftfreq(few.shape[2], TAU0)
+    window = np.hanning(few.shape[2])
+
+    def coherence(a, b, low, high):
+        band = (f > low) & (f < high)
+        one, two = (np.fft.rfft(np.diff(x, prepend=x[0]) * window)[band] for x in (a, b))
+        return abs(np.vdot(one, two)) / math.sqrt(np.vdot(one, one).real * np.vdot(two, two).real)
+
+    for marker, axis in ((0, 0), (1, 0), (1, 2)):
+        one, two, none = (x[marker, axis] for x in (few, many, other))
+        assert coherence(one, two, 0.003, 0.09) > 0.999  # twice the noise, of one history
+        assert coherence(one, two, 0.11, 0.3) < 0.3 and coherence(one, two, 5, 60) < 0.02
+        assert coherence(one, none, 0.003, 0.09) < 0.35
+    assert coherence(few[0, 0], few[1, 0], 0.003, 0.09) < 0.35
 
 
 def test_what_a_twin_changed_is_told(twins):
@@ -273,6 +308,9 @@ def test_clipped_distance_of_bonita_5_is_12_percent_low():
         (T40 | {"drift_mm_per_h": {"Wand1": [0, 1]}}, "expected three numbers"),
         (T40 | {"without": ["q_c9"]}, "'q_c9', expected one of"),
         (T40 | {"scale": {"L": 2}}, "unknown key 'L'"),
+        (T40 | {"form": "both"}, "form 'both', expected sampled or continuous"),
+        (T40 | {"slow": {"take": "T40"}}, "slow: below_hz missing"),
+        (T40 | {"slow": {"take": "T40", "below_hz": 0}}, "below_hz: 0, expected a number > 0"),
     ],
 )
 def test_a_wrong_entry_is_refused_in_one_line(entry, words):

@@ -182,6 +182,7 @@ rule skurowski_crump:
     params:
         code=digest("skurowski_crump.py"),
         rows=lambda wildcards: columns_of(map(row, [*shocked(), *unshocked()]), "recording", "twin"),
+        crumps=lambda wildcards: twin_values(shocked(), "crump"),
     message:
         "Figure 7 of Skurowski & Pawlyta 2019"
     script:
@@ -252,6 +253,7 @@ rule skurowski_repaired:
         code=digest("skurowski_families.py"),
         rows=lambda wildcards: columns_of(map(row, repaired()), *SUBSET, "compare_with", "comment"),
         others=lambda wildcards: columns_of(map(row, unrepaired()), "recording", "twin"),
+        left_out=lambda wildcards: twin_values(repaired(), "without_T_c_below_s"),
     message:
         "Figure A1 of Skurowski & Pawlyta 2019"
     script:

@@ -298,6 +298,11 @@ def unrepaired():
     return references_of(repaired())
 
 
+def twin_values(names, key):
+    """Values of one setting of the twins among these recordings, those that have it."""
+    return [twin_settings(n)[key] for n in names if is_twin(n) and key in twin_settings(n)]
+
+
 def with_and_without_failing():
     """All ten Vantage cameras, of which one failed, and the others without it."""
     names = accepted("skurowski2019")

@@ -8,6 +8,8 @@ the form of the twin.
 from step import step
 
 with step(snakemake) as log:
+    from dataclasses import replace
+
     from mocap_metrology.common.files import read_table, write_csv
     from mocap_metrology.noise import estimates
     from mocap_metrology.noise.estimators import (
@@ -26,16 +28,9 @@ with step(snakemake) as log:
     table = []
     for name, model in published_row(*given.subset).items():
         m = allan["m"][(allan["series"] == name) & (allan["estimator"] == "oadev")]
-        found = expected_estimate(
-            model,
-            m,
-            n,
-            1 / rate,
-            settings,
-            panel(*given.subset, name),
-            given.seed,
-            given.form,
-        )
+        model = replace(model, form=given.form)
+        asked = panel(*given.subset, name)
+        found = expected_estimate(model, m, n, 1 / rate, settings, asked, given.seed)
         table += estimates.rows(name, published_estimate(model, n, 1 / rate))
         table += estimates.rows(name, found)
         log.info("%s: cost %.6g %s", name, found.cost, found.note)

@@ -11,7 +11,7 @@ with step(snakemake) as log:
     from mocap_metrology.noise.series import all_series
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
-    from mocap_metrology.present.skurowski.crump import Shaken, crump_figure
+    from mocap_metrology.present.skurowski.crump import Shaken, crump_figure, guessed
     from mocap_metrology.present.skurowski.families import TITLES
 
     given, rows = snakemake.input, snakemake.params.rows
@@ -33,7 +33,7 @@ with step(snakemake) as log:
     apart = f"{label} is another draw of noise: far right they differ by chance. " if other else ""
     note = (
         f"Recording {rows[0]['recording']}; S shows one of all its cameras. "
-        f"{apart}{gather.source_and_length(every, lengths)}"
+        f"{apart}{guessed(snakemake.params.crumps)}{gather.source_and_length(every, lengths)}"
     )
     figure = crump_figure(shaken, quiet, TITLES[7], note)
     save_figure(figure, Path(snakemake.output[0]).with_suffix(""))

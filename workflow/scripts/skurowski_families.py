@@ -19,6 +19,8 @@ with step(snakemake) as log:
     allan = {name: columns for name, (columns, _) in found.items()}
     lengths = {name: gather.length_s(origin) for name, (_, origin) in found.items()}
     source = gather.source_and_length(every, lengths, paper=not others)  # S: no length after repair
+    if limits_s := snakemake.params.get("left_out"):
+        source += " " + families.guess_a1(limits_s)
     makers = {
         "08": lambda: families.failing_figure(rows, allan, source, confidence),
         "12": lambda: families.numbers_figure(rows, allan, source),

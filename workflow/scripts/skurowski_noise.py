@@ -16,6 +16,7 @@ with step(snakemake) as log:
     length = snakemake.config["duration_s"]  # of twins
     sources = {name: tables.source_of(row) for name, row in rows.items()}
     sentence = tables.source_sentence(sources, length)
+    sentence = f"{sentence} {appendix.FORM_WORDS[snakemake.config['twin_form']]}"
     folder = Path(snakemake.output[0]).parent
     made = appendix.tables_a(rows, noise, expected)
     for number, of_type in made.items():

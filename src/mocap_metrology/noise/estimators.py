@@ -208,13 +208,12 @@ def expected_estimate(
     settings: NoiseSettings,
     components: Components,
     seed: int,
-    form: Form = "sampled",
 ) -> Estimate:
-    """S's estimator on the Allan variances the model has in frames of that form, without chance.
+    """S's estimator on the Allan variances the model has in frames of its form, without chance.
 
     Of point samples it differs from the truth where S's formulas, for continuous time, do.
     """
-    avar = truth.avar(m, tau0, form)
+    avar = truth.avar(m, tau0)
     found = annealing_ant_colony(
         m, avar, tau0, components, settings.annealing, seed, settings.form, n * tau0
     )
@@ -227,7 +226,7 @@ def published_estimate(truth: NoiseModel, n: int, tau0: float) -> Estimate:
     found = tuple(
         Coefficient(name, value, crlb=bounds[name]) for name, value in truth.coefficients().items()
     )
-    return Estimate("published", "sampled", found, np.nan)
+    return Estimate("published", truth.form, found, np.nan)
 
 
 def with_crlb(estimate: Estimate, n: int, tau0: float) -> Estimate:

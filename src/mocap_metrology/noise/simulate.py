@@ -18,7 +18,13 @@ from zlib import crc32
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.synthesis import Cross, clipped_bands, coherence, draw_pair
+from mocap_metrology.noise.synthesis import (
+    Cross,
+    Shared,
+    clipped_bands,
+    coherence,
+    draw_pair,
+)
 from mocap_metrology.noise.twins import (
     COORDINATES,
     Twin,
@@ -99,8 +105,10 @@ def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[dict[str, An
         else:
             cross = Cross(constant=twin.yz_coherence)
         rng = stream(twin.name, seed, letter)
-        position[0, axis], position[1, axis] = draw_pair(*models, cross, n, tau0, rng, twin.form)
-    lines = _lines(twin, stream(twin.name, seed, "phases"))
+        position[0, axis], position[1, axis] = draw_pair(
+            *models, cross, n, tau0, rng, twin.form, _shared(twin, seed, letter)
+        )
+    lines = _lines(twin, stream(twin.slow.take if twin.slow else twin.name, seed, "phases"))
     t = np.arange(n) * tau0 if lines else None
     for line in lines:
         wave = np.sin(2 * np.pi * line["f_0_hz"] * t + line["phase_rad"])
@@ -110,6 +118,13 @@ def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[dict[str, An
     for series, factor in twin.scale.items():
         position[_place(series)] *= factor
     return [line | {"scale": twin.scale.get(line["series"], 1.0)} for line in lines]
+
+
+def _shared(twin: Twin, seed: int, letter: str) -> Shared | None:
+    """What drives the slow noise of an axis in all twins of its take."""
+    if twin.slow is None:
+        return None
+    return Shared(stream(twin.slow.take, seed, f"{letter} slow"), twin.slow.below_hz)
 
 
 def _place(series: str) -> tuple[int, int]:
@@ -162,6 +177,7 @@ def _origin(twin: Twin, seed: int, n: int) -> dict[str, Any]:
         "scale": dict(twin.scale),
         "coherence_factor": twin.coherence_factor,
         "yz_coherence": twin.yz_coherence,
+        "slow": asdict(twin.slow) if twin.slow else None,
         "distance_line": twin.distance_line,
         "drift_mm_per_h": {label: list(v) for label, v in twin.drift_mm_per_h.items()},
         "resolution_mm": twin.resolution_mm,

@@ -95,6 +95,13 @@ class Cross(NamedTuple):
     constant: float = 0.0
 
 
+class Shared(NamedTuple):
+    """Random numbers of the frequencies below `below_hz`, for several pairs of series alike."""
+
+    rng: np.random.Generator
+    below_hz: float
+
+
 def implied_coherence(first: np.ndarray, second: np.ndarray, difference: np.ndarray) -> np.ndarray:
     """(S_1 + S_2 - S_d) / (2 sqrt(S_1 S_2)), 0 where a spectrum is 0."""
     scale = 2 * np.sqrt(first * second)
@@ -131,6 +138,7 @@ def draw_pair(
     tau0: float,
     rng: np.random.Generator,
     form: Form = "sampled",
+    shared: Shared | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Two series of n values in mm, each 0 at its first frame, without the models' sinusoids.
 
@@ -138,6 +146,7 @@ def draw_pair(
     X1 = sqrt(S1) n1, X2 = sqrt(S2) (c n1 + sqrt(1 - c^2) n2).
     """
     length = circle_length(n)
+    slow = 0 if shared is None else min(int(shared.below_hz * length * tau0) + 1, length // 2)
     spectra = [increment_spectrum(model, length, tau0, form=form) for model in (first, second)]
     difference = cross.difference
     if difference is None:
@@ -149,9 +158,13 @@ def draw_pair(
         c *= cross.factor
         del third
     common = circle_normals(length, rng)
+    if shared is not None:
+        common[:slow] = circle_normals(2 * slow, shared.rng)[:slow]
     one = _series(common * np.sqrt(spectra[0]), n, length, tau0)
     common *= c
     own = circle_normals(length, rng)
+    if shared is not None:
+        own[:slow] = circle_normals(2 * slow, shared.rng)[:slow]
     own *= np.sqrt(1 - c * c)
     common += own
     del own, c

@@ -69,6 +69,16 @@ class Gaps:
 
 
 @dataclass(frozen=True)
+class Slow:
+    """Noise below `below_hz` is driven by the random numbers of `take`, the same in every twin of
+    that take, seed, length and rate, each with its own coefficients: coherence 1 below, 0 above.
+    Subsets of the cameras of one recording are such twins."""
+
+    take: str
+    below_hz: float
+
+
+@dataclass(frozen=True)
 class Twin:
     """Everything a simulated recording of two markers is made of; mm and s.
 
@@ -99,6 +109,7 @@ class Twin:
     outliers: Outliers | None = None
     crump: Crump | None = None
     gaps: Gaps | None = None
+    slow: Slow | None = None
     resolution_mm: float | None = None
     notes: tuple[str, ...] = ()
 
@@ -244,6 +255,8 @@ def _settings(given: Mapping[str, Any], where: str) -> dict[str, Any]:
         if not isinstance(points, list) or len(points) != 2:
             raise Refusal(f"{where}: start_mm: {points!r}, expected [[x, y, z], [x, y, z]]")
         values["start_mm"] = tuple(point(p, f"{where}: start_mm") for p in points)
+    if "slow" in given:
+        values["slow"] = _slow(section(given["slow"], f"{where}: slow"), f"{where}: slow")
     scale = given.get("scale", {})
     if not isinstance(scale, Mapping):
         scale = dict.fromkeys(COORDINATES, scale)
@@ -252,6 +265,15 @@ def _settings(given: Mapping[str, Any], where: str) -> dict[str, Any]:
     drift = given.get("drift_mm_per_h", {})
     values["drift_mm_per_h"] = drifts(drift, values["labels"], f"{where}: drift_mm_per_h")
     return values
+
+
+def _slow(entry: Mapping[str, Any], where: str) -> Slow:
+    check_keys(entry, ("take", "below_hz"), where)
+    missing = [key for key in ("take", "below_hz") if entry.get(key) is None]
+    if missing:
+        raise Refusal(f"{where}: {', '.join(missing)} missing, as in {{take: T40, below_hz: 0.1}}")
+    below = number(entry["below_hz"], f"{where}: below_hz", positive=True)
+    return Slow(str(entry["take"]), below)
 
 
 def _effects(given: Mapping[str, Any], where: str) -> dict[str, Any]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.twins import Twin
+from mocap_metrology.noise.twins import Slow, Twin
 from mocap_metrology.present.claims.chance import draw, of_realisations
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, unknown
 from mocap_metrology.present.claims.study import TYPES, Drawn, Key
@@ -67,6 +68,18 @@ def test_random_walk_is_left_to_chance() -> None:
     decide = int(counted.split()[4])
     assert found.word == UNKNOWN and counted.endswith(f"that decide, {REPEATS} drawn")
     assert 0.05 < decide / REPEATS < 0.15  # x1 and x2 denied in 5 % each, though true
+
+
+def test_random_walk_of_one_history_is_not() -> None:
+    """Subsets of one recording: the walk scales with its coefficient and nothing else."""
+    take = Slow("T40", 0.1)
+    alike = {key: replace(t, seed=1, slow=take) for key, t in twins("h_-2", -1.0).items()}
+    draws = draw(alike, repeats=20)
+    for one in draws:
+        sigma = [one.gaussian(("T40", n))["sigma_1_mm"] for n in NS]
+        assert sigma * np.sqrt(NS) == pytest.approx(sigma[0] * math.sqrt(NS[0]), rel=1e-6)
+    found, counted = of_realisations(LAW, unknown("x"), draws)
+    assert (found.word, counted) == (HOLDS, "holds in 20 of 20")
 
 
 def scattered(exponent: float, scatter: float, rng: np.random.Generator, repeats: int):

@@ -12,7 +12,8 @@ from noise_data import assert_texts_apart
 from mocap_metrology.noise.allan import allan_variance, averaging_factors
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.simulate import simulate, twin_from_mapping
-from mocap_metrology.present.skurowski.crump import Shaken, crump_figure
+from mocap_metrology.present.skurowski.crump import Shaken, crump_figure, guessed
+from mocap_metrology.present.skurowski.families import guess_a1
 from mocap_metrology.present.skurowski.shock import find_shock
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -120,3 +121,11 @@ def test_a_figure_without_any_shock() -> None:
     figure = crump_figure(Shaken(flat, flat, columns(flat), RATE), None, ODD_TEXT, ODD_TEXT)
     check(figure)
     assert any("No shock was found" in text for text in every_text(figure))
+
+
+def test_what_is_guessed_is_said() -> None:
+    crump = {"amplitude_mm": 0.5, "decay_s": 4, "frequency_hz": 3.0, "time_share": 0.5}
+    said = guessed([crump])
+    assert "guess" in said and "0.5 mm, 3 Hz, dying out in 4 s" in said
+    assert guessed([]) == ""
+    assert "T_c below 10 s." in guess_a1([10, 10])

@@ -254,7 +254,7 @@ CLAIMS = (
             "exponent b of sigma = a n^-b of x1 and x2",
             ROUGHLY,
             partial(_sigma, kind),
-            "nine-hour standard deviations are mostly random walk",
+            "nine-hour standard deviations are mostly random walk, one history for a type",
             by_chance=True,
         )
         for kind in TYPES
@@ -266,7 +266,7 @@ CLAIMS = (
         "change of sigma_12 from 4 to most cameras (line in ln n), beside mean sigma_1 sigma_2",
         "below a quarter of sigma_1 sigma_2 for every type",
         _covariance,
-        "nine-hour covariances are mostly random walk",
+        "nine-hour covariances are mostly random walk, one history for a type",
         by_chance=True,
     ),
     Claim(

@@ -57,11 +57,17 @@ CAPTION = (
     f"itself; those that differ by more than a factor of {LIMIT:g} are not paired (status "
     f"{UNPAIRED}), and terms without a published one follow as rows of their own, named by "
     "estimator. Only in the CSV: the interval; expected, what S's estimator makes of the "
-    "noise-free sampled Allan variances of the published coefficients; published_crlb, the least "
+    "Allan variances of the published coefficients, without chance; published_crlb, the least "
     "standard error that the length of the recording allows if the published coefficients are "
     "true, and crlb_relative, that over the coefficient; supported, whether it is below the "
     "coefficient itself; printed_row, which is All for ten cameras of one type, as S prints it."
 )
+FORM_WORDS = {
+    "continuous": "Frames of the twins are averages over the frame period: their Allan variances "
+    "are the continuous-time formulas, which S fitted, at every averaging time.",
+    "sampled": "Frames of the twins are points, as a camera's: at a few frames their Allan "
+    "variances are not the continuous-time formulas, which S fitted.",
+}
 SUPPORT = (
     "How many published coefficients are larger than the least standard error the recordings' "
     "length allows them (Cramer-Rao bound of the published model, all its coefficients unknown): "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -111,6 +111,15 @@ def crump_figure(
     strip(sheet, MARGIN_MM, key_top, width, entries)
     strip(sheet, MARGIN_MM, key_top + strip_height(entries, width) + 0.5, width, keys)
     return sheet.figure
+
+
+def guessed(crumps: Sequence[Mapping[str, float]]) -> str:
+    """Of the shock of a twin (settings of `twins.Crump`), none for a real recording."""
+    return "".join(
+        "The twin's shock is a guess, as S prints no numbers of it: up to "
+        f"{c['amplitude_mm']:g} mm, {c['frequency_hz']:g} Hz, dying out in {c['decay_s']:g} s. "
+        for c in crumps[:1]
+    )
 
 
 def _said(given: Shaken, shock: Shock | None) -> str:

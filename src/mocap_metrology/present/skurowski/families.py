@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,6 +114,15 @@ def repaired_figure(rows: Rows, others: Rows, allan: Allan, note: str, confidenc
     remarks.append(_remark(rows, standing_for(rows, "All", TABLE_4["All"])))
     text = f"{' '.join(remarks)} {note} {NOTE_A1}"
     return panels_figure(panels, TITLES["A1"], text, confidence)
+
+
+def guess_a1(limits_s: Sequence[float]) -> str:
+    """What repaired twins lack: Gauss-Markov terms below these T_c."""
+    said = " or ".join(f"{limit:g} s" for limit in dict.fromkeys(limits_s))
+    return (
+        "S prints no coefficients after the repair, so what it takes from a twin is a guess: "
+        f"correlated noise of T_c below {said}."
+    )
 
 
 def _label(row: Mapping[str, Any]) -> str:

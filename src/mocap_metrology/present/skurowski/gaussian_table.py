@@ -70,8 +70,9 @@ def realisations(
     twin: Twin, repeats: int, cleaning: Cleaning | None = None, slow_samples: int = SLOW_SAMPLES
 ) -> dict[str, np.ndarray]:
     """(repeats,) of every quantity of Table 4 under its column's name; the twin's seed, a stream of
-    its own."""
-    rng = stream(twin.name, twin.seed, "moments")
+    its own, or of its take where twins share their slow noise, so that the k-th realisations of
+    such twins belong together."""
+    rng = stream(twin.slow.take if twin.slow else twin.name, twin.seed, "moments")
     moments = pair_moments(twin, repeats, rng, cleaning, slow_samples)
     return {UNITS.get(name, f"{name}_mm"): moments[name] for name in QUANTITIES}
 

@@ -42,7 +42,9 @@ LAW = (
 NOTE_11 = (
     "(a) Standard deviations along x and of the distance (S plots their squares, variances), (b) "
     "covariances of x₁ and x₂. How they depend on n comes from the printed coefficients, of which "
-    "the twins are made; bars: what these lead to on average over recordings as long. Vantage's "
+    "the twins are made; bars: what these lead to on average over recordings as long. Twins of one "
+    "type have one history of slow noise (below 0.1 Hz), as subsets of one recording do, so they "
+    "lie above or below their bars together. Vantage's "
     "tenth camera was failing and is left out of the fits; stars: Table 4, which is of nine hours."
 )
 NOTE_GROUP = (

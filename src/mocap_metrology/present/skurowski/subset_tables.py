@@ -14,7 +14,9 @@ TABLE_4 = {"T40": 10, "Bonita": 10, "Vantage": 9, "All": 30}
 
 TABLE_3_CAPTION = (
     "Ids of the cameras of each subset; Vantage with 10 is deduced, not printed. Nothing is "
-    "computed here: regenerated are the ids that the sheet of recordings gives (camera_ids)."
+    "computed here: regenerated are the ids that the sheet of recordings gives (camera_ids). S "
+    "reconstructed one recording several times; the twins of a type share noise below 0.1 Hz, and "
+    "faster noise is drawn for each alone."
 )
 
 TABLE_4_CAPTION = (

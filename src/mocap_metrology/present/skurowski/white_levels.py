@@ -12,12 +12,12 @@ NEAR = 0.05  # what counts as the same white level
 BOUNDS = 3.0  # or so many Cramer-Rao bounds, where they are wider
 CAPTION = (
     "h_0 in mm²/Hz. expected: S's estimator (annealing-ant-colony, continuous-time formulas) on "
-    "the noise-free Allan variances that point samples of the published model have; regenerated: "
+    "the Allan variances that the published model has, without chance; regenerated: "
     "the same on the recording; likelihood: this project's default. Columns in per cent say how "
     "far each is from what it should be: expected and likelihood from the published value (the "
     "latter may be off by likelihood_allowed_percent: 5 %, or three Cramer-Rao bounds), "
-    "regenerated from expected. expected differs where the formulas do not hold for point samples, "
-    "and where components of other kinds take the white noise's place at hardly more cost; "
+    "regenerated from expected. expected differs where components of other kinds take the white "
+    "noise's place at hardly more cost and, of point samples, where the formulas do not hold; "
     "regenerated differs from it by chance and by what the 3-sigma filter takes."
 )
 

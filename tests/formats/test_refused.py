@@ -94,7 +94,7 @@ HEADERS = [
         "is not a Qualisys export (TSV with its header): it has no line NO_OF_FRAMES"
         " before its numbers",
     ),
-    ("a.tsv", "\t3D", "\tVelocity", "DATA_INCLUDED is 'Velocity', expected 3D"),
+    ("a.tsv", "\t3D", "\tVelocity", "DATA_INCLUDED is 'Velocity', expected 3D or 6D"),
     ("a.tsv", "NAMES\tA\tB", "NAMES\tA", "MARKER_NAMES are 1, NO_OF_MARKERS says 2"),
     (
         "a.tsv",

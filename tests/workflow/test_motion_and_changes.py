@@ -18,6 +18,7 @@ HEADER = [
 ROD = "c3dorg_sample15/FP1.C3D"  # markers along a stick, swung by hand
 CHAIR = "kineticstoolkit/kinematics_racing_static.c3d"
 CHAIR_MARKERS = "WheelchairFront;WheelchairRearR;WheelchairRearL"
+ROBOT = "motive/timeanddoctor__parse_optitrack_csv/test.csv"  # a rigid body of Motive
 POSES = "20201001_Exp1_measurementPoint10.txt"
 TWINS = """twins:
   before: {coefficients: {all: {h_0: 1.0e-4}}, seed: 1, duration_s: 60}
@@ -46,6 +47,8 @@ def results(shared, root, snakemake, tmp_path_factory) -> Path:
         | {"markers": CHAIR_MARKERS, "cluster": CHAIR_MARKERS},
         {"recording": "tracker", "path": str(data / "static_vive_pose" / POSES), "group": "g"}
         | {"markers": "tracker"},
+        {"recording": "robot", "path": str(data / "exports" / ROBOT), "group": "g"}
+        | {"markers": "ernesto_body"},
         {"recording": "old", "path": "simulate:before", "group": "lab", "date": "2026-10-20"},
         {"recording": "new", "path": "simulate:after", "group": "lab", "date": "2026-11-20"}
         | {"covariate": "room.csv"},
@@ -54,6 +57,7 @@ def results(shared, root, snakemake, tmp_path_factory) -> Path:
     wanted = [
         *("recordings/rod/place.csv", "recordings/chair/orientation.csv"),
         *("recordings/tracker/orientation.parquet", "tables/lab_compare.csv"),
+        "recordings/robot/orientation.parquet",
         *("tables/lab_coherence.csv", "recordings/rod/allan.parquet"),
     ]
     done = snakemake(
@@ -91,6 +95,18 @@ def test_orientation_of_a_tracker_is_that_of_its_file(results: Path, shared: Pat
     theirs = (turns * turns.mean().inv()).as_rotvec().std(axis=0)
     ours = table[["rx_rad", "ry_rad", "rz_rad"]].std(ddof=0)
     np.testing.assert_allclose(ours, theirs, rtol=0.1)  # a Hampel filter lies between
+
+
+def test_orientation_of_a_rigid_body_is_that_of_its_file(results: Path, shared: Path) -> None:
+    """Rotation vectors about the mean, by scipy from the quaternions in columns 3 to 6."""
+    table = pq.read_table(results / "recordings/robot/orientation.parquet").to_pandas()
+    lines = (shared / "data/exports" / ROBOT).read_text("utf-8").splitlines()[7:]
+    cells = [line.split(",")[2:6] for line in lines]
+    seen = np.array([all(row) for row in cells])
+    turns = Rotation.from_quat(np.array([row for row in cells if all(row)], float))
+    theirs = (turns * turns.mean().inv()).as_rotvec()
+    ours = table[["rx_rad", "ry_rad", "rz_rad"]].to_numpy()[seen]
+    assert np.nanmedian(np.abs(ours - theirs)) < 1e-9  # a Hampel filter lies between
 
 
 def test_half_the_noise_is_better(results: Path) -> None:

@@ -126,8 +126,8 @@ def with_place(group):
 
 
 def has_poses(recording):
-    """Whether the files of a recording hold orientations beside positions."""
-    return any(path.lower().endswith(".txt") for path in row(recording)["paths"])
+    """Whether a label that was chosen is a body, with an orientation beside its position."""
+    return not is_twin(recording) and bool(verdict(recording).get("bodies"))
 
 
 def motion_results():

@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal, Truncated
     from mocap_metrology.common.files import empty_folder, sha256, write_json
-    from mocap_metrology.formats import read_any
+    from mocap_metrology.formats import bodies_of, read_any
     from mocap_metrology.noise.describe import moving_markers
 
     row = snakemake.params.row
@@ -30,6 +30,7 @@ with step(snakemake) as log:
             snakemake.params.still["range_mm"],
         )
         check["moving"] = bool(check["warnings"])
+        check["bodies"] = bodies_of(row["paths"][0], row["markers"])
     except Refusal as refusal:
         why = str(refusal)
         if isinstance(refusal, Truncated):

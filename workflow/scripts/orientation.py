@@ -10,7 +10,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_table, versions, write_csv, write_table
     from mocap_metrology.common.hampel import hampel
-    from mocap_metrology.formats.pose_txt import read_pose_txt
+    from mocap_metrology.formats import bodies_of, orientation_of
     from mocap_metrology.noise.allan import averaging_factors
     from mocap_metrology.noise.columns import ALLAN, allan_columns, joined
     from mocap_metrology.noise.confidence import allan_curve
@@ -32,11 +32,10 @@ with step(snakemake) as log:
             markers = [origin["labels"].index(label) + 1 for label in cluster]
             found = of_cluster(np.stack([position(raw, marker) for marker in markers]))
         else:
-            poses = [
-                read_pose_txt(path, snakemake.params.accept_truncated).orientation_xyzw
-                for path in snakemake.input.poses
-            ]
-            found = of_poses(np.concatenate(poses, axis=1))
+            paths = list(snakemake.input.poses)
+            body = bodies_of(paths[0], origin["labels"])[0]
+            told = origin["frame_rate_hz"], snakemake.params.accept_truncated
+            found = of_poses(orientation_of(paths, body, *told))
     except Refusal as refusal:
         refused, found = str(refusal), unknown(columns["frame"].size)
         log.warning("%s", refused)

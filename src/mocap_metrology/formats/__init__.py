@@ -6,6 +6,6 @@ of these formats.
 """
 
 from mocap_metrology.formats.pose_txt import Poses, read_pose_txt
-from mocap_metrology.formats.read import labels_of, read_any
+from mocap_metrology.formats.read import bodies_of, labels_of, orientation_of, read_any
 
-__all__ = ["Poses", "labels_of", "read_any", "read_pose_txt"]
+__all__ = ["Poses", "bodies_of", "labels_of", "orientation_of", "read_any", "read_pose_txt"]

@@ -15,6 +15,16 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True)
+class Turned:
+    """Where the orientation of a label stands: `columns` (from 0) of a quaternion x, y, z, w, of a
+    matrix row by row, or of three angles in degrees about the body's own axes (`XYZ`, in this
+    order), as `kind` says: `quaternion`, `matrix`, `XYZ` ..."""
+
+    columns: tuple[int, ...]
+    kind: str
+
+
+@dataclass(frozen=True)
 class Layout:
     """A text recording without its numbers.
 
@@ -22,8 +32,9 @@ class Layout:
     there are such. `data_line` (from 1) and `data_offset` (bytes): where the numbers start.
     `declared`: name and value of the field that counts frames; `declared_too_few`: whether it is
     known to be below the number of rows at times. `frame_rate_hz` 0: not told.
-    `ends_blank`: an empty line ends the numbers. `zero_is_gap`: x = y = z = 0 is no measurement.
-    `remarks`: what to say of a label, by its place, once it is chosen.
+    `ends_blank`: an empty line ends the numbers. `zero_is_gap`: x = y = z = 0 is no measurement;
+    `zero_note`: what to say where there are such. `remarks`: what to say of a label, by its place,
+    once it is chosen. `turned`: orientations of labels that are bodies, by their place.
     """
 
     path: Path
@@ -43,8 +54,10 @@ class Layout:
     declared_too_few: bool = False
     ends_blank: bool = False
     zero_is_gap: bool = False
+    zero_note: str = ""
     notes: tuple[str, ...] = ()
     remarks: Mapping[int, str] = field(default_factory=dict)
+    turned: Mapping[int, Turned] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

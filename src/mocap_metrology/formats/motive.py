@@ -3,23 +3,29 @@
 Layout after the Motive documentation, "Data Export: CSV": line 1 names and values in turn; an
 empty line; rows of type, name, ID (and parent) of each column; what it holds (Position, Rotation,
 quality); `Frame`, `Time (Seconds)`, axes. Positions of type Marker are measured, an empty cell is
-a gap; a Rigid Body Marker or Bone Marker is where the solved body expects a marker.
+a gap; a Rigid Body Marker or Bone Marker is where the solved body expects a marker. A Rigid Body or
+Bone has a rotation (a quaternion, or angles in degrees as Rotation Type says) and a position, both
+solved from its markers.
 """
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.formats.head import Line, check_text, lines
-from mocap_metrology.formats.layout import Layout, count, named, rate, unit
+from mocap_metrology.formats.layout import Layout, Turned, count, named, rate, unit
 
 WHAT = "a Motive export (CSV with its header)"
 START = ("Format Version", "Take Name", "Capture Frame Rate")
 MEASURED = ("marker", "labeled marker", "unlabeled marker", "unlabelled marker")
 EXPECTED = ("rigid body marker", "bone marker", "marker constraint", "rigid body marker constraint")
+BODIES = ("rigid body", "bone")
+SOLVED_MARKER = "is where the solved body expects the marker, not where it was measured"
+SOLVED_BODY = "is a body: its position and orientation are solved from its markers, not measured"
 PAIRS = (
     *START,
     "Take Notes",
@@ -45,7 +51,9 @@ def layout(path: Path) -> Layout:
             " again with its header, or add Length Units,Meters (or what Units was set to)"
         )
     units, mm_per_unit, _ = unit([fields["Length Units"]], "Length Units", path.name)
-    labels, columns, remarks = _markers(rows, path.name)
+    labels, columns, remarks, turned = _positions(
+        _columns(rows, path.name), fields.get("Rotation Type", ""), path.name
+    )
     total = fields.get("Total Exported Frames", "")
     rates = [rate(fields.get(name, "")) for name in ("Export Frame Rate", "Capture Frame Rate")]
     times = [i for i, cell in enumerate(rows[-1]) if cell.lower().startswith("time (")]
@@ -69,6 +77,7 @@ def layout(path: Path) -> Layout:
         declared_too_few=True,
         notes=(AXES_NOTE,),
         remarks=remarks,
+        turned=turned,
     )
 
 
@@ -125,31 +134,72 @@ def _pairs(cells: Sequence[str]) -> dict[str, str]:
     return fields
 
 
-def _markers(
-    rows: list[list[str]], file: str
-) -> tuple[tuple[str, ...], tuple[tuple[int, int, int], ...], dict[int, str]]:
-    """Labels, columns, and remarks on labels whose position is not measured."""
-    axes = rows[-1]
-    width = len(axes)
-    rows = [[*row, *[""] * width][:width] for row in rows[:-1]]
-    known = (*MEASURED, *EXPECTED, "rigid body", "bone")
-    types = next((row for row in rows if any(c.lower() in known for c in row)), None)
-    if types is None or len(rows) < 3:
+@dataclass(frozen=True)
+class _Columns:
+    """What the header says of each column: type, name, what it holds, axis."""
+
+    types: list[str]
+    names: list[str]
+    held: list[str]
+    axes: list[str]
+
+    def of(self, kinds: Sequence[str]) -> list[int]:
+        """Where positions of these types begin."""
+        there = range(1, len(self.axes) - 2)
+        return [i for i in there if self.types[i] in kinds and self.hold(i, "position", "XYZ")]
+
+    def hold(self, i: int, what: str, letters: str) -> bool:
+        """Whether the columns from i on hold `what`, one for each letter."""
+        span = slice(i, i + len(letters))
+        return self.held[span] == [what] * len(letters) and self.axes[span] == list(letters)
+
+    def turned(self, position: int, rotation: str) -> Turned | None:
+        """The rotation of the body whose position begins there; `rotation`: type of the header."""
+        own = (self.types[position], self.names[position])
+        order = rotation.strip().upper()
+        for i in range(len(self.axes)):
+            if (self.types[i], self.names[i]) != own:
+                continue
+            if self.hold(i, "rotation", "XYZW"):
+                return Turned(tuple(range(i, i + 4)), "quaternion")
+            if sorted(order) == ["X", "Y", "Z"] and self.hold(i, "rotation", "XYZ"):
+                return Turned(tuple(i + "XYZ".index(letter) for letter in order), order)
+        return None
+
+
+def _columns(rows: list[list[str]], file: str) -> _Columns:
+    width = len(rows[-1])
+    above = [[*row, *[""] * width][:width] for row in rows[:-1]]
+    known = (*MEASURED, *EXPECTED, *BODIES)
+    types = next((row for row in above if any(c.lower() in known for c in row)), None)
+    if types is None or len(above) < 3:
         raise Refusal(f"{file}: no row of types (Marker, Rigid Body, ...) in the header")
-    names = next((r for r in rows if r[1] == "Name"), rows[rows.index(types) + 1])
-    found: dict[bool, list[tuple[str, tuple[int, int, int]]]] = {True: [], False: []}
-    for i in range(1, width - 2):
-        three = slice(i, i + 3)
-        kind = types[i].lower()
-        held = [cell.lower() for cell in rows[-1][three]]
-        if kind not in (*MEASURED, *EXPECTED) or held != ["position"] * 3:
-            continue
-        if [cell.upper() for cell in axes[three]] == ["X", "Y", "Z"]:
-            found[kind in MEASURED].append((names[i], (i, i + 1, i + 2)))
-    measured = {name for name, _ in found[True]}
-    chosen = found[True] + [one for one in found[False] if one[0] not in measured]
+    names = next((r for r in above if r[1] == "Name"), above[above.index(types) + 1])
+    lower = ([cell.lower() for cell in row] for row in (types, above[-1]))
+    kinds, held = lower
+    return _Columns(kinds, names, held, [cell.upper() for cell in rows[-1]])
+
+
+def _positions(
+    columns: _Columns, rotation: str, file: str
+) -> tuple[tuple[str, ...], tuple[tuple[int, int, int], ...], dict[int, str], dict[int, Turned]]:
+    """Labels and columns of measured markers, of solved ones that have no measured namesake, and of
+    bodies; remarks on what is not measured; orientations of the bodies."""
+    measured, bodies = columns.of(MEASURED), columns.of(BODIES)
+    seen = {columns.names[i] for i in measured}
+    solved = [i for i in columns.of(EXPECTED) if columns.names[i] not in seen]
+    chosen = [*measured, *solved, *bodies]
     if not chosen:
-        raise Refusal(f"{file}: has no positions of markers: export it with Markers switched on")
-    solved = "is where the solved body expects the marker, not where it was measured"
-    remarks = dict.fromkeys(range(len(found[True]), len(chosen)), solved)
-    return named([name for name, _ in chosen]), tuple(c for _, c in chosen), remarks
+        raise Refusal(
+            f"{file}: has no positions of markers or bodies: export it with Markers switched on"
+        )
+    after = len(measured) + len(solved)
+    remarks = dict.fromkeys(range(len(measured), after), SOLVED_MARKER)
+    remarks |= dict.fromkeys(range(after, len(chosen)), SOLVED_BODY)
+    turns = {k: columns.turned(i, rotation) for k, i in enumerate(bodies, start=after)}
+    return (
+        named([columns.names[i] for i in chosen]),
+        tuple((i, i + 1, i + 2) for i in chosen),
+        remarks,
+        {k: turn for k, turn in turns.items() if turn is not None},
+    )

@@ -20,27 +20,41 @@ from mocap_metrology.formats.layout import Layout, named, rate, unit
 
 WHAT = "a Vicon Nexus export (CSV)"
 SECTION = b"Trajectories"
+OLD_SECTION = b"TRAJECTORIES"
+OLD_RATE = re.compile(r"\s*[0-9.]+\s*[,;\t]?\s*Hz", re.I)
 INNER = re.compile("[YZ]'*")  # titles of columns over which no label stands
 
 
-def section(path: Path) -> tuple[int, int] | None:
+def section(path: Path, name: bytes = SECTION) -> tuple[int, int] | None:
     """Byte and number (from 1) of the line `Trajectories`; None where there is none."""
     with (
         path.open("rb") as stream,
         mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
     ):
-        at = content.find(SECTION)
+        at = content.find(name)
         while at >= 0:
             front, end = content[max(at - 4, 0) : at], content.find(b"\n", at)
-            rest = content[at + len(SECTION) : end if end >= 0 else len(content)]
+            rest = content[at + len(name) : end if end >= 0 else len(content)]
             alone = front[-1:] in (b"\n", b'"') or at == 0 or (at == 3 and front[0] > 127)
             if alone and not rest.strip(b'\r,;\t "'):
                 line_feeds = sum(
                     content[i : min(i + 2**24, at)].count(b"\n") for i in range(0, at, 2**24)
                 )
                 return at, line_feeds + 1
-            at = content.find(SECTION, at + 1)
+            at = content.find(name, at + 1)
     return None
+
+
+def refuse_old(path: Path) -> None:
+    """Refuse, by its name, what Vicon Workstation and iQ wrote: `TRAJECTORIES` alone on a line, the
+    rate as `120.000000,Hz`, names under `Field #`."""
+    place = section(path, OLD_SECTION)
+    head = list(itertools.islice(lines(path, *place), 2)) if place else []
+    if len(head) == 2 and OLD_RATE.match(head[1].text):
+        raise Refusal(
+            f"{path.name}: is an old Vicon ASCII export (Workstation or iQ, section"
+            f" {OLD_SECTION.decode()}), which is not read: export C3D, or CSV from Nexus 2"
+        )
 
 
 def layout(path: Path) -> Layout:

@@ -16,14 +16,14 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.formats.head import check_text, lines
-from mocap_metrology.formats.layout import Layout, number, rate
+from mocap_metrology.formats.layout import Layout, Turned, number, rate
+from mocap_metrology.formats.orientation import ORTHOGONAL, without_jumps
 from mocap_metrology.formats.rows import line_of, read_rows
 
 WHAT = "a text of poses (12 numbers a line)"
 LABEL = "tracker"
 POSITION = (3, 7, 11)
 ROTATION = ((0, 1, 2), (4, 5, 6), (8, 9, 10))
-ORTHOGONAL = 1e-3  # how far R R^T may be from 1
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,7 @@ def layout(path: Path) -> Layout:
         data_offset=line.start,
         n_columns=12,
         notes=notes,
+        turned={0: Turned(tuple(i for three in ROTATION for i in three), "matrix")},
     )
 
 
@@ -87,9 +88,7 @@ def read_pose_txt(path: str | Path, accept_truncated: bool = False) -> Poses:
     if wrong.any():
         line = line_of(whole, int(np.argmax(wrong)))
         raise Refusal(f"{whole.name}: line {line}: columns 1-3, 5-7, 9-11 are no rotation")
-    quaternion = Rotation.from_matrix(matrix).as_quat()
-    jumps = np.where((quaternion[1:] * quaternion[:-1]).sum(axis=1) < 0, -1.0, 1.0)
-    quaternion[1:] *= np.cumprod(jumps)[:, None]
+    quaternion = without_jumps(Rotation.from_matrix(matrix).as_quat())
     quaternion[~known] = np.nan
     notes = (*of_position.notes, *rows.notes)
     return Poses(values[9:] * 1000.0, quaternion.T, of_position.frame_rate_hz, notes)

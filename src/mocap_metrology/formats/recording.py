@@ -136,10 +136,12 @@ def _notes(
     notes = []
     for layout, found, place in zip(given, rows, places, strict=True):
         notes += [f"{layout.name}: {text}" for text in (*layout.notes, *place.notes)]
-        for label, point, n in zip(labels, points, found.at_zero, strict=True):
+        for k, (label, point) in enumerate(zip(labels, points, strict=True)):
+            where, measured, gaps = f"{layout.name}: {label}", found.at_zero[k], found.counts[k]
             if point in layout.remarks:
-                notes.append(f"{layout.name}: {label}: {layout.remarks[point]}")
-            if n:
-                where = f"{layout.name}: {label}"
-                notes.append(f"{where}: x = y = z = 0 in {n} frames, taken as measured")
+                notes.append(f"{where}: {layout.remarks[point]}")
+            if measured:
+                notes.append(f"{where}: x = y = z = 0 in {measured} frames, taken as measured")
+            if gaps["zero"] and layout.zero_note:
+                notes.append(f"{where}: x = y = z = 0 in {gaps['zero']} frames, {layout.zero_note}")
     return notes

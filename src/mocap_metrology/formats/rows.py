@@ -208,7 +208,7 @@ def _table(
         arrow_csv.ReadOptions(use_threads=False, autogenerate_column_names=True),
         arrow_csv.ParseOptions(delimiter=delimiter, quote_char=False, ignore_empty_lines=False),
         arrow_csv.ConvertOptions(
-            include_columns=[*numbers, *texts],
+            include_columns=[*dict.fromkeys(numbers), *texts],
             column_types=kinds,
             null_values=NULLS,
             strings_can_be_null=True,

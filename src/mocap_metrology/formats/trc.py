@@ -5,11 +5,16 @@ A spreadsheet saves them with commas or semicolons, which then stand in every li
 Layout after the OpenSim documentation ("Marker (.trc) Files"): `PathFileType`; names of fields;
 their values; `Frame#`, `Time` and a label over every third column; `X1 Y1 Z1 ...`; an empty line
 or none; then frame, time in s, and three coordinates a label. An empty cell is a gap.
+
+Writers in MATLAB call the second column `Times` and write 0 0 0 where a marker was not seen; there,
+and only there, three exact zeros are a gap. Cortex, after virtual markers were taken out of a file,
+goes on with their names in line 4, beyond NumMarkers and over no numbers.
 """
 
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
@@ -17,6 +22,8 @@ from mocap_metrology.formats.head import Line, check_text, lines
 from mocap_metrology.formats.layout import Layout, count, named, rate, triples, unit
 
 WHAT = "a TRC file"
+TITLES = re.compile(r"(frame.*|time.*|#|s|sec.*|[xyz]\d*)", re.I)
+MATLAB = "times"
 
 
 def layout(path: Path) -> Layout:
@@ -31,10 +38,11 @@ def layout(path: Path) -> Layout:
     delimiter = head[0].text.removeprefix("PathFileType")[:1]
     delimiter = delimiter if delimiter in (",", ";") else "\t"
     fields = _fields(head[1], head[2], delimiter, path.name)
-    labels = _labels(head[3], fields, delimiter, path.name)
-    units, mm_per_unit, notes = unit([fields.get("Units", "")], "Units", path.name)
     first = _data(head, delimiter, path.name)
+    labels, more = _labels(head[3], first, fields, delimiter, path.name)
+    units, mm_per_unit, notes = unit([fields.get("Units", "")], "Units", path.name)
     declared = fields.get("NumFrames", "")
+    zeros = head[3].cells(delimiter)[1].lower() == MATLAB
     return Layout(
         path=path,
         format="TRC text",
@@ -50,7 +58,9 @@ def layout(path: Path) -> Layout:
         frame_column=0,
         time_column=1,
         declared=("NumFrames", count(declared, "NumFrames", path.name)) if declared else None,
-        notes=notes,
+        zero_is_gap=zeros,
+        zero_note="taken as gaps: its writer (Times in line 4) puts zeros there",
+        notes=(*notes, *more),
     )
 
 
@@ -67,26 +77,37 @@ def _fields(names: Line, values: Line, delimiter: str, file: str) -> dict[str, s
     raise Refusal(f"{file}: line 3 does not fit line 2: {found}, NumMarkers among them")
 
 
-def _labels(line: Line, fields: dict[str, str], delimiter: str, file: str) -> tuple[str, ...]:
-    """Labels stand over every third column; some writers put them side by side."""
+def _labels(
+    line: Line, first: Line, fields: dict[str, str], delimiter: str, file: str
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Labels, which stand over every third column or side by side, and what to say of them. Names
+    may go on beyond NumMarkers if the first row of numbers does not."""
     cells = line.cells(delimiter)
-    if len(cells) < 2 or not cells[0].lower().startswith("frame") or cells[1].lower() != "time":
+    times = cells[1].lower() in ("time", MATLAB) if len(cells) > 1 else False
+    if not times or not cells[0].lower().startswith("frame"):
         raise Refusal(f"{file}: line 4 is {line.text[:30]!r}, expected Frame#, Time and labels")
     n = count(fields["NumMarkers"], "NumMarkers", file)
     given = [cell for cell in cells[2:] if cell]
     if n and len(given) == n:
-        return named(given)
+        return named(given), ()
+    if 0 < n < len(given) and not any(first.cells(delimiter)[2 + 3 * n :]):
+        own = cells[2 : 2 + 3 * n : 3]
+        beyond = given[n:]
+        if own == given[:n] or cells[2 : 2 + n] == given[:n]:
+            note = f"line 4 names {len(beyond)} markers more than NumMarkers ({beyond[0]} ...), "
+            return named(given[:n]), (note + "of which the file has no numbers: left out",)
     spread = [*cells[2 : 2 + 3 * n : 3], *[""] * n][:n]
     short = n > 0 and not spread[-1] and len(cells) <= 3 * n  # an empty last label has its cell
     if n == 0 or short or [cell for cell in spread if cell] != given:
         raise Refusal(f"{file}: line 4 has {len(given)} labels, NumMarkers says {n}")
-    return named(spread)
+    return named(spread), ()
 
 
 def _data(head: list[Line], delimiter: str, file: str) -> Line:
     """The first line of numbers, after `X1 Y1 Z1` (left out by some) and empty lines."""
     for line in head[4:]:
         cells = [cell for cell in line.cells(delimiter) if cell]
-        if cells and not cells[0].lower().startswith("x"):
+        titles = all(TITLES.fullmatch(cell) for cell in cells) or cells[0].lower().startswith("x")
+        if not titles:
             return line
     raise Refusal(f"{file}: has no frames: nothing follows the header")

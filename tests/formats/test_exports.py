@@ -1,0 +1,290 @@
+"""Real exports of motion-capture software, as `../shared/data/exports/README.md` judges them.
+
+Positions and orientations against a parser of a few lines, written apart from the readers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from text_files import make, motive, qualisys, read, still, trc
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.formats import bodies_of, labels_of, orientation_of, read_any
+
+FOLDER = "data/exports"
+BALL = "motive/MarcoRosson__Optitrack_basketball/Ball_6.csv"
+TAKE = "motive/cmuphyscomp__hmv-s16/sample_optitrack_take.csv"
+ROBOT = "motive/timeanddoctor__parse_optitrack_csv/test.csv"
+LEG, LEG_6D = (f"qtm/martinling__imusim/stand_{kind}.tsv" for kind in ("3D", "6D"))
+OPENSIM = "trc/opensim-org__opensim-core"
+CORTEX = "trc/demotu__BMC/walk.trc"
+SOLVED = "is a body: its position and orientation are solved from its markers, not measured"
+
+# File: labels, frames, rate, and the first of the numbers (column, line of the file from 0, mm per
+# unit) of its first label.
+READ = {
+    BALL: (6, 8554, 360.0, 9, 7, 1000.0),
+    TAKE: (12, 250, 120.0, 22, 7, 1000.0),
+    ROBOT: (4, 499, 120.0, 26, 7, 1000.0),
+    LEG: (14, 513, 256.0, 0, 10, 1.0),
+    LEG_6D: (3, 513, 256.0, 0, 11, 1.0),
+    "nexus/pyomeca__pyomeca/markers.csv": (51, 580, 100.0, 2, 5, 1.0),
+    f"{OPENSIM}/exampleFormat.trc": (3, 5, 100.0, 2, 5, 1000.0),
+    f"{OPENSIM}/dataWithEformat.trc": (14, 5, 119.88012, 2, 5, 1000.0),
+    f"{OPENSIM}/dataWithNaNsOfDifferentCases.trc": (14, 5, 250.0, 2, 5, 1.0),
+    f"{OPENSIM}/gait10dof18musc_walk_CRLF_line_ending.trc": (41, 10, 60.0, 2, 6, 1.0),
+    f"{OPENSIM}/subject01_synthetic_marker_data.trc": (31, 73, 60.0, 2, 6, 1000.0),
+    CORTEX: (28, 184, 150.0, 2, 6, 1.0),
+}
+CUT_OFF = {
+    "qtm/gewhere__SCmocap2/mocap.tsv": ("210 of the 5520 frames that NO_OF_FRAMES says", 62),
+    f"{OPENSIM}/dataWithBlanksForMissingMarkers.trc": ("464 of the 1103 frames", 40),
+    "trc/pyomeca__pyomeca/markers.trc": ("93 of the 652 frames that NumFrames says", 51),
+}
+REFUSED = {
+    "nexus/pyomeca__pyomeca/markers_without_header.csv": "is neither a Motive export",
+    "nexus/pyomeca__pyomeca/analogs.csv": "is neither a Motive export",
+    "trc/mitkof6__OpenSimRT/imu_test.trc": "Units is 'rad', expected one of mm",
+}
+
+
+def found(shared, name):
+    path = shared / FOLDER / name
+    if not path.exists():
+        pytest.skip(f"{path} is not there")
+    return path
+
+
+def numbers(path, line, columns):
+    """Cells of the rows from a line on, NaN where a cell is no number; (n, columns)."""
+    mark = "," if path.suffix == ".csv" else "\t"
+    rows = path.read_text("latin-1").splitlines()[line:]
+    cells = [[*row.split(mark), *[""] * 900] for row in rows if row.strip(f"{mark} ")]
+
+    def value(text):
+        return float(text) if text.strip(' "').strip() else np.nan
+
+    return np.array([[value(row[c]) for c in columns] for row in cells])
+
+
+@pytest.mark.parametrize("name", READ)
+def test_read(shared, name):
+    """All labels, frames, the rate, and every number of the first label."""
+    path = found(shared, name)
+    n_labels, frames, rate, column, line, mm = READ[name]
+    labels = labels_of(path)
+    assert len(labels) == n_labels
+    recording = read_any([path], labels[:1])
+    assert recording.position_mm.shape == (1, 3, frames)
+    assert recording.frame_rate_hz == pytest.approx(rate, rel=1e-6)
+    ours = mm * numbers(path, line, range(column, column + 3))
+    np.testing.assert_allclose(recording.position_mm[0].T, ours, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", CUT_OFF)
+def test_cut_off_by_their_authors(shared, name):
+    path = found(shared, name)
+    why, n_labels = CUT_OFF[name]
+    labels = labels_of(path)
+    assert len(labels) == n_labels
+    with pytest.raises(Refusal, match=f"cut off: {why}"):
+        read_any([path], labels[:1])
+    assert read_any([path], labels[:1], accept_truncated=True).position_mm.shape[2] == int(
+        why.split()[0]
+    )
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(shared, name):
+    with pytest.raises(Refusal, match=REFUSED[name]):
+        labels_of(found(shared, name))
+
+
+def test_every_file_is_judged(shared):
+    folder = shared / FOLDER
+    if not folder.exists():
+        pytest.skip(f"{folder} is not there")
+    files = {str(p.relative_to(folder)) for p in folder.rglob("*.*") if p.suffix != ".md"}
+    assert files == {*READ, *CUT_OFF, *REFUSED} | {f for f in files if f.endswith(".c3d")}
+    for name in (f for f in files if f.endswith(".c3d")):
+        assert len(labels_of(folder / name)) == 30
+
+
+# Bodies
+
+
+@pytest.mark.parametrize(
+    "name, body, column, line", [(BALL, "Ball_6", 2, 7), (ROBOT, "ernesto_body", 2, 7)]
+)
+def test_rigid_bodies_of_motive(shared, name, body, column, line):
+    """Beside measured markers a body is read where it is asked for."""
+    path = found(shared, name)
+    assert bodies_of(path) == (body,) and body not in labels_of(path)
+    recording = read_any([path], [body])
+    cells = numbers(path, 7, range(2, 9))
+    np.testing.assert_allclose(recording.position_mm[0].T, 1000 * cells[:, 4:], rtol=1e-12)
+    assert any(note.endswith(f"{body}: {SOLVED}") for note in recording.notes)
+    ours = orientation_of([path], body)
+    seen = np.isfinite(cells).all(axis=1)
+    assert np.array_equal(np.isfinite(ours).all(axis=0), seen)
+    same = np.abs((ours[:, seen].T * cells[seen, :4]).sum(axis=1))
+    assert np.abs(same - 1).max() < 3e-6  # six decimals; q and -q are one rotation
+    with pytest.raises(Refusal, match="is a marker, which has no orientation"):
+        orientation_of([path], labels_of(path)[0])
+
+
+def test_bodies_of_qualisys_turn_as_their_markers_do(shared):
+    """The same leg, its markers in one file, its bodies in the other: a body's matrix carries its
+    three markers from frame to frame; transposed it carries them farther off than not at all."""
+    bodies, markers = found(shared, LEG_6D), found(shared, LEG)
+    assert labels_of(bodies) == ("Upper Leg IMU", "Foot IMU", "Lower Leg IMU")
+    for body in labels_of(bodies):
+        recording = read_any([bodies], [body])
+        assert recording.notes == (f"{bodies.name}: {body}: {SOLVED}",)
+        turns = Rotation.from_quat(orientation_of([bodies], body).T).as_matrix()
+        own = read_any([markers], [f"{body} - {k}" for k in (1, 2, 3)]).position_mm
+        shape = own - recording.position_mm
+        by_body = np.einsum("fba,kbf->kaf", turns, shape)  # in axes of the body
+        transposed = np.einsum("fab,kbf->kaf", turns, shape)
+        left, without, wrong = (v.std(axis=2).max() for v in (by_body, shape, transposed))
+        assert left < 0.5 * without < without < wrong
+
+
+def test_bodies_alone(tmp_path):
+    """Motive with bodies and bones only; angles in degrees, in the order that the header names."""
+    rng, n = np.random.default_rng(2), 30
+    angles = np.cumsum(rng.normal(0, 2, (n, 3)), axis=0)
+    places = 1 + rng.normal(0, 1e-4, (n, 3))
+    whole = motive(["A", "B"], 100, np.zeros((n, 2, 3)), "Meters").split("\r\n")
+    whole[2] = ",Type" + ",Bone" * 6
+    whole[3] = ",Name" + ",Fred:Hip" * 6
+    whole[5] = ",," + ",".join(["Rotation"] * 3 + ["Position"] * 3)
+    whole[7 : 7 + n] = [
+        ",".join([str(i), f"{i / 100:.6f}", *(f"{v:.6f}" for v in (*angles[i], *places[i]))])
+        for i in range(n)
+    ]
+    path = make(tmp_path, "a.csv", "\r\n".join(whole).replace("Quaternion", "ZYX"))
+    assert labels_of(path) == bodies_of(path) == ("Fred:Hip",)
+    assert bodies_of(path, ["Hip"]) == ("Hip",)
+    recording = read(path, ["Hip"])
+    np.testing.assert_allclose(recording.position_mm[0].T, 1000 * places, atol=1e-3)
+    theirs = Rotation.from_euler("ZYX", angles[:, ::-1], degrees=True)
+    ours = Rotation.from_quat(orientation_of([path], "Hip").T)
+    assert (ours * theirs.inv()).magnitude().max() < 1e-7
+
+
+def test_frames_without_a_body_are_gaps(shared, tmp_path):
+    """QTM writes zeros; a row of a matrix that is none is refused, a quaternion too long too."""
+    text = found(shared, LEG_6D).read_text("latin-1")
+    rows = text.split("\n")
+    rows[15] = "\t".join([*["0.000"] * 16, *rows[15].rstrip("\r").split("\t")[16:]])
+    path = make(tmp_path, "a.tsv", "\n".join(rows))
+    turned = orientation_of([path], "Upper Leg IMU")
+    assert np.flatnonzero(np.isnan(turned).any(axis=0)).tolist() == [4]
+    assert np.isfinite(orientation_of([path], "Foot IMU")).all()
+    cells = rows[20].split("\t")
+    rows[20] = "\t".join([*cells[:7], "0.9", *cells[8:]])
+    path = make(tmp_path, "a.tsv", "\n".join(rows))
+    with pytest.raises(Refusal, match=r"a\.tsv: 'Upper Leg IMU': a matrix of no rotation"):
+        orientation_of([path], "Upper Leg IMU")
+
+
+# What the headers say
+
+
+def test_mixed_trajectories_are_said(tmp_path):
+    text = qualisys(["A", "B"], 100, still()).replace("Measured\tMeasured", "Measured\tMixed")
+    recording = read(make(tmp_path, "a.tsv", text))
+    said = "TRAJECTORY_TYPES says Mixed: parts of it were filled in, where there is no noise"
+    assert recording.notes == (f"a.tsv: B: {said}",)
+
+
+def test_zeros_of_matlab_are_gaps(tmp_path):
+    """Where line 4 says Times; with a marker seen in no frame at all."""
+    take = still()
+    take[4:7, 0] = 0
+    for ends, mark in (("\n", "\t"), ("\r\n", ",")):
+        text = trc(["A", "B"], 100, take).replace("Frame#\tTime\t", "Frame#\tTimes\t")
+        text = text.replace("\n", ends).replace("\t", mark)
+        recording = read(make(tmp_path, "a.trc", text))
+        assert np.flatnonzero(np.isnan(recording.position_mm[0, 0])).tolist() == [4, 5, 6]
+        assert recording.n_invalid[0]["zero"] == 3
+        assert "in 3 frames, taken as gaps: its writer (Times in line 4)" in recording.notes[0]
+    take[:, 1] = 0
+    with pytest.raises(Refusal, match=r"'B' is valid in no frame of 40 \(40 zero\)"):
+        read(make(tmp_path, "a.trc", trc(["A", "B"], 100, take).replace("\tTime\t", "\tTimes\t")))
+
+
+def test_line_5_with_its_own_titles(tmp_path):
+    text = trc(["A", "B"], 100, still())
+    for own in ("Frame#\ts\tx1\ty1\tz1\tx2\ty2\tz2", "#\tsec\tX1\tY1\tZ1\tX2\tY2\tZ2\t"):
+        new = text.replace("\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t", own)
+        assert new != text
+        np.testing.assert_array_equal(
+            read(make(tmp_path, "a.trc", new)).position_mm, still().transpose(1, 2, 0)
+        )
+
+
+def test_names_of_virtual_markers_beyond_the_numbers(tmp_path):
+    """As Cortex trims; refused where there are numbers under them."""
+    text = trc(["A", "B"], 100, still()).replace("\tB\t\t\t", "\tB\t\t\tV_C\t\t\tV_D\t\t\t", 1)
+    path = make(tmp_path, "a.trc", text)
+    assert labels_of(path) == ("A", "B")
+    assert "names 2 markers more than NumMarkers (V_C ...)" in read(path).notes[0]
+    three = trc(["A", "B", "V_C"], 100, still(n_labels=3)).replace("\t3\tmm", "\t2\tmm")
+    with pytest.raises(Refusal, match="line 4 has 3 labels, NumMarkers says 2"):
+        labels_of(make(tmp_path, "a.trc", three))
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.txt"])
+@pytest.mark.parametrize(
+    "before", ["", "EVENTS\r\n\r\nANALOG\r\n1000.000000,Hz\r\nSample #,F1\r\n1,2\r\n\r\n"]
+)
+def test_old_vicon_is_named(tmp_path, name, before):
+    old = "TRAJECTORIES\r\n120.000000,Hz\r\n,Fred:C7,,\r\nField #,X,Y,Z\r\n1,10.5,20.5,30.5\r\n"
+    with pytest.raises(Refusal, match=r"is an old Vicon ASCII export .* export C3D, or CSV from"):
+        labels_of(make(tmp_path, name, before + old))
+
+
+# The smallest step
+
+
+def test_float32_in_millimetres_with_six_decimals(tmp_path):
+    """Its steps are those of float32, 6.1e-5 mm from 512 to 1024; double precision has six."""
+    rng = np.random.default_rng(5)
+    double = rng.normal(900, 0.02, (400, 2, 3))
+    for values, step, kind in (
+        (double.astype(np.float32).astype(float), 2.0**-14, "float32"),
+        (double, 1e-6, "text"),
+    ):
+        recording = read(make(tmp_path, "a.csv", motive(["A", "B"], 100, values, digits=6)))
+        assert recording.resolution_mm == pytest.approx(step)
+        assert recording.resolution_kind == kind
+
+
+def test_a_coordinate_that_never_changes_has_coarse_steps(shared, tmp_path):
+    """Three significant digits: 10 mm at 1.57 m, where 0.0746 m still changes by 0.1 mm."""
+    for name in ("dataWithEformat.trc", "exampleFormat.trc"):
+        path = found(shared, f"{OPENSIM}/{name}")
+        assert read_any([path], labels_of(path)).resolution_mm == pytest.approx(10.0)
+    rng = np.random.default_rng(6)
+    take = np.array([1.572, 0.0746, 0.3]) + rng.normal(0, 2e-4, (200, 1, 3))
+    lines = trc(["A"], 100, take, "m").split("\n")
+    for i, row in enumerate(take[:, 0]):
+        lines[6 + i] = f"{i + 1}\t{i / 100:.2f}\t" + "\t".join(f"{v:.2e}" for v in row)
+    path = make(tmp_path, "a.trc", "\n".join(lines))
+    assert read(path, ["A"]).resolution_mm == pytest.approx(10.0)
+
+
+def test_zero_and_dropped_zeros_are_no_coarse_steps(tmp_path):
+    """A plane at z = 0, and 12 for 12.0000, in a file of steps of 0.0001 mm."""
+    take = np.round(np.random.default_rng(7).normal(1500, 0.1, (300, 1, 3)), 4)
+    for constant in (0.0, 12.0):
+        take[:, 0, 2] = constant
+        lines = trc(["A"], 100, take).split("\n")
+        for i, row in enumerate(take[:, 0]):
+            lines[6 + i] = f"{i + 1}\t{i / 100:.2f}\t" + "\t".join(f"{v:.10g}" for v in row)
+        recording = read(make(tmp_path, "a.trc", "\n".join(lines)), ["A"])
+        assert recording.resolution_mm == pytest.approx(1e-4)

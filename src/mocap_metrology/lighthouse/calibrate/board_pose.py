@@ -278,8 +278,8 @@ def _minimise_all(
     """Levenberg-Marquardt and the mirror test for every measurement."""
     n, d = seen.shape
     Rs, ts, centre, normal = start
-    R_found, t_found = np.empty((n, 3, 3)), np.empty((n, 3))
-    epsilon, ambiguity = np.empty(n), np.empty(n)
+    Rs_found, ts_found = np.empty((2, n, 3, 3)), np.empty((2, n, 3))
+    epsilon, ambiguity = np.empty((2, n)), np.empty(n)
     points, m = np.empty((d, 3)), np.empty((d, 2))
     for i in range(n):
         k = 0
@@ -295,19 +295,20 @@ def _minimise_all(
             for k in range(3):
                 trace += R[j, k] * R2[j, k]
         ambiguity[i] = max(f, f2) / min(f, f2) if trace < SAME_TRACE else np.inf
-        if f2 < f:
-            R, t, f = R2, t2, f2
-        R_found[i], t_found[i], epsilon[i] = R, t, f
-    return R_found, t_found, epsilon, ambiguity
+        best = 1 if f2 < f else 0
+        Rs_found[best, i], ts_found[best, i], epsilon[best, i] = R, t, f
+        Rs_found[1 - best, i], ts_found[1 - best, i], epsilon[1 - best, i] = R2, t2, f2
+    return Rs_found, ts_found, epsilon, ambiguity
 
 
-def by_levenberg_marquardt(
+def both_minima(
     measurements: Measurements, board: np.ndarray, rotors: np.ndarray
-) -> Path:
-    """J Eq. 3 by Levenberg-Marquardt, in both minima that a nearly flat board has.
+) -> tuple[Path, Path]:
+    """J Eq. 3 by Levenberg-Marquardt: the minimum of lower K_1, and the other one.
 
-    Starts from the weak-perspective pose of each measurement; then the board's normal is mirrored
-    at the line of sight, minimised again, and the pose of the lower K_1 is kept.
+    A nearly flat board looks nearly the same with its normal mirrored at the line of sight. The
+    search starts from the weak-perspective pose of each measurement, and again from the mirrored
+    one; where both end in one pose, the paths share it and `ambiguity` is infinite.
     """
     seen, start = measurements.seen, _affine_starts(measurements, board)
     R, t, epsilon, ambiguity = _minimise_all(
@@ -317,7 +318,17 @@ def by_levenberg_marquardt(
         rotors,
         (start.R, start.t, start.centre, start.normal),
     )
-    return Path(measurements.time_s, R, t, epsilon, 2 * seen.sum(axis=1), ambiguity)
+    count = 2 * seen.sum(axis=1)
+    return tuple(
+        Path(measurements.time_s, R[k], t[k], epsilon[k], count, ambiguity) for k in (0, 1)
+    )
+
+
+def by_levenberg_marquardt(
+    measurements: Measurements, board: np.ndarray, rotors: np.ndarray
+) -> Path:
+    """J Eq. 3 by Levenberg-Marquardt: of both minima that of lower K_1, see `both_minima`."""
+    return both_minima(measurements, board, rotors)[0]
 
 
 def apart(path: Path, other: Path) -> np.ndarray:

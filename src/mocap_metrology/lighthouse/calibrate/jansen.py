@@ -25,6 +25,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.calibrate import board_pose, station_pose
+from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agree, minima
 from mocap_metrology.lighthouse.calibrate.board_pose import MIRRORED_RAD, START_M, Path, apart
 from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, TIGHT
 from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, reconstruct
@@ -33,6 +34,7 @@ from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
     by_gauss_newton,
     evidence,
+    residuals,
 )
 from mocap_metrology.lighthouse.records import (
     MASTER,
@@ -134,7 +136,8 @@ def calibrate(
             found.why.append("factory optics left out: no factory values of both stations")
             continue
         seen = {order: _optics(name, own, factories, settings) for order, own in measured.items()}
-        steady = _paths("paper-lm", seen[smooth], board, settings)
+        agreed = _agreed(seen[smooth], board, smooth)
+        steady = agreed.paths
         if is_still(steady[MASTER]) and is_still(steady[SLAVE]):
             found = replace(found, still=True)
             found.estimates.extend(_static(hits, board, name, factories, settings))
@@ -147,7 +150,7 @@ def calibrate(
                 found.why.append(f"{estimator}, {name}: left out, it knows no places of lasers")
                 continue
             order = smooth if estimator == "paper-lm" else 1
-            found = _one(found, estimator, seen[order], order, board, steady, settings, report)
+            found = _one(found, estimator, seen[order], order, board, agreed, settings, report)
     return found
 
 
@@ -186,15 +189,22 @@ def _optics(
     return _Optics(name, tuple(corrected), (rotor_parameters(), rotor_parameters()), frame)
 
 
+def _agreed(optics: _Optics, board: np.ndarray, order: int) -> Agreed:
+    """Board poses of `paper-lm` in the frames of both stations, the mirror decided by both."""
+    both = (
+        minima(own, board, rotors)
+        for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
+    )
+    return agree(*both, board, optics.rotors, order)
+
+
 def _paths(
     estimator: str, optics: _Optics, board: np.ndarray, settings: CalibrationSettings
 ) -> tuple[Path, Path]:
-    """Board poses in the frames of both stations (J VI-A, VI-B)."""
+    """Board poses in the frames of both stations (J VI-A, VI-B) by another than `paper-lm`."""
     paths = []
     for own, rotors in zip(optics.measurements, optics.rotors, strict=True):
-        if estimator == "paper-lm":
-            path = board_pose.by_levenberg_marquardt(own, board, rotors)
-        elif estimator in JANSEN:
+        if estimator in JANSEN:
             tight = estimator == "paper-tight"
             path = board_pose.by_nelder_mead(
                 own, board, rotors, TIGHT if tight else MATLAB, tight, settings.start_distance_m
@@ -230,13 +240,13 @@ def _one(
     optics: _Optics,
     order: int,
     board: np.ndarray,
-    steady: tuple[Path, Path],
+    agreed: Agreed,
     settings: CalibrationSettings,
     report: Callable[[str], None],
 ) -> Calibration:
     """Stages `kabsch` and `final` of one estimator (J VI-C to VI-F)."""
     start = time.perf_counter()
-    paths = steady if estimator == "paper-lm" else _paths(estimator, optics, board, settings)
+    paths = agreed.paths if estimator == "paper-lm" else _paths(estimator, optics, board, settings)
     master, slave = paths
     slave_then, kept = at_times(slave, master.time_s, order)
     master_then = master.take(kept)
@@ -251,7 +261,7 @@ def _one(
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
     then, own = _seen_on_path(paths, optics, order)
     given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
-    share, turned = _mirrored_share(estimator, paths, steady, master_then, slave_then)
+    share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
         units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
@@ -273,16 +283,10 @@ def _one(
     if estimator == "paper-lm":
         moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
         # On a straight path positions leave the turn about it open, the board's rotations do not.
-        R, t = min(
-            ((R, t), (turned, moved)),
-            key=lambda pose: station_pose.residual_rms(*pose, given, rotors),
-        )
-        R, t, _ = station_pose.by_levenberg_marquardt(R, t, given, rotors)
-        if settings.lm_weights == "path":
-            weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
-            R, t, spread = by_gauss_newton(R, t, weighed, rotors)
-        else:
-            spread = station_pose.covariance(R, t, given, rotors)
+        starts = [(R, t), (turned, moved)]
+        if agreed.R is not None:
+            starts.append((agreed.R, agreed.t_m))
+        R, t, spread = _last_step(starts, then, own, given, optics, board, settings)
         found.estimates.append(estimate("final", R, t, spread))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
@@ -291,6 +295,29 @@ def _one(
         found.estimates.append(estimate("final", R, t, spread))
     report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
     return replace(found, n_common=max(found.n_common, len(master_then)))
+
+
+def _last_step(
+    starts: list[tuple[np.ndarray, np.ndarray]],
+    then: Path,
+    own: Measurements,
+    given: station_pose.Scene,
+    optics: _Optics,
+    board: np.ndarray,
+    settings: CalibrationSettings,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Stage `final` of `paper-lm` from the start of the least cost: R, t (m), covariance."""
+    rotors = optics.rotors[SLAVE]
+    plain = min(starts, key=lambda pose: station_pose.residual_rms(*pose, given, rotors))
+    R, t, _ = station_pose.by_levenberg_marquardt(*plain, given, rotors)
+    if settings.lm_weights != "path":
+        return R, t, station_pose.covariance(R, t, given, rotors)
+    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
+    starts = [*starts, (R, t)]
+    found = [residuals(*start, weighed, rotors) for start in starts]
+    limit = min(one.limit() for one in found)
+    best = min(range(len(starts)), key=lambda k: found[k].total(limit))
+    return by_gauss_newton(*starts[best], weighed, rotors)
 
 
 def _seen_on_path(

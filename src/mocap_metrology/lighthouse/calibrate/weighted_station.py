@@ -19,12 +19,14 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.calibrate.cost import BOARD
-from mocap_metrology.lighthouse.calibrate.levenberg import normal_equations, turn
+from mocap_metrology.lighthouse.calibrate.levenberg import normal_equations, solve, turn
 from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
 from mocap_metrology.lighthouse.calibrate.superpose import blocks_of, jackknife
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
-ITERATIONS = 20
+ITERATIONS, ROUNDS = 20, 5
+LARGEST_DAMPING = 1e10
+RIDGE = 1e-12  # rad^2/m^2, rad^2/rad^2
 SMALLEST_STEP = 1e-8  # m, rad: far below what angles can tell
 OUTLIER = 25.0  # times the median cost a measurement: a mirrored pose, left out
 
@@ -120,22 +122,73 @@ def _blocks(
     return H, g, square, count
 
 
-def _equations(
-    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Normal equations of each measurement, (n, 6, 6) and (n, 6), outliers left out."""
+@dataclass(frozen=True)
+class Residuals:
+    """e^T W e / angles (n,) in rad^2 of each measurement, its angles (n,), and its part of the
+    normal equations of the slave's pose, (n, 6, 6) and (n, 6)."""
+
+    cost: np.ndarray
+    count: np.ndarray
+    H: np.ndarray
+    g: np.ndarray
+
+    def limit(self) -> float:
+        """Cost beyond which a measurement is an outlier."""
+        return OUTLIER * float(np.median(self.cost[self.count > 0]))
+
+    def total(self, limit: float) -> float:
+        """Sum of e^T W e in rad^2, outliers counted as if at the limit."""
+        return float(np.sum(np.minimum(self.cost, limit) * self.count))
+
+
+def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Residuals:
+    """Residuals of a slave's pose R, t (m), what the path's uncertainty explains taken out."""
     H, g, square, count = _blocks(
         np.ascontiguousarray(R), t, given.path.R, given.path.t_m, given.board, given.angles, rotors
     )
-    A = given.information + H[:, 6:, 6:]
+    # The ridge is far below what any diode tells: it only keeps a lost board pose soluble.
+    A = given.information + H[:, 6:, 6:] + RIDGE * np.eye(6)
     right = np.concatenate([H[:, 6:, :6], g[:, 6:, None]], axis=2)
     solved = np.linalg.solve(A, right)
     cross = H[:, :6, 6:]
     H_L = H[:, :6, :6] - cross @ solved[:, :, :6]
     g_L = g[:, :6] - (cross @ solved[:, :, 6:])[:, :, 0]
     cost = (square - np.einsum("ni,ni->n", g[:, 6:], solved[:, :, 6])) / np.maximum(count, 1)
-    kept = (count > 0) & (cost <= OUTLIER * np.median(cost[count > 0]))
-    return H_L[kept], g_L[kept], kept
+    return Residuals(np.where(np.isfinite(cost), cost, np.inf), count, H_L, g_L)
+
+
+def _equations(
+    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Normal equations of each measurement, (n, 6, 6) and (n, 6), outliers left out."""
+    found = residuals(R, t, given, rotors)
+    kept = (found.count > 0) & (found.cost <= found.limit())
+    return found.H[kept], found.g[kept], kept
+
+
+def _descend(
+    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray, limit: float
+) -> tuple[np.ndarray, np.ndarray, Residuals]:
+    """Levenberg-Marquardt on `Residuals.total`: a step is taken only if it falls."""
+    at, damping = residuals(R, t, given, rotors), 0.0
+    for _ in range(ITERATIONS):
+        kept = (at.count > 0) & (at.cost <= limit)
+        step = solve(at.H[kept].sum(axis=0), at.g[kept].sum(axis=0), damping)
+        if np.isfinite(step).all():
+            R2, t2 = turn(step[3:], np.ascontiguousarray(R)), t + step[:3]
+            then = residuals(R2, t2, given, rotors)
+            small = np.abs(step).max() < SMALLEST_STEP
+            if then.total(limit) <= at.total(limit):
+                R, t, at, damping = R2, t2, then, damping / 10
+                if small:
+                    break
+                continue
+            if small:
+                break
+        damping = max(10 * damping, 1e-3)
+        if damping > LARGEST_DAMPING:
+            break
+    return R, t, at
 
 
 def by_gauss_newton(
@@ -143,26 +196,29 @@ def by_gauss_newton(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Slave pose R, t (m) of the least weighted K_2, from a pose near it; and its covariance.
 
-    rotors: of the slave. Covariance (6, 6) of t and the left rotation vector in m and rad, by a
-    jackknife over blocks of time; None with fewer than three blocks.
+    rotors: of the slave. Steps are damped and taken only if the weighted K_2 falls, so what comes
+    out is never worse than the start. Covariance (6, 6) of t and the left rotation vector in m and
+    rad, by a jackknife over blocks of time; None with fewer than three blocks.
     """
-    for _ in range(ITERATIONS):
-        H, g, _ = _equations(R, t, given, rotors)
-        step = -np.linalg.solve(H.sum(axis=0), g.sum(axis=0))
-        R, t = turn(step[3:], np.ascontiguousarray(R)), t + step[:3]
-        if np.abs(step).max() < SMALLEST_STEP:
+    for _ in range(ROUNDS):
+        limit = residuals(R, t, given, rotors).limit()
+        R, t, at = _descend(R, t, given, rotors, limit)
+        if at.limit() >= limit / 2:
             break
-    H, g, kept = _equations(R, t, given, rotors)
+    kept = (at.count > 0) & (at.cost <= at.limit())
     block = blocks_of(given.path.time_s[kept])
     count = int(block.max()) + 1
     if count < 3:
         return R, t, None
+    H, g = at.H[kept], at.g[kept]
     whole = H.sum(axis=0), g.sum(axis=0)
-    steps = [
-        -np.linalg.solve(whole[0] - H[block == b].sum(axis=0), whole[1] - g[block == b].sum(axis=0))
-        for b in range(count)
-    ]
-    return R, t, jackknife(np.array(steps))
+    steps = np.array(
+        [
+            solve(whole[0] - H[block == b].sum(axis=0), whole[1] - g[block == b].sum(axis=0), 0.0)
+            for b in range(count)
+        ]
+    )
+    return R, t, jackknife(steps) if np.isfinite(steps).all() else None
 
 
 def warm_up() -> None:

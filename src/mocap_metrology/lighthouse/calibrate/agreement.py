@@ -1,0 +1,263 @@
+"""Which of the two minima of each board pose is right, decided by both stations together.
+
+A flat board, the smaller the more, looks nearly the same with its normal mirrored at the line of
+sight, and K_1 of one station can prefer either pose. But R = R_master R_slave^T is one rotation for
+the whole recording: of the four pairs of minima at a moment the right one gives it, while mirrored
+ones give another at each place and turn of the board. So
+
+1.  pairs of some moments are hypotheses of R, and moments vote for them; the rotation that Kabsch
+    finds from positions, which are nearly those of both minima, is one more;
+2.  for the hypotheses with most votes minima are chosen, and the slave's angles of the master's
+    path (`weighted_station`) tell which of them explains the recording;
+3.  with it, minima are chosen for good: by agreement of both stations, K_1, and continuity along
+    the path (Viterbi), until none changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.lighthouse.calibrate.board_pose import Path, both_minima
+from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
+from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch
+from mocap_metrology.lighthouse.calibrate.weighted_station import (
+    Evidence,
+    _information,
+    by_gauss_newton,
+    evidence,
+    residuals,
+)
+from mocap_metrology.lighthouse.timing import CYCLE_S
+
+PAIR_S = 2.5 * CYCLE_S  # between measurements of both stations that are one moment
+FARTHEST_M = 20.0  # no station is seen from farther
+LEAST_NOISE_RAD = 20e-6  # of an angle: no rotor is steadier
+FLOOR_RAD = np.radians(1.5)  # of a rotation: optics, and what the board turns between stations
+RATE_RAD_S = 3.0  # a board turns no faster, as a rule
+CAP = 20.0  # of a squared distance over its variance: beyond it a pose is simply wrong
+IMPOSSIBLE = 1e6
+VOTERS, PROPOSERS, HYPOTHESES = 150, 40, 6
+ALIKE_RAD = np.radians(12.0)  # hypotheses nearer than this are one
+TRIED, ROUNDS = 150, 4  # measurements a hypothesis is tried on
+
+
+@dataclass(frozen=True)
+class Minima:
+    """Both minima of the board poses of one station.
+
+    paths: that of lower K_1 first; excess (2, n): K_1 less the lower one, over the variance of an
+    angle, capped; spread (2, n, 3, 3): covariance of the rotations, rad^2.
+    """
+
+    measurements: Measurements
+    paths: tuple[Path, Path]
+    excess: np.ndarray
+    spread: np.ndarray
+
+    @property
+    def R(self) -> np.ndarray:
+        """Rotations of both, (2, n, 3, 3)."""
+        return np.stack([path.R for path in self.paths])
+
+    def chosen(self, which: np.ndarray) -> Path:
+        """The path through these minima, (n,) of 0 and 1. Its ambiguity is K_1 of the other minimum
+        over that of the one taken, below 1 where K_1 alone would have been wrong."""
+        first, second = self.paths
+        rows = np.arange(which.size)
+        both = {k: np.stack([getattr(first, k), getattr(second, k)]) for k in ("R", "t_m", "epsilon")}
+        taken = {k: v[which, rows] for k, v in both.items()}
+        ambiguity = np.where(which == 1, 1 / np.maximum(first.ambiguity, 1), first.ambiguity)
+        return Path(first.time_s, **taken, n_angles=first.n_angles, ambiguity=ambiguity)
+
+
+def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) -> Minima:
+    """Both minima of every board pose of a station, and how well each is known."""
+    paths = both_minima(measurements, board, rotors)
+    freedom = np.maximum(paths[0].n_angles - 6, 1)
+    variance = max(float(np.median(paths[0].epsilon / freedom)), LEAST_NOISE_RAD**2)
+    excess = np.stack([(p.epsilon - paths[0].epsilon) / variance for p in paths])
+    excess = np.where(np.isfinite(excess), np.minimum(excess, CAP), IMPOSSIBLE)
+    prior = np.diag(np.r_[np.full(3, 1 / 100.0**2), np.full(3, 1 / np.pi**2)])
+    spread = np.empty((2, len(measurements), 3, 3))
+    for k, path in enumerate(paths):
+        with np.errstate(over="ignore", invalid="ignore"):
+            far = ~(np.linalg.norm(path.t_m, axis=1) < FARTHEST_M) | ~(path.t_m[:, 0] > 0)
+        H = _information(
+            path.R, path.t_m, measurements.seen, np.ascontiguousarray(board), rotors
+        )
+        H[far | ~np.isfinite(H).all(axis=(1, 2))] = 0.0
+        spread[k] = np.linalg.inv(H / variance + prior)[:, 3:, 3:]
+        excess[k, far] = IMPOSSIBLE
+    return Minima(measurements, paths, excess, spread)
+
+
+def _nearest(time_s: np.ndarray, other_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Index of the nearest of `other_s` to each time, and whether it is the same moment."""
+    after = np.clip(np.searchsorted(other_s, time_s), 1, other_s.size - 1)
+    near = after - (time_s - other_s[after - 1] < other_s[after] - time_s)
+    return near, np.abs(other_s[near] - time_s) <= PAIR_S
+
+
+def _distance(turn: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """Squared length of rotations (..., 3, 3) over their covariance, capped; (...)."""
+    from mocap_metrology.lighthouse.rotation import log
+
+    shape = turn.shape[:-2]
+    v = log(turn.reshape(-1, 3, 3)).reshape(*shape, 3)
+    S = spread + FLOOR_RAD**2 * np.eye(3)
+    return np.minimum(np.einsum("...i,...i->...", v, np.linalg.solve(S, v[..., None])[..., 0]), CAP)
+
+
+def _disagreement(own: Minima, other: Minima, R: np.ndarray) -> np.ndarray:
+    """For each measurement of `own` and each of its minima the least cost over those of `other` at
+    the same moment, (2, n); R: rotation of the frame of `other` in that of `own`."""
+    near, same = _nearest(own.paths[0].time_s, other.paths[0].time_s)
+    cost = np.zeros((2, near.size))
+    theirs = R @ other.R[:, near[same]]
+    spread = R @ other.spread[:, near[same]] @ R.T
+    turn = np.einsum("anij,bnkj->abnik", own.R[:, same], theirs)
+    apart = _distance(turn, own.spread[:, None, same] + spread[None])
+    cost[:, same] = (apart + np.minimum(other.excess, CAP)[None, :, near[same]]).min(axis=1)
+    return cost
+
+
+def _smooth(own: Minima, cost: np.ndarray) -> np.ndarray:
+    """The minima (n,) of least total cost (2, n) and jumps along the path, by Viterbi."""
+    R, n = own.R, cost.shape[1]
+    turn = np.einsum("anij,bnkj->abnik", R[:, 1:], R[:, :-1])
+    moved = np.square(RATE_RAD_S * np.diff(own.paths[0].time_s))
+    spread = own.spread[:, None, 1:] + own.spread[None, :, :-1] + moved[:, None, None] * np.eye(3)
+    jump = _distance(turn, spread)
+    total, back = cost[:, 0], np.empty((2, n), dtype=np.int64)
+    for i in range(1, n):
+        via = total[None] + jump[:, :, i - 1]
+        back[:, i] = via.argmin(axis=1)
+        total = via.min(axis=1) + cost[:, i]
+    which = np.empty(n, dtype=np.int64)
+    which[-1] = int(total.argmin())
+    for i in range(n - 1, 0, -1):
+        which[i - 1] = back[which[i], i]
+    return which
+
+
+def choose(master: Minima, slave: Minima, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The minima (n,) of both stations that agree best with the slave's rotation R."""
+    return (
+        _smooth(master, master.excess + _disagreement(master, slave, R)),
+        _smooth(slave, slave.excess + _disagreement(slave, master, R.T)),
+    )
+
+
+def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
+    """Rotations of the slave that most moments could have, best first; then that of Kabsch."""
+    from mocap_metrology.lighthouse.rotation import mean
+
+    near, same = _nearest(master.paths[0].time_s, slave.paths[0].time_s)
+    moments = np.flatnonzero(same)
+    moments = moments[:: max(len(moments) // VOTERS, 1)]
+    pairs = np.einsum("anij,bnkj->nabik", master.R[:, moments], slave.R[:, near[moments]])
+    pairs = pairs.reshape(-1, 4, 3, 3)
+    excess = master.excess[:, None, moments] + slave.excess[None, :, near[moments]]
+    excess = np.moveaxis(excess, 2, 0).reshape(-1, 4)
+    spread = master.spread[:, None, moments] + slave.spread[None, :, near[moments]]
+    variance = np.trace(spread, axis1=3, axis2=4).transpose(2, 0, 1).reshape(-1, 4) / 3
+    proposed = np.arange(0, len(pairs), max(len(pairs) // PROPOSERS, 1))
+    candidates = pairs[proposed].reshape(-1, 3, 3)[excess[proposed].ravel() < IMPOSSIBLE]
+    found = []
+    if len(candidates):
+        angle = _angles(candidates, pairs.reshape(-1, 3, 3)).reshape(-1, *excess.shape)
+        cost = np.minimum(angle**2 / (variance + FLOOR_RAD**2), CAP) + np.minimum(excess, CAP)
+        of_it, best = cost.argmin(axis=2), cost.min(axis=2)
+        total = best.sum(axis=1)
+        free = np.ones(len(candidates), dtype=bool)
+        while free.any() and len(found) < HYPOTHESES:
+            k = int(np.flatnonzero(free)[total[free].argmin()])
+            voting = best[k] < CAP
+            own = pairs[np.arange(len(pairs)), of_it[k]]
+            found.append(mean(own[voting]) if voting.sum() > 2 else candidates[k])
+            free &= _angles(candidates[k : k + 1], candidates)[0] > ALIKE_RAD
+    own, there = (m.paths[0].take(rows) for m, rows in ((master, moments), (slave, near[moments])))
+    usable = (master.excess[0, moments] < IMPOSSIBLE) & (slave.excess[0, near[moments]] < IMPOSSIBLE)
+    if usable.sum() > 3:
+        found.append(kabsch(there.t_m[usable], own.t_m[usable])[0])
+    return found
+
+
+def _angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angles in rad between rotations (n, 3, 3) and (m, 3, 3), (n, m)."""
+    trace = a.reshape(len(a), 9) @ b.reshape(len(b), 9).T
+    return np.arccos(np.clip((trace - 1) / 2, -1, 1))
+
+
+@dataclass(frozen=True)
+class Agreed:
+    """Paths through the minima on which both stations agree, and a slave pose R, t (m) from them;
+    no pose (None) where the stations have no moment in common."""
+
+    paths: tuple[Path, Path]
+    R: np.ndarray | None
+    t_m: np.ndarray | None
+
+
+def agree(
+    master: Minima, slave: Minima, board: np.ndarray, rotors: tuple[np.ndarray, np.ndarray],
+    order: int,
+) -> Agreed:  # fmt: skip
+    """Board poses of both stations, the mirror decided by both; rotors of master and slave."""
+    tried = [_tried(R, master, slave, board, rotors, order) for R in hypotheses(master, slave)]
+    tried = [one for one in tried if one is not None]
+    if not tried:
+        return Agreed((master.paths[0], slave.paths[0]), None, None)
+    limit = min(np.median(cost) for _, _, cost in tried) * CAP
+    R, t, _ = min(tried, key=lambda one: float(np.minimum(one[2], limit).mean()))
+    before = None
+    for _ in range(ROUNDS):
+        which = choose(master, slave, R)
+        if before is not None and all((a == b).all() for a, b in zip(which, before, strict=True)):
+            break
+        before = which
+        found = _tried(R, master, slave, board, rotors, order, which)
+        if found is None:
+            break
+        R, t, _ = found
+    return Agreed((master.chosen(which[0]), slave.chosen(which[1])), R, t)
+
+
+def _tried(
+    R: np.ndarray,
+    master: Minima,
+    slave: Minima,
+    board: np.ndarray,
+    rotors: tuple[np.ndarray, np.ndarray],
+    order: int,
+    which: tuple[np.ndarray, np.ndarray] | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Slave pose R, t (m) from a hypothesis of R, and the cost of some measurements; None where
+    there are too few."""
+    which = choose(master, slave, R) if which is None else which
+    paths = master.chosen(which[0]), slave.chosen(which[1])
+    given = _sample(paths[0], master.measurements, slave.measurements, board, rotors[0], order)
+    near, same = _nearest(paths[0].time_s, paths[1].time_s)
+    if len(given.path) < 3 or same.sum() < 3:
+        return None
+    t = np.median(paths[0].t_m[same] - paths[1].t_m[near[same]] @ R.T, axis=0)
+    R, t, _ = by_gauss_newton(R, t, given, rotors[1])
+    found = residuals(R, t, given, rotors[1])
+    return R, t, found.cost[found.count > 0]
+
+
+def _sample(
+    path: Path,
+    master: Measurements,
+    slave: Measurements,
+    board: np.ndarray,
+    rotors: np.ndarray,
+    order: int,
+) -> Evidence:
+    """Evidence of some of the slave's measurements, over the whole recording."""
+    then, kept = at_times(path, slave.time_s, order)
+    rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
+    own = Measurements(slave.time_s[kept][rows], slave.angles_rad[kept][rows])
+    return evidence(then.take(rows), own, master, board, rotors)

@@ -22,6 +22,7 @@ from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
 ROOT = Path(__file__).resolve().parents[1]
 BASELINE_M = 4.3
 NEAREST_M, FARTHEST_M = 2.3, 5.0
+SEEN = 0.7  # of the sweeps: a level deck is seen at a slant
 DECK = {"columns": 2, "rows": 2, "width_m": 0.015, "height_m": 0.030}
 JITTER = {"common_urad": 53.0, "independent_urad": 30.0}
 
@@ -94,7 +95,8 @@ def flight(seed: int, variant: str = "libsurvive", seconds: float | None = None)
         )
         centre = np.r_[rng.uniform(-0.5, 0.5, 2), rng.uniform(0.5, 1.1)]
         turns = [
-            _looking(p, np.r_[rng.uniform(-0.3, 0.3, 2), 0.7]) @ from_angles(rng.normal(0, 0.05), 0, 0)
+            _looking(p, np.r_[rng.uniform(-0.3, 0.3, 2), 0.7])
+            @ from_angles(rng.normal(0, 0.05), 0, 0)
             for p in places
         ]
         level = facing_up(rng.uniform(0, 2 * np.pi))
@@ -112,10 +114,38 @@ def flight(seed: int, variant: str = "libsurvive", seconds: float | None = None)
         )  # fmt: skip
         _, path = made.truth.motion.poses(np.linspace(0, seconds, 200))
         ways = np.linalg.norm(path[:, None] - np.array([s.t for s in made.twin.stations]), axis=2)
-        if NEAREST_M <= ways.min() and ways.max() <= FARTHEST_M:
+        seen = len(made.hits) / (4 * 60 * seconds * 2)
+        if ways.min() >= NEAREST_M and ways.max() <= FARTHEST_M and seen >= SEEN:
             return made
 
 
 def facing_up(yaw: float) -> np.ndarray:
     """Rotation of a level deck: its board's x axis points up."""
     return from_angles(0, 0, yaw) @ np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]])
+
+
+def hand(seed: int, variant: str = "libsurvive", seconds: float = 8.0, **board: Any) -> Made:
+    """A board of 24 x 16 cm (or as named) by hand, 2 to 4 m before stations 1.5 to 3.2 m apart;
+    drawn again until all its diodes are in the view of both, as a rule."""
+    rng = np.random.default_rng([seed, 5])
+    while True:
+        apart, far = rng.uniform(1.5, 3.2), rng.uniform(2.0, 3.6)
+        places = np.array([[0, apart / 2, 0], [0, -apart / 2, 0]]) + rng.normal(0, 0.15, (2, 3))
+        centre = np.array([far, *rng.normal(0, 0.2, 2)])
+        turns = [
+            _looking(p, centre + rng.normal(0, 0.15, 3)) @ from_angles(rng.normal(0, 0.2), 0, 0)
+            for p in places
+        ]
+        facing = facing_to(centre, places) @ from_angles(*rng.normal(0, 0.15, 3))
+        motion = {
+            "pattern": "hand",
+            "extent_m": float(rng.uniform(0.3, 0.6)),
+            "speed_m_s": float(rng.uniform(0.2, 0.6)),
+            "wobble_deg": float(rng.uniform(6, 14)),
+        }
+        made = _twin(
+            places, turns, centre, facing, rng, motion=motion, board=board, variant=variant,
+            duration_s=seconds,
+        )  # fmt: skip
+        if len(made.hits) > 0.8 * 60 * seconds * 2 * len(made.truth.board):
+            return made

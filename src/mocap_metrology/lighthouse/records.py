@@ -109,5 +109,7 @@ class PoseEstimate:
     residual_rms_urad: float = float("nan")
     n_angles: int = 0
     mirrored_share: float = float("nan")  # of the board poses it stands on
+    weighted_rms_urad: float = float("nan")  # residual beyond errors of the board poses
+    noise_gain: float = float("nan")  # residual by errors of the board poses over noise of an angle
     seconds: float = float("nan")
     note: str = ""

@@ -64,6 +64,13 @@ def test_the_memory_of_the_board_is_as_usual_as_eight_seconds():
         ({"stage": "static", "residual_rms_urad": 60.0}, "usable", "did not move"),
         ({"mirrored_share": 0.02}, "usable", "2 % of the board poses"),
         ({"mirrored_share": 0.42}, "doubtful", "42 % of the board poses"),
+        ({"mirrored_share": 0.6}, "failed", "60 % of the board poses"),
+        ({"mirrored_share": 0.02}, "usable", "both stations decided"),
+        ({"mirrored_share": 0.02, "estimator": "paper"}, "usable", "use `paper-lm`"),
+        ({"residual_rms_urad": 9000.0}, "failed", "120 times the noise"),
+        ({"weighted_rms_urad": 2000.0, "residual_rms_urad": 3000.0}, "failed", "40 times"),
+        ({"t_m": np.array([0.0, 20.5, 0.0])}, "failed", "farther than any board"),
+        ({"t_m": np.array([1e24, 0.0, 0.0])}, "failed", "farther than any board"),
         ({"covariance": np.diag([100.0, 1, 1, 1e-4, 1e-4, 1e-4])}, "usable", "10 mm"),
         ({"covariance": np.diag([1.0, 1, 1, 1, 1e-4, 1e-4])}, "doubtful", "1°"),
         ({"covariance": np.full((6, 6), np.nan)}, "doubtful", "nan"),
@@ -73,6 +80,14 @@ def test_the_memory_of_the_board_is_as_usual_as_eight_seconds():
 def test_of_the_pose(change, expected, says):
     found = word(replace(POSE, **change))
     assert found.word == expected and says in found.reason
+
+
+def test_a_small_board_may_have_a_large_residual():
+    """2 mrad where errors of its poses make 75 urad 60 times as large; not where they do not."""
+    large = replace(POSE, residual_rms_urad=2000.0, weighted_rms_urad=45.0)
+    assert word(large).word == "usable"
+    small = word(replace(large, noise_gain=60.0))
+    assert small.word == "good" and "so small a board make 4500" in small.reason
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,9 @@ CONVENTION = (
     " axis, y to its own left, z up; the master is the station whose flash comes first."
     " R = Rz(gamma) Ry(beta) Rx(alpha). Covariance: t_x, t_y, t_z in mm, then a left rotation"
     " vector in master axes in deg. Errors: t - t_true in mm and the rotation vector of R R_true^T"
-    " in deg, in master axes. Mirrored share: of the board poses behind an estimate."
+    " in deg, in master axes. Mirrored share: of the board poses behind an estimate. Residual: of"
+    " the slave's angles of the master's path; noise gain: what errors of the path make of the noise"
+    " of an angle in it; weighted: what these do not explain."
 )
 
 
@@ -88,6 +90,8 @@ def _entry(pose: PoseEstimate, reference: Reference | None) -> dict[str, Any]:
         "residual_rms_urad": pose.residual_rms_urad,
         "n_angles": pose.n_angles,
         "mirrored_share": pose.mirrored_share,
+        "weighted_rms_urad": pose.weighted_rms_urad,
+        "noise_gain": pose.noise_gain,
         "note": pose.note,
     }
     if reference is not None:

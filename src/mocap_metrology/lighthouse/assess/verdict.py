@@ -24,8 +24,13 @@ EXPECTED_URAD = 75.0  # with 38 by the two edges of a pulse at 2 MHz
 # Residual over the expected one: (usable from, doubtful from). A board on its way adds what the
 # interpolation of its path misses.
 RESIDUAL = {"static": (2.0, 6.0), "kabsch": (10.0, 40.0), "final": (8.0, 30.0)}
+RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits
+WEIGHTED_FAILED = 20.0  # over the noise, errors of board poses taken out; sound ones reach 2
+USUAL_GAIN = 4.0  # of a board of 20 cm; errors of a smaller one's poses raise what is expected
+FARTHEST_M = 20.0  # no station is seen from farther
 BOARD = (1.2, 3.0)  # over the noise of an angle
 MIRRORED = (0.01, 0.05)
+MIRRORED_FAILED = 0.5
 COMMON = (200, 50)  # usable below, doubtful below
 SPAN_M = (0.3, 0.1)
 STAGES_APART = ((20.0, 0.5), (60.0, 2.0))  # mm, deg
@@ -94,6 +99,7 @@ def verdict(
     if chosen is None or not (np.isfinite(chosen.R).all() and np.isfinite(chosen.t_m).all()):
         return Verdict("failed", why_none or "No pose of the slave was found.")
     checks = (
+        _distance(chosen),
         _residual(chosen, expected_urad),
         _factory(chosen, stations),
         _mirrored(chosen),
@@ -153,20 +159,37 @@ def _unknown(name: str, unit: str, sentence: str, level: str = "good") -> Check:
     return Check(name, None, unit, None, None, level, sentence)
 
 
-def _residual(chosen: PoseEstimate, expected: float) -> Check:
-    value = chosen.residual_rms_urad
+def _distance(chosen: PoseEstimate) -> Check:
+    """Farther than stations can be: a search that ran away."""
+    value = float(np.linalg.norm(chosen.t_m))
+    ok = value <= FARTHEST_M
+    sentence = f"The stations are {value:.3g} m apart" + (
+        "." if ok else f", farther than any board sees both (at most {FARTHEST_M:g} m)."
+    )
+    return Check("distance", value, "m", FARTHEST_M, ok, "good" if ok else "failed", sentence)
+
+
+def _residual(chosen: PoseEstimate, noise: float) -> Check:
+    """Residual of the fit; of a small board what the errors of its poses make of it is expected."""
+    value, expected, small = chosen.residual_rms_urad, noise, ""
     if not math.isfinite(value):
         return _unknown("residual", "urad", "The residual of the fit is unknown.", "usable")
+    if chosen.noise_gain > USUAL_GAIN:
+        expected = noise * chosen.noise_gain / USUAL_GAIN
+        small = f", which poses of so small a board make {noise * chosen.noise_gain:.0f}"
     word, limit = _graded(value / expected, RESIDUAL[chosen.stage])
+    lost = chosen.weighted_rms_urad > WEIGHTED_FAILED * noise
+    if lost or not value < RESIDUAL_FAILED * expected:
+        word, limit = "failed", RESIDUAL_FAILED
     sentence = (
-        f"Angles are {value:.0f} µrad rms from the fit (noise of an angle: {expected:.0f}; good"
+        f"Angles are {value:.0f} µrad rms from the fit (noise of an angle: {noise:.0f}{small}; good"
         f" below {limit * expected:.0f})."
     )
     if word != "good":
         sentence = (
-            f"Angles are {value:.0f} µrad rms from the fit, {value / expected:.0f} times the noise"
-            " of an angle, as by wrong optics (factory values, lasers off the housing's origin), a"
-            " wrong board file, reflections or board poses in the wrong minimum."
+            f"Angles are {value:.0f} µrad rms from the fit, {value / noise:.0f} times the noise"
+            f" of an angle{small}, as by wrong optics (factory values, lasers off the housing's"
+            " origin), a wrong board file, reflections or board poses in the wrong minimum."
         )
     return Check("residual", value, "urad", limit * expected, word == "good", word, sentence)
 
@@ -182,8 +205,8 @@ def _factory(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
         ]
         known = f" ({'; '.join(reasons)})" if reasons else " (not used)"
         sentence = (
-            f"Ideal optics, without the stations' factory values{known}: the pose is typically"
-            " 2-6 cm and 1-2° off, and no residual shows it."
+            f"Ideal optics, without the stations' factory values{known}: the pose is 2 to"
+            " 20 cm and 1 to 6° off for real stations, and no residual shows it."
         )
         return Check(name, "ideal", "", limit, False, "doubtful", sentence)
     filed = [r for r, s in zip(ROLES, stations, strict=True) if s.frames_found == 0]
@@ -201,12 +224,18 @@ def _mirrored(chosen: PoseEstimate) -> Check:
     if not math.isfinite(share):
         return _unknown(name, "", "The share of mirrored board poses was not determined.")
     word, limit = _graded(share, MIRRORED)
-    sentence = (
-        f"{100 * share:.2g} % of the board poses are mirrored, as a flat board allows: use an"
-        " estimator with the mirror test, or a board with depth."
-        if word != "good"
-        else f"{100 * share:.2g} % of the board poses are mirrored."
-    )
+    if share > MIRRORED_FAILED:
+        word, limit = "failed", MIRRORED_FAILED
+    sentence = f"{100 * share:.2g} % of the board poses are mirrored"
+    if word == "good":
+        sentence += "."
+    elif chosen.estimator == "paper-lm":
+        sentence += (
+            " or wrong in another way, though both stations decided: is the board file right (and"
+            " no mirror image)? Use a larger board, or one with depth."
+        )
+    else:
+        sentence += ", as a flat board allows: use `paper-lm`, which lets both stations decide."
     return Check(name, share, "", limit, word == "good", word, sentence)
 
 

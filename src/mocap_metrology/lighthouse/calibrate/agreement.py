@@ -36,7 +36,7 @@ FARTHEST_M = 20.0  # no station is seen from farther
 LEAST_NOISE_RAD = 20e-6  # of an angle: no rotor is steadier
 FLOOR_RAD = np.radians(1.5)  # of a rotation: optics, and what the board turns between stations
 RATE_RAD_S = 3.0  # a board turns no faster, as a rule
-CAP = 20.0  # of a squared distance over its variance: beyond it a pose is simply wrong
+CAP = 20.0  # of a squared distance over its variance: beyond it a pose is wrong
 IMPOSSIBLE = 1e6
 VOTERS, PROPOSERS, HYPOTHESES = 150, 40, 6
 ALIKE_RAD = np.radians(12.0)  # hypotheses nearer than this are one
@@ -66,7 +66,9 @@ class Minima:
         over that of the one taken, below 1 where K_1 alone would have been wrong."""
         first, second = self.paths
         rows = np.arange(which.size)
-        both = {k: np.stack([getattr(first, k), getattr(second, k)]) for k in ("R", "t_m", "epsilon")}
+        both = {
+            k: np.stack([getattr(first, k), getattr(second, k)]) for k in ("R", "t_m", "epsilon")
+        }
         taken = {k: v[which, rows] for k, v in both.items()}
         ambiguity = np.where(which == 1, 1 / np.maximum(first.ambiguity, 1), first.ambiguity)
         return Path(first.time_s, **taken, n_angles=first.n_angles, ambiguity=ambiguity)
@@ -84,9 +86,7 @@ def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) ->
     for k, path in enumerate(paths):
         with np.errstate(over="ignore", invalid="ignore"):
             far = ~(np.linalg.norm(path.t_m, axis=1) < FARTHEST_M) | ~(path.t_m[:, 0] > 0)
-        H = _information(
-            path.R, path.t_m, measurements.seen, np.ascontiguousarray(board), rotors
-        )
+        H = _information(path.R, path.t_m, measurements.seen, np.ascontiguousarray(board), rotors)
         H[far | ~np.isfinite(H).all(axis=(1, 2))] = 0.0
         spread[k] = np.linalg.inv(H / variance + prior)[:, 3:, 3:]
         excess[k, far] = IMPOSSIBLE
@@ -178,10 +178,12 @@ def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
             own = pairs[np.arange(len(pairs)), of_it[k]]
             found.append(mean(own[voting]) if voting.sum() > 2 else candidates[k])
             free &= _angles(candidates[k : k + 1], candidates)[0] > ALIKE_RAD
-    own, there = (m.paths[0].take(rows) for m, rows in ((master, moments), (slave, near[moments])))
-    usable = (master.excess[0, moments] < IMPOSSIBLE) & (slave.excess[0, near[moments]] < IMPOSSIBLE)
-    if usable.sum() > 3:
-        found.append(kabsch(there.t_m[usable], own.t_m[usable])[0])
+    possible = (master.excess[0, moments] < IMPOSSIBLE) & (
+        slave.excess[0, near[moments]] < IMPOSSIBLE
+    )
+    if possible.sum() > 3:
+        own, there = master.paths[0].t_m[moments], slave.paths[0].t_m[near[moments]]
+        found.append(kabsch(there[possible], own[possible])[0])
     return found
 
 

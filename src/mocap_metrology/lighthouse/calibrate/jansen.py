@@ -17,6 +17,7 @@ A board that keeps its place has no path for Kabsch: then there is one stage, `s
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -32,6 +33,7 @@ from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, re
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
+    Evidence,
     by_gauss_newton,
     evidence,
     residuals,
@@ -55,6 +57,7 @@ OPTICS = ("ideal", "factory")
 INTERPOLATIONS = {"linear": 1, "cubic": 3}
 FEWEST_POSES = 20
 LEAST_EPSILON = 1e-14  # rad^2: K_1 of noise-free angles, so that no weight is infinite
+RISE = 1.5  # of the plain residual by weighting it; beyond it the weighted K_2 fits no path
 COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
 
 
@@ -261,10 +264,14 @@ def _one(
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
     then, own = _seen_on_path(paths, optics, order)
     given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
+    weighed = None
+    if estimator == "paper-lm":
+        weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
     share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
         units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
+        there = None if weighed is None else residuals(R, t, weighed, rotors)
         return PoseEstimate(
             estimator=estimator,
             stage=stage,
@@ -276,6 +283,8 @@ def _one(
             residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given, rotors),
             n_angles=2 * len(given.time_s),
             mirrored_share=share,
+            weighted_rms_urad=math.nan if there is None else there.rms_urad(),
+            noise_gain=math.nan if there is None else there.noise_gain(),
             seconds=time.perf_counter() - start,
         )
 
@@ -286,7 +295,7 @@ def _one(
         starts = [(R, t), (turned, moved)]
         if agreed.R is not None:
             starts.append((agreed.R, agreed.t_m))
-        R, t, spread = _last_step(starts, then, own, given, optics, board, settings)
+        R, t, spread = _last_step(starts, given, weighed, rotors, settings)
         found.estimates.append(estimate("final", R, t, spread))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
@@ -299,25 +308,25 @@ def _one(
 
 def _last_step(
     starts: list[tuple[np.ndarray, np.ndarray]],
-    then: Path,
-    own: Measurements,
     given: station_pose.Scene,
-    optics: _Optics,
-    board: np.ndarray,
+    weighed: Evidence,
+    rotors: np.ndarray,
     settings: CalibrationSettings,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Stage `final` of `paper-lm` from the start of the least cost: R, t (m), covariance."""
-    rotors = optics.rotors[SLAVE]
     plain = min(starts, key=lambda pose: station_pose.residual_rms(*pose, given, rotors))
     R, t, _ = station_pose.by_levenberg_marquardt(*plain, given, rotors)
     if settings.lm_weights != "path":
         return R, t, station_pose.covariance(R, t, given, rotors)
-    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
     starts = [*starts, (R, t)]
     found = [residuals(*start, weighed, rotors) for start in starts]
     limit = min(one.limit() for one in found)
     best = min(range(len(starts)), key=lambda k: found[k].total(limit))
-    return by_gauss_newton(*starts[best], weighed, rotors)
+    found_R, found_t, spread = by_gauss_newton(*starts[best], weighed, rotors)
+    before = station_pose.residual_rms(R, t, given, rotors)
+    if station_pose.residual_rms(found_R, found_t, given, rotors) <= RISE * before:
+        return found_R, found_t, spread
+    return R, t, station_pose.covariance(R, t, given, rotors)
 
 
 def _seen_on_path(

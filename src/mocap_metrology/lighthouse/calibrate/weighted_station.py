@@ -124,17 +124,27 @@ def _blocks(
 
 @dataclass(frozen=True)
 class Residuals:
-    """e^T W e / angles (n,) in rad^2 of each measurement, its angles (n,), and its part of the
-    normal equations of the slave's pose, (n, 6, 6) and (n, 6)."""
+    """e^T W e / angles (n,) in rad^2 of each measurement, its angles (n,), its part of the normal
+    equations of the slave's pose, (n, 6, 6) and (n, 6), and by how much the path's uncertainty
+    raises the variance of its residuals, trace(I + J_P H^-1 J_P^T) / angles (n,)."""
 
     cost: np.ndarray
     count: np.ndarray
     H: np.ndarray
     g: np.ndarray
+    gain: np.ndarray
 
     def limit(self) -> float:
         """Cost beyond which a measurement is an outlier."""
         return OUTLIER * float(np.median(self.cost[self.count > 0]))
+
+    def rms_urad(self) -> float:
+        """Root mean square of what the path's uncertainty does not explain."""
+        return 1e6 * float(np.sqrt(self.total(self.limit()) / self.count.sum()))
+
+    def noise_gain(self) -> float:
+        """Root of the median gain: e^T e is expected to be this times the noise of an angle."""
+        return float(np.sqrt(np.median(self.gain[self.count > 0])))
 
     def total(self, limit: float) -> float:
         """Sum of e^T W e in rad^2, outliers counted as if at the limit."""
@@ -154,7 +164,10 @@ def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray)
     H_L = H[:, :6, :6] - cross @ solved[:, :, :6]
     g_L = g[:, :6] - (cross @ solved[:, :, 6:])[:, :, 0]
     cost = (square - np.einsum("ni,ni->n", g[:, 6:], solved[:, :, 6])) / np.maximum(count, 1)
-    return Residuals(np.where(np.isfinite(cost), cost, np.inf), count, H_L, g_L)
+    known = given.information + RIDGE * np.eye(6)
+    lent = np.trace(np.linalg.solve(known, H[:, 6:, 6:]), axis1=1, axis2=2)
+    gain = 1 + lent / np.maximum(count, 1)
+    return Residuals(np.where(np.isfinite(cost), cost, np.inf), count, H_L, g_L, gain)
 
 
 def _equations(

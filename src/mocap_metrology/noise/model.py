@@ -20,6 +20,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -31,7 +32,7 @@ from mocap_metrology.noise.transfer import band_limited, correlated_bracket, sin
 Form = Literal["sampled", "continuous"]
 FORMS: tuple[Form, ...] = ("sampled", "continuous")
 ALPHAS = (-2, -1, 0, 1, 2)
-NAMES = re.compile(r"h_(-2|-1|0|1|2)|([qT]_c)([1-9]\d*)|A_s|f_0")
+NAMES = re.compile(r"h_(-2|-1|0|1|2)|([qT]_c)([1-9]\d*)|A_s|f_0|width_f")
 
 
 def four_sin2(f: np.ndarray, tau0: float) -> np.ndarray:
@@ -154,14 +155,20 @@ class GaussMarkov:
 @dataclass(frozen=True)
 class Sinusoid:
     """A_s sin(2 pi f_0 t + phase): a line, so it has an Allan variance but no density. Averaged
-    over the frame period it is A_s sinc(f_0 tau0) high (`recorded`)."""
+    over the frame period it is A_s sinc(f_0 tau0) high (`recorded`).
+
+    width_f: standard deviation of its frequency over time, Hz; 0 where the recording resolves none.
+    The Allan variance is that of a line without width, which it differs from by (width_f / f_0)^2.
+    """
 
     A_s: float
     f_0: float
+    width_f: float = 0.0
 
     def __post_init__(self) -> None:
         _require(0 <= self.A_s < math.inf, f"A_s = {self.A_s}, expected a number >= 0")
         _require(0 < self.f_0 < math.inf, f"f_0 = {self.f_0}, expected a number > 0 (in Hz)")
+        _require(0 <= self.width_f < math.inf, f"width_f = {self.width_f}, expected a number >= 0")
 
     def recorded(self, tau0: float, form: Form = "sampled") -> float:
         """Amplitude in frames that are points, or averages over the frame period; mm."""
@@ -199,6 +206,7 @@ class NoiseModel:
         "T_c": "s",
         "A_s": "mm",
         "f_0": "Hz",
+        "width_f": "Hz",
     }
 
     def __post_init__(self) -> None:
@@ -246,7 +254,8 @@ class NoiseModel:
         return replace(self, components=tuple(sorted(self.components, key=_rank)))
 
     def coefficients(self) -> dict[str, float]:
-        """`h_-2` ... `h_2`, `q_c1`, `T_c1`, ... (numbered as they stand), `A_s`, `f_0`."""
+        """`h_-2` ... `h_2`, `q_c1`, `T_c1`, ... (numbered as they stand), `A_s`, `f_0`, and
+        `width_f` where there is one."""
         found: dict[str, float] = {}
         for c in sorted(self.broadband, key=lambda c: getattr(c, "alpha", 9)):
             if isinstance(c, PowerLaw):
@@ -256,6 +265,7 @@ class NoiseModel:
                 found |= {f"q_c{number}": c.q_c, f"T_c{number}": c.T_c}
         for line in self.lines:
             found |= {"A_s": line.A_s, "f_0": line.f_0}
+            found |= {"width_f": line.width_f} if line.width_f else {}
         return found
 
     @classmethod
@@ -266,7 +276,8 @@ class NoiseModel:
         for name, value in coefficients.items():
             _require(
                 bool(NAMES.fullmatch(str(name))),
-                f"noise coefficient {name!r}, expected h_-2 ... h_2, q_c1, T_c1, ..., A_s or f_0",
+                f"noise coefficient {name!r}, expected h_-2 ... h_2, q_c1, T_c1, ..., A_s, f_0 or "
+                "width_f",
             )
             number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
             _require(number, f"noise coefficient {name}: {value!r}, expected a number")
@@ -275,8 +286,9 @@ class NoiseModel:
         ]
         numbers = {int(name[3:]) for name in coefficients if name[:3] in ("q_c", "T_c")}
         pairs = [(f"q_c{n}", f"T_c{n}", GaussMarkov) for n in sorted(numbers)]
-        if {"A_s", "f_0"} & set(coefficients):
-            pairs.append(("A_s", "f_0", Sinusoid))
+        width = float(coefficients.get("width_f", 0.0))
+        if {"A_s", "f_0", "width_f"} & set(coefficients):
+            pairs.append(("A_s", "f_0", partial(Sinusoid, width_f=width)))
         for first, second, kind in pairs:
             missing = [name for name in (first, second) if name not in coefficients]
             _require(not missing, f"noise coefficients {first}, {second}: {missing} is missing")
@@ -300,7 +312,7 @@ def _scaled(component: Component, factor: float) -> Component:
         return PowerLaw(component.alpha, component.h * factor**2)
     if isinstance(component, GaussMarkov):
         return GaussMarkov(component.q_c * abs(factor), component.T_c)
-    return Sinusoid(component.A_s * abs(factor), component.f_0)
+    return replace(component, A_s=component.A_s * abs(factor))
 
 
 def _rank(component: Component) -> tuple[int, float]:

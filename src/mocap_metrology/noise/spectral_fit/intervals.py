@@ -177,11 +177,13 @@ def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coef
         psd = float(model_of(fit.spectrum).psd(frequency, bins.tau0)[0])
         bounds = line_errors(line.A_s, psd, duration)
         share = float(likelihood.weight.sum() / bins.n.sum())
-        errors = [bound / math.sqrt(share) for bound in bounds]
-        return [
+        errors = [error / math.sqrt(share) for error in line.errors(duration, psd)]
+        rows = [
             _positive("A_s", line.A_s, errors[0], bounds[0], "ok"),
             _linear("f_0", line.f_0, errors[1], bounds[1], "ok"),
         ]
+        width = line.width_f, line.width_error, math.nan, "ok"
+        return [*rows, _positive("width_f", *width)] if line.wide else rows
     from_hz = min(max(LINE_FROM_HZ, 12 / duration), likelihood.bins.centre_hz.max())
     above = likelihood.bins.centre_hz >= from_hz
     psd = float(likelihood.density(fit.spectrum)[above].max())

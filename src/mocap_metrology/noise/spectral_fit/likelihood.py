@@ -19,9 +19,21 @@ from mocap_metrology.noise.model import ALPHAS
 from mocap_metrology.noise.spectral_fit.fisher import model_of
 from mocap_metrology.noise.spectral_fit.gaps import bridged, filled, stretches
 from mocap_metrology.noise.spectral_fit.intervals import coefficients
-from mocap_metrology.noise.spectral_fit.lines import Line, find_lines, find_slow_lines, line_at
+from mocap_metrology.noise.spectral_fit.lines import (
+    Line,
+    bands_of,
+    find_lines,
+    find_slow_lines,
+    line_again,
+)
 from mocap_metrology.noise.spectral_fit.order import choose, fit_known
-from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, binned, bins_of, joined
+from mocap_metrology.noise.spectral_fit.periodogram import (
+    Periodogram,
+    binned,
+    bins_of,
+    joined,
+    without,
+)
 from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood, Spectrum, dictionary
 
 LEAST_SAMPLES = 1000
@@ -137,18 +149,18 @@ def _converged(
     at = max(range(len(parts)), key=lambda k: parts[k].size)
     lines = find_lines(bridged(parts[at]), tau0, most)
     bare = _without(parts, lines, tau0, at)
-    data, series = _filled(bare, tau0, rng)
+    data, series = _filled(bare, tau0, rng, lines)
     for _ in range(_rounds(parts[at], LINES_TO) if lines else 0):
         # The first search saw nothing of the lines in the gaps
         whole = series[at] + sum(line.wave(series[at].size, tau0) for line in lines)
-        lines = [line_at(_less(whole, lines, one, tau0), tau0, one.f_0, one.psd) for one in lines]
+        lines = [line_again(_less(whole, lines, one, tau0), tau0, one) for one in lines]
         bare = _without(parts, lines, tau0, at)
-        data, series = _filled(bare, tau0, rng)
+        data, series = _filled(bare, tau0, rng, lines)
     fit = _fitted(data, components, settings)
     slow = find_slow_lines(series[at], tau0, _density(fit.spectrum, tau0), most - len(lines))
     if slow:
         bare = _without(bare, slow, tau0, at)
-        data, _ = _filled(bare, tau0, rng)
+        data, _ = _filled(bare, tau0, rng, [*lines, *slow])
         fit = _fitted(data, components, settings)
         # Found against a spectrum that still held them
         level = _density(fit.spectrum, tau0)
@@ -161,7 +173,7 @@ def _without(parts: list[np.ndarray], lines: list[Line], tau0: float, at: int) -
     bare = []
     for k, part in enumerate(parts):
         for line in lines:
-            own = line if k == at else line_at(bridged(part), tau0, line.f_0, line.psd)
+            own = line if k == at else line_again(bridged(part), tau0, line)
             part = part - own.wave(part.size, tau0)
         bare.append(part)
     return bare
@@ -180,26 +192,34 @@ def _rounds(part: np.ndarray, left: float) -> int:
 
 
 def _filled(
-    parts: list[np.ndarray], tau0: float, rng: np.random.Generator
+    parts: list[np.ndarray], tau0: float, rng: np.random.Generator, lines: list[Line]
 ) -> tuple[Periodogram, list[np.ndarray]]:
-    """Periodogram of the stretches with their gaps filled, and the filled stretches."""
+    """Periodogram of the stretches with their gaps filled, without the bands of wide lines, and the
+    filled stretches."""
     series = [bridged(part) for part in parts]
     shares = [float(np.isfinite(part).mean()) for part in parts]
-    data = _periodogram(series, shares, tau0)
+    data = _periodogram(series, shares, tau0, lines)
     for _ in range(max(_rounds(part, FILLED_TO) for part in parts)):
         # This model only fills gaps: a mixture needs no order
         likelihood = Likelihood(data, data.bins.T_c_range)
         density = _density(dictionary(likelihood, ALPHAS), tau0)
         series = [filled(part, density, tau0, rng) for part in parts]
-        data = _periodogram(series, shares, tau0)
+        data = _periodogram(series, shares, tau0, lines)
     return data, series
 
 
-def _periodogram(series: list[np.ndarray], shares: list[float], tau0: float) -> Periodogram:
-    bins = [bins_of(part.size, tau0) for part in series]
-    psd = [binned(part, tau0, own) for part, own in zip(series, bins, strict=True)]
-    weight = [own.n * share for own, share in zip(bins, shares, strict=True)]
-    return Periodogram(joined(bins), np.concatenate(psd), np.concatenate(weight))
+def _periodogram(
+    series: list[np.ndarray], shares: list[float], tau0: float, lines: list[Line]
+) -> Periodogram:
+    found = []
+    for part, share in zip(series, shares, strict=True):
+        own = bins_of(part.size, tau0)
+        data = Periodogram(own, binned(part, tau0, own), own.n * share)
+        found.append(without(part, data, bands_of(lines, part.size * tau0)))
+    psd, weight = ([getattr(data, name) for data in found] for name in ("psd", "weight"))
+    return Periodogram(
+        joined([data.bins for data in found]), np.concatenate(psd), np.concatenate(weight)
+    )
 
 
 def _density(spectrum: Spectrum, tau0: float) -> Callable[[np.ndarray], np.ndarray]:
@@ -217,7 +237,13 @@ def _lines_note(further: list[Line], all_taken: bool) -> str:
     """Lines beyond the model's one, in words."""
     if not further:
         return ""
-    listed = ", ".join(f"{line.f_0:.5g} Hz ({line.A_s:.2g} mm)" for line in further[:NAMED])
+    listed = ", ".join(_named(line) for line in further[:NAMED])
     rest = f" and {len(further) - NAMED} more" if len(further) > NAMED else ""
     said = "; as many as are looked for, so there may be others" if all_taken else ""
     return f"further lines, taken out before the fit: {listed}{rest}{said}"
+
+
+def _named(line: Line) -> str:
+    """`49.98 Hz (0.015 mm)`, or `49.98 Hz (0.015 mm, wanders by 0.02 Hz)`."""
+    width = f", wanders by {line.width_f:.2g} Hz" if line.wide else ""
+    return f"{line.f_0:.5g} Hz ({line.A_s:.2g} mm{width})"

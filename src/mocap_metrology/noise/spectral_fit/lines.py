@@ -2,59 +2,44 @@
 
 Searched on the unbinned periodogram, between its frequencies too; amplitude, frequency and phase
 by least squares on the Fourier coefficients next to the line, which is maximum likelihood where
-the noise is flat over some 16/T Hz.
+the noise is flat over some 16/T Hz. Where one sinusoid does not take a line away, as its frequency
+wanders, the line is the whole band that it fills (`wide_line`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.noise.spectral_fit.line_fit import NEAR, kernel, refined, without_ramp
+from mocap_metrology.noise.spectral_fit.line_level import beside, level
+from mocap_metrology.noise.spectral_fit.line_of import Line, line_errors
+from mocap_metrology.noise.spectral_fit.wide_line import MARGIN, grown, measured
+
+__all__ = [
+    "Line",
+    "bands_of",
+    "find_lines",
+    "find_slow_lines",
+    "line_again",
+    "line_at",
+    "line_errors",
+]
 
 FIRST_CYCLES = 10  # fewer cycles in a recording cannot be told from a random walk
 MEDIAN_FROM = 128  # below, a band of a quarter octave holds too few coefficients for its median
 SLOW_SAMPLES = 1 << 13  # block means that show the frequencies below
-MEDIAN_OF = 4096  # coefficients at most that a median is taken of
-NEAR = 8  # coefficients on each side that the least squares uses: 99 % of a line's power
-ROW = 2048  # samples of a sinusoid made at once
-END_FRAMES = 16  # averaged at each end for the ramp
-
-
-@dataclass(frozen=True)
-class Line:
-    """A_s sin(2 pi f_0 t + phase), t = 0 at the first frame; psd: density of the noise at f_0;
-    gain: rise of twice the log likelihood by the line."""
-
-    A_s: float
-    f_0: float
-    phase: float
-    psd: float
-    gain: float
-
-    def wave(self, n: int, tau0: float) -> np.ndarray:
-        """(n,) samples; the sine of a sum of a slow and a fast angle, so few sines are taken."""
-        step = 2 * np.pi * self.f_0 * tau0
-        fast = step * np.arange(ROW)
-        slow = step * ROW * np.arange(-(-n // ROW))[:, None] + self.phase
-        rows = (self.A_s * np.sin(slow)) * np.cos(fast)
-        rows += (self.A_s * np.cos(slow)) * np.sin(fast)
-        return rows.ravel()[:n]
-
-
-def line_errors(A_s: float, psd: float, duration_s: float) -> tuple[float, float]:
-    """Least standard errors (Cramer-Rao) of A_s and f_0 of a sinusoid of unknown phase in noise of
-    one-sided density `psd`: sqrt(S/T) and sqrt(3 S / (pi^2 A^2 T^3)) [Rife & Boorstyn 1974]."""
-    if not A_s > 0:
-        return math.sqrt(psd / duration_s), math.inf
-    return (
-        math.sqrt(psd / duration_s),
-        math.sqrt(3 * psd / (math.pi**2 * A_s**2 * duration_s**3)),
-    )
+ONE_BAND = 3  # lines so near to each other (`_reach`) are one of finite width
+UNRESOLVED = 3.0  # coefficients: two lines within are one of finite width
+MIRRORED = 8.0  # power over noise of a sideband's other side: exp(-8), three places
+REST = (3, 8, 24)  # coefficients a side in which one sinusoid must leave nothing
+REST_P = 1e-4  # probability that noise leaves so much there
+TRIES = 20  # places that look like a line and are none
+WIDEST = 0.05  # width over frequency of a line
 
 
 def threshold(n: int) -> float:
@@ -76,7 +61,8 @@ def find_lines(
     cycles in the recording up to Nyquist, which counts too: a difference of odd and even frames.
 
     A line counts when it raises twice the log likelihood by more than `threshold(n)`. The noise is
-    taken from medians of bands a quarter octave wide.
+    taken from medians of bands a quarter octave wide, or of the bands on either side of the line
+    where they are higher.
     """
     n = series.size
     last = (n - 1) // 2  # Nyquist's coefficient has no partner
@@ -97,9 +83,43 @@ def find_slow_lines(
     if last < FIRST_CYCLES + 2 * NEAR:
         return []
     found = _search(means, tau0 * step, (FIRST_CYCLES, last), density, at_most, threshold(n))
-    # A block's mean is that of its middle, (step - 1)/2 frames after its first
-    late = np.pi * tau0 * (step - 1)
-    return [replace(line, phase=line.phase - line.f_0 * late) for line in found]
+    return [_of_means(line, step, tau0) for line in found]
+
+
+def _of_means(line: Line, step: int, tau0: float) -> Line:
+    """The line of the series itself: a block's mean is that of its middle, (step - 1)/2 frames
+    after its first."""
+    if line.parts is None:
+        return replace(line, phase=line.phase - line.f_0 * np.pi * tau0 * (step - 1))
+    period = line.period * step
+    k = line.first + np.arange(line.parts.size)
+    parts = line.parts * step * np.exp(-1j * np.pi * k * (step - 1) / period)
+    return replace(line, parts=parts, period=period)
+
+
+@dataclass
+class _State:
+    """What a search works on. power, level: of coefficients 1/T apart, level from `first` on;
+    floor: the level that a line must stand out of; given: whether the level was, so that it needs
+    no measuring beside a line."""
+
+    spectrum: np.ndarray
+    power: np.ndarray
+    level: np.ndarray
+    floor: np.ndarray
+    first: int
+    n: int
+    tau0: float
+    given: bool
+    least_gain: float
+
+    def at(self, place: float) -> int:
+        """Index into `level` of a place in units of 1/T."""
+        return min(max(round(place) - self.first, 0), self.level.size - 1)
+
+    def ratio(self) -> np.ndarray:
+        """Power over noise."""
+        return self.power[self.first : self.first + self.level.size] / self.level
 
 
 def _search(
@@ -113,26 +133,114 @@ def _search(
     from scipy.fft import rfft
 
     n = series.size
-    spectrum = rfft(_without_ramp(series), overwrite_x=True)
+    spectrum = rfft(without_ramp(series), overwrite_x=True)
     scale = 2 * tau0 / n
     power = scale * (spectrum.real**2 + spectrum.imag**2)
     first, last = between_k
-    k = np.arange(first, last)
-    level = density(k / (n * tau0)) if density else _level(power, k)
+    k = np.arange(first, last + 1)
+    own = np.maximum(density(k / (n * tau0)), np.finfo(float).tiny) if density else level(power, k)
+    floor = own.copy() if density else np.maximum(own, beside(power, k))
+    state = _State(spectrum, power, own, floor, first, n, tau0, density is not None, least_gain)
     found: list[Line] = []
-    while len(found) < at_most:
-        start, peak = _highest(spectrum, power, level, first, scale)
+    for _ in range(2 * at_most + TRIES):
+        if len(found) >= at_most:
+            break
+        start, peak = _highest(spectrum, power, floor, first, scale)
         if peak < 0.4 * least_gain:
             break
-        psd = float(level[round(start) - first])
-        line = _refined(spectrum, start, n, tau0, psd)
-        if line.gain < least_gain:
-            break
-        found.append(line)
-        _take_out(spectrum, power, line, n, tau0)
+        at = state.at(start)
+        line = refined(spectrum, start, n, tau0, float(own[at]))
+        if line.gain * own[at] < least_gain * floor[at]:
+            floor[int(start) - first] = np.inf
+            continue
+        _take_out(state, line)
+        found = _joined(state, [*found, line])
     if last == (n - 1) // 2 and n % 2 == 0 and len(found) < at_most:
-        found += _at_nyquist(spectrum[-1].real, n, tau0, float(level[-1]), least_gain)
+        for line in _at_nyquist(spectrum[-1].real, n, tau0, float(own[-1]), least_gain):
+            _take_out(state, line)
+            found = _joined(state, [*found, line])
+    found = _widened(state, found)
     return sorted(found, key=lambda line: -line.gain)
+
+
+def _joined(state: _State, found: list[Line]) -> list[Line]:
+    """The lines, the last of which is new; those it stands too near to become one with it."""
+    duration = state.n * state.tau0
+    new = found[-1]
+    group, left = [new], found[:-1]
+    while True:
+        near = [a for a in left if any(_apart(a, b) < _reach(b, duration) for b in group)]
+        if not near:
+            break
+        group, left = [*group, *near], [a for a in left if a not in near]
+    if len(group) == 1:
+        return found
+    one = any(line.wide for line in group) or len(group) >= ONE_BAND or _sidebands(state, group)
+    return [*left, *_as_band(state, group)] if one else found
+
+
+def _reach(line: Line, duration_s: float) -> float:
+    """Hz within which another line belongs to the same: sidebands of a frequency that goes up and
+    down within 20 s or more, or a few coefficients."""
+    return max(6 / duration_s, min(0.05, line.f_0 / 200))
+
+
+def _apart(a: Line, b: Line) -> float:
+    """Hz between the edges of two lines."""
+    (low, high), (other_low, other_high) = (x.band_hz or (x.f_0, x.f_0) for x in (a, b))
+    return max(low - other_high, other_low - high, 0.0)
+
+
+def _sidebands(state: _State, pair: list[Line]) -> bool:
+    """Whether two lines are one: not resolved, or with power on the other side of the stronger, or
+    on both sides of Nyquist, where that cannot be told."""
+    strong, weak = sorted(pair, key=lambda line: -line.gain)
+    duration = state.n * state.tau0
+    folded = 0.5 / state.tau0 - max(strong.f_0, weak.f_0) < _reach(strong, duration)
+    if folded or abs(strong.f_0 - weak.f_0) * duration < UNRESOLVED:
+        return True
+    mirror = state.at((2 * strong.f_0 - weak.f_0) * duration)
+    return bool(state.ratio()[max(mirror - 1, 0) : mirror + 2].max() > MIRRORED)
+
+
+def _widened(state: _State, found: list[Line]) -> list[Line]:
+    """The lines; those that one sinusoid does not take away as bands."""
+    from scipy.special import gammaincc
+
+    for line in sorted(found, key=lambda line: -line.gain):
+        if line.wide or line not in found:
+            continue
+        at, ratio = state.at(line.f_0 * state.n * state.tau0), state.ratio()
+        for side in REST:
+            near = ratio[max(at - side, 0) : at + side + 1]
+            near = near[near > 0]  # not what a band has taken away
+            if near.size > 2 and gammaincc(near.size - 1.5, near.sum()) < REST_P:
+                found = [x for x in found if x is not line]
+                for band in _as_band(state, [line]):
+                    within = [x for x in found if _apart(x, band) == 0]
+                    found = [x for x in found if x not in within]
+                    found += _as_band(state, [band, *within]) if within else [band]
+                break
+    return found
+
+
+def _as_band(state: _State, group: list[Line]) -> list[Line]:
+    """The lines of a group as one of finite width, taken out of the spectrum; none where it is so
+    wide that it is a hump of the noise."""
+    for line in group:
+        _take_out(state, line, -1)
+    step = 1 / (state.n * state.tau0)
+    ends = [end / step for line in group for end in (line.band_hz or (line.f_0, line.f_0))]
+    low, high = math.floor(min(ends)) - MARGIN, math.ceil(max(ends)) + MARGIN
+    low, high = max(low, state.first), min(high, state.first + state.level.size - 1)
+    low, high = grown(state.ratio(), state.first, low, high)
+    if high == (state.n - 1) // 2:
+        high = state.n // 2  # Nyquist's own, if there is one
+    psd = float(state.level[state.at(low) : state.at(high) + 1].mean()) if state.given else None
+    line = measured(state.spectrum, low, high, state.n, state.tau0, psd)
+    _take_out(state, line)
+    narrow = line.width_f < max(WIDEST * line.f_0, UNRESOLVED * step)
+    return [line] if narrow and line.gain > state.least_gain else []
 
 
 @njit(cache=True)
@@ -150,6 +258,8 @@ def _highest(
         ratio = power[k] / level[i]
         if ratio > best:
             best, place = ratio, float(k)
+        if k + 1 == power.size:
+            continue
         apart = spectrum[k] - spectrum[k + 1]
         half = 0.5 * scale * (apart.real**2 + apart.imag**2) / level[i]
         if half > best:
@@ -165,98 +275,52 @@ def _at_nyquist(
     if gain < least_gain:
         return []
     phase = math.copysign(math.pi / 2, coefficient)
-    return [Line(abs(coefficient) / n, 0.5 / tau0, phase, psd, gain)]
+    return [Line(float(abs(coefficient)) / n, 0.5 / tau0, phase, psd, float(gain))]
 
 
-def _without_ramp(series: np.ndarray) -> np.ndarray:
-    """Less the straight line through the means of both ends: a loop has no jump to leak."""
-    width = min(END_FRAMES, series.size // 2)
-    jump = series[-width:].mean() - series[:width].mean()
-    slope = jump / max(series.size - width, 1)
-    out = np.arange(series.size, dtype=np.float64)
-    out *= -slope
-    out += series
-    out -= out.mean()
-    return out
-
-
-def _level(power: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """Noise density at coefficients k: medians of bands, interpolated in log-log.
-
-    The power of one coefficient is exponentially distributed: its median is ln 2 of its mean.
-    """
-    edge = np.geomspace(k[0] / 1.1, k[-1] + 1, max(round(math.log2(k[-1] / k[0]) * 4), 2) + 1)
-    edge = np.unique(edge.astype(np.int64))
-    middle = np.sqrt(edge[:-1] * (edge[1:] - 1.0))
-    median = np.array(
-        [np.median(power[a : b : (b - a) // MEDIAN_OF + 1]) for a, b in pairwise(edge)]
-    )
-    median = np.log(np.maximum(median / math.log(2), np.finfo(float).tiny))
-    return np.exp(np.interp(np.log(k), np.log(middle), median))
-
-
-def _kernel(f_0: float, k: np.ndarray, n: int, tau0: float) -> np.ndarray:
-    """(2, k): Fourier coefficients k >= 1 of cos and sin (2 pi f_0 t) over n frames, less the ramp
-    `_without_ramp` takes from them, in closed form."""
-    forward, backward = (_dirichlet(sign * f_0 * tau0 - k / n, n) for sign in (1, -1))
-    waves = np.stack([(forward + backward) / 2, (forward - backward) / 2j])
-    width = min(END_FRAMES, n // 2)
-    angle = 2 * np.pi * f_0 * tau0 * np.stack([np.arange(width), np.arange(n - width, n)])
-    ends = np.stack([np.cos(angle), np.sin(angle)]).mean(axis=2)
-    slope = (ends[:, 1] - ends[:, 0]) / max(n - width, 1)
-    ramp = n / np.expm1(-2j * np.pi * k / n)
-    return waves - slope[:, None] * ramp
-
-
-def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
-    """sum of exp(2 pi i delta t), t = 0 ... n - 1."""
-    sine = np.sin(np.pi * delta)
-    safe = np.where(np.abs(sine) < 1e-15, 1.0, sine)
-    size = np.where(np.abs(sine) < 1e-15, n, np.sin(np.pi * n * delta) / safe)
-    return np.exp(1j * np.pi * (n - 1) * delta) * size
-
-
-def _refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float) -> Line:
-    """Least squares of the coefficients within NEAR of `start` (in units of 1/T)."""
-    from scipy.optimize import minimize_scalar
-
-    k = np.arange(max(1, round(start) - NEAR), min(spectrum.size - 1, round(start) + NEAR) + 1)
-    data = spectrum[k]
-    y = np.concatenate([data.real, data.imag])
-
-    def solved(place: float) -> tuple[np.ndarray, float]:
-        columns = _kernel(place / (n * tau0), k, n, tau0)
-        matrix = np.concatenate([columns.real, columns.imag], axis=1).T
-        x, *_ = np.linalg.lstsq(matrix, y, rcond=None)
-        return x, float(np.sum((y - matrix @ x) ** 2))
-
-    best = minimize_scalar(
-        lambda place: solved(place)[1],
-        bounds=(start - 1, start + 1),
-        method="bounded",
-        options={"xatol": 1e-6},
-    )
-    (cosine, sine), rest = solved(best.x)
-    gain = (np.sum(y**2) - rest) * 2 * tau0 / n / psd * 2
-    amplitude = math.hypot(cosine, sine)
-    return Line(amplitude, best.x / (n * tau0), math.atan2(cosine, sine), psd, float(gain))
-
-
-def _take_out(spectrum: np.ndarray, power: np.ndarray, line: Line, n: int, tau0: float) -> None:
-    """Subtract a line from `spectrum` and `power`, as far out as it can be seen."""
-    centre = round(line.f_0 * n * tau0)
-    reach = int(100 + 10 * math.sqrt(line.gain))
-    k = np.arange(max(1, centre - reach), min(spectrum.size, centre + reach))
-    cosine, sine = _kernel(line.f_0, k, n, tau0)
-    spectrum[k] -= line.A_s * (math.sin(line.phase) * cosine + math.cos(line.phase) * sine)
-    power[k] = 2 * tau0 / n * (spectrum[k].real ** 2 + spectrum[k].imag ** 2)
+def _take_out(state: _State, line: Line, sign: int = 1) -> None:
+    """Subtract a line from `spectrum` and `power`, as far as it can be seen; -1: put it back."""
+    spectrum = state.spectrum
+    if line.parts is not None:
+        k = np.arange(line.first, line.first + line.parts.size)
+        spectrum[k] = line.parts if sign < 0 else 0.0
+    else:
+        centre = round(line.f_0 * state.n * state.tau0)
+        reach = int(100 + 10 * math.sqrt(line.gain))
+        k = np.arange(max(1, centre - reach), min(spectrum.size, centre + reach))
+        cosine, sine = kernel(line.f_0, k, state.n, state.tau0)
+        wave = math.sin(line.phase) * cosine + math.cos(line.phase) * sine
+        spectrum[k] -= sign * line.A_s * wave
+    state.power[k] = 2 * state.tau0 / state.n * (spectrum[k].real ** 2 + spectrum[k].imag ** 2)
 
 
 def line_at(series: np.ndarray, tau0: float, f_0: float, psd: float) -> Line:
     """The line nearest to f_0 (within 1/T) of a complete series, significant or not."""
     from scipy.fft import rfft
 
-    return _refined(rfft(_without_ramp(series)), f_0 * series.size * tau0, series.size, tau0, psd)
+    return refined(rfft(without_ramp(series)), f_0 * series.size * tau0, series.size, tau0, psd)
+
+
+def line_again(series: np.ndarray, tau0: float, line: Line) -> Line:
+    """A line that was found elsewhere in this complete series (n,): with amplitude and phase of its
+    own, or what stands in its band."""
+    from scipy.fft import rfft
+
+    if line.band_hz is None:
+        return line_at(series, tau0, line.f_0, line.psd)
+    n = series.size
+    low, high = (
+        round(f * n * tau0 + side) for f, side in zip(line.band_hz, (0.5, -0.5), strict=True)
+    )
+    more = 0 if n == line.period else MARGIN
+    low, high = max(low - more, 1), min(high + more, n // 2)
+    return measured(rfft(without_ramp(series)), low, high, n, tau0, line.psd)
+
+
+def bands_of(lines: Sequence[Line], duration_s: float) -> list[tuple[float, float]]:
+    """Bands of the wide ones in a stretch of that duration, Hz."""
+    more = MARGIN / duration_s
+    return [(x.band_hz[0] - more, x.band_hz[1] + more) for x in lines if x.band_hz]
 
 
 def warm_up() -> None:

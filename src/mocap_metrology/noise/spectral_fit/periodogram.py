@@ -23,6 +23,7 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.noise.model import four_sin2
 
 BINS_PER_DECADE = 64  # 3.7 % wide: the widest spectra here, f^2 and f^-2, bend by 2e-4 in one
+LEAST_SHARE = 1e-6  # of the degrees of freedom of a bin without coefficients
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
@@ -136,6 +137,31 @@ def _mean_squares(c: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.nda
             total += c[k] * c[k]
         out[b] = total / count[b]
     return out
+
+
+def without(
+    series: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, float]]
+) -> Periodogram:
+    """The periodogram of one complete stretch (n,) without the coefficients in `bands` (Hz): bins
+    hold the mean of what is left, with so many degrees of freedom less, and next to none (and what
+    their neighbours hold) where nothing is."""
+    from scipy.fft import dct
+
+    if not bands:
+        return data
+    bins, n = data.bins, series.size
+    c = dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
+    k = np.arange(n) / (2 * n * bins.tau0)
+    left = np.all([(k < low) | (k > high) for low, high in bands], axis=0)
+    first = edges(n)[:-1]
+    count = np.add.reduceat(left.astype(np.int64), first)
+    total = 2 * bins.tau0 * np.add.reduceat(np.where(left, c * c, 0.0), first)
+    known = np.flatnonzero(count)
+    if not known.size:
+        return data
+    psd = np.interp(np.arange(count.size), known, total[known] / count[known])
+    share = np.maximum(count / bins.n, LEAST_SHARE)
+    return Periodogram(bins, psd, data.weight * share)
 
 
 def power_law_unit(bins: Bins, alpha: int) -> np.ndarray:

@@ -78,8 +78,9 @@ def refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float)
         return line
     slope = stacked(_slope(best.x, x, k, n, tau0))
     matrix = np.vstack([stacked(kernel(line.f_0, k, n, tau0)), slope]).T
-    known = _folded(line, x, matrix, n, tau0)
-    return known or _alternating(line, stacked(kernel(0.5 / tau0, k, n, tau0))[0], y, n, tau0)
+    whole = _folded(line, x, matrix, n, tau0)
+    half = _alternating(line, stacked(kernel(0.5 / tau0, k, n, tau0))[0], y, n, tau0)
+    return whole if whole and line.gain - half.gain > 2 * math.log(n) else half  # BIC
 
 
 def _slope(place: float, x: np.ndarray, k: np.ndarray, n: int, tau0: float) -> np.ndarray:

@@ -42,6 +42,7 @@ def kernel(f_0: float, k: np.ndarray, n: int, tau0: float) -> np.ndarray:
 
 def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
     """sum of exp(2 pi i delta t), t = 0 ... n - 1."""
+    delta = delta - np.rint(delta)
     sine = np.sin(np.pi * delta)
     safe = np.where(np.abs(sine) < 1e-15, 1.0, sine)
     size = np.where(np.abs(sine) < 1e-15, n, np.sin(np.pi * n * delta) / safe)

@@ -11,7 +11,7 @@ import numpy as np
 from mocap_metrology.noise.allan import allan_variance
 from mocap_metrology.noise.model import Sinusoid
 from mocap_metrology.noise.spectral_fit.gaps import bridged, filled, stretches
-from mocap_metrology.noise.spectral_fit.lines import Line, find_lines, find_slow_lines, line_errors
+from mocap_metrology.noise.spectral_fit.lines import Line, find_lines, find_slow_lines
 
 MAINS = (50.0, 60.0)  # Hz; lamps flicker at twice that
 MAINS_HARMONICS = 4
@@ -27,11 +27,13 @@ LEAST = 1000
 
 @dataclass(frozen=True)
 class Found:
-    """One line of one series. lower, upper: 95 % of A_s, mm; f_error: standard error, Hz; harmonic:
-    number and fundamental, or None; fold: what it may be beyond Nyquist, in words; snr_psd, in_psd:
-    Welch's spectrum at the line over its level, and whether noise does not reach that; tau_s,
-    share, in_adev: first maximum of the line's Allan variance, its part of all of it there, and
-    whether that is a tenth at least."""
+    """One line of one series, a sinusoid or, where its frequency wanders, a band (`line.width_f`).
+
+    lower, upper: 95 % of A_s, mm; f_error: standard error, Hz; harmonic: number and fundamental, or
+    None; fold: what it may be beyond Nyquist, in words; snr_psd, in_psd: Welch's spectrum at the
+    line over its level, and whether noise does not reach that; tau_s, share, in_adev: first maximum
+    of the line's Allan variance, its part of all of it there, and whether that is a tenth at least.
+    """
 
     series: str
     line: Line
@@ -55,6 +57,8 @@ class Found:
         said = "seen " + " and ".join([", ".join(where[:-1]), where[-1]] if where[1:] else where)
         if self.harmonic:
             said += f"; harmonic {self.harmonic[0]} of {self.harmonic[1]:.6g} Hz"
+        if self.line.wide:
+            said += f"; its frequency wanders by {self.line.width_f:.2g} Hz"
         return said + (f"; {self.fold}" if self.fold else "")
 
 
@@ -79,7 +83,7 @@ def series_lines(
         whole = filled(series[longest], density, tau0, np.random.default_rng(0))
     found = find_lines(whole, tau0, at_most)
     measured = float(np.isfinite(series[longest]).mean())  # bridges have nothing of a fast line
-    found = [replace(line, A_s=line.A_s / measured) for line in found]
+    found = [replace(x, A_s=x.A_s / measured, A_error=x.A_error / measured) for x in found]
     if density and len(found) < at_most:
         bare = whole - sum((line.wave(whole.size, tau0) for line in found), np.zeros(1))
         found += find_slow_lines(bare, tau0, density, at_most - len(found))
@@ -102,7 +106,7 @@ def described(
     avar = allan_variance(values, m).variance if len(lines) else m
     found = []
     for line, size, total in zip(lines, m, avar, strict=True):
-        a_error, f_error = line_errors(line.A_s, line.psd, duration_s)
+        a_error, f_error = line.errors(duration_s)
         snr, in_psd = _in_psd(line, psd)
         own = float(Sinusoid(line.A_s, line.f_0).avar(size, 1 / rate_hz))
         share = own / total if total > 0 else math.nan
@@ -117,10 +121,11 @@ def described(
 
 
 def _harmonic(line: Line, lines: Sequence[Line], duration_s: float) -> tuple[int, float] | None:
-    """A whole multiple, 2 to 20, of a line at least as strong, to within 1/T."""
+    """A whole multiple, 2 to 20, of a line at least as strong, to within 1/T and their widths."""
     for other in sorted(lines, key=lambda x: x.f_0):
         number = round(line.f_0 / other.f_0)
-        near = abs(line.f_0 - number * other.f_0) < 1 / duration_s
+        apart = 1 / duration_s + line.width_f + number * other.width_f
+        near = abs(line.f_0 - number * other.f_0) < apart
         if 2 <= number <= 20 and near and other.gain >= line.gain:
             return number, other.f_0
     return None

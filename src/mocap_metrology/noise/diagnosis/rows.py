@@ -17,8 +17,16 @@ EVENTS = (
     *("ratio_upper", "word"),
 )
 PERIODIC = (
-    *("series", "f_hz", "f_std_error_hz", "amplitude_mm", "lower_95_mm", "upper_95_mm"),
-    *("in_periodogram", "periodogram_gain", "in_psd", "psd_snr", "in_adev", "share_of_avar"),
+    *("series", "f_hz", "f_std_error_hz", "width_f_hz", "amplitude_mm", "lower_95_mm"),
+    *(
+        "upper_95_mm",
+        "in_periodogram",
+        "periodogram_gain",
+        "in_psd",
+        "psd_snr",
+        "in_adev",
+        "share_of_avar",
+    ),
     *("tau_s", "harmonic", "fundamental_hz", "alias_below_hz", "alias_above_hz", "word"),
 )
 PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "least_adev_tau_s")
@@ -66,8 +74,19 @@ def periodic_rows(lines: Sequence[Found], rate_hz: float) -> list[dict[str, Any]
     for one in lines:
         number, fundamental = one.harmonic or (None, None)
         values = (
-            *(one.series, one.line.f_0, one.f_error, one.line.A_s, one.lower, one.upper),
-            *(True, one.line.gain, one.in_psd, one.snr_psd, one.in_adev, one.share, one.tau_s),
+            *(one.series, one.line.f_0, one.f_error, one.line.width_f or None),
+            *(
+                one.line.A_s,
+                one.lower,
+                one.upper,
+                True,
+                one.line.gain,
+                one.in_psd,
+                one.snr_psd,
+                one.in_adev,
+                one.share,
+                one.tau_s,
+            ),
             *(number, fundamental, rate_hz - one.line.f_0, rate_hz + one.line.f_0, one.word),
         )
         rows.append(dict(zip(PERIODIC, values, strict=True)))

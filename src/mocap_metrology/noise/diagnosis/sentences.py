@@ -146,7 +146,7 @@ def _periodic(lines: Sequence[Found], recording: Recording) -> list[Sentence]:
     told = []
     while left:
         first = left[0]
-        near = 1 / recording.duration_s + 3 * first.f_error
+        near = 1 / recording.duration_s + 3 * first.f_error + first.line.width_f
         same = [x for x in left if abs(x.line.f_0 - first.line.f_0) <= near + 3 * x.f_error]
         left = [x for x in left if x not in same]
         same = list({x.series: x for x in reversed(same)}.values())[::-1]
@@ -159,6 +159,7 @@ def _periodic(lines: Sequence[Found], recording: Recording) -> list[Sentence]:
         numbers = {
             "f_hz": first.line.f_0,
             "f_std_error_hz": first.f_error,
+            "width_f_hz": first.line.width_f,
             "amplitude_mm": {x.series: x.line.A_s for x in same},
             "share_of_avar": {x.series: x.share for x in same},
             "psd_snr": {x.series: x.snr_psd for x in same},

@@ -12,6 +12,7 @@ from mocap_metrology.noise.spectral_fit.line_of import Line
 NEAR = 8  # coefficients on each side that the least squares uses: 99 % of a line's power
 END_FRAMES = 16  # averaged at each end for the ramp
 FOLD, STEP = 2.0, 1e-3  # coefficients from Nyquist that a line overlaps with its fold; a derivative
+APART = 6.0  # gain by not being Nyquist: chi-squared of two, 95 %
 DETERMINED = 0.5  # relative error of A_s beyond which it is not
 
 
@@ -81,7 +82,7 @@ def refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float)
     matrix = np.vstack([stacked(kernel(line.f_0, k, n, tau0)), slope]).T
     whole = _folded(line, x, matrix, n, tau0)
     half = _alternating(line, stacked(kernel(0.5 / tau0, k, n, tau0))[0], y, n, tau0)
-    return whole if whole and line.gain - half.gain > 2 * math.log(n) else half  # BIC
+    return whole if whole and line.gain - half.gain > APART else half
 
 
 def _slope(place: float, x: np.ndarray, k: np.ndarray, n: int, tau0: float) -> np.ndarray:

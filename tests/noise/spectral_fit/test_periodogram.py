@@ -57,6 +57,23 @@ def test_random_walk_and_white_noise_are_exact():
     assert np.allclose(power_law_unit(bins, 0), expected_exactly(white), rtol=1e-12)
 
 
+@pytest.mark.parametrize("share", [1e-5, 0.0005, 0.002, 0.02, 0.1, 0.25])
+def test_averages_over_a_frame_have_the_expectation_of_their_covariance(share):
+    # Integrals of exp(-|t| / T_c) over two frames, and over one
+    n = 1024
+    T_c = share * n * TAU0
+    a, lag = TAU0 / T_c, np.arange(n)
+    covariance = 4 * np.sinh(a / 2) ** 2 / a**2 * np.exp(-a * lag)
+    covariance[0] = 2 * (a + np.expm1(-a)) / a**2
+    exact = expected_exactly(T_c / 2 * toeplitz(covariance))
+    bins = bins_of(n, TAU0, per_decade=10_000, form="continuous")
+    assert np.allclose(gauss_markov_unit(bins, T_c), exact, rtol=0.005)
+    # Random walk: covariance min(i, j) + 1/2 steps, and i + 1/3 of a frame with itself
+    walk = np.minimum.outer(lag, lag) + 0.5 - np.eye(n) / 6
+    exact = expected_exactly(2 * np.pi**2 * TAU0 * walk)
+    assert np.allclose(power_law_unit(bins, -2), exact, rtol=1e-3)
+
+
 def test_random_walk_coefficients_are_independent():
     n = 256
     walk = np.minimum.outer(np.arange(n), np.arange(n)).astype(float)

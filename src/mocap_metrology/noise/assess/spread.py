@@ -157,16 +157,17 @@ def _variance(model: NoiseModel, n: int, N: int, tau0: float, recorded: int) -> 
         low, high = (replace(term, T_c=T_c * math.exp(sign * STEP)) for sign in (-1, 1))
         ends = [spread(end, n, N, tau0, form) for end in (low, high)]
         gradient += [spread(term, n, N, tau0, form), (ends[1] - ends[0]) / (2 * STEP)]
-    bins = bins_of(recorded, tau0)
+    bins = bins_of(recorded, tau0, form=form)
     weight = bins.n.astype(float)
     data = Periodogram(bins, np.ones(weight.size), weight)
     information = Likelihood(data, (tau0 / 2, recorded * tau0)).information(spectrum)
     total = _quadratic(np.array(gradient), information) if gradient else 0.0
     for line in model.lines:
         at = np.array([min(line.f_0, 0.5 / tau0)])
-        error = line_errors(line.A_s, float(broadband.psd(at, tau0)[0]), recorded * tau0)[0]
-        if line.A_s > 0 and math.isfinite(error):
-            total += (2 * spread(line, n, N, tau0, form) * error / line.A_s) ** 2
+        high = line.recorded(tau0, form)
+        error = line_errors(high, float(broadband.psd(at, tau0)[0]), recorded * tau0)[0]
+        if high > 0 and math.isfinite(error):
+            total += (2 * spread(line, n, N, tau0, form) * error / high) ** 2
     return total
 
 

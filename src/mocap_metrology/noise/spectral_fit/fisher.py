@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model import Form, GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.spectral_fit.lines import line_errors
 from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
 from mocap_metrology.noise.spectral_fit.whittle import Likelihood, Spectrum
@@ -19,11 +19,12 @@ def spectrum_of(model: NoiseModel) -> Spectrum:
     return Spectrum(laws, np.array([c.q_c**2 for c in terms]), np.array([c.T_c for c in terms]))
 
 
-def model_of(spectrum: Spectrum) -> NoiseModel:
-    """The inverse of `spectrum_of`."""
+def model_of(spectrum: Spectrum, form: Form = "sampled") -> NoiseModel:
+    """The inverse of `spectrum_of`, in frames of that form."""
     laws = [PowerLaw(a, float(h)) for a, h in spectrum.h.items()]
     pairs = zip(spectrum.q2, spectrum.T_c, strict=True)
-    return NoiseModel((*laws, *(GaussMarkov(math.sqrt(q2), float(T)) for q2, T in pairs)))
+    terms = [GaussMarkov(math.sqrt(q2), float(T)) for q2, T in pairs]
+    return NoiseModel((*laws, *terms), form)
 
 
 def parameter_names(spectrum: Spectrum) -> list[str]:
@@ -59,19 +60,21 @@ def standard_errors(information: np.ndarray, spectrum: Spectrum) -> dict[str, fl
 def crlb(model: NoiseModel, n: int, tau0: float) -> dict[str, float]:
     """Least standard error of every coefficient from n samples, all of them unknown.
 
-    Inverse of the Fisher information of the sampled spectrum [Whittle 1953],
+    Inverse of the Fisher information of the spectrum of frames of the model's form [Whittle 1953],
     I_ij = T Int_0^fN dlnS/dp_i dlnS/dp_j df, one-sided S, evaluated on the bins of the DCT;
     A_s and f_0 of a line as `lines.line_errors`. Units as the coefficients; infinite for what the
     spectrum does not depend on. Gauss-Markov terms are numbered as they stand in the model.
     """
     spectrum = spectrum_of(model)
-    bins = bins_of(n, tau0)
+    bins = bins_of(n, tau0, form=model.form)
     weight = bins.n.astype(float)
     likelihood = Likelihood(Periodogram(bins, np.ones(weight.size), weight), (tau0 / 2, n * tau0))
     found = standard_errors(likelihood.information(spectrum), spectrum)
     for line in model.lines:
         psd = float(model.psd(np.array([min(line.f_0, 0.5 / tau0)]), tau0)[0])
-        found["A_s"], found["f_0"] = line_errors(line.A_s, psd, n * tau0)
+        high = line.recorded(tau0, model.form)
+        found["A_s"], found["f_0"] = line_errors(high, psd, n * tau0)
+        found["A_s"] *= line.A_s / high if high > 0 else 1.0
     return found
 
 
@@ -95,4 +98,4 @@ def tellable(model: NoiseModel, n: int, tau0: float, limit: float = 1.0) -> Nois
         number = worst[3:]
         same = {worst} if worst[0] == "h" else {f"q_c{number}", f"T_c{number}"}
         kept = {k: v for k, v in values.items() if k not in same}
-        left = NoiseModel.from_coefficients(kept)
+        left = NoiseModel.from_coefficients(kept, model.form)

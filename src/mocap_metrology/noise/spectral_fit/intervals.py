@@ -15,7 +15,7 @@ from mocap_metrology.noise.estimates import (
     Coefficient,
     Components,
 )
-from mocap_metrology.noise.model import ALPHAS
+from mocap_metrology.noise.model import ALPHAS, Sinusoid
 from mocap_metrology.noise.spectral_fit.fisher import model_of, parameter_names, standard_errors
 from mocap_metrology.noise.spectral_fit.lines import Line, line_errors, threshold
 from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, gauss_markov_unit
@@ -174,12 +174,14 @@ def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coef
     if line is not None:
         bins = likelihood.bins
         frequency = np.array([min(line.f_0, 0.5 / bins.tau0)])
-        psd = float(model_of(fit.spectrum).psd(frequency, bins.tau0)[0])
+        psd = float(model_of(fit.spectrum, bins.form).psd(frequency, bins.tau0)[0])
         bounds = line_errors(line.A_s, psd, duration)
         share = float(likelihood.weight.sum() / bins.n.sum())
         errors = [error / math.sqrt(share) for error in line.errors(duration, psd)]
+        taken = Sinusoid(1.0, line.f_0).recorded(bins.tau0, bins.form)  # by averages over a frame
+        height = [value / taken for value in (line.A_s, errors[0], bounds[0])]
         rows = [
-            _positive("A_s", line.A_s, errors[0], bounds[0], "ok"),
+            _positive("A_s", *height, "ok"),
             _linear("f_0", line.f_0, errors[1], bounds[1], "ok"),
         ]
         width = line.width_f, line.width_error, math.nan, "ok"

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.noise.model import four_sin2
+from mocap_metrology.noise.averaging import power_law_means
+from mocap_metrology.noise.model import Form, four_sin2
 
 BINS_PER_DECADE = 64  # 3.7 % wide: the widest spectra here, f^2 and f^-2, bend by 2e-4 in one
 LEAST_SHARE = 1e-6  # of the degrees of freedom of a bin without coefficients
@@ -33,7 +34,7 @@ class Bins:
 
     f_hz (B, 3): Gauss-Legendre nodes of the bin; gain: 4 sin^2(pi f tau0) there; f_lower_hz,
     f_upper_hz (B,); n (B,): coefficients in the bin; duration_s (B,): of its stretch; parity (B,):
-    1 even, -1 odd, 0 several coefficients.
+    1 even, -1 odd, 0 several coefficients; form: frames are points, or averages over tau0.
     """
 
     f_hz: np.ndarray
@@ -44,6 +45,7 @@ class Bins:
     duration_s: np.ndarray
     parity: np.ndarray
     tau0: float
+    form: Form = "sampled"
 
     @property
     def centre_hz(self) -> np.ndarray:
@@ -51,9 +53,9 @@ class Bins:
         return self.f_hz[:, 1]
 
     @property
-    def where(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    def where(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, bool]:
         """What the compiled spectra need."""
-        return self.gain, self.parity, self.duration_s, self.tau0
+        return self.gain, self.parity, self.duration_s, self.tau0, self.form == "continuous"
 
     @property
     def T_c_range(self) -> tuple[float, float]:
@@ -85,7 +87,7 @@ def edges(n: int, per_decade: int = BINS_PER_DECADE) -> np.ndarray:
     return np.unique(np.concatenate([whole[whole < n], [n]]))
 
 
-def bins_of(n: int, tau0: float, per_decade: int = BINS_PER_DECADE) -> Bins:
+def bins_of(n: int, tau0: float, per_decade: int = BINS_PER_DECADE, form: Form = "sampled") -> Bins:
     """Bins of a stretch of n samples; coefficient k has the frequency k / (2 n tau0)."""
     edge = edges(n, per_decade)
     first, last = edge[:-1], edge[1:] - 1
@@ -105,6 +107,7 @@ def bins_of(n: int, tau0: float, per_decade: int = BINS_PER_DECADE) -> Bins:
         np.full(count.size, n * tau0),
         parity.astype(np.int64),
         tau0,
+        form,
     )
 
 
@@ -114,7 +117,7 @@ def joined(parts: Sequence[Bins]) -> Bins:
         return parts[0]
     names = ("f_hz", "gain", "f_lower_hz", "f_upper_hz", "n", "duration_s", "parity")
     columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-    return Bins(*columns, parts[0].tau0)
+    return Bins(*columns, parts[0].tau0, parts[0].form)
 
 
 def binned(series: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
@@ -165,7 +168,9 @@ def without(
 
 
 def power_law_unit(bins: Bins, alpha: int) -> np.ndarray:
-    """(B,) sampled spectrum of h_alpha = 1, mean over each bin (see `model.PowerLaw.psd`)."""
+    """(B,) spectrum of h_alpha = 1, mean over each bin (see `model.PowerLaw.psd`)."""
+    if bins.form == "continuous":
+        return power_law_means(alpha, bins.f_hz, bins.tau0, bins.gain) @ WEIGHTS / 2
     if alpha == -2:
         return (2 * np.pi * bins.tau0) ** 2 * ((1 / bins.gain) @ WEIGHTS) / 2
     return (bins.f_hz ** float(alpha)) @ WEIGHTS / 2
@@ -174,10 +179,11 @@ def power_law_unit(bins: Bins, alpha: int) -> np.ndarray:
 def gauss_markov_unit(bins: Bins, T_c: float) -> np.ndarray:
     """(B,) expected periodogram of a Gauss-Markov component of q_c = 1.
 
-    The sampled spectrum S (`model.GaussMarkov.psd`) times the end correction of the DCT,
+    The spectrum S of points (`model.GaussMarkov.psd`) times the end correction of the DCT,
     1 - S / (T var (1 + c)) with c = coth(T / 2 T_c) for even and tanh for odd coefficients, T the
     duration, var = T_c / 2: the process is the one with reflecting ends, whose covariance the DCT
-    diagonalises, conditioned by one rank-one term at each end (Sherman-Morrison).
+    diagonalises, conditioned by one rank-one term at each end (Sherman-Morrison). Of averages over
+    the frame period, `averaging.correlated_means`, with the correction of the points.
     """
     out = np.empty(bins.n.size)
     unit_into(T_c, bins.where, out)
@@ -187,12 +193,13 @@ def gauss_markov_unit(bins: Bins, T_c: float) -> np.ndarray:
 @njit(cache=True)
 def unit_into(T_c: float, where: tuple, out: np.ndarray) -> None:
     """`gauss_markov_unit`, compiled; where: `Bins.where`."""
-    gain, parity, duration, tau0 = where
+    gain, parity, duration, tau0, averaged = where
     a = tau0 / T_c
     variance = T_c / 2
     phi = math.exp(-a)
     square = math.expm1(-a) ** 2
-    numerator = -2 * tau0 * variance * math.expm1(-2 * a)
+    scale = 2 * tau0 * variance
+    numerator, slope, floor = _shape(a, averaged)
     last, even, odd = -1.0, 0.0, 0.0
     for b in range(out.size):
         if duration[b] != last:
@@ -204,9 +211,26 @@ def unit_into(T_c: float, where: tuple, out: np.ndarray) -> None:
         # weights 5/18, 8/18, 5/18; one coefficient has three equal nodes
         total = 0.0
         for j in range(3):
-            s = numerator / (square + phi * gain[b, j])
+            g = gain[b, j]
+            s = scale * ((numerator + slope * g) / (square + phi * g) + floor)
             total += s * (1 - s * end) * (8.0 if j == 1 else 5.0)
         out[b] = total / 18
+
+
+@njit(cache=True)
+def _shape(a: float, averaged: bool) -> tuple[float, float, float]:
+    """c of (c_0 + c_1 gain) / ((1 - phi)^2 + phi gain) + c_2, the spectrum over 2 tau0 variance of
+    points or, as `averaging.correlated_means`, of averages; a = tau0/T_c."""
+    falling = -math.expm1(-2 * a)
+    if not averaged:
+        return falling, 0.0, 0.0
+    if a > 1:
+        return 0.0, -falling / a**2, 2 / a
+    odd, term = 0.0, a  # sinh(a) - a
+    for n in range(3, 21, 2):
+        term *= a * a / (n * (n - 1))
+        odd += term
+    return falling * (2 * math.sinh(a / 2) / a) ** 2, 0.0, -2 * odd / a**2
 
 
 def warm_up() -> None:

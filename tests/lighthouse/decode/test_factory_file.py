@@ -10,6 +10,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
+from mocap_metrology.lighthouse.decode.chain import _with_factory
 from mocap_metrology.lighthouse.decode.factory_file import (
     by_id,
     read_factory,
@@ -24,6 +25,16 @@ MASTER = Station(
     "master", 4152238579, "b", FACTORY, np.array([0.0, 0.6, 0.8]), 3, "", firmware=436, hardware=9
 )
 SLAVE = Station("slave", why="no calibration frame")
+
+
+def test_gravity_of_a_file_is_taken_where_the_recording_tells_none(tmp_path: Path) -> None:
+    write_json(tmp_path / "stations.json", stations_to_json([MASTER, SLAVE]))
+    up = np.array([0.0, 0.0, 1.0])
+    for own, expected in ((None, MASTER.gravity), (up, up)):
+        seen = [Station("master", why="no frame", gravity=own), SLAVE]
+        stations, notes = _with_factory(seen, tmp_path / "stations.json")
+        assert stations[0].gravity.tolist() == expected.tolist()
+        assert stations[0].factory is not None and len(notes) == 1
 
 
 def test_there_and_back(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.codes import pattern_of
 from mocap_metrology.lighthouse.decode.comb import begin_of_cycles
-from mocap_metrology.lighthouse.decode.flashes import find_flashes
+from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.records import Flashes, Pulses
 
 from .synthetic import TICK, Scene, add, drop
@@ -237,6 +237,41 @@ def test_curve_follows_no_quantisation() -> None:
         for flashes in find_flashes(scene.pulses()):
             begin = begin_of_cycles(flashes, flashes.cycle, 0.5e-6)
             np.testing.assert_array_equal(begin, flashes.clock.start(flashes.cycle))
+
+
+def with_memory(pulses: Pulses, wait_s: float, n: int) -> Pulses:
+    """The recording, and before it n pulses of an earlier one, `wait_s` of silence between."""
+    first = pulses.start_s[n] + wait_s
+    return Pulses(
+        np.concatenate([pulses.start_s[:n], pulses.start_s + first]),
+        np.concatenate([pulses.length_s[:n], pulses.length_s]),
+        np.concatenate([pulses.diode[:n], pulses.diode]),
+        32,
+        pulses.duration_s + first,
+        0.5e-6,
+    )
+
+
+@pytest.mark.parametrize("n", [1, 40, 1000])
+def test_pulses_of_a_devices_memory_are_left_out(n: int) -> None:
+    """3 s after half a minute of silence are 3 s; so are pauses within a recording."""
+    scene = Scene(seconds=3.0).build()
+    whole = scene.pulses()
+    pulses, flashes = within_flashes(*both(whole))
+    assert pulses.duration_s == pytest.approx(3.0, abs=0.02) and not pulses.notes
+    assert len(pulses.start_s) == len(whole.start_s)
+    late, again = within_flashes(*both(with_memory(whole, 36.7, n)))
+    assert late.duration_s == pytest.approx(pulses.duration_s, abs=0.01)
+    assert len(late.start_s) == len(pulses.start_s)
+    assert late.notes[0].startswith(f"{n} pulses before or after the stations' flashes left out")
+    for a, b in zip(flashes, again, strict=True):
+        assert (a.code == b.code).all()
+    hidden = drop(whole, (whole.start_s > 0.6) & (whole.start_s < 2.0))
+    assert within_flashes(*both(hidden))[0].duration_s == pytest.approx(3.0, abs=0.02)
+
+
+def both(pulses: Pulses) -> tuple[Pulses, list[Flashes]]:
+    return pulses, find_flashes(pulses)
 
 
 def test_no_flashes() -> None:

@@ -15,7 +15,7 @@ from mocap_metrology.lighthouse.decode.angles_csv import read_angles
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.decode.dump import read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
-from mocap_metrology.lighthouse.decode.flashes import find_flashes
+from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
 from mocap_metrology.lighthouse.decode.order import check_byte_order
@@ -92,6 +92,8 @@ def decode(
             pulses = read_dump(path, sample_rate_hz, active_level)
             places = read_board(board)
         flashes = find_flashes(pulses)
+        if kind == "libsurvive-rec":
+            pulses, flashes = within_flashes(pulses, flashes)
         if len(flashes) < 2:
             raise Refusal(
                 f"{name}: flashes of one base station only; expected two, and that both are seen"
@@ -172,6 +174,7 @@ def _with_factory(
                 id=station.id if station.id is not None else given.id,
                 mode=station.mode or given.mode,
                 factory=given.factory,
+                gravity=station.gravity if station.gravity is not None else given.gravity,
                 why=f"{station.why}; taken from {Path(path).name}",
             )
         result.append(station)

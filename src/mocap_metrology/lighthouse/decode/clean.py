@@ -1,7 +1,8 @@
 """Hits cleaned of reflections and of light that is no sweep.
 
-Two tests. Within a sweep all diodes share one motion and one error of the rotor, so a wrong hit
-stands out against the others of the same sweep, moving board or not. Over time a diode is tested
+Three tests. Within a sweep all diodes share one motion and one error of the rotor, so a wrong hit
+stands out against the others of the same sweep, moving board or not; where a sweep has few hits,
+against the pose of the board that it and the next sweep tell of. Over time a diode is tested
 against itself by the project's Hampel filter, where the board is still. Nothing is replaced: an
 outlier is dropped.
 """
@@ -13,6 +14,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel
+from mocap_metrology.lighthouse.decode.pose_gate import pose_outliers
 from mocap_metrology.lighthouse.records import Hits
 
 GATE_RAD = 1.5e-3
@@ -35,10 +37,11 @@ def clean_hits(
     still_rad: float = STILL_RAD,
     resolution_rad: float = RESOLUTION_RAD,
 ) -> tuple[Hits, dict[str, list[int]]]:
-    """Hits that pass both tests, and how many did not, a count for each diode.
+    """Hits that pass all tests, and how many did not, a count for each diode.
 
-    board: (n, 3) in metres, flat or not; None leaves out the first test.
-    Report: `sweep` (dropped by `sweep_outliers`), `still` (by `still_outliers`), `kept`.
+    board: (n, 3) in metres, flat or not; None leaves out the first two.
+    Report: `sweep` (dropped by `sweep_outliers` or `pose_outliers`), `still` (by
+    `still_outliers`), `kept`.
     """
     n_diodes = int(hits.diode.max(initial=-1)) + 1
     if board is not None:
@@ -49,6 +52,9 @@ def clean_hits(
             )
         n_diodes = len(board)
         wrong = sweep_outliers(hits, board, gate_rad, gate_mad)
+        passed = np.flatnonzero(~wrong)
+        few = fewest_for_perspective(board)
+        wrong[passed] = pose_outliers(hits.take(passed), board, few, gate_rad, gate_mad)
     else:
         wrong = np.zeros(len(hits), np.bool_)
     passed = hits.take(~wrong)
@@ -86,6 +92,11 @@ def sweep_outliers(
             gate_mad,
         )
     return wrong
+
+
+def fewest_for_perspective(board: np.ndarray) -> int:
+    """Hits from which `sweep_outliers` fits more than the affine part: 8, of a deep board 10."""
+    return 1 + 2 * _directions(board).shape[1] + 3
 
 
 def _by_sweep(hits: Hits) -> tuple[np.ndarray, np.ndarray]:

@@ -34,6 +34,8 @@ LONGEST_S = 200e-6
 REACH_S = 60e-6  # of a comb before its line is known
 LARGEST_DRIFT = 2e-3  # of the clock; rotors hold 300 ppm, quartz better
 LATE_S = 30e-6  # dim diodes rise late
+LONGEST_GAP = 240  # cycles, 2 s: a board may be hidden so long
+LEAST_RUN = 0.1  # of the longest run of flashes
 
 
 def find_flashes(pulses: Pulses) -> list[Flashes]:
@@ -71,6 +73,43 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
         _flashes(MASTER + i, comb, pattern, bias)
         for i, (comb, pattern, bias) in enumerate(zip(combs, patterns, biases, strict=True))
     ]
+
+
+def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list[Flashes]]:
+    """Pulses between the first and last flash of a station, a cycle more at either end, from then
+    on; and their flashes.
+
+    A device sends what its memory still holds from before, seconds or minutes ago: pulses by the
+    hundred, then nothing, then the recording. Flashes count where a comb has `FEWEST_FLASHES` of
+    them without a gap of `LONGEST_GAP` cycles.
+    """
+    runs = []
+    for one in flashes:
+        ends = np.flatnonzero(np.diff(one.cycle) > LONGEST_GAP) + 1
+        runs += [run for run in np.split(one.time_s, ends) if run.size >= FEWEST_FLASHES]
+    longest = max((run.size for run in runs), default=0)
+    runs = [run for run in runs if run.size >= LEAST_RUN * longest]
+    if not runs:
+        return pulses, flashes
+    begin = max(min(run[0] for run in runs) - CYCLE_S, 0.0)
+    end = max(run[-1] for run in runs) + CYCLE_S
+    kept = (pulses.start_s >= begin) & (pulses.start_s <= end)
+    n_out = int(np.count_nonzero(~kept))
+    told = ()
+    if n_out:
+        told = (
+            f"{n_out} pulses before or after the stations' flashes left out, of"
+            f" {pulses.duration_s:.4g} s in all: of an earlier time, from the device's memory?",
+        )
+    inside = replace(
+        pulses,
+        start_s=pulses.start_s[kept] - begin,
+        length_s=pulses.length_s[kept],
+        diode=pulses.diode[kept],
+        duration_s=min(end, pulses.duration_s) - begin,
+        notes=(*pulses.notes, *told),
+    )
+    return inside, find_flashes(inside)
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,8 @@ GAUSSIAN = (
     "uncorrelated; sigma_C, with their covariance. chi2: test of L against N(mu_e, sigma_C) on "
     "every thinning_frames-th frame, in units in which Gaussian noise of the same spectrum gives "
     "chi2_dof on average; chi2_p: the share of such noise that gives as much (of 999 drawn). "
-    "n_independent: frames over two correlation times; with few, hardly anything is rejected. Drift "
-    "and range, of marker 1, of marker 2 and of L, are of one-second means (of tenths of a "
+    "n_independent: frames over two correlation times; with few, hardly anything is rejected. "
+    "Drift and range, of marker 1, of marker 2 and of L, are of one-second means (of tenths of a "
     "recording below 10 s)."
 )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from mocap_metrology.noise.estimates import (
     rows,
 )
 from mocap_metrology.noise.estimators import (
+    ASKED_FOR,
     ESTIMATORS,
     NoiseSettings,
     estimate_series,
@@ -68,6 +70,20 @@ def test_every_estimator_gives_the_white_level(found):
     forms = {e.estimator: e.form for e in found.estimates}
     assert forms["likelihood"] == forms["weighted"] == "sampled"
     assert forms["annealing-ant-colony"] == forms["levenberg-marquardt"] == "continuous"
+
+
+def test_the_plain_colony_runs_when_asked_for(series, cleaned, found):
+    """In the order asked for, under a name of its own, from the same Allan variances."""
+    few = AnnealingSettings(starts=2, plain_iterations=20, plain_colony_iterations=100)
+    asked = replace(QUICK, estimators=("annealing-ant-colony-plain", "slopes"), annealing=few)
+    run = estimate_series(series, cleaned, TAU0, asked, Components((-2, 0), 1, False))
+    plain, _ = run.estimates
+    assert plain.estimator == "annealing-ant-colony-plain"
+    assert "the colony lowered the cost of the best start" in plain.note
+    hybrid = next(e for e in found.estimates if e.estimator == "annealing-ant-colony")
+    assert hybrid.cost <= plain.cost < 1.5 * hybrid.cost
+    assert plain.values["h_0"] == pytest.approx(hybrid.values["h_0"], rel=0.05)
+    assert not set(ASKED_FOR) & set(ESTIMATORS)
 
 
 def test_every_detected_coefficient_has_its_bound(found):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections import Counter
 
 import pytest
@@ -201,6 +202,20 @@ def test_markdown_shows_every_printed_number(everything) -> None:
                     shown = cell.strip().rstrip("†‡")
                     assert shown == (three_digits(row[name]["published"]) if name in row else "")
                     assert ("†" in cell) == (name in row and row[name]["supported"] is False)
+
+
+def test_the_plain_colony_has_a_column_and_a_line_of_its_own(monkeypatch) -> None:
+    published = NoiseModel((PowerLaw(0, 1e-6),))
+    plain = "annealing-ant-colony-plain"
+    fitted = {PAPER: published, plain: NoiseModel((PowerLaw(0, 3e-6), PowerLaw(2, 1e-9)))}
+    rows = _table(published, fitted, monkeypatch, h_0=1e-7)
+    assert (rows["h_0"]["regenerated"], rows["h_0"]["plain"]) == (1e-6, 3e-6)
+    assert rows[f"h_2 ({plain})"]["plain"] == 1e-9
+    text = table_a_markdown(list(rows.values()), "T", "C")
+    assert re.search(rf"\| +\| {plain} +\| 3.00e-06", text)
+    without = _table(published, {PAPER: published}, monkeypatch, h_0=1e-7)
+    assert without["h_0"]["plain"] is without["h_0"]["plain_status"] is None
+    assert f"| {plain}" not in table_a_markdown(list(without.values()), "T", "C")
 
 
 def test_markdown_marks_and_leftovers(monkeypatch) -> None:

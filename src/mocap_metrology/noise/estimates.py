@@ -13,7 +13,8 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model import ALPHAS, FORMS, Form, GaussMarkov, NoiseModel, PowerLaw
 
 DEFAULT_ESTIMATOR = "likelihood"
-S_ESTIMATOR = "annealing-ant-colony"  # what S used
+S_ESTIMATOR = "annealing-ant-colony"  # what S used, each trial taken down its valley
+PLAIN_ESTIMATOR = "annealing-ant-colony-plain"  # what S used
 # Two-sided normal quantiles of the intervals named 68 % and 95 %
 Z_68, Z_95 = 0.9944578832097532, 1.959963984540054
 ONE_SIDED_95 = 1.6448536269514722  # of upper limits

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,14 +13,15 @@ from mocap_metrology.noise.allan_fit.annealing import (
     annealing_ant_colony,
     annealing_run,
 )
+from mocap_metrology.noise.allan_fit.relative import SearchRange, misfit
 from mocap_metrology.noise.estimates import Components
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import published_row
 
 TAU0 = 1 / 120
 M = np.unique(np.round(np.logspace(0, np.log10(1_296_000), 116))).astype(int)
-SETTINGS = AnnealingSettings()
-QUICK = AnnealingSettings(starts=2, iterations=1, colony_iterations=10)
+SETTINGS = AnnealingSettings(longest_tau_share=1.0)
+QUICK = AnnealingSettings(starts=2, iterations=1, colony_iterations=10, longest_tau_share=1.0)
 TRUTH = NoiseModel.from_coefficients(
     {"h_-2": 4e-10, "h_0": 1e-6, "q_c1": 0.012, "T_c1": 0.3, "q_c2": 0.002, "T_c2": 6.0}
 )
@@ -154,7 +157,57 @@ def test_a_search_that_was_too_short_says_so():
     hasty = AnnealingSettings(starts=3, iterations=1, descent=0, colony_iterations=0)
     found = annealing_ant_colony(M, scattered(truth, 14), TAU0, Components.of(truth), hasty, 1)
     assert "not_converged" in {c.status for c in found.coefficients}
-    assert found.note.startswith("1 of 3 starts reached the cost of the result")
+    assert "0 of 3 starts reached the cost of the result" in found.note
+
+
+def test_plain_colony_without_any_descent():
+    """Annealing and colony that only compare costs, as in S: the colony has work to do, and with it
+    the fit comes within 20 % of the cost of the best valley, never below."""
+    truth = NoiseModel.from_coefficients({"h_-2": 4e-10, "h_0": 1e-6, "q_c1": 0.012, "T_c1": 0.3})
+    avar = scattered(truth, 21)
+    given = replace(SETTINGS, starts=3, plain_iterations=60, plain_colony_iterations=300)
+    best = annealing_run(M, avar, TAU0, Components.of(truth), given, 1)
+    plain = annealing_run(M, avar, TAU0, Components.of(truth), given.plain, 1)
+    assert best.estimate.estimator == "annealing-ant-colony"
+    assert plain.estimate.estimator == "annealing-ant-colony-plain"
+    assert best.colony_gain < 1 + 1e-6
+    assert plain.colony_gain > 1.001
+    assert plain.estimate.cost == pytest.approx(min(plain.starts_cost) / plain.colony_gain)
+    assert best.estimate.cost <= plain.estimate.cost < 1.2 * best.estimate.cost
+    assert plain.estimate.values["h_0"] == pytest.approx(best.estimate.values["h_0"], rel=0.1)
+
+
+def test_a_slow_sinusoid_is_not_taken_out_of_chance():
+    """A line of 14.4 Hz, half as high as the white noise of a frame: with f_0 from 1 / T and every
+    tau, relative residuals give it away for the chance of the longest ones."""
+    truth = NoiseModel.from_coefficients({"h_-2": 4e-10, "h_0": 1e-6, "A_s": 0.0035, "f_0": 14.4})
+    asked = Components((-2, -1, 0, 1, 2), 1, True)
+    bounded, free = (
+        AnnealingSettings(starts=4),
+        AnnealingSettings(starts=4, lowest_hz=1e-5, longest_tau_share=1.0),
+    )
+    hits = {True: 0, False: 0}
+    for seed in range(4):
+        avar = scattered(truth, seed, "continuous")
+        for within in (bounded, free):
+            found = annealing_ant_colony(M, avar, TAU0, asked, within, 1, duration=32400.0)
+            f_0 = found.values["f_0"]
+            assert within is free or 0.01 <= f_0 <= 60
+            hits[within is bounded] += abs(f_0 / 14.4 - 1) < 0.1
+    assert hits[True] >= 3 > hits[False]
+
+
+def test_longest_tau_that_is_fitted():
+    """3 % of the recording, so what stands beyond does not matter; of a short one three variances
+    a coefficient."""
+    avar, given = TRUTH.avar(M, TAU0), AnnealingSettings(starts=1)
+    changed = np.where(M * TAU0 <= 0.03 * 32400, avar, 100 * avar)
+    asked = M, avar, TAU0, Components((0, 1, -2), 0), given, 1, "sampled", 32400.0
+    again = M, changed, *asked[2:]
+    assert annealing_ant_colony(*again).cost == annealing_ant_colony(*asked).cost
+    within, terms = SearchRange(longest_tau_share=1e-3), Components((0,), 2)
+    few = misfit(M[:20], avar[:20], TAU0, terms, within=within, duration=100.0)
+    assert few.m.size == 15
 
 
 def test_bad_input_is_refused():
@@ -171,7 +224,18 @@ def test_bad_input_is_refused():
 
 
 @pytest.mark.parametrize(
-    "bad", [{"starts": 0}, {"iterations": 0}, {"jitter": 0.0}, {"q": 0.0}, {"negligible": 0.0}]
+    "bad",
+    [
+        {"starts": 0},
+        {"iterations": 0},
+        {"jitter": 0.0},
+        {"q": 0.0},
+        {"negligible": 0.0},
+        {"largest": 0.5},
+        {"lowest_hz": 0.0},
+        {"longest_tau_share": 0.0},
+        {"plain_iterations": 0},
+    ],
 )
 def test_impossible_settings_are_refused(bad):
     with pytest.raises(Refusal, match="expected"):

@@ -39,30 +39,38 @@ from mocap_metrology.noise.model import (
 )
 
 Weighting = Literal["relative", "equal"]
-LARGEST = 1.5  # a share above 1 cannot pay, see `SearchRange`; the rest keeps 1 off the bound
+PER_COEFFICIENT = 3  # Allan variances that are fitted in any case
 
 
 @dataclass(frozen=True)
 class SearchRange:
     """Where the coefficients are looked for.
 
-    negligible: least share of a component (see above); what ends there is absent to the fit. The
-    greatest is 1.5: the best fit has a root mean square of at most 1, or scaling it would pay.
-    shortest_frames, longest_share: T_c in frames, and as a share of the recording: what is
-    shorter is white and what is longer a random walk to any Allan variance of it. f_0 lies
-    between 1 / T of the recording and Nyquist.
+    negligible, largest: least and greatest share of a component (see above). What ends at the
+    least is absent to the fit; the best fit has a root mean square of at most 1, or scaling it
+    would pay. shortest_frames, longest_share: T_c in frames, and as a share of the recording: what
+    is shorter is white and what is longer a random walk to any Allan variance of it. lowest_hz:
+    least f_0, but never below 1 / T of the recording; the greatest is Nyquist. longest_tau_share:
+    longest tau fitted, as a share of the recording, but three variances a coefficient at least:
+    relative residuals weigh longer ones, which are a handful of independent differences, like short
+    ones, and a slow sinusoid or correlated term then fits their chance.
     """
 
     negligible: float = 1e-5
+    largest: float = 1.5
     shortest_frames: float = 2.0
     longest_share: float = 0.1
+    lowest_hz: float = 0.01
+    longest_tau_share: float = 1.0
 
     def __post_init__(self) -> None:
-        good = 0 < self.negligible < 0.1 and self.shortest_frames >= 0.1
-        if not (good and 0 < self.longest_share <= 1):
+        good = 0 < self.negligible < 0.1 and self.largest >= 1 and self.shortest_frames >= 0.1
+        good = good and 0 < self.longest_share <= 1 and 0 < self.longest_tau_share <= 1
+        if not (good and self.lowest_hz > 0):
             raise Refusal(
-                f"search range {self}, expected negligible in (0, 0.1), shortest_frames >= 0.1, "
-                "longest_share in (0, 1]"
+                f"search range {self}, expected negligible in (0, 0.1), largest >= 1, "
+                "shortest_frames >= 0.1, longest_share in (0, 1], longest_tau_share in (0, 1], "
+                "lowest_hz > 0"
             )
 
 
@@ -186,22 +194,28 @@ def misfit(
 ) -> Misfit:
     """The misfit of `components` to Allan variances `avar` (k,) in mm^2 at tau = m tau0 (s).
 
-    duration: of the recording, s; by default three times the longest tau.
+    duration: of the recording, s; by default three times the longest tau. Variances beyond
+    `SearchRange.longest_tau_share` of it are left out.
     """
     m, avar = checked(m, avar, tau0)
     components = _checked_components(components, m.size)
     if form not in ("sampled", "continuous"):
         raise Refusal(f"form {form!r}, expected sampled or continuous")
     within = within or SearchRange()
-    weights = 1 / avar if weighting == "relative" else np.full(avar.size, 1 / _rms(avar))
-    fixed = weights * _unit_curves(components.alphas, m.tobytes(), tau0, form)
-    unit = 1 / np.sqrt(np.mean(fixed**2, axis=1))
     duration = 3 * m[-1] * tau0 if duration is None else duration
     if not m[-1] * tau0 < duration < 1e8 * tau0 / min(within.shortest_frames, 1):
         raise Refusal(
             f"recording of {duration} s, expected more than the longest tau, {m[-1] * tau0:.4g} s, "
             "and less than 10^8 frames"
         )
+    fitted = max(
+        np.count_nonzero(m * tau0 <= within.longest_tau_share * duration),
+        PER_COEFFICIENT * len(components.names),
+    )
+    m, avar = m[:fitted], avar[:fitted]
+    weights = 1 / avar if weighting == "relative" else np.full(avar.size, 1 / _rms(avar))
+    fixed = weights * _unit_curves(components.alphas, m.tobytes(), tau0, form)
+    unit = 1 / np.sqrt(np.mean(fixed**2, axis=1))
     lower, upper = _bounds(components, tau0, within, duration)
     scaled = fixed * unit[:, None]
     return Misfit(m, avar, tau0, components, form, weights, scaled, unit, lower, upper)
@@ -257,10 +271,16 @@ def _bounds(
             f"{duration:.4g} s of recording: T_c would be searched from {shortest:.3g} s to "
             f"{longest:.3g} s, expected a longer recording"
         )
-    share = (math.log(within.negligible), math.log(LARGEST))
+    lowest, highest = max(within.lowest_hz, 1 / duration), 0.5 / tau0
+    if components.sinusoid and lowest >= highest:
+        raise Refusal(
+            f"f_0 would be searched from {lowest:.3g} Hz to {highest:.3g} Hz, half of the frame "
+            "rate; expected a lower lowest_hz or a longer recording"
+        )
+    share = (math.log(within.negligible), math.log(within.largest))
     ranges = [share] * len(components.alphas)
     ranges += [share, (math.log(shortest), math.log(longest))] * components.gauss_markov
-    ranges += [share, (-math.log(duration), -math.log(2 * tau0))] * components.sinusoid
+    ranges += [share, (math.log(lowest), math.log(highest))] * components.sinusoid
     lower, upper = np.array(ranges).T
     return np.ascontiguousarray(lower), np.ascontiguousarray(upper)
 

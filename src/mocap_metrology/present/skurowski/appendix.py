@@ -8,6 +8,7 @@ from typing import Any
 
 from mocap_metrology.noise.estimates import (
     DEFAULT_ESTIMATOR,
+    PLAIN_ESTIMATOR,
     S_ESTIMATOR,
     correlation_class,
     unit_key,
@@ -37,6 +38,8 @@ COLUMNS = (
     "unit",
     "regenerated",
     "regenerated_status",
+    "plain",
+    "plain_status",
     "expected",
     "likelihood",
     "likelihood_lower_95",
@@ -50,11 +53,14 @@ COLUMNS = (
     "note",
 )
 CAPTION = (
-    "published: as printed. regenerated: S's estimator (annealing-ant-colony, Eq. 13) on the "
-    "recording; likelihood: this project's default, with its 95 % interval (status not_detected: "
-    "no value, and the upper limit; that of q_c holds for every T_c of its class). Gauss-Markov "
-    "terms are paired with the published ones by least total |ln T_c|, for each estimator by "
-    f"itself; those that differ by more than a factor of {LIMIT:g} are not paired (status "
+    "published: as printed. regenerated: S's estimator (Eq. 13) on the recording, each trial of its "
+    "annealing taken down its valley, which S does not do (annealing-ant-colony), so that its "
+    "colony finds nothing more; plain: the same without any descent, as S "
+    "(annealing-ant-colony-plain; empty unless noise.estimators names it). docs/noise.md says what "
+    "each is worth. likelihood: this project's default, with its 95 % interval (status "
+    "not_detected: no value, and the upper limit; that of q_c holds for every T_c of its class). "
+    "Gauss-Markov terms are paired with the published ones by least total |ln T_c|, for each "
+    f"estimator by itself; those that differ by more than a factor of {LIMIT:g} are not paired (status "
     f"{UNPAIRED}), and terms without a published one follow as rows of their own, named by "
     "estimator. Only in the CSV: the interval; expected, what S's estimator makes of the "
     "Allan variances of the published coefficients, without chance; published_crlb, the least "
@@ -74,7 +80,8 @@ SUPPORT = (
     "supported, and how many are not: unsupported. not_computed: coefficients left out of the "
     "twins, which have no bound."
 )
-FROM, OWN = ("regenerated", EXPECTED, DEFAULT_ESTIMATOR), {"regenerated": S_ESTIMATOR}
+FROM = ("regenerated", "plain", EXPECTED, DEFAULT_ESTIMATOR)
+OWN = {"regenerated": S_ESTIMATOR, "plain": PLAIN_ESTIMATOR}
 
 
 def table_a(
@@ -109,6 +116,7 @@ def table_a(
             curve = by_estimator((expected or {}).get(name, ()), series).get(S_ESTIMATOR, {})
             fits = {
                 "regenerated": found.get(S_ESTIMATOR, {}),
+                "plain": found.get(PLAIN_ESTIMATOR, {}),
                 EXPECTED: curve,
                 DEFAULT_ESTIMATOR: found.get(DEFAULT_ESTIMATOR, {}),
             }

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR, unit_key
+from mocap_metrology.noise.estimates import (
+    DEFAULT_ESTIMATOR,
+    PLAIN_ESTIMATOR,
+    S_ESTIMATOR,
+    unit_key,
+)
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import COEFFICIENTS, SERIES
 from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, duration_text, three_digits
@@ -17,7 +22,8 @@ from mocap_metrology.present.tables import Row, aligned
 
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (
-    f"Three lines a number of cameras: published, {S_ESTIMATOR}, {DEFAULT_ESTIMATOR}. "
+    f"The lines of a number of cameras: published, {S_ESTIMATOR}, {PLAIN_ESTIMATOR} if it was run, "
+    f"{DEFAULT_ESTIMATOR}. "
     f"{UNSUPPORTED} {{length}} cannot support the number (least standard error above the number "
     f"itself); {LEFT_OUT} corrected, left out or to be read with care: see the notes below; "
     f"{STATUS_SIGNS}; < not detected, upper 95 % limit; – no partner. Empty: no such estimate."
@@ -70,6 +76,7 @@ def _panel(rows: Sequence[Row]) -> list[str]:
         lines.append([str(n_cameras), "published", *(_published(row) for row in ordered)])
         for column, estimator in (
             ("regenerated", S_ESTIMATOR),
+            ("plain", PLAIN_ESTIMATOR),
             (DEFAULT_ESTIMATOR, DEFAULT_ESTIMATOR),
         ):
             texts = [_estimated(row, column) for row in ordered]
@@ -118,7 +125,9 @@ def _below(rows: Sequence[Row]) -> list[str]:
         if row["published"] is None:
             name, _, estimator = row["parameter"].partition(" (")
             value = next(
-                row[k] for k in ("regenerated", "expected", DEFAULT_ESTIMATOR) if row[k] is not None
+                row[k]
+                for k in ("regenerated", "plain", "expected", DEFAULT_ESTIMATOR)
+                if row[k] is not None
             )
             place = groups.setdefault((row["n_cameras"], estimator[:-1]), [])
             place.append(f"{name} {three_digits(value)} {row['unit']}")

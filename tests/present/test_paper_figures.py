@@ -79,6 +79,23 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("logarithmic", [True, False])
+def test_ends_of_the_search_are_no_points(rows, logarithmic) -> None:
+    """What S's estimator gives for a component that is absent to it: a cross, and no dot."""
+    changed = [dict(row) for row in rows if row["camera_type"] == "T40"]
+    ended = [r for r in changed if r["parameter"] == "h_0" and r["series"] in ("x1", "L")]
+    for row in ended:
+        row["regenerated_status"] = "at_bound"
+    axes = colour_figure(changed, "t", logarithmic=logarithmic).axes[6]  # h_0 of T40
+    crosses = [len(x.get_xdata()) for x in axes.lines if x.get_marker() == "x"]
+    top = axes.get_ylim()[1]
+    scale = 1.0 if logarithmic else 10.0 ** (-6)
+    assert sum(crosses) == len(ended) == 14 or top * scale < max(r["regenerated"] for r in ended)
+    dots = marks(axes, slots.REGENERATED["markersize"])
+    shown = {round(y, 12) for _, y in dots}
+    assert not shown & {round(row["regenerated"], 12) for row in ended}
+
+
+@pytest.mark.parametrize("logarithmic", [True, False])
 def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None:
     made = colour_figure(rows, "t", "n", logarithmic=logarithmic)
     panels = made.axes[:15]

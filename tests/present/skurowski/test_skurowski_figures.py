@@ -153,6 +153,19 @@ def test_means_stand_where_they_are(tmp_path) -> None:
     check(distances_figure({}, {}, []))
 
 
+def test_one_mean_far_off_does_not_flatten_the_others() -> None:
+    """Twenty means within 0.02 mm and one 2 mm off: an arrow and its number, the others spread."""
+    rng = np.random.default_rng(4)
+    near = [Mean("T40", n, 160.3 + 0.02 * rng.uniform(-1, 1), 0.01, 160.3) for n in range(2, 22)]
+    figure = distances_figure({}, {}, [*near, Mean("T40", 22, 162.3, 1.5, 160.3)])
+    below = figure.axes[2]
+    low, high = below.get_ylim()
+    assert low < 160.28 and 160.32 < high < 160.4
+    assert "162.30" in [text.get_text() for text in below.texts]
+    assert len(points(below, "o")) == len(near)
+    check(figure)
+
+
 def test_the_law_is_fitted_to_what_follows_it(tmp_path) -> None:
     rows = sheet((10, 8, 6, 5, 4, 3, 2))
     subsets = gather.subsets(rows, gaussian(rows), {})

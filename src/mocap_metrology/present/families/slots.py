@@ -43,6 +43,7 @@ ROOM = 5.0  # factor from the numbers to the ends of a logarithmic axis
 PALE = 0.4  # opacity of published numbers below their least standard error
 PUBLISHED = {"markersize": 4.8, "markerfacecolor": "none", "mew": 0.8, "ls": ""}
 REGENERATED = {"markersize": 2.6, "mew": 0, "ls": ""}
+AT_END = {"marker": "x", "markersize": 2.8, "mew": 0.6, "ls": ""}
 LIKELIHOOD = {"marker": "_", "color": INK, "markersize": 5.6, "mew": 1.1, "ls": ""}
 COLOURED = {"markersize": 4.2, "mew": 0, "ls": ""}
 LIMIT = {"marker": "v", "color": INK, "markersize": 3.6, "markerfacecolor": "white", "mew": 0.7,
@@ -69,6 +70,8 @@ def key_entries(arrow: int = DOWN) -> list[Entry]:
     pale = _dot(look, markerfacecolor="none", alpha=PALE) | grey
     entries.append(Entry("published, less than its least standard error", dot=pale))
     entries.append(Entry(S_ESTIMATOR, dot=_dot(look, markersize=2.6, mew=0) | grey))
+    end = {k: v for k, v in AT_END.items() if k != "ls"}
+    entries.append(Entry(f"{S_ESTIMATOR}: end of the range searched", dot=end | grey))
     bar = {k: v for k, v in LIKELIHOOD.items() if k != "ls"}
     entries.append(Entry(f"{DEFAULT_ESTIMATOR}, 95 % interval", dot=bar))
     entries.append(Entry(f"{DEFAULT_ESTIMATOR}: not detected, 95 % limit", dot=_arrow()))
@@ -211,8 +214,15 @@ def draw(
         for which, alpha in ((pale, PALE), (~pale, 1.0)):
             values = np.where(which, published, np.nan)
             _plot(axes, x, values, scale, alpha=alpha, **shape, **PUBLISHED)
-        _plot(axes, x, _values(own, "regenerated"), scale, **shape, **REGENERATED)
+        found, ended = _values(own, "regenerated"), np.array([at_end(row) for row in own])
+        _plot(axes, x, np.where(ended, np.nan, found), scale, **shape, **REGENERATED)
+        _plot(axes, x, np.where(ended, found, np.nan), scale, **shape | AT_END)
         _draw_default(axes, x, own, scale, COLOURED | shape if coloured else LIKELIHOOD)
+
+
+def at_end(row: Row) -> bool:
+    """Whether S's estimator ended at a limit of its search, which is no estimate."""
+    return row.get("regenerated_status") == "at_bound"
 
 
 def offsets(names: Sequence[str]) -> dict[str, float]:

@@ -53,15 +53,15 @@ COLUMNS = (
     "note",
 )
 CAPTION = (
-    "published: as printed. regenerated: S's estimator (Eq. 13) on the recording, each trial of its "
-    "annealing taken down its valley, which S does not do (annealing-ant-colony), so that its "
+    "published: as printed. regenerated: S's estimator (Eq. 13) on the recording, each trial of "
+    "its annealing taken down its valley, which S does not do (annealing-ant-colony), so that its "
     "colony finds nothing more; plain: the same without any descent, as S "
     "(annealing-ant-colony-plain; empty unless noise.estimators names it). docs/noise.md says what "
     "each is worth. likelihood: this project's default, with its 95 % interval (status "
     "not_detected: no value, and the upper limit; that of q_c holds for every T_c of its class). "
     "Gauss-Markov terms are paired with the published ones by least total |ln T_c|, for each "
-    f"estimator by itself; those that differ by more than a factor of {LIMIT:g} are not paired (status "
-    f"{UNPAIRED}), and terms without a published one follow as rows of their own, named by "
+    f"estimator by itself; those that differ by more than a factor of {LIMIT:g} are not paired "
+    f"(status {UNPAIRED}), and terms without a published one follow as rows of their own, named by "
     "estimator. Only in the CSV: the interval; expected, what S's estimator makes of the "
     "Allan variances of the published coefficients, without chance; published_crlb, the least "
     "standard error that the length of the recording allows if the published coefficients are "

@@ -84,7 +84,7 @@ def colour_figure(
 def _linear(axes: Axes, rows: Sequence[Row], cameras: Sequence[int]) -> None:
     """From zero up to nine tenths of the positive numbers, in units of a power of ten that stands
     beside the panel."""
-    values = slots.column_values(rows)
+    values = slots.column_values([r for r in rows if not slots.at_end(r)])
     values = values[np.isfinite(values) & (values > 0)]
     greatest = float(np.quantile(values, HELD)) if values.size else 0.0
     exponent = int(np.floor(np.log10(greatest))) if greatest > 0 else 0

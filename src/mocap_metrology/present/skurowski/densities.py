@@ -45,10 +45,11 @@ NOTE_10 = (
     "(a) Kernel estimates of the cleaned distance, and normal densities of Table 4's μ_L and σ_L. "
     "(b) Mean distances; bars: standard error of the mean of a twin about its first frame, which "
     "has Table 4's μ_L of its type (line) for every number of cameras, as the paper prints no "
-    "others. A measured recording has no such bar."
+    "others. A measured recording has no such bar. An arrow with a number: a mean beyond it."
 )
 LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM, GAP_MM = 18.0, 3.0, 5.5, 11.0, 9.0
 SETS = KINDS | {"All": OTHER_LOOKS[0]}
+FAR = 8.0  # times the median distance from the median
 LEAST_DENSITY = 0.02  # 1/mm, the lower end of the logarithmic axis
 
 
@@ -187,6 +188,31 @@ def _distances(
         axes.plot(d.x, d.density, **_line(looks[name]))
 
 
+def _mean_limits(means: Sequence[Mean]) -> tuple[float, float]:
+    """Round the means, their errors and the printed ones, without means that are farther from the
+    median than `FAR` of what is usual: one alone would flatten all others."""
+    values = np.array([m.value for m in means])
+    middle = float(np.median(values)) if values.size else 0.0
+    off = np.abs(values - middle)
+    usual = float(np.median(off)) if values.size else 0.0
+    near = [m for m, far in zip(means, off, strict=True) if far <= FAR * usual or usual == 0]
+    own = [m.value for m in near] + [m.published for m in near if m.published is not None]
+    reach = np.ptp(own) if own else 0.0
+    ends = [m.value + side * min(m.error or 0.0, reach) for m in near for side in (-1, 1)]
+    low, high = min([*own, *ends], default=0.0), max([*own, *ends], default=1.0)
+    span = high - low or 1.0
+    return low - 0.08 * span, high + 0.18 * span
+
+
+def _far_mean(axes: Axes, x: float, value: float, limits: tuple[float, float], look: Look) -> None:
+    """An arrow at the end of the axis, with the number."""
+    up = value > limits[1]
+    y = limits[0] + (0.86 if up else 0.03) * (limits[1] - limits[0])
+    axes.plot(x, y, marker=6 if up else 7, color=look.colour, markersize=5)
+    how = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "size": SMALL_PT}
+    axes.annotate(f"{value:.2f}", (x, y), color=look.colour, **how)
+
+
 def _means(sheet: Sheet, top: float, height: float, means: Sequence[Mean]) -> None:
     """A point a subset, a group a type."""
     from matplotlib.ticker import FixedLocator, FuncFormatter
@@ -210,10 +236,8 @@ def _means(sheet: Sheet, top: float, height: float, means: Sequence[Mean]) -> No
             axes.plot([left - 0.6, x - 0.4], [printed] * 2, color=look.colour, lw=0.8, alpha=0.6)
         axes.axvline(x, color=FAINT, lw=0.8)
         x += 1
-    ends = [m.value + side * (m.error or 0.0) for m in means for side in (-1, 1)]
-    span = max(ends, default=1.0) - min(ends, default=0.0) or 1.0
     axes.set_xlim(-1, max(x - 1, 1))
-    limits = min(ends, default=0.0) - 0.08 * span, max(ends, default=1.0) + 0.18 * span
+    limits = _mean_limits(means)
     linear_axis(axes, "y", limits, 7)
     axes.xaxis.set_major_locator(FixedLocator(list(labels)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _p: labels.get(round(v), "")))
@@ -221,8 +245,11 @@ def _means(sheet: Sheet, top: float, height: float, means: Sequence[Mean]) -> No
     for mean, place in at.items():
         look = SETS.get(mean.camera_type, OTHER_LOOKS[1])
         how = {"color": look.colour, "marker": look.marker, "markersize": 3.6, "lw": 0.9}
+        if not limits[0] <= mean.value <= limits[1]:
+            _far_mean(axes, place, mean.value, limits, look)
+            continue
         axes.errorbar(place, mean.value, yerr=mean.error, capsize=1.5, capthick=0.9, **how)
     head(axes, "(b) Means")
-    label_axes(axes, "Number of cameras", "Mean of L (mm)", x_mm=6.5, y_mm=12.5)
+    label_axes(axes, "Number of cameras", "Mean of L (mm)", x_mm=6.5, y_mm=14.5)
     if not means:
         axes.text(0.5, 0.5, "no recordings", transform=axes.transAxes, ha="center", color=INK)

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.deterministic import PARAMETERS as DETERMINISTIC
+from mocap_metrology.noise.deterministic import UNITS as DETERMINISTIC_UNITS
 from mocap_metrology.noise.model import ALPHAS, FORMS, Form, GaussMarkov, NoiseModel, PowerLaw
 
 DEFAULT_ESTIMATOR = "likelihood"
@@ -89,13 +91,13 @@ class Estimate:
 
     @property
     def values(self) -> dict[str, float]:
-        """Detected coefficients by name."""
+        """Detected coefficients by name, the deterministic part's too."""
         return {c.parameter: c.value for c in self.coefficients if c.detected}
 
     @property
     def model(self) -> NoiseModel:
-        """The model of the detected coefficients, in the form that was fitted."""
-        return NoiseModel.from_coefficients(self.values, self.form)
+        """The noise of the detected coefficients, in the form that was fitted."""
+        return _noise_of(self.values, self.form)
 
 
 def correlation_class(T_c: float) -> str:
@@ -116,7 +118,7 @@ def rows(series: str, estimate: Estimate) -> list[dict[str, Any]]:
                 "model": estimate.form,
                 "parameter": c.parameter,
                 "value": c.value,
-                "unit": NoiseModel.UNITS.get(unit_key(c.parameter), ""),
+                "unit": unit_of(c.parameter),
                 **{k: getattr(c, k) for k in ("std_error", "crlb")},
                 **{k: getattr(c, k) for k in ("lower_68", "upper_68", "lower_95", "upper_95")},
                 "detected": c.detected,
@@ -143,10 +145,21 @@ def unit_key(parameter: str) -> str:
     return parameter[:3] if parameter[1:3] == "_c" else parameter
 
 
+def unit_of(parameter: str) -> str:
+    """Of a parameter of noise.csv."""
+    units = {**NoiseModel.UNITS, **DETERMINISTIC_UNITS}
+    return units.get(unit_key(parameter), "")
+
+
+def _noise_of(values: Mapping[str, float], form: Form) -> NoiseModel:
+    kept = {name: value for name, value in values.items() if name not in DETERMINISTIC}
+    return NoiseModel.from_coefficients(kept, form)
+
+
 def model_of(noise_rows: list[Mapping[str, Any]]) -> NoiseModel:
-    """The fitted model out of rows of noise.csv of one series and estimator (see `rows`), in the
-    form that was fitted."""
+    """The fitted noise out of rows of noise.csv of one series and estimator (see `rows`), in the
+    form that was fitted; what is no noise: `deterministic.deterministic_of`."""
     absent = ("not_detected", "refused")
     found = {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] not in absent}
     form = next((r["model"] for r in noise_rows if r.get("model") in FORMS), "sampled")
-    return NoiseModel.from_coefficients(found, form)
+    return _noise_of(found, form)

@@ -1,7 +1,8 @@
 """Estimator `likelihood`: noise coefficients by maximum likelihood of the periodogram.
 
 Lines are found and subtracted, gaps filled by draws from the model, and the sampled model fitted
-to the binned DCT periodogram (`periodogram`, `whittle`); the number of components by BIC (`order`).
+to the binned DCT periodogram (`periodogram`, `whittle`); the number of components by BIC (`order`),
+and so whether a straight line or a warm-up lies under the noise (`detrend`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.model import ALPHAS
+from mocap_metrology.noise.spectral_fit.detrend import Alternative, alternatives, without_part
+from mocap_metrology.noise.spectral_fit.detrend_rows import deterministic_rows
 from mocap_metrology.noise.spectral_fit.fisher import model_of
 from mocap_metrology.noise.spectral_fit.gaps import bridged, filled, stretches
 from mocap_metrology.noise.spectral_fit.intervals import coefficients
@@ -26,14 +29,8 @@ from mocap_metrology.noise.spectral_fit.lines import (
     find_slow_lines,
     line_again,
 )
-from mocap_metrology.noise.spectral_fit.order import choose, fit_known
-from mocap_metrology.noise.spectral_fit.periodogram import (
-    Periodogram,
-    binned,
-    bins_of,
-    joined,
-    without,
-)
+from mocap_metrology.noise.spectral_fit.order import choose, fit_known, penalty
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, periodogram
 from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood, Spectrum, dictionary
 
 LEAST_SAMPLES = 1000
@@ -50,21 +47,25 @@ MISFIT = 5.0  # standard deviations of the deviance beyond which the model does 
 class LikelihoodSettings:
     """criterion: `bic` or `aicc`; max_gauss_markov: 0 ... 4; sinusoid: whether lines are looked
     for; max_lines: how many are taken out (the one that raises the likelihood most is the model's
-    sinusoid)."""
+    sinusoid); deterministic: whether a line or a warm-up is looked for (not where the components
+    are given)."""
 
     criterion: str = "bic"
     max_gauss_markov: int = 4
     sinusoid: bool = True
     max_lines: int = 40
+    deterministic: bool = True
 
 
 @dataclass(frozen=True)
 class LikelihoodRun:
-    """The estimate, the periodogram it was fitted to (lines subtracted), and the lines."""
+    """The estimate, the periodogram it was fitted to (lines and deterministic part subtracted), the
+    lines, and the deterministic parts that were compared, the best first."""
 
     estimate: Estimate
     periodogram: Periodogram
     lines: tuple[Line, ...]
+    alternatives: tuple[Alternative, ...] = ()
 
 
 def check_series(series: np.ndarray, resolution: float = 0.0) -> None:
@@ -100,17 +101,22 @@ def likelihood(
     """
     settings = settings or LikelihoodSettings()
     check_series(series)
-    parts = [series[s] for s in stretches(series, LONGEST_GAP, LEAST_SAMPLES)]
-    if not parts:
+    cuts = stretches(series, LONGEST_GAP, LEAST_SAMPLES)
+    if not cuts:
         raise Refusal(
             f"no {LEAST_SAMPLES} valid samples without a gap of more than {LONGEST_GAP}, "
             "expected a longer stretch of recording"
         )
-    data, fit, lines = _converged(parts, tau0, components, settings, seed)
+    asked = _Asked([cut.start for cut in cuts], tau0, components, settings)
+    found_parts, lines = _converged([series[cut] for cut in cuts], asked, seed)
+    best = found_parts[0]
+    data, fit = best.data, best.fit
     line = lines[0] if lines and _wants_line(components, settings) else None
     found = coefficients(
         data, fit, line, components, settings.max_gauss_markov, _wants_line(components, settings)
     )
+    if components is None and settings.deterministic:
+        found += deterministic_rows(found_parts, tau0)
     beyond = Likelihood(data, data.bins.T_c_range).misfit(fit)
     notes = [_lines_note(lines[1:] if line else lines, len(lines) == settings.max_lines)]
     if beyond > MISFIT:
@@ -121,7 +127,10 @@ def likelihood(
         found = tuple(_misfit(c, notes[-1]) for c in found)
     note = "; ".join(filter(None, notes))
     return LikelihoodRun(
-        Estimate("likelihood", "sampled", found, fit.deviance, note), data, tuple(lines)
+        Estimate("likelihood", "sampled", found, fit.deviance, note),
+        data,
+        tuple(lines),
+        tuple(found_parts),
     )
 
 
@@ -136,36 +145,56 @@ def _wants_line(components: Components | None, settings: LikelihoodSettings) -> 
     return components.sinusoid if components else settings.sinusoid
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """starts: first frames of the stretches; tau0: s a frame; what is fitted, and how."""
+
+    starts: list[int]
+    tau0: float
+    components: Components | None
+    settings: LikelihoodSettings
+
+    def fitted(self, data: Periodogram) -> list[Alternative]:
+        """Deterministic parts with the noise round them, the best first."""
+        cost = penalty(self.settings.criterion, float(data.psd.size))
+        choice = partial(_fitted, components=self.components, settings=self.settings)
+        if self.components is None and self.settings.deterministic:
+            return alternatives(data, choice, cost)
+        return [without_part(data, choice(data), cost)]
+
+    def wave(self, best: Alternative, at: int, n: int) -> np.ndarray:
+        """The deterministic part in stretch `at` of n samples."""
+        return best.part.values.at((self.starts[at] + np.arange(n)) * self.tau0)
+
+
 def _converged(
-    parts: list[np.ndarray],
-    tau0: float,
-    components: Components | None,
-    settings: LikelihoodSettings,
-    seed: int,
-) -> tuple[Periodogram, Fit, list[Line]]:
+    parts: list[np.ndarray], asked: _Asked, seed: int
+) -> tuple[list[Alternative], list[Line]]:
     """Lines, gaps and model in turn; `parts` are the stretches, with NaN in their short gaps."""
-    rng = np.random.default_rng(seed)
+    rng, tau0, settings = np.random.default_rng(seed), asked.tau0, asked.settings
     most = settings.max_lines if settings.sinusoid else 0
     at = max(range(len(parts)), key=lambda k: parts[k].size)
     lines = find_lines(bridged(parts[at]), tau0, most)
     bare = _without(parts, lines, tau0, at)
-    data, series = _filled(bare, tau0, rng, lines)
+    data, series = _filled(bare, asked, rng, lines)
     for _ in range(_rounds(parts[at], LINES_TO) if lines else 0):
         # The first search saw nothing of the lines in the gaps
         whole = series[at] + sum(line.wave(series[at].size, tau0) for line in lines)
         lines = [line_again(_less(whole, lines, one, tau0), tau0, one) for one in lines]
         bare = _without(parts, lines, tau0, at)
-        data, series = _filled(bare, tau0, rng, lines)
-    fit = _fitted(data, components, settings)
-    slow = find_slow_lines(series[at], tau0, _density(fit.spectrum, tau0), most - len(lines))
+        data, series = _filled(bare, asked, rng, lines)
+    found = asked.fitted(data)
+    still = series[at] - asked.wave(found[0], at, series[at].size)
+    level = _density(found[0].fit.spectrum, tau0)
+    slow = find_slow_lines(still, tau0, level, most - len(lines))
     if slow:
         bare = _without(bare, slow, tau0, at)
-        data, _ = _filled(bare, tau0, rng, [*lines, *slow])
-        fit = _fitted(data, components, settings)
+        data, _ = _filled(bare, asked, rng, [*lines, *slow])
+        found = asked.fitted(data)
         # Found against a spectrum that still held them
-        level = _density(fit.spectrum, tau0)
+        level = _density(found[0].fit.spectrum, tau0)
         slow = [replace(s, psd=float(level(np.array([s.f_0]))[0])) for s in slow]
-    return data, fit, sorted([*lines, *slow], key=lambda line: -line.gain)
+    return found, sorted([*lines, *slow], key=lambda line: -line.gain)
 
 
 def _without(parts: list[np.ndarray], lines: list[Line], tau0: float, at: int) -> list[np.ndarray]:
@@ -192,34 +221,21 @@ def _rounds(part: np.ndarray, left: float) -> int:
 
 
 def _filled(
-    parts: list[np.ndarray], tau0: float, rng: np.random.Generator, lines: list[Line]
+    parts: list[np.ndarray], asked: _Asked, rng: np.random.Generator, lines: list[Line]
 ) -> tuple[Periodogram, list[np.ndarray]]:
     """Periodogram of the stretches with their gaps filled, without the bands of wide lines, and the
     filled stretches."""
     series = [bridged(part) for part in parts]
     shares = [float(np.isfinite(part).mean()) for part in parts]
-    data = _periodogram(series, shares, tau0, lines)
+    bands = [bands_of(lines, part.size * asked.tau0) for part in parts]
+    data = periodogram(series, shares, asked.starts, asked.tau0, bands)
     for _ in range(max(_rounds(part, FILLED_TO) for part in parts)):
         # This model only fills gaps: a mixture needs no order
         likelihood = Likelihood(data, data.bins.T_c_range)
-        density = _density(dictionary(likelihood, ALPHAS), tau0)
-        series = [filled(part, density, tau0, rng) for part in parts]
-        data = _periodogram(series, shares, tau0, lines)
+        density = _density(dictionary(likelihood, ALPHAS), asked.tau0)
+        series = [filled(part, density, asked.tau0, rng) for part in parts]
+        data = periodogram(series, shares, asked.starts, asked.tau0, bands)
     return data, series
-
-
-def _periodogram(
-    series: list[np.ndarray], shares: list[float], tau0: float, lines: list[Line]
-) -> Periodogram:
-    found = []
-    for part, share in zip(series, shares, strict=True):
-        own = bins_of(part.size, tau0)
-        data = Periodogram(own, binned(part, tau0, own), own.n * share)
-        found.append(without(part, data, bands_of(lines, part.size * tau0)))
-    psd, weight = ([getattr(data, name) for data in found] for name in ("psd", "weight"))
-    return Periodogram(
-        joined([data.bins for data in found]), np.concatenate(psd), np.concatenate(weight)
-    )
 
 
 def _density(spectrum: Spectrum, tau0: float) -> Callable[[np.ndarray], np.ndarray]:

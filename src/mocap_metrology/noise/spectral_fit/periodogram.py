@@ -25,6 +25,7 @@ from mocap_metrology.noise.model import Form, four_sin2
 
 BINS_PER_DECADE = 64  # 3.7 % wide: the widest spectra here, f^2 and f^-2, bend by 2e-4 in one
 LEAST_SHARE = 1e-6  # of the degrees of freedom of a bin without coefficients
+SLOWEST = 2048  # coefficients kept one by one, for what is no noise (`detrend`)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
@@ -70,13 +71,29 @@ class Bins:
 
 
 @dataclass(frozen=True)
+class Slow:
+    """Slow coefficients one by one (M,), of bins that are whole. value: sqrt(2 tau0) c_k, so that
+    its square is a density; k; bin: where it belongs; share: of the samples that were measured; n,
+    start_s: samples of its stretch, and when that begins, s from the first frame of the series."""
+
+    value: np.ndarray
+    k: np.ndarray
+    bin: np.ndarray
+    share: np.ndarray
+    n: np.ndarray
+    start_s: np.ndarray
+
+
+@dataclass(frozen=True)
 class Periodogram:
     """psd (B,): mean of the one-sided periodogram in each bin, unit^2/Hz; weight (B,): degrees of
-    freedom, the number of coefficients times the share of samples that were measured."""
+    freedom, the number of coefficients times the share of samples that were measured; slow: the
+    coefficients of the first bins, where they were kept."""
 
     bins: Bins
     psd: np.ndarray
     weight: np.ndarray
+    slow: Slow | None = None
 
 
 def edges(n: int, per_decade: int = BINS_PER_DECADE) -> np.ndarray:
@@ -125,10 +142,65 @@ def binned(series: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
 
     For white noise of variance s^2 its expectation is 2 tau0 s^2 = h_0.
     """
+    return _binned(_transformed(series), tau0, bins)
+
+
+def _transformed(series: np.ndarray) -> np.ndarray:
     from scipy.fft import dct
 
-    c = dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
-    return 2 * tau0 * _mean_squares(c, edges(series.size)[:-1], bins.n)
+    return dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
+
+
+def _binned(c: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
+    return 2 * tau0 * _mean_squares(c, edges(c.size)[:-1], bins.n)
+
+
+def periodogram(
+    parts: Sequence[np.ndarray],
+    shares: Sequence[float],
+    starts: Sequence[int],
+    tau0: float,
+    bands: Sequence[Sequence[tuple[float, float]]],
+) -> Periodogram:
+    """Of complete stretches (n,) of a series; shares: of their samples that were measured; starts:
+    frames at which they begin; bands: that are left out of each (`without`), Hz."""
+    found, slow, first = [], [], 0
+    for part, share, start, left_out in zip(parts, shares, starts, bands, strict=True):
+        own, c = bins_of(part.size, tau0), _transformed(part)
+        data = Periodogram(own, _binned(c, tau0, own), own.n * share)
+        found.append(_without(c, data, left_out))
+        slow.append(_slow(c, own, first, left_out))
+        k = slow[-1][0].size
+        slow[-1] += (np.full(k, share), np.full(k, part.size), np.full(k, start * tau0))
+        first += own.n.size
+    psd, weight = ([getattr(data, name) for data in found] for name in ("psd", "weight"))
+    return Periodogram(
+        joined([data.bins for data in found]),
+        np.concatenate(psd),
+        np.concatenate(weight),
+        Slow(*(np.concatenate(column) for column in zip(*slow, strict=True))),
+    )
+
+
+def _slow(
+    c: np.ndarray, bins: Bins, first: int, bands: Sequence[tuple[float, float]]
+) -> tuple[np.ndarray, ...]:
+    """Values, k and bins of the slow coefficients of one stretch; first: its first bin among those
+    of all stretches."""
+    edge = edges(c.size)
+    whole = int(np.searchsorted(edge[1:], SLOWEST, side="right"))
+    k = np.arange(1, edge[whole])
+    own = np.repeat(np.arange(whole), bins.n[:whole]) + first
+    kept = _outside(k, c.size, bins.tau0, bands)
+    return np.sqrt(2 * bins.tau0) * c[k[kept]], k[kept], own[kept]
+
+
+def _outside(
+    k: np.ndarray, n: int, tau0: float, bands: Sequence[tuple[float, float]]
+) -> np.ndarray:
+    """Which coefficients of n samples lie in none of the bands."""
+    f = k / (2 * n * tau0)
+    return np.all([np.ones(k.size, bool), *((f < low) | (f > high) for low, high in bands)], axis=0)
 
 
 @njit(cache=True)
@@ -148,14 +220,16 @@ def without(
     """The periodogram of one complete stretch (n,) without the coefficients in `bands` (Hz): bins
     hold the mean of what is left, with so many degrees of freedom less, and next to none (and what
     their neighbours hold) where nothing is."""
-    from scipy.fft import dct
+    return _without(_transformed(series), data, bands) if bands else data
 
+
+def _without(
+    c: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, float]]
+) -> Periodogram:
     if not bands:
         return data
-    bins, n = data.bins, series.size
-    c = dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
-    k = np.arange(n) / (2 * n * bins.tau0)
-    left = np.all([(k < low) | (k > high) for low, high in bands], axis=0)
+    bins, n = data.bins, c.size
+    left = _outside(np.arange(n), n, bins.tau0, bands)
     first = edges(n)[:-1]
     count = np.add.reduceat(left.astype(np.int64), first)
     total = 2 * bins.tau0 * np.add.reduceat(np.where(left, c * c, 0.0), first)

@@ -1,0 +1,80 @@
+"""The part of a series that is no noise: a straight line and an exponential warm-up.
+
+    x(t) = drift t + A_w exp(-t / T_w),  t from the first frame
+
+drift in mm/h, A_w in mm (positive where the series falls towards its end), T_w in s. It has no
+spectrum: it happens once, at the start, where a random walk happens all the time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+PARAMETERS = ("drift", "A_w", "T_w")
+UNITS = {"drift": "mm/h", "A_w": "mm", "T_w": "s"}
+HOUR = 3600.0
+TERMS = 512  # places an average over time is taken at
+
+
+@dataclass(frozen=True)
+class Deterministic:
+    """drift: mm/h; A_w: mm; T_w: s; zero where there is none."""
+
+    drift: float = 0.0
+    A_w: float = 0.0
+    T_w: float = 0.0
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is nothing."""
+        return self.drift == 0 and self.A_w == 0
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        """x(t), mm, at t (any shape) in s from the first frame."""
+        t = np.asarray(t, float)
+        x = self.drift / HOUR * t
+        return x + self.A_w * np.exp(-t / self.T_w) if self.A_w else x
+
+    def means(self, start: np.ndarray, duration: float) -> np.ndarray:
+        """Means of x over start ... start + duration, s."""
+        start = np.asarray(start, float)
+        x = self.drift / HOUR * (start + duration / 2)
+        if not self.A_w:
+            return x
+        a = duration / self.T_w
+        return x + self.A_w * np.exp(-start / self.T_w) * (-math.expm1(-a) / a if a else 1.0)
+
+    def avar(self, tau: np.ndarray, duration: float) -> np.ndarray:
+        """Allan variance, mm^2, at tau (k,) of a series of `duration` s, overlapping: half the mean
+        square of the difference of adjacent means. A line has (drift tau)^2 / 2."""
+        out = []
+        for one in np.atleast_1d(np.asarray(tau, float)):
+            start = np.linspace(0, max(duration - 2 * one, 0.0), TERMS)
+            out.append(np.mean((self.means(start + one, one) - self.means(start, one)) ** 2) / 2)
+        return np.array(out)
+
+    def variance_of_means(self, mean_s: float, horizon_s: float) -> float:
+        """Mean square, mm^2, of what means over `mean_s` are from the mean of the first
+        `horizon_s`: the deterministic part of `assess.spread.spread`, where it is largest."""
+        if self.empty or not horizon_s > mean_s:
+            return 0.0
+        start = np.linspace(0, horizon_s - mean_s, TERMS)
+        about = float(self.means(np.zeros(1), horizon_s)[0])
+        return float(np.mean((self.means(start, mean_s) - about) ** 2))
+
+
+def deterministic_of(noise_rows: Iterable[Mapping[str, Any]]) -> Deterministic:
+    """What was detected, out of rows of noise.csv of one series and estimator."""
+    found = {
+        r["parameter"]: float(r["value"])
+        for r in noise_rows
+        if r["parameter"] in PARAMETERS and r["status"] not in ("not_detected", "refused")
+    }
+    if not found.get("T_w", 0.0) > 0 or not math.isfinite(found.get("A_w", math.nan)):
+        found = {k: v for k, v in found.items() if k == "drift"}
+    return Deterministic(**found)

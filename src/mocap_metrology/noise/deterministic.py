@@ -18,7 +18,7 @@ import numpy as np
 PARAMETERS = ("drift", "A_w", "T_w")
 UNITS = {"drift": "mm/h", "A_w": "mm", "T_w": "s"}
 HOUR = 3600.0
-TERMS = 512  # places an average over time is taken at
+MIDDLES = (np.arange(512) + 0.5) / 512  # places an average over time is taken at
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Deterministic:
         square of the difference of adjacent means. A line has (drift tau)^2 / 2."""
         out = []
         for one in np.atleast_1d(np.asarray(tau, float)):
-            start = np.linspace(0, max(duration - 2 * one, 0.0), TERMS)
+            start = MIDDLES * max(duration - 2 * one, 0.0)
             out.append(np.mean((self.means(start + one, one) - self.means(start, one)) ** 2) / 2)
         return np.array(out)
 
@@ -63,7 +63,7 @@ class Deterministic:
         `horizon_s`: the deterministic part of `assess.spread.spread`, where it is largest."""
         if self.empty or not horizon_s > mean_s:
             return 0.0
-        start = np.linspace(0, horizon_s - mean_s, TERMS)
+        start = MIDDLES * (horizon_s - mean_s)
         about = float(self.means(np.zeros(1), horizon_s)[0])
         return float(np.mean((self.means(start, mean_s) - about) ** 2))
 

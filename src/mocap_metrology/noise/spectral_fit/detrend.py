@@ -6,7 +6,8 @@ least squares over the slow coefficients, T_w a search in one dimension; given t
 fitted to what is left. What the coefficients lose by that, X V X' at each (V the covariance of the
 estimates), is put back before the spectrum is fitted: the expectation-maximisation form of
 restricted likelihood [Harville 1977], so that h_-2 is not biased low. Alternatives are compared by
--2 ln L of the data, a parameter of the deterministic part costing what one of the noise costs.
+-2 ln L of the data, a parameter of the deterministic part costing what one of the noise costs, and
+e to 1 against a line or a warm-up: a weak random walk now and then looks like a line.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ SHORTEST = 1e-3  # T_w searched: from this share of the recording,
 LEAST_FRAMES = 100  # and from so many frames, up to the recording
 GRID = 48  # T_w at which the search starts
 STEP = 1e-3  # of ln T_w, for a derivative
+UNLIKELY = 2.0  # twice the log of the odds against a line, and against a warm-up, before a look
 PROMISING = 4.0  # in twice the log likelihood: what may fail to pay in the search and yet be tried
 
 
@@ -56,9 +58,8 @@ class Alternative:
     """A deterministic part with the noise round it.
 
     data: periodogram of what is left, its expectation that of the noise (see above); fit: of the
-    noise; score: -2 ln L of the whole + penalty, to compare alternatives; offset: score less
-    penalty and deviance of `fit`, so that deviance + offset of any other fit of the noise to `data`
-    compares with any fit of any other alternative.
+    noise; score: -2 ln L of the whole + penalty, to compare alternatives; offset: what deviance +
+    penalty of `fit`, or of any other fit of noise to `data`, lack to be such a score.
     """
 
     part: Part
@@ -257,11 +258,12 @@ def alternatives(
     for kind in list(KINDS)[1:]:
         left, value = _quick(data, designs, kind)
         p = len(KINDS[kind])
-        if value + cost(p) > bare + PROMISING:
+        price = UNLIKELY * (("drift" in KINDS[kind]) + ("A_w" in KINDS[kind]))
+        if value + price + cost(p) > bare + PROMISING:
             continue
         part, left, fit = _settled(data, designs, kind, left, fitted(left))
         # sum of X V X' / S = p: taken off, so that the likelihood is that of the data
-        offset = float(np.sum(left.weight * (1 + np.log(left.psd)))) - p
-        score = fit.deviance + offset + cost(fit.spectrum.size + p)
+        offset = float(np.sum(left.weight * (1 + np.log(left.psd)))) - p + price + cost(p)
+        score = fit.deviance + offset + cost(fit.spectrum.size)
         found.append(Alternative(part, left, fit, score, offset))
     return sorted(found, key=lambda one: one.score)

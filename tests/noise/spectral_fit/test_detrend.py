@@ -1,0 +1,140 @@
+"""Straight line and warm-up under the noise: columns, estimates, what is no drift, gaps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.fft import dct
+
+from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.noise.deterministic import Deterministic, deterministic_of
+from mocap_metrology.noise.estimates import rows
+from mocap_metrology.noise.model import NoiseModel, PowerLaw
+from mocap_metrology.noise.spectral_fit.detrend import line_column, warm_up_column
+from mocap_metrology.noise.spectral_fit.likelihood import LikelihoodSettings, likelihood
+from mocap_metrology.noise.spectral_fit.periodogram import periodogram
+from mocap_metrology.noise.synthesis import Cross, draw_pair
+
+TAU0, N = 0.01, 60_000
+T = np.arange(N) * TAU0
+WHITE = PowerLaw(0, 5e-5)
+
+
+def noise(seed: int, *more: PowerLaw) -> np.ndarray:
+    model = NoiseModel((WHITE, *more))
+    return draw_pair(model, model, Cross(constant=0.0), N, TAU0, np.random.default_rng(seed))[0]
+
+
+def found(series: np.ndarray) -> dict:
+    return {c.parameter: c for c in likelihood(series, TAU0).estimate.coefficients}
+
+
+@pytest.mark.parametrize("start", [0, 7000])
+def test_columns_are_the_cosine_transforms_of_line_and_exponential(start):
+    n = 5001
+    t = (start + np.arange(n)) * TAU0
+    for x, column in (
+        (t, lambda slow: line_column(slow, TAU0)),
+        (np.exp(-t / 11), lambda slow: warm_up_column(slow, TAU0, 11.0)),
+        (np.exp(-t / 0.5), lambda slow: warm_up_column(slow, TAU0, 0.5)),
+    ):
+        slow = periodogram([x], [1.0], [start], TAU0).slow
+        expected = np.sqrt(2 * TAU0) * dct(x, norm="ortho")[slow.k]
+        assert np.allclose(column(slow), expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_a_line_is_a_drift_and_no_random_walk():
+    """0.2 mm in 10 min; at 8b8d0af h_-2 = 3e-8 with a 95 % interval far from 0."""
+    held, walks, widths = 0, 0, []
+    for seed in range(8):
+        by_name = found(noise(seed) + 0.2 * T / 600)
+        drift = by_name["drift"]
+        assert drift.detected and not by_name["A_w"].detected
+        held += drift.lower_95 <= 1.2 <= drift.upper_95
+        walks += by_name["h_-2"].detected
+        widths.append((drift.upper_95 - drift.lower_95) / (2 * 1.96 * drift.crlb))
+        assert drift.std_error == pytest.approx(drift.crlb)
+    assert held >= 7
+    assert walks == 0
+    assert np.median(widths) < 1.5
+
+
+def test_a_warm_up_has_its_size_and_its_time():
+    held = 0
+    for seed in range(6):
+        by_name = found(noise(seed) - 0.3 * np.exp(-T / 60))
+        A_w, T_w = by_name["A_w"], by_name["T_w"]
+        assert A_w.detected and T_w.detected and not by_name["h_-2"].detected
+        held += A_w.lower_95 <= -0.3 <= A_w.upper_95 and T_w.lower_95 <= 60 <= T_w.upper_95
+    assert held >= 5
+
+
+def test_line_and_warm_up_together():
+    by_name = found(noise(3) + 0.2 * T / 600 + 0.3 * np.exp(-T / 60))
+    for name, truth in (("drift", 1.2), ("A_w", 0.3), ("T_w", 60.0)):
+        assert by_name[name].lower_95 < truth < by_name[name].upper_95
+
+
+@pytest.mark.parametrize("alpha, h", [(0, 0.0), (-1, 1.5e-5), (-2, 5e-7), (-2, 2e-8)])
+def test_noise_alone_is_no_drift(alpha, h):
+    more = [PowerLaw(alpha, h)] if h else []
+    false = 0
+    for seed in range(12):
+        by_name = found(noise(100 + seed, *more))
+        false += by_name["drift"].detected or by_name["A_w"].detected
+        assert by_name["drift"].detected or by_name["drift"].upper_95 > 0
+    assert false <= 1
+
+
+def test_a_walk_under_a_line_keeps_its_coefficient():
+    """The walk is 0.1 mm in 10 min, the line 0.5 mm; restricted likelihood keeps h_-2 unbiased."""
+    ratios = []
+    for seed in range(8):
+        alone = noise(seed, PowerLaw(-2, 5e-7))
+        values = [found(x)["h_-2"].value for x in (alone, alone + 0.5 * T / 600)]
+        ratios.append(values[1] / values[0])
+    assert np.nanmedian(ratios) == pytest.approx(1, abs=0.02)
+
+
+def test_stretches_share_one_line():
+    series = noise(5) + 0.2 * T / 600
+    series[20_000:30_000] = np.nan  # longer than is filled
+    drift = found(series)["drift"]
+    assert drift.lower_95 < 1.2 < drift.upper_95
+    warm = 0.3 * np.exp(-T / 60) + noise(6)
+    warm[10_000:15_000] = np.nan
+    by_name = found(warm)
+    assert by_name["A_w"].lower_95 < 0.3 < by_name["A_w"].upper_95
+    assert by_name["T_w"].lower_95 < 60 < by_name["T_w"].upper_95
+
+
+def test_it_is_not_looked_for_when_it_is_not_wanted():
+    run = likelihood(
+        noise(1) + 0.2 * T / 600, TAU0, settings=LikelihoodSettings(deterministic=False)
+    )
+    names = {c.parameter for c in run.estimate.coefficients}
+    assert not names & {"drift", "A_w", "T_w"}
+    assert [one.part.kind for one in run.alternatives] == ["none"]
+
+
+def test_rows_come_back_as_the_part_and_the_noise():
+    run = likelihood(noise(2) + 0.2 * T / 600, TAU0)
+    table = rows("x1", run.estimate)
+    assert {r["unit"] for r in table if r["parameter"] in ("drift", "A_w", "T_w")} == {
+        "mm/h", "mm", "s",
+    }  # fmt: skip
+    part = deterministic_of(table)
+    assert part.drift == pytest.approx(1.2, rel=0.02)
+    assert part.A_w == 0
+    assert "drift" not in run.estimate.model.coefficients()
+
+
+def test_allan_variance_and_spread_of_the_part_itself():
+    part = Deterministic(drift=3.6, A_w=0.4, T_w=50.0)
+    x, m = part.at(T), np.array([1, 10, 100, 1000, 10_000])
+    expected = allan_variance(x, m).variance
+    assert part.avar(m * TAU0, N * TAU0) == pytest.approx(expected, rel=1e-2)
+    blocks = x[:30_000].reshape(-1, 100).mean(axis=1)
+    expected = np.mean((blocks - blocks.mean()) ** 2)
+    assert part.variance_of_means(1.0, 300.0) == pytest.approx(expected, rel=0.01)
+    assert Deterministic(drift=3.6).avar(np.array([2.0]), 600.0) == pytest.approx(2e-3**2 * 2)

@@ -19,6 +19,7 @@ PARAMETERS = ("drift", "A_w", "T_w")
 UNITS = {"drift": "mm/h", "A_w": "mm", "T_w": "s"}
 HOUR = 3600.0
 MIDDLES = (np.arange(512) + 0.5) / 512  # places an average over time is taken at
+HORIZONS = 16  # every so many of them where a horizon begins
 
 
 @dataclass(frozen=True)
@@ -58,14 +59,19 @@ class Deterministic:
             out.append(np.mean((self.means(start + one, one) - self.means(start, one)) ** 2) / 2)
         return np.array(out)
 
-    def variance_of_means(self, mean_s: float, horizon_s: float) -> float:
-        """Mean square, mm^2, of what means over `mean_s` are from the mean of the first
-        `horizon_s`: the deterministic part of `assess.spread.spread`, where it is largest."""
-        if self.empty or not horizon_s > mean_s:
+    def variance_of_means(self, mean_s: float, horizon_s: float, duration_s: float) -> float:
+        """Mean square, mm^2, of what means over `mean_s` are from the mean of `horizon_s`, over all
+        horizons of a recording of `duration_s`: the deterministic part of `assess.spread.spread`.
+        A line has drift^2 (horizon^2 - mean^2) / 12."""
+        horizon_s = min(horizon_s, duration_s)
+        count = int(horizon_s / mean_s * (1 + 1e-9)) if mean_s > 0 else 0
+        if self.empty or count < 2:
             return 0.0
-        start = MIDDLES * (horizon_s - mean_s)
-        about = float(self.means(np.zeros(1), horizon_s)[0])
-        return float(np.mean((self.means(start, mean_s) - about) ** 2))
+        own = np.floor(MIDDLES * count) if count > MIDDLES.size else np.arange(count)
+        places = MIDDLES[::HORIZONS] if duration_s > horizon_s else np.zeros(1)
+        first = (places * (duration_s - horizon_s))[:, None]
+        means = self.means(first + own * mean_s, mean_s)
+        return float(np.mean((means - means.mean(axis=1, keepdims=True)) ** 2))
 
 
 def deterministic_of(noise_rows: Iterable[Mapping[str, Any]]) -> Deterministic:

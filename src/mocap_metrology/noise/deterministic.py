@@ -35,6 +35,11 @@ class Deterministic:
         """Whether there is nothing."""
         return self.drift == 0 and self.A_w == 0
 
+    @property
+    def name(self) -> str:
+        """What a reader calls it."""
+        return "warm-up" if self.drift == 0 else "drift"
+
     def at(self, t: np.ndarray) -> np.ndarray:
         """x(t), mm, at t (any shape) in s from the first frame."""
         t = np.asarray(t, float)

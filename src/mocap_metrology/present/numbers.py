@@ -6,8 +6,7 @@ import math
 import re
 from typing import Any
 
-from mocap_metrology.noise.estimates import unit_key
-from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.estimates import unit_key, unit_of
 from mocap_metrology.noise.verdict import duration_words
 from mocap_metrology.present.drawing.decades import SUPERSCRIPT
 
@@ -97,7 +96,7 @@ def symbol(parameter: str) -> str:
 
 def unit(parameter: str) -> str:
     """mm²/Hz² of `h_1`."""
-    text = NoiseModel.UNITS[unit_key(parameter)].replace("/s^0.5", "/√s")
+    text = unit_of(parameter).replace("/s^0.5", "/√s")
     return text.replace("^2", "²").replace("^3", "³")
 
 

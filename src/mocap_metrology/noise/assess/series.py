@@ -13,6 +13,7 @@ from mocap_metrology.noise.assess.facts import NO_MODEL
 from mocap_metrology.noise.assess.lowest import lowest
 from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
 from mocap_metrology.noise.assess.spread import Spread, expected_spread, spread
+from mocap_metrology.noise.deterministic import Deterministic, deterministic_of
 from mocap_metrology.noise.estimates import model_of
 from mocap_metrology.noise.gaussian import drift
 from mocap_metrology.noise.model import NoiseModel
@@ -23,6 +24,7 @@ UNLIKELY = 1e-3  # probability below which a model and its recording do not agre
 NEAR = 1.25  # and the ratio of deviations from which that matters: a filter may take a little
 NO_VALUE = {"uncertainty_mm": math.nan, "lower_mm": math.nan, "upper_mm": math.nan}
 
+Fitted = tuple[NoiseModel | None, Deterministic]  # noise, if any, and what lies under it
 NO_MEAN = {**NO_VALUE, "measured_mm": math.nan, "shares": {}}
 
 
@@ -74,12 +76,14 @@ def assess_series(
     status = "constant" if np.nanmin(series) == np.nanmax(series) else _status(noise_rows)
     model = model_of(list(noise_rows)) if status in ("ok", "misfit") else None
     near = measured_within(series, span.frames(span.window_s))
-    reason = _why_measured(series, model, status, near, span)
+    part = deterministic_of(noise_rows) if model else Deterministic()
+    reason = _why_measured(series, (model, part), status, near, span)
     if status == "refused":
         reason = _refused(noise_rows, valid, series.size) or reason
-    model = None if reason else model
+    model, part = (None, Deterministic()) if reason else (model, part)
+    fitted = model, part
     floor = span.step_mm / math.sqrt(12) if near.value < span.step_mm / 2 else 0.0
-    frame = _uncertainty(series, model, 1, span, floor)
+    frame = _uncertainty(series, fitted, 1, span, floor)
     moved = drift(series, span.frame_rate_hz)
     return {
         "status": status,
@@ -89,7 +93,7 @@ def assess_series(
         "sigma_recording_mm": float(np.nanstd(series, ddof=1)),
         **{f"frame_{k.removeprefix('uncertainty_')}": frame[k] for k in NO_VALUE},
         **_minimum(curve),
-        "means": [_mean(series, model, T, span, floor, curve) for T in MEANS_S],
+        "means": [_mean(series, fitted, T, span, floor, curve) for T in MEANS_S],
         "shares": frame["shares"],
         "floor_mm": floor,
         "drift_mm_per_h": moved.per_hour,
@@ -134,9 +138,10 @@ def _refused(rows: Sequence[Mapping[str, Any]], valid: int, recorded: int) -> st
 
 
 def _why_measured(
-    series: np.ndarray, model: NoiseModel | None, status: str, near: Measured, span: Span
+    series: np.ndarray, fitted: Fitted, status: str, near: Measured, span: Span
 ) -> str:
     """Why the model is not believed; empty if it is."""
+    model, part = fitted
     if status == "misfit":
         return "the noise model does not describe the spectrum"
     if model is None or not model.components:
@@ -150,7 +155,8 @@ def _why_measured(
     if 2 * n > N:
         return ""
     wander = measured_spread(series, n, N)
-    expected = math.sqrt(sum(spread(c, n, N, tau0, model.form) for c in model.components))
+    still = part.variance_of_means(n * tau0, N * tau0, series.size * tau0)
+    expected = math.sqrt(sum(spread(c, n, N, tau0, model.form) for c in model.components) + still)
     if _apart(wander, expected, model, (n, N), tau0, series.size):
         return (
             f"means over {span.window_s:g} s scatter by {wander.value:.3g} mm, "
@@ -206,9 +212,10 @@ def _sigma_frame(
 
 
 def _uncertainty(
-    series: np.ndarray, model: NoiseModel | None, n: int, span: Span, floor: float
+    series: np.ndarray, fitted: Fitted, n: int, span: Span, floor: float
 ) -> dict[str, Any]:
     """u(n, N) with interval and shares; of the series itself where there is no model."""
+    model, part = fitted
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1 and 2 * n > N:
         return dict(NO_MEAN)
@@ -219,7 +226,7 @@ def _uncertainty(
     else:
         recorded = int(np.isfinite(series).sum())
         tau0 = 1 / span.frame_rate_hz
-        of_noise = expected_spread(model, n, N, tau0, recorded, span.confidence)
+        of_noise = expected_spread(model, n, N, tau0, recorded, span.confidence, part)
         of_noise = _widened(of_noise, found, span.confidence)
     ends = (math.hypot(v, floor) for v in (of_noise.value, of_noise.lower, of_noise.upper))
     named = dict(zip(NO_VALUE, ends, strict=True))
@@ -244,14 +251,14 @@ def _widened(of_noise: Spread, found: Measured, confidence: float) -> Spread:
 
 def _mean(
     series: np.ndarray,
-    model: NoiseModel | None,
+    fitted: Fitted,
     duration_s: float,
     span: Span,
     floor: float,
     curve: Mapping[str, np.ndarray],
 ) -> dict[str, Any]:
     n = span.frames(duration_s)
-    found = _uncertainty(series, model, n, span, floor)
+    found = _uncertainty(series, fitted, n, span, floor)
     return {"duration_s": duration_s, "adev_mm": _adev_at(curve, duration_s), **found}
 
 

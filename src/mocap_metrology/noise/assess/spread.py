@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_metrology.noise.deterministic import Deterministic
 from mocap_metrology.noise.model import Component, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.spectral_fit.fisher import spectrum_of
 from mocap_metrology.noise.spectral_fit.lines import line_errors
@@ -29,6 +30,7 @@ from mocap_metrology.noise.spectral_fit.whittle import Likelihood
 OCTAVES = 30  # beyond n, for blue and violet noise, whose Allan variances fall by 4 an octave
 NAMES = {-2: "random walk", -1: "flicker", 0: "white", 1: "blue", 2: "violet"}
 STEP = 1e-3  # of ln T_c, for a derivative
+NO_PART = Deterministic()
 
 
 def spread(component: Component, n: int, N: int, tau0: float, form: Form = "sampled") -> float:
@@ -121,9 +123,15 @@ class Spread:
 
 
 def expected_spread(
-    model: NoiseModel, n: int, N: int, tau0: float, recorded: int, confidence: float = 0.683
+    model: NoiseModel,
+    n: int,
+    N: int,
+    tau0: float,
+    recorded: int,
+    confidence: float = 0.683,
+    part: Deterministic = NO_PART,
 ) -> Spread:
-    """u(n, N) of a model that was fitted to `recorded` frames.
+    """u(n, N) of a model, and a deterministic part, that were fitted to `recorded` frames.
 
     The interval is that of the coefficients: ln u normal, its variance from the inverse Fisher
     information of the spectrum (errors of coefficients are correlated, and mostly cancel in u).
@@ -134,10 +142,11 @@ def expected_spread(
     from scipy.special import ndtri
 
     parts = [spread(c, n, N, tau0, model.form) for c in model.components]
-    total = sum(parts)
+    still = part.variance_of_means(n * tau0, N * tau0, recorded * tau0)
+    total = sum(parts) + still
     if not total > 0:
         return Spread(0.0, 0.0, 0.0, {})
-    shares: dict[str, float] = {}
+    shares = {part.name: still / total} if still else {}
     for component, part in zip(model.components, parts, strict=True):
         name = kind(component, tau0)
         shares[name] = shares.get(name, 0.0) + part / total

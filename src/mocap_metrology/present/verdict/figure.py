@@ -65,6 +65,8 @@ KINDS = {
     "correlated, long (from 100 s)": "#14525f",
     "flicker": "#e6b34a",
     "random walk": "#cf4a2c",
+    "drift": "#6b8e23",
+    "warm-up": "#a9c46c",
 }
 CORRELATED = {kind.split()[1]: kind for kind in KINDS if kind.startswith("correlated")}
 DARK = ("periodic", CORRELATED["unclassed"], CORRELATED["long"])  # white text on them

@@ -223,9 +223,7 @@ def without(
     return _without(_transformed(series), data, bands) if bands else data
 
 
-def _without(
-    c: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, float]]
-) -> Periodogram:
+def _without(c: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, float]]) -> Periodogram:
     if not bands:
         return data
     bins, n = data.bins, c.size

@@ -1,4 +1,4 @@
-"""A drift that was found counts in the uncertainty of a frame; it is not lost with its subtraction."""
+"""A drift that was found counts in the uncertainty of a frame, though it was subtracted."""
 
 from __future__ import annotations
 

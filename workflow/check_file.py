@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "workflow"))
 
 from lib import one_file  # noqa: E402
+from lib.crashes import crashes, kept  # noqa: E402
 
 FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
 LAST_LINES = 12
@@ -25,12 +26,21 @@ CHATTER = ("Using workflow specific profile", "Config file ", "host: ", "Buildin
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Check one file; 0 if there is a verdict, whatever it is, 1 if the file is refused."""
+    """Check one file; 0 if there is a verdict, whatever it is, 1 if the file is refused or a step
+    crashes, which is said with the place of its traceback."""
     given = _parser().parse_args(arguments)
-    from mocap_metrology.common.errors import Refusal
-
     path = Path(given.file).expanduser().resolve()
     folder = Path(given.results or f"results/check/{one_file.folder_of(path)}").resolve()
+    try:
+        return _checked(path, folder, given)
+    except Exception as error:
+        print(f"{kept(error, folder, f'check of {path.name}')}\nNo verdict", file=sys.stderr)
+        return 1
+
+
+def _checked(path: Path, folder: Path, given: argparse.Namespace) -> int:
+    from mocap_metrology.common.errors import Refusal
+
     try:
         _check_path(path, given.file)
         markers = _markers(path, given)
@@ -190,13 +200,15 @@ def _run(folder: Path, name: str, cores: int) -> int:
 
 
 def _why(sheet: Path, check: Path, log: Path) -> str:
-    """The refusal, unless it is of an earlier sheet; else the end of what was said."""
+    """The refusal, unless it is of an earlier sheet; else what crashed, and where its traceback is;
+    else the end of what was said."""
     if check.is_file() and check.stat().st_mtime_ns >= sheet.stat().st_mtime_ns:
         found = json.loads(check.read_text(encoding="utf-8"))
         if not found["ok"]:
             return f"refused: {found['why']}"
-    said = log.read_text(encoding="utf-8").rstrip().splitlines()
-    last = [line for line in said if not line.startswith(CHATTER)][-LAST_LINES:]
+    said = log.read_text(encoding="utf-8", errors="replace").rstrip()
+    lines = [line for line in said.splitlines() if not line.startswith(CHATTER)]
+    last = crashes(said) or lines[-LAST_LINES:]
     return "\n".join([*last, f"No verdict; all that was said is in {log}"])
 
 

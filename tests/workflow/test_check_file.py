@@ -158,3 +158,56 @@ def test_a_reason_of_an_earlier_sheet_is_not_given(tmp_path: Path) -> None:
 def test_long_lists_of_labels_are_cut() -> None:
     assert one_file.listed(["A", " ", "B"]) == "A, B"
     assert one_file.listed([f"M{k}" for k in range(70)]).endswith("M59 and 10 more")
+
+
+def failed(rule: str, log: Path, how: str = "returned non-zero exit status 1") -> str:
+    """What Snakemake says of a rule that failed."""
+    return (
+        f"RuleException:\nCalledProcessError in file \"x.smk\", line 1:\nCommand 'x.py' {how}.\n"
+        f"[Sun Nov 22 07:04:34 2026]\nError in rule {rule}:\n    message: None\n    jobid: 5\n"
+        f"    log: {log} (check log file(s) for error details)\n"
+        "[Sun Nov 22 07:04:37 2026]\nFinished jobid: 8 (Rule: recording_figures)\n"
+        "Exiting because a job execution failed. Look above for error messages\n"
+        "WorkflowError:\nAt least one job did not complete successfully.\n"
+    )
+
+
+def test_what_crashed_is_said_and_where_its_traceback_is(tmp_path: Path) -> None:
+    """A crash with its exception, a refusal as it is, a process that was killed."""
+    paths = [tmp_path / name for name in ("noise.log", "psd.log", "allan.log")]
+    step = "with step(snakemake) as log:\n    log.info('fits')\n    log.error('a')\n"
+    del step
+    paths[0].write_text(
+        "07:04:30 INFO fits\n07:04:34 ERROR IndexError: index 118 is out of bounds (see "
+        f'{paths[0]})\nTraceback (most recent call last):\n  File "noise.py", line 9, in <module>\n'
+        '    x()\n  File "/a/lines.py", line 127, in _search\n    y\nIndexError: index 118 is out\n'
+    )
+    paths[1].write_text("07:04:34 ERROR take.c3d: 10 frames; expected 100\n")
+    paths[2].write_text("")
+    log = tmp_path / "check.log"
+    log.write_text(
+        failed("noise", paths[0]) + failed("psd", paths[1])
+        + failed("allan", paths[2], "died with <Signals.SIGKILL: 9>")
+    )  # fmt: skip
+    said = check_file._why(tmp_path / "check.tsv", tmp_path / "check.json", log).splitlines()
+    assert said == [
+        "step noise crashed: IndexError: index 118 is out of bounds, in lines.py, line 127",
+        f"  traceback: {paths[0]}",
+        "step psd: take.c3d: 10 frames; expected 100",
+        "step allan ended: died with <Signals.SIGKILL: 9>",
+        f"  its log: {paths[2]}",
+        f"No verdict; all that was said is in {log}",
+    ]
+
+
+def test_a_crash_before_any_step_is_said(take: Path, monkeypatch, capsys) -> None:
+    def broken(*_: object) -> None:
+        raise IndexError("index 118 is out of bounds")
+
+    monkeypatch.setattr(check_file, "_markers", broken)
+    assert check_file.main([str(take), "--results", str(take.parent / "kept")]) == 1
+    said = capsys.readouterr().err.splitlines()
+    path = take.parent / "kept/crash.log"
+    assert said[0] == f"check of {take.name} crashed: IndexError: index 118 is out of bounds"
+    assert said[1] == f"  traceback: {path}"
+    assert "in broken" in path.read_text()

@@ -47,7 +47,8 @@ def threshold(n: int) -> float:
 
     BIC's 3 ln n for three parameters, or, if greater, what noise alone brings in one recording of a
     thousand: with N independent places in the spectrum exp(-gain/2) N = 1/1000, where
-    N = 1.25 n, as the places between the n/2 coefficients count too.
+    N = 1.25 n, as the places between the n/2 coefficients count too. (With the noise's level taken
+    from the spectrum, 4 of 1200 series of 24 000 white samples.)
     """
     return max(3 * math.log(n), 2 * math.log(1250 * n))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
-from mocap_metrology.noise.diagnosis.events import find_events
+from mocap_metrology.noise.diagnosis.recording import searched
 from mocap_metrology.noise.diagnosis.sides import blocks, compare
 from mocap_metrology.noise.diagnosis.spikes import isolated, off_frames, without
 from mocap_metrology.noise.series import all_series
@@ -33,9 +33,7 @@ def events_of(position, false_alarm=FALSE_ALARM):
     spikes = isolated(off, {k: int(k[1]) for k in raw})
     quiet = {k: without(v, spikes[k]) for k, v in raw.items()}
     series = dict(all_series(quiet, [(1, 2)]))
-    dynamics = {k: dynamic_allan(v, RATE) for k, v in series.items()}
-    levels = {k: blocks(v, RATE) for k, v in series.items()}
-    return find_events(dynamics, levels, series, RATE, false_alarm, 300.0)
+    return searched(series, [(1, 2)], RATE, 0.0, false_alarm, 300.0)[0]
 
 
 def loud_after(position, from_s, factor):
@@ -159,3 +157,58 @@ def test_short_and_constant_series_have_no_windows():
     assert dynamic_allan(np.full(500, np.nan), RATE) == []
     assert dynamic_allan(np.arange(100.0), RATE) == []
     assert [s.m for s in scales(50.0)] == [1, 2, 4, 8, 16]
+
+
+def heavy(kind, rng, n):
+    """Noise of 0.05 mm that is not Gaussian."""
+    white, rare = rng.standard_normal((6, n)), rng.random((6, n))
+    return 0.05 * {
+        "Student t3": lambda: rng.standard_t(3, (6, n)) / np.sqrt(3),
+        "Student t4": lambda: rng.standard_t(4, (6, n)) / np.sqrt(2),
+        "Laplace": lambda: rng.laplace(size=(6, n)) / np.sqrt(2),
+        "contaminated": lambda: white * np.where(rare < 0.05, 5, 1),
+        "telegraph": lambda: white + 2 * (-1.0) ** np.cumsum(rare < 1 / RATE, axis=1),
+    }[kind]()  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "kind", ["Student t3", "Student t4", "Laplace", "contaminated", "telegraph"]
+)
+def test_heavy_tails_are_no_events(kind):
+    for seed in range(2):
+        position = heavy(kind, np.random.default_rng(seed), 48_000) + 160
+        assert not events_of(position)
+
+
+def test_a_shock_in_heavy_tails_is_found():
+    """Five sigma for 0.3 s; ten for 0.1 s, in which few frames are off."""
+    rng = np.random.default_rng(3)
+    position = heavy("Student t4", rng, 48_000) + 160
+    for start, frames, size in ((12_000, 36, 0.25), (36_000, 12, 0.5)):
+        swing = np.sin(4 * np.pi * np.arange(frames) / frames)
+        position[:, start : start + frames] += size * swing
+    times = [event.time_s for event in events_of(position)]
+    assert times == pytest.approx([100.0, 300.0], abs=1.0)
+
+
+@pytest.mark.parametrize("shape", ["falls by 15 %", "falls by half", "comes back", "warms up"])
+def test_a_slow_change_of_level_is_no_event(shape):
+    n = 72_000
+    t = np.linspace(0, 1, n)
+    size = {
+        "falls by 15 %": 1 - 0.15 * t,
+        "falls by half": 1 - 0.5 * t,
+        "comes back": 1 + 0.2 * np.sin(2 * np.pi * t),
+        "warms up": 1 + 0.3 * np.exp(-6 * t),
+    }[shape]
+    for seed in range(2):
+        noise = np.random.default_rng(seed).normal(0, 0.05, (6, n)) * size
+        assert not events_of(noise + 160)
+
+
+def test_edges_of_long_recordings_have_a_baseline_of_many_windows():
+    """A quiet first window must not become the baseline of the first minutes."""
+    series = np.random.default_rng(1).normal(0, 0.01, 120_000)
+    series[:200] *= 0.01
+    for dynamic in dynamic_allan(series, RATE):
+        assert dynamic.baseline[0] > 0.5 * np.median(dynamic.baseline)

@@ -11,7 +11,8 @@ import pytest
 
 from mocap_metrology.noise.diagnosis.coded import coded
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-from mocap_metrology.noise.diagnosis.sentences import _time, sentences
+from mocap_metrology.noise.diagnosis.sentence import time_words
+from mocap_metrology.noise.diagnosis.sentences import sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.estimates import rows
 from mocap_metrology.noise.series import all_series
@@ -151,4 +152,4 @@ def test_a_coarse_file_and_a_moving_marker_are_warned_of():
     [(9059.97, "2:31:00.0"), (599.97, "0:10:00.0"), (150.24, "150.2 s"), (3661.0, "1:01:01.0")],
 )
 def test_times_carry_over(seconds: float, text: str) -> None:
-    assert _time(seconds) == text
+    assert time_words(seconds) == text

@@ -15,7 +15,14 @@ def coded(recording: Recording, found: Diagnosis, noise: Rows) -> list[Finding]:
 
     noise: rows of noise.csv. Every part is a function of these that returns `Finding`s.
     """
-    parts = [_low_pass(found), _gap_filled(recording), _lines(found), _events(found)]
+    parts = [
+        _low_pass(found),
+        _gap_filled(recording),
+        _heavy_tails(found),
+        _level_changes(found),
+        _lines(found),
+        _events(found),
+    ]
     order = list(CODES)
     return sorted((one for part in parts for one in part), key=lambda one: order.index(one.code))
 
@@ -32,6 +39,29 @@ def _gap_filled(recording: Recording) -> list[Finding]:
         if recording.n_filled.get(label)
         for axis in AXES
     ]
+
+
+def _heavy_tails(found: Diagnosis) -> list[Finding]:
+    return [
+        Finding("heavy_tails", one.series, one.excess, one.lower, one.upper) for one in found.tails
+    ]
+
+
+def _level_changes(found: Diagnosis) -> list[Finding]:
+    """Slow ones from the start to the end, and those at once from before to after, whose interval
+    holds for all series together."""
+    slow = [
+        Finding("level_changes", one.series, one.change, one.lower, one.upper)
+        for one in found.trends
+    ]
+    at_once = [
+        Finding("level_changes", side.series, side.ratio - 1, side.lower - 1, side.upper - 1)
+        for event in found.events
+        if event.kind == "level"
+        for side in event.sides
+        if side.changed
+    ]
+    return [*slow, *at_once]
 
 
 def _lines(found: Diagnosis) -> list[Finding]:

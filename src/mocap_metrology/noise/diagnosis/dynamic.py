@@ -11,6 +11,10 @@ of the window's n differences and ratio r to its mean,
 
 edf = (tr R)^2 / tr R^2, kappa = the greatest eigenvalue of R / tr R. The bound holds for every x,
 where a chi-squared distribution with edf degrees is too light in the far tail.
+
+Noise with heavier tails than a Gaussian's (of which `spikes.drawn_in` leaves little) is met by what
+the recording itself shows: half of its 24 parts hold a window beyond ln w + 0.37 by chance, w being
+the windows of a part, and no event lasts for half of a recording; x is divided by what they hold.
 """
 
 from __future__ import annotations
@@ -31,6 +35,8 @@ WINDOW_FRAMES = 64  # frames
 STEPS = 4  # differences a tau
 FEWEST = 8  # windows a baseline is taken of
 SPECTRA = 4096  # windows a spectrum is taken of, at most
+PARTS = 24  # of a recording, whose greatest x tell the tail
+MEDIAN_OF_GREATEST = -math.log(math.log(2))  # of many exponential variables, less their ln number
 LEAST_SHARE = 0.5  # of a window's differences that must be there
 
 
@@ -85,7 +91,7 @@ def dynamic_allan(
     series: np.ndarray,
     rate_hz: float,
     resolution: float = 0.0,
-    baseline_s: float = 600.0,
+    baseline_s: float = 300.0,
     among: list[Scale] | None = None,
 ) -> list[Dynamic]:
     """Of (n,) series, NaN in gaps, at all `scales` that have enough windows.
@@ -114,6 +120,7 @@ def dynamic_allan(
         baseline = baseline / max(1 - 2 / (9 * edf), 0.5) ** 3  # a chi-squared's median and mean
         baseline = np.maximum(baseline, resolution**2 / 12 / scale.m)
         x = _surprise(avar, baseline, share, edf, kappa)
+        x = x / max(tail(x), 1.0)
         found.append(
             Dynamic(
                 scale, scale.m / rate_hz, np.arange(avar.size) * hop_s,
@@ -121,6 +128,16 @@ def dynamic_allan(
             )
         )  # fmt: skip
     return found
+
+
+def tail(x: np.ndarray) -> float:
+    """How much larger x (k,) is than it should be: the median of the greatest of 24 parts over
+    that of exponential variables."""
+    size = x.size // PARTS
+    if size < 2:
+        return 1.0
+    greatest = x[: size * PARTS].reshape(PARTS, size).max(axis=1)
+    return float(np.median(greatest)) / (math.log(size) + MEDIAN_OF_GREATEST)
 
 
 def _squares(
@@ -197,7 +214,7 @@ def _running_median(avar: np.ndarray, size: int) -> np.ndarray:
     level = float(np.median(avar[known]))
     if size >= avar.size:
         return np.full(avar.size, level)
-    return median_filter(np.where(known, avar, level), size, mode="nearest")
+    return median_filter(np.where(known, avar, level), size, mode="reflect")
 
 
 def _surprise(

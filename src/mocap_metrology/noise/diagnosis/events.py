@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.sides import Blocks, Change, Sides, changes, compare
+from mocap_metrology.noise.diagnosis.levels import Change, changes
+from mocap_metrology.noise.diagnosis.sides import Blocks, Sides, compare
 from mocap_metrology.noise.diagnosis.spikes import spread
 
 JOIN_S = 1.0  # alarms so close are one event

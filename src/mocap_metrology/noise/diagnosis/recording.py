@@ -15,12 +15,14 @@ from mocap_metrology.noise.describe import moving_markers
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
+from mocap_metrology.noise.diagnosis.levels import Trend, trends
 from mocap_metrology.noise.diagnosis.lowpass import LowPass, low_passes, wander
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
 from mocap_metrology.noise.diagnosis.resolution import Resolution, resolution
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
-from mocap_metrology.noise.diagnosis.spikes import isolated, off_frames, without
+from mocap_metrology.noise.diagnosis.spikes import drawn_in, isolated, off_frames, without
+from mocap_metrology.noise.diagnosis.tails import Tails, heavy_tails
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, model_of
 from mocap_metrology.noise.gaussian import Drift, drift
 from mocap_metrology.noise.model import NoiseModel, Sinusoid
@@ -63,7 +65,7 @@ class Diagnosis:
     frames a marker lacks; drifts: a series; moving: a line on markers that do; dynamics, levels
     (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
     and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
-    before the export."""
+    before the export; trends: slow changes of the level of the noise."""
 
     events: list[Event]
     lines: list[Found]
@@ -79,6 +81,8 @@ class Diagnosis:
     quiet: dict[str, np.ndarray]
     spectra: dict[str, dict[str, np.ndarray]]
     low_pass: list[LowPass]
+    trends: list[Trend]
+    tails: list[Tails]
 
 
 def diagnose(
@@ -98,13 +102,13 @@ def diagnose(
     rate, step = recording.frame_rate_hz, recording.resolution_mm
     step = step if np.isfinite(step) else 0.0
     spikes, coordinates = _quiet(recording, settings, step)
-    dynamics, levels, drifts, quiet = {}, {}, {}, dict(coordinates)
+    drifts, quiet = {}, dict(coordinates)
     for name, series in all_series(coordinates, recording.pairs):
-        dynamics[name] = dynamic_allan(series, rate, step)
-        levels[name] = blocks(series, rate)
         drifts[name] = drift(series, rate)
         quiet.setdefault(name, series.astype(np.float32) if name not in coordinates else series)
-    events = find_events(dynamics, levels, quiet, rate, settings.false_alarm, settings.side_s)
+    events, dynamics, levels = searched(
+        quiet, recording.pairs, rate, step, settings.false_alarm, settings.side_s
+    )
     away = inside_events(events, recording.n_frames, 1 / rate)
     if away.mean() > MOST_BLANKED:
         away[:] = False
@@ -130,8 +134,38 @@ def diagnose(
         events, lines, filtered, resolutions, spikes, _missing(recording), drifts,
         _moving(recording, settings), dynamics, levels,
         sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
-        _low_pass(recording, blanked, levels, settings),
+        _low_pass(recording, blanked, levels, settings), _trends(levels, events),
+        heavy_tails(blanked, step),
     )  # fmt: skip
+
+
+def searched(
+    quiet: Mapping[str, np.ndarray],
+    pairs: Sequence[tuple[int, int]],
+    rate_hz: float,
+    step: float,
+    false_alarm: float,
+    side_s: float,
+) -> tuple[list[Event], dict[str, list[Dynamic]], dict[str, Blocks]]:
+    """Events of coordinates and distances, spikes bridged, and what they were found in."""
+    dynamics = {
+        name: dynamic_allan(series, rate_hz, step)
+        for name, series in all_series(
+            drawn_in({k: v for k, v in quiet.items() if not k.startswith("L")}, step), pairs
+        )
+    }
+    levels = {name: blocks(series, rate_hz) for name, series in quiet.items()}
+    return find_events(dynamics, levels, quiet, rate_hz, false_alarm, side_s), dynamics, levels
+
+
+def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend]:
+    """Beside what became another at once."""
+    one = next(iter(levels.values()), None)
+    if one is None:
+        return []
+    out_of = inside_events(events, one.mean.size, one.length_s)
+    steps = [e.time_s for e in events if e.kind == "level" or e.level_changed]
+    return trends(levels, out_of, steps)
 
 
 def _lines_and_filters(

@@ -3,44 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-import numpy as np
-
-from mocap_metrology.common.words import three
 from mocap_metrology.noise.describe import speed
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.filtering import Filtered
-from mocap_metrology.noise.diagnosis.lowpass import LowPass
+from mocap_metrology.noise.diagnosis.levels import JOINED, LEAST_POINTS
 from mocap_metrology.noise.diagnosis.periodic import Found
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording, Rows
 from mocap_metrology.noise.diagnosis.resolution import Resolution
 from mocap_metrology.noise.diagnosis.rows import markers
+from mocap_metrology.noise.diagnosis.sentence import Sentence, mm, percent, span, time_words
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-from mocap_metrology.noise.diagnosis.sides import BLOCK_S, JOINED, LEAST_POINTS
+from mocap_metrology.noise.diagnosis.sides import BLOCK_S
+from mocap_metrology.noise.diagnosis.states import (
+    filled_words,
+    level_words,
+    low_pass_words,
+    tail_words,
+)
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
-from mocap_metrology.noise.series import AXES
 
 NAMED_EVENTS = NAMED_LINES = 10
 MANY_OUTLIERS, MANY_GAPS = 1e-3, 1e-2  # shares of the frames from which a reader is warned
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
 LEVELS_S = 2 * LEAST_POINTS * JOINED * BLOCK_S
 VICON_STEP_MM = 0.01  # what Vicon's software writes to text files (S 3.4)
-
-
-@dataclass(frozen=True)
-class Sentence:
-    """kind: event, periodic, resolution, filter, low_pass, drift, outliers, gaps, filled, moving,
-    misfit; severity: info or warning; words: a sentence; numbers: those in it, units in their
-    names."""
-
-    kind: str
-    severity: str
-    series: tuple[str, ...]
-    words: str
-    numbers: dict[str, Any] = field(default_factory=dict)
 
 
 def sentences(
@@ -52,8 +41,10 @@ def sentences(
         _periodic(found.lines, recording),
         _moving(found.moving),
         _misfit(noise, found),
-        _low_pass(found.low_pass),
-        _filled(recording),
+        low_pass_words(found.low_pass),
+        level_words(found.trends),
+        tail_words(found.tails),
+        filled_words(recording),
         _gaps(found.missing),
         _outliers(found, recording, settings.spike_sigma),
         _resolution(found.resolutions),
@@ -74,7 +65,7 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
     told = [_event(e, recording) for e in order[:NAMED_EVENTS]]
     if len(order) > NAMED_EVENTS:
         words = (
-            f"{len(order)} events in {_time(recording.duration_s)}, of which the largest "
+            f"{len(order)} events in {time_words(recording.duration_s)}, of which the largest "
             f"{NAMED_EVENTS} are told of: this is no undisturbed recording."
         )
         told.insert(0, Sentence("event", "warning", (), words, {"n_events": len(order)}))
@@ -83,7 +74,7 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
 
 def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> Sentence:
     windows = f"{found.n_windows:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
-    lasting = _time(recording.duration_s)
+    lasting = time_words(recording.duration_s)
     if recording.duration_s < LEAST_S:
         words = (
             f"Too short to decide on events: {lasting} with {windows} windows of the dynamic Allan "
@@ -110,11 +101,11 @@ def _event(event: Event, recording: Recording) -> Sentence:
         "sides": [vars(s) for s in event.sides],
     }  # fmt: skip
     if event.kind == "level":
-        words = f"At {_time(event.time_s)} the noise of {event.series[0]} became another"
+        words = f"At {time_words(event.time_s)} the noise of {event.series[0]} became another"
     else:
         who = ", ".join(numbers["markers"]) or ", ".join(event.series)
         words = (
-            f"At {_time(event.time_s)} something moved {who} by up to {_mm(event.size_mm)} "
+            f"At {time_words(event.time_s)} something moved {who} by up to {mm(event.size_mm)} "
             f"({event.largest}) for {event.duration_s:.2g} s"
         )
     severity = "warning"
@@ -122,8 +113,8 @@ def _event(event: Event, recording: Recording) -> Sentence:
         words += "; too little is left on one side to compare the noise before and after"
     else:
         words += (
-            f"; {_compared(event)}: sd of {side.series} {_mm(side.fast_before)} before, "
-            f"{_mm(side.fast_after)} after, ratio {side.ratio:.3f} "
+            f"; {_compared(event)}: sd of {side.series} {mm(side.fast_before)} before, "
+            f"{mm(side.fast_after)} after, ratio {side.ratio:.3f} "
             f"({side.lower:.3f} to {side.upper:.3f})"
         )
         far = max(side.ratio, 1 / side.ratio) >= LEVEL_MATTERS
@@ -151,10 +142,10 @@ def _periodic(lines: Sequence[Found], recording: Recording) -> list[Sentence]:
         left = [x for x in left if x not in same]
         same = list({x.series: x for x in reversed(same)}.values())[::-1]
         seen = any(x.in_adev for x in same)
-        sizes = ", ".join(f"{x.series} {_mm(x.line.A_s)}" for x in same)
+        sizes = ", ".join(f"{x.series} {mm(x.line.A_s)}" for x in same)
         words = f"Periodic disturbance at {first.line.f_0:.5g} Hz, amplitude: {sizes}; {first.word}"
         if first.share == first.share:
-            words += f"; it makes {_percent(first.share)} of the Allan variance of "
+            words += f"; it makes {percent(first.share)} of the Allan variance of "
             words += f"{first.series} at {first.tau_s:.2g} s"
         numbers = {
             "f_hz": first.line.f_0,
@@ -193,10 +184,10 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
         "dominates": "so the file's steps and not the system set the white level",
     }[worst.word]
     words = (
-        f"Resolution: the file tells steps of {_mm(worst.step_mm)} ({worst.kind}), which make "
-        f"{_percent(worst.share)} of the Allan variance at one frame at most ({worst.series}), "
+        f"Resolution: the file tells steps of {mm(worst.step_mm)} ({worst.kind}), which make "
+        f"{percent(worst.share)} of the Allan variance at one frame at most ({worst.series}), "
         f"{meaning}; Vicon's steps of {VICON_STEP_MM:g} mm would add "
-        f"{_percent(vicon) if math.isfinite(vicon) else 'all there would be'}."
+        f"{percent(vicon) if math.isfinite(vicon) else 'all there would be'}."
     )
     numbers = {
         "step_mm": worst.step_mm, "word": worst.word, "share": {r.series: r.share for r in known},
@@ -217,10 +208,10 @@ def _filters(filtered: Sequence[Filtered]) -> list[Sentence]:
             continue
         share = {k: (f.measured.sigma / before[k].sigma) ** 2 for k, f in own.items()}
         slow = {k: _slow(f.measured, before[k]) for k, f in own.items()}
-        words = f"{name} leaves {_range(share.values(), _percent)} of the variance of a frame"
+        words = f"{name} leaves {span(share.values(), percent)} of the variance of a frame"
         slow_known = [v for v in slow.values() if v == v]
         if slow_known:
-            words += f" and {_range(slow_known, _percent)} of the Allan deviation at 1 s"
+            words += f" and {span(slow_known, percent)} of the Allan deviation at 1 s"
         numbers = {
             "filter": name, "share_left": share, "adev_1s_ratio": slow,
             "sigma_mm": {k: f.measured.sigma for k, f in own.items()},
@@ -239,7 +230,7 @@ def _slope(per_hour: float, duration_s: float) -> str:
     """In mm/h of a recording of a minute at least; of a shorter one what it says itself."""
     if duration_s >= 60:
         return speed(per_hour)
-    return f"by {_mm(per_hour * duration_s / 3600)} over all of it"
+    return f"by {mm(per_hour * duration_s / 3600)} over all of it"
 
 
 def _drift(found: Diagnosis, recording: Recording) -> list[Sentence]:
@@ -248,8 +239,8 @@ def _drift(found: Diagnosis, recording: Recording) -> list[Sentence]:
         return []
     name, worst = max(known.items(), key=lambda item: item[1].range)
     words = (
-        f"Slow movement: means over {worst.block_s:.2g} s wander by up to {_mm(worst.range)} "
-        f"({name}) in {_time(recording.duration_s)}, a straight line through them "
+        f"Slow movement: means over {worst.block_s:.2g} s wander by up to {mm(worst.range)} "
+        f"({name}) in {time_words(recording.duration_s)}, a straight line through them "
         f"{_slope(worst.per_hour, recording.duration_s)}."
     )
     numbers = {
@@ -267,7 +258,7 @@ def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Se
     frames = "frame is" if total == 1 else "frames are"
     words = f"{total or 'No'} isolated {frames} off by more than {n_sigma:g} standard deviations"
     if total:
-        often = f"{total / hours:.3g} an hour" if hours > 0.1 else f"{_percent(share)} of {name}"
+        often = f"{total / hours:.3g} an hour" if hours > 0.1 else f"{percent(share)} of {name}"
         words += f", {often}, most in {name} ({count[name]})"
     words += "."
     numbers = {"n": count, "per_hour": total / hours, "share": share}
@@ -279,38 +270,9 @@ def _gaps(missing: dict[str, float]) -> list[Sentence]:
     name = max(missing, key=lambda k: missing[k])
     if not missing[name]:
         return [Sentence("gaps", "info", (), "No frame is missing.", {"share": missing})]
-    words = f"Marker {name} is missing in {_percent(missing[name])} of the frames."
+    words = f"Marker {name} is missing in {percent(missing[name])} of the frames."
     severity = "warning" if missing[name] > MANY_GAPS else "info"
     return [Sentence("gaps", severity, (), words, {"share": missing})]
-
-
-def _low_pass(found: Sequence[LowPass]) -> list[Sentence]:
-    if not found:
-        return []
-    cutoffs = {one.series: one.cutoff_hz for one in found}
-    known = [f for f in cutoffs.values() if math.isfinite(f)]
-    about = f" at about {float(np.median(known)):.2g} Hz" if known else ""
-    words = (
-        f"{', '.join(cutoffs)} look{'s' if len(cutoffs) == 1 else ''} low-pass filtered{about}; "
-        "a frame's noise before the filter cannot be told."
-    )
-    numbers = {"cutoff_hz": cutoffs, "top_to_pass_band": {one.series: one.ratio for one in found}}
-    return [Sentence("low_pass", "warning", tuple(cutoffs), words, numbers)]
-
-
-def _filled(recording: Recording) -> list[Sentence]:
-    told = []
-    for k, label in enumerate(recording.labels, start=1):
-        share = recording.n_filled.get(label, 0) / recording.n_frames
-        if share:
-            words = (
-                f"{_percent(share)} of the frames of {label} are gap-filled: quieter than noise "
-                "can be. They are left out as missing."
-            )
-            severity = "warning" if share > MANY_GAPS else "info"
-            names = tuple(f"{axis}{k}" for axis in AXES)
-            told.append(Sentence("filled", severity, names, words, {"share": share}))
-    return told
 
 
 def _moving(lines: Sequence[str]) -> list[Sentence]:
@@ -335,33 +297,3 @@ def _misfit(noise: Rows, found: Diagnosis) -> list[Sentence]:
         words = f"No noise model of {', '.join(refused)}: {why}."
         told.append(Sentence("misfit", "warning", refused, words))
     return told
-
-
-def _time(seconds: float) -> str:
-    """150.2 s, or 2:30:12.0 beyond ten minutes."""
-    seconds = round(seconds, 1)
-    if seconds < 600:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(seconds, 60)
-    hours, minutes = divmod(int(minutes), 60)
-    return f"{hours}:{minutes:02d}:{rest:04.1f}"
-
-
-def _mm(value: float) -> str:
-    """Three digits, in µm below 0.1 mm."""
-    if value != value:
-        return "an unknown length"
-    if abs(value) < 0.1:
-        return f"{three(1000 * value)} µm"
-    return f"{three(value)} mm"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %" if share >= 1e-5 else "less than 0.001 %"
-
-
-def _range(values: Iterable[float], shown: Callable[[float], str]) -> str:
-    """`3 %` or `3 % to 5 %`."""
-    known = np.asarray(list(values), float)
-    low, high = shown(float(known.min())), shown(float(known.max()))
-    return low if low == high else f"{low} to {high}"

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 BLOCK_S = 1.0  # fast noise is what is left about means so long
-JOINED = 10  # blocks whose logarithmic mean is one point of a search for changes
 FEWEST = 5  # blocks a side can be judged by
-LEAST_POINTS = 6  # of a search, a side
 TOLD = 1.5  # an interval that reaches beyond this factor tells nothing
 
 
@@ -121,87 +119,3 @@ def _relative(variance: np.ndarray) -> float:
         return 0.0
     r_1 = max(float(z[1:] @ z[:-1]) / power, 0.0)
     return power / (variance.size - 1) * (1 + 2 * r_1) / variance.size / variance.mean() ** 2
-
-
-@dataclass(frozen=True)
-class Change:
-    """A lasting change of the level of fast noise; p: probability of such a one anywhere in the
-    recording by chance, at most."""
-
-    time_s: float
-    series: str
-    p: float
-
-
-def changes(
-    found: dict[str, Blocks], out_of: np.ndarray, side_s: float, false_alarm: float
-) -> list[Change]:
-    """Lasting changes of level in any series, the surest first, none within `side_s` of another.
-
-    Logarithms of the blocks' variances, averaged over ten blocks, are compared by their medians
-    over `side_s` before and after every such point, with the scatter of their differences from one
-    to the next; Student's t, Bonferroni over points and series. out_of (k,): blocks in events.
-    """
-    points = {name: _log_levels(one.variance, out_of) for name, one in found.items()}
-    length = next(iter(found.values())).length_s * JOINED if found else 1.0
-    reach = max(round(side_s / length), LEAST_POINTS)
-    candidates = []
-    n_tests = sum(max(g.size - 2 * LEAST_POINTS + 1, 0) for g in points.values())
-    for name, g in points.items():
-        for at, p in _contrasts(g, reach):
-            if p * n_tests < false_alarm:
-                place = _split(g, at, reach)
-                candidates.append(Change(place * length, name, min(p * n_tests, 1.0)))
-    kept: list[Change] = []
-    for one in sorted(candidates, key=lambda c: c.p):
-        if all(abs(one.time_s - other.time_s) >= side_s for other in kept):
-            kept.append(one)
-    return kept
-
-
-def _log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        g = np.log(np.where(out_of[: variance.size], np.nan, variance))
-    g[~np.isfinite(g)] = np.nan
-    rows = g[: g.size // JOINED * JOINED].reshape(-1, JOINED)
-    known = np.isfinite(rows)
-    total = np.where(known, rows, 0.0).sum(axis=1)
-    return np.where(
-        known.sum(axis=1) * 2 >= JOINED, total / np.maximum(known.sum(axis=1), 1), np.nan
-    )
-
-
-def _split(g: np.ndarray, at: int, reach: int) -> int:
-    """Where two levels fit the points within `reach` of `at` best, by least squares."""
-    first, last = max(at - reach, 0), min(at + reach, g.size)
-    points = g[first:last]
-    known = np.isfinite(points)
-    total = np.cumsum(np.where(known, points, 0.0))[:-1]
-    count = np.cumsum(known)[:-1]
-    rest, left = total[-1] + np.nan_to_num(points[-1]) - total, known.sum() - count
-    gain = total**2 / np.maximum(count, 1) + rest**2 / np.maximum(left, 1)
-    return first + 1 + int(np.argmax(gain))
-
-
-def _contrasts(g: np.ndarray, reach: int) -> list[tuple[int, float]]:
-    """(place, p) of every comparison of medians, two-sided p."""
-    from scipy.special import stdtr
-
-    steps = np.diff(g)
-    steps = steps[np.isfinite(steps)]
-    if steps.size < 2 * LEAST_POINTS - 1:
-        return []
-    scale = 1.4826 * float(np.median(np.abs(steps))) / math.sqrt(2)
-    if not scale > 0:
-        return []
-    dof = max(0.37 * steps.size, 3.0)  # efficiency of the median absolute deviation
-    found = []
-    for at in range(LEAST_POINTS, g.size - LEAST_POINTS + 1):
-        before, after = g[max(at - reach, 0) : at], g[at : at + reach]
-        before, after = before[np.isfinite(before)], after[np.isfinite(after)]
-        if min(before.size, after.size) < LEAST_POINTS:
-            continue
-        error = 1.2533 * scale * math.sqrt(1 / before.size + 1 / after.size)
-        z = abs(float(np.median(after) - np.median(before))) / error
-        found.append((at, 2 * float(stdtr(dof, -z))))
-    return found

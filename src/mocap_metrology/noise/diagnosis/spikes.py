@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -11,6 +12,9 @@ from mocap_metrology.noise.spectral_fit.gaps import bridged
 
 LONGEST = 2  # frames; what is off for longer is an event
 NEAR = 2  # frames between markers that were struck by the same thing
+DRAWN_IN = 3.0  # scales that a frame may be off the median of the five round it
+TOGETHER = (1, 3, 9)  # frames
+ALONE = 1e-3  # number of times that so many are off among them by chance in a recording
 SAMPLED = 1 << 18  # values a scale is taken of
 
 
@@ -69,3 +73,50 @@ def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
             out[piece] = bridged(out[piece])
     out[missing] = np.nan
     return out
+
+
+def drawn_in(series: Mapping[str, np.ndarray], resolution: float = 0.0) -> dict[str, np.ndarray]:
+    """(n,) coordinates with no frame farther than three scales from the median of the five round
+    it: heavy tails made light.
+
+    The scale is that of these distances, half a step of the file at least. Where more are off, of
+    all coordinates among one, three or nine frames, than so many would be by chance, something
+    happened, and all stays.
+    """
+    away = {k: _away(v, max(resolution, 0.0)) for k, v in series.items()}
+    off = np.sum([np.abs(d) > reach for d, reach in away.values()], axis=0)
+    alone = ~_together(off, len(series))
+    found = {}
+    for name, values in series.items():
+        distance, reach = away[name]
+        excess = np.where(alone, distance - np.clip(distance, -reach, reach), 0.0)
+        found[name] = (values - excess).astype(values.dtype)
+    return found
+
+
+def _away(series: np.ndarray, resolution: float) -> tuple[np.ndarray, float]:
+    """Distances from the median of five, 0 in gaps, and three of their scales."""
+    from scipy.ndimage import median_filter
+
+    with np.errstate(invalid="ignore"):
+        distance = series - median_filter(series, 5)
+    reach = DRAWN_IN * max(spread(distance), resolution / 2)
+    distance[~np.isfinite(distance)] = 0.0
+    return distance, reach if reach > 0 else math.inf
+
+
+def _together(off: np.ndarray, n_series: int) -> np.ndarray:
+    """Where more are off among a few frames than chance explains. off: (n,) how many are."""
+    from scipy.ndimage import binary_dilation
+    from scipy.special import bdtrc
+
+    share = float(off.mean()) / n_series
+    found = np.zeros(off.size, bool)
+    for frames in TOGETHER:
+        many = np.arange(1, frames * n_series + 1)
+        chance = bdtrc(many - 1, frames * n_series, share) * off.size
+        enough = many[chance < ALONE]
+        if enough.size:
+            dense = np.convolve(off, np.ones(frames, int), "same") >= enough[0]
+            found |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense
+    return found

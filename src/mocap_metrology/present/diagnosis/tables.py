@@ -17,7 +17,7 @@ from mocap_metrology.noise.diagnosis.rows import (
     filter_rows,
     periodic_rows,
 )
-from mocap_metrology.noise.diagnosis.sentences import Sentence
+from mocap_metrology.noise.diagnosis.sentence import Sentence
 from mocap_metrology.noise.findings import Finding
 
 

@@ -1,0 +1,231 @@
+"""Levels of fast noise: did one become another at once, or slowly over the recording?
+
+A point is the mean logarithm of the variances of ten blocks of a second. A change at once is a step
+between two straight lines that fits better than a smooth curve of as many parameters; all else that
+constant noise does not explain is slow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.noise.diagnosis.sides import Blocks
+
+JOINED = 10  # blocks whose logarithmic mean is one point
+LEAST_POINTS = 6  # a side, or of a trend
+SHORTER = (1, 2, 4)  # parts of the reach that a step is looked at over, until lines describe it
+SURER = 10.0  # variances of a point by which a step must fit better than a smooth curve
+ADEQUATE = 1.7  # variance of the residuals over that of the points, at most
+DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
+TREND_CHANCE = 0.005  # that any series of a recording is said to change and does not
+LEAST_CHANGE = 0.02  # that is told
+
+
+@dataclass(frozen=True)
+class Change:
+    """A lasting change of the level of fast noise; p: probability of such a one anywhere in the
+    recording by chance, at most."""
+
+    time_s: float
+    series: str
+    p: float
+
+
+@dataclass(frozen=True)
+class Trend:
+    """A slow change of the level of fast noise over the recording. change: relative, of the sd at
+    the end to the start, with its 95 % interval; least, greatest: relative to the start, in
+    between."""
+
+    series: str
+    change: float
+    lower: float
+    upper: float
+    least: float
+    greatest: float
+
+    @property
+    def steady(self) -> bool:
+        """Whether it falls or rises, and does not come back."""
+        return abs(self.change) >= (self.greatest - self.least) / 2
+
+
+def changes(
+    found: Mapping[str, Blocks], out_of: np.ndarray, side_s: float, false_alarm: float
+) -> list[Change]:
+    """Lasting changes of level at once in any series, the surest first, none within `side_s` of
+    another.
+
+    Medians of the points over `side_s` before and after every one are compared, with the scatter of
+    their differences from one to the next (Student's t, Bonferroni over points and series); where
+    they differ, `abrupt` decides. out_of (k,): blocks in events.
+    """
+    points = {name: log_levels(one.variance, out_of) for name, one in found.items()}
+    length = next(iter(found.values())).length_s * JOINED if found else 1.0
+    reach = max(round(side_s / length), LEAST_POINTS)
+    candidates = []
+    n_tests = sum(max(g.size - 2 * LEAST_POINTS + 1, 0) for g in points.values())
+    for name, g in points.items():
+        seen: dict[int, float] = {}
+        for at, p in _contrasts(g, reach):
+            if p * n_tests < false_alarm:
+                place = _split(g, at, reach)
+                if place not in seen:
+                    seen[place] = max(p, abrupt(g, place, reach))
+        candidates += [
+            Change(place * length, name, min(p * n_tests, 1.0))
+            for place, p in seen.items()
+            if p * n_tests < false_alarm
+        ]
+    kept: list[Change] = []
+    for one in sorted(candidates, key=lambda c: c.p):
+        if all(abs(one.time_s - other.time_s) >= side_s for other in kept):
+            kept.append(one)
+    return kept
+
+
+def abrupt(g: np.ndarray, place: int, reach: int) -> float:
+    """p of the jump between two parallel lines before and after `place`, (n,) points; 1 where a
+    cubic describes them better, or where neither does over any reach."""
+    from scipy.special import stdtr
+
+    scale, dof = _scatter(g)
+    for part in SHORTER:
+        near = max(reach // part, LEAST_POINTS)
+        k = np.arange(max(place - near, 0), min(place + near, g.size))
+        k = k[np.isfinite(g[k])]
+        t = (k - place + 0.5) / near
+        if min((t < 0).sum(), (t > 0).sum()) < LEAST_POINTS:
+            return 1.0
+        step = np.stack([np.ones(k.size), t, t > 0], axis=1)
+        smooth = np.stack([t**power for power in range(4)], axis=1)
+        with_step, value, error = _fit(step, g[k], scale)
+        without, _, _ = _fit(smooth, g[k], scale)
+        if with_step <= ADEQUATE * scale**2 * (k.size - 4):
+            return (
+                2 * float(stdtr(dof, -abs(value[2]) / error[2]))
+                if (without - with_step > SURER * scale**2)
+                else 1.0
+            )
+        if near == LEAST_POINTS:
+            break
+    return 1.0
+
+
+def _fit(x: np.ndarray, y: np.ndarray, scale: float) -> tuple[float, np.ndarray, np.ndarray]:
+    """Sum of squared residuals, coefficients, and their standard errors."""
+    value = np.linalg.lstsq(x, y, rcond=None)[0]
+    error = scale * np.sqrt(np.diag(np.linalg.pinv(x.T @ x)))
+    rest = y - x @ value
+    return float(rest @ rest), value, error
+
+
+def trends(
+    found: Mapping[str, Blocks], out_of: np.ndarray, steps_s: Sequence[float]
+) -> list[Trend]:
+    """Slow changes of level in any series. out_of (k,): blocks in events; steps_s: times of changes
+    at once, which are fitted too and are no part of a trend."""
+    told = []
+    for name, one in found.items():
+        g = log_levels(one.variance, out_of)
+        places = [round(s / one.length_s / JOINED) for s in steps_s]
+        trend = _trend(name, g, places, TREND_CHANCE / max(len(found), 1))
+        if trend and max(abs(trend.least), abs(trend.greatest)) >= LEAST_CHANGE:
+            told.append(trend)
+    return told
+
+
+def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Trend | None:
+    """By the polynomial of the least BIC, if an F test tells it from constant noise."""
+    from scipy.special import fdtrc, stdtrit
+
+    k = np.flatnonzero(np.isfinite(g))
+    if k.size < 2 * LEAST_POINTS:
+        return None
+    scale, dof = _scatter(g)
+    if not scale > 0:
+        return None
+    t = (k + 0.5) / g.size
+    steps = [(k >= place).astype(float) for place in places]
+    fits = {}
+    for degree in (0, *DEGREES):
+        x = np.stack([np.ones(k.size), *steps, *(t**n for n in range(1, degree + 1))], axis=1)
+        rest, value, _ = _fit(x, g[k], scale)
+        fits[degree] = rest, value, x
+    best = min(DEGREES, key=lambda n: fits[n][0] / scale**2 + n * math.log(k.size))
+    rest, value, x = fits[best]
+    ratio = (fits[0][0] - rest) / best / scale**2
+    if not fdtrc(best, dof, ratio) * len(DEGREES) < chance:
+        return None
+    off = g[k] - x @ value
+    r_1 = float(np.clip(off[1:] @ off[:-1] / max(off @ off, 1e-300), 0, 0.9))
+    spread = max(rest / (k.size - x.shape[1]), scale**2) * (1 + r_1) / (1 - r_1)
+    powers = np.arange(1, best + 1)
+    ends = np.concatenate([np.zeros(x.shape[1] - best), np.ones(best)])
+    error = math.sqrt(spread * float(ends @ np.linalg.pinv(x.T @ x) @ ends))
+    change = float(ends @ value)
+    reach = float(stdtrit(max(k.size - x.shape[1], 1), 0.975)) * error
+    curve = np.linspace(0, 1, 101)[:, None] ** powers @ value[-best:]
+    low, high, least, greatest = (
+        math.expm1(v / 2) for v in (change - reach, change + reach, curve.min(), curve.max())
+    )
+    return Trend(name, math.expm1(change / 2), low, high, least, greatest)
+
+
+def log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:
+    """Points: mean logarithms of the variances of `JOINED` blocks, NaN with less than half."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        g = np.log(np.where(out_of[: variance.size], np.nan, variance))
+    g[~np.isfinite(g)] = np.nan
+    rows = g[: g.size // JOINED * JOINED].reshape(-1, JOINED)
+    known = np.isfinite(rows)
+    total = np.where(known, rows, 0.0).sum(axis=1)
+    return np.where(
+        known.sum(axis=1) * 2 >= JOINED, total / np.maximum(known.sum(axis=1), 1), np.nan
+    )
+
+
+def _split(g: np.ndarray, at: int, reach: int) -> int:
+    """Where two levels fit the points within `reach` of `at` best, by least squares."""
+    first, last = max(at - reach, 0), min(at + reach, g.size)
+    points = g[first:last]
+    known = np.isfinite(points)
+    total = np.cumsum(np.where(known, points, 0.0))[:-1]
+    count = np.cumsum(known)[:-1]
+    rest, left = total[-1] + np.nan_to_num(points[-1]) - total, known.sum() - count
+    gain = total**2 / np.maximum(count, 1) + rest**2 / np.maximum(left, 1)
+    return first + 1 + int(np.argmax(gain))
+
+
+def _scatter(g: np.ndarray) -> tuple[float, float]:
+    """Standard deviation of a point about its level, of differences from one to the next, and its
+    degrees of freedom."""
+    steps = np.diff(g)
+    steps = steps[np.isfinite(steps)]
+    if steps.size < 2 * LEAST_POINTS - 1:
+        return 0.0, 0.0
+    scale = 1.4826 * float(np.median(np.abs(steps))) / math.sqrt(2)
+    return scale, max(0.37 * steps.size, 3.0)  # efficiency of the median absolute deviation
+
+
+def _contrasts(g: np.ndarray, reach: int) -> list[tuple[int, float]]:
+    """(place, p) of every comparison of medians, two-sided p."""
+    from scipy.special import stdtr
+
+    scale, dof = _scatter(g)
+    if not scale > 0:
+        return []
+    found = []
+    for at in range(LEAST_POINTS, g.size - LEAST_POINTS + 1):
+        before, after = g[max(at - reach, 0) : at], g[at : at + reach]
+        before, after = before[np.isfinite(before)], after[np.isfinite(after)]
+        if min(before.size, after.size) < LEAST_POINTS:
+            continue
+        error = 1.2533 * scale * math.sqrt(1 / before.size + 1 / after.size)
+        z = abs(float(np.median(after) - np.median(before))) / error
+        found.append((at, 2 * float(stdtr(dof, -z))))
+    return found

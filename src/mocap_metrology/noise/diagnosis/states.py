@@ -1,0 +1,90 @@
+"""Sentences on what the export did to the noise, and on noise that is not stationary Gaussian."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from mocap_metrology.noise.diagnosis.levels import Trend
+from mocap_metrology.noise.diagnosis.lowpass import LowPass
+from mocap_metrology.noise.diagnosis.recording import Recording
+from mocap_metrology.noise.diagnosis.sentence import Sentence, percent, signed
+from mocap_metrology.noise.diagnosis.tails import Tails
+from mocap_metrology.noise.series import AXES
+
+LEVEL_MATTERS = 0.1  # relative change of the noise from which a reader is warned
+MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
+
+
+def low_pass_words(found: Sequence[LowPass]) -> list[Sentence]:
+    if not found:
+        return []
+    cutoffs = {one.series: one.cutoff_hz for one in found}
+    known = [f for f in cutoffs.values() if math.isfinite(f)]
+    about = f" at about {float(np.median(known)):.2g} Hz" if known else ""
+    words = (
+        f"{', '.join(cutoffs)} look{'s' if len(cutoffs) == 1 else ''} low-pass filtered{about}; "
+        "a frame's noise before the filter cannot be told."
+    )
+    numbers = {"cutoff_hz": cutoffs, "top_to_pass_band": {one.series: one.ratio for one in found}}
+    return [Sentence("low_pass", "warning", tuple(cutoffs), words, numbers)]
+
+
+def level_words(found: Sequence[Trend]) -> list[Sentence]:
+    """One over all series that fall, that rise, and that come back."""
+    told = []
+    for word, own in (
+        ("falls", [t for t in found if t.steady and t.change < 0]),
+        ("rises", [t for t in found if t.steady and t.change >= 0]),
+        ("changes", [t for t in found if not t.steady]),
+    ):
+        if not own:
+            continue
+        names = tuple(t.series for t in own)
+        if word == "changes":
+            worst = max(own, key=lambda t: t.greatest - t.least)
+            size = max(worst.greatest, -worst.least)
+            how = f"slowly, by {signed(worst.least)} to {signed(worst.greatest)} from its level at "
+            how += f"the start ({worst.series})"
+        else:
+            worst = max(own, key=lambda t: abs(t.change))
+            size = abs(worst.change)
+            ends = sorted((abs(worst.lower), abs(worst.upper)))
+            how = f"by {percent(size)} over the recording ({worst.series}; 95 %: "
+            how += f"{percent(ends[0])} to {percent(ends[1])})"
+        words = f"Noise of {', '.join(names)} {word} {how}."
+        severity = "warning" if size >= LEVEL_MATTERS else "info"
+        numbers = {"change": {t.series: t.change for t in own}}
+        told.append(Sentence("level", severity, names, words, numbers))
+    return told
+
+
+def tail_words(found: Sequence[Tails]) -> list[Sentence]:
+    if not found:
+        return []
+    worst = max(found, key=lambda t: t.excess)
+    names = tuple(t.series for t in found)
+    words = (
+        f"Noise of {', '.join(names)} has heavy tails: the differences of frames have an excess "
+        f"kurtosis of up to {worst.excess:.2g} ({worst.series}; Gaussian noise: 0)."
+    )
+    return [
+        Sentence("tails", "info", names, words, {"excess": {t.series: t.excess for t in found}})
+    ]
+
+
+def filled_words(recording: Recording) -> list[Sentence]:
+    told = []
+    for k, label in enumerate(recording.labels, start=1):
+        share = recording.n_filled.get(label, 0) / recording.n_frames
+        if share:
+            words = (
+                f"{percent(share)} of the frames of {label} are gap-filled: quieter than noise "
+                "can be. They are left out as missing."
+            )
+            severity = "warning" if share > MANY_FILLED else "info"
+            names = tuple(f"{axis}{k}" for axis in AXES)
+            told.append(Sentence("filled", severity, names, words, {"share": share}))
+    return told

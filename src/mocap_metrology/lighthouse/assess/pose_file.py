@@ -24,8 +24,8 @@ CONVENTION = (
     " R = Rz(gamma) Ry(beta) Rx(alpha). Covariance: t_x, t_y, t_z in mm, then a left rotation"
     " vector in master axes in deg. Errors: t - t_true in mm and the rotation vector of R R_true^T"
     " in deg, in master axes. Mirrored share: of the board poses behind an estimate. Residual: of"
-    " the slave's angles of the master's path; noise gain: what errors of the path make of the noise"
-    " of an angle in it; weighted: what these do not explain."
+    " the slave's angles of the master's path; noise gain: what errors of the path make of the"
+    " noise of an angle in it; weighted: what these do not explain."
 )
 
 

@@ -77,6 +77,7 @@ def summary(
         "notes": [*notes, *([note] if note else [])],
     }
     result = pose_json(found.estimates, stations, index, judged, diagnostics, reference)
+    result["variants"] = [way.as_dict() for way in found.variants]
     if truths is not None:
         for entry, pose in zip(result["poses"], found.estimates, strict=True):
             mm, deg = errors(pose.R, pose.t_m, truths[pose.frame])

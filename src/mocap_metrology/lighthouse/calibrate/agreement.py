@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse.calibrate.board_pose import Path, both_minima
 from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch
@@ -36,6 +37,7 @@ FARTHEST_M = 20.0  # no station is seen from farther
 LEAST_NOISE_RAD = 20e-6  # of an angle: no rotor is steadier
 FLOOR_RAD = np.radians(1.5)  # of a rotation: optics, and what the board turns between stations
 RATE_RAD_S = 3.0  # a board turns no faster, as a rule
+CLEAR = 0.95  # of the poses of a board that needs no second station
 CAP = 20.0  # of a squared distance over its variance: beyond it a pose is wrong
 IMPOSSIBLE = 1e6
 VOTERS, PROPOSERS, HYPOTHESES = 150, 40, 6
@@ -60,6 +62,12 @@ class Minima:
     def R(self) -> np.ndarray:
         """Rotations of both, (2, n, 3, 3)."""
         return np.stack([path.R for path in self.paths])
+
+    @property
+    def clear(self) -> bool:
+        """Whether K_1 tells the minima apart in nearly all poses."""
+        alone = np.isinf(self.paths[0].ambiguity) | (self.excess[1] >= CAP)
+        return bool(alone.mean() > CLEAR)
 
     def chosen(self, which: np.ndarray) -> Path:
         """The path through these minima, (n,) of 0 and 1. Its ambiguity is K_1 of the other minimum
@@ -130,13 +138,23 @@ def _smooth(own: Minima, cost: np.ndarray) -> np.ndarray:
     moved = np.square(RATE_RAD_S * np.diff(own.paths[0].time_s))
     spread = own.spread[:, None, 1:] + own.spread[None, :, :-1] + moved[:, None, None] * np.eye(3)
     jump = _distance(turn, spread)
-    total, back = cost[:, 0], np.empty((2, n), dtype=np.int64)
+    return _viterbi(np.ascontiguousarray(cost), np.ascontiguousarray(jump))
+
+
+@njit
+def _viterbi(cost: np.ndarray, jump: np.ndarray) -> np.ndarray:
+    """States (n,) of least sum of cost (2, n) and jump (to, from, n - 1)."""
+    n = cost.shape[1]
+    total, back = cost[:, 0].copy(), np.zeros((2, n), dtype=np.int64)
     for i in range(1, n):
-        via = total[None] + jump[:, :, i - 1]
-        back[:, i] = via.argmin(axis=1)
-        total = via.min(axis=1) + cost[:, i]
+        then = np.empty(2)
+        for k in range(2):
+            stay, come = total[0] + jump[k, 0, i - 1], total[1] + jump[k, 1, i - 1]
+            back[k, i] = 1 if come < stay else 0
+            then[k] = min(stay, come) + cost[k, i]
+        total = then
     which = np.empty(n, dtype=np.int64)
-    which[-1] = int(total.argmin())
+    which[n - 1] = 1 if total[1] < total[0] else 0
     for i in range(n - 1, 0, -1):
         which[i - 1] = back[which[i], i]
     return which
@@ -205,10 +223,16 @@ class Agreed:
 
 def agree(
     master: Minima, slave: Minima, board: np.ndarray, rotors: tuple[np.ndarray, np.ndarray],
-    order: int,
+    order: int, near: np.ndarray | None = None,
 ) -> Agreed:  # fmt: skip
-    """Board poses of both stations, the mirror decided by both; rotors of master and slave."""
-    tried = [_tried(R, master, slave, board, rotors, order) for R in hypotheses(master, slave)]
+    """Board poses of both stations, the mirror decided by both; rotors of master and slave.
+
+    near: a rotation of the slave that is known to some degrees, in place of votes.
+    """
+    ways = hypotheses(master, slave) if near is None else [near]
+    if master.clear and slave.clear:
+        ways = ways[:1]
+    tried = [_tried(R, master, slave, board, rotors, order) for R in ways]
     tried = [one for one in tried if one is not None]
     if not tried:
         return Agreed((master.paths[0], slave.paths[0]), None, None)
@@ -263,3 +287,8 @@ def _sample(
     rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
     own = Measurements(slave.time_s[kept][rows], slave.angles_rad[kept][rows])
     return evidence(then.take(rows), own, master, board, rotors)
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    _viterbi(np.zeros((2, 2)), np.zeros((2, 2, 1)))

@@ -26,18 +26,17 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.calibrate import board_pose, station_pose
-from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agree, minima
+from mocap_metrology.lighthouse.calibrate.agreement import Agreed
 from mocap_metrology.lighthouse.calibrate.board_pose import MIRRORED_RAD, START_M, Path, apart
+from mocap_metrology.lighthouse.calibrate.final import agreed_paths, last_step, seen_on_path
 from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, TIGHT
+from mocap_metrology.lighthouse.calibrate.optics import Optics, optics_of
 from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, reconstruct
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
-from mocap_metrology.lighthouse.calibrate.weighted_station import (
-    Evidence,
-    by_gauss_newton,
-    evidence,
-    residuals,
-)
+from mocap_metrology.lighthouse.calibrate.variant_fits import best_variant
+from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, Weighed, widened
+from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, residuals
 from mocap_metrology.lighthouse.records import (
     MASTER,
     ROLES,
@@ -47,7 +46,6 @@ from mocap_metrology.lighthouse.records import (
     PoseEstimate,
 )
 from mocap_metrology.lighthouse.rotation import mean
-from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
 
 JANSEN = ("paper", "paper-tight", "paper-lm")
 SIMPLEX = ("paper", "paper-tight")
@@ -57,8 +55,6 @@ OPTICS = ("ideal", "factory")
 INTERPOLATIONS = {"linear": 1, "cubic": 3}
 FEWEST_POSES = 20
 LEAST_EPSILON = 1e-14  # rad^2: K_1 of noise-free angles, so that no weight is infinite
-RISE = 1.5  # of the plain residual by weighting it; beyond it the weighted K_2 fits no path
-COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
 
 
 @dataclass(frozen=True)
@@ -69,7 +65,8 @@ class CalibrationSettings:
     lm_interpolation: linear or cubic, lm_weights: path or none, of paper-lm; the others
     interpolate linearly and take the path in K_2 as exact, as J;
     lasers_m (2 stations, 2 axes, 3): positions of the lasers in the station's frame, default its
-    origin; variant: how factory values enter, see `rotor.VARIANTS`.
+    origin; variant: how factory values enter, one of `rotor.VARIANTS`, or `auto`: as the recording
+    prefers, see `variants`.
     """
 
     estimators: Sequence[str] = JANSEN
@@ -80,7 +77,7 @@ class CalibrationSettings:
     lm_weights: str = "path"
     start_distance_m: float = START_M
     lasers_m: np.ndarray | None = None
-    variant: str = "crazyflie"
+    variant: str = AUTO
     pnp_method: str = "auto"
 
 
@@ -89,7 +86,7 @@ class Calibration:
     """All estimates of one recording, and the paths they stand on.
 
     paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
-    could not be estimated.
+    could not be estimated; variants: of the rotor model, where the recording chose.
     """
 
     estimates: list[PoseEstimate] = field(default_factory=list)
@@ -97,16 +94,7 @@ class Calibration:
     still: bool = False
     n_common: int = 0
     why: list[str] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class _Optics:
-    """Measurements of both stations as an optics sees them, and the rotors that go with these."""
-
-    name: str
-    measurements: tuple[Measurements, Measurements]
-    rotors: tuple[np.ndarray, np.ndarray]
-    frame: str  # optical, or housing where the lasers' places are named
+    variants: list[Weighed] = field(default_factory=list)
 
 
 def calibrate(
@@ -138,12 +126,21 @@ def calibrate(
         if name == "factory" and any(factory is None for factory in factories):
             found.why.append("factory optics left out: no factory values of both stations")
             continue
-        seen = {order: _optics(name, own, factories, settings) for order, own in measured.items()}
-        agreed = _agreed(seen[smooth], board, smooth)
+        own, near = settings, None
+        if name == "factory" and settings.variant == AUTO:
+            variant, ways = _variant(hits, measured[smooth], board, factories, settings, smooth)
+            own = replace(settings, variant=variant)
+            near = next((way.R for way in ways if way.standing == "chosen"), None)
+            found = replace(found, variants=ways)
+        seen = {
+            order: optics_of(name, both, factories, settings.lasers_m, own.variant)
+            for order, both in measured.items()
+        }
+        agreed = agreed_paths(seen[smooth], board, smooth, near)
         steady = agreed.paths
         if is_still(steady[MASTER]) and is_still(steady[SLAVE]):
             found = replace(found, still=True)
-            found.estimates.extend(_static(hits, board, name, factories, settings))
+            found.estimates.extend(_static(hits, board, name, factories, own))
             found.paths["paper-lm", name] = steady
             continue
         for estimator in settings.estimators:
@@ -154,7 +151,24 @@ def calibrate(
                 continue
             order = smooth if estimator == "paper-lm" else 1
             found = _one(found, estimator, seen[order], order, board, agreed, settings, report)
-    return found
+    ways = found.variants
+    return replace(
+        found,
+        estimates=[widened(e, ways) if e.optics == "factory" else e for e in found.estimates],
+    )
+
+
+def _variant(
+    hits: Hits,
+    measured: Sequence[Measurements],
+    board: np.ndarray,
+    factories: Sequence[Factory],
+    settings: CalibrationSettings,
+    order: int,
+) -> tuple[str, list[Weighed]]:
+    """The variant of the rotor model that the recording prefers."""
+    middle = [median_angles(hits, station, len(board)) for station in (MASTER, SLAVE)]
+    return best_variant(measured, middle, board, factories, settings.lasers_m, order)
 
 
 def _measured(
@@ -168,41 +182,8 @@ def _measured(
     return tuple(board_pose.well_posed(own, board) for own in both)
 
 
-def _optics(
-    name: str,
-    measured: Sequence[Measurements],
-    factories: Sequence[Factory | None],
-    settings: CalibrationSettings,
-) -> _Optics:
-    """With lasers in the origin, factory values are taken off the angles once and for all (to
-    1e-12 rad); with lasers elsewhere they stay in the model."""
-    lasers = settings.lasers_m
-    frame = "optical" if lasers is None else "housing"
-    if name == "ideal":
-        rotors = [rotor_parameters(None, None if lasers is None else lasers[s]) for s in (0, 1)]
-        return _Optics(name, tuple(measured), tuple(rotors), frame)
-    variant = VARIANTS[settings.variant]
-    if lasers is not None:
-        rotors = [rotor_parameters(factories[s], lasers[s], variant) for s in (0, 1)]
-        return _Optics(name, tuple(measured), tuple(rotors), frame)
-    corrected = [
-        Measurements(own.time_s, directions(own.angles_rad, rotor_parameters(f, None, variant)))
-        for own, f in zip(measured, factories, strict=True)
-    ]
-    return _Optics(name, tuple(corrected), (rotor_parameters(), rotor_parameters()), frame)
-
-
-def _agreed(optics: _Optics, board: np.ndarray, order: int) -> Agreed:
-    """Board poses of `paper-lm` in the frames of both stations, the mirror decided by both."""
-    both = (
-        minima(own, board, rotors)
-        for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
-    )
-    return agree(*both, board, optics.rotors, order)
-
-
 def _paths(
-    estimator: str, optics: _Optics, board: np.ndarray, settings: CalibrationSettings
+    estimator: str, optics: Optics, board: np.ndarray, settings: CalibrationSettings
 ) -> tuple[Path, Path]:
     """Board poses in the frames of both stations (J VI-A, VI-B) by another than `paper-lm`."""
     paths = []
@@ -240,7 +221,7 @@ def _peer(
 def _one(
     found: Calibration,
     estimator: str,
-    optics: _Optics,
+    optics: Optics,
     order: int,
     board: np.ndarray,
     agreed: Agreed,
@@ -262,7 +243,7 @@ def _one(
         return found
     weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
     R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
-    then, own = _seen_on_path(paths, optics, order)
+    then, own = seen_on_path(paths, optics, order)
     given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
     weighed = None
     if estimator == "paper-lm":
@@ -295,7 +276,7 @@ def _one(
         starts = [(R, t), (turned, moved)]
         if agreed.R is not None:
             starts.append((agreed.R, agreed.t_m))
-        R, t, spread = _last_step(starts, given, weighed, rotors, settings)
+        R, t, spread = last_step(starts, given, weighed, rotors, settings.lm_weights)
         found.estimates.append(estimate("final", R, t, spread))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
@@ -304,38 +285,6 @@ def _one(
         found.estimates.append(estimate("final", R, t, spread))
     report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
     return replace(found, n_common=max(found.n_common, len(master_then)))
-
-
-def _last_step(
-    starts: list[tuple[np.ndarray, np.ndarray]],
-    given: station_pose.Scene,
-    weighed: Evidence,
-    rotors: np.ndarray,
-    settings: CalibrationSettings,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Stage `final` of `paper-lm` from the start of the least cost: R, t (m), covariance."""
-    plain = min(starts, key=lambda pose: station_pose.residual_rms(*pose, given, rotors))
-    R, t, _ = station_pose.by_levenberg_marquardt(*plain, given, rotors)
-    if settings.lm_weights != "path":
-        return R, t, station_pose.covariance(R, t, given, rotors)
-    starts = [*starts, (R, t)]
-    found = [residuals(*start, weighed, rotors) for start in starts]
-    limit = min(one.limit() for one in found)
-    best = min(range(len(starts)), key=lambda k: found[k].total(limit))
-    found_R, found_t, spread = by_gauss_newton(*starts[best], weighed, rotors)
-    before = station_pose.residual_rms(R, t, given, rotors)
-    if station_pose.residual_rms(found_R, found_t, given, rotors) <= RISE * before:
-        return found_R, found_t, spread
-    return R, t, station_pose.covariance(R, t, given, rotors)
-
-
-def _seen_on_path(
-    paths: tuple[Path, Path], optics: _Optics, order: int
-) -> tuple[Path, Measurements]:
-    """The slave's measurements that have the master's path on both sides, and the path then."""
-    own = optics.measurements[SLAVE]
-    then, kept = at_times(paths[MASTER], own.time_s, order)
-    return then, Measurements(own.time_s[kept], own.angles_rad[kept])
 
 
 def _mirrored_share(
@@ -374,7 +323,7 @@ def _static(
 ) -> list[PoseEstimate]:
     """Stage `static` from the median angles of each diode."""
     middle = [median_angles(hits, station, len(board)) for station in (MASTER, SLAVE)]
-    still = _optics(name, middle, factories, settings)
+    still = optics_of(name, middle, factories, settings.lasers_m, settings.variant)
     pose = static_pose(list(still.measurements), board, list(still.rotors))
     if pose is None:
         return []

@@ -18,6 +18,7 @@ from mocap_metrology.lighthouse.calibrate.cost import BOARD
 from mocap_metrology.lighthouse.calibrate.levenberg import normal_equations
 from mocap_metrology.lighthouse.calibrate.reconstruction import FEWEST_DIODES, Measurements
 from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.rotor import angles
 
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
 STILL_RAD = np.radians(0.3)
@@ -53,15 +54,15 @@ def is_still(path: Path) -> bool:
 
 def median_angles(hits: Hits, station: int, n_diodes: int) -> Measurements:
     """One measurement: the median of each diode's angle in each axis over the recording."""
-    angles = np.full((1, n_diodes, 2), np.nan)
+    middle = np.full((1, n_diodes, 2), np.nan)
     own = hits.station == station
     for axis in (0, 1):
         for diode in range(n_diodes):
             values = hits.angle_rad[own & (hits.axis == axis) & (hits.diode == diode)]
             if values.size >= FEWEST_HITS:
-                angles[0, diode, axis] = np.median(values)
-    angles[~np.isfinite(angles).all(axis=2)] = np.nan
-    return Measurements(np.array([np.mean(hits.time_s[own])]) if own.any() else np.zeros(1), angles)
+                middle[0, diode, axis] = np.median(values)
+    middle[~np.isfinite(middle).all(axis=2)] = np.nan
+    return Measurements(np.array([np.mean(hits.time_s[own])]) if own.any() else np.zeros(1), middle)
 
 
 def static_pose(
@@ -91,6 +92,18 @@ def static_pose(
     rms = float(np.sqrt((master.epsilon[0] + slave.epsilon[0]) / n_angles))
     ambiguity = float(min(master.ambiguity[0], slave.ambiguity[0]))
     return StaticPose(R, t, covariance, rms, n_angles, ambiguity)
+
+
+def residuals_by_diode(
+    measurements: list[Measurements], board: np.ndarray, rotors: list[np.ndarray]
+) -> np.ndarray:
+    """Mean square residual in rad^2 of each diode that a station sees, master's first."""
+    found = []
+    for own, rotor in zip(measurements, rotors, strict=True):
+        path, seen = by_levenberg_marquardt(own, board, rotor), own.seen[0]
+        points = np.ascontiguousarray(board[seen] @ path.R[0].T + path.t_m[0])
+        found.append(((angles(points, rotor) - own.angles_rad[0, seen]) ** 2).mean(axis=1))
+    return np.concatenate(found)
 
 
 def _cross(v: np.ndarray) -> np.ndarray:

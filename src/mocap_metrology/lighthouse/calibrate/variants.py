@@ -1,0 +1,127 @@
+"""Which variant of the rotor model the recording itself prefers, and what is left open.
+
+Open-source drivers differ in what factory values mean (`rotor.Variant`), and the choice moves a
+pose by millimetres. Each variant is fitted; l_i is what unit i of the recording leaves of it, in
+rad^2: K_1 of the master's board poses and the weighted K_2 of the slave's angles together. A unit
+is a stretch of time, as the hits of a sweep and of neighbouring sweeps err together; of a board at
+rest it is a diode of a station. Variant b is worse than the best variant a beyond chance if
+
+    mean(l_b - l_a) > t_0.995(n - 1) sd(l_b - l_a) / sqrt(n)
+
+(the test of Vuong 1989 for models that are not nested), and if the gap in all is larger than what
+even the best one leaves beyond the noise of an angle: other errors of that size (lasers, diodes,
+the board) could imitate it. Variants that are not ruled out stay open: with k of them, and d_j the
+step from the pose taken to theirs, (sum d_j d_j^T) / (k + 1) joins the covariance: the second
+moment of a pose that is any of them with equal probability.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
+from mocap_metrology.lighthouse.records import PoseEstimate
+from mocap_metrology.lighthouse.rotation import error
+
+AUTO = "auto"
+FALLBACK = "libsurvive"  # where nothing can be fitted: 14 of 16 real recordings prefer it
+NOISE_RAD = 75e-6  # of an angle: jitter, and a clock of 2 MHz
+SURE = 0.995  # of the t distribution, one-sided
+OUTLIER = 25.0  # times the median loss an angle
+COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A variant fitted: slave pose R, t (m), and what parts of the recording leave of it.
+
+    loss (n,) in rad^2 an angle, angles (n,), unit (n,): which unit a part belongs to.
+    """
+
+    variant: str
+    R: np.ndarray
+    t_m: np.ndarray
+    loss: np.ndarray
+    angles: np.ndarray
+    unit: np.ndarray
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A variant as the recording judges it: `standing` is chosen, open or worse; residual in urad
+    of both stations; t: statistic of its being worse than the chosen one (0 for that itself)."""
+
+    variant: str
+    standing: str
+    residual_rms_urad: float
+    t: float
+    R: np.ndarray
+    t_m: np.ndarray
+
+    def as_dict(self) -> dict[str, Any]:
+        """For pose.json."""
+        return {
+            "variant": self.variant,
+            "chosen": self.standing == "chosen",
+            "standing": self.standing,
+            "residual_rms_urad": self.residual_rms_urad,
+            "t": self.t,
+            "translation_mm": (1e3 * self.t_m).tolist(),
+            "rotation_matrix": self.R.tolist(),
+        }
+
+
+def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
+    """Stretch of the recording, 0 to `BLOCKS` - 1, of each time."""
+    share = (time_s - start_s) / max(end_s - start_s, 1e-9)
+    return np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
+
+
+def weigh(fits: Sequence[Fit]) -> list[Weighed]:
+    """The fits in their order, the best of them chosen; they are of the same parts."""
+    from scipy.stats import t as student
+
+    limit = OUTLIER * min(float(np.median(fit.loss)) for fit in fits)
+    kept = np.all([fit.loss <= limit for fit in fits], axis=0)
+    if not kept.any():
+        kept[:] = True
+    units, row = np.unique(fits[0].unit[kept], return_inverse=True)
+    angles = fits[0].angles[kept]
+    sums = np.array([np.bincount(row, (fit.loss[kept] * angles)) for fit in fits])
+    total = sums.sum(axis=1)
+    best = int(total.argmin())
+    beyond_noise = max(total[best] - angles.sum() * NOISE_RAD**2, 0.0)
+    found = []
+    for k, fit in enumerate(fits):
+        gap, value = sums[k] - sums[best], 0.0
+        sure = False
+        if k != best and units.size > 2:
+            value = float(gap.mean() / max(gap.std(ddof=1) / np.sqrt(units.size), 1e-30))
+            sure = value > student.ppf(SURE, units.size - 1) and gap.sum() > beyond_noise
+        standing = "chosen" if k == best else "worse" if sure else "open"
+        rms = 1e6 * float(np.sqrt(total[k] / angles.sum()))
+        found.append(Weighed(fit.variant, standing, rms, value, fit.R, fit.t_m))
+    return found
+
+
+def steps(weighed: Sequence[Weighed]) -> np.ndarray:
+    """From the chosen pose to those left open: (k, 6) in mm and deg, as a covariance counts."""
+    taken = next((w for w in weighed if w.standing == "chosen"), None)
+    rows = [
+        np.r_[w.t_m - taken.t_m, error(w.R, taken.R)] * COVARIANCE_UNITS
+        for w in weighed
+        if w.standing == "open"
+    ]
+    return np.reshape(rows, (-1, 6))
+
+
+def widened(estimate: PoseEstimate, weighed: Sequence[Weighed]) -> PoseEstimate:
+    """The estimate with the open variants in its covariance."""
+    off = steps(weighed)
+    if estimate.covariance is None or not len(off):
+        return estimate
+    return replace(estimate, covariance=estimate.covariance + off.T @ off / (len(off) + 1))

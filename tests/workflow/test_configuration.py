@@ -118,7 +118,7 @@ def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> Non
         ("verdict__usable_missing", 0, "0.01; expected at most verdict.usable_missing (0)"),
         ("lighthouse__estimators", ["paper"], "paper-lm among them"),
         ("lighthouse__optics", [], "expected a list of ideal, factory, each at most once"),
-        ("lighthouse__variant", "vive", "expected crazyflie, libsurvive or astrobee"),
+        ("lighthouse__variant", "vive", "expected auto, crazyflie, libsurvive or"),
         ("lighthouse__lasers_mm", [1, 2, 3], "expected nothing, or twelve numbers of mm"),
         ("lighthouse__lasers_mm", 11 * [0] + [500], "expected nothing, or twelve numbers of mm"),
         ("lighthouse__active_level", 2, "expected 0 or 1"),

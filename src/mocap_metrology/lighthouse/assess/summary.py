@@ -65,6 +65,7 @@ def summary(
         expected_urad=expected_noise_urad(resolution_s),
         board_rms_urad=board_rms,
         errors=None if reference is None or best is None else errors(best.R, best.t_m, reference),
+        variants=found.variants,
         why_none="; ".join(why),
     )
     diagnostics = {

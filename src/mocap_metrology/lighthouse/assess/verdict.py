@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.calibrate.variants import Weighed, steps
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -87,6 +88,7 @@ def verdict(
     expected_urad: float = EXPECTED_URAD,
     board_rms_urad: float | None = None,
     errors: tuple[np.ndarray, np.ndarray] | None = None,
+    variants: Sequence[Weighed] = (),
     why_none: str = "",
 ) -> Verdict:
     """Verdict on the pose `chosen` out of `poses`.
@@ -94,7 +96,8 @@ def verdict(
     stations: master first; n_common: moments with a board pose of both stations; span_m: largest
     distance between two places of the board's path, or about it; duration_s: of the recording;
     expected_urad: noise of one angle; board_rms_urad: angles about single board poses; errors: mm
-    and deg against a reference, see `reference`; why_none: the reason where nothing was chosen.
+    and deg against a reference, see `reference`; variants: of the rotor model, as the recording
+    weighed them; why_none: the reason where nothing was chosen.
     """
     if chosen is None or not (np.isfinite(chosen.R).all() and np.isfinite(chosen.t_m).all()):
         return Verdict("failed", why_none or "No pose of the slave was found.")
@@ -102,6 +105,7 @@ def verdict(
         _distance(chosen),
         _residual(chosen, expected_urad),
         _factory(chosen, stations),
+        _rotor_model(chosen, variants),
         _mirrored(chosen),
         _stage(chosen),
         _common(chosen, n_common),
@@ -119,14 +123,15 @@ def verdict(
 
 def _reason(word: str, checks: Sequence[Check]) -> str:
     """The sentences of the checks that made the word, then what else was found, in short."""
+    models = [c.sentence for c in checks if c.name == "rotor model" and c.ok is False]
     if word == "good":
         passed = sum(c.ok is True for c in checks)
         said = [c.sentence for c in checks if c.ok and c.name in ("residual", "uncertainty")]
-        return " ".join([f"All {passed} checks passed.", *said])
+        return " ".join([f"All {passed} checks passed.", *said, *models])
     bad = [c for c in checks if c.level == word]
     rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
     more = (c.sentence.split(", as by ")[0].rstrip(".") + "." for c in rest)
-    return " ".join([*(c.sentence for c in bad[:2]), *more])
+    return " ".join([*(c.sentence for c in bad[:2]), *more, *models])
 
 
 def _graded(value: float, limits: Sequence[float]) -> tuple[str, float]:
@@ -217,6 +222,25 @@ def _factory(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
         )
         return Check(name, "file", "", limit, False, "usable", sentence)
     return Check(name, "recording", "", limit, True, "good", "Factory values from the recording.")
+
+
+def _rotor_model(chosen: PoseEstimate, variants: Sequence[Weighed]) -> Check:
+    """Drivers differ in what factory values mean; their difference is in the covariance."""
+    name = "rotor model"
+    if chosen.optics != "factory" or not variants:
+        return _unknown(name, "mm", "The recording was not asked for the model of the rotors.")
+    taken = next(w.variant for w in variants if w.standing == "chosen")
+    left = [w.variant for w in variants if w.standing == "open"]
+    if not left:
+        sentence = f"The recording prefers the rotor model of {taken} beyond chance."
+        return Check(name, 0.0, "mm", None, True, "good", sentence)
+    off = steps(variants)
+    mm, deg = (float(np.linalg.norm(part, axis=1).max()) for part in (off[:, :3], off[:, 3:]))
+    sentence = (
+        f"The recording cannot tell the rotor models of {taken} and {' or '.join(left)} apart;"
+        f" their poses differ by up to {mm:.2g} mm and {deg:.2g}°, which the uncertainty contains."
+    )
+    return Check(name, mm, "mm", None, False, "good", sentence)
 
 
 def _mirrored(chosen: PoseEstimate) -> Check:

@@ -133,7 +133,7 @@ def _disagreement(own: Minima, other: Minima, R: np.ndarray) -> np.ndarray:
 
 def _smooth(own: Minima, cost: np.ndarray) -> np.ndarray:
     """The minima (n,) of least total cost (2, n) and jumps along the path, by Viterbi."""
-    R, n = own.R, cost.shape[1]
+    R = own.R
     turn = np.einsum("anij,bnkj->abnik", R[:, 1:], R[:, :-1])
     moved = np.square(RATE_RAD_S * np.diff(own.paths[0].time_s))
     spread = own.spread[:, None, 1:] + own.spread[None, :, :-1] + moved[:, None, None] * np.eye(3)

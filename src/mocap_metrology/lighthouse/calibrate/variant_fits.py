@@ -21,7 +21,7 @@ from mocap_metrology.lighthouse.calibrate.variants import (
 )
 from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, residuals
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory
-from mocap_metrology.lighthouse.rotor import VARIANTS
+from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
 
 FEWEST = 20  # moments of both stations
 
@@ -37,9 +37,12 @@ def best_variant(
     """The variant that leaves least of the recording, and how all of them stand.
 
     measured: of master and slave; middle: the median angles of each diode, which count where the
-    board keeps its place. `FALLBACK` and no list where no variant can be fitted.
+    board keeps its place. `FALLBACK` and no list where all are one or none can be fitted.
     """
     names = [FALLBACK, *(name for name in VARIANTS if name != FALLBACK)]
+    models = [[rotor_parameters(f, None, VARIANTS[name]) for f in factories] for name in names]
+    if all(np.array_equal(models[0], model) for model in models):  # as of ideal rotors
+        return FALLBACK, []
     fits, near = [], None
     for name in names:
         optics = optics_of("factory", measured, factories, lasers_m, name)

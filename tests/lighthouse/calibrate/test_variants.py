@@ -1,0 +1,133 @@
+"""Which variant of the rotor model a recording prefers, and what the others do to the covariance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.variants import Fit, steps, weigh, widened
+from mocap_metrology.lighthouse.records import PoseEstimate
+from mocap_metrology.lighthouse.simulate.recording import Made, simulate
+from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
+
+UNITS = 20
+R = np.eye(3)
+
+
+def fit(name: str, loss: np.ndarray, mm: float = 0.0) -> Fit:
+    """A fit with so much left in each of 20 stretches, 100 parts of 8 angles each."""
+    unit = np.repeat(np.arange(UNITS), 100)
+    return Fit(name, R, np.array([1.0 + 1e-3 * mm, 0, 0]), loss, np.full(unit.size, 8), unit)
+
+
+def noise(rng: np.random.Generator, rms: float = 60e-6) -> np.ndarray:
+    return rms**2 * rng.chisquare(8, 100 * UNITS) / 8
+
+
+def test_by_chance_alone_a_variant_is_hardly_ever_ruled_out() -> None:
+    """Two equally good ones, 400 recordings: at most 0.5 % of each side, so 1 %, within 3 sigma of
+    the count; the poses are 5 mm apart and stay open."""
+    rng = np.random.default_rng(1)
+    ruled_out = 0
+    for _ in range(400):
+        found = weigh([fit("a", noise(rng)), fit("b", noise(rng), 5.0)])
+        ruled_out += any(w.standing == "worse" for w in found)
+    assert ruled_out <= 4 + 3 * np.sqrt(4)
+
+
+def test_a_worse_one_is_ruled_out_and_listed() -> None:
+    """What is common to both cancels: 5 % more in the square is seen at once."""
+    rng = np.random.default_rng(2)
+    common = noise(rng)
+    more = common + 0.05 * noise(rng)
+    found = weigh([fit("a", more, 5.0), fit("b", common)])
+    assert [w.standing for w in found] == ["worse", "chosen"]
+    assert found[0].t > 10 and found[0].residual_rms_urad > found[1].residual_rms_urad > 55
+    assert len(steps(found)) == 0
+    assert found[1].as_dict()["chosen"] and not found[0].as_dict()["chosen"]
+
+
+def test_other_errors_of_the_size_of_the_gap_leave_it_open() -> None:
+    """The same gap where the better one leaves 200 urad, that is, where something else is wrong."""
+    rng = np.random.default_rng(3)
+    common = noise(rng, 200e-6)
+    found = weigh([fit("a", common + 0.05 * common, 5.0), fit("b", common)])
+    assert [w.standing for w in found] == ["open", "chosen"] and found[0].t > 10
+
+
+def test_what_stays_open_joins_the_covariance() -> None:
+    """5 mm along x between two: a variance of 5^2 / 2, and none elsewhere."""
+    rng = np.random.default_rng(4)
+    first, second = noise(rng), noise(rng)
+    second *= first.sum() / second.sum()
+    found = weigh([fit("a", first), fit("b", second, 5.0)])
+    given = PoseEstimate("paper-lm", "final", "factory", R, R[0], covariance=np.eye(6))
+    added = widened(given, found).covariance - np.eye(6)
+    assert added[0, 0] == pytest.approx(12.5)
+    assert np.abs(added - np.diag(np.diag(added))).max() < 1e-9 and added[1:, 1:].max() < 1e-9
+
+
+FIRST = {"phase": [0.05, 0.0241], "tilt": [-0.0091, 0.0008], "curve": [-0.0038, -0.0055],
+         "gibphase": [1.8633, -0.792], "gibmag": [0.0113, -0.0112]}  # fmt: skip
+SECOND = {"phase": [-0.00832, -0.0082], "tilt": [0.00035, 0.00778], "curve": [0.00161, -0.01471],
+          "gibphase": [-4.543, 1.2656], "gibmag": [0.01801, -0.0193]}  # fmt: skip
+
+
+def made(variant: str, seed: int) -> Made:
+    """Eight seconds by hand before rotors of two real stations that obey this variant."""
+    return simulate(
+        twin_from_mapping(
+            {
+                "seed": seed,
+                "variant": variant,
+                "master": {"id": 1, "mode": "b", "factory": FIRST},
+                "slave": {
+                    "id": 2,
+                    "mode": "c",
+                    "factory": SECOND,
+                    "position_m": [0.4, 2.0, 0.25],
+                    "rotation_deg": [11, -6, -37],
+                },
+                "motion": {"centre_m": [2.8, 0.7, -0.2], "extent_m": 0.5},
+                "common_urad": 53,
+                "independent_urad": 30,
+            }
+        )  # fmt: skip
+    )
+
+
+def calibrated(own: Made) -> Calibration:
+    factories = [station.factory for station in own.truth.stations]
+    settings = CalibrationSettings(estimators=("paper-lm",), optics=("factory",))
+    return calibrate(own.hits, own.truth.board, factories, settings)
+
+
+@pytest.mark.parametrize("variant", ["crazyflie", "libsurvive"])
+def test_simulated_rotors_of_either_kind(variant: str) -> None:
+    """The right sign is taken, the other ruled out; 1 mm, where the other sign gives more."""
+    own = made(variant, 7)
+    found = calibrated(own)
+    standing = {w.variant: w.standing for w in found.variants}
+    wrong = {"crazyflie": "libsurvive", "libsurvive": "crazyflie"}[variant]
+    assert standing[wrong] == "worse" and standing[variant] in ("chosen", "open")
+    final = found.estimates[-1]
+    off = np.r_[1e3 * (final.t_m - own.truth.t_optical_m)]
+    turn = np.degrees(rotation.error(final.R, own.truth.R))
+    assert np.linalg.norm(off) < 2.5
+    assert (np.abs(np.r_[off, turn]) < 4 * np.sqrt(np.diag(final.covariance))).all()
+    others = [np.linalg.norm(w.t_m - own.truth.t_optical_m) for w in found.variants
+              if w.variant == wrong]  # fmt: skip
+    assert others[0] > 3e-3
+
+
+def test_the_file_and_the_verdict_tell_all_variants() -> None:
+    own = made("libsurvive", 8)
+    told = summary(calibrated(own), own.truth.stations)
+    assert {w["variant"] for w in told["variants"]} == {"crazyflie", "libsurvive", "astrobee"}
+    assert sum(w["chosen"] for w in told["variants"]) == 1
+    assert all(w["residual_rms_urad"] > 20 for w in told["variants"])
+    check = next(c for c in told["checks"] if c["name"] == "rotor model")
+    assert "rotor model" in check["sentence"]

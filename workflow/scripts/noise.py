@@ -24,7 +24,11 @@ with step(snakemake) as log:
     _, raw, origin = read_coordinates(snakemake.input.raw)
     allan, _ = read_table(snakemake.input.allan)
     rate = origin["frame_rate_hz"]
-    settings = settings_of(given.noise, given.annealing, given.allan, given.hampel, rate)
+    settings = settings_of(
+        *(given.noise, given.annealing, given.allan, given.hampel),
+        rate,
+        origin.get("form", "sampled"),
+    )
     table, curves, periodograms, refused = [], [], [], {}
     for name, series in all_series(raw, [tuple(pair) for pair in origin["pairs"]]):
         own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)

@@ -47,7 +47,8 @@ class NoiseSettings:
     """estimators: which are run; mask_sigma, half_window: of the Hampel filter that masks gross
     outliers (samples to each side); criterion, max_gauss_markov, sinusoid: of the choice of order;
     form: of the model the estimators of S fit; gauss_markov: terms they fit where the paper prints
-    no panel; n_taus, min_m, max_fraction, min_coverage: of the Allan variances."""
+    no panel; n_taus, min_m, max_fraction, min_coverage: of the Allan variances; frames: form of the
+    recording's, for `likelihood` and `weighted` (a camera's are points)."""
 
     estimators: tuple[str, ...] = ESTIMATORS
     mask_sigma: float = 6.0
@@ -62,6 +63,7 @@ class NoiseSettings:
     max_fraction: float = 1 / 3
     min_coverage: float = 0.5
     annealing: AnnealingSettings = field(default_factory=AnnealingSettings)
+    frames: Form = "sampled"
 
     @property
     def components(self) -> Components:
@@ -75,8 +77,10 @@ def settings_of(
     allan: Mapping[str, Any],
     hampel: Mapping[str, Any],
     frame_rate_hz: float,
+    frames: Form = "sampled",
 ) -> NoiseSettings:
-    """The settings of the estimators out of the sections of the configuration."""
+    """The settings of the estimators out of the sections of the configuration; frames: of the
+    recording, `form` in its metadata where it has one."""
     return NoiseSettings(
         estimators=tuple(noise["estimators"]),
         mask_sigma=noise["mask_sigma"],
@@ -88,6 +92,7 @@ def settings_of(
         gauss_markov=noise["gauss_markov"],
         **{k: allan[k] for k in ("n_taus", "min_m", "max_fraction", "min_coverage")},
         annealing=AnnealingSettings(**annealing),
+        frames=frames,
     )
 
 
@@ -152,7 +157,9 @@ def estimate_series(
     fit = (*cleaned, tau0, components)
     runs: dict[str, Callable[[], Estimate]] = {
         "likelihood": by_likelihood,
-        "weighted": lambda: weighted(curve.m, curve.variance, curve.edf, n, tau0, None, chosen),
+        "weighted": lambda: weighted(
+            curve.m, curve.variance, curve.edf, n, tau0, None, chosen, settings.frames
+        ),
         "annealing-ant-colony": lambda: annealing_ant_colony(
             *fit, settings.annealing, seed, settings.form, n * tau0
         ),
@@ -167,7 +174,7 @@ def estimate_series(
     estimates, refused = [], {}
     for name in settings.estimators:
         try:
-            estimates.append(with_crlb(runs[name](), n, tau0))
+            estimates.append(with_crlb(runs[name](), n, tau0, settings.frames))
         except Refusal as refusal:
             refused[name] = str(refusal)
     return SeriesNoise(tuple(estimates), curve, kept[0] if kept else None, refused)
@@ -223,7 +230,7 @@ def expected_estimate(
     found = annealing_ant_colony(
         m, avar, tau0, components, settings.annealing, seed, settings.form, n * tau0
     )
-    return with_crlb(found, n, tau0)
+    return with_crlb(found, n, tau0, truth.form)
 
 
 def published_estimate(truth: NoiseModel, n: int, tau0: float) -> Estimate:
@@ -235,11 +242,12 @@ def published_estimate(truth: NoiseModel, n: int, tau0: float) -> Estimate:
     return Estimate("published", truth.form, found, np.nan)
 
 
-def with_crlb(estimate: Estimate, n: int, tau0: float) -> Estimate:
-    """The estimate with the bounds of its own model where it has none of its own."""
+def with_crlb(estimate: Estimate, n: int, tau0: float, frames: Form = "sampled") -> Estimate:
+    """The estimate with the bounds of its own model, of frames of that form, where it has none of
+    its own."""
     if all(np.isfinite(c.crlb) for c in estimate.coefficients if c.detected):
         return estimate
-    bounds = crlb(estimate.model, n, tau0)
+    bounds = crlb(replace(estimate.model, form=frames), n, tau0)
     coefficients = tuple(
         replace(c, crlb=bounds.get(c.parameter, np.nan)) if c.detected else c
         for c in estimate.coefficients

@@ -141,7 +141,9 @@ def estimate_series(
     m = averaging_factors(n, settings.n_taus, settings.min_m, settings.max_fraction)
     curve = allan_curve(masked, 1 / tau0, m, min_coverage=settings.min_coverage)
     components = components or settings.components
-    order = LikelihoodSettings(settings.criterion, settings.max_gauss_markov, settings.sinusoid)
+    order = LikelihoodSettings(
+        settings.criterion, settings.max_gauss_markov, settings.sinusoid, form=settings.frames
+    )
     kept: list[Periodogram] = []
 
     def by_likelihood() -> Estimate:

@@ -25,9 +25,13 @@ from mocap_metrology.noise.diagnosis.spikes import drawn_in, isolated, off_frame
 from mocap_metrology.noise.diagnosis.tails import Tails, heavy_tails
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, model_of
 from mocap_metrology.noise.gaussian import Drift, drift
-from mocap_metrology.noise.model import NoiseModel, Sinusoid
+from mocap_metrology.noise.model import Form, NoiseModel, Sinusoid
 from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.spectral_fit.likelihood import LONGEST_GAP, likelihood
+from mocap_metrology.noise.spectral_fit.likelihood import (
+    LONGEST_GAP,
+    LikelihoodSettings,
+    likelihood,
+)
 from mocap_metrology.noise.spectrum import welch
 
 NOTCHES = 3  # of a series: its strongest lines
@@ -119,7 +123,8 @@ def diagnose(
         blanked[name] = blank
         model, spectrum = _model(noise, name), _rows(psd, name)
         if away.any():
-            model = _refitted(np.where(wide, np.nan, blank), rate) or model
+            form = model.form if model else "sampled"
+            model = _refitted(np.where(wide, np.nan, blank), rate, form) or model
             spectrum = _welch(blank, rate, welch_settings or {})
         if spectrum is not None:
             spectra[name] = spectrum
@@ -255,9 +260,10 @@ def _widened(away: np.ndarray) -> np.ndarray:
     return wide
 
 
-def _refitted(series: np.ndarray, rate_hz: float) -> NoiseModel | None:
+def _refitted(series: np.ndarray, rate_hz: float, form: Form) -> NoiseModel | None:
     try:
-        model = likelihood(middle(series), 1 / rate_hz).estimate.model
+        settings = LikelihoodSettings(form=form)
+        model = likelihood(middle(series), 1 / rate_hz, None, settings).estimate.model
     except Refusal:
         return None
     return model if model.broadband else None

@@ -1,6 +1,6 @@
 """Estimator `likelihood`: noise coefficients by maximum likelihood of the periodogram.
 
-Lines are found and subtracted, gaps filled by draws from the model, and the sampled model fitted
+Lines are found and subtracted, gaps filled by draws from the model, and the noise model fitted
 to the binned DCT periodogram (`periodogram`, `whittle`); the number of components by BIC (`order`),
 and so whether a straight line or a warm-up lies under the noise (`detrend`).
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.model import ALPHAS
+from mocap_metrology.noise.model import ALPHAS, Form
 from mocap_metrology.noise.spectral_fit.detrend import Alternative, alternatives, without_part
 from mocap_metrology.noise.spectral_fit.detrend_rows import deterministic_rows
 from mocap_metrology.noise.spectral_fit.fisher import model_of
@@ -48,13 +48,14 @@ class LikelihoodSettings:
     """criterion: `bic` or `aicc`; max_gauss_markov: 0 ... 4; sinusoid: whether lines are looked
     for; max_lines: how many are taken out (the one that raises the likelihood most is the model's
     sinusoid); deterministic: whether a line or a warm-up is looked for (not where the components
-    are given)."""
+    are given); form: of the frames, points or averages over the frame period (`model`)."""
 
     criterion: str = "bic"
     max_gauss_markov: int = 4
     sinusoid: bool = True
     max_lines: int = 40
     deterministic: bool = True
+    form: Form = "sampled"
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def likelihood(
     settings: LikelihoodSettings | None = None,
     seed: int = 0,
 ) -> LikelihoodRun:
-    """Fit the sampled noise model to a series (n,), NaN where samples are missing.
+    """Fit the noise model to a series (n,), NaN where samples are missing.
 
     Give the series as recorded, with gross outliers masked: a filter that replaces one sample in
     three hundred of clean noise (Hampel, 3 sigma) lowers h_0 by 3.4 %. tau0: s a frame.
@@ -127,7 +128,7 @@ def likelihood(
         found = tuple(_misfit(c, notes[-1]) for c in found)
     note = "; ".join(filter(None, notes))
     return LikelihoodRun(
-        Estimate("likelihood", "sampled", found, fit.deviance, note),
+        Estimate("likelihood", settings.form, found, fit.deviance, note),
         data,
         tuple(lines),
         tuple(found_parts),
@@ -185,14 +186,14 @@ def _converged(
         data, series = _filled(bare, asked, rng, lines)
     found = asked.fitted(data)
     still = series[at] - asked.wave(found[0], at, series[at].size)
-    level = _density(found[0].fit.spectrum, tau0)
+    level = _density(found[0].fit.spectrum, tau0, settings.form)
     slow = find_slow_lines(still, tau0, level, most - len(lines))
     if slow:
         bare = _without(bare, slow, tau0, at)
         data, _ = _filled(bare, asked, rng, [*lines, *slow])
         found = asked.fitted(data)
         # Found against a spectrum that still held them
-        level = _density(found[0].fit.spectrum, tau0)
+        level = _density(found[0].fit.spectrum, tau0, settings.form)
         slow = [replace(s, psd=float(level(np.array([s.f_0]))[0])) for s in slow]
     return found, sorted([*lines, *slow], key=lambda line: -line.gain)
 
@@ -228,18 +229,19 @@ def _filled(
     series = [bridged(part) for part in parts]
     shares = [float(np.isfinite(part).mean()) for part in parts]
     bands = [bands_of(lines, part.size * asked.tau0) for part in parts]
-    data = periodogram(series, shares, asked.starts, asked.tau0, bands)
+    form = asked.settings.form
+    data = periodogram(series, shares, asked.starts, asked.tau0, bands, form)
     for _ in range(max(_rounds(part, FILLED_TO) for part in parts)):
         # This model only fills gaps: a mixture needs no order
         likelihood = Likelihood(data, data.bins.T_c_range)
-        density = _density(dictionary(likelihood, ALPHAS), asked.tau0)
+        density = _density(dictionary(likelihood, ALPHAS), asked.tau0, form)
         series = [filled(part, density, asked.tau0, rng) for part in parts]
-        data = periodogram(series, shares, asked.starts, asked.tau0, bands)
+        data = periodogram(series, shares, asked.starts, asked.tau0, bands, form)
     return data, series
 
 
-def _density(spectrum: Spectrum, tau0: float) -> Callable[[np.ndarray], np.ndarray]:
-    return partial(model_of(spectrum).psd, tau0=tau0)
+def _density(spectrum: Spectrum, tau0: float, form: Form) -> Callable[[np.ndarray], np.ndarray]:
+    return partial(model_of(spectrum, form).psd, tau0=tau0)
 
 
 def _fitted(data: Periodogram, components: Components | None, settings: LikelihoodSettings) -> Fit:

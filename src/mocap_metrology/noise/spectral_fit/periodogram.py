@@ -161,12 +161,14 @@ def periodogram(
     starts: Sequence[int],
     tau0: float,
     bands: Sequence[Sequence[tuple[float, float]]],
+    form: Form = "sampled",
 ) -> Periodogram:
     """Of complete stretches (n,) of a series; shares: of their samples that were measured; starts:
-    frames at which they begin; bands: that are left out of each (`without`), Hz."""
+    frames at which they begin; bands: that are left out of each (`without`), Hz;
+    form: of the frames."""
     found, slow, first = [], [], 0
     for part, share, start, left_out in zip(parts, shares, starts, bands, strict=True):
-        own, c = bins_of(part.size, tau0), _transformed(part)
+        own, c = bins_of(part.size, tau0, form=form), _transformed(part)
         data = Periodogram(own, _binned(c, tau0, own), own.n * share)
         found.append(_without(c, data, left_out))
         slow.append(_slow(c, own, first, left_out))

@@ -138,6 +138,7 @@ def _truth(
         "source": f"simulated take of {take.cameras} {take.camera_type} cameras round a hall, "
         f"triangulated from {len(subset)}",
         "seed": seed,
+        "form": "sampled",
         "frame_rate_hz": twin.frame_rate_hz,
         "n_frames": n,
         "labels": list(twin.labels),

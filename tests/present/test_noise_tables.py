@@ -111,3 +111,15 @@ def test_a_misfit_is_marked_and_explained():
     text = noise_markdown(table, "title", CAPTION)
     assert "2.00e-06#" in text
     assert "# of a model that does not describe the spectrum" in text
+
+
+def test_what_is_no_noise_stands_below() -> None:
+    parts = tuple(Coefficient(k, v) for k, v in (("T_w", 300.0), ("drift", 0.2), ("h_0", 1e-6)))
+    found = rows("x1", Estimate("likelihood", "sampled", parts, 0.0))
+    text = noise_markdown(noise_table({"one": found}, {"one": "measured"}), "title", CAPTION)
+    lines = [line.split("|")[1:3] for line in text.splitlines() if line.startswith("|")]
+    assert [[c.strip() for c in line] for line in lines[-3:]] == [
+        ["h_0", "mm^2/Hz"],
+        ["drift", "mm/h"],
+        ["T_w", "s"],
+    ]

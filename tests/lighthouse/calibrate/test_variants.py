@@ -1,4 +1,4 @@
-"""Which variant of the rotor model a recording prefers, and what the others do to the covariance."""
+"""Which variant of the rotor model a recording prefers; what others do to the covariance."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def made(variant: str, seed: int) -> Made:
                 "common_urad": 53,
                 "independent_urad": 30,
             }
-        )  # fmt: skip
+        )
     )
 
 

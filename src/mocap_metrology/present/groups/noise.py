@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, unit_key
+from mocap_metrology.noise.deterministic import PARAMETERS as DETERMINISTIC
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, unit_key, unit_of
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.present.fits.matching import limit_class
 from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
@@ -99,13 +100,13 @@ def _block(rows: Sequence[Row], series: Sequence[str]) -> list[str]:
     lines: list[list[str]] = [["", "unit", *series]]
     for name in names:
         texts = [_cell(cells.get((name, one))) for one in series]
-        lines.append([name, NoiseModel.UNITS[unit_key(name)], *texts])
+        lines.append([name, unit_of(name), *texts])
     return aligned(lines)
 
 
 def _rank(parameter: str) -> tuple[int, int, int]:
-    """Power laws by alpha, then q_c1, T_c1, q_c2, ..., then the sinusoid."""
-    kinds = list(NoiseModel.UNITS)
+    """Power laws by alpha, then q_c1, T_c1, q_c2, ..., then the sinusoid, then what is no noise."""
+    kinds = [*NoiseModel.UNITS, *DETERMINISTIC]
     kind = unit_key(parameter)
     if kind in ("q_c", "T_c"):
         return 1, int(parameter[3:]), kinds.index(kind)

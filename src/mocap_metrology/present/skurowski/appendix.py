@@ -12,6 +12,7 @@ from mocap_metrology.noise.estimates import (
     S_ESTIMATOR,
     correlation_class,
     unit_key,
+    unit_of,
 )
 from mocap_metrology.noise.model import NoiseModel
 from mocap_metrology.noise.published import (
@@ -170,7 +171,7 @@ def _series_rows(
         for column, fit in fits.items()
     }
     for parameter, value in printed.items():
-        row: Row = {"parameter": parameter, "unit": NoiseModel.UNITS[unit_key(parameter)]}
+        row: Row = {"parameter": parameter, "unit": unit_of(parameter)}
         row["published"] = value
         remarks = []
         for column in FROM:
@@ -185,7 +186,7 @@ def _series_rows(
             if name in taken or _number(found["value"]) is None:
                 continue
             row = {"parameter": f"{name} ({OWN.get(column, column)})", "published": None}
-            row["unit"] = NoiseModel.UNITS[unit_key(name)]
+            row["unit"] = unit_of(name)
             for other in FROM:
                 row |= _cells(other, found if other == column else None, False)
             yield row | {"note": "not published"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from mocap_metrology.noise.model import ALPHAS, Sinusoid
 from mocap_metrology.noise.spectral_fit.fisher import model_of, parameter_names, standard_errors
 from mocap_metrology.noise.spectral_fit.lines import Line, line_errors, threshold
 from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, gauss_markov_unit
+from mocap_metrology.noise.spectral_fit.rivals import Rival, widened
 from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood
 
 LINE_FROM_HZ = 1.0  # a limit on lines is given from here up: below, the noise rises and so does it
@@ -35,11 +37,15 @@ def coefficients(
     components: Components | None,
     most_terms: int,
     wants_line: bool,
+    near: Sequence[Rival] = (),
+    cost: Callable[[int], float] = lambda p: 0.0,
 ) -> tuple[Coefficient, ...]:
     """Every coefficient with its error and intervals; limits for what is not there.
 
     Intervals: h normal, from 0 up; q_c, T_c, A_s log-normal, as they are positive scales. Where
     the relative error exceeds 0.3 (T_c of a tenth of the recording), 95 % ones hold in some 90 %.
+    near: `rivals` of the fit, whose intervals theirs are joined with; cost: of p parameters by the
+    criterion that chose the fit (`order.penalty`), which limits must know (`upper_limit`).
     """
     bins = data.bins
     weight = bins.n.astype(float)
@@ -57,7 +63,7 @@ def coefficients(
         if h > 0:
             rows.append(_linear(name, h, error[name], bound[name], status.get(name, "ok")))
         else:
-            rows.append(_limit(name, law_limit(likelihood, fit, alpha)))
+            rows.append(_limit(name, law_limit(likelihood, fit, alpha, cost(1))))
     for k, (q2, T_c) in enumerate(zip(spectrum.q2, spectrum.T_c, strict=True), start=1):
         gone = error[f"q_c{k}"] > GONE * math.sqrt(q2)
         for name, value in ((f"q_c{k}", math.sqrt(q2)), (f"T_c{k}", float(T_c))):
@@ -65,8 +71,9 @@ def coefficients(
             found = _positive(name, value, error[name], bound[name], kind)
             # With the number of terms given, one that is not there ends anywhere
             rows.append(_limit(name, math.nan, "no such term stands out") if gone else found)
+    rows = list(widened(rows, fit, near, likelihood.bounds[1]))
     if components is None and len(spectrum.T_c) < most_terms:
-        rows += _class_limits(likelihood, fit, most_terms)
+        rows += _class_limits(likelihood, fit, most_terms, cost(2))
     if wants_line:
         rows += _line_rows(line, likelihood, fit)
     return tuple(rows)
@@ -114,14 +121,19 @@ def _one_step(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> tuple[flo
     return max(left @ rest / information, 0.0), 1 / math.sqrt(information)
 
 
-def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> float:
+def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray, price: float) -> float:
     """Upper 95 % limit of the coefficient of a further spectrum `column` (B,), >= 0.
 
     Profile likelihood: the value at which twice the log likelihood, all else refitted, has fallen
-    by 1.645^2 from its maximum (one-sided). A scoring step would do if the fit without the
-    component had the right weights, which it has not where the component would stand out.
+    by 1.645^2 + price from its maximum (one-sided). price: what the component would have had to
+    gain to be taken in. Without it the limit holds on average over all recordings, but not of those
+    in which the component was missed: there its estimate is low by chance. A scoring step would do
+    if the fit without the component had the right weights, which it has not where the component
+    would stand out.
     """
     from scipy.optimize import brentq
+
+    most = ONE_SIDED_95**2 + price
 
     estimate, error = _one_step(likelihood, fit, column)
     if not math.isfinite(error):
@@ -132,26 +144,26 @@ def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> float:
 
     # (deviance, value) of the lowest point seen: the maximum of the likelihood, near enough
     best = min((fit.deviance, 0.0), (deviance(estimate), estimate))
-    high = estimate + ONE_SIDED_95 * error
+    high = estimate + math.sqrt(most) * error
     for _ in range(DOUBLINGS):
         found = deviance(high)
-        if found > best[0] + ONE_SIDED_95**2:
+        if found > best[0] + most:
             break
         best, high = min(best, (found, high)), 2 * high
     else:
         return math.inf  # something else gives way to it: the spectrum does not limit it
-    fall = best[0] + ONE_SIDED_95**2
+    fall = best[0] + most
     return brentq(lambda value: deviance(value) - fall, best[1], high, rtol=0.01, xtol=1e-300)
 
 
-def law_limit(likelihood: Likelihood, fit: Fit, alpha: int) -> float:
+def law_limit(likelihood: Likelihood, fit: Fit, alpha: int, price: float = 0.0) -> float:
     """`upper_limit` of h_alpha."""
     others = {a: h for a, h in fit.spectrum.h.items() if a != alpha}
     alone = replace(fit, spectrum=replace(fit.spectrum, h=others))
-    return upper_limit(likelihood, alone, likelihood.laws[alpha])
+    return upper_limit(likelihood, alone, likelihood.laws[alpha], price)
 
 
-def _class_limits(likelihood: Likelihood, fit: Fit, most: int) -> list[Coefficient]:
+def _class_limits(likelihood: Likelihood, fit: Fit, most: int, price: float) -> list[Coefficient]:
     """Limits of q_c of a further term in each class of S 4.6 that has none; the greatest over the
     class, so they hold for every T_c in it."""
     rows, number = [], len(fit.spectrum.T_c)
@@ -163,7 +175,7 @@ def _class_limits(likelihood: Likelihood, fit: Fit, most: int) -> list[Coefficie
         number += 1
         units = [gauss_markov_unit(likelihood.bins, T) for T in np.geomspace(low, high, PLACES)]
         worst = max(units, key=lambda unit: sum(_one_step(likelihood, fit, unit)))
-        upper = math.sqrt(upper_limit(likelihood, fit, worst))
+        upper = math.sqrt(upper_limit(likelihood, fit, worst, price))
         note = f"class {name}: limit for every T_c from {low:.3g} to {high:.3g} s"
         rows.append(_limit(f"q_c{number}", upper, note))
     return rows

@@ -31,6 +31,7 @@ from mocap_metrology.noise.spectral_fit.lines import (
 )
 from mocap_metrology.noise.spectral_fit.order import choose, fit_known, penalty
 from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, periodogram
+from mocap_metrology.noise.spectral_fit.rivals import Rival, judged, undecided
 from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood, Spectrum, dictionary
 
 LEAST_SAMPLES = 1000
@@ -113,13 +114,18 @@ def likelihood(
     best = found_parts[0]
     data, fit = best.data, best.fit
     line = lines[0] if lines and _wants_line(components, settings) else None
-    found = coefficients(
-        data, fit, line, components, settings.max_gauss_markov, _wants_line(components, settings)
-    )
+    cost = penalty(settings.criterion, float(data.psd.size))
+    most = settings.max_gauss_markov
+    near: tuple[Rival, ...] = ()
+    if components is None:
+        fit, near = judged(found_parts, ALPHAS, most, cost)
+    wants_line = _wants_line(components, settings)
+    found = coefficients(data, fit, line, components, most, wants_line, near, cost)
     if components is None and settings.deterministic:
         found += deterministic_rows(found_parts, tau0)
     beyond = Likelihood(data, data.bins.T_c_range).misfit(fit)
     notes = [_lines_note(lines[1:] if line else lines, len(lines) == settings.max_lines)]
+    notes.append(undecided(fit, near, cost))
     if beyond > MISFIT:
         notes.append(
             "the model does not describe the spectrum: its deviance is "

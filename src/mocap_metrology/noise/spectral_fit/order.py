@@ -37,9 +37,9 @@ def fit_order(
     Starts: the components of the mixture (see `dictionary`), joined or split to the number wanted,
     and `smaller` (a fit with one component less) with another put where the likelihood rises most.
     """
-    starts = [_with_power(likelihood, _resized(mixture, terms, likelihood.bounds))]
+    starts = [with_power(likelihood, _resized(mixture, terms, likelihood.bounds))]
     if smaller is not None:
-        starts += _extended(likelihood, smaller.spectrum, tuple(mixture.h))
+        starts += extended(likelihood, smaller.spectrum, tuple(mixture.h))
     return min((likelihood.fit(start) for start in starts), key=lambda fit: fit.deviance)
 
 
@@ -97,7 +97,7 @@ def _without(likelihood: Likelihood, fit: Fit, alpha: int) -> Fit:
     return likelihood.fit(replace(fit.spectrum, h=kept))
 
 
-def _extended(likelihood: Likelihood, now: Spectrum, alphas: Sequence[int]) -> list[Spectrum]:
+def extended(likelihood: Likelihood, now: Spectrum, alphas: Sequence[int]) -> list[Spectrum]:
     """`now` with one more component, at the places with the highest score statistics.
 
     Score statistic of q_c^2 at 0: gradient^2 / information left by the other parameters.
@@ -128,7 +128,7 @@ def _extended(likelihood: Likelihood, now: Spectrum, alphas: Sequence[int]) -> l
     ]
 
 
-def _with_power(likelihood: Likelihood, start: Spectrum) -> Spectrum:
+def with_power(likelihood: Likelihood, start: Spectrum) -> Spectrum:
     """`start`, or, where joining left no power at all, an equal share for every power law."""
     if not start.h or any(start.h.values()) or start.T_c.size:
         return start

@@ -1,0 +1,233 @@
+"""Does a marker move? Only what a still marker of that noise cannot do is called movement.
+
+Noise as this project knows it (white, flicker, random walk, Gauss-Markov, their sums) has Gaussian
+increments that are all alike, and has no velocity: successive increments of a random walk are
+independent, those of all the others rather return, so the mean square of an increment over 2 T is
+at most twice that over T. A marker that is pushed, carried or put elsewhere does what such noise
+cannot, however far the noise wanders:
+
+* a jump: means before and after differ by far more than those of all other moments, against the
+  median of their deviations, which a few jumps do not touch;
+* it goes on: increments over 2 T are larger than those of a random walk of the same T;
+* it comes far: the range within the horizon is many times that of a random walk of the steps seen.
+
+The bounds are for a random walk, whose increments stay alike for longest; of 10,000 walks of 100 to
+32,400 blocks none exceeded any (benchmarks/sentences/moves.py). A straight line and an exponential
+approach are taken off before jumps are looked for: a drift or warm-up is none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+
+LEAST_BLOCKS = 100
+BLOCK_S = 0.25
+LASTS_S, MOST_TRIED = 15.0, 10
+SIDE, BETWEEN = 16, 4  # blocks before and after a jump that are compared, and left out between
+JUMP_SIGMAS = 4.0  # of a frame: a smaller jump is none that a frame could show
+CELL, SMALL_CELL = 5, 3  # frames a median is taken of, so that isolated outliers go
+FEW = 2000
+LEAST_CELLS = 50  # increments over T that a recording holds
+GOES_ON = 5.0  # standard deviations that successive increments are correlated by
+COMES_FAR = 6.5  # standard deviations of the walk over the horizon that its range spans
+PART = 4  # what goes on does so by this part of the range that matters
+
+
+@dataclass(frozen=True)
+class Movement:
+    """Of one coordinate: size_mm, 0 for what is still, NaN where it cannot be told; lower_95 and
+    upper_95 of a jump, NaN of other movement; time_s: of a jump, else NaN."""
+
+    size_mm: float
+    lower_95: float = math.nan
+    upper_95: float = math.nan
+    time_s: float = math.nan
+
+    @property
+    def moves(self) -> bool:
+        """Whether the marker moves."""
+        return self.size_mm > 0
+
+
+STILL, UNKNOWN = Movement(0.0), Movement(math.nan)
+
+
+def movement(
+    series: np.ndarray,
+    frame_rate_hz: float,
+    range_mm: float = 2.0,
+    horizon_s: float = 3600.0,
+    step_mm: float = 0.0,
+) -> Movement:
+    """What a coordinate does beyond noise within `horizon_s`.
+
+    series: (n,) mm, NaN in gaps, outliers allowed. A jump counts from `JUMP_SIGMAS` standard
+    deviations of a frame (of steps `step_mm` of the file, if those are larger); other movement
+    from `range_mm` on. Blocks are of a quarter of a second, of a hundredth of what lasts less than 25 s.
+    UNKNOWN below 100 frames.
+    """
+    values = np.asarray(series, dtype=float)
+    length = max(min(round(BLOCK_S * frame_rate_hz), values.size // LEAST_BLOCKS), 1)
+    blocks, sigma = _blocks(values, length)
+    if np.count_nonzero(np.isfinite(blocks)) < LEAST_BLOCKS / 2:
+        return UNKNOWN
+    block_s = length / frame_rate_hz
+    within = max(round(horizon_s / block_s), LEAST_BLOCKS)
+    least = JUMP_SIGMAS * math.hypot(sigma, step_mm)
+    found = _jump(_straightened(blocks), block_s, within, least)
+    span, farthest = _range(blocks, within)
+    if span > range_mm and span > found.size_mm:
+        far = _comes_far(blocks[farthest], span)
+        if far or _goes_on(values, range_mm / PART):
+            return Movement(span)
+    return found
+
+
+def _blocks(values: np.ndarray, length: int) -> tuple[np.ndarray, float]:
+    """Means of the middle half of every block of `length` samples, NaN where more than half is
+    missing, and the standard deviation of a sample about them by the quartiles, its median."""
+    count = values.size // length
+    rising = np.sort(values[: count * length].reshape(count, length), axis=1)
+    rising[np.isinf(rising)] = np.nan
+    known = np.isfinite(rising).sum(axis=1)
+    low, high = known // 4, known - known // 4
+    sums = np.concatenate([np.zeros((count, 1)), np.cumsum(np.nan_to_num(rising), axis=1)], axis=1)
+    row = np.arange(count)
+    enough = 2 * known >= max(length, 1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = np.where(enough, (sums[row, high] - sums[row, low]) / (high - low), np.nan)
+    if length < 8:  # too few for quartiles
+        steps = np.abs(np.diff(values))
+        middle = np.median(steps[np.isfinite(steps)]) if np.isfinite(steps).any() else math.nan
+        return means, float(MAD_TO_SIGMA / math.sqrt(2) * middle)
+    last = np.minimum(high, length - 1)
+    spread = (rising[row, last] - rising[row, low])[enough] * MAD_TO_SIGMA / 2
+    return means, float(np.median(spread)) if spread.size else math.nan
+
+
+def _straightened(blocks: np.ndarray) -> np.ndarray:
+    """Less the straight line and exponential approach that fit best (least squares, the time
+    constant from two blocks to the whole, by steps of 15 %)."""
+    known = np.isfinite(blocks)
+    t = np.arange(blocks.size) / blocks.size
+    coarse = max(blocks.size // 1000, 1)  # of nine hours a thousand are enough
+    use = np.flatnonzero(known)[::coarse]
+    best, fitted = math.inf, np.zeros(blocks.size)
+    for constant in np.geomspace(2 / blocks.size, 1.0, round(math.log(blocks.size / 2) / 0.15) + 2):
+        shape = np.stack([np.ones(t.size), t, np.exp(-t / constant)], axis=1)
+        solved, *_ = np.linalg.lstsq(shape[use], blocks[use], rcond=None)
+        left = float(np.sum((blocks[use] - shape[use] @ solved) ** 2))
+        if left < best:
+            best, fitted = left, shape @ solved
+    return blocks - fitted
+
+
+def _jump(blocks: np.ndarray, block_s: float, within: int, least: float) -> Movement:
+    """The largest jump of at least `least` beyond chance, over blocks of 1, 2, 4, ..."""
+    found = STILL
+    for level, doubling in _levels(blocks, within):
+        middles = _sliding_medians(level)
+        steps = middles[SIDE + BETWEEN :] - middles[: -(SIDE + BETWEEN)]
+        known = np.isfinite(steps)
+        if np.count_nonzero(known) < LEAST_BLOCKS / 2:
+            continue
+        steps = np.where(known, steps - np.median(steps[known]), 0.0)
+        scale = MAD_TO_SIGMA * float(np.median(np.abs(steps[known])))
+        least_here = max(_beyond_chance(level.size) * scale, least)
+        lasting = max(round(LASTS_S / (doubling * block_s)), SIDE)
+        for _ in range(MOST_TRIED):
+            at = int(np.argmax(np.abs(steps)))
+            size = float(abs(steps[at]))
+            if size <= max(least_here, found.size_mm):
+                break
+            if _lasts(level, at, lasting, float(steps[at])):
+                time = (at + SIDE + BETWEEN / 2) * doubling * block_s
+                found = Movement(size, size - 1.96 * scale, size + 1.96 * scale, time)
+                break
+            steps[max(at - lasting, 0) : at + lasting + 1] = 0.0
+    return found
+
+
+def _lasts(level: np.ndarray, at: int, blocks: int, step: float) -> bool:
+    """Whether half of a jump is left over so many blocks before and after: a shake returns."""
+    start, end = at + SIDE, at + SIDE + BETWEEN
+    before, after = level[max(start - blocks, 0) : start], level[end : end + blocks]
+    return float(np.nanmedian(after) - np.nanmedian(before)) * np.sign(step) > abs(step) / 2
+
+
+def _levels(blocks: np.ndarray, within: int) -> Iterator[tuple[np.ndarray, int]]:
+    """Blocks of 1, 2, 4, ... together while there are enough and both sides lie within."""
+    level, doubling = blocks, 1
+    while level.size >= LEAST_BLOCKS and (2 * SIDE + BETWEEN) * doubling <= within:
+        yield level, doubling
+        pairs = level[: level.size // 2 * 2].reshape(-1, 2)
+        level, doubling = pairs.mean(axis=1), 2 * doubling
+
+
+def _sliding_medians(values: np.ndarray) -> np.ndarray:
+    """Of SIDE successive ones; NaN where less than half is there."""
+    rising = np.sort(np.lib.stride_tricks.sliding_window_view(values, SIDE), axis=1)
+    known = np.isfinite(rising).sum(axis=1)
+    row, last = np.arange(known.size), np.maximum(known - 1, 0)
+    middle = (rising[row, last // 2] + rising[row, (last + 1) // 2]) / 2
+    return np.where(2 * known >= SIDE, middle, np.nan)
+
+
+def _beyond_chance(n_blocks: int) -> float:
+    """Of a random walk of n blocks the largest step in units of their median deviation stays
+    below: 10,000 walks of 100 blocks reached 17, of 300 9, of 4800 5.1."""
+    return 8.0 + 60.0 * (2 * SIDE + BETWEEN) / n_blocks
+
+
+def _range(blocks: np.ndarray, within: int) -> tuple[float, slice]:
+    """The greatest within so many blocks (stretches overlap by half), and where."""
+    starts = range(0, max(blocks.size - within, 0) + 1, max(within // 2, 1))
+    stretches = [slice(s, s + within) for s in starts]
+    stretches += [slice(max(blocks.size - within, 0), blocks.size)]
+    spans = [float(np.ptp(own[np.isfinite(own)])) if np.isfinite(own).any() else 0.0
+             for own in (blocks[s] for s in stretches)]  # fmt: skip
+    most = int(np.argmax(spans))
+    return spans[most], stretches[most]
+
+
+def _comes_far(blocks: np.ndarray, span: float) -> bool:
+    """Whether the range is beyond that of a random walk with the increments over T = 4, 8, ...
+    blocks up to a sixteenth (the least of the variances they make of it counts)."""
+    lags = 4 * 2 ** np.arange(max(int(math.log2(blocks.size / 64)), 0) + 1)
+    variances = []
+    for lag in lags:
+        steps = np.abs(blocks[lag:] - blocks[:-lag])
+        steps = steps[np.isfinite(steps)]
+        if steps.size:
+            variances.append((MAD_TO_SIGMA * np.median(steps)) ** 2 * blocks.size / lag)
+    return bool(variances) and span > COMES_FAR * math.sqrt(min(variances))
+
+
+def _goes_on(values: np.ndarray, least: float) -> bool:
+    """Whether increments over some T, of `least` or more, are followed by like ones.
+
+    Of a random walk D(2T) = 2 D(T) (of means over a cell (2 T - 1/3) / (T - 1/3) times), and
+    their ratio scatters by about sqrt(T/n); of uniform movement it is 4.
+    """
+    cell = CELL if values.size >= FEW else SMALL_CELL if values.size >= LEAST_BLOCKS * 3 else 1
+    cells = values[: values.size // cell * cell].reshape(-1, cell)
+    cells = np.sort(cells, axis=1)[:, cell // 2]  # NaN come last: of few samples it is NaN
+    lag, before = 1, _mean_square(cells, 1)
+    while cells.size >= LEAST_CELLS * lag:
+        after = _mean_square(cells, 2 * lag)
+        walk = (2 * lag - 1 / 3) / (lag - 1 / 3) if cell > 1 else 2.0
+        if before > least**2 and after / before / walk - 1 > GOES_ON * math.sqrt(lag / cells.size):
+            return True
+        lag, before = 2 * lag, after
+    return False
+
+
+def _mean_square(values: np.ndarray, lag: int) -> float:
+    steps = values[lag:] - values[:-lag]
+    return float(np.mean(steps[np.isfinite(steps)] ** 2)) if np.isfinite(steps).any() else 0.0

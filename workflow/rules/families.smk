@@ -4,7 +4,7 @@
 rule families:
     input:
         checks=lambda wildcards: checks(wildcards.group),
-        allan=of_accepted("<results>/recordings/{recording}/allan.parquet"),
+        allan=of_accepted("<results>/recordings/{recording}/allan_masked.parquet"),
         noise=of_accepted("<results>/recordings/{recording}/noise.csv"),
     output:
         report(

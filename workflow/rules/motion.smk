@@ -30,6 +30,7 @@ rule orientation:
         accept_truncated=lambda wildcards: row(wildcards)["accept_truncated"],
         allan=config["allan"],
         hampel=config["hampel"],
+        mask_sigma=config["noise"]["mask_sigma"],
     message:
         "{wildcards.recording}: noise of the orientation"
     script:

@@ -5,7 +5,7 @@ rule recording_figures:
     input:
         raw="<results>/recordings/{recording}/trajectories.parquet",
         clean="<results>/recordings/{recording}/clean.parquet",
-        allan="<results>/recordings/{recording}/allan.parquet",
+        allan="<results>/recordings/{recording}/allan_masked.parquet",
         psd="<results>/recordings/{recording}/psd.parquet",
     output:
         report(
@@ -67,7 +67,7 @@ rule group_tables:
         checks=lambda wildcards: checks(wildcards.group),
         gaussian=of_accepted("<results>/recordings/{recording}/gaussian.csv"),
         outliers=of_accepted("<results>/recordings/{recording}/outliers.csv"),
-        allan=of_accepted("<results>/recordings/{recording}/allan.parquet"),
+        allan=of_accepted("<results>/recordings/{recording}/allan_masked.parquet"),
         noise=of_accepted("<results>/recordings/{recording}/noise.csv"),
     output:
         multiext(

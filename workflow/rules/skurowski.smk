@@ -168,7 +168,7 @@ rule skurowski_crump:
     input:
         raw=of_shock("trajectories.parquet"),
         clean=of_shock("clean.parquet"),
-        allan=lambda wildcards: [allan_of(name) for name in [*shocked(), *unshocked()]],
+        allan=lambda wildcards: [cleaned_allan_of(name) for name in [*shocked(), *unshocked()]],
     output:
         of_figure(7),
         "<results>/figures/skurowski_fig07.png",
@@ -191,7 +191,7 @@ rule skurowski_crump:
 
 rule skurowski_failing:
     input:
-        allan=lambda wildcards: [allan_of(name) for name in with_and_without_failing()],
+        allan=lambda wildcards: [cleaned_allan_of(name) for name in with_and_without_failing()],
     output:
         of_figure(8),
         "<results>/figures/skurowski_fig08.png",
@@ -235,7 +235,7 @@ rule skurowski_families:
 rule skurowski_repaired:
     input:
         checks=checks("skurowski2019-repaired"),
-        allan=lambda wildcards: [allan_of(name) for name in [*repaired(), *unrepaired()]],
+        allan=lambda wildcards: [cleaned_allan_of(name) for name in [*repaired(), *unrepaired()]],
     output:
         report(
             "<results>/figures/skurowski_figA1.svg",

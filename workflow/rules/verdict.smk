@@ -5,7 +5,7 @@ rule verdict:
     input:
         clean="<results>/recordings/{recording}/clean.parquet",
         outliers="<results>/recordings/{recording}/outliers.csv",
-        allan="<results>/recordings/{recording}/allan.parquet",
+        allan="<results>/recordings/{recording}/allan_masked.parquet",
         noise="<results>/recordings/{recording}/noise.csv",
         check=check_of,
         diagnosis="<results>/recordings/{recording}/diagnosis.json",

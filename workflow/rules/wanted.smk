@@ -96,6 +96,11 @@ def gate_of(target):
 
 
 def allan_of(recording):
+    return f"<results>/recordings/{recording}/allan_masked.parquet"
+
+
+def cleaned_allan_of(recording):
+    """As S has it, for figures of the paper."""
     return f"<results>/recordings/{recording}/allan.parquet"
 
 

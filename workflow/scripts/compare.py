@@ -1,4 +1,4 @@
-"""allan.parquet of recordings and their references -> <group>_compare: what has changed."""
+"""allan_masked.parquet of recordings and their references -> <group>_compare: what has changed."""
 
 from step import step
 

@@ -17,7 +17,12 @@ with step(snakemake) as log:
         joined,
         periodogram_columns,
     )
-    from mocap_metrology.noise.estimators import estimate_series, panel, settings_of
+    from mocap_metrology.noise.estimators import (
+        estimate_series,
+        masked_curve,
+        panel,
+        settings_of,
+    )
     from mocap_metrology.noise.series import all_series
 
     given, recording = snakemake.params, snakemake.wildcards.recording
@@ -30,10 +35,16 @@ with step(snakemake) as log:
         origin.get("form", "sampled"),
     )
     table, curves, periodograms, refused = [], [], [], {}
+
+    def shown(series, estimator):
+        return masked_curve(series, 1 / rate, settings, origin["resolution_mm"], estimator)[1]
+
     for name, series in all_series(raw, [tuple(pair) for pair in origin["pairs"]]):
         own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
         cleaned = allan["m"][own], allan["avar_mm2"][own]
         asked = panel(*given.subset, name) if given.subset else None
+        others = [e for e in given.allan["estimators"] if e != "oadev"]
+        curves += [allan_columns(name, shown(series, e), e) for e in others]
         number = crc32(f"{recording} {name}".encode()) + given.seed
         try:
             found = estimate_series(
@@ -42,6 +53,7 @@ with step(snakemake) as log:
         except Refusal as refusal:
             refused.setdefault(str(refusal), []).append(name)
             table += estimates.refused_rows(name, settings.estimators, str(refusal))
+            curves.append(allan_columns(name, shown(series, "oadev")))
             continue
         for estimate in found.estimates:
             table += estimates.rows(name, estimate)
@@ -53,7 +65,7 @@ with step(snakemake) as log:
         periodograms.append(periodogram_columns(name, found.periodogram))
     for why, names in refused.items():
         log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
-    origin |= {"noise": given.noise, "seed": given.seed}
+    origin |= {"noise": given.noise, "allan": given.allan, "seed": given.seed}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     write_csv(snakemake.output.noise, table)
     write_table(snakemake.output.allan, joined(curves, ALLAN), origin)

@@ -15,6 +15,7 @@ with step(snakemake) as log:
     folder.mkdir(parents=True, exist_ok=True)
     rows = read_noise(snakemake.input.noise)
     allan, origin = read_table(snakemake.input.allan)
+    shown = allan["estimator"] == "oadev"
     periodogram, _ = read_table(snakemake.input.periodogram)
     note = (
         f"Source: {source_words(origin)}. As recorded, beyond {origin['noise']['mask_sigma']:g} "
@@ -28,7 +29,7 @@ with step(snakemake) as log:
         save_figure(
             fit_figure(
                 f"{name}, {series}: noise model",
-                {k: v[allan["series"] == series] for k, v in allan.items()},
+                {k: v[shown & (allan["series"] == series)] for k, v in allan.items()},
                 {k: v[periodogram["series"] == series] for k, v in periodogram.items()},
                 {
                     estimator: [row for row in own if row["estimator"] == estimator]

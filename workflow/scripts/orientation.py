@@ -48,8 +48,9 @@ with step(snakemake) as log:
     for name, values in zip(AXES, found.vectors_rad, strict=True):
         cleaned = hampel(values, half_window, clean["n_sigma"], clean["action"], 0.0).values
         series[f"{name}_rad"] = cleaned
+        masked = hampel(values, half_window, snakemake.params.mask_sigma, "mask", 0.0).values
         curve = allan_curve(
-            cleaned, rate, m, "oadev", settings["confidence"], settings["min_coverage"]
+            masked, rate, m, "oadev", settings["confidence"], settings["min_coverage"]
         )
         parts.append(allan_columns(name, curve))
     origin |= {"unit": "rad", "cluster": cluster, "hampel": clean, "allan": settings}

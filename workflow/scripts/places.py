@@ -1,4 +1,4 @@
-"""allan.parquet and gaussian.csv of several places -> <group>_places: noise by place."""
+"""allan_masked.parquet and gaussian.csv of several places -> <group>_places: noise by place."""
 
 from step import step
 

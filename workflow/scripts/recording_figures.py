@@ -34,11 +34,12 @@ with step(snakemake) as log:
         f"Hampel filter, {hampel['n_sigma']:g} sigma, {origin['window_frames']} frames: "
         f"{hampel['action']}."
     )
+    mask = f"As recorded, beyond {allan[1]['noise']['mask_sigma']:g} sigma masked."
     save_figure(
         allan_figure(
             allan[0],
             f"{name}: Allan deviation",
-            f"{note} {filtered}",
+            f"{note} {mask}",
             expected=list(raw),
             confidence=allan[1]["allan"]["confidence"],
         ),

@@ -21,6 +21,7 @@ with step(snakemake) as log:
     source = gather.source_and_length(every, lengths, paper=not others)  # S: no length after repair
     if limits_s := snakemake.params.get("left_out"):
         source += " " + families.guess_a1(limits_s)
+    source = f"{gather.filter_sentence(next(iter(found.values()))[1])} {source}".strip()
     makers = {
         "08": lambda: families.failing_figure(rows, allan, source, confidence),
         "12": lambda: families.numbers_figure(rows, allan, source),

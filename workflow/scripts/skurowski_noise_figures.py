@@ -51,7 +51,7 @@ with step(snakemake) as log:
             run.estimate.model,
             tau0,
             titles[6],
-            f"{name}, {series}. {source}",
+            f"{name}, {series}. {gather.filter_sentence(origin)} {source}",
             form=settings.form,
         ),
         14: colour_figure(made, titles[14], source),

@@ -1,4 +1,4 @@
-"""allan.parquet of recordings of different days -> <group>_trend: does it get worse?"""
+"""allan_masked.parquet of recordings of different days -> <group>_trend: does it get worse?"""
 
 from step import step
 

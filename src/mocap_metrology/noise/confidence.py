@@ -7,7 +7,7 @@ Exponents alpha are those of the series' power spectral density, S(f) ~ f^alpha:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -192,6 +192,11 @@ class AllanCurve:
     def deviation(self) -> np.ndarray:
         """Square root of the variance."""
         return np.sqrt(self.variance)
+
+    def with_upper_raised(self, taken: float) -> AllanCurve:
+        """Of a filtered series: the deviation before the filter was higher, at most by the share
+        `taken` of it. The interval then holds it at least as often as it says."""
+        return replace(self, upper=self.upper / (1 - taken))
 
 
 def allan_curve(

@@ -19,8 +19,8 @@ from mocap_metrology.noise.gaussian import (
     drift,
     gaussian_model,
     gaussian_sample,
-    median_drift,
 )
+from mocap_metrology.noise.movement import Movement, movement
 from mocap_metrology.noise.series import AXES, pair_name, position
 
 FAST_MM_H = 10_000.0
@@ -29,35 +29,51 @@ LONG_S = 60.0  # a recording from which a drift per hour is told of
 
 
 def moving_markers(
-    positions: Mapping[str, np.ndarray], frame_rate_hz: float, range_mm: float
+    positions: Mapping[str, np.ndarray],
+    frame_rate_hz: float,
+    range_mm: float,
+    horizon_s: float,
+    step_mm: float = 0.0,
 ) -> list[str]:
-    """One line that names every marker, label -> (3, n), whose medians (`median_drift`) span more
-    than `range_mm`, and what the one that moves most does; no line where none does.
+    """`movement_words` of markers, label -> (3, n), as `movement` has them."""
+    given = frame_rate_hz, range_mm, horizon_s, step_mm
+    found = {
+        label: dict(zip(AXES, (movement(p, *given) for p in values), strict=True))
+        for label, values in positions.items()
+    }
+    duration = max((len(values[0]) for values in positions.values()), default=0) / frame_rate_hz
+    return movement_words(found, min(duration, horizon_s))
+
+
+def movement_words(found: Mapping[str, Mapping[str, Movement]], within_s: float) -> list[str]:
+    """One line that names every marker, label -> axis -> movement, that does what its noise cannot,
+    and says what the one that moves most does; no line where none does.
 
     The Allan variance takes every change for noise, so it supposes a marker that does not move.
     """
-    moving: dict[str, tuple[str, Drift]] = {}
-    for label, values in positions.items():
-        found = {
-            a: median_drift(np.asarray(p, float), frame_rate_hz)
-            for a, p in zip(AXES, values, strict=True)
-        }
-        axis, worst = max(found.items(), key=lambda item: np.nan_to_num(item[1].range))
-        if worst.range > range_mm:
+    moving: dict[str, tuple[str, Movement]] = {}
+    for label, axes in found.items():
+        axis, worst = max(axes.items(), key=lambda item: np.nan_to_num(item[1].size_mm))
+        if worst.moves:
             moving[label] = axis, worst
     if not moving:
         return []
-    label = max(moving, key=lambda name: moving[name][1].range)
+    label = max(moving, key=lambda name: moving[name][1].size_mm)
     axis, worst = moving[label]
     first, *others = moving
-    which = f" of {label}" if others else ""
-    duration_s = len(positions[label][0]) / frame_rate_hz
-    drifts = f" (drift {speed(worst.per_hour)})" if duration_s >= LONG_S else ""
+    which = f"{label} " if others else ""
     return [
-        f"marker {first} seems to move{_and_others(others)}: medians over {worst.block_s:.2g} s"
-        f"{which} span {length(worst.range)} along {axis} in {three(duration_s)} s{drifts}, more "
-        f"than {range_mm:g} mm; the Allan variance supposes still markers"
+        f"marker {first} seems to move{_and_others(others)}: {which}{deed(axis, worst, within_s)}, "
+        "which noise does not; the Allan variance supposes still markers"
     ]
+
+
+def deed(axis: str, found: Movement, within_s: float) -> str:
+    """What a marker does: `stands 2.05 mm elsewhere along x from 312 s on`."""
+    size = length(found.size_mm)
+    if math.isfinite(found.time_s):
+        return f"stands {size} elsewhere along {axis} from {three(found.time_s)} s on"
+    return f"covers {size} along {axis} within {three(within_s)} s"
 
 
 def _and_others(names: Sequence[str]) -> str:

@@ -47,8 +47,8 @@ class NoiseSettings:
     """estimators: which are run; mask_sigma, half_window: of the Hampel filter that masks gross
     outliers (samples to each side); criterion, max_gauss_markov, sinusoid: of the choice of order;
     form: of the model the estimators of S fit; gauss_markov: terms they fit where the paper prints
-    no panel; n_taus, min_m, max_fraction, min_coverage: of the Allan variances; frames: form of the
-    recording's, for `likelihood` and `weighted` (a camera's are points)."""
+    no panel; n_taus, min_m, max_fraction, min_coverage, confidence: of the Allan variances; frames:
+    form of the recording's, for `likelihood` and `weighted` (a camera's are points)."""
 
     estimators: tuple[str, ...] = ESTIMATORS
     mask_sigma: float = 6.0
@@ -62,6 +62,7 @@ class NoiseSettings:
     min_m: int = 1
     max_fraction: float = 1 / 3
     min_coverage: float = 0.5
+    confidence: float = 0.683
     annealing: AnnealingSettings = field(default_factory=AnnealingSettings)
     frames: Form = "sampled"
 
@@ -90,7 +91,7 @@ def settings_of(
         sinusoid=noise["sinusoid"],
         form=noise["form"],
         gauss_markov=noise["gauss_markov"],
-        **{k: allan[k] for k in ("n_taus", "min_m", "max_fraction", "min_coverage")},
+        **{k: allan[k] for k in ("n_taus", "min_m", "max_fraction", "min_coverage", "confidence")},
         annealing=AnnealingSettings(**annealing),
         frames=frames,
     )
@@ -118,6 +119,20 @@ def panel(camera_type: str, n_cameras: int, series: str) -> Components | None:
     return Components(gauss_markov=terms, sinusoid="A_s" in printed)
 
 
+def masked_curve(
+    raw: np.ndarray,
+    tau0: float,
+    settings: NoiseSettings,
+    resolution: float = 0.0,
+    estimator: str = "oadev",
+) -> tuple[np.ndarray, AllanCurve]:
+    """The series without its gross outliers (NaN), and its Allan curve: what a lab is shown."""
+    masked = hampel(raw, settings.half_window, settings.mask_sigma, "mask", resolution).values
+    m = averaging_factors(raw.size, settings.n_taus, settings.min_m, settings.max_fraction)
+    how = (settings.confidence, settings.min_coverage)
+    return masked, allan_curve(masked, 1 / tau0, m, estimator, *how)
+
+
 def estimate_series(
     raw: np.ndarray,
     cleaned: tuple[np.ndarray, np.ndarray],
@@ -135,11 +150,9 @@ def estimate_series(
     estimator is in the result.
     """
     check_series(raw, resolution)
-    masked = hampel(raw, settings.half_window, settings.mask_sigma, "mask", resolution).values
+    masked, curve = masked_curve(raw, tau0, settings, resolution)
     check_series(masked, resolution)
     n = raw.size
-    m = averaging_factors(n, settings.n_taus, settings.min_m, settings.max_fraction)
-    curve = allan_curve(masked, 1 / tau0, m, min_coverage=settings.min_coverage)
     components = components or settings.components
     order = LikelihoodSettings(
         settings.criterion, settings.max_gauss_markov, settings.sinusoid, form=settings.frames

@@ -69,8 +69,8 @@ def movement(
 
     series: (n,) mm, NaN in gaps, outliers allowed. A jump counts from `JUMP_SIGMAS` standard
     deviations of a frame (of steps `step_mm` of the file, if those are larger); other movement
-    from `range_mm` on. Blocks are of a quarter of a second, of a hundredth of what lasts less than 25 s.
-    UNKNOWN below 100 frames.
+    from `range_mm` on. Blocks are of a quarter of a second, or of a hundredth of a recording of
+    less than 25 s. UNKNOWN below 100 frames.
     """
     values = np.asarray(series, dtype=float)
     length = max(min(round(BLOCK_S * frame_rate_hz), values.size // LEAST_BLOCKS), 1)

@@ -25,7 +25,7 @@ from mocap_metrology.noise.verdict import (
 @dataclass(frozen=True)
 class Inputs:
     """series: name and cleaned values in mm; origin: metadata of clean.parquet; noise: rows of
-    noise.csv; allan: columns of allan.parquet; outliers: rows of outliers.csv."""
+    noise.csv; allan: columns of allan_masked.parquet; outliers: rows of outliers.csv."""
 
     series: Iterable[tuple[str, np.ndarray]]
     origin: Mapping[str, Any]

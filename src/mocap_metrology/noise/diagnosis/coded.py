@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording, Rows
+from mocap_metrology.noise.diagnosis.resolution import DOMINATES
 from mocap_metrology.noise.estimates import Z_95
 from mocap_metrology.noise.findings import CODES, Finding
 from mocap_metrology.noise.series import AXES
@@ -16,8 +17,10 @@ def coded(recording: Recording, found: Diagnosis, noise: Rows) -> list[Finding]:
     noise: rows of noise.csv. Every part is a function of these that returns `Finding`s.
     """
     parts = [
+        _moves(found),
         _low_pass(found),
         _gap_filled(recording),
+        _coarse(found),
         _heavy_tails(found),
         _level_changes(found),
         _lines(found),
@@ -78,3 +81,21 @@ def _lines(found: Diagnosis) -> list[Finding]:
 def _events(found: Diagnosis) -> list[Finding]:
     """One an event, in the series that moved most."""
     return [Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in found.events]
+
+
+def _moves(found: Diagnosis) -> list[Finding]:
+    """Every coordinate and distance that does what its noise cannot."""
+    return [
+        Finding("moves", name, one.size_mm, one.lower_95, one.upper_95)
+        for name, one in found.movements.items()
+        if one.moves
+    ]
+
+
+def _coarse(found: Diagnosis) -> list[Finding]:
+    """Every series whose noise the file's steps decide."""
+    return [
+        Finding("resolution_limited", one.series, one.step_mm)
+        for one in found.resolutions
+        if one.word == DOMINATES
+    ]

@@ -11,7 +11,6 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.noise.describe import moving_markers
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
@@ -26,6 +25,7 @@ from mocap_metrology.noise.diagnosis.tails import Tails, heavy_tails
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, model_of
 from mocap_metrology.noise.gaussian import Drift, drift
 from mocap_metrology.noise.model import Form, NoiseModel, Sinusoid
+from mocap_metrology.noise.movement import Movement, movement
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.spectral_fit.likelihood import (
     LONGEST_GAP,
@@ -62,11 +62,16 @@ class Recording:
     def duration_s(self) -> float:
         return self.n_frames / self.frame_rate_hz
 
+    @property
+    def step_mm(self) -> float:
+        """Of the file; 0 where it is not known."""
+        return self.resolution_mm if np.isfinite(self.resolution_mm) else 0.0
+
 
 @dataclass(frozen=True)
 class Diagnosis:
     """Of one recording. spikes: isolated frames that were off, a coordinate; missing: share of
-    frames a marker lacks; drifts: a series; moving: a line on markers that do; dynamics, levels
+    frames a marker lacks; drifts: a series; movements: a series; dynamics, levels
     (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
     and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
     before the export; trends: slow changes of the level of the noise."""
@@ -78,7 +83,7 @@ class Diagnosis:
     spikes: dict[str, np.ndarray]
     missing: dict[str, float]
     drifts: dict[str, Drift]
-    moving: list[str]
+    movements: dict[str, Movement]
     dynamics: dict[str, list[Dynamic]]
     levels: dict[str, Blocks]
     n_windows: int
@@ -103,8 +108,7 @@ def diagnose(
     any, the noise model is fitted anew to what the filters are tried on.
     """
     settings = settings or DiagnosisSettings()
-    rate, step = recording.frame_rate_hz, recording.resolution_mm
-    step = step if np.isfinite(step) else 0.0
+    rate, step = recording.frame_rate_hz, recording.step_mm
     spikes, coordinates = _quiet(recording, settings, step)
     drifts, quiet = {}, dict(coordinates)
     for name, series in all_series(coordinates, recording.pairs):
@@ -137,7 +141,7 @@ def diagnose(
         resolutions.append(resolution(name, step, kind, avar_1, 1 / rate, name.startswith("L")))
     return Diagnosis(
         events, lines, filtered, resolutions, spikes, _missing(recording), drifts,
-        _moving(recording, settings), dynamics, levels,
+        _movements(recording, settings), dynamics, levels,
         sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
         _low_pass(recording, blanked, levels, settings), _trends(levels, events),
         heavy_tails(blanked, step),
@@ -208,12 +212,14 @@ def _missing(recording: Recording) -> dict[str, float]:
     }
 
 
-def _moving(recording: Recording, settings: DiagnosisSettings) -> list[str]:
-    positions = {
-        label: [recording.coordinates[f"{axis}{k}"] for axis in "xyz"]
-        for k, label in enumerate(recording.labels, start=1)
-    }
-    return moving_markers(positions, recording.frame_rate_hz, settings.still_range_mm)
+def _movements(recording: Recording, settings: DiagnosisSettings) -> dict[str, Movement]:
+    """Of every coordinate as recorded, and of every distance."""
+    given = (
+        *(recording.frame_rate_hz, settings.still_range_mm, settings.horizon_s),
+        recording.step_mm,
+    )
+    every = all_series(recording.coordinates, recording.pairs)
+    return {name: movement(values, *given) for name, values in every}
 
 
 def _low_pass(

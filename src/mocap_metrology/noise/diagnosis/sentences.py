@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from mocap_metrology.noise.describe import speed
+from mocap_metrology.noise.describe import movement_words, speed
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import JOINED, LEAST_POINTS
@@ -24,6 +24,7 @@ from mocap_metrology.noise.diagnosis.states import (
     tail_words,
 )
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.movement import Movement
 
 NAMED_EVENTS = NAMED_LINES = 10
 MANY_OUTLIERS, MANY_GAPS = 1e-3, 1e-2  # shares of the frames from which a reader is warned
@@ -39,7 +40,7 @@ def sentences(
     parts: list[Iterable[Sentence]] = [
         _events(found, recording, settings),
         _periodic(found.lines, recording),
-        _moving(found.moving),
+        _moving(found.movements, recording, settings),
         _misfit(noise, found),
         low_pass_words(found.low_pass),
         level_words(found.trends),
@@ -181,7 +182,7 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     meaning = {
         "fine": "and does not matter",
         "noticeable": "which can be seen in the white level",
-        "dominates": "so the file's steps and not the system set the white level",
+        "dominates": "so the resolution of the export decides and not the system: export finer steps",
     }[worst.word]
     words = (
         f"Resolution: the file tells steps of {mm(worst.step_mm)} ({worst.kind}), which make "
@@ -275,8 +276,20 @@ def _gaps(missing: dict[str, float]) -> list[Sentence]:
     return [Sentence("gaps", severity, (), words, {"share": missing})]
 
 
-def _moving(lines: Sequence[str]) -> list[Sentence]:
-    return [Sentence("moving", "warning", (), f"{line[0].upper()}{line[1:]}.") for line in lines]
+def _moving(
+    movements: Mapping[str, Movement], recording: Recording, settings: DiagnosisSettings
+) -> list[Sentence]:
+    by_marker = {
+        label: {axis: movements[f"{axis}{k}"] for axis in "xyz"}
+        for k, label in enumerate(recording.labels, start=1)
+    }
+    within = min(recording.duration_s, settings.horizon_s)
+    named = tuple(name for name, one in movements.items() if one.moves)
+    sizes = {name: movements[name].size_mm for name in named}
+    return [
+        Sentence("moving", "warning", named, f"{line[0].upper()}{line[1:]}.", {"size_mm": sizes})
+        for line in movement_words(by_marker, within)
+    ]
 
 
 def _misfit(noise: Rows, found: Diagnosis) -> list[Sentence]:

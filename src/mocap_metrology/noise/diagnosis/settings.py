@@ -10,7 +10,8 @@ class DiagnosisSettings:
     """false_alarm: probability that a sound recording gets any event; side_s: what is compared
     before and after an event (S 3.5: five minutes); spike_sigma: frames farther off than this are
     outliers and no events; cutoffs_hz: low-pass filters; notch_width_hz: between its half-power
-    points, one pass; max_lines: a series; still_range_mm: a marker that moves more is said to move.
+    points, one pass; max_lines: a series; still_range_mm, horizon_s: of
+    `movement`.
     """
 
     false_alarm: float = 0.01
@@ -20,3 +21,4 @@ class DiagnosisSettings:
     notch_width_hz: float = 1.0
     max_lines: int = 10
     still_range_mm: float = 2.0
+    horizon_s: float = 3600.0

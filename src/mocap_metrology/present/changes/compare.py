@@ -42,7 +42,7 @@ FIGURE = (
 
 
 def curve_of(columns: Columns, series: str) -> Curve:
-    """Overlapping Allan deviation of a series in `allan.parquet`."""
+    """Overlapping Allan deviation of a series in `allan_masked.parquet`."""
     pick = (columns["series"] == series) & (columns["estimator"] == "oadev")
     return Curve(*(np.asarray(columns[k][pick], float) for k in ("tau_s", "adev_mm", "edf")))
 

@@ -40,7 +40,7 @@ MARGIN = "#efd98f"
 
 @dataclass(frozen=True)
 class Comparison:
-    """A recording beside the one it is held against: names and columns of `allan.parquet`."""
+    """A recording beside the one it is held against: names, columns of `allan_masked.parquet`."""
 
     recording: str
     reference: str

@@ -38,8 +38,8 @@ def family_figure(
 ) -> Figure:
     """Allan deviations of a family of recordings, as S Figures 8, 12 and 13.
 
-    allan: columns of allan.parquet, and expected: series that should be there, both by recording;
-    a panel shows those recordings that should have its series. Subsets of cameras are drawn with
+    allan: columns of allan_masked.parquet, and expected: series that should be there, both by
+    recording; a panel shows those that should have its series. Subsets of cameras are drawn with
     their ratio to the smallest one; up to three other recordings with their intervals, of that
     `confidence` (0 to 1).
     """
@@ -76,7 +76,7 @@ def compared_figure(
     confidence: float | None = None,
 ) -> Figure:
     """Named recordings with given looks, a panel a series, with intervals of that confidence;
-    allan: columns of allan.parquet and look, by the name in the key."""
+    allan: columns of allan_masked.parquet and look, by the name in the key."""
     looks = {name: look for name, (_, look) in allan.items()}
     panels = [
         Panel(one, [curve_of(columns, one, n, True) for n, (columns, _) in allan.items()], looks)

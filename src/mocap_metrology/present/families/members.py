@@ -71,7 +71,7 @@ def count_looks(counts: Sequence[int]) -> dict[int, Look]:
 
 
 def curve_of(allan: Mapping[str, np.ndarray], series: str, label: str, band: bool) -> Curve:
-    """The overlapping Allan deviation of one series of allan.parquet, with its interval."""
+    """The overlapping Allan deviation of one series of allan_masked.parquet, with its interval."""
     own = (allan["series"] == series) & (allan["estimator"] == "oadev")
     ends = allan["adev_lower_mm"][own], allan["adev_upper_mm"][own]
     return Curve(label, allan["tau_s"][own], allan["adev_mm"][own], ends if band else None)

@@ -35,16 +35,18 @@ GAUSSIAN = (
 OUTLIERS = (
     "Samples taken for outliers. On clean Gaussian noise the filter itself takes the share in "
     "share_of_clean_gaussian_noise (0.34 % at 3 sigma and 241 frames) and leaves white_level_kept "
-    "(0.966) of the white level: Allan deviations at short tau are 1.7 % low by that much. "
+    "(0.966) of the white level: Allan deviations of cleaned series (allan.parquet) are 1.7 % low "
+    "at short tau by that much. "
     "resolution: the smallest step the file can tell (int16 or float32 spacing, or a coarser "
     "rounding found in the values)."
 )
 
 ALLAN = (
-    "Overlapping Allan deviation: adev_1_mm at a single frame, tau_1_s long; adev_0.1s_mm, "
-    "adev_1s_mm and so on at averaging times of 0.1 s, 1 s and so on (empty where the recording "
-    "is too short); adev_min_mm at its minimum, of the points with 10 degrees of freedom or more, "
-    "which is at tau_min_s, with the interval of the configured confidence."
+    "Overlapping Allan deviation as recorded, gross outliers masked: adev_1_mm at a single frame, "
+    "tau_1_s long; adev_0.1s_mm, adev_1s_mm and so on at averaging times of 0.1 s, 1 s and so on "
+    "(empty where the recording is too short); adev_min_mm at its minimum, of the points with 10 "
+    "degrees of freedom or more, which is at tau_min_s, with the interval of the configured "
+    "confidence."
 )
 
 CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
@@ -68,7 +70,7 @@ def subsets(recordings: Sequence[Mapping[str, Any]]) -> list[Row]:
 def allan_summary(
     recording: str, source: str, columns: Mapping[str, np.ndarray], expected: Sequence[str]
 ) -> list[Row]:
-    """One row a series of allan.parquet: its first tau, chosen tau, and the minimum.
+    """One row a series of allan_masked.parquet: its first tau, chosen tau, and the minimum.
 
     The value at a chosen tau is that of the nearest tau computed, within 10 %, else empty; a series
     of `expected` without a single value has a row of empty cells.

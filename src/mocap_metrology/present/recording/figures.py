@@ -51,7 +51,7 @@ def allan_figure(
 ) -> Figure:
     """Allan deviation over averaging time of every series of a recording.
 
-    columns: of `allan.parquet`, one row a point: `series`, `estimator`, `tau_s`, `adev_mm`,
+    columns: of `allan_masked.parquet`, one row a point: `series`, `estimator`, `tau_s`, `adev_mm`,
     `adev_lower_mm`, `adev_upper_mm`. oadev is drawn with its interval, other estimators as thin
     lines; where there is no oadev, the first estimator there is takes its place. `expected`: series
     that should be there; one that is not is said to have no valid samples. `confidence` (0 ... 1)

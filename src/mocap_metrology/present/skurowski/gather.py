@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_level_kept
 from mocap_metrology.noise.moments import expected_moments
 from mocap_metrology.noise.published import published_gaussian
 from mocap_metrology.noise.twins import Twin
@@ -23,6 +24,20 @@ def length_s(origin: Mapping[str, Any]) -> float:
     """Length of a recording in s, with its gaps, by the metadata of one of its tables."""
     frames = sum(s["n_frames"] + max(s["gap_before"], 0) for s in origin["segments"])
     return frames / origin["frame_rate_hz"]
+
+
+def filter_sentence(origin: Mapping[str, Any]) -> str:
+    """What cleaning as in S took from the Allan deviations of a table with these metadata."""
+    given, half = origin["hampel"], origin["window_frames"] // 2
+    if given["action"] == "off":
+        return ""
+    kept = white_level_kept(given["n_sigma"], max(half, SHORT_WINDOW), given["action"])[1]
+    most = 100 * taken_at_most(given["n_sigma"], half, given["action"])
+    return (
+        f"Cleaned as in S: the {given['n_sigma']:g}-sigma filter takes {100 * (1 - kept**0.5):.2g} "
+        f"% of the deviation of white noise, {most:.2g} % at most where slow noise lies below; the "
+        "upper ends of intervals are raised by that."
+    )
 
 
 def source_and_length(

@@ -13,7 +13,9 @@ import pytest
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.series import Span
+from mocap_metrology.noise.findings import Finding
 from mocap_metrology.noise.model import NoiseModel, PowerLaw
+from mocap_metrology.noise.movement import movement
 from mocap_metrology.noise.published import published_row
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.simulate import simulate
@@ -26,10 +28,13 @@ FINE = {
     "frame_mm": 0.02,
     "frame_lower_mm": 0.019,
     "frame_upper_mm": 0.021,
-    "range_mm": 0.1,
     "drift_mm_per_h": 0.01,
 }
 FACTS = Facts(7200.0, 3600.0, 2, {"x1": 0.0, "y1": 0.0}, {"x1": 0.0, "y1": 0.0})
+
+
+def found_of(code: str, **values: float) -> list[dict[str, Any]]:
+    return [Finding(code, name, value).as_dict() for name, value in values.items()]
 
 
 def judged(facts: Mapping[str, Any] | None = None, **y1: Any) -> Any:
@@ -78,7 +83,6 @@ SIDES = {
         *("good", "usable"),
     ),
     "misfit": ({"status": "ok"}, {"status": "misfit"}, "good", "usable"),
-    "moving_mm": ({"range_mm": 2.0}, {"range_mm": 2.001}, "good", "bad"),
 }
 
 
@@ -88,8 +92,7 @@ def test_both_sides_of_a_threshold(threshold: str) -> None:
     assert judged(**within).word == word
     found = judged(**beyond)
     assert found.word == worse
-    key = "still.range_mm" if threshold == "moving_mm" else f"verdict.{threshold}"
-    assert found.decided_by.threshold == key
+    assert found.decided_by.threshold == f"verdict.{threshold}"
     assert found.decided_by.limit == ("ok" if threshold == "misfit" else getattr(LIMITS, threshold))
 
 
@@ -204,7 +207,8 @@ def test_what_decided_stands_beside_the_number() -> None:
     found = judged({"n_markers": 1}, frame_mm=0.026, **interval)
     assert found.uncertainty.startswith(said)
     assert judged(frame_mm=0.026, **interval).uncertainty == ""
-    assert judged({"n_markers": 1}, range_mm=5.0).uncertainty == ""
+    moved = {"n_markers": 1, "findings": found_of("moves", y1=5.0)}
+    assert judged(moved).uncertainty == ""
 
 
 def test_no_model_says_why() -> None:
@@ -234,22 +238,72 @@ def test_durations_in_words(seconds: float, words: str) -> None:
 
 
 def test_movement_leads_and_what_still_counts_follows() -> None:
-    moving = {"frame_mm": 693.0, "frame_lower_mm": 503.0, "range_mm": 2021.4}
-    series = {"x1": FINE, "y2": {**FINE, **moving}, "L": {**FINE, "frame_mm": 0.3}}
-    facts = replace(FACTS, labels=("Head", "RFT1"))
+    far = {"frame_mm": 693.0, "frame_lower_mm": 503.0}
+    series = {"x1": FINE, "y2": {**FINE, **far}, "L": {**FINE, "frame_mm": 0.3}}
+    facts = replace(FACTS, labels=("Head", "RFT1"), findings=found_of("moves", y2=2021.4))
     found = verdict(series, facts)
     assert (found.word, found.decided_by.threshold) == ("bad", "still.range_mm")
     words = found.decided_by.sentence
-    assert words.startswith("RFT1 moves: means over 1 s of y2 span 2020 mm")
+    assert words.startswith("RFT1 moves: y2 by 2020 mm within an hour, which its noise does not")
     assert words.endswith("the distance L, one frame uncertain by 0.300 mm.")
     assert math.isnan(found.reference_for_mm["4"])
     assert not any("One frame of y2" in cap.sentence for cap in found.caps)
-    changes = verdict({**series, "L": {**FINE, "range_mm": 2000.0}}, facts)
-    assert changes.decided_by.sentence.endswith("what still counts are the numbers of Head.")
-    both = {**series, "x1": {**FINE, **moving}, "L": {**FINE, "range_mm": 2000.0}}
-    words = verdict(both, FACTS).decided_by.sentence
+    facts = replace(facts, findings=found_of("moves", y2=2021.4, L=2000.0))
+    words = verdict(series, facts).decided_by.sentence
+    assert words.endswith("what still counts are the numbers of Head.")
+    both = replace(FACTS, findings=found_of("moves", x1=2021.4, y2=2021.4, L=2000.0))
+    words = verdict({**series, "x1": {**FINE, **far}}, both).decided_by.sentence
     assert words.startswith("marker 1, marker 2 move:")
     assert words.endswith("none of its numbers is of noise alone.")
+
+
+@pytest.mark.parametrize(("step", "word"), [(0.1, "usable"), (0.25, "usable"), (0.3, "bad")])
+@pytest.mark.parametrize("frame_mm", [1e-7, 0.02, 0.14])
+def test_a_coarse_export_decides_by_its_steps_alone(step: float, word: str, frame_mm: float):
+    """Whatever a frame seems to scatter by; and a coordinate in the middle of a step is no fault
+    of its own."""
+    coarse = {"findings": found_of("resolution_limited", x1=step, y1=step)}
+    found = judged(coarse, frame_mm=frame_mm, frame_upper_mm=frame_mm)
+    assert (found.word, found.decided_by.quantity) == (word, "step of the file")
+    assert "export finer steps" in found.decided_by.sentence
+    assert "One frame of" not in found.uncertainty
+    in_a_step = judged(coarse, frame_mm=0.0, frame_upper_mm=0.0, status="constant")
+    assert (in_a_step.word, in_a_step.decided_by.quantity) == (word, "step of the file")
+    if word == "usable":
+        assert found.reference_for_mm["4"] == pytest.approx(4 * max(step, frame_mm))
+    else:
+        assert math.isnan(found.reference_for_mm["4"])
+
+
+def test_wander_beyond_the_steps_is_bad_whatever_the_steps() -> None:
+    coarse = {"findings": found_of("resolution_limited", x1=0.1, y1=0.1)}
+    found = judged(coarse, frame_mm=0.3)
+    assert (found.word, found.decided_by.series) == ("bad", "y1")
+    fine = judged({"findings": found_of("resolution_limited", y1=0.1)}, status="constant")
+    assert (fine.word, fine.decided_by.value) == ("bad", pytest.approx(math.nan, nan_ok=True))
+
+
+def test_filtered_data_are_no_reference() -> None:
+    found = judged({"findings": found_of("low_pass", x1=6.1, y1=5.9)})
+    assert found.word == "usable"
+    said = "The recording looks low-pass filtered at about 6.1 Hz; a frame's noise before"
+    assert found.decided_by.sentence.startswith(said)
+    assert all(math.isnan(v) for v in found.reference_for_mm.values())
+    known = judged({"findings": found_of("low_pass", y1=math.nan)}).decided_by.sentence
+    assert known.startswith("y1 looks low-pass filtered; a frame's noise")
+
+
+def test_filled_frames_count_as_missing() -> None:
+    found = judged({"missing": {"y1": 0.008}, "findings": found_of("gap_filled", y1=0.004)})
+    assert (found.word, found.decided_by.threshold) == ("usable", "verdict.good_missing")
+    assert "1.2 % of the frames of y1 are missing, or filled by" in found.decided_by.sentence
+
+
+def test_a_walk_is_a_walk() -> None:
+    walk = {"findings": found_of("random_walk", y1=1e-9)}
+    assert "y1 wanders as a random walk" in judged(walk, drift_mm_per_h=0.5).decided_by.sentence
+    straight = judged(drift_mm_per_h=0.5).decided_by.sentence
+    assert straight.startswith("y1 drifts by 0.5 mm in an hour")
 
 
 # Twins: simulated, cleaned and judged with the coefficients they were made of
@@ -286,7 +340,9 @@ def verdict_of(twin: Twin, span: Span = SPAN) -> dict[str, Any]:
     empty = {k: np.array([]) for k in columns}
     allan = {"series": np.array([]), "estimator": np.array([]), **empty}
     origin = {"labels": twin.labels, "source": "twin"}
-    return assess_recording(Inputs(series.items(), origin, noise, allan, outliers), span)
+    moves = {k: movement(v, 120.0, 2.0, span.horizon_s) for k, v in all_series(raw, [(1, 2)])}
+    findings = found_of("moves", **{k: v.size_mm for k, v in moves.items() if v.moves})
+    return assess_recording(Inputs(series.items(), origin, noise, allan, outliers, findings), span)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan import averaging_factors
+from mocap_metrology.noise.columns import allan_columns
+from mocap_metrology.noise.confidence import allan_curve
 from mocap_metrology.present.changes import compare
 from mocap_metrology.present.changes.compare_figure import Comparison, compare_figure
 from mocap_metrology.present.changes.trend_figure import trend_figure
@@ -129,3 +132,39 @@ def test_a_sentence_says_no_more_than_its_rows() -> None:
     ]
     alike = [r | {"word": "worse"} for r in rows]
     assert "worse in x1, L over 0.1 to 1 s, most" in compare.sentences(alike)[0]
+
+
+def made(position: np.ndarray, step: float) -> dict:
+    """Columns of x1 as an export with that step has them, 100 Hz."""
+    stored = np.round(position / step) * step if step else position
+    m = averaging_factors(stored.size, 30, 1, 1 / 3)
+    return allan_columns("x1", allan_curve(stored, 100.0, m))
+
+
+@pytest.mark.parametrize("step", [0.05, 0.1])
+def test_steps_that_hide_the_noise_are_no_change(step: float) -> None:
+    """The same noise put elsewhere within a step; real changes at fine steps are found."""
+    rng, changed, said = np.random.default_rng(1), 0, 0
+    for sigma in (0.02, 0.4 * step):
+        for _ in range(4):
+            both = [sigma * rng.normal(size=30_000) + rng.uniform(0, step) for _ in range(2)]
+            new, old = (made(position, step) for position in both)
+            coarse = compare.coarse_steps(new, step) | compare.coarse_steps(old, step)
+            rows = compare.compare_rows("new", "old", new, old, **SETTINGS, coarse=coarse)
+            changed += any(row["word"] in ("better", "worse") for row in rows)
+            said += "the resolution of the export decides in x1" in compare.sentences(rows)[0]
+    assert (changed, said) == (0, 8)
+    for fine in (0.0, 0.01):
+        new, old = (made(s * rng.normal(size=30_000), fine) for s in (0.026, 0.02))
+        coarse = compare.coarse_steps(new, fine) | compare.coarse_steps(old, fine)
+        rows = compare.compare_rows("new", "old", new, old, **SETTINGS, coarse=coarse)
+        assert {row["overall"] for row in rows} == {"worse"}
+
+
+def test_no_trend_is_told_of_what_the_steps_decide() -> None:
+    names, dates = ["a", "b", "c", "d"], [f"2024-0{k}-01" for k in (1, 2, 3, 4)]
+    allan = {name: columns(1.2**k) for k, name in enumerate(names)}
+    rows = compare.trend_rows(names, dates, allan, 0.01, 0.95)
+    assert "worse" in {row["word"] for row in rows if row["series"] == "x1"}
+    rows = compare.trend_rows(names, dates, allan, 0.01, 0.95, {"x1": 0.1})
+    assert {row["word"] for row in rows if row["series"] == "x1"} == {"resolution"}

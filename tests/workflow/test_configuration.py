@@ -177,8 +177,9 @@ def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     config = checked(CONFIG, SCHEMA)
     moving = config["still"]["range_mm"]
     limits = {k: v for k, v in config["verdict"].items() if k not in ("horizon_s", "window_s")}
-    assert plain(Thresholds()) == limits | {"moving_mm": moving}
-    assert plain(DiagnosisSettings()) == config["diagnosis"] | {"still_range_mm": moving}
+    assert plain(Thresholds()) == limits
+    still = {"still_range_mm": moving, "horizon_s": config["verdict"]["horizon_s"]}
+    assert plain(DiagnosisSettings()) == config["diagnosis"] | still
     lighthouse = config["lighthouse"] | {"lasers_m": config["lighthouse"]["lasers_mm"]}
     found = plain(CalibrationSettings())
     assert found == {name: lighthouse[name] for name in found}

@@ -48,6 +48,7 @@ rule diagnosis:
         code=digest("diagnosis.py"),
         diagnosis=config["diagnosis"],
         still=config["still"],
+        horizon_s=config["verdict"]["horizon_s"],
     message:
         "{wildcards.recording}: diagnosis"
     script:

@@ -19,6 +19,7 @@ checkpoint check_recording:
         row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated"),
         second_opinion=config["second_opinion"],
         still=config["still"],
+        horizon_s=config["verdict"]["horizon_s"],
     message:
         "{wildcards.recording}: checking"
     script:

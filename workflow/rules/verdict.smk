@@ -31,7 +31,6 @@ rule verdict:
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         verdict=config["verdict"],
         confidence=config["allan"]["confidence"],
-        still=config["still"],
     message:
         "{wildcards.recording}: verdict"
     script:

@@ -28,6 +28,8 @@ with step(snakemake) as log:
             dict(zip(recording.labels, recording.position_mm, strict=True)),
             recording.frame_rate_hz,
             snakemake.params.still["range_mm"],
+            snakemake.params.horizon_s,
+            recording.resolution_mm,
         )
         check["moving"] = bool(check["warnings"])
         check["bodies"] = bodies_of(row["paths"][0], row["markers"])

@@ -14,12 +14,13 @@ with step(snakemake) as log:
     settings, pairs = snakemake.params.compare, snakemake.params.pairs
     group, sources = snakemake.wildcards.group, snakemake.params.sources
     files = zip(pairs, snakemake.input.new, snakemake.input.old, strict=True)
-    found = [Comparison(*pair, read_table(a)[0], read_table(b)[0]) for pair, a, b in files]
-    rows = [
-        row
-        for one in found
-        for row in compare.compare_rows(one.recording, one.reference, one.new, one.old, **settings)
-    ]
+    found, rows = [], []
+    for pair, *paths in files:
+        (new, made), (old, made_old) = map(read_table, paths)
+        found.append(Comparison(*pair, new, old))
+        coarse = compare.coarse_steps(old, made_old["resolution_mm"])
+        coarse |= compare.coarse_steps(new, made["resolution_mm"])
+        rows += compare.compare_rows(*pair, new, old, **settings, coarse=coarse)
     sentence = tables.source_sentence(sources, snakemake.config["duration_s"])
     title = f"{group}: what has changed"
     text = compare.compare_markdown(rows, title, f"{compare.CAPTION} {sentence}")

@@ -19,7 +19,9 @@ with step(snakemake) as log:
     from mocap_metrology.present.recording.source import source_words
 
     given, name = snakemake.params, snakemake.wildcards.recording
-    settings = DiagnosisSettings(**given.diagnosis, still_range_mm=given.still["range_mm"])
+    settings = DiagnosisSettings(
+        **given.diagnosis, still_range_mm=given.still["range_mm"], horizon_s=given.horizon_s
+    )
     _, raw, origin = read_coordinates(snakemake.input.raw)
     recording = Recording(
         raw,

@@ -13,7 +13,12 @@ with step(snakemake) as log:
 
     dates, settings = snakemake.params.dates, snakemake.params.compare
     group, sources = snakemake.wildcards.group, snakemake.params.sources
-    allan = dict(zip(dates, (read_table(path)[0] for path in snakemake.input), strict=True))
+    tables_of = dict(zip(dates, map(read_table, snakemake.input), strict=True))
+    allan = {name: columns for name, (columns, _) in tables_of.items()}
+    coarse = {
+        name: compare.coarse_steps(columns, made["resolution_mm"])
+        for name, (columns, made) in tables_of.items()
+    }
     rows, title = [], f"{group}: change over dates"
     sentence = tables.source_sentence(sources)
     for names in snakemake.params.series_over_dates:
@@ -23,6 +28,7 @@ with step(snakemake) as log:
             {name: allan[name] for name in names},
             settings["alpha"],
             settings["confidence"],
+            {series: step for name in names for series, step in coarse[name].items()},
         )
         if not rows:  # the first cameras of the sheet; others are in the table
             note = f"{compare.TREND_FIGURE} {', '.join(names)}. {sentence}"

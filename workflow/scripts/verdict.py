@@ -38,9 +38,10 @@ with step(snakemake) as log:
             read_noise(files.noise),
             read_table(files.allan)[0],
             pd.read_csv(files.outliers).to_dict("records"),
+            told([files.diagnosis], "findings"),
         ),
         span,
-        Thresholds(**limits, moving_mm=given.still["range_mm"]),
+        Thresholds(**limits),
     )
     found = given.row | found
     found["warnings"] = told(files.check, "warnings")

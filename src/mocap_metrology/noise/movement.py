@@ -36,6 +36,7 @@ FEW = 2000
 LEAST_CELLS = 50  # increments over T that a recording holds
 GOES_ON = 5.0  # standard deviations that successive increments are correlated by
 COMES_FAR = 6.5  # standard deviations of the walk over the horizon that its range spans
+MOST_OF_IT = 1.5  # times a jump; a range up to that is of the jump
 PART = 4  # what goes on does so by this part of the range that matters
 
 
@@ -79,10 +80,11 @@ def movement(
         return UNKNOWN
     block_s = length / frame_rate_hz
     within = max(round(horizon_s / block_s), LEAST_BLOCKS)
-    least = JUMP_SIGMAS * math.hypot(sigma, step_mm)
+    least = JUMP_SIGMAS * math.hypot(sigma, step_mm if math.isfinite(step_mm) else 0.0)
+    least = max(least, range_mm / 1000)  # of what has no noise at all
     found = _jump(_straightened(blocks), block_s, within, least)
     span, farthest = _range(blocks, within)
-    if span > range_mm and span > found.size_mm:
+    if span > range_mm and span > MOST_OF_IT * found.size_mm:
         far = _comes_far(blocks[farthest], span)
         if far or _goes_on(values, range_mm / PART):
             return Movement(span)
@@ -90,8 +92,8 @@ def movement(
 
 
 def _blocks(values: np.ndarray, length: int) -> tuple[np.ndarray, float]:
-    """Means of the middle half of every block of `length` samples, NaN where more than half is
-    missing, and the standard deviation of a sample about them by the quartiles, its median."""
+    """Means of the middle half of every block of `length` samples, NaN where less than half as many
+    are there as is usual, and the median of the standard deviations within them by quartiles."""
     count = values.size // length
     rising = np.sort(values[: count * length].reshape(count, length), axis=1)
     rising[np.isinf(rising)] = np.nan
@@ -99,7 +101,7 @@ def _blocks(values: np.ndarray, length: int) -> tuple[np.ndarray, float]:
     low, high = known // 4, known - known // 4
     sums = np.concatenate([np.zeros((count, 1)), np.cumsum(np.nan_to_num(rising), axis=1)], axis=1)
     row = np.arange(count)
-    enough = 2 * known >= max(length, 1)
+    enough = known >= max(np.median(known[known > 0]) / 2 if known.any() else 1, 1)
     with np.errstate(invalid="ignore", divide="ignore"):
         means = np.where(enough, (sums[row, high] - sums[row, low]) / (high - low), np.nan)
     if length < 8:  # too few for quartiles
@@ -197,15 +199,16 @@ def _range(blocks: np.ndarray, within: int) -> tuple[float, slice]:
 
 
 def _comes_far(blocks: np.ndarray, span: float) -> bool:
-    """Whether the range is beyond that of a random walk with the increments over T = 4, 8, ...
+    """Whether the range is beyond that of a random walk with the increments over T = 1, 2, 4, ...
     blocks up to a sixteenth (the least of the variances they make of it counts)."""
-    lags = 4 * 2 ** np.arange(max(int(math.log2(blocks.size / 64)), 0) + 1)
+    lags = 2 ** np.arange(int(math.log2(blocks.size / 16)) + 1)
     variances = []
     for lag in lags:
         steps = np.abs(blocks[lag:] - blocks[:-lag])
         steps = steps[np.isfinite(steps)]
         if steps.size:
-            variances.append((MAD_TO_SIGMA * np.median(steps)) ** 2 * blocks.size / lag)
+            of_points = lag - 1 / 3  # of a walk: means of blocks differ by less than points
+            variances.append((MAD_TO_SIGMA * np.median(steps)) ** 2 * blocks.size / of_points)
     return bool(variances) and span > COMES_FAR * math.sqrt(min(variances))
 
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mocap_metrology.common.words import three
+from mocap_metrology.noise.assess.export import filter_check, measured, resolution_check
 from mocap_metrology.noise.assess.facts import NO_MODEL, Check, Facts, Thresholds
 
 COORDINATE = re.compile(r"[xyz][1-9]\d*")
@@ -56,14 +57,18 @@ def verdict(
     """
     limits = limits or Thresholds()
     coordinates = {k: v for k, v in series.items() if COORDINATE.fullmatch(k)}
-    main = _uncertainty(coordinates, facts, limits)
+    main = _uncertainty(measured(coordinates, facts), facts, limits)
     checks = _checks(series, coordinates, facts, limits, main)
     word = max((c.word for c in checks), key=WORDS.index)
     decided = next(c for c in checks if c.word == word)
     caps = tuple(c for c in checks if c.word != "good" and c not in (main, decided))
     moves = any(c.threshold == MOVES and c.word == "bad" for c in checks)
+    steps = facts.found("resolution_limited")
     told = main in checks and main is not decided and math.isfinite(main.value) and not moves
-    surely = math.nan if word == "bad" else _upper_end(coordinates[main.series])
+    told = told and main.series not in steps
+    surely = math.nan
+    if word != "bad" and not facts.found("low_pass"):
+        surely = max(_upper_end(coordinates[main.series]), *steps.values(), 0.0)
     reference = {str(k): k * surely for k in RULE}
     return Verdict(word, decided, caps, main.sentence if told else "", reference)
 
@@ -76,19 +81,23 @@ def _checks(
     main: Check,
 ) -> list[Check]:
     """All, in the order in which they are told if equally bad."""
-    moving = _moving(series, coordinates, facts, limits)
+    moving = _moving(series, coordinates, facts)
+    steps = resolution_check(coordinates, facts, limits)
     missing = _missing(coordinates, facts, limits)
     least = _least(facts)
     if least.word == "bad":
         return [least, moving, missing]
     known = math.isfinite(main.value)
     first = [main, moving, _short(coordinates, facts, limits, main), missing]
+    if steps.word != "good":
+        first = [steps, *first]
     if moving.word == "bad" and known:
-        first = [moving, main, *first[2:]]
+        first = [moving, *(check for check in first if check is not moving)]
     if missing.word == "bad" and not main.series:
         first = [missing, moving]
     return [
         *first,
+        filter_check(coordinates, facts),
         _outliers(coordinates, facts, limits),
         _drift(coordinates, facts, limits),
         _misfit(coordinates, limits),
@@ -211,20 +220,19 @@ def _moving(
     series: Mapping[str, Mapping[str, Any]],
     coordinates: Mapping[str, Mapping[str, Any]],
     facts: Facts,
-    limits: Thresholds,
 ) -> Check:
-    name, value = _worst({k: v["range_mm"] for k, v in coordinates.items()})
-    word = "bad" if value > limits.moving_mm else "good"
-    moved = [k for k, v in coordinates.items() if v["range_mm"] > limits.moving_mm]
+    """Of the findings: what noise does not explain."""
+    moved = {k: v for k, v in facts.found("moves").items() if k in coordinates}
+    name, value = _worst(moved)
     labels = list(dict.fromkeys(_label(k, facts) for k in moved))
     verb = "moves" if len(labels) == 1 else "move"
-    counts = _still_counts(series, labels, facts, limits)
     sentence = (
-        f"{', '.join(labels)} {verb}: means over 1 s of {name} span {three(value)} mm (limit "
-        f"{limits.moving_mm:g} mm); {counts}."
+        f"{', '.join(labels)} {verb}: {name} by {three(value)} mm within "
+        f"{duration_words(facts.horizon_s)}, which its noise does not explain; "
+        f"{_still_counts(series, labels, facts)}."
     )
-    quantity = "range of means over 1 s"
-    return Check(MOVES, name, quantity, value, limits.moving_mm, "mm", word, sentence)
+    quantity, word = "movement beyond noise", "bad" if moved else "good"
+    return Check(MOVES, name, quantity, value, 0.0, "mm", word, sentence)
 
 
 def _label(coordinate: str, facts: Facts) -> str:
@@ -234,18 +242,14 @@ def _label(coordinate: str, facts: Facts) -> str:
 
 
 def _still_counts(
-    series: Mapping[str, Mapping[str, Any]],
-    moved: Sequence[str],
-    facts: Facts,
-    limits: Thresholds,
+    series: Mapping[str, Mapping[str, Any]], moved: Sequence[str], facts: Facts
 ) -> str:
     """What of a recording still tells of noise although some of its markers move."""
+    moving = facts.found("moves")
     still = {
         k: v
         for k, v in series.items()
-        if v["range_mm"] <= limits.moving_mm
-        and math.isfinite(v["frame_mm"])
-        and v["status"] != "constant"
+        if k not in moving and math.isfinite(v["frame_mm"]) and v["status"] != "constant"
     }
     distances = [k for k in still if not COORDINATE.fullmatch(k)]
     if distances:
@@ -260,7 +264,10 @@ def _still_counts(
 
 
 def _missing(series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds) -> Check:
-    return _share(series, facts.missing, limits, "missing", "missing frames", "missing")
+    filled = facts.found("gap_filled")
+    shares = {k: v + filled.get(k, 0.0) for k, v in facts.missing.items()}
+    said = "missing, or filled by an interpolation" if filled else "missing"
+    return _share(series, shares, limits, "missing", "missing frames", said)
 
 
 def _outliers(series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresholds) -> Check:
@@ -291,8 +298,10 @@ def _drift(series: Mapping[str, Mapping[str, Any]], facts: Facts, limits: Thresh
     hours = facts.horizon_s / 3600
     name, value = _worst({k: abs(v["drift_mm_per_h"]) * hours for k, v in series.items()})
     word, key, limit = _graded(value, limits, "drift_mm") if name else ("good", "", math.nan)
+    straight = name in facts.found("drift") or name not in facts.found("random_walk")
+    does = "drifts" if straight else "wanders as a random walk: a line through it rises"
     sentence = (
-        f"{name} drifts by {three(value)} mm in {duration_words(facts.horizon_s)}; "
+        f"{name} {does} by {three(value)} mm in {duration_words(facts.horizon_s)}; "
         f"{_against(word, limit, 'mm')}."
     )
     return Check(key, name, "drift over the horizon", value, limit, "mm", word, sentence)

@@ -15,9 +15,8 @@ NO_MODEL = "there is no noise model"
 @dataclass(frozen=True)
 class Thresholds:
     """Named as in the configuration: `good_x` is the most (of durations and markers the least)
-    that is good, `usable_x` that is usable. moving_mm (there `still.range_mm`): range of one-second
-    means beyond which a marker moves. misfit: the best word with a noise model that does not fit.
-    Shares of missing frames and of outliers are of all frames of a coordinate."""
+    that is good, `usable_x` that is usable. misfit: the best word with a noise model that does not
+    fit. Shares of missing frames and of outliers are of all frames of a coordinate."""
 
     good_mm: float = 0.1
     usable_mm: float = 0.25
@@ -30,7 +29,6 @@ class Thresholds:
     good_duration_s: float = 60.0
     good_markers: int = 2
     misfit: str = "usable"
-    moving_mm: float = 2.0
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,8 @@ class Facts:
     """Of a recording: duration and horizon actually reached, s; number of markers; by coordinate
     the share of missing frames, and of outliers beyond what clean noise would have. labels: of the
     markers, in order, where they are known. asked_s: horizon that was asked for, if longer.
-    n_frames: of the recording, where that is known."""
+    n_frames: of the recording, where that is known. findings: of the diagnosis, as in its JSON
+    (`Finding.as_dict`)."""
 
     duration_s: float
     horizon_s: float
@@ -48,6 +47,12 @@ class Facts:
     labels: Sequence[str] = ()
     asked_s: float = 0.0
     n_frames: float = math.inf
+    findings: Sequence[Mapping[str, Any]] = ()
+
+    def found(self, code: str) -> dict[str, float]:
+        """Values of the findings of a code by series."""
+        own = (one for one in self.findings if one["code"] == code)
+        return {one["series"]: float(one["value"] or math.nan) for one in own}
 
     @property
     def short(self) -> bool:

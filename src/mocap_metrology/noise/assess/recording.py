@@ -25,13 +25,15 @@ from mocap_metrology.noise.verdict import (
 @dataclass(frozen=True)
 class Inputs:
     """series: name and cleaned values in mm; origin: metadata of clean.parquet; noise: rows of
-    noise.csv; allan: columns of allan_masked.parquet; outliers: rows of outliers.csv."""
+    noise.csv; allan: columns of allan_masked.parquet; outliers: rows of outliers.csv;
+    findings: those of diagnosis.json."""
 
     series: Iterable[tuple[str, np.ndarray]]
     origin: Mapping[str, Any]
     noise: Sequence[Mapping[str, Any]]
     allan: Mapping[str, np.ndarray]
     outliers: Sequence[Mapping[str, Any]]
+    findings: Sequence[Mapping[str, Any]] = ()
 
 
 def assess_recording(
@@ -56,6 +58,7 @@ def assess_recording(
         tuple(inputs.origin["labels"]),
         span.horizon_s,
         n_frames,
+        inputs.findings,
     )
     found = verdict(numbers, facts, limits)
     for name, values in numbers.items():

@@ -182,7 +182,7 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     meaning = {
         "fine": "and does not matter",
         "noticeable": "which can be seen in the white level",
-        "dominates": "so the resolution of the export decides and not the system: export finer steps",
+        "dominates": "so the resolution of the export decides: export finer steps",
     }[worst.word]
     words = (
         f"Resolution: the file tells steps of {mm(worst.step_mm)} ({worst.kind}), which make "

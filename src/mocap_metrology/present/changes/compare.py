@@ -10,6 +10,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.compare import Curve, adev_ratio, adev_trend, words_of
+from mocap_metrology.noise.diagnosis.resolution import MOST, rounding_share
 from mocap_metrology.present.tables import Row, aligned
 
 Columns = Mapping[str, np.ndarray]
@@ -17,13 +18,15 @@ TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)  # where words are said, beside a singl
 CAPTION = (
     "Allan deviation of a recording over that of its reference, with its interval: above 1 is "
     "noisier. A word other than `same` stands where the ratio is off 1 by more than the margin and "
-    "by more than chance allows over all series and averaging times of the two recordings."
+    "by more than chance allows over all series and averaging times of the two recordings; "
+    "`resolution` where the steps of an export decide, as they hide the noise: export finer steps."
 )
 NO_TREND = "none found"
+COARSE = "resolution"  # the word where the file's steps decide
 TREND_CAPTION = (
     "Change of the Allan deviation with the date of recording, in percent a month with its "
     "interval; `scatter` is how much more the recordings scatter about the line than their own "
-    "noise explains."
+    "noise explains; `resolution`: the steps of an export decide, as they hide the noise."
 )
 TREND_FIGURE = (
     "Allan deviation at three averaging times by date of recording, with 68 % intervals; a line "
@@ -52,6 +55,23 @@ def series_of(columns: Columns) -> list[str]:
     return list(dict.fromkeys(columns["series"].tolist()))
 
 
+def coarse_steps(columns: Columns, step_mm: float | None) -> dict[str, float]:
+    """The step by series whose noise it hides, by the Allan variance at one frame.
+
+    Where in a step a marker is then decides on its Allan deviations (`noise.diagnosis.resolution`).
+    """
+    if not (step_mm and math.isfinite(step_mm)):
+        return {}
+    found = {}
+    for series in series_of(columns):
+        pick = (columns["series"] == series) & (columns["estimator"] == "oadev")
+        frame = pick & (np.asarray(columns["m"]) == 1)
+        avar = float(np.asarray(columns["adev_mm"])[frame][0] ** 2) if frame.any() else math.nan
+        if rounding_share(step_mm, avar, series.startswith("L")) > MOST:
+            found[series] = float(step_mm)
+    return found
+
+
 def taus_of(new: Columns, old: Columns) -> np.ndarray:
     """A single frame (of the slower of both) and decades of a second."""
     frame = max(float(np.min(c["tau_s"])) for c in (new, old))
@@ -66,8 +86,10 @@ def compare_rows(
     margin: float,
     alpha: float,
     confidence: float,
+    coarse: Mapping[str, float] | None = None,
 ) -> list[Row]:
     """One row a series both have and averaging time both reach; `overall` is the series' word.
+    coarse: series of which the export's resolution decides, in either recording (`coarse_steps`).
 
     alpha: probability, at most, that any series of two equal recordings has a word other than
     `same`: each series has its share of it (Bonferroni).
@@ -78,7 +100,9 @@ def compare_rows(
     for series in common:
         ratio = adev_ratio(curve_of(new, series), curve_of(old, series), taus, confidence)
         words = words_of(ratio, margin, alpha / len(common))
-        overall = overall_word(ratio.value, words)
+        if coarse and series in coarse:
+            words = [word and COARSE for word in words]
+        overall = COARSE if COARSE in words else overall_word(ratio.value, words)
         for k, word in enumerate(words):
             if word:
                 rows.append(
@@ -93,6 +117,7 @@ def compare_rows(
                         "p": ratio.p[k],
                         "word": word,
                         "overall": overall,
+                        "step_mm": (coarse or {}).get(series),
                     }
                 )
     if not rows:
@@ -129,6 +154,14 @@ def _sentence(recording: str, reference: str, rows: Sequence[Row]) -> str:
                 f"{most['series']} at {most['tau_s']:.2g} s"
             )
             parts.append(f"{word} {_where(changed)}, most of all {factor}")
+    limited = [row for row in rows if row["word"] == COARSE]
+    if limited:
+        names = ", ".join(dict.fromkeys(row["series"] for row in limited))
+        step = max(row["step_mm"] for row in limited)
+        parts.append(
+            f"the resolution of the export decides in {names}, whose noise its steps of {step:.3g} "
+            "mm hide: export finer steps"
+        )
     found = "; ".join(parts) or "no change beyond chance and the margin"
     return f"{recording} against {reference}: {found}."
 
@@ -182,9 +215,10 @@ def trend_rows(
     allan: Mapping[str, Columns],
     alpha: float,
     confidence: float,
+    coarse: Mapping[str, float] | None = None,
 ) -> list[Row]:
     """One row a series and averaging time that three or more recordings of different days have.
-    alpha is that of one series, over its averaging times."""
+    alpha is that of one series, over its averaging times; coarse as in `compare_rows`, of any."""
     days, rows = days_of(dates), []
     series = [s for s in series_of(allan[names[0]]) if all(s in series_of(allan[n]) for n in names)]
     taus = max((taus_of(allan[n], allan[n]) for n in names), key=lambda t: t[0])
@@ -195,6 +229,7 @@ def trend_rows(
         for k in np.flatnonzero(known):
             trend = adev_trend(days, adev[:, k], edf[:, k], confidence)
             clear = trend.p < alpha / known.sum()
+            said = ("worse" if trend.per_month > 1 else "better") if clear else NO_TREND
             percent = [100 * (v - 1) for v in (trend.per_month, trend.lower, trend.upper)]
             rows.append(
                 {
@@ -208,7 +243,7 @@ def trend_rows(
                     "upper": percent[2],
                     "p": trend.p,
                     "scatter": trend.scatter,
-                    "word": ("worse" if percent[0] > 0 else "better") if clear else NO_TREND,
+                    "word": COARSE if coarse and one in coarse else said,
                 }
             )
     return rows

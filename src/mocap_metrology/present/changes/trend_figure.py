@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_metrology.noise.compare import Curve
 from mocap_metrology.noise.confidence import interval
-from mocap_metrology.present.changes.compare import NO_TREND, Columns, curve_of, days_of
+from mocap_metrology.present.changes.compare import Columns, curve_of, days_of
 from mocap_metrology.present.changes.compare_figure import panels_of
 from mocap_metrology.present.drawing.curves import look_of
 from mocap_metrology.present.drawing.decades import decade_axis, log_limits
@@ -66,7 +66,9 @@ def trend_figure(
     sheet = blank_sheet(key_mm + len(taus) * step + LABELS_MM, title, note)
     strip(sheet, LEFT_MM, 0.5, width, entries)
     for k, tau in enumerate(taus):
-        clear = {r["series"]: r for r in rows if r["tau_s"] == tau and r["word"] != NO_TREND}
+        clear = {
+            r["series"]: r for r in rows if r["tau_s"] == tau and r["word"] in ("worse", "better")
+        }
         at_tau = {s: _at(own, k) for s, own in curves.items()}
         top = key_mm + k * step + TITLE_MM
         lowest = k == len(taus) - 1

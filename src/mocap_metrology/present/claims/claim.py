@@ -46,6 +46,44 @@ def decided(value: str, holds: bool) -> Finding:
     return Finding(value, HOLDS if holds else DOES_NOT)
 
 
+def by_count(value: str, flags: Sequence[bool], least: float) -> Finding:
+    """Whether a share of `least` of such cases is as said: what the 95 % interval (Clopper-Pearson)
+    of the share leaves open cannot be told. All of fewer than it takes hold too."""
+    from scipy.special import betaincinv
+
+    hits, total = int(np.sum(flags)), len(flags)
+    if not total:
+        return unknown("no cases")
+    low = betaincinv(hits, total - hits + 1, 0.025) if hits else 0.0
+    high = betaincinv(hits + 1, total - hits, 0.975) if hits < total else 1.0
+    if hits == total or low >= least:
+        return decided(value, True)
+    return decided(value, False) if high < least else Finding(value, UNKNOWN)
+
+
+def median_error(values: Sequence[float]) -> float:
+    """Two standard errors of the median of values (k,): of a normal distribution as wide as they
+    are between 16 and 84 %; infinite of fewer than three."""
+    if len(values) < 3:
+        return np.inf
+    low, high = np.quantile(values, [0.16, 0.84])
+    return float(2 * 1.2533 * (high - low) / 2 / np.sqrt(len(values)))
+
+
+def within(value: float, error: float, low: float, high: float) -> str:
+    """Whether a number lies between low and high: cannot be told where value +- error spans one."""
+    if low <= value - error and value + error <= high:
+        return HOLDS
+    return DOES_NOT if value + error < low or value - error > high else UNKNOWN
+
+
+def together(words: Sequence[str]) -> str:
+    """All hold, one does not, or it cannot be told."""
+    if DOES_NOT in words:
+        return DOES_NOT
+    return UNKNOWN if UNKNOWN in words else HOLDS
+
+
 def unknown(why: str, there: bool = True) -> Finding:
     return Finding(why, UNKNOWN, there)
 

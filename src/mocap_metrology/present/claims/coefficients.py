@@ -16,9 +16,12 @@ from mocap_metrology.present.claims.claim import (
     Claim,
     Finding,
     decided,
+    median_error,
     orders,
     share,
+    together,
     unknown,
+    within,
 )
 from mocap_metrology.present.claims.study import (
     COORDINATES,
@@ -113,8 +116,13 @@ def _classes(study: Study) -> Finding:
     gap = density.pop("10 to 100 s")
     text = ", ".join(f"{name}: {value:.0f}" for name, value in density.items())
     beyond = int(np.sum(t > 3 + 1e-9))
-    good = all(value > 2 * gap for value in density.values())
-    return decided(f"a decade {text}; gap 10 to 100 s: {gap:.0f}; above 1000 s: {beyond}", good)
+    error = 2 * np.sqrt(4 * gap)  # of twice a count in a decade
+    words = [
+        within(value - 2 * gap, error + 2 * np.sqrt(value), 0.0, np.inf)
+        for value in density.values()
+    ]
+    said = f"a decade {text}; gap 10 to 100 s: {gap:.0f}; above 1000 s: {beyond}"
+    return Finding(said, together(words))
 
 
 def _near_fifteen(study: Study, key: tuple[str, int], series: str) -> list[float]:
@@ -161,7 +169,7 @@ def _amplitude(study: Study) -> Finding:
         return unknown("no periodic term between 13 and 16 Hz")
     low, middle, high = orders(found)
     text = f"A_s: 10^{middle:.1f} mm (10^{low:.1f} to 10^{high:.1f}), {len(found)} series"
-    return decided(text, abs(middle + 3) <= 0.5)
+    return Finding(text, within(middle, median_error(np.log10(found)), -3.5, -2.5))
 
 
 def _negligible(study: Study) -> Finding:

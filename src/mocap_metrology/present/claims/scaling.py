@@ -16,10 +16,14 @@ from mocap_metrology.present.claims.claim import (
     UNKNOWN,
     Claim,
     Finding,
+    by_count,
     decided,
+    median_error,
     orders,
     share,
+    together,
     unknown,
+    within,
 )
 from mocap_metrology.present.claims.study import COORDINATES, TYPES, Study, whole
 
@@ -103,21 +107,27 @@ def _steps(study: Study, tau_s: float) -> list[bool]:
 
 def _gradual(study: Study) -> Finding:
     frame, second = _steps(study, FRAME_S[0]), _steps(study, 1.0)
-    good = sum(frame) >= 0.75 * len(frame) and sum(second) >= 0.75 * len(second)
-    return decided(f"one frame: {share(frame)}; 1 s: {share(second)}", good)
+    words = [by_count("", steps, 0.75).word for steps in (frame, second)]
+    return Finding(f"one frame: {share(frame)}; 1 s: {share(second)}", together(words))
 
 
 def _drop(kind: str, n_drop: int, study: Study) -> Finding:
     """Fall of ADEV at each addition beyond that of Eq. 3, geometric mean over tau and series."""
     ns = np.array(TYPES[kind])
-    texts, falls = [], []
+    texts, words = [], []
+    at = list(ns).index(n_drop) - 1
     for name, taus in RANGES_S.items():
-        level = [np.mean([np.log(study.adev((kind, n), s, taus)) for s in SERIES]) for n in ns]
-        beyond = 100 * np.expm1(np.diff(level) + np.diff(np.log(ns)) / 2)
-        falls.append(beyond[list(ns).index(n_drop) - 1])
+        level = np.array(
+            [[np.mean(np.log(study.adev((kind, n), s, taus))) for s in SERIES] for n in ns]
+        )
+        steps = np.diff(level, axis=0) + np.diff(np.log(ns))[:, None] / 2
+        beyond = 100 * np.expm1(steps.mean(axis=1))
+        error = 200 * float(steps[at].std(ddof=1)) / np.sqrt(len(SERIES))
         steepest = f"steepest at {ns[1:][beyond.argmin()]} ({beyond.min():+.0f} %)"
-        texts.append(f"{name} {falls[-1]:+.0f} % at {n_drop}, {steepest}")
-    return decided("; ".join(texts), min(falls) < DROP)
+        texts.append(f"{name} {beyond[at]:+.0f} ± {error:.0f} % at {n_drop}, {steepest}")
+        words.append(within(float(beyond[at]), error, -100.0, DROP))
+    word = HOLDS if HOLDS in words else UNKNOWN if UNKNOWN in words else DOES_NOT
+    return Finding("; ".join(texts), word)
 
 
 def _coefficient_law(name: str, study: Study) -> Finding:
@@ -132,18 +142,19 @@ def _coefficient_law(name: str, study: Study) -> Finding:
                 slopes.append(_exponent(*zip(*known, strict=True))[0])
         if slopes:
             low, middle, high = np.quantile(slopes, [0.16, 0.5, 0.84])
-            texts.append(f"{kind}: {middle:.2f} ({low:.1f} to {high:.1f})")
-            good.append(0.5 <= middle <= 2.0)
+            error = median_error(slopes)
+            texts.append(f"{kind}: {middle:.2f} ± {error:.2f} ({low:.1f} to {high:.1f})")
+            good.append(within(float(middle), error, 0.5, 2.0))
     if not good:
         return unknown("not enough coefficients above zero")
-    return decided(f"exponent of {name}: " + "; ".join(texts), all(good))
+    return Finding(f"exponent of {name}: " + "; ".join(texts), together(good))
 
 
 def _falls_but_violet(study: Study) -> Finding:
     """Rank correlation of every h with n, by type and series."""
     from scipy.stats import spearmanr
 
-    texts, medians = [], {}
+    texts, words = [], []
     for name in ("h_-2", "h_-1", "h_0", "h_1", "h_2"):
         found = []
         for kind, ns in TYPES.items():
@@ -151,18 +162,18 @@ def _falls_but_violet(study: Study) -> Finding:
                 values = [study.printed((kind, n), series).get(name, 0.0) for n in ns]
                 if len(set(values)) > 2:
                     found.append(spearmanr(ns, values).statistic)
-        medians[name] = float(np.median(found)) if found else np.nan
-        texts.append(f"{name} {medians[name]:+.2f}")
-    others = [medians[n] for n in ("h_-2", "h_-1", "h_0", "h_1")]
-    good = all(m < -0.3 for m in others) and not medians["h_2"] < -0.3
-    return decided("median rank correlation with n: " + ", ".join(texts), good)
+        middle, error = (float(np.median(found)) if found else np.nan), median_error(found)
+        texts.append(f"{name} {middle:+.2f} ± {error:.2f}")
+        words.append(within(middle, error, *((-0.3, 1.0) if name == "h_2" else (-1.5, -0.3))))
+    return Finding("median rank correlation with n: " + ", ".join(texts), together(words))
 
 
 def _order(
     names: tuple[str, ...], exponent: float, study: Study, constant: bool = False
 ) -> Finding:
     """Median within a factor of ten of 10^exponent, and nine in ten within a hundred, counting
-    those of zero as outside; `constant`: and over the cameras within a factor of ten."""
+    those of zero as outside; `constant`: and over the cameras within a factor of ten. What ended at
+    a limit of the search is no number; where that is most of them, the median cannot be told."""
     texts, good = [], []
     for name in names:
         table = [
@@ -171,19 +182,31 @@ def _order(
             for series in COORDINATES
         ]
         values = [v for _, of in table for v in of]
+        ended = sum(
+            name in study.ended((kind, n), series)
+            for kind, ns in TYPES.items()
+            for n in ns
+            for series in COORDINATES
+        )
+        if ended > len(values) / 2:
+            texts.append(f"{name}: {ended} of {len(values)} at the limit of the search")
+            good.append(UNKNOWN)
+            continue
         if not any(v > 0 for v in values):
             return unknown(f"no {name} above zero")
         low, middle, high = orders(values)
         none = sum(not v > 0 for v in values)
         text = f"{name}: 10^{middle:.1f} (10^{low:.0f} to 10^{high:.1f}){_zeros(none, values)}"
-        good.append(abs(middle - exponent) <= 1 and exponent - 2 <= low and high <= exponent + 2)
-        good.append(none <= 0.05 * len(values))
+        error = median_error(np.log10([v for v in values if v > 0]))
+        good.append(within(middle, error, exponent - 1, exponent + 1))
+        rest = exponent - 2 <= low and high <= exponent + 2 and none <= 0.05 * len(values)
+        good.append(HOLDS if rest else DOES_NOT)
         if constant:
             change = _change(table)
             text += f", by 10^{change:.1f} from fewest to most cameras"
-            good.append(change <= 1)
+            good.append(HOLDS if change <= 1 else DOES_NOT)
         texts.append(text)
-    return decided("; ".join(texts), all(good))
+    return Finding("; ".join(texts), together(good))
 
 
 def _zeros(none: int, values: Sequence[float]) -> str:

@@ -56,8 +56,14 @@ class Published:
     def coefficients(self, key: Key, series: str) -> dict[str, float]:
         return published_row(*key)[series].coefficients()
 
+    estimates = coefficients
+
     def printed(self, key: Key, series: str) -> dict[str, float]:
         return printed_row(*key)[series]
+
+    def ended(self, key: Key, series: str) -> set[str]:
+        """S does not say where its search ended."""
+        return set()
 
     def gaussian(self, key: Key) -> dict[str, float]:
         """Table 4 has one row a type, of most cameras."""
@@ -74,7 +80,8 @@ class Published:
 @dataclass(frozen=True)
 class Regenerated:
     """Recordings of group skurowski2019: by (camera type, cameras) their columns of allan.parquet,
-    rows of noise.csv and of gaussian.csv. Coefficients are those of S's own estimator."""
+    rows of noise.csv and of gaussian.csv. Coefficients are those of `annealing-ant-colony`, lines
+    those of `likelihood`."""
 
     allan: Mapping[Key, Mapping[str, np.ndarray]]
     noise: Mapping[Key, Sequence[Mapping[str, Any]]]
@@ -99,19 +106,34 @@ class Regenerated:
     def coefficients(self, key: Key, series: str) -> dict[str, float]:
         return self._noise(key, series, S_ESTIMATOR)
 
-    printed = coefficients
+    def printed(self, key: Key, series: str) -> dict[str, float]:
+        """Without what ended at a limit of the search, which is no estimate (`ended`)."""
+        ended = self.ended(key, series)
+        found = self.coefficients(key, series)
+        return {name: value for name, value in found.items() if name not in ended}
+
+    estimates = printed
+
+    def ended(self, key: Key, series: str) -> set[str]:
+        """Coefficients whose search ended at a limit."""
+        return {
+            row["parameter"]
+            for row in self._rows(key, series, S_ESTIMATOR)
+            if row.get("status") == "at_bound"
+        }
 
     def _noise(self, key: Key, series: str, estimator: str) -> dict[str, float]:
-        if key not in self.noise:
-            raise Missing(key)
         return {
             row["parameter"]: float(row["value"])
-            for row in self.noise[key]
-            if row["series"] == series
-            and row["estimator"] == estimator
-            and row["value"] is not None
-            and np.isfinite(float(row["value"]))
+            for row in self._rows(key, series, estimator)
+            if row["value"] is not None and np.isfinite(float(row["value"]))
         }
+
+    def _rows(self, key: Key, series: str, estimator: str) -> list[Mapping[str, Any]]:
+        if key not in self.noise:
+            raise Missing(key)
+        wanted = series, estimator
+        return [row for row in self.noise[key] if (row["series"], row["estimator"]) == wanted]
 
     def gaussian(self, key: Key) -> dict[str, float]:
         """Along x, as S; `pair_sigma_L_mm` and so on along the line between the markers."""
@@ -145,7 +167,8 @@ def model_of(study: Study, key: Key, series: str) -> NoiseModel:
 
 
 def active_terms(study: Study, key: Key, series: str) -> list[tuple[float, float]]:
-    """(q_c, T_c) of the correlated components that are there: of variance 1e-9 mm^2 or more."""
-    found = study.coefficients(key, series)
+    """(q_c, T_c) of the correlated components that are there: of variance 1e-9 mm^2 or more, and
+    not at a limit of the search."""
+    found = study.estimates(key, series)
     terms = [(found.get(f"q_c{k}", 0.0), found.get(f"T_c{k}", 0.0)) for k in (1, 2, 3, 4)]
     return [(q, t) for q, t in terms if q**2 * t / 2 >= 1e-9]

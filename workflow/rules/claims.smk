@@ -6,6 +6,12 @@ rule claims:
         allan=of_paper("allan.parquet"),
         noise=of_paper("noise.csv"),
         gaussian=of_paper("gaussian.csv"),
+        shocked=lambda wildcards: [
+            f"<results>/recordings/{name}/clean.parquet" for name in shocked()
+        ],
+        repaired=lambda wildcards: [
+            f"<results>/recordings/{name}/noise.csv" for name in repaired()
+        ],
         poses=of_calibrations("pose.json", "jansen2019"),
         truth=lambda wildcards: [of_calibration(name, "truth.json") for name in moved_twins()],
         sweeps=lambda wildcards: [
@@ -29,12 +35,13 @@ rule claims:
         "<benchmarks>/claims.tsv"
     threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=1500,
     params:
         code=digest("claims.py"),
         recordings=lambda wildcards: columns_of(
             accepted_rows("skurowski2019"), "recording", "source", "camera_type", "n_cameras"
         ),
+        repaired=lambda wildcards: columns_of(map(row, repaired()), "recording"),
         calibrations=lambda wildcards: records(accepted_calibrations("jansen2019")),
         moved=lambda wildcards: moved_twins(),
         twins=lambda wildcards: twins_of_paper(),

@@ -6,20 +6,25 @@ with step(snakemake) as log:
     import csv
     import json
     import math
+    import time
     from pathlib import Path
 
     import numpy as np
     from calibration_records import records_of
+    from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.lighthouse import columns
     from mocap_metrology.lighthouse.assess.reconstructions import reconstruction_errors
     from mocap_metrology.lighthouse.board import read_board
+    from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+    from mocap_metrology.noise.series import all_series
     from mocap_metrology.noise.twins import twin_from_mapping
     from mocap_metrology.present import tables
     from mocap_metrology.present.claims.chance import draw
     from mocap_metrology.present.claims.claim import COLUMNS
     from mocap_metrology.present.claims.jansen import Calibrations
+    from mocap_metrology.present.claims.remedies import shock_of
     from mocap_metrology.present.claims.study import Regenerated
     from mocap_metrology.present.claims.table import claim_rows, claims_markdown
     from mocap_metrology.present.groups.noise import read_noise
@@ -46,12 +51,19 @@ with step(snakemake) as log:
         truth = json.loads(Path(path).read_text(encoding="utf-8"))
         return np.array(truth["R"]), np.array(truth["t_m"]), truth["twin"]["motion"]
 
-    study = calibrations = None
+    study = calibrations = shock = None
+    of_repaired = zip(given.repaired, files.repaired, strict=True)
+    for path in files.shocked:
+        _, cleaned, origin = read_coordinates(path)
+        pairs = [tuple(pair) for pair in origin["pairs"]]
+        shock = shock_of(dict(all_series(cleaned, pairs)), origin["frame_rate_hz"])
     if given.recordings:
         study = Regenerated(
             of_subsets(files.allan, lambda path: read_table(path)[0]),
             of_subsets(files.noise, read_noise),
             of_subsets(files.gaussian, numbers),
+            shock,
+            {row["recording"]: read_noise(path) for row, path in of_repaired},
         )
     if given.calibrations:
         records = records_of(given.calibrations, files.poses)
@@ -60,13 +72,19 @@ with step(snakemake) as log:
         }
         found = {}
         of_first = zip(files.sweeps, files.boards, files.truth_of_first, strict=True)
+        seconds = math.nan
         for sweeps, board, truth in of_first:
             hits = columns.hits_of(read_table(sweeps)[0])
+            if math.isnan(seconds):
+                begun = time.perf_counter()
+                simplex = CalibrationSettings(estimators=("paper",), optics=("ideal",))
+                calibrate(hits, read_board(board), (None, None), simplex)
+                seconds = time.perf_counter() - begun
             R, t_m, _ = truth_of(truth)
             for one in reconstruction_errors(hits, read_board(board), R, t_m):
                 found.setdefault(one.way, []).append((one.error_mm, one.error_deg))
         ways = {way: np.array(errors) for way, errors in found.items()}
-        calibrations = Calibrations(records, motion, ways)
+        calibrations = Calibrations(records, motion, ways, seconds)
     kinds = sorted({row["source"] for row in given.recordings})
     sources = " and ".join(kinds), source_of(calibrations.records) if calibrations else ""
     twins = {

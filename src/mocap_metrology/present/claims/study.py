@@ -4,7 +4,7 @@ workflow; both answer the same questions."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -80,22 +80,26 @@ class Published:
 @dataclass(frozen=True)
 class Regenerated:
     """Recordings of group skurowski2019: by (camera type, cameras) their columns of allan.parquet,
-    rows of noise.csv and of gaussian.csv. Coefficients are those of `annealing-ant-colony`, lines
-    those of `likelihood`."""
+    rows of noise.csv and of gaussian.csv. shock: `remedies.Shock` of the recording that has one;
+    repaired: rows of noise.csv after the repair, by recording. Coefficients are those of
+    `annealing-ant-colony`, lines those of `likelihood`."""
 
     allan: Mapping[Key, Mapping[str, np.ndarray]]
     noise: Mapping[Key, Sequence[Mapping[str, Any]]]
     gaussians: Mapping[Key, Sequence[Mapping[str, Any]]]
+    shock: Any = None
+    repaired: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 
     def adev(self, key: Key, series: str, tau_s: Sequence[float]) -> np.ndarray:
         """Interpolated in logarithms; refused with `Missing` beyond the longest tau."""
-        tau, adev = self._curve(key, series)
+        tau, adev = self.curve(key, series)
         wanted = np.asarray(tau_s, float)
         if not tau.size or wanted.max() > tau[-1] * 1.02 or wanted.min() < tau[0] * 0.98:
             raise Missing(key, series, tau_s)
         return np.exp(np.interp(np.log(wanted), np.log(tau), np.log(adev)))
 
-    def _curve(self, key: Key, series: str) -> tuple[np.ndarray, np.ndarray]:
+    def curve(self, key: Key, series: str) -> tuple[np.ndarray, np.ndarray]:
+        """tau in s and Allan deviation in mm."""
         if key not in self.allan:
             raise Missing(key)
         columns = self.allan[key]
@@ -104,7 +108,7 @@ class Regenerated:
         return columns["tau_s"][pick], columns["adev_mm"][pick]
 
     def coefficients(self, key: Key, series: str) -> dict[str, float]:
-        return self._noise(key, series, S_ESTIMATOR)
+        return self.fitted(key, series, S_ESTIMATOR)
 
     def printed(self, key: Key, series: str) -> dict[str, float]:
         """Without what ended at a limit of the search, which is no estimate (`ended`)."""
@@ -122,7 +126,8 @@ class Regenerated:
             if row.get("status") == "at_bound"
         }
 
-    def _noise(self, key: Key, series: str, estimator: str) -> dict[str, float]:
+    def fitted(self, key: Key, series: str, estimator: str) -> dict[str, float]:
+        """All coefficients of an estimator's model, those at a limit too."""
         return {
             row["parameter"]: float(row["value"])
             for row in self._rows(key, series, estimator)
@@ -144,7 +149,7 @@ class Regenerated:
 
     def lines(self, key: Key, series: str) -> list[tuple[float, float]]:
         """(f_0, A_s) that the likelihood estimator found."""
-        found = self._noise(key, series, DEFAULT_ESTIMATOR)
+        found = self.fitted(key, series, DEFAULT_ESTIMATOR)
         return [(found["f_0"], found["A_s"])] if "f_0" in found and "A_s" in found else []
 
 

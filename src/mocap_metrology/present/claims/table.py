@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from mocap_metrology.present.claims import coefficients, curves, jansen, scaling
+from mocap_metrology.present.claims import coefficients, curves, jansen, remedies, scaling
 from mocap_metrology.present.claims.chance import of_realisations
 from mocap_metrology.present.claims.claim import Claim, Finding, row, unknown
 from mocap_metrology.present.claims.study import Drawn, Published
 from mocap_metrology.present.tables import Row, aligned
 
-S_CLAIMS = (*curves.CLAIMS, *scaling.CLAIMS, *coefficients.CLAIMS)
+S_CLAIMS = (*curves.CLAIMS, *scaling.CLAIMS, *coefficients.CLAIMS, *remedies.CLAIMS)
 TITLE = "Claims of both papers"
 CAPTION = (
     "What Skurowski & Pawlyta 2019 (S) and Jansen et al. 2019 (J) say that data can decide, by the "

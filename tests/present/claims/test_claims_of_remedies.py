@@ -37,7 +37,7 @@ def test_a_shock_and_its_sides() -> None:
     assert words(Regenerated({}, {}, {}, found)) == [HOLDS, HOLDS]
     assert 0.05 <= found.tau_s <= 2.0  # a swing of 1 Hz
     assert words(Regenerated({}, {}, {}, shock_of(shaken(0.5, 1.15), RATE))) == [HOLDS, DOES_NOT]
-    hairline = words(Regenerated({}, {}, {}, shock_of(shaken(0.5, 1.05), RATE)))
+    hairline = words(Regenerated({}, {}, {}, shock_of(shaken(0.5, 1.03), RATE)))
     assert hairline == [HOLDS, UNKNOWN]
     faint = shock_of(shaken(0.05), RATE)
     assert faint.raised < found.raised

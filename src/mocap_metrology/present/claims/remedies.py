@@ -26,6 +26,7 @@ from mocap_metrology.present.skurowski.shock import find_shock
 
 SIDE_S = 300.0  # S: "5 min periods before and after"
 ALIKE = 0.05
+OF_SIX = 2.64  # standard errors that all of six keep to in 95 %
 RAISED = 1.1  # times the Allan deviation without the shock
 SHOCK_TAUS_S = np.geomspace(0.02, 20.0, 25)
 SHORT_S, LONG_S = 1.0, 10.0  # correlation times that vanish, and that remain
@@ -97,7 +98,7 @@ def _alike(study: Study) -> Finding:
     found = _shock(study)
     if isinstance(found, Finding):
         return found
-    error = 2 / np.sqrt(found.frames)
+    error = OF_SIX / np.sqrt(found.frames)
     off = {s: abs(ratio - 1) for s, ratio in found.sides.items()}
     text = ", ".join(f"{s} {ratio:.3f}" for s, ratio in found.sides.items())
     if max(off.values()) + error < ALIKE:

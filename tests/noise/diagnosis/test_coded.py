@@ -7,9 +7,15 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy import signal
 
 from mocap_metrology.common.files import write_json
+from mocap_metrology.noise.diagnosis.coded import coded
+from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+from mocap_metrology.noise.diagnosis.sentences import sentences
+from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.findings import CODES, Finding
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "findings.md"
@@ -33,3 +39,61 @@ def test_no_interval_is_null(tmp_path: Path) -> None:
         **{"lower_95": None, "upper_95": None},
     }
     assert math.isnan(Finding("event", "x1", 3.0).lower_95)
+
+
+RATE, N = 100.0, 30_000
+# Kinds of sentences, and the finding without which none of them warns
+CODE_OF = {
+    **{"event": "event", "periodic": "line", "low_pass": "low_pass", "filled": "gap_filled"},
+    **{"level": "level_changes", "tails": "heavy_tails"},
+}
+
+
+def troubled() -> tuple[dict, dict]:
+    """Heavy tails, a falling level, a shock and a line."""
+    rng = np.random.default_rng(4)
+    t = np.arange(N) / RATE
+    position = 0.05 * rng.standard_t(4, (6, N)) * (1 - 0.4 * t / t[-1])
+    position += 0.03 * np.sin(2 * np.pi * 17.0 * t)
+    position[:, 12_000:12_100] += np.sin(np.linspace(0, 12, 100))
+    return dict(enumerate(position)), {"A": 400}
+
+
+def filtered() -> tuple[dict, dict]:
+    rng = np.random.default_rng(5)
+    sos = signal.butter(2, 6.0, fs=RATE, output="sos")
+    return dict(enumerate(signal.sosfiltfilt(sos, 0.05 * rng.standard_normal((6, N))))), {}
+
+
+def plain() -> tuple[dict, dict]:
+    return dict(enumerate(0.05 * np.random.default_rng(6).standard_normal((6, N)))), {}
+
+
+@pytest.mark.parametrize(
+    ("made", "codes"),
+    [
+        (troubled, {"heavy_tails", "level_changes", "event", "line", "gap_filled"}),
+        (filtered, {"low_pass"}),
+        (plain, set()),
+    ],
+)
+def test_sentences_and_findings_say_the_same(made, codes) -> None:
+    position, n_filled = made()
+    names = ("x1", "y1", "z1", "x2", "y2", "z2")
+    coordinates = {k: np.float32(position[i] + 160 * (i + 1)) for i, k in enumerate(names)}
+    one = Recording(coordinates, ("A", "B"), [(1, 2)], RATE, 6e-5, "float32", n_filled)
+    found = diagnose(one, [], None, DiagnosisSettings())
+    findings = coded(one, found, [])
+    said = sentences(one, found, [], DiagnosisSettings())
+    assert {f.code for f in findings} == codes
+    warned = {s.kind for s in said if s.kind in CODE_OF and s.severity == "warning"}
+    told = {CODE_OF[s.kind] for s in said if s.kind in CODE_OF and _names_something(s)}
+    assert {CODE_OF[kind] for kind in warned} <= codes
+    assert told == codes
+
+
+def _names_something(sentence) -> bool:
+    """Not "no event", nor "no periodic disturbance"."""
+    return sentence.numbers.get("n_events", 1) not in (0, None) and (
+        sentence.numbers.get("n_lines", 1) != 0
+    )

@@ -42,7 +42,9 @@ def test_imports_point_down(path: Path) -> None:
     own = part(path)
     for name in imports(path):
         first, *rest = name.split(".")
-        assert first not in ("snakemake", "yaml", "lib", "step"), f"{path} imports {name}"
+        assert first not in ("snakemake", "lib", "step"), f"{path} imports {name}"
+        # Configuration is read elsewhere; this one reads a format that is YAML.
+        assert first != "yaml" or path.name == "crazyflie_file.py", f"{path} imports {name}"
         assert first != "ezc3d" or own == "c3d", f"{path} imports {name}; only c3d may"
         if first == "mocap_metrology" and rest and own in BELOW:
             assert rest[0] in BELOW[own] | {own}, f"{path} imports {name}"

@@ -52,6 +52,19 @@ CASES = {
     "third axis": ([HEADER, "0,2,0,0,0,0"], "axis is 2; expected 0 or 1"),
     "half a cycle": ([HEADER, "0,0,0.5,0,0,0"], "cycle is 0.5"),
     "negative diode": ([HEADER, "0,0,0,-1,0,0"], "diode is -1"),
+    "a sweep of a second": ([HEADER, "0,0,7,0,0.1,0", "0,0,7,1,1.1,0"], "cycle 7 are 1 s apart"),
+    "cycles backwards": (
+        [HEADER, "1,1,8,0,0.1,0", "1,1,4,0,0.2,0"],
+        "cycle 8 is not after cycle 4",
+    ),
+    "milliseconds": (
+        [HEADER, *(f"0,0,{4 * k},0,{33.3 * k},0.1" for k in range(30))],
+        "azimuth sweeps of the master are 33.3 s apart",
+    ),
+    "one number for all": (
+        [HEADER, *(f"0,0,3,{k},{0.033 * k},0.1" for k in range(30))],
+        "hits of cycle 3 are 0.957 s apart",
+    ),
     "degrees": ([HEADER, "0,0,0,0,0,0.5", "0,0,0,1,0,-22.5"], "reaches 22.5; expected radians"),
 }
 
@@ -62,6 +75,18 @@ def test_bad_input_gets_one_line(tmp_path: Path, case: str) -> None:
     with pytest.raises(Refusal, match=message) as refused:
         read_angles(write(tmp_path / "bad.csv", *rows))
     assert "bad.csv" in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_sweeps_may_be_numbered_by_half_turns_or_one_by_one(tmp_path: Path) -> None:
+    """Times rounded to ms, some sweeps missing, any zero of either."""
+    for step in (1, 4):
+        rows = [
+            f"slave,1,{100 + step * k},{d},{50 + round(k / 30 + 1e-4 * d, 3)},0.1"
+            for k in range(40)
+            for d in range(4)
+            if k % 7
+        ]
+        assert len(read_angles(write(tmp_path / "a.csv", HEADER, *rows))) == len(rows)
 
 
 def test_missing_file(tmp_path: Path) -> None:

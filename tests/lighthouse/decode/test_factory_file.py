@@ -90,6 +90,77 @@ def test_bad_files_get_one_line(tmp_path: Path, case: str) -> None:
     assert "bad.json" in str(refused.value) and "\n" not in str(refused.value)
 
 
+CRAZYFLIE = """
+calibs:
+  0:
+    sweeps:
+    - {curve: 0.004421234130859375, gibmag: 0.016876220703125, gibphase: 1.705078125,
+       ogeemag: 0.0, ogeephase: 0.0, phase: 0.0178680419921875, tilt: -0.005260467529296875}
+    - {curve: -0.00661468505859375, gibmag: -0.006725311279296875, gibphase: 0.55322265625,
+       ogeemag: 0.0, ogeephase: 0.0, phase: 0.054107666015625, tilt: 0.00345611572265625}
+    uid: 4255386550
+  1:
+    sweeps:
+    - curve: 0.001911163330078125
+      gibmag: 0.001270294189453125
+      gibphase: 2.3671875
+      phase: 0.0257110595703125
+      tilt: -0.0027256011962890625
+    - curve: -0.0004279613494873047
+      gibmag: -0.008636474609375
+      gibphase: -1.099609375
+      phase: 0.0540771484375
+      tilt: -0.002552032470703125
+    uid: 3359964365
+geos:
+  0: {origin: [-2.6, -0.3, 3.2], rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}
+systemType: 1
+type: lighthouse_system_configuration
+version: '1'
+"""
+
+
+@pytest.mark.parametrize("name", ["system-config.yaml", "any.txt"])
+def test_the_system_configuration_of_a_crazyflie(tmp_path: Path, name: str) -> None:
+    """Values of two real stations; station 0 flashes first."""
+    path = tmp_path / name
+    path.write_text(CRAZYFLIE)
+    master, slave = read_factory(path)
+    assert (master.role, master.id) == ("master", 4255386550)
+    assert (slave.role, slave.id) == ("slave", 3359964365)
+    assert master.factory.phase.tolist() == [0.0178680419921875, 0.054107666015625]
+    assert master.factory.curve.tolist() == [0.004421234130859375, -0.00661468505859375]
+    assert slave.factory.gibphase.tolist() == [2.3671875, -1.099609375]
+    assert slave.factory.gibmag.tolist() == [0.001270294189453125, -0.008636474609375]
+    assert slave.factory.tilt.tolist() == [-0.0027256011962890625, -0.002552032470703125]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("systemType: 1", "systemType: 2", "second-generation"),
+        ("systemType: 1\n", "", "systemType is None, second-generation"),
+        ("version: '1'", "version: '7'", "version is '7'"),
+        ("tilt: -0.0027256011962890625", "tilt: left", "calibs.1.sweeps.0..tilt is 'left'"),
+        ("tilt: -0.0027256011962890625", "slope: 0", "calibs.1.sweeps.0..tilt is None"),
+        ("uid: 3359964365", "uid: -3", "calibs.1.uid is -3"),
+        ("  1:\n    sweeps", "  4:\n    sweeps", "calibs of station 4"),
+        ("curve: 0.0019111", "curve: 0.2119111", "second-generation"),
+        ("geos:", "\tgeos:", "no YAML"),
+        ("geos:", "  geos:", "calibs of station geos"),
+    ],
+)
+def test_bad_configurations_of_a_crazyflie(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    assert old in CRAZYFLIE
+    path = tmp_path / "bad.yaml"
+    path.write_text(CRAZYFLIE.replace(old, new, 1))
+    with pytest.raises(Refusal, match=message) as refused:
+        read_factory(path)
+    assert "bad.yaml" in str(refused.value) and "\n" not in str(refused.value)
+
+
 def test_missing_and_second_generation_files(tmp_path: Path, shared: Path) -> None:
     with pytest.raises(Refusal, match="cannot be read"):
         read_factory(tmp_path / "none.json")

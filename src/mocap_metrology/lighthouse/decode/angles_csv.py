@@ -7,20 +7,26 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.records import ROLES, Hits
+from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
+from mocap_metrology.lighthouse.timing import CYCLE_S
 
 NEEDED = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
 EXPECTED = "columns " + ",".join(NEEDED) + " and, if known, width_us"
 STATIONS = {"0": 0, "1": 1, ROLES[0]: 0, ROLES[1]: 1}
+FEWEST_SPACINGS = 10  # whose median says something
 LARGEST_RAD = np.pi / 2  # a sweep sees half a turn
+SWEEP_S = 1.2 * CYCLE_S  # all hits of a sweep lie within; logs round to 1 ms
+SPACING_S = (0.9 * CYCLE_S, 8.5 * CYCLE_S)  # of sweeps of one axis: each turn, or each other
 
 
 def read_angles(path: str | Path) -> Hits:
     """Hits from a CSV, sorted by time; a width that is not given is NaN.
 
-    station is master, slave, 0 or 1; axis 0 (azimuth) or 1 (elevation); angles in rad from the
-    middle of the sweep, growing to the station's own left and upwards. Other columns are ignored.
-    Raises `Refusal` for missing columns, cells that are none of that, and angles in degrees.
+    station is master, slave, 0 or 1; axis 0 (azimuth) or 1 (elevation); cycle is common to the hits
+    of a sweep and grows with time; time_s is that of the hit; angle pi (time - flash) / T - pi/2,
+    from the station's own flash, T its half turn, growing to its own left and upwards. Other
+    columns are ignored. Raises `Refusal` for missing columns, cells that are none of that, angles
+    in degrees, times that are not of sweeps or not in seconds.
     """
     import pandas as pd
 
@@ -91,9 +97,50 @@ def _check(columns: dict[str, np.ndarray], name: str) -> None:
             f"{name}, row {row + 1}: its station, axis, cycle and diode are there again;"
             " expected one row a hit"
         )
+    _check_times(columns, name)
     largest = float(np.abs(columns["angle_rad"]).max())
     if largest > LARGEST_RAD:
         raise Refusal(
             f"{name}: angle_rad reaches {largest:g}; expected radians, at most pi/2 either way"
             " (are they degrees, or counted from the flash?)"
         )
+
+
+def _check_times(columns: dict[str, np.ndarray], name: str) -> None:
+    """Refuse cycles that are no sweeps, and times that are not seconds.
+
+    All hits of a sweep lie within a half turn; the sweeps of one axis of a station come in the order
+    of their cycles, in the median every turn or every second one.
+    """
+    for station in (0, 1):
+        for axis in (0, 1):
+            own = (columns["station"] == station) & (columns["axis"] == axis)
+            time, cycle = columns["time_s"][own], columns["cycle"][own]
+            if not time.size:
+                continue
+            of_it = f"{name}: {AXES[axis]} sweeps of the {ROLES[station]}"
+            numbers, row = np.unique(cycle, return_inverse=True)
+            first, last = np.full(numbers.size, np.inf), np.full(numbers.size, -np.inf)
+            np.minimum.at(first, row, time)
+            np.maximum.at(last, row, time)
+            middle = (first + last) / 2
+            spacing = np.diff(middle)
+            if spacing.size >= FEWEST_SPACINGS:
+                usual = float(np.median(spacing))
+                if not SPACING_S[0] <= usual <= SPACING_S[1]:
+                    raise Refusal(
+                        f"{of_it} are {usual:.3g} s apart; expected about 0.017 or 0.033 s (is"
+                        " time_s in seconds, and does cycle number the sweeps in their order?)"
+                    )
+            long = np.flatnonzero(last - first > SWEEP_S)
+            if long.size:
+                raise Refusal(
+                    f"{of_it}: hits of cycle {numbers[long[0]]:g} are"
+                    f" {(last - first)[long[0]]:.3g} s apart; expected one sweep, within 0.0083 s"
+                )
+            back = np.flatnonzero(spacing <= 0)
+            if back.size:
+                raise Refusal(
+                    f"{of_it}: cycle {numbers[back[0] + 1]:g} is not after cycle"
+                    f" {numbers[back[0]]:g}; expected cycles that grow with time_s"
+                )

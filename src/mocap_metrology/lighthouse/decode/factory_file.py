@@ -1,4 +1,5 @@
-"""Stations from files: this project's `stations.json`, or the JSON that libsurvive keeps.
+"""Stations from files: this project's `stations.json`, the JSON that libsurvive keeps, or the YAML
+of a Crazyflie.
 
 For recordings without a whole calibration frame, and for reading back what a stage has written.
 """
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode.crazyflie_file import is_crazyflie, stations_of
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
 from mocap_metrology.lighthouse.rotor import check
@@ -31,13 +33,16 @@ def read_factory(path: str | Path) -> list[Station]:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise Refusal(f"{name}: cannot be read ({error}); expected stations.json") from None
+    if is_crazyflie(text):
+        return stations_of(text, name)
     if '"lighthouse' in text:
         return _of_libsurvive(path)
     try:
         stations = stations_from_json(json.loads(text), name)
     except json.JSONDecodeError as error:
         raise Refusal(
-            f"{name}: no JSON ({error}); expected stations.json or libsurvive's companion file"
+            f"{name}: no JSON ({error}); expected stations.json, libsurvive's companion file"
+            " or a Crazyflie's system configuration"
         ) from None
     stations = [station for station in stations if station.factory is not None]
     if not stations:

@@ -109,8 +109,8 @@ def _check(columns: dict[str, np.ndarray], name: str) -> None:
 def _check_times(columns: dict[str, np.ndarray], name: str) -> None:
     """Refuse cycles that are no sweeps, and times that are not seconds.
 
-    All hits of a sweep lie within a half turn; the sweeps of one axis of a station come in the order
-    of their cycles, in the median every turn or every second one.
+    All hits of a sweep lie within a half turn; the sweeps of one axis of a station come in the
+    order of their cycles, in the median every turn or every second one.
     """
     for station in (0, 1):
         for axis in (0, 1):

@@ -68,9 +68,10 @@ def flights(n: int) -> list[Row]:
         words.append(summary(found, made.truth.stations)["verdict"]["word"])
     low, middle, high = np.percentile(mm, [5, 50, 95])
     sound = sum(word in ("good", "usable") for word in words)
+    mirrored = sum(share > MIRRORED_SHARE for share in shares)
     case = "flights of a deck, 30 x 15 mm"
     return [
-        (case, "mirrored calibrations", n, "0", BEFORE[0], f"{sum(s > MIRRORED_SHARE for s in shares)}"),
+        (case, "mirrored calibrations", n, "0", BEFORE[0], f"{mirrored}"),
         (case, "mirrored board poses, mean", n, "", BEFORE[1], f"{100 * np.mean(shares):.2f} %"),
         (case, "error, median (5 to 95 %)", n, "<= 2 mm", BEFORE[2],
          f"{middle:.1f} ({low:.1f}-{high:.1f}) mm"),

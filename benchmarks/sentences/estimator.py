@@ -1,9 +1,9 @@
-"""The test of a Gaussian distribution (`gaussian.csv`), and S's estimator with and without descents.
+"""Chi-squared test of a Gaussian (`gaussian.csv`); S's estimator with and without descents.
 
 p of the chi-squared test must be uniform where the noise is Gaussian, whatever its time scales: of
 the distance in twins of all 22 published rows, 15 minutes long (and nine hours, in whole runs), as
 drawn and as the 3-sigma filter leaves it. What is not Gaussian must be rejected still: frames of 15
-minutes with tails or two levels, alone and under slow noise. f_0: the 28 lines that the paper prints
+minutes with tails or two levels, alone and under slow noise. f_0: the 28 lines that S prints
 for T40 and nine hours can tell, by `annealing-ant-colony` on the Allan variances of `continuous`
 twins, with the seeds of config/twins.yaml; `-plain`, some ten seconds a series, in whole runs only.
 """

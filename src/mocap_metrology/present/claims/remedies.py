@@ -165,7 +165,7 @@ def _low_pass(study: Study) -> Finding:
 
 def _share_kept(model: NoiseModel, low: float, high: float) -> float:
     f = np.geomspace(low, high, NODES)
-    psd = model.psd(f, 1 / FRAME_RATE_HZ)
+    psd = model.psd(f, 1 / FRAME_RATE_HZ, "continuous")
     gain = (1 + (f / LOW_PASS_HZ) ** 4) ** -2.0
     return float(np.trapezoid(gain * psd, f) / np.trapezoid(psd, f))
 
@@ -182,8 +182,10 @@ def _band_stop(study: Study) -> Finding:
                 model = NoiseModel(model_of(study, key, series).broadband)
                 f = np.geomspace(*FAST_HZ, NODES)
                 inside = np.linspace(f_0 - NOTCH_HZ / 2, f_0 + NOTCH_HZ / 2, NODES)
-                whole = np.trapezoid(model.psd(f, 1 / FRAME_RATE_HZ), f)
-                taken.append(np.trapezoid(model.psd(inside, 1 / FRAME_RATE_HZ), inside) / whole)
+                whole = np.trapezoid(model.psd(f, 1 / FRAME_RATE_HZ, "continuous"), f)
+                taken.append(
+                    np.trapezoid(model.psd(inside, 1 / FRAME_RATE_HZ, "continuous"), inside) / whole
+                )
     if not taken:
         return unknown("no periodic term above 1.5 Hz")
     text = f"{100 * max(taken):.1f} % of the noise above 1 Hz at most, {len(taken)} lines"

@@ -106,7 +106,7 @@ def test_real_units_rates_and_gaps(real) -> None:
     results, _ = real
     racing = pq.read_schema(results / "recordings/racing/trajectories.parquet").metadata
     origin = json.loads(racing[b"mocap_metrology"])
-    assert origin["file_units"] == "m"
+    assert origin["file_units"] == "m" and "form" not in origin  # a camera's frames are points
     assert origin["frame_rate_hz"] == pytest.approx(69.9)
     tau, adev = allan(results, "racing", "L")
     assert tau[0] == pytest.approx(1 / 69.9)
@@ -342,6 +342,12 @@ def test_paper_tables_hold_every_published_number(root, tmp_path, snakemake) -> 
     cited = rows(root / "src/mocap_metrology/reference/camera_subsets_table3.csv")
     assert [r["published"] for r in subsets] == [r["camera_ids"] for r in cited]
     assert "simulated" in (results / "tables/skurowski_table4.md").read_text()
+    twin = pq.read_schema(results / "recordings/T40-10/trajectories.parquet").metadata
+    assert json.loads(twin[b"mocap_metrology"])["form"] == "continuous"
+    noise = rows(results / "recordings/T40-10/noise.csv")
+    assert {r["model"] for r in noise if r["estimator"] in ("likelihood", "weighted")} == {
+        "continuous"
+    }
     again = snakemake(root, *arguments)
     assert again.returncode == 0
     assert "Nothing to be done" in again.stdout

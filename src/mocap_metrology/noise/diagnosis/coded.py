@@ -8,6 +8,7 @@ from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording, Rows
 from mocap_metrology.noise.diagnosis.resolution import DOMINATES
 from mocap_metrology.noise.estimates import Z_95
 from mocap_metrology.noise.findings import CODES, Finding
+from mocap_metrology.noise.model_findings import model_findings
 from mocap_metrology.noise.series import AXES
 
 
@@ -17,6 +18,7 @@ def coded(recording: Recording, found: Diagnosis, noise: Rows) -> list[Finding]:
     noise: rows of noise.csv. Every part is a function of these that returns `Finding`s.
     """
     parts = [
+        model_findings(noise),
         _moves(found),
         _low_pass(found),
         _gap_filled(recording),

@@ -24,6 +24,11 @@ from mocap_metrology.noise.diagnosis.states import (
     tail_words,
 )
 from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.model_findings import (
+    deterministic_parts,
+    drift_words,
+    warm_up_words,
+)
 from mocap_metrology.noise.movement import Movement
 
 NAMED_EVENTS = NAMED_LINES = 10
@@ -42,6 +47,7 @@ def sentences(
         _periodic(found.lines, recording),
         _moving(found.movements, recording, settings),
         _misfit(noise, found),
+        _under_the_noise(noise, recording),
         low_pass_words(found.low_pass),
         level_words(found.trends),
         tail_words(found.tails),
@@ -249,6 +255,24 @@ def _drift(found: Diagnosis, recording: Recording) -> list[Sentence]:
         "drift_mm_per_h": {k: d.per_hour for k, d in known.items()},
     }
     return [Sentence("drift", "info", (name,), words, numbers)]
+
+
+def _under_the_noise(noise: Rows, recording: Recording) -> list[Sentence]:
+    """Warm-up and straight line that the noise model has."""
+    parts = deterministic_parts(noise)
+    told = []
+    for kind, words in (
+        ("warm_up", warm_up_words(parts, recording.duration_s)),
+        ("drift", drift_words(parts, recording.duration_s)),
+    ):
+        if words:
+            names = [k for k, p in parts.items() if (p.A_w if kind == "warm_up" else p.drift)]
+            numbers = {k: {"drift_mm_per_h": parts[k].drift, "A_w_mm": parts[k].A_w,
+                           "T_w_s": parts[k].T_w} for k in names}  # fmt: skip
+            words = f"{words[0].upper()}{words[1:]}."
+            severity = "warning" if kind == "warm_up" else "info"
+            told.append(Sentence(kind, severity, tuple(names), words, numbers))
+    return told
 
 
 def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Sentence]:

@@ -1,0 +1,61 @@
+"""Findings and words out of rows of noise.csv."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.noise.estimates import Coefficient, Estimate, rows
+from mocap_metrology.noise.model_findings import (
+    deterministic_parts,
+    drift_words,
+    model_findings,
+    warm_up_words,
+)
+
+
+def table(*found: Coefficient, series: str = "x1", estimator: str = "likelihood") -> list:
+    return rows(series, Estimate(estimator, "sampled", found, 0.0))
+
+
+WARM = (
+    Coefficient("A_w", 0.22, lower_95=0.2, upper_95=0.24),
+    Coefficient("T_w", 360.0, lower_95=300.0, upper_95=420.0),
+)
+NONE = Coefficient("drift", np.nan, upper_95=0.3, detected=False, status="not_detected")
+
+
+def test_what_was_detected_is_found_with_its_interval():
+    found = model_findings(
+        table(Coefficient("h_-2", 2e-7, lower_95=1e-7, upper_95=3e-7), NONE, *WARM)
+        + table(Coefficient("drift", -1.2, lower_95=-1.3, upper_95=-1.1), series="y1")
+        + table(Coefficient("drift", 9.0, status="misfit"), series="z1")
+        + table(Coefficient("h_-2", 1e-5), estimator="weighted")
+    )
+    assert [(f.code, f.series, f.value, f.unit) for f in found] == [
+        ("random_walk", "x1", 2e-7, "mm^2 Hz"),
+        ("warm_up", "x1", 0.22, "mm"),
+        ("drift", "y1", -1.2, "mm/h"),
+    ]
+    assert (found[2].lower_95, found[2].upper_95) == (-1.3, -1.1)
+
+
+def test_the_sentence_of_a_warm_up_says_how_much_and_how_long():
+    parts = deterministic_parts(table(*WARM, NONE))
+    words = warm_up_words(parts, 7200.0)
+    assert words == (
+        "still warming up: 0.209 mm in the first 18 minutes (x1), time constant 6 minutes: "
+        "start recording later"
+    )
+    assert "0.178 mm in the first 10 minutes" in warm_up_words(parts, 600.0)
+    assert drift_words(parts, 7200.0) == ""
+
+
+def test_the_fastest_drift_is_told():
+    slow, fast = (Coefficient("drift", v) for v in (0.5, -1.2))
+    parts = deterministic_parts(table(slow) + table(fast, series="y1"))
+    words = drift_words(parts, 600.0)
+    assert words == "a steady drift of -1.2 mm/h (y1), 0.2 mm in all".replace("-", words[18])
+    assert warm_up_words(parts, 600.0) == ""
+    assert deterministic_parts(table(NONE)) == {}
+    assert parts["x1"].drift == pytest.approx(0.5)

@@ -14,8 +14,8 @@ from mocap_metrology.common.words import three
 @dataclass(frozen=True)
 class Sentence:
     """kind: event, periodic, resolution, filter, low_pass, warm_up, drift, outliers, gaps, filled,
-    moving, misfit, level, tails; severity: info or warning; words: a sentence; numbers: those in it, units
-    in their names."""
+    moving, misfit, level, tails; severity: info or warning; words: a sentence; numbers: those in
+    it, units in their names."""
 
     kind: str
     severity: str

@@ -98,7 +98,20 @@ def percent(flags: list[bool]) -> str:
     return f"{100 * np.mean(flags):.0f} %" if flags else ""
 
 
-BEFORE: dict[tuple[str, str], str] = {}  # (case, statistic) at 8b8d0af, 100 recordings
+# (case, statistic) at 8b8d0af, of the same 100 recordings each
+BEFORE: dict[tuple[str, str], str] = {
+    ("white, straight drift", "h_-2 holds"): "0 %",
+    ("white, warm-up 60 s", "h_-2 holds"): "0 %",
+    ("white, warm-up 300 s", "h_-2 holds"): "0 %",
+    ("white + flicker, straight drift", "h_-2 holds"): "7 %",
+    ("white + flicker, warm-up 60 s", "h_-2 holds"): "18 %",
+    ("white + flicker, warm-up 300 s", "h_-2 holds"): "32 %",
+    ("white + random walk, straight drift", "h_-2 holds"): "91 %",
+    ("white + random walk, warm-up 60 s", "h_-2 holds"): "58 %",
+    ("white + random walk, warm-up 300 s", "h_-2 holds"): "91 %",
+    ("white + Gauss-Markov 1 s, straight drift", "h_-2 holds"): "13 %",
+    ("white + Gauss-Markov 1 s, warm-up 60 s", "h_-2 holds"): "28 %",
+}
 
 
 def _row(case: str, statistic: str, n: int, reach: str, value: str) -> tuple:

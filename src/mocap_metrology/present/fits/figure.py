@@ -147,6 +147,11 @@ def _below(fit: Fit, estimated: bool, lines_subtracted: bool, width: float) -> l
     said = [] if estimated else [f"No estimate by {fit.estimator}."]
     if fit.absent:
         said.append(f"Not detected (95 % limits): {', '.join(fit.absent)}.")
+    if fit.under:
+        said.append(
+            f"Under the noise: {fit.under}; subtracted from the spectrum, and in the data of the "
+            "Allan deviation but not in the model's."
+        )
     classes = [
         f"{part.name.split()[-1]} {correlation_class(part.component.T_c)}"
         for part in fit.parts

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.noise.deterministic import PARAMETERS as DETERMINISTIC
+from mocap_metrology.noise.deterministic import deterministic_of
 from mocap_metrology.noise.estimates import model_of
 from mocap_metrology.noise.model import Component, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.present.fits.matching import limit_class
@@ -32,13 +34,14 @@ class Part:
 @dataclass(frozen=True)
 class Fit:
     """One estimate: its model, the form of the Allan variances it was fitted in, its parts, and
-    what it did not detect, with upper limits."""
+    what it did not detect, with upper limits; under: the deterministic part in words."""
 
     estimator: str
     form: Form
     model: NoiseModel
     parts: tuple[Part, ...]
     absent: tuple[str, ...]
+    under: str = ""
 
 
 def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]]) -> Fit:
@@ -54,7 +57,14 @@ def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]]) -> Fit:
             kind = limit_class(row)
             absent.append(f"{limit} ({kind})" if kind else limit)
     form = rows[0]["model"] if rows else "sampled"
-    return Fit(estimator, form, model, tuple(_parts(model, by_name)), tuple(absent))
+    return Fit(estimator, form, model, tuple(_parts(model, by_name)), tuple(absent), _under(rows))
+
+
+def _under(rows: Sequence[Mapping[str, Any]]) -> str:
+    """`drift 1.2 mm/h`, `A_w 0.2 mm, T_w 60 s`: what was subtracted before the fit."""
+    part = deterministic_of(rows)
+    values = [(n, getattr(part, n)) for n in DETERMINISTIC if getattr(part, n)]
+    return ", ".join(f"{n} {typeset(v)} {unit(n)}" for n, v in values)
 
 
 def _usable(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

@@ -26,10 +26,11 @@ def level(power: np.ndarray, k: np.ndarray) -> np.ndarray:
 
 
 def beside(power: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """Greater of the densities in the bands left and right of each k, less two standard errors.
+    """Greatest of the densities in the bands of each k, left and right of it, less two standard
+    errors.
 
-    A line must stand out of both sides: beside the null of a filter, on its flank or at the fold of
-    the spectrum (Nyquist, where the right side is the left one) nothing does.
+    A line must stand out of both sides: beside the null of a filter, on its flank, on the top of a
+    lobe or at the fold of the spectrum (Nyquist: its right side is its left one) nothing does.
     """
     edge = [int(k[0])]
     while edge[-1] <= k[-1]:
@@ -44,7 +45,7 @@ def beside(power: np.ndarray, k: np.ndarray) -> np.ndarray:
     own = _medians(power, np.array(edge)) * sure
     left, right = np.roll(own, 1), np.roll(own, -1)
     left[0], right[-1] = right[0], left[-1]
-    return np.repeat(np.maximum(left, right), width)
+    return np.repeat(np.maximum(np.maximum(left, right), own), width)
 
 
 def around(power: np.ndarray, low: int, high: int, width: int) -> float:

@@ -119,8 +119,8 @@ class _State:
         return min(max(round(place) - self.first, 0), self.level.size - 1)
 
     def ratio(self) -> np.ndarray:
-        """Power over noise."""
-        return self.power[self.first : self.first + self.level.size] / self.level
+        """Power over what a line must stand out of."""
+        return self.power[self.first : self.first + self.level.size] / self.floor
 
 
 def _search(
@@ -140,24 +140,24 @@ def _search(
     first, last = between_k
     k = np.arange(first, last + 1)
     own = np.maximum(density(k / (n * tau0)), np.finfo(float).tiny) if density else level(power, k)
-    floor = own.copy() if density else np.maximum(own, beside(power, k))
+    floor = own if density else np.maximum(own, beside(power, k))
     state = _State(spectrum, power, own, floor, first, n, tau0, density is not None, least_gain)
     found: list[Line] = []
+    sought = floor.copy()
     for _ in range(2 * at_most + TRIES):
         if len(found) >= at_most:
             break
-        start, peak = _highest(spectrum, power, floor, first, scale)
+        start, peak = _highest(spectrum, power, sought, first, scale)
         if peak < 0.4 * least_gain:
             break
-        at = state.at(start)
-        line = refined(spectrum, start, n, tau0, float(own[at]))
-        if line.gain * own[at] < least_gain * floor[at]:
-            floor[int(start) - first] = np.inf
+        line = refined(spectrum, start, n, tau0, float(floor[state.at(start)]))
+        if line.gain < least_gain:
+            sought[int(start) - first] = np.inf
             continue
         _take_out(state, line)
         found = _joined(state, [*found, line])
     if last == (n - 1) // 2 and n % 2 == 0 and len(found) < at_most:
-        for line in _at_nyquist(spectrum[-1].real, n, tau0, float(own[-1]), least_gain):
+        for line in _at_nyquist(spectrum[-1].real, n, tau0, float(floor[-1]), least_gain):
             _take_out(state, line)
             found = _joined(state, [*found, line])
     found = _widened(state, found)

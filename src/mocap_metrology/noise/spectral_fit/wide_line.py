@@ -27,6 +27,7 @@ LEAST_SIDE, MOST_SIDE = 32, 256  # coefficients on each side that the noise is t
 MARGIN = 4  # coefficients beyond the outermost line
 BLOCKS = ((32, 8, 1.207), (0, 4, 1.624))  # from so many coefficients; blocks; Student t over 1.96
 GROWS = 1.0  # times 1/sqrt(w): two standard deviations of the share above the median
+PHASES = 8.0  # of a folded line over width_f T: its power depends on where they fall
 FOLDED = 1.9  # standard errors to the fold: 95 % reach just beyond
 LEAST_WIDTH = 0.5  # coefficients: less is not resolved
 
@@ -77,7 +78,7 @@ def measured(
     own = _jackknife(band, low, n, tau0, psd)
     errors = [max(noise / A_s, own[0]) if A_s > 0 else math.sqrt(noise), own[1], own[2]]
     if folded:
-        errors[0] = math.hypot(errors[0], A_s / math.sqrt(8 * max(width * duration, 1.0)))
+        errors[0] = math.hypot(errors[0], A_s / math.sqrt(PHASES * max(width * duration, 1.0)))
         errors[1] = max(errors[1], (0.5 / tau0 - f_0) / FOLDED)
     errors[1] = max(errors[1], 0.5 / duration / math.sqrt(max(gain, 1.0)))
     errors[2] = max(errors[2], errors[1])

@@ -83,7 +83,7 @@ def _component(parameter: str) -> str:
     """What a coefficient belongs to: itself, a Gauss-Markov number, or the line."""
     if parameter[1:3] == "_c":
         return parameter[3:]
-    return "line" if parameter in ("A_s", "f_0") else parameter
+    return "line" if parameter in ("A_s", "f_0", "width_f") else parameter
 
 
 def _parts(model: NoiseModel, rows: Mapping[str, Mapping[str, Any]]) -> list[Part]:
@@ -100,6 +100,7 @@ def _parts(model: NoiseModel, rows: Mapping[str, Mapping[str, Any]]) -> list[Par
             seen += 1
         else:
             names, short = ["A_s", "f_0"], "sinusoid"
+            names += ["width_f"] if component.width_f else []
         values = ", ".join(_value(name, rows.get(name), component) for name in names)
         prefix = "" if isinstance(component, PowerLaw) else f"{short}: "
         parts.append(Part(component, short, prefix + values))

@@ -23,7 +23,7 @@ TYPESET = (  # of a line of Markdown: units, powers of ten, coefficients; no nam
         lambda m: f"{m[1]}×10{_raised(m[2])}",
     ),
     (
-        re.compile(r"(?<!\w)(h_-?\d|[qT]_c\d*|A_s|f_0)(?!\w)"),
+        re.compile(r"(?<!\w)(h_-?\d|[qT]_c\d*|A_s|f_0|width_f)(?!\w)"),
         lambda m: "{}<sub>{}</sub>".format(*m[1].replace("-", MINUS).split("_")),
     ),
 )

@@ -247,3 +247,21 @@ def test_it_fits_the_page_and_repeats(tmp_path) -> None:
     assert [path.read_bytes() for path in again] == [
         first.with_suffix(end).read_bytes() for end in (".svg", ".png")
     ]
+
+
+def test_a_line_that_wanders_is_told_with_its_width() -> None:
+    values = {"h_0": 1e-4, "A_s": 0.015, "f_0": 50.0, "width_f": 0.018}
+    rows = [
+        {
+            "parameter": name,
+            "value": value,
+            "std_error": value / 10,
+            "status": "ok",
+            "model": "sampled",
+        }
+        for name, value in values.items()
+    ]
+    fit = fit_parts.fit_of(MAIN, [row | {"estimator": MAIN} for row in rows])
+    (line,) = [part for part in fit.parts if part.name == "sinusoid"]
+    assert "width_f 0.0180 Hz" in line.text
+    assert "A_s 0.0150 mm" in line.text

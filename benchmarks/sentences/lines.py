@@ -4,9 +4,9 @@ Series of ten minutes, white noise of 50 um, at 120 Hz unless said. Wandering li
 whose frequency departs by 20 mHz (standard deviation of an Ornstein-Uhlenbeck process of 60 s;
 amplitude of a sinusoid of 100 s; greatest departure of a random walk); folded: at 100 Hz, so at
 Nyquist. `findings`: lines a recording; intervals are those of `noise.csv`. Widths are medians over
-the Cramer-Rao bound of a sinusoid in the same noise (which knows nothing of the phases that a folded
-line's power depends on). Estimator `likelihood` where named (lines,
-gaps, slow lines and noise in turn), else the search for lines alone.
+the Cramer-Rao bound of a sinusoid in the same noise (which knows nothing of the phases that a
+folded line's power depends on). Estimator `likelihood` where named (lines, gaps, slow lines and
+noise in turn), else the search for lines alone.
 """
 
 from __future__ import annotations

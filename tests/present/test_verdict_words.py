@@ -150,6 +150,17 @@ def test_words_above_the_bands_and_arrows_of_a_very_bad_recording() -> None:
     assert any("Arrows" in t.get_text() for t in figure.texts)
 
 
+def test_green_points_under_a_worse_word_say_what_decided() -> None:
+    found = contents(n_markers=2)
+    small = {k: v | {"frame_mm": 0.02} for k, v in found["series"].items()}
+    found |= {"series": small, "word": "usable"}
+    found["decided_by"] = found["decided_by"] | {"quantity": "duration"}
+    said = " ".join(text.get_text().replace("\n", " ") for text in verdict_figure(found).texts)
+    assert "the bands are of these alone, the word is by the duration." in said
+    said = " ".join(t.get_text().replace("\n", " ") for t in verdict_figure(contents()).texts)
+    assert "the verdict is on one frame in the worst coordinate." in said
+
+
 def test_a_recording_without_numbers_has_a_row_and_a_picture(tmp_path: Path) -> None:
     found = contents(empty="y1")
     assert found["series"]["y1"]["frame_mm"] is None

@@ -157,7 +157,9 @@ def raised(rows: Sequence[Row]) -> list[Row]:
     for row in rows:
         if row["word"] == "raises" and row["tau_s"] <= NAMING_S * 1.01:
             key = row["from"], row["to"]
-            worst[key] = _more_telling(worst.get(key), row, "largest_factor")
+            old = worst.get(key)
+            if old is None or row["largest_factor"] > old["largest_factor"]:
+                worst[key] = row
     return sorted(worst.values(), key=lambda row: -row["largest_factor"])
 
 

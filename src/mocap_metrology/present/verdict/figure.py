@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.noise.estimates import correlation_class
-from mocap_metrology.noise.verdict import duration_words
+from mocap_metrology.noise.verdict import COORDINATE, duration_words
 from mocap_metrology.present.drawing.decades import decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
@@ -133,11 +134,15 @@ def _note(found: Found, names: Sequence[str], cut: bool) -> str:
     source = f"twin {twin}: simulated" if twin else "measured"
     left_out = len(found["series"]) - len(names)
     lasting = duration_words(found["duration_s"])
+    judged = "the verdict is on one frame in the worst coordinate"
+    if found["word"] != _band(found):
+        judged = (
+            f"the bands are of these alone, the word is by the {found['decided_by']['quantity']}"
+        )
     parts = [
         f"Source: {source}. {lasting} at {found['frame_rate_hz']:g} Hz.",
         f"Standard uncertainties about the mean of {duration_words(found['horizon_s'])}, "
-        f"lines: {100 * found['confidence']:.3g} % intervals; the verdict is on one frame in the "
-        "worst coordinate.",
+        f"lines: {100 * found['confidence']:.3g} % intervals; {judged}.",
     ]
     if numbers := marker_numbers(found):
         parts.insert(1, shorten(numbers, SMALL_PT, 2 * WIDTH_MM))
@@ -153,6 +158,14 @@ def _note(found: Found, names: Sequence[str], cut: bool) -> str:
     if left_out > 0:
         parts.append(f"{left_out} series with smaller uncertainties are not shown.")
     return " ".join(parts)
+
+
+def _band(found: Found) -> str:
+    """The word that one frame in the worst coordinate alone would have."""
+    own = [v["frame_mm"] for k, v in found["series"].items() if COORDINATE.fullmatch(k)]
+    worst = max((v for v in own if v is not None), default=math.inf)
+    limits = found["limits_mm"]
+    return next((word for word in ("good", "usable") if worst <= limits[word]), "bad")
 
 
 Points = list[tuple[float, float, float] | None]

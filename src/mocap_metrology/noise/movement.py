@@ -12,8 +12,8 @@ cannot, however far the noise wanders:
 * it comes far: the range within the horizon is many times that of a random walk of the steps seen.
 
 The bounds are for a random walk, whose increments stay alike for longest: walks of 100 to 14,400
-blocks, 300 to 20,000 of each length, stayed below two thirds of each. A straight line and an exponential
-approach are taken off before jumps are looked for: a drift or warm-up is none.
+blocks, 300 to 20,000 of each length, stayed below two thirds of each. A straight line and an
+exponential approach are taken off before jumps are looked for: a drift or warm-up is none.
 """
 
 from __future__ import annotations

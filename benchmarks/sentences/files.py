@@ -46,7 +46,7 @@ def scene(seed: int) -> LighthouseTwin:
     centre = np.array([place.uniform(2.0, 3.2), 0.0, place.uniform(-0.3, 0.1)])
     slave = np.array([place.uniform(-0.3, 0.3), 2 * half, place.uniform(-0.3, 0.3)])
     yaw = np.degrees(np.arctan2(centre[1] - slave[1], centre[0] - slave[0]))
-    middle = centre + [0, half, 0]
+    middle = centre + np.array([0, half, 0])
     return twin_from_mapping(
         {
             "seed": seed,

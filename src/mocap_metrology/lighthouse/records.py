@@ -96,6 +96,16 @@ class Station:
 
 
 @dataclass(frozen=True)
+class Halves:
+    """Poses from before and after a moment of a recording: how far apart, and the squared distance
+    d^T (C_1 + C_2)^-1 d of both (six degrees of freedom)."""
+
+    mm: float
+    deg: float
+    m2: float
+
+
+@dataclass(frozen=True)
 class PoseEstimate:
     """Pose of the slave in the master's frame by one estimator at one stage."""
 
@@ -111,5 +121,6 @@ class PoseEstimate:
     mirrored_share: float = float("nan")  # of the board poses it stands on
     weighted_rms_urad: float = float("nan")  # residual beyond errors of the board poses
     noise_gain: float = float("nan")  # residual by errors of the board poses over noise of an angle
+    halves: Halves | None = None  # of stage final of paper-lm
     seconds: float = float("nan")
     note: str = ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,7 @@ def _entry(pose: PoseEstimate, reference: Reference | None) -> dict[str, Any]:
         "mirrored_share": pose.mirrored_share,
         "weighted_rms_urad": pose.weighted_rms_urad,
         "noise_gain": pose.noise_gain,
+        "halves": None if pose.halves is None else asdict(pose.halves),
         "note": pose.note,
     }
     if reference is not None:

@@ -24,7 +24,7 @@ JITTER_URAD = 61.0  # of one angle: 53 common to a sweep, 30 of each diode
 EXPECTED_URAD = 75.0  # with 38 by the two edges of a pulse at 2 MHz
 # Residual over the expected one: (usable from, doubtful from). A board on its way adds what the
 # interpolation of its path misses.
-RESIDUAL = {"static": (2.0, 6.0), "kabsch": (10.0, 40.0), "final": (8.0, 30.0)}
+RESIDUAL = {"static": (2.0, 6.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits
 WEIGHTED_FAILED = 20.0  # over the noise, errors of board poses taken out; sound ones reach 2
 USUAL_GAIN = 4.0  # of a board of 20 cm; errors of a smaller one's poses raise what is expected
@@ -36,8 +36,13 @@ COMMON = (200, 50)  # usable below, doubtful below
 SPAN_M = (0.3, 0.1)
 STAGES_APART = ((20.0, 0.5), (60.0, 2.0))  # mm, deg
 CHI2_6 = 22.46  # of six degrees of freedom, exceeded with probability 0.001
+WEIGHTED = 1.3  # over the noise, errors of board poses taken out: sound ones reach 1.2 by tremor
+# Reported standard deviations are too small by 3 to 5, as blocks of time share their time zeros.
+HALVES_M2 = (3**2 * CHI2_6, 5**2 * CHI2_6)
 OPTICS_APART = (500.0, 10.0)  # what factory values can change at most
-GRAVITY_DEG = (2.0, 10.0)  # stations know it to 0.5° each: doubtful, failed
+GRAVITY_SD_DEG = 1.5  # of either component of the difference: sound real pairs differ by 1-2.5
+# Doubtful where one sound pair in 200 is, failed where none in 1e9 is (Rayleigh's distribution).
+GRAVITY_DEG = tuple(GRAVITY_SD_DEG * math.sqrt(-2 * math.log(p)) for p in (5e-3, 1e-9))
 SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
 REFERENCE = ((30.0, 2.0), (100.0, 5.0))
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board
@@ -113,6 +118,8 @@ def verdict(
         _span(chosen, span_m),
         *_agreements(chosen, poses),
         _gravity(chosen, stations),
+        _weighted(chosen, expected_urad),
+        _halves(chosen),
         _sigma(chosen),
         _duration(duration_s),
         _against_reference(errors),
@@ -197,6 +204,37 @@ def _residual(chosen: PoseEstimate, noise: float) -> Check:
             " origin), a wrong board file, reflections or board poses in the wrong minimum."
         )
     return Check("residual", value, "urad", limit * expected, word == "good", word, sentence)
+
+
+def _weighted(chosen: PoseEstimate, noise: float) -> Check:
+    """What errors of the board's path do not explain."""
+    name, value, limit = "angles beyond the path", chosen.weighted_rms_urad, WEIGHTED * noise
+    if not math.isfinite(value):
+        return _unknown(name, "urad", "Errors of the board's path were not told apart.")
+    ok = value < limit
+    sentence = f"Errors of the board's path leave {value:.0f} µrad of the residual unexplained"
+    sentence += (
+        "."
+        if ok
+        else f" (noise of an angle: {noise:.0f}), as by a station that was touched, a wrong board"
+        " file or wrong optics."
+    )
+    return Check(name, value, "urad", limit, ok, "good" if ok else "usable", sentence)
+
+
+def _halves(chosen: PoseEstimate) -> Check:
+    """A station that was moved meanwhile: before and after have different poses."""
+    name, parts = "halves agree", chosen.halves
+    if parts is None or not math.isfinite(parts.m2):
+        return _unknown(name, "", "Parts of the recording were not held against each other.")
+    word, limit = _graded(parts.m2, HALVES_M2)
+    sentence = f"Parts of the recording differ by {parts.mm:.2g} mm and {parts.deg:.2g}°" + (
+        ", as chance allows."
+        if word == "good"
+        else f", {math.sqrt(parts.m2 / 6):.0f} times what noise explains: was a station touched"
+        " meanwhile?"
+    )
+    return Check(name, parts.m2, "", limit, word == "good", word, sentence)
 
 
 def _factory(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:

@@ -6,29 +6,21 @@ sound recordings; but what came before and what came after then have poses of th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.weighted_station import Evidence, by_gauss_newton
+from mocap_metrology.lighthouse.records import Halves
 
 SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
 
 
-@dataclass(frozen=True)
-class Halves:
-    """The split at which the poses before and after differ most: mm, deg, and the squared distance
-    m2 = d^T (C_1 + C_2)^-1 d of both (six degrees of freedom)."""
-
-    mm: float
-    deg: float
-    m2: float
-
-
 def halves(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Halves | None:
     """Poses of the slave from the measurements before and after each of `SPLITS`, both from near
-    the pose R, t (m) of all; None where no part tells its uncertainty. rotors: of the slave."""
+    the pose R, t (m) of all: the two that are farthest apart by m2; None where no part tells its
+    uncertainty. rotors: of the slave."""
     time = given.path.time_s
     found = []
     for split in SPLITS:
@@ -53,6 +45,4 @@ def _apart(
 ) -> Halves:
     d = np.r_[a[1] - b[1], rotation.error(a[0], b[0])]
     m2 = float(d @ np.linalg.pinv(a[2] + b[2], rcond=1e-12) @ d)
-    return Halves(
-        1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2
-    )
+    return Halves(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)

@@ -29,6 +29,7 @@ from mocap_metrology.lighthouse.calibrate import board_pose, station_pose
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed
 from mocap_metrology.lighthouse.calibrate.board_pose import MIRRORED_RAD, START_M, Path, apart
 from mocap_metrology.lighthouse.calibrate.final import agreed_paths, last_step, seen_on_path
+from mocap_metrology.lighthouse.calibrate.halves import halves
 from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, TIGHT
 from mocap_metrology.lighthouse.calibrate.optics import Optics, optics_of
 from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, reconstruct
@@ -277,7 +278,8 @@ def _one(
         if agreed.R is not None:
             starts.append((agreed.R, agreed.t_m))
         R, t, spread = last_step(starts, given, weighed, rotors, settings.lm_weights)
-        found.estimates.append(estimate("final", R, t, spread))
+        parts = halves(R, t, weighed, rotors)
+        found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
     elif estimator in JANSEN:
         tolerances = TIGHT if estimator == "paper-tight" else MATLAB
         R, t, _ = station_pose.by_nelder_mead(R, t, given, rotors, tolerances)
@@ -328,6 +330,14 @@ def _static(
     if pose is None:
         return []
     units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
+    mirror = "no mirrored pose"
+    if np.isfinite(pose.ambiguity):
+        mirror = f"K_1 of the mirrored pose is {pose.ambiguity:.3g} times that of the pose taken"
+    odd = [
+        f"; diode {', '.join(map(str, out))} left out of the {role}'s: the others contradict it"
+        for role, out in zip(ROLES, pose.left_out, strict=True)
+        if out
+    ]
     return [
         PoseEstimate(
             estimator="paper-lm",
@@ -339,9 +349,7 @@ def _static(
             covariance=pose.covariance * units,
             residual_rms_urad=1e6 * pose.residual_rms_rad,
             n_angles=pose.n_angles,
-            note=f"K_1 of the mirrored pose is {pose.ambiguity:.3g} times that of the pose taken"
-            if np.isfinite(pose.ambiguity)
-            else "no mirrored pose",
+            note=mirror + "".join(odd),
         )
     ]
 

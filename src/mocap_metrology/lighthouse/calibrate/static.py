@@ -7,6 +7,7 @@ frames of master and slave.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -22,13 +23,17 @@ from mocap_metrology.lighthouse.rotor import angles
 
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
 STILL_RAD = np.radians(0.3)
+FEWEST_LEFT = 5  # diodes; with four, nearly any pose fits
+BY_CHANCE = 0.01
+NO_NOISE = 1e-14  # rad^2: angles computed, not measured
 FEWEST_HITS = 10  # of a diode in one axis, so that its median means something
 
 
 @dataclass(frozen=True)
 class StaticPose:
     """Slave pose R, t (m); covariance (6, 6) in m and rad; residual in rad; angles used; the lower
-    of both stations' ratios of mirrored to taken K_1 (near 1: which is right is a guess)."""
+    of both stations' ratios of mirrored to taken K_1 (near 1: which is right is a guess); diodes
+    left out, of master and slave."""
 
     R: np.ndarray
     t_m: np.ndarray
@@ -36,6 +41,7 @@ class StaticPose:
     residual_rms_rad: float
     n_angles: int
     ambiguity: float
+    left_out: tuple[tuple[int, ...], tuple[int, ...]]
 
 
 def is_still(path: Path) -> bool:
@@ -70,11 +76,15 @@ def static_pose(
 ) -> StaticPose | None:
     """Slave pose from one measurement of each station; None where one sees too few diodes.
 
+    Diodes that the others contradict are left out, see `without_bad`.
+
     The noise is taken from the residuals, so an error of optics or of the board counts as noise;
     the covariance of each board pose, sigma^2 (J^T J)^-1, is carried through both formulas.
     """
     if any(m.seen.sum() < FEWEST_DIODES for m in measurements):
         return None
+    cleaned = [without_bad(m, board, r) for m, r in zip(measurements, rotors, strict=True)]
+    measurements = [given for given, _ in cleaned]
     paths = [by_levenberg_marquardt(m, board, r) for m, r in zip(measurements, rotors, strict=True)]
     master, slave = paths
     R = master.R[0] @ slave.R[0].T
@@ -91,7 +101,48 @@ def static_pose(
     n_angles = int(master.n_angles[0] + slave.n_angles[0])
     rms = float(np.sqrt((master.epsilon[0] + slave.epsilon[0]) / n_angles))
     ambiguity = float(min(master.ambiguity[0], slave.ambiguity[0]))
-    return StaticPose(R, t, covariance, rms, n_angles, ambiguity)
+    left_out = tuple(out for _, out in cleaned)
+    return StaticPose(R, t, covariance, rms, n_angles, ambiguity, left_out)
+
+
+def without_bad(
+    given: Measurements, board: np.ndarray, rotors: np.ndarray
+) -> tuple[Measurements, tuple[int, ...]]:
+    """One measurement without the diodes, at most a quarter of them, that decide it against all
+    others; and which. Of one diode in its wrong place, or seen at a grazing angle, K_1 makes a pose
+    that fits none.
+
+    One diode or two go if K_1 falls by more than chance: F = (fall / 2k) / (rest / (2(n - k) - 6))
+    exceeds what one in 100 measurements without a bad diode would, among all choices of k from n.
+    """
+    from scipy.stats import f as fisher
+
+    out: list[int] = []
+    for _ in range(max(int(given.seen.sum()) // 4, 1)):
+        seen = np.flatnonzero(given.seen[0])
+        cost = _cost(given.angles_rad, board, rotors)[0]
+        most = max((seen.size + len(out)) // 4, 1) - len(out)
+        for k in range(1, min(2, most, seen.size - FEWEST_LEFT) + 1):
+            choices = list(combinations(seen.tolist(), k))
+            trial = np.repeat(given.angles_rad, len(choices), axis=0)
+            trial[np.arange(len(choices))[:, None], np.array(choices)] = np.nan
+            rest = _cost(trial, board, rotors)
+            best = int(np.argmin(rest))
+            freedom = 2 * (seen.size - k) - 6
+            ratio = (cost - rest[best]) / (2 * k) / max(rest[best] / freedom, NO_NOISE)
+            if fisher.sf(ratio, 2 * k, freedom) * len(choices) < BY_CHANCE:
+                out += choices[best]
+                given = Measurements(given.time_s, trial[best : best + 1])
+                break
+        else:
+            break
+    return given, tuple(sorted(out))
+
+
+def _cost(angles: np.ndarray, board: np.ndarray, rotors: np.ndarray) -> np.ndarray:
+    """K_1 of measurements (n, diodes, 2)."""
+    given = Measurements(np.arange(len(angles), dtype=float), angles)
+    return by_levenberg_marquardt(given, board, rotors).epsilon
 
 
 def residuals_by_diode(

@@ -89,20 +89,20 @@ def test_flashes_tell_what_libsurvive_read(seen: dict[str, Seen], shared: Path, 
 
 
 def test_static_poses_of_both_objects(seen: dict[str, Seen]) -> None:
-    """Baselines are within 1 % of each other with factory values (3.917 and 3.927 m), 1.2 % with
-    ideal optics. Rotations are 2.0 and 4.4 deg apart, not 0.5; the next test tells why."""
+    """Baselines are within 1.2 % of each other with factory values (3.917 and 3.960 m). Rotations
+    are 1.6 deg apart, not 0.5, with ideal optics 4 deg. Of the controller one diode is left out."""
     headset, controller = (seen[name].poses for name in OBJECTS)
     with_values = headset["factory", "crazyflie"], controller["factory", "crazyflie"]
-    assert [baseline(pose) for pose in with_values] == pytest.approx([3.917, 3.927], abs=2e-3)
-    assert baseline(with_values[0]) == pytest.approx(baseline(with_values[1]), rel=0.01)
-    assert 1.5 < apart(*with_values)[1] < 2.5
+    assert [baseline(pose) for pose in with_values] == pytest.approx([3.917, 3.960], abs=2e-3)
+    assert baseline(with_values[0]) == pytest.approx(baseline(with_values[1]), rel=0.012)
+    assert 1.3 < apart(*with_values)[1] < 1.8
     without = headset["ideal", "crazyflie"], controller["ideal", "crazyflie"]
-    assert [baseline(pose) for pose in without] == pytest.approx([3.987, 3.942], abs=2e-3)
-    assert 3.8 < apart(*without)[1] < 5.0
-    assert [pose.n_angles for pose in with_values] == [50, 28]
-    assert with_values[0].residual_rms_urad < 0.65 * without[0].residual_rms_urad
+    assert [baseline(pose) for pose in without] == pytest.approx([4.008, 3.984], abs=2e-3)
+    assert 2.0 < apart(*without)[1] < 5.0
+    assert [pose.n_angles for pose in with_values] == [50, 26]
+    assert with_values[0].residual_rms_urad < 0.8 * without[0].residual_rms_urad
     assert with_values[0].residual_rms_urad == pytest.approx(95, abs=5)
-    assert with_values[1].residual_rms_urad == pytest.approx(229, abs=10)
+    assert with_values[1].residual_rms_urad == pytest.approx(76, abs=5)
 
 
 def without_diode_8(found: Decoded) -> Decoded:
@@ -111,26 +111,23 @@ def without_diode_8(found: Decoded) -> Decoded:
     return replace(found, hits=hits.take((hits.station != SLAVE) | (hits.diode != 8)))
 
 
-def test_the_controllers_rotation_is_too_uncertain_for_half_a_degree(
-    seen: dict[str, Seen],
-) -> None:
-    """Each station sees 7 of its 24 diodes, so one standard deviation is 1.1-2.1 deg. Most of it
-    is one diode: 8, seen by the slave at a grazing angle (its pulses are half as long as those of
-    its neighbours), is 1 mrad off in elevation. Without it the residual falls to a third and 1.6
-    deg are left."""
-    found = seen["T20"].decoded
-    everything = seen["T20"].poses["factory", "crazyflie"]
-    assert 1 < np.sqrt(np.diag(everything.covariance))[3:].max() < 3
+def test_one_diode_does_not_decide(seen: dict[str, Seen]) -> None:
+    """Each station sees 7 of the controller's 24 diodes; 8, seen by the slave at a grazing angle
+    (its pulses are half as long as those of its neighbours), is 1 mrad off in elevation. With it
+    the residual was 229 urad and one standard deviation of the rotation 1.1-2.1 deg. It is left
+    out, and said so; 1.6 deg to the headset are left."""
+    found, own = seen["T20"].decoded, seen["T20"].poses["factory", "crazyflie"]
+    assert "diode 8 left out of the slave's: the others contradict it" in own.note
+    assert "left out" not in seen["HMD"].poses["factory", "crazyflie"].note
     hits = found.hits
     of_slave = hits.station == SLAVE
     widths = {d: np.median(hits.width_s[of_slave & (hits.diode == d)]) for d in (7, 8, 11, 22)}
     assert widths.pop(8) < 0.6 * min(widths.values())
     rest = estimates(without_diode_8(found))["factory"]
-    assert rest.residual_rms_urad < 0.4 * everything.residual_rms_urad
-    assert np.sqrt(np.diag(rest.covariance))[3:].max() < 0.5
-    _, angle = apart(seen["HMD"].poses["factory", "crazyflie"], rest)
+    assert apart(own, rest) == pytest.approx((0, 0), abs=1e-6)
+    assert np.sqrt(np.diag(own.covariance))[3:].max() < 0.5
+    _, angle = apart(seen["HMD"].poses["factory", "crazyflie"], own)
     assert 1.2 < angle < 1.8
-    assert baseline(rest) == pytest.approx(3.960, abs=5e-3)
 
 
 def shared_pose(found: list[Decoded], start: list[np.ndarray]) -> tuple[np.ndarray, float]:
@@ -174,12 +171,12 @@ def test_one_pose_of_the_stations_explains_both_objects(seen: dict[str, Seen]) -
 
 def test_against_libsurvives_own_answer(seen: dict[str, Seen], shared: Path) -> None:
     """4.011 m. The headset's pose with factory values is 0.09 m shorter and 2.0 deg off, the
-    controller's 0.08 m and 2.9 deg. Up as both stations feel it differs by 3.1 deg in libsurvive's
+    controller's 0.05 m and 2.0 deg. Up as both stations feel it differs by 3.1 deg in libsurvive's
     pose, by 1.4 deg in the headset's."""
     R, t = solution_pose(read_solution(shared / FOLDER / f"{NAME}.json"))
     theirs = PoseEstimate("paper-lm", "static", "factory", R, t)
     assert baseline(theirs) == pytest.approx(4.011, abs=1e-3)
-    expected = {"HMD": (120, 2.0), "T20": (124, 2.9)}
+    expected = {"HMD": (120, 2.0), "T20": (83.5, 2.05)}
     for name, (mm, deg) in expected.items():
         own = seen[name].poses["factory", "crazyflie"]
         assert apart(own, theirs) == pytest.approx((mm, deg), rel=0.06)
@@ -192,14 +189,14 @@ def test_against_libsurvives_own_answer(seen: dict[str, Seen], shared: Path) -> 
 
 def test_variants_of_the_rotor_model_differ_less_than_the_objects(seen: dict[str, Seen]) -> None:
     """libsurvive's signs instead of the Crazyflie's: 10 mm and 0.2 deg; residuals cannot tell which
-    is right (92 and 95 urad), the objects agree a little better with libsurvive's (1.6 deg)."""
+    is right (92 and 95 urad), the objects agree better with libsurvive's (1.1 deg, 1.6)."""
     a, b = (seen["HMD"].poses["factory", v] for v in ("crazyflie", "libsurvive"))
     mm, deg = apart(a, b)
     assert mm < 25 and deg < 0.4
     assert a.residual_rms_urad == pytest.approx(b.residual_rms_urad, rel=0.05)
     objects = [apart(*(seen[o].poses["factory", v] for o in OBJECTS))[1]
                for v in ("crazyflie", "libsurvive")]  # fmt: skip
-    assert 1.3 < objects[1] < objects[0] < 2.3
+    assert 0.9 < objects[1] < 1.3 < objects[0] < 1.8
 
 
 def test_the_recording_prefers_libsurvives_signs_but_cannot_be_sure(seen: dict[str, Seen]) -> None:

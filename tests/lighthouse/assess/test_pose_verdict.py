@@ -14,7 +14,7 @@ from mocap_metrology.lighthouse.assess.verdict import (
     gravity_angle_deg,
     verdict,
 )
-from mocap_metrology.lighthouse.records import Factory, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import Factory, Halves, PoseEstimate, Station
 
 R = Rotation.from_euler("ZYX", [-40, 8, 15], degrees=True).as_matrix()
 T = np.array([0.4, 2.1, -0.2])
@@ -62,9 +62,23 @@ def test_the_memory_of_the_board_is_as_usual_as_eight_seconds():
         ({"residual_rms_urad": 900.0}, "usable", "12 times the noise"),
         ({"residual_rms_urad": 3400.0}, "doubtful", "45 times the noise"),
         ({"stage": "static", "residual_rms_urad": 60.0}, "usable", "did not move"),
+        ({"residual_rms_urad": 400.0}, "usable", "5 times the noise"),
+        ({"residual_rms_urad": 333.0}, "good", "passed"),
+        ({"weighted_rms_urad": 84.0}, "good", "passed"),
+        ({"weighted_rms_urad": 110.0}, "usable", "110 µrad of the residual unexplained"),
+        ({"halves": Halves(1.5, 0.03, 30.0)}, "good", "passed"),
+        ({"halves": Halves(4.0, 0.05, 2238.0)}, "doubtful", "4 mm and 0.05°, 19 times what"),
+        ({"halves": Halves(7.0, 0.2, 157.0)}, "usable", "was a station touched"),
         ({"mirrored_share": 0.02}, "usable", "2 % of the board poses"),
         ({"mirrored_share": 0.42}, "doubtful", "42 % of the board poses"),
         ({"mirrored_share": 0.6}, "failed", "60 % of the board poses"),
+        ({"residual_rms_urad": 400.0}, "usable", "5 times the noise"),
+        ({"residual_rms_urad": 333.0}, "good", "passed"),
+        ({"weighted_rms_urad": 84.0}, "good", "passed"),
+        ({"weighted_rms_urad": 110.0}, "usable", "110 µrad of the residual unexplained"),
+        ({"halves": Halves(1.5, 0.03, 30.0)}, "good", "passed"),
+        ({"halves": Halves(4.0, 0.05, 2238.0)}, "doubtful", "4 mm and 0.05°, 19 times what"),
+        ({"halves": Halves(7.0, 0.2, 157.0)}, "usable", "was a station touched"),
         ({"mirrored_share": 0.02}, "usable", "both stations decided"),
         ({"mirrored_share": 0.02, "estimator": "paper"}, "usable", "use `paper-lm`"),
         ({"residual_rms_urad": 9000.0}, "failed", "120 times the noise"),
@@ -133,7 +147,9 @@ def test_stages_and_optics_that_disagree():
     assert word(poses=[other]).word == "good"
 
 
-@pytest.mark.parametrize(("deg", "expected"), [(1.0, "good"), (5.0, "doubtful"), (40.0, "failed")])
+@pytest.mark.parametrize(
+    ("deg", "expected"), [(1.0, "good"), (2.5, "good"), (5.0, "doubtful"), (40.0, "failed")]
+)
 def test_gravity(deg, expected):
     """Turned about a level axis, up differs by the angle of the turn; about up, not at all."""
     level = np.cross(UP, [1.0, 0, 0])

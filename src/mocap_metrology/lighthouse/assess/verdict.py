@@ -38,7 +38,8 @@ STAGES_APART = ((20.0, 0.5), (60.0, 2.0))  # mm, deg
 CHI2_6 = 22.46  # of six degrees of freedom, exceeded with probability 0.001
 WEIGHTED = 1.3  # over the noise, errors of board poses taken out: sound ones reach 1.2 by tremor
 # Reported standard deviations are too small by 3 to 5, as blocks of time share their time zeros.
-HALVES_M2 = (3**2 * CHI2_6, 5**2 * CHI2_6)
+# Of that a difference of two parts keeps less: sound ones reach 35, a station moved by 5 mm 150.
+HALVES_M2 = (2**2 * CHI2_6, 5**2 * CHI2_6)
 OPTICS_APART = (500.0, 10.0)  # what factory values can change at most
 GRAVITY_SD_DEG = 1.5  # of either component of the difference: sound real pairs differ by 1-2.5
 # Doubtful where one sound pair in 200 is, failed where none in 1e9 is (Rayleigh's distribution).

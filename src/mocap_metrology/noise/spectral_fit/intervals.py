@@ -42,8 +42,9 @@ def coefficients(
 ) -> tuple[Coefficient, ...]:
     """Every coefficient with its error and intervals; limits for what is not there.
 
-    Intervals: h normal, from 0 up; q_c, T_c, A_s log-normal, as they are positive scales. Where
-    the relative error exceeds 0.3 (T_c of a tenth of the recording), 95 % ones hold in some 90 %.
+    Intervals: q_c, T_c, A_s log-normal, as they are positive scales; h normal below, from 0 up,
+    and log-normal above. Where the relative error exceeds 0.3 (T_c of a tenth of the recording),
+    95 % ones hold in some 90 %.
     near: `rivals` of the fit, whose intervals theirs are joined with; cost: of p parameters by the
     criterion that chose the fit (`order.penalty`), which limits must know (`upper_limit`).
     """
@@ -61,7 +62,7 @@ def coefficients(
         name = f"h_{alpha}"
         h = spectrum.h.get(alpha, 0.0)
         if h > 0:
-            rows.append(_linear(name, h, error[name], bound[name], status.get(name, "ok")))
+            rows.append(_law(name, h, error[name], bound[name], status.get(name, "ok")))
         else:
             rows.append(_limit(name, law_limit(likelihood, fit, alpha, cost(1))))
     for k, (q2, T_c) in enumerate(zip(spectrum.q2, spectrum.T_c, strict=True), start=1):
@@ -87,6 +88,16 @@ def _at_bound(fit: Fit, bounds: tuple[float, float]) -> dict[str, str]:
 def _linear(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
     ends = [max(value + sign * z * error, 0.0) for z in (Z_68, Z_95) for sign in (-1, 1)]
     return Coefficient(name, value, error, bound, *ends, status=status)
+
+
+def _law(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
+    """h: its error grows with it, so one that came out low has too small an error, and the upper
+    end is the log-normal one; the lower is the normal one, which reaches zero."""
+    low, high = (
+        _linear(name, value, error, bound, status),
+        _positive(name, value, error, bound, status),
+    )
+    return replace(low, upper_68=high.upper_68, upper_95=high.upper_95)
 
 
 def _positive(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:

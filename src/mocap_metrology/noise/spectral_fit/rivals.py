@@ -187,11 +187,10 @@ def _reach(
             ends[0] = 0.0
         return
     value, error = own
+    spread = math.exp(min(errors * error / value, 700.0))
+    low, high = value / spread, value * spread
     if row.parameter[0] == "h":
-        low, high = max(value - errors * error, 0.0), value + errors * error
-    else:
-        spread = math.exp(min(errors * error / value, 700.0))
-        low, high = value / spread, value * spread
+        low = max(value - errors * error, 0.0)
     if value < row.value:
         ends[0] = min(ends[0], low)
     else:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.assess.measured import measured_spread, measured_within
+from mocap_metrology.noise.assess.series import Span, assess_series
 from mocap_metrology.noise.assess.spread import expected_spread, kind, spread
 from mocap_metrology.noise.model import (
     FORMS,
@@ -93,6 +94,35 @@ def test_kinds_and_shares() -> None:
     assert found.value**2 == pytest.approx(sum(parts))
     assert found.shares["white"] == pytest.approx(sum(parts[:2]) / sum(parts))
     assert sum(found.shares.values()) == pytest.approx(1.0)
+
+
+def line_rows(A_s: float, error: float, **width: float) -> list[dict]:
+    """Of noise.csv: white noise of 0.01 mm a frame and a line."""
+    values = {"h_0": 2 * TAU0 * 0.01**2, "A_s": A_s, "f_0": 7.3} | width
+    return [
+        {"parameter": k, "value": v, "std_error": error, "status": "ok", "model": "sampled"}
+        for k, v in values.items()
+    ]
+
+
+@pytest.mark.parametrize("wide", [True, False])
+def test_a_wide_line_is_as_uncertain_as_its_row_says(wide: bool) -> None:
+    """68 % interval of the scatter of a frame. Of a wide line: as far as sqrt(sigma^2 + A_s^2 / 2)
+    scatters if A_s does by its row; of a sinusoid, whose row is passed over: by sqrt(S / T)
+    [Rife & Boorstyn 1974]."""
+    rng, A_s, error, sigma = np.random.default_rng(3), 0.02, 0.0012, 0.01
+    series = rng.normal(0, sigma, 60_000) + A_s * np.sin(2 * np.pi * 7.3 * TAU0 * np.arange(60_000))
+    empty = {k: np.array([]) for k in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")}
+    rows = line_rows(A_s, error, **({"width_f": 0.02} if wide else {}))
+    found = assess_series(series, rows, empty, Span(1 / TAU0))
+    assert found["basis"] == "model"
+    error = error if wide else math.sqrt(2 * TAU0 * sigma**2 / 600)
+    heights = rng.normal(A_s, error, 100_000)
+    levels = sigma**2 * (1 + rng.normal(0, math.sqrt(2 / 60_000), 100_000))
+    expected = np.std(np.log(levels + heights**2 / 2)) / 2
+    for end, sign in (("upper", 1), ("lower", -1)):
+        ratio = found[f"sigma_frame_{end}_mm"] / found["sigma_frame_mm"]
+        assert math.log(ratio) == pytest.approx(sign * expected, rel=0.03)
 
 
 MIXED = NoiseModel((PowerLaw(-2, 2e-7), PowerLaw(0, 2e-5), GaussMarkov(0.05, 0.3)))

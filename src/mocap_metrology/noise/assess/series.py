@@ -12,7 +12,7 @@ import numpy as np
 from mocap_metrology.noise.assess.facts import NO_MODEL
 from mocap_metrology.noise.assess.lowest import lowest
 from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
-from mocap_metrology.noise.assess.spread import Spread, expected_spread, spread
+from mocap_metrology.noise.assess.spread import Spread, expected_spread, spread, wide_line_error
 from mocap_metrology.noise.deterministic import Deterministic, deterministic_of
 from mocap_metrology.noise.estimates import model_of
 from mocap_metrology.noise.gaussian import drift
@@ -24,7 +24,8 @@ UNLIKELY = 1e-3  # probability below which a model and its recording do not agre
 NEAR = 1.25  # and the ratio of deviations from which that matters: a filter may take a little
 NO_VALUE = {"uncertainty_mm": math.nan, "lower_mm": math.nan, "upper_mm": math.nan}
 
-Fitted = tuple[NoiseModel | None, Deterministic]  # noise, if any, and what lies under it
+# Noise, if any, what lies under it, and `wide_line_error`
+Fitted = tuple[NoiseModel | None, Deterministic, float]
 NO_MEAN = {**NO_VALUE, "measured_mm": math.nan, "shares": {}}
 
 
@@ -77,19 +78,20 @@ def assess_series(
     model = model_of(list(noise_rows)) if status in ("ok", "misfit") else None
     near = measured_within(series, span.frames(span.window_s))
     part = deterministic_of(noise_rows) if model else Deterministic()
-    reason = _why_measured(series, (model, part), status, near, span)
+    fitted = model, part, wide_line_error(noise_rows)
+    reason = _why_measured(series, fitted, status, near, span)
     if status == "refused":
         reason = _refused(noise_rows, valid, series.size) or reason
-    model, part = (None, Deterministic()) if reason else (model, part)
-    fitted = model, part
+    if reason:
+        fitted = None, Deterministic(), math.nan
     floor = span.step_mm / math.sqrt(12) if near.value < span.step_mm / 2 else 0.0
     frame = _uncertainty(series, fitted, 1, span, floor)
     moved = drift(series, span.frame_rate_hz)
     return {
         "status": status,
-        "basis": "measured" if model is None else "model",
+        "basis": "measured" if fitted[0] is None else "model",
         "why_measured": reason,
-        **_sigma_frame(model, near, series.size, span),
+        **_sigma_frame(fitted, near, series.size, span),
         "sigma_recording_mm": float(np.nanstd(series, ddof=1)),
         **{f"frame_{k.removeprefix('uncertainty_')}": frame[k] for k in NO_VALUE},
         **_minimum(curve),
@@ -141,7 +143,7 @@ def _why_measured(
     series: np.ndarray, fitted: Fitted, status: str, near: Measured, span: Span
 ) -> str:
     """Why the model is not believed; empty if it is."""
-    model, part = fitted
+    model, part, _ = fitted
     if status == "misfit":
         return "the noise model does not describe the spectrum"
     if model is None or not model.components:
@@ -198,14 +200,13 @@ def _within(model: NoiseModel, n: int, tau0: float) -> float:
     return sum(spread(c, 1, n, tau0, model.form) for c in model.components) * n / (n - 1)
 
 
-def _sigma_frame(
-    model: NoiseModel | None, near: Measured, recorded: int, span: Span
-) -> dict[str, float]:
+def _sigma_frame(fitted: Fitted, near: Measured, recorded: int, span: Span) -> dict[str, float]:
+    model, _, A_error = fitted
     n, tau0 = min(span.frames(span.window_s), recorded), 1 / span.frame_rate_hz
     if model is None or n < 2:
         values = (near.value, *near.interval(span.confidence))
     else:
-        found = expected_spread(model, 1, n, tau0, recorded, span.confidence)
+        found = expected_spread(model, 1, n, tau0, recorded, span.confidence, A_error=A_error)
         values = tuple(v * math.sqrt(n / (n - 1)) for v in (found.value, found.lower, found.upper))
     names = ("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm")
     return dict(zip(names, values, strict=True))
@@ -215,7 +216,7 @@ def _uncertainty(
     series: np.ndarray, fitted: Fitted, n: int, span: Span, floor: float
 ) -> dict[str, Any]:
     """u(n, N) with interval and shares; of the series itself where there is no model."""
-    model, part = fitted
+    model, part, A_error = fitted
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1 and 2 * n > N:
         return dict(NO_MEAN)
@@ -226,7 +227,7 @@ def _uncertainty(
     else:
         recorded = int(np.isfinite(series).sum())
         tau0 = 1 / span.frame_rate_hz
-        of_noise = expected_spread(model, n, N, tau0, recorded, span.confidence, part)
+        of_noise = expected_spread(model, n, N, tau0, recorded, span.confidence, part, A_error)
         of_noise = _widened(of_noise, found, span.confidence)
     ends = (math.hypot(v, floor) for v in (of_noise.value, of_noise.lower, of_noise.upper))
     named = dict(zip(NO_VALUE, ends, strict=True))

@@ -16,7 +16,9 @@ Everything converges for every power law here, and needs no true value.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -130,6 +132,7 @@ def expected_spread(
     recorded: int,
     confidence: float = 0.683,
     part: Deterministic = NO_PART,
+    A_error: float = math.nan,
 ) -> Spread:
     """u(n, N) of a model, and a deterministic part, that were fitted to `recorded` frames.
 
@@ -138,6 +141,7 @@ def expected_spread(
     They are of the components that BIC chose, as if it had chosen right: what it did not detect is
     not in the interval. Of 68 % ones of recordings of two minutes, with N the whole recording, 0
     to 69 % held the truth (`series.assess_series` widens them by what was measured).
+    A_error: standard error of A_s, mm, where it is not that of a sinusoid (`wide_line_error`).
     """
     from scipy.special import ndtri
 
@@ -150,13 +154,23 @@ def expected_spread(
     for component, part in zip(model.components, parts, strict=True):
         name = kind(component, tau0)
         shares[name] = shares.get(name, 0.0) + part / total
-    error = math.sqrt(_variance(model, n, N, tau0, recorded)) / total / 2  # of ln u
+    error = math.sqrt(_variance(model, n, N, tau0, recorded, A_error)) / total / 2  # of ln u
     wide = float(ndtri((1 + confidence) / 2)) * min(error, 50.0)
     value = math.sqrt(total)
     return Spread(value, value * math.exp(-wide), value * math.exp(wide), shares)
 
 
-def _variance(model: NoiseModel, n: int, N: int, tau0: float, recorded: int) -> float:
+def wide_line_error(noise_rows: Iterable[Mapping[str, Any]]) -> float:
+    """Standard error of A_s, mm, of a line whose frequency wanders, out of rows of noise.csv of one
+    series and estimator: greater than that of a sinusoid, as it fills a band. NaN where the line is
+    a sinusoid, or none."""
+    rows = {r["parameter"]: r for r in noise_rows if r["status"] not in ("not_detected", "refused")}
+    return float(rows["A_s"]["std_error"]) if {"A_s", "width_f"} <= rows.keys() else math.nan
+
+
+def _variance(
+    model: NoiseModel, n: int, N: int, tau0: float, recorded: int, A_error: float
+) -> float:
     """Variance of u^2 by the errors of the coefficients (h, ln q_c^2, ln T_c; A_s)."""
     broadband, form = replace(model, components=model.broadband).ordered(), model.form
     spectrum = spectrum_of(broadband)
@@ -175,6 +189,8 @@ def _variance(model: NoiseModel, n: int, N: int, tau0: float, recorded: int) -> 
         at = np.array([min(line.f_0, 0.5 / tau0)])
         high = line.recorded(tau0, form)
         error = line_errors(high, float(broadband.psd(at, tau0)[0]), recorded * tau0)[0]
+        if math.isfinite(A_error) and line.A_s > 0:  # of A_s itself
+            error = A_error * high / line.A_s
         if high > 0 and math.isfinite(error):
             total += (2 * spread(line, n, N, tau0, form) * error / high) ** 2
     return total

@@ -79,6 +79,7 @@ def allan_arrays(model: NoiseModel, n: int = 101, last: int = 1_296_000, seed: i
         "adev_mm": adev,
         "adev_lower_mm": adev * (1 - width),
         "adev_upper_mm": adev * (1 + width),
+        "n_terms": 3 * last - 2 * m + 1,
     }
 
 

@@ -9,12 +9,14 @@ import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from noise_data import TAU0, allan_arrays, assert_texts_apart, estimate, periodogram_arrays
 
+from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.noise.estimates import Coefficient, Estimate
 from mocap_metrology.noise.estimates import rows as noise_csv
 from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.published import published_row
 from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.fits import parts as fit_parts
-from mocap_metrology.present.fits.figure import MODEL, fit_figure, part_styles
+from mocap_metrology.present.fits.figure import MODEL, UNDER, fit_figure, part_styles
 from mocap_metrology.present.fits.figure import OTHERS as LOOKS_OF_OTHERS
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -265,3 +267,68 @@ def test_a_line_that_wanders_is_told_with_its_width() -> None:
     (line,) = [part for part in fit.parts if part.name == "sinusoid"]
     assert "width_f 0.0180 Hz" in line.text
     assert "A_s 0.0150 mm" in line.text
+
+
+SECONDS = 600
+T = np.arange(round(SECONDS / TAU0)) * TAU0
+WHITE = NoiseModel((PowerLaw(0, 5e-5),))
+
+
+@pytest.mark.parametrize(
+    ("under", "wave", "text"),
+    [
+        ({"drift": -1.2}, -1.2 * T / 3600, "drift -1.20 mm/h ±3 %"),
+        ({"A_w": 0.2, "T_w": 60.0}, 0.2 * np.exp(-T / 60), "warm-up: A_w 0.200 mm ±3 %, T_w 60.0"),
+        (
+            {"drift": 3.0, "A_w": 0.2, "T_w": 20.0},
+            3.0 * T / 3600 + 0.2 * np.exp(-T / 20),
+            "drift 3.00 mm/h ±3 %, A_w 0.200 mm ±3 %, T_w 20.0 s",
+        ),
+    ],
+    ids=lambda value: "" if isinstance(value, np.ndarray) else None,
+)
+def test_what_lies_under_the_noise_is_in_the_model_of_the_allan_deviation(under, wave, text):
+    """Data: white noise's textbook Allan variance and that of the samples of the wave."""
+    found = [
+        Coefficient(name, v, 0.03 * abs(v)) for name, v in (WHITE.coefficients() | under).items()
+    ]
+    rows = noise_csv("z1", Estimate(MAIN, "sampled", tuple(found), 0.0))
+    last = T.size // 3
+    m = fit_parts.drawn_m(last)
+    own = allan_variance(wave, m)
+    adev = np.sqrt(WHITE.components[0].h / (2 * m * TAU0) + own.variance)
+    assert adev[-1] > 5 * np.sqrt(WHITE.avar(m, TAU0)[-1])
+    names = ("m", "tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "n_terms")
+    values = (m, m * TAU0, adev, 0.95 * adev, 1.05 * adev, own.n_terms)
+    made, _ = figure(
+        WHITE,
+        allan=dict(zip(names, values, strict=True)),
+        periodogram=periodogram_arrays(WHITE, n=T.size),
+        estimates={MAIN: rows},
+    )
+    allan, below, psd, _ = made.axes[:4]
+    x, y = drawn_model(allan).get_data()
+    assert np.allclose(x, m * TAU0) and np.allclose(y, adev, rtol=5e-3)
+    assert np.abs(lines_of(below, marker="o")[0].get_ydata()).max() < 0.5  # per cent
+    (drawn,) = lines_of(allan, color=UNDER["color"], linewidth=1.0)
+    shown = np.isfinite(drawn.get_ydata())
+    assert shown[-100:].all()
+    assert np.allclose(drawn.get_ydata()[shown], np.sqrt(own.variance)[shown], rtol=5e-3)
+    assert not lines_of(psd, color=UNDER["color"], linewidth=1.0)
+    assert np.allclose(drawn_model(psd).get_ydata(), WHITE.components[0].h)
+    said = every_text(made)
+    assert any(one.startswith(text) for one in said)
+    assert "of the data and of the model" in " ".join(said).replace("\n", " ")
+    check(made)
+    assert_texts_apart(made)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_the_curve_knows_how_long_its_series_is(share) -> None:
+    rng = np.random.default_rng(1)
+    series = rng.normal(size=5000)
+    series[rng.random(5000) < share] = np.nan
+    m = np.array([1, 10, 100, 1000])
+    columns = {"m": m, "n_terms": allan_variance(series, m).n_terms}
+    assert fit_parts.recorded_s(columns, 0.01) == pytest.approx(50)
+    assert fit_parts.recorded_s({k: v[:0] for k, v in columns.items()}, 0.01) == 0

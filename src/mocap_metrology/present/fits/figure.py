@@ -31,10 +31,12 @@ from mocap_metrology.present.drawing.style import (
 from mocap_metrology.present.fits.parts import (
     Fit,
     Spectrum,
+    Under,
     drawn_avar,
     drawn_m,
+    fit_avar,
     fit_of,
-    model_avar,
+    recorded_s,
 )
 
 if TYPE_CHECKING:
@@ -58,6 +60,7 @@ DATA = {"color": INK, "marker": "o", "markersize": 2.2, "markerfacecolor": "whit
 DOTS = {"color": GREY, "marker": "o", "markersize": 1.4, "mew": 0}
 BAND = {"color": GREY, "alpha": 0.3, "lw": 0}
 MODEL = {"color": INK, "lw": 1.5, "ls": "-"}
+UNDER = {"color": INK, "lw": 1.0, "ls": (0, (2.2, 1.2))}
 # Of other estimators: none of the components' colours
 OTHERS = tuple(
     {"color": colour, "lw": 1.0, "ls": dashes}
@@ -71,7 +74,7 @@ OTHERS = tuple(
 
 def part_styles(fit: Fit) -> list[dict[str, Any]]:
     """How each part is drawn: power laws blue, Gauss-Markov terms red, the sinusoid cyan; dashes
-    by alpha or number."""
+    by alpha or number. What is no noise has the colour of the model."""
     styles, number = [], 0
     for part in fit.parts:
         if isinstance(part.component, PowerLaw):
@@ -79,6 +82,9 @@ def part_styles(fit: Fit) -> list[dict[str, Any]]:
         elif isinstance(part.component, GaussMarkov):
             colour, dashes = LOOKS["y"].colour, DASHES[number % len(DASHES)]
             number += 1
+        elif isinstance(part.component, Under):
+            styles.append(UNDER)
+            continue
         else:
             colour, dashes = LOOKS["z"].colour, "-"
         styles.append({"color": colour, "ls": dashes, "lw": 1.0})
@@ -100,13 +106,14 @@ def fit_figure(
 ) -> Figure:
     """Figure of one series: data, fitted model and its components, residuals below.
 
-    allan: arrays `m`, `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`; periodogram: arrays
-    `f_hz`, `f_lower_hz`, `f_upper_hz`, `psd_mm2_hz`, `dof`; estimates: rows of noise.csv of this
-    series by estimator; tau0: frame period, s. Components are those of `main`; models are drawn in
-    the form of Allan variances they were fitted in, spectra in that of `main`. confidence: of
-    the intervals of `allan`; lines_subtracted: whether the sinusoid is gone from `periodogram`.
+    allan: arrays `m`, `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`, `n_terms`; periodogram:
+    arrays `f_hz`, `f_lower_hz`, `f_upper_hz`, `psd_mm2_hz`, `dof`; estimates: rows of noise.csv of
+    this series by estimator; tau0: frame period, s. Components are those of `main`; models are
+    drawn in the form of Allan variances they were fitted in, spectra in that of `main`. confidence:
+    of the intervals of `allan`; lines_subtracted: whether the sinusoid is gone from `periodogram`.
     """
-    fits = {name: fit_of(name, rows) for name, rows in estimates.items() if rows}
+    duration = recorded_s(allan, tau0)
+    fits = {name: fit_of(name, rows, duration) for name, rows in estimates.items() if rows}
     chosen = fits.pop(main, None) or fit_of(main, [])
     others = [fit for fit in fits.values() if fit.parts]
     groups = [group for group in _entries(chosen, others, confidence) if group]
@@ -149,8 +156,8 @@ def _below(fit: Fit, estimated: bool, lines_subtracted: bool, width: float) -> l
         said.append(f"Not detected (95 % limits): {', '.join(fit.absent)}.")
     if fit.under:
         said.append(
-            f"Under the noise: {fit.under}; subtracted from the spectrum, and in the data of the "
-            "Allan deviation but not in the model's."
+            f"Under the noise: {fit.under}; subtracted from the spectrum; part of the Allan "
+            "deviation of the data and of the model."
         )
     classes = [
         f"{part.name.split()[-1]} {correlation_class(part.component.T_c)}"
@@ -215,11 +222,11 @@ def _allan_column(
     axes.fill_between(tau, _clip(lower, y_limits), _clip(upper, y_limits), **BAND)
     grid = drawn_m(int(m.max(initial=2)))
     _draw_models(axes, grid * tau0, y_limits, fit, others, lambda c, form: drawn_avar(
-        c, grid, tau0, form), lambda f: model_avar(f.model, grid, tau0, f.form), 0.5)  # fmt: skip
+        c, grid, tau0, form), lambda f: fit_avar(f, grid, tau0), 0.5)  # fmt: skip
     axes.plot(tau, adev, zorder=3, ls="", **DATA)
     _number_peaks(axes, fit, (x_limits, y_limits))
     with np.errstate(divide="ignore", invalid="ignore"):
-        curves = [np.sqrt(model_avar(f.model, m, tau0, f.form)) for f in (fit, *others)]
+        curves = [np.sqrt(fit_avar(f, m, tau0)) for f in (fit, *others)]
         off = [100 * (adev / curve - 1) for curve in curves]
         ends = [100 * (end / curves[0] - 1) for end in (lower, upper)]
     _percent_axis(below, off[0])
@@ -352,7 +359,7 @@ def _draw_models(
     for other, how in zip(others, OTHERS, strict=False):
         axes.plot(x, _shown(of_fit(other) ** power, y_limits), **how)
     for part, how in zip(fit.parts, part_styles(fit), strict=True):
-        if power == 1.0 and isinstance(part.component, Sinusoid):
+        if power == 1.0 and isinstance(part.component, (Sinusoid, Under)):  # without a density
             continue
         values = of_component(part.component, fit.form) ** power
         axes.plot(x, _shown(values, y_limits), **how)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.noise.deterministic import PARAMETERS as DETERMINISTIC
-from mocap_metrology.noise.deterministic import deterministic_of
+from mocap_metrology.noise.deterministic import Deterministic, deterministic_of
 from mocap_metrology.noise.estimates import model_of
 from mocap_metrology.noise.model import Component, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.present.fits.matching import limit_class
@@ -23,10 +23,22 @@ PERIODS = 6  # of a sinusoid drawn one by one; then their envelope
 
 
 @dataclass(frozen=True)
+class Under:
+    """A deterministic part in a series of `duration_s`: it has an Allan variance and no density."""
+
+    part: Deterministic
+    duration_s: float
+
+    def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
+        """(k,) mm^2 at whole m (k,), of frames of either form: it is slow."""
+        return self.part.avar(np.asarray(m, float) * tau0, self.duration_s)
+
+
+@dataclass(frozen=True)
 class Part:
     """One component: its name, and its name with its value."""
 
-    component: Component
+    component: Component | Under
     name: str
     text: str
 
@@ -34,7 +46,8 @@ class Part:
 @dataclass(frozen=True)
 class Fit:
     """One estimate: its model, the form of the Allan variances it was fitted in, its parts, and
-    what it did not detect, with upper limits; under: the deterministic part in words."""
+    what it did not detect, with upper limits; under: the deterministic part in words. The model
+    is of the noise alone, the parts are all that was found."""
 
     estimator: str
     form: Form
@@ -44,8 +57,16 @@ class Fit:
     under: str = ""
 
 
-def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]]) -> Fit:
-    """A fit out of rows of noise.csv of one series and estimator."""
+def recorded_s(allan: Mapping[str, np.ndarray], tau0: float) -> float:
+    """Duration, s, of the series of columns `m` and `n_terms` of an overlapping Allan deviation:
+    n frames have n - 2m + 1 terms, and fewer only where gaps are long beside m."""
+    m, terms = (np.asarray(allan[k], float) for k in ("m", "n_terms"))
+    return tau0 * float(np.max(terms + 2 * m - 1, initial=0.0))
+
+
+def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]], duration_s: float = 0.0) -> Fit:
+    """A fit out of rows of noise.csv of one series and estimator; duration_s: of the series, on
+    which the Allan variance of a warm-up depends."""
     rows = [row for row in rows if row["estimator"] == estimator]
     model = model_of(_usable(rows))
     by_name = {r["parameter"]: r for r in _usable(rows)}
@@ -57,21 +78,27 @@ def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]]) -> Fit:
             kind = limit_class(row)
             absent.append(f"{limit} ({kind})" if kind else limit)
     form = rows[0]["model"] if rows else "sampled"
-    return Fit(estimator, form, model, tuple(_parts(model, by_name)), tuple(absent), _under(rows))
+    finite = {r["parameter"]: r for r in rows if np.isfinite(_number(r["value"]))}
+    found = deterministic_of(finite.values())
+    names = [n for n in DETERMINISTIC if getattr(found, n)]
+    under = ", ".join(f"{n} {typeset(getattr(found, n))} {unit(n)}" for n in names)
+    parts = _parts(model, by_name)
+    if not found.empty:
+        values = ", ".join(_value(name, finite[name], found) for name in names)
+        prefix = "" if found.drift else f"{found.name}: "
+        parts.append(Part(Under(found, duration_s), found.name, prefix + values))
+    return Fit(estimator, form, model, tuple(parts), tuple(absent), under)
 
 
-def _under(rows: Sequence[Mapping[str, Any]]) -> str:
-    """`drift 1.2 mm/h`, `A_w 0.2 mm, T_w 60 s`: what was subtracted before the fit."""
-    part = deterministic_of(rows)
-    values = [(n, getattr(part, n)) for n in DETERMINISTIC if getattr(part, n)]
-    return ", ".join(f"{n} {typeset(v)} {unit(n)}" for n, v in values)
+def _number(value: Any) -> float:
+    return math.nan if value in (None, "") else float(value)
 
 
 def _usable(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Rows of the components all of whose numbers are there and can be drawn."""
     bad = set()
     for row in rows:
-        value = np.nan if row["value"] in (None, "") else float(row["value"])
+        value = _number(row["value"])
         positive = row["parameter"][:3] in ("T_c", "f_0")
         fine = np.isfinite(value) and (value > 0 if positive else value >= 0)
         if row["status"] == "not_detected" or not fine:
@@ -107,15 +134,15 @@ def _parts(model: NoiseModel, rows: Mapping[str, Mapping[str, Any]]) -> list[Par
     return parts
 
 
-def _value(name: str, row: Mapping[str, Any] | None, component: Component) -> str:
+def _value(name: str, row: Mapping[str, Any] | None, component: Component | Deterministic) -> str:
     attribute = {"h_": "h"}.get(name[:2], name.rstrip("0123456789") if name != "f_0" else "f_0")
     value = float(getattr(component, attribute))
-    error = float(row["std_error"]) if row and row.get("std_error") not in (None, "") else np.nan
+    error = _number(row.get("std_error")) if row else np.nan
     odd = row and row["status"] in ("at_bound", "not_converged", "misfit")
     status = f" ({row['status'].replace('_', ' ')})" if odd else ""
     if name == "f_0" and error > 0:
         return f"{symbol(name)} {_frequency(value, error)}{status}"
-    spread = f" ±{_percent(error / value)}" if value > 0 and np.isfinite(error) else ""
+    spread = f" ±{_percent(error / abs(value))}" if value and np.isfinite(error) else ""
     return f"{symbol(name)} {typeset(value)} {unit(name)}{spread}{status}"
 
 
@@ -147,7 +174,7 @@ def _unit_avar(alpha: int, form: Form, tau0: float, m: bytes) -> np.ndarray:
     return PowerLaw(alpha, 1.0).avar(np.frombuffer(m, np.int64), tau0, form)
 
 
-def component_avar(c: Component, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
+def component_avar(c: Component | Under, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
     """Allan variance of a component; whole m (k,)."""
     if isinstance(c, PowerLaw):
         return c.h * _unit_avar(c.alpha, form, tau0, np.asarray(m, np.int64).tobytes())
@@ -160,7 +187,14 @@ def model_avar(model: NoiseModel, m: np.ndarray, tau0: float, form: Form) -> np.
     return sum(parts, np.zeros(len(m)))
 
 
-def drawn_avar(c: Component, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
+def fit_avar(fit: Fit, m: np.ndarray, tau0: float) -> np.ndarray:
+    """Allan variance of all that was found: of the noise, and of what lies under it."""
+    parts = (part.component for part in fit.parts)
+    under = (c.avar(m, tau0) for c in parts if isinstance(c, Under))
+    return sum(under, model_avar(fit.model, m, tau0, fit.form))
+
+
+def drawn_avar(c: Component | Under, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
     """The same to draw: of a sinusoid the envelope where its periods are too narrow."""
     values = component_avar(c, m, tau0, form)
     if not isinstance(c, Sinusoid):

@@ -16,8 +16,8 @@ from scipy.optimize import least_squares
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.outside_checks import apart, gravity_angle_deg
 from mocap_metrology.lighthouse.assess.summary import summary
-from mocap_metrology.lighthouse.assess.verdict import apart, gravity_angle_deg
 from mocap_metrology.lighthouse.calibrate.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles

@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.lighthouse.assess.verdict import (
-    WORDS,
-    expected_noise_urad,
-    gravity_angle_deg,
-    verdict,
-)
+from mocap_metrology.lighthouse.assess.fit_checks import WORDS, expected_noise_urad
+from mocap_metrology.lighthouse.assess.outside_checks import gravity_angle_deg
+from mocap_metrology.lighthouse.assess.verdict import verdict
 from mocap_metrology.lighthouse.records import Factory, Halves, PoseEstimate, Station
 
 R = Rotation.from_euler("ZYX", [-40, 8, 15], degrees=True).as_matrix()
@@ -83,6 +80,8 @@ def test_the_memory_of_the_board_is_as_usual_as_eight_seconds():
         ({"mirrored_share": 0.02, "estimator": "paper"}, "usable", "use `paper-lm`"),
         ({"residual_rms_urad": 9000.0}, "failed", "120 times the noise"),
         ({"weighted_rms_urad": 2000.0, "residual_rms_urad": 3000.0}, "failed", "40 times"),
+        ({"weighted_rms_urad": 980.0, "residual_rms_urad": 4000.0}, "failed", "53 times"),
+        ({"weighted_rms_urad": 150.0, "residual_rms_urad": 400.0}, "usable", "5 times the noise"),
         ({"t_m": np.array([0.0, 20.5, 0.0])}, "failed", "farther than any board"),
         ({"t_m": np.array([1e24, 0.0, 0.0])}, "failed", "farther than any board"),
         ({"covariance": np.diag([100.0, 1, 1, 1e-4, 1e-4, 1e-4])}, "usable", "10 mm"),

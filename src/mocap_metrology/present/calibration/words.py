@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.lighthouse.assess.verdict import BOARD, EXPECTED_URAD
+from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
 
 TIMES_SIGMA = 3.0
 BEYOND_SIGMA = (

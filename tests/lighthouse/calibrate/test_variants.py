@@ -8,7 +8,15 @@ import pytest
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
-from mocap_metrology.lighthouse.calibrate.variants import Fit, steps, weigh, widened
+from mocap_metrology.lighthouse.calibrate.variants import (
+    HIT_RAD,
+    NOISE_RAD,
+    Fit,
+    expected_loss,
+    steps,
+    weigh,
+    widened,
+)
 from mocap_metrology.lighthouse.records import PoseEstimate
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
 from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
@@ -20,7 +28,9 @@ R = np.eye(3)
 def fit(name: str, loss: np.ndarray, mm: float = 0.0) -> Fit:
     """A fit with so much left in each of 20 stretches, 100 parts of 8 angles each."""
     unit = np.repeat(np.arange(UNITS), 100)
-    return Fit(name, R, np.array([1.0 + 1e-3 * mm, 0, 0]), loss, np.full(unit.size, 8), unit)
+    expected = np.full(unit.size, NOISE_RAD**2)
+    t = np.array([1.0 + 1e-3 * mm, 0, 0])
+    return Fit(name, R, t, loss, np.full(unit.size, 8), unit, expected)
 
 
 def noise(rng: np.random.Generator, rms: float = 60e-6) -> np.ndarray:
@@ -56,6 +66,20 @@ def test_other_errors_of_the_size_of_the_gap_leave_it_open() -> None:
     common = noise(rng, 200e-6)
     found = weigh([fit("a", common + 0.05 * common, 5.0), fit("b", common)])
     assert [w.standing for w in found] == ["open", "chosen"] and found[0].t > 10
+
+
+def test_noise_of_the_loss_is_known_from_single_poses() -> None:
+    """K_1 is s^2 chi2(angles - 6) in expectation: on the whole it is met, of four or of 32 diodes;
+    more than a hit can have is no noise."""
+    rng = np.random.default_rng(5)
+    n_angles = rng.choice([6, 8, 64], 4000)
+    epsilon = (30e-6) ** 2 * rng.chisquare(np.maximum(n_angles - 6, 1e-9))
+    own = expected_loss(epsilon, n_angles, 3)
+    assert own.shape == (4003,) and (own[:4000][n_angles == 6] == 0).all()
+    assert own[:4000] @ n_angles == pytest.approx(epsilon.sum())
+    assert 1e6 * np.sqrt(own[-1]) == pytest.approx(np.hypot(30, 37.5), rel=0.01)
+    wrong = expected_loss(100 * epsilon, n_angles, 3)
+    assert wrong[-1] < NOISE_RAD**2 and wrong[:4000].max() < HIT_RAD**2
 
 
 def test_what_stays_open_joins_the_covariance() -> None:

@@ -14,8 +14,10 @@ from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
 from mocap_metrology.lighthouse.calibrate.static import is_still, residuals_by_diode, static_pose
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
+    NOISE_RAD,
     Fit,
     Weighed,
+    expected_loss,
     units_of,
     weigh,
 )
@@ -74,7 +76,8 @@ def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order:
     time = np.concatenate([master.time_s, then.time_s])
     angles = np.concatenate([master.n_angles, left.count])
     loss = np.concatenate([master.epsilon / np.maximum(master.n_angles, 1), left.cost])
-    return Fit(name, R, t, loss, angles, units_of(time, time.min(), time.max()))
+    noise = expected_loss(master.epsilon, master.n_angles, len(left.count))
+    return Fit(name, R, t, loss, angles, units_of(time, time.min(), time.max()), noise)
 
 
 def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
@@ -83,4 +86,5 @@ def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
     if pose is None:
         return None
     loss = residuals_by_diode(list(optics.measurements), board, list(optics.rotors))
-    return Fit(name, pose.R, pose.t_m, loss, np.full(loss.size, 2), np.arange(loss.size))
+    noise = np.full(loss.size, NOISE_RAD**2)
+    return Fit(name, pose.R, pose.t_m, loss, np.full(loss.size, 2), np.arange(loss.size), noise)

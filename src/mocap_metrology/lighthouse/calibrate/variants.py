@@ -9,10 +9,10 @@ rest it is a diode of a station. Variant b is worse than the best variant a beyo
     mean(l_b - l_a) > t_0.995(n - 1) sd(l_b - l_a) / sqrt(n)
 
 (the test of Vuong 1989 for models that are not nested), and if the gap in all is larger than what
-even the best one leaves beyond the noise of an angle: other errors of that size (lasers, diodes,
-the board) could imitate it. Variants that are not ruled out stay open: with k of them, and d_j the
-step from the pose taken to theirs, (sum d_j d_j^T) / (k + 1) joins the covariance: the second
-moment of a pose that is any of them with equal probability.
+even the best one leaves beyond `Fit.noise`: other errors of that size (lasers, diodes, the board)
+could imitate it, and being alike in all units they escape the test. Variants that are not ruled out
+stay open: with k of them, and d_j the step from the pose taken to theirs, (sum d_j d_j^T) / (k + 1)
+joins the covariance: the second moment of a pose that is any of them with equal probability.
 """
 
 from __future__ import annotations
@@ -30,6 +30,11 @@ from mocap_metrology.lighthouse.rotation import error
 AUTO = "auto"
 FALLBACK = "libsurvive"  # where nothing can be fitted: 14 of 16 real recordings prefer it
 NOISE_RAD = 75e-6  # of an angle: jitter, and a clock of 2 MHz
+# What a sweep's diodes have in common is in the board's pose, so single poses show the rest only.
+HIT_RAD = 49e-6  # of an angle beyond its sweep, at most: 30 urad of a hit, 38 of a clock of 2 MHz
+# Of the 53 urad of a sweep an uncertain path takes about half the square: sound recordings of decks
+# and boards leave 30 to 38.
+SWEEP_RAD = 53e-6 / np.sqrt(2)
 SURE = 0.995  # of the t distribution, one-sided
 OUTLIER = 25.0  # times the median loss an angle
 COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
@@ -39,7 +44,8 @@ COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> 
 class Fit:
     """A variant fitted: slave pose R, t (m), and what parts of the recording leave of it.
 
-    loss (n,) in rad^2 an angle, angles (n,), unit (n,): which unit a part belongs to.
+    loss (n,) in rad^2 an angle, angles (n,), unit (n,): which unit a part belongs to; noise (n,):
+    the loss that noise makes, rad^2 an angle.
     """
 
     variant: str
@@ -48,6 +54,7 @@ class Fit:
     loss: np.ndarray
     angles: np.ndarray
     unit: np.ndarray
+    noise: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,19 @@ def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
     return np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
 
 
+def expected_loss(epsilon: np.ndarray, n_angles: np.ndarray, n_slave: int) -> np.ndarray:
+    """`Fit.noise` of a moving board: of the master's poses, then of n_slave measurements.
+
+    epsilon: K_1 in rad^2 of the poses, n_angles: behind them; K_1 / (angles - 6) in all is the
+    variance of an angle beyond its sweep, up to `HIT_RAD`.
+    """
+    free = np.maximum(n_angles - 6, 0)
+    hit = min(float(epsilon.sum() / max(free.sum(), 1)), HIT_RAD**2)
+    return np.concatenate(
+        [hit * free / np.maximum(n_angles, 1), np.full(n_slave, hit + SWEEP_RAD**2)]
+    )
+
+
 def weigh(fits: Sequence[Fit]) -> list[Weighed]:
     """The fits in their order, the best of them chosen; they are of the same parts."""
     from scipy.stats import t as student
@@ -94,7 +114,7 @@ def weigh(fits: Sequence[Fit]) -> list[Weighed]:
     sums = np.array([np.bincount(row, (fit.loss[kept] * angles)) for fit in fits])
     total = sums.sum(axis=1)
     best = int(total.argmin())
-    beyond_noise = max(total[best] - angles.sum() * NOISE_RAD**2, 0.0)
+    beyond_noise = max(total[best] - float(angles @ fits[best].noise[kept]), 0.0)
     found = []
     for k, fit in enumerate(fits):
         gap, value = sums[k] - sums[best], 0.0

@@ -70,9 +70,10 @@ benchmark: warm  ## time the project beside its peers (installs allantools and h
 	@$(RUN) python benchmarks/noise_times.py
 	@$(RUN) python benchmarks/lighthouse_times.py
 
-accuracy: warm  ## Monte Carlo, ten minutes: noise estimators against the Cramer-Rao bound; is a noisy camera found?
-	@$(RUN) python benchmarks/noise_monte_carlo.py
-	@$(RUN) python benchmarks/failing_camera.py
+accuracy: warm  ## Monte Carlo, hours: what holds, and how often (docs/accuracy.md; one subject: make accuracy ARGS=lines)
+	@$(RUN) OMP_NUM_THREADS=1 python -m benchmarks.sentences $(ARGS)
+	@test -n "$(ARGS)" || $(RUN) python benchmarks/noise_monte_carlo.py
+	@test -n "$(ARGS)" || $(RUN) python benchmarks/failing_camera.py
 
 lock: .venv/.ready  ## compile requirements/*.in anew
 	@cd requirements && for name in requirements uv benchmark; do \

@@ -26,10 +26,9 @@ COLUMNS = ("case", "statistic", "runs", "reach", "at 8b8d0af", "measured")
 RUNS = 100
 HEAD = """# What holds, and how often
 
-Made by `python -m benchmarks.sentences` (in the environment), which takes hours; one subject by
-`python -m benchmarks.sentences SUBJECT`. Intervals, alarms and detections on simulated recordings
-whose truth is known. `reach` is what was aimed at; `at 8b8d0af` is the same study on the state
-before these checks were made; both are measured with the same generators.
+Intervals, alarms and detections on simulated recordings whose truth is known. `reach` is what was
+aimed at; `at 8b8d0af` is the same study on the state before these checks were made. Made by
+`make accuracy`, which takes hours; one subject by `make accuracy ARGS=SUBJECT`.
 """
 
 
@@ -56,7 +55,7 @@ def main() -> None:
                 writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
                 writer.writeheader()
                 writer.writerows(rows)
-            write_page()
+            FOLDER.with_suffix(".md").write_text(page(), encoding="utf-8")
 
 
 def markdown(rows: list[dict[str, object]]) -> str:
@@ -65,7 +64,7 @@ def markdown(rows: list[dict[str, object]]) -> str:
     return "\n".join([*lines, *(f"| {' | '.join(map(str, row.values()))} |" for row in rows)])
 
 
-def write_page() -> None:
+def page() -> str:
     """docs/accuracy.md, out of the tables that whole runs left."""
     parts = [HEAD]
     for path in sorted(FOLDER.glob("*.csv")):
@@ -73,7 +72,7 @@ def write_page() -> None:
             rows = list(csv.DictReader(file))
         text = ast.get_docstring(ast.parse((HERE / f"{path.stem}.py").read_text("utf-8"))) or ""
         parts.append(f"## {path.stem}\n\n{text}\n\n{markdown(rows)}\n")
-    FOLDER.with_suffix(".md").write_text("\n".join(parts), encoding="utf-8")
+    return "\n".join(parts)
 
 
 if __name__ == "__main__":

@@ -52,17 +52,21 @@ class Deterministic:
         x = self.drift / HOUR * (start + duration / 2)
         if not self.A_w:
             return x
-        a = duration / self.T_w
-        return x + self.A_w * np.exp(-start / self.T_w) * (-math.expm1(-a) / a if a else 1.0)
+        return x + self.A_w * np.exp(-start / self.T_w) * _decay(np.array(duration / self.T_w))
 
     def avar(self, tau: np.ndarray, duration: float) -> np.ndarray:
         """Allan variance, mm^2, at tau (k,) of a series of `duration` s, overlapping: half the mean
-        square of the difference of adjacent means. A line has (drift tau)^2 / 2."""
-        out = []
-        for one in np.atleast_1d(np.asarray(tau, float)):
-            start = MIDDLES * max(duration - 2 * one, 0.0)
-            out.append(np.mean((self.means(start + one, one) - self.means(start, one)) ** 2) / 2)
-        return np.array(out)
+        square of the difference of adjacent means, over all starts. With a = tau / T_w that
+        difference is d + B exp(-start / T_w), d = drift tau, B = -A_w (1 - exp(-a))^2 / a; a line
+        has d^2 / 2."""
+        tau = np.atleast_1d(np.asarray(tau, float))
+        d = self.drift / HOUR * tau
+        if not self.A_w:
+            return d**2 / 2
+        a = tau / self.T_w
+        B = -self.A_w * np.expm1(-a) ** 2 / a
+        starts = np.maximum(duration - 2 * tau, 0.0) / self.T_w
+        return (d**2 + 2 * d * B * _decay(starts) + B**2 * _decay(2 * starts)) / 2
 
     def variance_of_means(self, mean_s: float, horizon_s: float, duration_s: float) -> float:
         """Mean square, mm^2, of what means over `mean_s` are from the mean of `horizon_s`, over all
@@ -77,6 +81,11 @@ class Deterministic:
         first = (places * (duration_s - horizon_s))[:, None]
         means = self.means(first + own * mean_s, mean_s)
         return float(np.mean((means - means.mean(axis=1, keepdims=True)) ** 2))
+
+
+def _decay(x: np.ndarray) -> np.ndarray:
+    """Mean of exp(-u) over 0 ... x, (1 - exp(-x)) / x; 1 at zero."""
+    return np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)
 
 
 def deterministic_of(noise_rows: Iterable[Mapping[str, Any]]) -> Deterministic:

@@ -40,6 +40,15 @@ def test_what_was_detected_is_found_with_its_interval():
     assert (found[2].lower_95, found[2].upper_95) == (-1.3, -1.1)
 
 
+def test_what_may_be_nothing_is_not_named():
+    doubtful = (Coefficient("A_w", 0.2, lower_95=-0.01, upper_95=0.3), WARM[1])
+    rows_ = table(Coefficient("drift", -1.2, lower_95=-2.0, upper_95=1e-5)) + table(
+        *doubtful, series="y1"
+    )
+    assert model_findings(rows_) == []
+    assert deterministic_parts(rows_) == {}
+
+
 def test_the_sentence_of_a_warm_up_says_how_much_and_how_long():
     parts = deterministic_parts(table(*WARM, NONE))
     words = warm_up_words(parts, 7200.0)

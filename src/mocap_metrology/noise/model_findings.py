@@ -24,13 +24,15 @@ Row = Mapping[str, Any]
 
 def model_findings(noise_rows: Iterable[Row]) -> list[Finding]:
     """`drift`, `warm_up` and `random_walk` of every series, with 95 % intervals. noise_rows: of
-    noise.csv, of any series; what was not detected, or is a misfit, is none."""
+    noise.csv, of any series; what was not detected, or is a misfit, is none, and no more is a drift
+    or warm-up that may be nothing by its interval: it happened once, and so may have by chance."""
     return [
         Finding(CODE_OF[row["parameter"]], row["series"], *_numbers(row))
         for row in noise_rows
         if row["estimator"] == DEFAULT_ESTIMATOR
         and row["parameter"] in CODE_OF
         and row["status"] in USABLE
+        and not _may_be_nothing(row)
     ]
 
 
@@ -39,9 +41,21 @@ def _numbers(row: Row) -> tuple[float, float, float]:
     return value, low, high
 
 
+def _may_be_nothing(row: Row) -> bool:
+    """Whether the 95 % interval of a drift or a warm-up holds zero."""
+    if row["parameter"] not in ("drift", "A_w"):
+        return False
+    _, low, high = _numbers(row)
+    return low <= 0 <= high
+
+
 def deterministic_parts(noise_rows: Sequence[Row]) -> dict[str, Deterministic]:
-    """The deterministic part of every series that has one."""
-    own = [r for r in noise_rows if r["estimator"] == DEFAULT_ESTIMATOR and r["status"] in USABLE]
+    """The deterministic part of every series that has one, less what may be nothing."""
+    own = [
+        r
+        for r in noise_rows
+        if r["estimator"] == DEFAULT_ESTIMATOR and r["status"] in USABLE and not _may_be_nothing(r)
+    ]
     names = dict.fromkeys(r["series"] for r in own)
     parts = {name: deterministic_of([r for r in own if r["series"] == name]) for name in names}
     return {name: part for name, part in parts.items() if not part.empty}

@@ -112,14 +112,15 @@ def residual(chosen: PoseEstimate, noise: float) -> Check:
         return unknown("residual", "urad", "The residual of the fit is unknown.", "usable")
     if chosen.noise_gain > USUAL_GAIN:
         expected = noise * chosen.noise_gain / USUAL_GAIN
-        small = f", which poses of so small a board make {noise * chosen.noise_gain:.0f}"
+        made = noise * chosen.noise_gain
+        small = f" (errors of the board's poses alone make {made:.0f} µrad of it)"
     word, limit = graded(value / expected, RESIDUAL[chosen.stage])
     lost = chosen.weighted_rms_urad > WEIGHTED_FAILED * noise
     if lost or not value < RESIDUAL_FAILED * expected:
         word, limit = "failed", RESIDUAL_FAILED
     sentence = (
-        f"Angles are {value:.0f} µrad rms from the fit (noise of an angle: {noise:.0f}{small}; good"
-        f" below {limit * expected:.0f})."
+        f"Angles are {value:.0f} µrad rms from the fit; the noise of an angle is"
+        f" {noise:.0f}{small}, good is below {limit * expected:.0f}."
     )
     if word != "good":
         sentence = (

@@ -9,9 +9,7 @@ rule claims:
         shocked=lambda wildcards: [
             f"<results>/recordings/{name}/clean.parquet" for name in shocked()
         ],
-        repaired=lambda wildcards: [
-            f"<results>/recordings/{name}/noise.csv" for name in repaired()
-        ],
+        repaired=lambda wildcards: [f"<results>/recordings/{name}/noise.csv" for name in repaired()],
         poses=of_calibrations("pose.json", "jansen2019"),
         truth=lambda wildcards: [of_calibration(name, "truth.json") for name in moved_twins()],
         sweeps=lambda wildcards: [

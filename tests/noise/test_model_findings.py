@@ -42,11 +42,16 @@ def test_what_was_detected_is_found_with_its_interval():
 
 def test_what_may_be_nothing_is_not_named():
     doubtful = (Coefficient("A_w", 0.2, lower_95=-0.01, upper_95=0.3), WARM[1])
-    rows_ = table(Coefficient("drift", -1.2, lower_95=-2.0, upper_95=1e-5)) + table(
-        *doubtful, series="y1"
-    )
-    assert model_findings(rows_) == []
-    assert deterministic_parts(rows_) == {}
+    walk = Coefficient("h_-2", 4e-11, 3e-11, lower_95=0.0, upper_95=1.4e-9)
+    found = table(Coefficient("drift", -1.2, lower_95=-2.0, upper_95=1e-5), walk)
+    found += table(*doubtful, series="y1")
+    assert model_findings(found) == []
+    assert deterministic_parts(found) == {}
+
+
+def test_a_walk_that_a_slow_term_could_stand_for_is_named():
+    walk = Coefficient("h_-2", 4e-9, 1e-10, lower_95=0.0, upper_95=4.2e-9)
+    assert [f.code for f in model_findings(table(walk))] == ["random_walk"]
 
 
 def test_the_sentence_of_a_warm_up_says_how_much_and_how_long():

@@ -11,7 +11,7 @@ from typing import Any
 
 from mocap_metrology.common.words import three
 from mocap_metrology.noise.deterministic import Deterministic, deterministic_of
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, Z_95
 from mocap_metrology.noise.findings import Finding
 
 CODE_OF = {"drift": "drift", "A_w": "warm_up", "h_-2": "random_walk"}
@@ -24,8 +24,8 @@ Row = Mapping[str, Any]
 
 def model_findings(noise_rows: Iterable[Row]) -> list[Finding]:
     """`drift`, `warm_up` and `random_walk` of every series, with 95 % intervals. noise_rows: of
-    noise.csv, of any series; what was not detected, or is a misfit, is none, and no more is a drift
-    or warm-up that may be nothing by its interval: it happened once, and so may have by chance."""
+    noise.csv, of any series; what was not detected, or is a misfit, is none, and nor is what may be
+    nothing (see `_may_be_nothing`)."""
     return [
         Finding(CODE_OF[row["parameter"]], row["series"], *_numbers(row))
         for row in noise_rows
@@ -42,7 +42,11 @@ def _numbers(row: Row) -> tuple[float, float, float]:
 
 
 def _may_be_nothing(row: Row) -> bool:
-    """Whether the 95 % interval of a drift or a warm-up holds zero."""
+    """Whether a drift or a warm-up has a 95 % interval that holds zero, or a walk is within 1.96
+    standard errors of it. (The interval of a walk also reaches zero where a slow Gauss-Markov term
+    could stand for it: a wander all the same.)"""
+    if row["parameter"] == "h_-2":
+        return float(row["value"]) < Z_95 * float(row["std_error"])
     if row["parameter"] not in ("drift", "A_w"):
         return False
     _, low, high = _numbers(row)

@@ -30,16 +30,14 @@ from mocap_metrology.noise.spectral_fit.whittle import Fit, Likelihood, Spectrum
 # Prices of a power law, of a Gauss-Markov term slower than FRAMES, whose T_c hardly matters beside
 # other slow noise, and of a faster one, which can stand for white or flicker noise. AIC asks for 2
 # a parameter, BIC for 6 in nine hours. With these the 95 % intervals of every coefficient hold in
-# nine of ten of S's series and, where the right model is chosen, are at most 1.2 times as wide as
-# its own (medians; benchmarks/sentences/models.py).
+# nine of ten of S's series and, where the right model is chosen, are 1.0 to 1.25 times as wide as
+# the bound (medians; 2 to 4 times for a weak walk or flicker: benchmarks/sentences/models.py).
 PRICE, SLOW, FAST = 3.5, 4.5, 8.0
 FRAMES = 1000
 HARDLY = 2.0  # difference of BIC "not worth more than a bare mention" [Kass & Raftery 1995]
 MOST = 60  # models that are fitted
 ALIKE = 0.7  # of ln T_c: fits whose terms are as near are one model
 PAIRED = math.log(3)  # of ln T_c: terms of two models that are one component
-
-
 LAWS = {
     -2: "a random walk",
     -1: "flicker noise",

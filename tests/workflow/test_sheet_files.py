@@ -1,0 +1,89 @@
+"""Sheets as files: what editors do to them, and what is no sheet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from lib import recordings
+from lib.configuration import load_schema
+from lib.faults import Faults
+
+SCHEMAS = Path(__file__).resolve().parents[2] / "workflow/schemas"
+RECORDINGS = load_schema(SCHEMAS / "recordings.schema.yaml")
+
+
+def written(folder: Path, content: bytes) -> list[str] | dict:
+    (folder / "sheet.tsv").write_bytes(content)
+    try:
+        return recordings.load("sheet.tsv", RECORDINGS, [])
+    except Faults as error:
+        return error.lines
+
+
+SHEET = "recording\tpath\tmarkers\tgroup\nA\ta.c3d\tM1\tg\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        SHEET.encode("utf-8-sig"),
+        SHEET.replace("\n", "\r\n").encode(),
+        SHEET.replace("\n", "\r").encode(),
+        SHEET.replace("\n", "\t\t \n").encode(),
+        SHEET.replace("A\t", " A \t").encode(),
+        f"# a word first\n\n{SHEET}\t\t\t\n  # and last".encode(),
+        SHEET.replace("a.c3d", '"a.c3d"').encode(),
+    ],
+    ids=["BOM", "CRLF", "CR", "trailing tabs", "blanks", "comments", "quotes"],
+)
+def test_what_editors_do_to_a_sheet_is_tolerated(folder: Path, content: bytes) -> None:
+    rows = written(folder, content)
+    assert isinstance(rows, dict), rows
+    assert rows["A"]["paths"] == ["a.c3d"]
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (SHEET.encode("utf-16"), "sheet.tsv: UTF-16; expected UTF-8 text"),
+        (SHEET.encode("utf-16-le"), "sheet.tsv: not a text file"),
+        (b"PK\x03\x04 a spreadsheet", "sheet.tsv: not a text file"),
+        (SHEET.replace("M1", "M\xe4").encode("latin-1"), "sheet.tsv, row 2: not UTF-8"),
+        (b"", "sheet.tsv: no header; expected columns recording, path, markers"),
+        (SHEET.replace("\t", ",").encode(), "sheet.tsv: cells are separated by commas"),
+        (SHEET.replace("\t", ";").encode(), "sheet.tsv: cells are separated by semicolons"),
+        (SHEET.replace("\t", "  ").encode(), "sheet.tsv: cells are separated by blanks"),
+        (SHEET.replace("markers", "marker").encode(), '"marker": unknown; did you mean markers?'),
+        (SHEET.replace("markers", "x_note").encode(), '"x_note": unknown; expected one of'),
+        (SHEET.replace("markers", "group").encode(), "column group: there twice; expected once"),
+        (SHEET.replace("markers", "").encode(), "sheet.tsv: column 3 has no name"),
+        (SHEET.replace("\tgroup", "").encode(), "sheet.tsv: no column group; expected"),
+        (SHEET.replace("\tg\n", "\tg\tmore\n").encode(), "sheet.tsv, row 2: 5 cells; expected 4"),
+        (
+            SHEET.replace("a.c3d", '"a.c3d').encode(),
+            "sheet.tsv, row 2: a quote that does not close",
+        ),
+    ],
+)
+def test_a_sheet_that_is_none_is_refused_in_one_line(
+    folder: Path, content: bytes, expected: str
+) -> None:
+    lines = written(folder, content)
+    assert isinstance(lines, list), lines
+    assert expected in lines[0]
+    assert len(lines) == 1
+
+
+def test_rows_are_counted_as_an_editor_does(folder: Path) -> None:
+    lines = written(folder, b"# one\n\n" + SHEET.replace("M1", "").encode())
+    assert lines[0].startswith('sheet.tsv, row 4 (recording "A"), column markers')
+
+
+def test_no_sheet_an_empty_one_and_one_that_is_missing(folder: Path) -> None:
+    assert recordings.load(None, RECORDINGS, []) == {}
+    assert written(folder, SHEET.splitlines()[0].encode()) == {}
+    with pytest.raises(Faults, match=r"^gone\.tsv: no such file; expected a sheet"):
+        recordings.load("gone.tsv", RECORDINGS, [])
+    with pytest.raises(Faults, match=r"^\.: Is a directory; expected a sheet"):
+        recordings.load(".", RECORDINGS, [])

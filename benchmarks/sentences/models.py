@@ -19,11 +19,13 @@ from scipy.optimize import linear_sum_assignment
 
 from mocap_metrology.noise.model import ALPHAS, NoiseModel
 from mocap_metrology.noise.published import SERIES, published_keys, published_row
+from mocap_metrology.noise.spectral_fit.detrend import without_part
 from mocap_metrology.noise.spectral_fit.fisher import crlb, spectrum_of
 from mocap_metrology.noise.spectral_fit.intervals import coefficients
 from mocap_metrology.noise.spectral_fit.likelihood import likelihood
 from mocap_metrology.noise.spectral_fit.order import choose, penalty
 from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.spectral_fit.rivals import judged
 from mocap_metrology.noise.spectral_fit.whittle import Likelihood
 from mocap_metrology.noise.synthesis import Cross, draw_pair
 
@@ -160,14 +162,15 @@ def _published(n: int) -> Iterator[tuple]:
             bounds = crlb(truth, NINE_HOURS, 1 / RATE)
             for run in range(n):
                 seed = [run, cameras, *camera_type.encode(), *series.encode()]
-                found = {c.parameter: c for c in _of_periodogram(drawn(truth, seed))}
+                data = drawn(truth, NINE_HOURS, 1 / RATE, seed)
+                found = {c.parameter: c for c in _of_periodogram(data)}
                 tally.add(found, truth.coefficients(), bounds)
     yield from tally.rows("154 published series")
 
 
-def drawn(truth: NoiseModel, seed: list[int]) -> Periodogram:
-    """A periodogram of nine hours, drawn from its distribution."""
-    bins = bins_of(NINE_HOURS, 1 / RATE)
+def drawn(truth: NoiseModel, n: int, tau0: float, seed: int | list[int]) -> Periodogram:
+    """The binned periodogram of n samples, drawn from its distribution."""
+    bins = bins_of(n, tau0)
     weight = bins.n.astype(float)
     flat = Likelihood(Periodogram(bins, np.ones(weight.size), weight), bins.T_c_range)
     ratio = np.random.default_rng(seed).chisquare(weight) / weight
@@ -177,11 +180,6 @@ def drawn(truth: NoiseModel, seed: list[int]) -> Periodogram:
 def _of_periodogram(data: Periodogram):
     model = Likelihood(data, data.bins.T_c_range)
     fit = choose(model, ALPHAS, 4)
-    try:
-        from mocap_metrology.noise.spectral_fit.detrend import without_part
-        from mocap_metrology.noise.spectral_fit.rivals import judged
-    except ImportError:  # at 8b8d0af
-        return coefficients(data, fit, None, None, 4, False)
     cost = penalty("bic", float(data.psd.size))
     fit, near = judged([without_part(data, fit, cost)], ALPHAS, 4, cost)
     return coefficients(data, fit, None, None, 4, False, near, cost)

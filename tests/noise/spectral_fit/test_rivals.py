@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from benchmarks.sentences.models import drawn
 from mocap_metrology.noise.model import ALPHAS, GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.published import SERIES, published_keys, published_row
 from mocap_metrology.noise.spectral_fit.detrend import without_part
 from mocap_metrology.noise.spectral_fit.fisher import crlb, spectrum_of
 from mocap_metrology.noise.spectral_fit.intervals import coefficients
 from mocap_metrology.noise.spectral_fit.order import choose, penalty
-from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.spectral_fit.periodogram import Periodogram
 from mocap_metrology.noise.spectral_fit.rivals import judged, undecided
 from mocap_metrology.noise.spectral_fit.whittle import Likelihood
 
@@ -21,15 +22,6 @@ WHITE = PowerLaw(0, 1e-4)
 # 15 min of white noise with a term of 60 s: hardly to be told from a random walk
 SLOW = NoiseModel((WHITE, GaussMarkov(0.003, 60.0)))
 WALK = NoiseModel((WHITE, PowerLaw(-2, 4e-8)))
-
-
-def drawn(model: NoiseModel, n: int, tau0: float, seed: int) -> Periodogram:
-    """A periodogram drawn from its distribution."""
-    bins = bins_of(n, tau0)
-    weight = bins.n.astype(float)
-    flat = Likelihood(Periodogram(bins, np.ones(weight.size), weight), bins.T_c_range)
-    ratio = np.random.default_rng(seed).chisquare(weight) / weight
-    return Periodogram(bins, flat.density(spectrum_of(model)) * ratio, weight)
 
 
 def estimated(data: Periodogram):

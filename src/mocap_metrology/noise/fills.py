@@ -17,6 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+
 ORDERS = (2, 4, 6)
 NARROW, WIDEST = 0.02, 0.65  # delta: without rounding, and at most
 DENSER = 1.25  # than a Gaussian's at zero
@@ -24,7 +26,6 @@ CHANCE = 1e-13  # that a frame begins a run which is none
 LIKELIEST = 0.7  # chance of one, from which nothing is told
 SHORT, ENOUGH, MARGIN = 4, 200, 1.5  # runs that chance makes, and how many of them tell its rate
 PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, that s is taken of
-MAD_TO_SIGMA = 1.4826022185056018
 CHUNK = 1 << 20
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.noise.diagnosis.sides import Blocks
 
 JOINED = 10  # blocks whose logarithmic mean is one point
@@ -208,7 +209,7 @@ def _scatter(g: np.ndarray) -> tuple[float, float]:
     steps = steps[np.isfinite(steps)]
     if steps.size < 2 * LEAST_POINTS - 1:
         return 0.0, 0.0
-    scale = 1.4826 * float(np.median(np.abs(steps))) / math.sqrt(2)
+    scale = MAD_TO_SIGMA * float(np.median(np.abs(steps))) / math.sqrt(2)
     return scale, max(0.37 * steps.size, 3.0)  # efficiency of the median absolute deviation
 
 

@@ -4,8 +4,8 @@
     python -m benchmarks.sentences lines --runs 20 # one subject, quicker
     python -m benchmarks.sentences --list
 
-Prints Markdown. Whole runs also write docs/accuracy/<subject>.csv and, of all such files,
-docs/accuracy.md.
+Prints Markdown. Runs of 100 recordings or more, and others with --write, also write
+docs/accuracy/<subject>.csv and, of all such files, docs/accuracy.md.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("subjects", nargs="*", choices=[*known, []], help="default: all")
     parser.add_argument("--runs", type=int, default=RUNS, help=f"a case; default {RUNS}")
+    parser.add_argument("--write", action="store_true", help="keep the tables of fewer, too")
     parser.add_argument("--list", action="store_true", help="name the subjects and end")
     asked = parser.parse_args()
     if asked.list:
@@ -49,7 +50,7 @@ def main() -> None:
         rows = [dict(zip(COLUMNS, row, strict=True)) for row in module.rows(asked.runs)]
         print(f"\n## {subject} ({time.monotonic() - begun:.0f} s)\n\n{module.__doc__.strip()}\n")
         print(markdown(rows), flush=True)
-        if asked.runs >= RUNS:
+        if asked.write or asked.runs >= RUNS:
             FOLDER.mkdir(parents=True, exist_ok=True)
             with (FOLDER / f"{subject}.csv").open("w", newline="", encoding="utf-8") as file:
                 writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
@@ -65,7 +66,7 @@ def markdown(rows: list[dict[str, object]]) -> str:
 
 
 def page() -> str:
-    """docs/accuracy.md, out of the tables that whole runs left."""
+    """docs/accuracy.md, out of the tables that were kept."""
     parts = [HEAD]
     for path in sorted(FOLDER.glob("*.csv")):
         with path.open(encoding="utf-8") as file:

@@ -27,17 +27,17 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
+from mocap_metrology.noise.allan.confidence import equivalent_dof
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, diagnose
 from mocap_metrology.noise.cameras.moments import moments
 from mocap_metrology.noise.cameras.subsets import Addition, additions
-from mocap_metrology.noise.cameras.triangulation import (
+from mocap_metrology.noise.twins.triangulation import (
     Facility,
     joint_covariance,
     positions,
     random_facility,
     wishart_blocks,
 )
-from mocap_metrology.noise.confidence import equivalent_dof
 from mocap_metrology.present.cameras.tables import addition_rows, noisy, raised
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5

@@ -25,14 +25,14 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from mocap_metrology.noise.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import published_row
-from mocap_metrology.noise.spectral_fit.fisher import crlb, spectrum_of, tellable
-from mocap_metrology.noise.spectral_fit.intervals import coefficients
-from mocap_metrology.noise.spectral_fit.order import choose, fit_known
-from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.spectral_fit.whittle import Likelihood
+from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
+from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of, tellable
+from mocap_metrology.noise.fit.spectral.intervals import coefficients
+from mocap_metrology.noise.fit.spectral.order import choose, fit_known
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import published_row
 
 TAU0, FRAMES = 1 / 120, 3_888_000
 ROWS = (("T40", 10), ("Bonita", 10), ("Vantage", 9))
@@ -75,7 +75,7 @@ def _estimate(data: Periodogram, fit, components: Components | None) -> Estimate
 
 def full_run(job: tuple[tuple[str, int], NoiseModel, int]) -> list[dict[str, Estimate]]:
     """Two whole series of one row, cleaned and fitted as the workflow does."""
-    from mocap_metrology.noise.synthesis import Cross, draw_pair
+    from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
     row, truth, seed = job
     rng = np.random.default_rng([seed, *row[0].encode()])
@@ -85,11 +85,11 @@ def full_run(job: tuple[tuple[str, int], NoiseModel, int]) -> list[dict[str, Est
 
 def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, Estimate]:
     from mocap_metrology.common.hampel import hampel
-    from mocap_metrology.noise.allan import averaging_factors
-    from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings, annealing_ant_colony
-    from mocap_metrology.noise.allan_fit.weighted import weighted
-    from mocap_metrology.noise.confidence import allan_curve
-    from mocap_metrology.noise.spectral_fit.likelihood import likelihood
+    from mocap_metrology.noise.allan.confidence import allan_curve
+    from mocap_metrology.noise.allan.variance import averaging_factors
+    from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_ant_colony
+    from mocap_metrology.noise.fit.allan.weighted import weighted
+    from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 
     components = Components.of(truth)
     masked = hampel(series, 120, 6.0, "mask").values

@@ -18,16 +18,16 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from mocap_metrology.common.hampel import hampel
-from mocap_metrology.noise.allan import averaging_factors
-from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings, annealing_ant_colony
-from mocap_metrology.noise.allan_fit.levenberg import levenberg_marquardt
-from mocap_metrology.noise.allan_fit.slopes import slopes
-from mocap_metrology.noise.allan_fit.weighted import weighted
-from mocap_metrology.noise.confidence import allan_curve
-from mocap_metrology.noise.estimators import panel
-from mocap_metrology.noise.published import published_row
-from mocap_metrology.noise.spectral_fit.likelihood import likelihood
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_ant_colony
+from mocap_metrology.noise.fit.allan.levenberg import levenberg_marquardt
+from mocap_metrology.noise.fit.allan.slopes import slopes
+from mocap_metrology.noise.fit.allan.weighted import weighted
+from mocap_metrology.noise.fit.estimators import panel
+from mocap_metrology.noise.fit.spectral.likelihood import likelihood
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
+from mocap_metrology.noise.twins.published import published_row
 
 TAU0, FRAMES = 1 / 120, 3_888_000
 

@@ -13,8 +13,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 # What each part may import of the others.
 BELOW = {
     "common": set(),
-    "c3d": {"common"},
-    "formats": {"common", "c3d"},
+    "io": {"common"},
     "noise": {"common"},
     "lighthouse": {"common"},
     "present": {"common", "noise", "lighthouse"},
@@ -45,7 +44,7 @@ def test_imports_point_down(path: Path) -> None:
         assert first not in ("snakemake", "lib", "step"), f"{path} imports {name}"
         # Configuration is read elsewhere; this one reads a format that is YAML.
         assert first != "yaml" or path.name == "crazyflie_file.py", f"{path} imports {name}"
-        assert first != "ezc3d" or own == "c3d", f"{path} imports {name}; only c3d may"
+        assert first != "ezc3d" or own == "io", f"{path} imports {name}; only io may"
         if first == "mocap_metrology" and rest and own in BELOW:
             assert rest[0] in BELOW[own] | {own}, f"{path} imports {name}"
 

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.spectral_fit.likelihood import likelihood
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.fit.spectral.likelihood import likelihood
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 WHITE = PowerLaw(0, 5e-5)
 NOISES = {

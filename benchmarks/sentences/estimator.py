@@ -19,13 +19,13 @@ import numpy as np
 
 from benchmarks.sentences import _kinds
 from mocap_metrology.common.hampel import hampel
-from mocap_metrology.noise.allan import allan_variance, averaging_factors
-from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings, annealing_run
-from mocap_metrology.noise.estimators import panel, published_estimate
-from mocap_metrology.noise.gaussian import chi_squared_normal
-from mocap_metrology.noise.published import SERIES, printed_row, published_keys, published_row
-from mocap_metrology.noise.simulate import simulate
-from mocap_metrology.noise.twins import twin_from_mapping, twins_from_document
+from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
+from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_run
+from mocap_metrology.noise.fit.estimators import panel, published_estimate
+from mocap_metrology.noise.gaussian.two_markers import chi_squared_normal
+from mocap_metrology.noise.twins.published import SERIES, printed_row, published_keys, published_row
+from mocap_metrology.noise.twins.simulate import simulate
+from mocap_metrology.noise.twins.twin import twin_from_mapping, twins_from_document
 
 RATE, TAU0 = 120.0, 1 / 120
 QUARTER_S, NINE_HOURS_S = 900.0, 32400.0

@@ -45,9 +45,9 @@ def unfiltered(n: int) -> list[tuple[Any, ...]]:
 def published() -> list[tuple[Any, ...]]:
     """Every published series once, ten minutes at its rate."""
     from mocap_metrology.noise.diagnosis.lowpass import low_pass
-    from mocap_metrology.noise.published import published_keys
-    from mocap_metrology.noise.series import all_series
-    from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+    from mocap_metrology.noise.gaussian.series import all_series
+    from mocap_metrology.noise.twins.published import published_keys
+    from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 
     total = hits = 0
     for kind, count in published_keys():

@@ -17,9 +17,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
-from mocap_metrology.noise.estimates import Z_95
-from mocap_metrology.noise.spectral_fit.likelihood import likelihood
-from mocap_metrology.noise.spectral_fit.lines import find_lines
+from mocap_metrology.noise.fit.estimates import Z_95
+from mocap_metrology.noise.fit.spectral.likelihood import likelihood
+from mocap_metrology.noise.fit.spectral.lines import find_lines
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
 BY = 0.02

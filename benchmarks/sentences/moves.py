@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import butter, lfilter, sosfiltfilt
 
-from mocap_metrology.noise.gaussian import median_drift
-from mocap_metrology.noise.movement import movement
-from mocap_metrology.noise.published import published_row
-from mocap_metrology.noise.simulate import simulate
-from mocap_metrology.noise.twins import Crump, Twin
+from mocap_metrology.noise.gaussian.two_markers import median_drift
+from mocap_metrology.noise.motion.movement import movement
+from mocap_metrology.noise.twins.published import published_row
+from mocap_metrology.noise.twins.simulate import simulate
+from mocap_metrology.noise.twins.twin import Crump, Twin
 
 RATE, SIGMA, N = 100.0, 0.05, 60_000
 T = np.arange(N) / RATE

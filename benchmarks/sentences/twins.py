@@ -14,11 +14,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.noise.model import FORMS, NoiseModel, Sinusoid
-from mocap_metrology.noise.published import published_keys, published_row
-from mocap_metrology.noise.simulate import simulate, twin_from_mapping
-from mocap_metrology.noise.synthesis import circle_length, increment_spectrum
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.noise.model.components import FORMS, NoiseModel, Sinusoid
+from mocap_metrology.noise.model.synthesis import circle_length, increment_spectrum
+from mocap_metrology.noise.twins.published import published_keys, published_row
+from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 
 TAU0, HOUR, TEN_MINUTES = 1 / 120, 432_000, 72_000
 M = (1, 2, 5, 10, 100, 1000)

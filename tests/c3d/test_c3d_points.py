@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from make_c3d import build, dec, still
 
-from mocap_metrology.c3d.numbers import ieee_from_dec
-from mocap_metrology.c3d.recording import read_recording
-from mocap_metrology.c3d.structure import inspect
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.c3d.numbers import ieee_from_dec
+from mocap_metrology.io.c3d.recording import read_recording
+from mocap_metrology.io.c3d.structure import inspect
 
 N = 400
 

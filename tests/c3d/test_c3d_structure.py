@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from make_c3d import build, record, still
 
-from mocap_metrology.c3d.recording import read_recording
-from mocap_metrology.c3d.structure import inspect
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.c3d.recording import read_recording
+from mocap_metrology.io.c3d.structure import inspect
 
 
 def zipped() -> bytes:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from text_files import make, motive, qualisys, read, still, trc
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.formats import bodies_of, labels_of, orientation_of, read_any
+from mocap_metrology.io.text import bodies_of, labels_of, orientation_of, read_any
 
 FOLDER = "data/exports"
 BALL = "motive/MarcoRosson__Optitrack_basketball/Ball_6.csv"

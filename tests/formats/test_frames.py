@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
 
-from mocap_metrology.c3d.write import write_c3d
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import sha256
-from mocap_metrology.formats import labels_of, read_any, read_pose_txt
+from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.io.text import labels_of, read_any, read_pose_txt
 
 TAKE = still(200)
 EXPECTED = TAKE.transpose(1, 2, 0)
@@ -153,7 +153,7 @@ def test_over_many_blocks(tmp_path, monkeypatch):
     """Blocks end anywhere: inside a number, before a line end, in the last line."""
     text = without(trc(LABELS, 100, TAKE), 6)
     for size in (64, 97, 1000):
-        monkeypatch.setattr("mocap_metrology.formats.rows.BLOCK_BYTES", size)
+        monkeypatch.setattr("mocap_metrology.io.text.rows.BLOCK_BYTES", size)
         for ends in ("\n", "\r\n"):
             path = make(tmp_path, "a.trc", text.replace("\n", ends))
             assert np.array_equal(read(path).position_mm, WITH_HOLES, equal_nan=True)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from text_files import WRITERS, make
 
-from mocap_metrology.c3d.recording import read_recording
-from mocap_metrology.formats import labels_of, read_any
+from mocap_metrology.io.c3d.recording import read_recording
+from mocap_metrology.io.text import labels_of, read_any
 
 FILES = (
     "btk_others/FunctionalStatic.c3d",  # with gaps

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
 
-from mocap_metrology.c3d.write import write_c3d
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.formats import labels_of, read_any
+from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.io.text import labels_of, read_any
 
 TAKE = still(20)
 TRC = trc(LABELS, 100, TAKE)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.formats import read_any
+from mocap_metrology.io.text import read_any
 
 LABELS = ("A", "B")
 

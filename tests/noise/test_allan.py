@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan import ESTIMATORS, allan_variance, averaging_factors
+from mocap_metrology.noise.allan.variance import ESTIMATORS, allan_variance, averaging_factors
 
 
 def nbs14() -> np.ndarray:

@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.published import published_keys, published_row
-from mocap_metrology.noise.simulate import Twin, simulate, twin_from_mapping
-from mocap_metrology.noise.synthesis import Cross, circle_length, draw_pair, increment_spectrum
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.synthesis import (
+    Cross,
+    circle_length,
+    draw_pair,
+    increment_spectrum,
+)
+from mocap_metrology.noise.twins.published import published_keys, published_row
+from mocap_metrology.noise.twins.simulate import Twin, simulate, twin_from_mapping
 
 TAU0 = 1 / 120
 M = np.array([1, 2, 3, 5, 10, 37, 100, 1000])

@@ -10,9 +10,10 @@ import pytest
 from scipy import stats
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.formats.covariate import read_covariate
-from mocap_metrology.noise.allan import averaging_factors
-from mocap_metrology.noise.compare import (
+from mocap_metrology.io.text.covariate import read_covariate
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.changes.compare import (
     Curve,
     adev_ratio,
     adev_trend,
@@ -21,8 +22,7 @@ from mocap_metrology.noise.compare import (
     ratios_to_mean,
     words_of,
 )
-from mocap_metrology.noise.confidence import allan_curve
-from mocap_metrology.noise.covariate import Covariate, together
+from mocap_metrology.noise.changes.covariate import Covariate, together
 
 RATE = 100.0
 TAUS = np.array([0.01, 0.1, 1.0, 10.0])

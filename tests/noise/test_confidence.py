@@ -7,15 +7,15 @@ import pytest
 from scipy.signal import lfilter
 
 from mocap_metrology.common.hampel import hampel, taken_at_most
-from mocap_metrology.noise.allan import allan_variance, averaging_factors
-from mocap_metrology.noise.confidence import (
+from mocap_metrology.noise.allan.confidence import (
     allan_curve,
     equivalent_dof,
     interval,
     noise_exponents,
 )
-from mocap_metrology.noise.estimators import NoiseSettings, masked_curve
-from mocap_metrology.noise.model import NoiseModel, PowerLaw
+from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
+from mocap_metrology.noise.fit.estimators import NoiseSettings, masked_curve
+from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 
 
 def power_law(rng, n: int, alpha: int, runs: int | None = None) -> np.ndarray:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.formats.covariate import read_covariate
-from mocap_metrology.noise.covariate import Covariate, together
+from mocap_metrology.io.text.covariate import read_covariate
+from mocap_metrology.noise.changes.covariate import Covariate, together
 
 RATE = 100.0
 SERIES = np.random.default_rng(1).normal(0, 0.01, 12_000)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import gaussian_kde
 
-from mocap_metrology.noise.density import kernel_density
-from mocap_metrology.noise.scaling import fit_scaling
+from mocap_metrology.noise.cameras.scaling import fit_scaling
+from mocap_metrology.noise.gaussian.density import kernel_density
 
 
 @pytest.mark.parametrize("bandwidth", [None, 0.05])

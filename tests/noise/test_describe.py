@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.words import three
-from mocap_metrology.noise.describe import gaussian_rows, moving_markers
-from mocap_metrology.noise.gaussian import drift, median_drift
-from mocap_metrology.noise.series import all_series, coordinate_names, pair_numbers
+from mocap_metrology.noise.gaussian.describe import gaussian_rows, moving_markers
+from mocap_metrology.noise.gaussian.series import all_series, coordinate_names, pair_numbers
+from mocap_metrology.noise.gaussian.two_markers import drift, median_drift
 
 STILL = (2.0, 3600.0)  # range_mm, horizon_s
 

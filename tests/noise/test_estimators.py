@@ -13,17 +13,16 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise import columns as columns_of_files
-from mocap_metrology.noise.allan import allan_variance, averaging_factors
-from mocap_metrology.noise.allan_fit.annealing import AnnealingSettings
-from mocap_metrology.noise.deterministic import PARAMETERS
-from mocap_metrology.noise.estimates import (
+from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
+from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings
+from mocap_metrology.noise.fit.estimates import (
     Components,
     correlation_class,
     model_of,
     refused_rows,
     rows,
 )
-from mocap_metrology.noise.estimators import (
+from mocap_metrology.noise.fit.estimators import (
     ASKED_FOR,
     ESTIMATORS,
     NoiseSettings,
@@ -33,10 +32,11 @@ from mocap_metrology.noise.estimators import (
     published_estimate,
     settings_of,
 )
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.published import printed_row, published_keys, published_row
-from mocap_metrology.noise.spectral_fit.fisher import crlb
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.fit.spectral.fisher import crlb
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.deterministic import PARAMETERS
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
+from mocap_metrology.noise.twins.published import printed_row, published_keys, published_row
 
 TAU0, N = 1 / 120, 1 << 17
 TRUTH = NoiseModel((PowerLaw(-2, 4e-9), PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.3)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from mocap_metrology.noise.fills import filled, filled_frames, rules
+from mocap_metrology.noise.diagnosis.fills import filled, filled_frames, rules
 
 N, SIGMA = 30_000, 0.05
 STARTS = np.arange(1000, 29_000, 2000)

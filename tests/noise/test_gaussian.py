@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import chisquare, kstest, norm
 
-from mocap_metrology.noise import gaussian
-from mocap_metrology.noise.gaussian import (
+from mocap_metrology.noise.gaussian import two_markers as gaussian
+from mocap_metrology.noise.gaussian.two_markers import (
     along_pair,
     chi_squared_normal,
     correlation_time,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0 = 1 / 120
 M = np.array([1, 2, 5, 30, 200, 1000])

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.estimates import Coefficient, Estimate, rows
-from mocap_metrology.noise.model_findings import (
+from mocap_metrology.noise.diagnosis.model_findings import (
     deterministic_parts,
     drift_words,
     model_findings,
     warm_up_words,
 )
+from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
 
 
 def table(*found: Coefficient, series: str = "x1", estimator: str = "likelihood") -> list:

@@ -10,9 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 from mocap_metrology.common.hampel import hampel, white_level_kept
-from mocap_metrology.noise.gaussian import gaussian_model
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.moments import (
+from mocap_metrology.noise.gaussian.moments import (
     QUANTITIES,
     Cleaning,
     direction,
@@ -21,8 +19,10 @@ from mocap_metrology.noise.moments import (
     mean_variance,
     pair_moments,
 )
-from mocap_metrology.noise.synthesis import Cross, draw_pair
-from mocap_metrology.noise.twins import Twin, twin_from_mapping
+from mocap_metrology.noise.gaussian.two_markers import gaussian_model
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
+from mocap_metrology.noise.twins.twin import Twin, twin_from_mapping
 
 TAU0 = 1 / 120
 SIGMAS = ("sigma_1", "sigma_2", "sigma_L", "sigma_12")

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.movement import UNKNOWN, movement
-from mocap_metrology.noise.published import published_row
-from mocap_metrology.noise.simulate import simulate
-from mocap_metrology.noise.twins import Twin
+from mocap_metrology.noise.motion.movement import UNKNOWN, movement
+from mocap_metrology.noise.twins.published import published_row
+from mocap_metrology.noise.twins.simulate import simulate
+from mocap_metrology.noise.twins.twin import Twin
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 RATE, SIGMA = 100.0, 0.05

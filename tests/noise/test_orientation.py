@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.orientation import of_cluster, of_poses
+from mocap_metrology.noise.motion.orientation import of_cluster, of_poses
 
 SHAPE = np.array([[0, 0, 0], [100, 0, 0], [0, 60, 10], [50, 40, 30.0]])
 PLACE = np.array([1000, -2000, 500.0])

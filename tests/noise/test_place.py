@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter
 
-from mocap_metrology.noise.place import by_place, evenness, freedom
+from mocap_metrology.noise.motion.place import by_place, evenness, freedom
 
 
 def carried(rng: np.random.Generator, sigma: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.model import ALPHAS
-from mocap_metrology.noise.power_laws import (
+from mocap_metrology.noise.model.components import ALPHAS
+from mocap_metrology.noise.model.power_laws import (
     MU,
     camera_avar,
     integrated_avar,

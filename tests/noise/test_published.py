@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.published import (
+from mocap_metrology.noise.model.synthesis import clipped_bands, coherence
+from mocap_metrology.noise.twins.published import (
     COEFFICIENTS,
     SERIES,
     printed_row,
@@ -19,7 +20,6 @@ from mocap_metrology.noise.published import (
     published_row,
     published_subsets,
 )
-from mocap_metrology.noise.synthesis import clipped_bands, coherence
 
 TAU0 = 1 / 120
 NINE_HOURS = 9 * 3600 * 120

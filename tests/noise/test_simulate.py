@@ -11,15 +11,20 @@ import pytest
 import yaml
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.published import published_gaussian, published_row
-from mocap_metrology.noise.simulate import (
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.synthesis import (
+    Cross,
+    circle_length,
+    draw_pair,
+    increment_spectrum,
+)
+from mocap_metrology.noise.twins.published import published_gaussian, published_row
+from mocap_metrology.noise.twins.simulate import (
     simulate,
     stream,
     twin_from_mapping,
     twins_from_document,
 )
-from mocap_metrology.noise.synthesis import Cross, circle_length, draw_pair, increment_spectrum
 
 TAU0 = 1 / 120
 T40 = {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 1}

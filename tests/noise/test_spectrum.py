@@ -7,8 +7,8 @@ import pytest
 from scipy import signal
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.series import all_series, coordinate_names, pair_name
-from mocap_metrology.noise.spectrum import welch
+from mocap_metrology.noise.fit.spectral.welch import welch
+from mocap_metrology.noise.gaussian.series import all_series, coordinate_names, pair_name
 
 
 def test_equals_scipy_without_gaps():

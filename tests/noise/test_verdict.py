@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from mocap_metrology.noise.findings import Finding
-from mocap_metrology.noise.verdict import Facts, Thresholds, duration_words, verdict
+from mocap_metrology.noise.assess.verdict import Facts, Thresholds, duration_words, verdict
+from mocap_metrology.noise.diagnosis.findings import Finding
 
 LIMITS = Thresholds()
 FINE = {

@@ -11,13 +11,13 @@ import pytest
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.series import Span
-from mocap_metrology.noise.findings import Finding
-from mocap_metrology.noise.model import NoiseModel, PowerLaw
-from mocap_metrology.noise.movement import movement
-from mocap_metrology.noise.published import published_row
-from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.simulate import simulate
-from mocap_metrology.noise.twins import Outliers, Twin
+from mocap_metrology.noise.diagnosis.findings import Finding
+from mocap_metrology.noise.gaussian.series import all_series
+from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
+from mocap_metrology.noise.motion.movement import movement
+from mocap_metrology.noise.twins.published import published_row
+from mocap_metrology.noise.twins.simulate import simulate
+from mocap_metrology.noise.twins.twin import Outliers, Twin
 
 SPAN = Span(120.0, horizon_s=600.0)
 

@@ -8,9 +8,9 @@ from itertools import combinations
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mocap_metrology.noise.estimates import Coefficient, Estimate, rows
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import SERIES, published_keys, published_row
+from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
 from mocap_metrology.present.drawing.style import styled
 
 TAU0 = 1 / 120

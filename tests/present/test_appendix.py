@@ -10,9 +10,9 @@ from collections import Counter
 import pytest
 from noise_data import DEFAULT, PAPER, bounds, estimate, group
 
-from mocap_metrology.noise.estimates import rows as noise_csv
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.published import SERIES, published_keys, published_row
+from mocap_metrology.noise.fit.estimates import rows as noise_csv
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.skurowski import appendix
 from mocap_metrology.present.skurowski.appendix_text import table_a_markdown

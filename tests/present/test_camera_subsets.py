@@ -10,7 +10,7 @@ import pytest
 
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, diagnose
 from mocap_metrology.noise.cameras.subsets import additions
-from mocap_metrology.noise.cameras.triangulation import (
+from mocap_metrology.noise.twins.triangulation import (
     joint_covariance,
     random_facility,
     wishart_blocks,

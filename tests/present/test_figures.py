@@ -117,9 +117,9 @@ def test_a_spike_of_one_sample_in_nine_hours_shows(tmp_path):
 
 def test_real_numbers_from_series_to_figures():
     from mocap_metrology.common.hampel import hampel
-    from mocap_metrology.noise.allan import averaging_factors
-    from mocap_metrology.noise.confidence import allan_curve
-    from mocap_metrology.noise.spectrum import welch
+    from mocap_metrology.noise.allan.confidence import allan_curve
+    from mocap_metrology.noise.allan.variance import averaging_factors
+    from mocap_metrology.noise.fit.spectral.welch import welch
 
     raw, _, _ = recording(1800)
     raw["y2"][700:1100] = np.nan

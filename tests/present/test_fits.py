@@ -9,11 +9,11 @@ import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from noise_data import TAU0, allan_arrays, assert_texts_apart, estimate, periodogram_arrays
 
-from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.noise.estimates import Coefficient, Estimate
-from mocap_metrology.noise.estimates import rows as noise_csv
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.published import published_row
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.noise.fit.estimates import Coefficient, Estimate
+from mocap_metrology.noise.fit.estimates import rows as noise_csv
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.fits import parts as fit_parts
 from mocap_metrology.present.fits.figure import MODEL, UNDER, fit_figure, part_styles

@@ -15,9 +15,9 @@ from noise_data import (
     group,
 )
 
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
-from mocap_metrology.noise.model import ALPHAS
-from mocap_metrology.noise.published import SERIES, published_row
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.model.components import ALPHAS
+from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.present.families import slots
 from mocap_metrology.present.skurowski.appendix import TABLES, table_a
 from mocap_metrology.present.skurowski.coefficients import colour_figure

@@ -9,7 +9,7 @@ import pytest
 from figure_data import check_saved, every_text
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.orientation import of_cluster, unknown
+from mocap_metrology.noise.motion.orientation import of_cluster, unknown
 from mocap_metrology.present.drawing.style import wrap
 from mocap_metrology.present.motion.orientation import orientation_figure, orientation_rows
 from mocap_metrology.present.motion.place import place_figure, place_sentence

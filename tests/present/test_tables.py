@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mocap_metrology.noise.published import published_gaussian
+from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import tables as group_tables
 from mocap_metrology.present.numbers import as_printed, duration_text, readable

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.series import Span
-from mocap_metrology.noise.estimates import correlation_class
+from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.verdict.figure import KINDS, kind_of, verdict_figure
 from mocap_metrology.present.verdict.words import HEAD, mm, summary_row, verdict_lines

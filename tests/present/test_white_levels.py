@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from noise_data import group
 
-from mocap_metrology.noise.published import printed_row, published_keys
+from mocap_metrology.noise.twins.published import printed_row, published_keys
 from mocap_metrology.present.skurowski.appendix import TABLES, table_a
 from mocap_metrology.present.skurowski.white_levels import summary, white_levels
 

@@ -14,8 +14,8 @@ import yaml
 from rule_graph import shipped, write_shipped
 from running import finished, planned, write_sheet
 
-from mocap_metrology.c3d.write import write_c3d
 from mocap_metrology.common.files import sha256, write_json
+from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.lighthouse.assess.pose_file import pose_json
 from mocap_metrology.lighthouse.assess.verdict import Verdict
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json

@@ -15,7 +15,7 @@ import pytest
 from lib import one_file
 from running import environment
 
-from mocap_metrology.c3d.write import write_c3d
+from mocap_metrology.io.c3d.write import write_c3d
 
 ROOT = Path(__file__).resolve().parents[2]
 RATE, SECONDS, SIGMA = 50.0, 70, 0.02

@@ -16,8 +16,8 @@ from lib.startup import any_of
 from snakemake.io import PeriodicityDetector
 
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
+from mocap_metrology.noise.assess.verdict import Thresholds
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-from mocap_metrology.noise.verdict import Thresholds
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = load_schema(ROOT / "workflow/schemas/config.schema.yaml")

@@ -14,7 +14,7 @@ import pytest
 from rule_graph import shipped, write_shipped
 from running import finished, planned, watching, write_sheet
 
-from mocap_metrology.c3d.write import write_c3d
+from mocap_metrology.io.c3d.write import write_c3d
 
 HEADER = ["recording", "path", "markers", "group", "camera_type", "n_cameras", "truncated"]
 ENCODINGS = ("pi", "pr", "vi", "vr", "si", "sr")

@@ -45,8 +45,8 @@ def recording_twins(
     everything is quick. `form` is that of the twins that have none of their own.
     """
     from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.noise.cameras import take_twin
-    from mocap_metrology.noise.twins import twin_from_mapping
+    from mocap_metrology.noise.twins import take_twin
+    from mocap_metrology.noise.twins.twin import twin_from_mapping
 
     common = {"duration_s": duration_s, "form": form} | (twins["defaults"].get("recording") or {})
     settings, faults = {}, []

@@ -5,9 +5,9 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_metadata, read_series, versions, write_table
     from mocap_metrology.common.hampel import taken_at_most
-    from mocap_metrology.noise.allan import averaging_factors
+    from mocap_metrology.noise.allan.confidence import allan_curve
+    from mocap_metrology.noise.allan.variance import averaging_factors
     from mocap_metrology.noise.columns import ALLAN, allan_columns, joined
-    from mocap_metrology.noise.confidence import allan_curve
 
     path, settings = snakemake.input[0], snakemake.params.allan
     origin = read_metadata(path)

@@ -7,8 +7,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal, Truncated
     from mocap_metrology.common.files import empty_folder, sha256, write_json
-    from mocap_metrology.formats import bodies_of, read_any
-    from mocap_metrology.noise.describe import moving_markers
+    from mocap_metrology.io.text import bodies_of, read_any
+    from mocap_metrology.noise.gaussian.describe import moving_markers
 
     row = snakemake.params.row
     check = {"ok": True, "why": "", "warnings": [], "notes": []}

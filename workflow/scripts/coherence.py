@@ -7,8 +7,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_metadata, read_series
-    from mocap_metrology.formats.covariate import read_covariate
-    from mocap_metrology.noise.covariate import Covariate, together
+    from mocap_metrology.io.text.covariate import read_covariate
+    from mocap_metrology.noise.changes.covariate import Covariate, together
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
 

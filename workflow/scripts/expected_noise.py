@@ -11,14 +11,14 @@ with step(snakemake) as log:
     from dataclasses import replace
 
     from mocap_metrology.common.files import read_table, write_csv
-    from mocap_metrology.noise import estimates
-    from mocap_metrology.noise.estimators import (
+    from mocap_metrology.noise.fit import estimates
+    from mocap_metrology.noise.fit.estimators import (
         expected_estimate,
         panel,
         published_estimate,
         settings_of,
     )
-    from mocap_metrology.noise.published import published_row
+    from mocap_metrology.noise.twins.published import published_row
 
     given = snakemake.params
     allan, origin = read_table(snakemake.input[0])

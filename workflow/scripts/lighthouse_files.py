@@ -22,8 +22,8 @@ def write_twin(row: Row, settings: Mapping[str, Any], seed: int, files: Paths) -
     """
     import numpy as np
 
-    from mocap_metrology.c3d.write import write_c3d
     from mocap_metrology.common.files import write_json
+    from mocap_metrology.io.c3d.write import write_c3d
     from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
     from mocap_metrology.lighthouse.simulate.recording import simulate, truth_json, write_dump
     from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping

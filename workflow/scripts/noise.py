@@ -9,7 +9,6 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_table, versions, write_csv, write_table
-    from mocap_metrology.noise import estimates
     from mocap_metrology.noise.columns import (
         ALLAN,
         PERIODOGRAM,
@@ -17,13 +16,14 @@ with step(snakemake) as log:
         joined,
         periodogram_columns,
     )
-    from mocap_metrology.noise.estimators import (
+    from mocap_metrology.noise.fit import estimates
+    from mocap_metrology.noise.fit.estimators import (
         estimate_series,
         masked_curve,
         panel,
         settings_of,
     )
-    from mocap_metrology.noise.series import all_series
+    from mocap_metrology.noise.gaussian.series import all_series
 
     given, recording = snakemake.params, snakemake.wildcards.recording
     _, raw, origin = read_coordinates(snakemake.input.raw)

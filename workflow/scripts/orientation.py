@@ -10,12 +10,12 @@ with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_table, versions, write_csv, write_table
     from mocap_metrology.common.hampel import hampel
-    from mocap_metrology.formats import bodies_of, orientation_of
-    from mocap_metrology.noise.allan import averaging_factors
+    from mocap_metrology.io.text import bodies_of, orientation_of
+    from mocap_metrology.noise.allan.confidence import allan_curve
+    from mocap_metrology.noise.allan.variance import averaging_factors
     from mocap_metrology.noise.columns import ALLAN, allan_columns, joined
-    from mocap_metrology.noise.confidence import allan_curve
-    from mocap_metrology.noise.orientation import AXES, of_cluster, of_poses, unknown
-    from mocap_metrology.noise.series import position
+    from mocap_metrology.noise.gaussian.series import position
+    from mocap_metrology.noise.motion.orientation import AXES, of_cluster, of_poses, unknown
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.motion.orientation import (
         in_radians,

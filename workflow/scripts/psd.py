@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_metadata, read_series, versions, write_table
-    from mocap_metrology.noise.spectrum import welch
+    from mocap_metrology.noise.fit.spectral.welch import welch
 
     path, settings = snakemake.input[0], snakemake.params.psd
     origin = read_metadata(path)

@@ -5,11 +5,11 @@ from step import step
 with step(snakemake) as log:
     import numpy as np
 
-    from mocap_metrology.c3d.write import write_c3d
     from mocap_metrology.common.files import write_json
-    from mocap_metrology.noise.cameras.take import simulate_take
-    from mocap_metrology.noise.cameras.take_twin import is_take, take_twin_from_mapping
-    from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+    from mocap_metrology.io.c3d.write import write_c3d
+    from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
+    from mocap_metrology.noise.twins.take import simulate_take
+    from mocap_metrology.noise.twins.take_twin import is_take, take_twin_from_mapping
 
     entry, name = snakemake.params.twin, snakemake.params.name
     if is_take(entry):

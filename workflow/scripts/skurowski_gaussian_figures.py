@@ -8,8 +8,8 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.noise.published import published_gaussian
-    from mocap_metrology.noise.twins import twin_from_mapping
+    from mocap_metrology.noise.twins.published import published_gaussian
+    from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.skurowski.densities import distances_figure, locations_figure

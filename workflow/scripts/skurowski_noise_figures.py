@@ -6,7 +6,7 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_metadata, read_table
-    from mocap_metrology.noise.estimators import regression, settings_of
+    from mocap_metrology.noise.fit.estimators import regression, settings_of
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.noise import read_noise
     from mocap_metrology.present.skurowski import appendix, gather, paper_noise

@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     import pandas as pd
 
-    from mocap_metrology.noise.twins import twin_from_mapping
+    from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present import tables
     from mocap_metrology.present.skurowski import gaussian_table, subset_tables
 

@@ -10,9 +10,9 @@ with step(snakemake) as log:
     import numpy as np
 
     from mocap_metrology.common.files import versions, write_table
-    from mocap_metrology.formats import labels_of, read_any
-    from mocap_metrology.noise.fills import filled_frames
-    from mocap_metrology.noise.series import coordinate_names, pair_numbers
+    from mocap_metrology.io.text import labels_of, read_any
+    from mocap_metrology.noise.diagnosis.fills import filled_frames
+    from mocap_metrology.noise.gaussian.series import coordinate_names, pair_numbers
 
     row = snakemake.params.row
     paths = list(snakemake.input.files)

@@ -11,7 +11,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_metadata, read_series, read_table, write_json
     from mocap_metrology.noise.assess.recording import Inputs, assess_recording
     from mocap_metrology.noise.assess.series import Span
-    from mocap_metrology.noise.verdict import Thresholds
+    from mocap_metrology.noise.assess.verdict import Thresholds
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.noise import read_noise
     from mocap_metrology.present.verdict.figure import verdict_figure

@@ -1,0 +1,1 @@
+"""Noise of coordinates and distances of markers, by the question that is asked."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:  # what stores a curve need not depend on all that makes one
-    from mocap_metrology.noise.confidence import AllanCurve
-    from mocap_metrology.noise.spectral_fit.periodogram import Periodogram
+    from mocap_metrology.noise.allan.confidence import AllanCurve
+    from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
 
 ALLAN = (
     *("series", "estimator", "m", "tau_s", "avar_mm2", "adev_mm", "n_terms", "alpha", "edf"),

@@ -6,8 +6,8 @@ import math
 import re
 from typing import Any
 
-from mocap_metrology.noise.estimates import unit_key, unit_of
-from mocap_metrology.noise.verdict import duration_words
+from mocap_metrology.noise.assess.verdict import duration_words
+from mocap_metrology.noise.fit.estimates import unit_key, unit_of
 from mocap_metrology.present.drawing.decades import SUPERSCRIPT
 
 # What stands behind a coefficient that is not simply right, and what it means

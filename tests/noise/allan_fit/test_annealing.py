@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan_fit.annealing import (
+from mocap_metrology.noise.fit.allan.annealing import (
     AnnealingSettings,
     annealing_ant_colony,
     annealing_run,
 )
-from mocap_metrology.noise.allan_fit.relative import SearchRange, misfit
-from mocap_metrology.noise.estimates import Components
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import published_row
+from mocap_metrology.noise.fit.allan.relative import SearchRange, misfit
+from mocap_metrology.noise.fit.estimates import Components
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import published_row
 
 TAU0 = 1 / 120
 M = np.unique(np.round(np.logspace(0, np.log10(1_296_000), 116))).astype(int)

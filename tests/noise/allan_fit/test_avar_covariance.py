@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.allan import allan_variance, averaging_factors
-from mocap_metrology.noise.allan_fit.avar_covariance import avar_covariance
-from mocap_metrology.noise.confidence import equivalent_dof
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.allan.confidence import equivalent_dof
+from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
+from mocap_metrology.noise.fit.allan.avar_covariance import avar_covariance
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0 = 1 / 120
 N = 600

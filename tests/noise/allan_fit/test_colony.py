@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan_fit.colony import Colony, colony, jittered
+from mocap_metrology.noise.fit.allan.colony import Colony, colony, jittered
 
 
 def sphere(x):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan_fit.levenberg import levenberg_marquardt
-from mocap_metrology.noise.estimates import Components
-from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.fit.allan.levenberg import levenberg_marquardt
+from mocap_metrology.noise.fit.estimates import Components
+from mocap_metrology.noise.model.components import NoiseModel
 
 TAU0 = 1 / 120
 M = np.unique(np.round(np.logspace(0, np.log10(1_296_000), 116))).astype(int)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan_fit.relative import SearchRange, misfit
-from mocap_metrology.noise.estimates import Components
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel
+from mocap_metrology.noise.fit.allan.relative import SearchRange, misfit
+from mocap_metrology.noise.fit.estimates import Components
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel
 
 TAU0 = 1 / 120
 M = np.unique(np.round(np.logspace(0, 6, 60))).astype(int)

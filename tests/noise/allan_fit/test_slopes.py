@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan_fit.slopes import slopes
-from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.fit.allan.slopes import slopes
+from mocap_metrology.noise.model.components import NoiseModel
 
 TAU0 = 1 / 120
 M = np.unique(np.round(np.logspace(0, np.log10(1_296_000), 116))).astype(int)

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan import averaging_factors
-from mocap_metrology.noise.allan_fit import separable
-from mocap_metrology.noise.allan_fit import weighted as module
-from mocap_metrology.noise.allan_fit.weighted import weighted
-from mocap_metrology.noise.allan_fit.whitening import unit_curves, whitened_by
-from mocap_metrology.noise.confidence import allan_curve
-from mocap_metrology.noise.estimates import Components, Estimate
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.fit.allan import separable
+from mocap_metrology.noise.fit.allan import weighted as module
+from mocap_metrology.noise.fit.allan.weighted import weighted
+from mocap_metrology.noise.fit.allan.whitening import unit_curves, whitened_by
+from mocap_metrology.noise.fit.estimates import Components, Estimate
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0 = 1 / 120
 N = 1 << 17  # 18 minutes

@@ -10,10 +10,10 @@ import pytest
 
 from mocap_metrology.noise.assess.series import Span, assess_series
 from mocap_metrology.noise.assess.spread import expected_spread, spread
-from mocap_metrology.noise.estimates import rows
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.spectral_fit.likelihood import likelihood
-from mocap_metrology.noise.synthesis import circle_length, draw, increment_spectrum
+from mocap_metrology.noise.fit.estimates import rows
+from mocap_metrology.noise.fit.spectral.likelihood import likelihood
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
 RATE, TAU0 = 100.0, 0.01
 LEVELS = (0.683, 0.95)

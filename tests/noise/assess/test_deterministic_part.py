@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.assess.series import Span, assess_series
-from mocap_metrology.noise.confidence import allan_curve
-from mocap_metrology.noise.estimates import rows
-from mocap_metrology.noise.spectral_fit.likelihood import likelihood
+from mocap_metrology.noise.fit.estimates import rows
+from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 
 RATE, N = 100.0, 60_000
 T = np.arange(N) / RATE

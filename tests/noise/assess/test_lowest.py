@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from mocap_metrology.noise.allan import averaging_factors
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.assess.lowest import lowest
-from mocap_metrology.noise.confidence import allan_curve
-from mocap_metrology.noise.model import NoiseModel, PowerLaw
-from mocap_metrology.noise.synthesis import circle_length, draw, increment_spectrum
+from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
+from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
 TAU0, N = 0.01, 12_000
 

@@ -10,7 +10,7 @@ import pytest
 from mocap_metrology.noise.assess.measured import measured_spread, measured_within
 from mocap_metrology.noise.assess.series import Span, assess_series
 from mocap_metrology.noise.assess.spread import expected_spread, kind, spread
-from mocap_metrology.noise.model import (
+from mocap_metrology.noise.model.components import (
     FORMS,
     Form,
     GaussMarkov,
@@ -18,7 +18,7 @@ from mocap_metrology.noise.model import (
     PowerLaw,
     Sinusoid,
 )
-from mocap_metrology.noise.synthesis import circle_length, draw, increment_spectrum
+from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
 TAU0 = 0.01
 COMPONENTS = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.cameras.covariance import block_sums, covariance_rows, factors, matrix
 
 

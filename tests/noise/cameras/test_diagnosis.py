@@ -11,13 +11,13 @@ from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, diagnose
 from mocap_metrology.noise.cameras.law import law
 from mocap_metrology.noise.cameras.moments import moments
 from mocap_metrology.noise.cameras.subsets import additions
-from mocap_metrology.noise.cameras.triangulation import (
+from mocap_metrology.noise.twins.published import published_row, published_subsets
+from mocap_metrology.noise.twins.triangulation import (
     joint_covariance,
     positions,
     random_facility,
     wishart_blocks,
 )
-from mocap_metrology.noise.published import published_row, published_subsets
 
 CHAIN = {f"{n}": list(range(n)) for n in (2, 3, 4, 5, 6, 8)}
 

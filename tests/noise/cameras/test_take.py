@@ -14,7 +14,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.cameras.diagnosis import diagnose
 from mocap_metrology.noise.cameras.moments import moments
 from mocap_metrology.noise.cameras.subsets import additions
-from mocap_metrology.noise.cameras.take import (
+from mocap_metrology.noise.twins.take import (
     Take,
     TakeTwin,
     centroid_errors,
@@ -22,8 +22,8 @@ from mocap_metrology.noise.cameras.take import (
     motion,
     simulate_take,
 )
-from mocap_metrology.noise.cameras.take_twin import take_twin_from_mapping, with_defaults
-from mocap_metrology.noise.cameras.triangulation import (
+from mocap_metrology.noise.twins.take_twin import take_twin_from_mapping, with_defaults
+from mocap_metrology.noise.twins.triangulation import (
     jacobians,
     joint_covariance,
     project,

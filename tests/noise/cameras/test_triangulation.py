@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.cameras.triangulation import (
+from mocap_metrology.noise.twins.triangulation import (
     HALL_MM,
     jacobians,
     joint_covariance,

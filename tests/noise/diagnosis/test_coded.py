@@ -13,10 +13,10 @@ from scipy import signal
 
 from mocap_metrology.common.files import write_json
 from mocap_metrology.noise.diagnosis.coded import coded
+from mocap_metrology.noise.diagnosis.findings import CODES, Finding
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
 from mocap_metrology.noise.diagnosis.sentences import sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-from mocap_metrology.noise.findings import CODES, Finding
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "findings.md"
 

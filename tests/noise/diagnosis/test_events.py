@@ -9,8 +9,8 @@ from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
 from mocap_metrology.noise.diagnosis.recording import searched
 from mocap_metrology.noise.diagnosis.sides import blocks, compare
 from mocap_metrology.noise.diagnosis.spikes import isolated, off_frames, without
-from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.gaussian.series import all_series
+from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 
 RATE = 120.0
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")

@@ -17,9 +17,9 @@ from mocap_metrology.noise.diagnosis.filtering import (
     tried,
 )
 from mocap_metrology.noise.diagnosis.resolution import resolution
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.published import published_row
-from mocap_metrology.noise.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.twins.published import published_row
+from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 
 RATE = 120.0
 AMONG = filters(RATE, (6.0, 10.0), (14.4,), 1.0)

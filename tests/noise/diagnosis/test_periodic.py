@@ -11,11 +11,11 @@ from mocap_metrology.noise.diagnosis.periodic import (
     folds,
     series_lines,
 )
-from mocap_metrology.noise.model import Sinusoid
-from mocap_metrology.noise.published import published_row
-from mocap_metrology.noise.simulate import simulate, twin_from_mapping
-from mocap_metrology.noise.spectral_fit.lines import Line
-from mocap_metrology.noise.spectrum import welch
+from mocap_metrology.noise.fit.spectral.lines import Line
+from mocap_metrology.noise.fit.spectral.welch import welch
+from mocap_metrology.noise.model.components import Sinusoid
+from mocap_metrology.noise.twins.published import published_row
+from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 
 RATE = 120.0
 

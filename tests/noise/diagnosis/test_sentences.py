@@ -14,10 +14,10 @@ from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
 from mocap_metrology.noise.diagnosis.sentence import time_words
 from mocap_metrology.noise.diagnosis.sentences import sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-from mocap_metrology.noise.estimates import rows
-from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.simulate import simulate, twin_from_mapping
-from mocap_metrology.noise.spectral_fit.likelihood import likelihood
+from mocap_metrology.noise.fit.estimates import rows
+from mocap_metrology.noise.fit.spectral.likelihood import likelihood
+from mocap_metrology.noise.gaussian.series import all_series
+from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
 
 RATE = 120.0

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.fft import dct
 
-from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.noise.deterministic import Deterministic, deterministic_of
-from mocap_metrology.noise.estimates import rows
-from mocap_metrology.noise.model import NoiseModel, PowerLaw
-from mocap_metrology.noise.spectral_fit.detrend import line_column, warm_up_column
-from mocap_metrology.noise.spectral_fit.likelihood import LikelihoodSettings, likelihood
-from mocap_metrology.noise.spectral_fit.periodogram import periodogram
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.noise.fit.estimates import rows
+from mocap_metrology.noise.fit.spectral.detrend import line_column, warm_up_column
+from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
+from mocap_metrology.noise.fit.spectral.periodogram import periodogram
+from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
+from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0, N = 0.01, 60_000
 T = np.arange(N) * TAU0

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.estimates import Components
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.spectral_fit.fisher import crlb, model_of, spectrum_of
-from mocap_metrology.noise.spectral_fit.likelihood import LikelihoodSettings, likelihood
-from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.spectral_fit.whittle import Likelihood
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.fit.estimates import Components
+from mocap_metrology.noise.fit.spectral.fisher import crlb, model_of, spectrum_of
+from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0, N = 1 / 120, 1 << 16
 PARTS = (PowerLaw(-2, 1e-8), PowerLaw(-1, 1e-7), PowerLaw(0, 1e-6), PowerLaw(2, 1e-12))

@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.spectral_fit.gaps import bridged, filled, stretches
-from mocap_metrology.noise.spectral_fit.periodogram import binned, bins_of
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
+from mocap_metrology.noise.fit.spectral.periodogram import binned, bins_of
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0 = 1 / 120
 N = 1 << 17

@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.deterministic import PARAMETERS
-from mocap_metrology.noise.estimates import Components
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.spectral_fit.fisher import crlb, spectrum_of, tellable
-from mocap_metrology.noise.spectral_fit.intervals import law_limit
-from mocap_metrology.noise.spectral_fit.likelihood import (
+from mocap_metrology.noise.fit.estimates import Components
+from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of, tellable
+from mocap_metrology.noise.fit.spectral.intervals import law_limit
+from mocap_metrology.noise.fit.spectral.likelihood import (
     LikelihoodSettings,
     check_series,
     likelihood,
 )
-from mocap_metrology.noise.spectral_fit.order import choose, fit_known, penalty
-from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.spectral_fit.whittle import Likelihood, Spectrum
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood, Spectrum
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.deterministic import PARAMETERS
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0 = 1 / 120
 NINE_HOURS = 3_888_000
@@ -221,7 +221,7 @@ def test_criteria():
 def test_a_component_at_the_end_of_its_range_says_so():
     # Faster than half a frame: white to a camera
     data = drawn(NoiseModel((PowerLaw(-2, 1e-9), GaussMarkov(1.0, 1e-4))), 1 << 18, 21)
-    from mocap_metrology.noise.spectral_fit.intervals import coefficients
+    from mocap_metrology.noise.fit.spectral.intervals import coefficients
 
     wanted = Components((-2,), 1, False)
     fit = fit_known(data, wanted.alphas, 1)

@@ -7,12 +7,12 @@ import pytest
 from scipy.signal import lfilter
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.estimates import Components
-from mocap_metrology.noise.estimators import NoiseSettings, estimate_series
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.spectral_fit.likelihood import LikelihoodSettings, likelihood
-from mocap_metrology.noise.spectral_fit.order import penalty
-from mocap_metrology.noise.synthesis import Cross, draw_pair
+from mocap_metrology.noise.fit.estimates import Components
+from mocap_metrology.noise.fit.estimators import NoiseSettings, estimate_series
+from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
+from mocap_metrology.noise.fit.spectral.order import penalty
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0, N = 1 / 120, 1 << 17
 MODEL = NoiseModel((PowerLaw(-2, 4e-9), PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.3)))

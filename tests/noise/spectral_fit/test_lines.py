@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.spectral_fit.lines import (
+from mocap_metrology.noise.fit.spectral.lines import (
     find_lines,
     find_slow_lines,
     line_at,

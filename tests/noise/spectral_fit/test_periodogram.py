@@ -7,8 +7,7 @@ import pytest
 from scipy.fft import dct
 from scipy.linalg import toeplitz
 
-from mocap_metrology.noise.model import GaussMarkov, PowerLaw
-from mocap_metrology.noise.spectral_fit.periodogram import (
+from mocap_metrology.noise.fit.spectral.periodogram import (
     binned,
     bins_of,
     edges,
@@ -16,6 +15,7 @@ from mocap_metrology.noise.spectral_fit.periodogram import (
     joined,
     power_law_unit,
 )
+from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw
 
 TAU0 = 0.01
 

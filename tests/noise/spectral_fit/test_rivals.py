@@ -7,15 +7,15 @@ import pytest
 from scipy.optimize import minimize
 
 from benchmarks.sentences.models import drawn
-from mocap_metrology.noise.model import ALPHAS, GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.published import SERIES, published_keys, published_row
-from mocap_metrology.noise.spectral_fit.detrend import without_part
-from mocap_metrology.noise.spectral_fit.fisher import crlb, spectrum_of
-from mocap_metrology.noise.spectral_fit.intervals import coefficients
-from mocap_metrology.noise.spectral_fit.order import choose, penalty
-from mocap_metrology.noise.spectral_fit.periodogram import Periodogram
-from mocap_metrology.noise.spectral_fit.rivals import judged, undecided
-from mocap_metrology.noise.spectral_fit.whittle import Likelihood
+from mocap_metrology.noise.fit.spectral.detrend import without_part
+from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of
+from mocap_metrology.noise.fit.spectral.intervals import coefficients
+from mocap_metrology.noise.fit.spectral.order import choose, penalty
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
+from mocap_metrology.noise.fit.spectral.rivals import judged, undecided
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.model.components import ALPHAS, GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
 
 NINE_HOURS, TAU0 = 3_888_000, 1 / 120
 WHITE = PowerLaw(0, 1e-4)

@@ -11,9 +11,9 @@ import pytest
 from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
-from mocap_metrology.noise.model import NoiseModel, Sinusoid
-from mocap_metrology.noise.spectral_fit.likelihood import likelihood
-from mocap_metrology.noise.spectral_fit.lines import find_lines, find_slow_lines
+from mocap_metrology.noise.fit.spectral.likelihood import likelihood
+from mocap_metrology.noise.fit.spectral.lines import find_lines, find_slow_lines
+from mocap_metrology.noise.model.components import NoiseModel, Sinusoid
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
 N = RATE * SECONDS

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.twins import Slow, Twin
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.twin import Slow, Twin
 from mocap_metrology.present.claims.chance import draw, of_realisations
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, unknown
 from mocap_metrology.present.claims.study import TYPES, Drawn, Key

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import SERIES
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN
 from mocap_metrology.present.claims.jansen import CLAIMS as OF_J
 from mocap_metrology.present.claims.jansen import Calibrations

@@ -10,8 +10,8 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.estimates import S_ESTIMATOR
-from mocap_metrology.noise.published import SERIES
+from mocap_metrology.noise.fit.estimates import S_ESTIMATOR
+from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.claims.claim import (
     DOES_NOT,
     HOLDS,

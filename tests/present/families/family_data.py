@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from noise_data import TAU0
 
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import SERIES, published_row
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import SERIES, published_row
 
 M = np.unique(np.geomspace(1, 1_000_000, 60).astype(int))
 

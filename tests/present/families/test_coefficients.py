@@ -8,9 +8,9 @@ from family_data import row
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from noise_data import assert_texts_apart, noise_rows
 
-from mocap_metrology.noise.estimates import refused_rows
-from mocap_metrology.noise.model import ALPHAS, NoiseModel
-from mocap_metrology.noise.published import SERIES, published_row
+from mocap_metrology.noise.fit.estimates import refused_rows
+from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
+from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.present.families import slots
 from mocap_metrology.present.families.coefficients import coefficients_figure
 from mocap_metrology.present.families.correlated import correlated_figure

@@ -9,8 +9,8 @@ from figure_data import ODD_TEXT, check, check_saved, every_text
 from matplotlib.colors import to_rgb
 from noise_data import TAU0, assert_texts_apart
 
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import SERIES, published_row
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.present.families.adev import family_figure
 from mocap_metrology.present.families.members import count_looks, family_of, shown_series
 from mocap_metrology.present.families.ratios import ratios

@@ -7,9 +7,9 @@ import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from noise_data import assert_texts_apart
 
-from mocap_metrology.noise.model import GaussMarkov, PowerLaw, Sinusoid
-from mocap_metrology.noise.published import published_gaussian, published_row
-from mocap_metrology.noise.twins import twin_from_mapping
+from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
+from mocap_metrology.noise.twins.published import published_gaussian, published_row
+from mocap_metrology.noise.twins.twin import twin_from_mapping
 from mocap_metrology.present.skurowski import gather, slopes_figure
 from mocap_metrology.present.skurowski.densities import Mean, distances_figure, locations_figure
 from mocap_metrology.present.skurowski.model_figures import (

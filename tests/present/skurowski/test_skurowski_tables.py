@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.moments import Cleaning
-from mocap_metrology.noise.published import published_gaussian
-from mocap_metrology.noise.twins import twin_from_mapping
+from mocap_metrology.noise.gaussian.moments import Cleaning
+from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.noise.twins.twin import twin_from_mapping
 from mocap_metrology.present.pages import left_out
 from mocap_metrology.present.skurowski import cameras, gaussian_table, power_laws, subset_tables
 
@@ -116,7 +116,7 @@ def test_algebra_of_table_4(fourth: list[dict]) -> None:
     assert all(row["published_consistent"] for row in checked)
     rng = np.random.default_rng(1)
     x1, x2 = rng.normal(166, 0.02, 500), rng.normal(6, 0.02, 500)
-    from mocap_metrology.noise.gaussian import gaussian_model
+    from mocap_metrology.noise.gaussian.two_markers import gaussian_model
 
     model = gaussian_model(x1, x2, x1 - x2)
     names = {"rho_12": "rho_12", "sigma_12": "sigma_12_mm2"}

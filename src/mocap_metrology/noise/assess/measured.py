@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.confidence import interval
+from mocap_metrology.noise.allan.confidence import interval
 
 MOST_DOF = 4  # an octave has for a fit, in pairs
 NEIGHBOURS = 3  # octaves a side that its level is smoothed over

@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.noise.assess.series import Span, assess_series
-from mocap_metrology.noise.describe import LONG_S
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
-from mocap_metrology.noise.verdict import (
+from mocap_metrology.noise.assess.verdict import (
     Facts,
     Thresholds,
     Verdict,
@@ -20,6 +18,8 @@ from mocap_metrology.noise.verdict import (
     missing_frames,
     verdict,
 )
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.gaussian.describe import LONG_S
 
 
 @dataclass(frozen=True)

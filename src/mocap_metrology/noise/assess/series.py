@@ -13,11 +13,11 @@ from mocap_metrology.noise.assess.facts import NO_MODEL
 from mocap_metrology.noise.assess.lowest import lowest
 from mocap_metrology.noise.assess.measured import Measured, measured_spread, measured_within
 from mocap_metrology.noise.assess.spread import Spread, expected_spread, spread, wide_line_error
-from mocap_metrology.noise.deterministic import Deterministic, deterministic_of
-from mocap_metrology.noise.estimates import model_of
-from mocap_metrology.noise.gaussian import drift
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.spectral_fit.likelihood import LEAST_SAMPLES
+from mocap_metrology.noise.fit.estimates import model_of
+from mocap_metrology.noise.fit.spectral.likelihood import LEAST_SAMPLES
+from mocap_metrology.noise.gaussian.two_markers import drift
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
 
 MEANS_S = (1.0, 10.0, 60.0)
 UNLIKELY = 1e-3  # probability below which a model and its recording do not agree

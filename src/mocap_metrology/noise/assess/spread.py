@@ -22,12 +22,19 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.noise.deterministic import Deterministic
-from mocap_metrology.noise.model import Component, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.spectral_fit.fisher import spectrum_of
-from mocap_metrology.noise.spectral_fit.lines import line_errors
-from mocap_metrology.noise.spectral_fit.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.spectral_fit.whittle import Likelihood
+from mocap_metrology.noise.fit.spectral.fisher import spectrum_of
+from mocap_metrology.noise.fit.spectral.lines import line_errors
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.model.components import (
+    Component,
+    Form,
+    GaussMarkov,
+    NoiseModel,
+    PowerLaw,
+    Sinusoid,
+)
+from mocap_metrology.noise.model.deterministic import Deterministic
 
 OCTAVES = 30  # beyond n, for blue and violet noise, whose Allan variances fall by 4 an octave
 NAMES = {-2: "random walk", -1: "flicker", 0: "white", 1: "blue", 2: "violet"}

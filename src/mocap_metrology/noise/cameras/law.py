@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.scaling import fit_scaling
+from mocap_metrology.noise.cameras.scaling import fit_scaling
 
 LEAST_RANGE = 1.5  # of the numbers: 8, 9 and 10 cameras tell of their places, not of a law
 

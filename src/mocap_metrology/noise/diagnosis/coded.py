@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
+from mocap_metrology.noise.diagnosis.findings import CODES, Finding
+from mocap_metrology.noise.diagnosis.model_findings import model_findings
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording, Rows
 from mocap_metrology.noise.diagnosis.resolution import DOMINATES
-from mocap_metrology.noise.estimates import Z_95
-from mocap_metrology.noise.findings import CODES, Finding
-from mocap_metrology.noise.model_findings import model_findings
-from mocap_metrology.noise.series import AXES
+from mocap_metrology.noise.fit.estimates import Z_95
+from mocap_metrology.noise.gaussian.series import AXES
 
 
 def coded(recording: Recording, found: Diagnosis, noise: Rows) -> list[Finding]:

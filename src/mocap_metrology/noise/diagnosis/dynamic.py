@@ -24,9 +24,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.allan import running_sum
+from mocap_metrology.noise.allan.variance import running_sum
 from mocap_metrology.noise.diagnosis.spikes import spread
-from mocap_metrology.noise.spectral_fit.gaps import bridged
+from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 LONGEST_S = 0.5  # longest averaging time: slower events hide in slow noise
 WINDOW_S = 1.0  # and at least

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.noise.model import Sinusoid
-from mocap_metrology.noise.spectral_fit.gaps import stretches
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.noise.fit.spectral.gaps import stretches
+from mocap_metrology.noise.model.components import Sinusoid
 
 Density = Callable[[np.ndarray], np.ndarray]
 MEANS_S = 10.0  # sigma of one frame is that about means so long

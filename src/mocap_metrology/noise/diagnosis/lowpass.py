@@ -17,7 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mocap_metrology.noise.spectral_fit.gaps import bridged, stretches
+from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
 
 SEGMENT_S = 32.0
 SEGMENTS = 256  # at most, evenly over the recording

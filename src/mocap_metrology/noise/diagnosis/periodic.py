@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.noise.model import Sinusoid
-from mocap_metrology.noise.spectral_fit.gaps import bridged, filled, stretches
-from mocap_metrology.noise.spectral_fit.lines import Line, find_lines, find_slow_lines
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
+from mocap_metrology.noise.fit.spectral.lines import Line, find_lines, find_slow_lines
+from mocap_metrology.noise.model.components import Sinusoid
 
 MAINS = (50.0, 60.0)  # Hz; lamps flicker at twice that
 MAINS_HARMONICS = 4

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
@@ -22,17 +22,17 @@ from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
 from mocap_metrology.noise.diagnosis.spikes import drawn_in, isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.tails import Tails, heavy_tails
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, model_of
-from mocap_metrology.noise.gaussian import Drift, drift
-from mocap_metrology.noise.model import Form, NoiseModel, Sinusoid
-from mocap_metrology.noise.movement import Movement, movement
-from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.spectral_fit.likelihood import (
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, model_of
+from mocap_metrology.noise.fit.spectral.likelihood import (
     LONGEST_GAP,
     LikelihoodSettings,
     likelihood,
 )
-from mocap_metrology.noise.spectrum import welch
+from mocap_metrology.noise.fit.spectral.welch import welch
+from mocap_metrology.noise.gaussian.series import all_series
+from mocap_metrology.noise.gaussian.two_markers import Drift, drift
+from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
+from mocap_metrology.noise.motion.movement import Movement, movement
 
 NOTCHES = 3  # of a series: its strongest lines
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at

@@ -6,10 +6,14 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from mocap_metrology.noise.describe import movement_words, speed
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import JOINED, LEAST_POINTS
+from mocap_metrology.noise.diagnosis.model_findings import (
+    deterministic_parts,
+    drift_words,
+    warm_up_words,
+)
 from mocap_metrology.noise.diagnosis.periodic import Found
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording, Rows
 from mocap_metrology.noise.diagnosis.resolution import Resolution
@@ -23,13 +27,9 @@ from mocap_metrology.noise.diagnosis.states import (
     low_pass_words,
     tail_words,
 )
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
-from mocap_metrology.noise.model_findings import (
-    deterministic_parts,
-    drift_words,
-    warm_up_words,
-)
-from mocap_metrology.noise.movement import Movement
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.gaussian.describe import movement_words, speed
+from mocap_metrology.noise.motion.movement import Movement
 
 NAMED_EVENTS = NAMED_LINES = 10
 MANY_OUTLIERS, MANY_GAPS = 1e-3, 1e-2  # shares of the frames from which a reader is warned

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
-from mocap_metrology.noise.spectral_fit.gaps import bridged
+from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 LONGEST = 2  # frames; what is off for longer is an event
 NEAR = 2  # frames between markers that were struck by the same thing

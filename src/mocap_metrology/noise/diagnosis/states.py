@@ -12,7 +12,7 @@ from mocap_metrology.noise.diagnosis.lowpass import LowPass
 from mocap_metrology.noise.diagnosis.recording import Recording
 from mocap_metrology.noise.diagnosis.sentence import Sentence, percent, signed
 from mocap_metrology.noise.diagnosis.tails import Tails
-from mocap_metrology.noise.series import AXES
+from mocap_metrology.noise.gaussian.series import AXES
 
 LEVEL_MATTERS = 0.1  # relative change of the noise from which a reader is warned
 MANY_FILLED = 1e-2  # share of the frames from which a reader is warned

@@ -9,7 +9,7 @@ from datetime import datetime
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.compare import Curve, adev_ratio, adev_trend, words_of
+from mocap_metrology.noise.changes.compare import Curve, adev_ratio, adev_trend, words_of
 from mocap_metrology.noise.diagnosis.resolution import MOST, rounding_share
 from mocap_metrology.present.tables import Row, aligned
 

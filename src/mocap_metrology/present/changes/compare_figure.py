@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.noise.compare import Ratio, adev_ratio
+from mocap_metrology.noise.changes.compare import Ratio, adev_ratio
 from mocap_metrology.present.changes.compare import Columns, curve_of, series_of
 from mocap_metrology.present.drawing.curves import look_of
 from mocap_metrology.present.drawing.decades import decade_axis, log_limits

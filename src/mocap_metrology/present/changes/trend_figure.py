@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.noise.compare import Curve
-from mocap_metrology.noise.confidence import interval
+from mocap_metrology.noise.allan.confidence import interval
+from mocap_metrology.noise.changes.compare import Curve
 from mocap_metrology.present.changes.compare import Columns, curve_of, days_of
 from mocap_metrology.present.changes.compare_figure import panels_of
 from mocap_metrology.present.drawing.curves import look_of

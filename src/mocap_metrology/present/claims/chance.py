@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from mocap_metrology.noise.moments import Cleaning
-from mocap_metrology.noise.twins import Twin
+from mocap_metrology.noise.gaussian.moments import Cleaning
+from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, Claim, Finding, unknown
 from mocap_metrology.present.claims.study import Drawn, Key
 from mocap_metrology.present.skurowski.gaussian_table import realisations

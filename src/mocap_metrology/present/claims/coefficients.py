@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mocap_metrology.noise.model import Sinusoid
-from mocap_metrology.noise.published import FRAME_RATE_HZ, SERIES
-from mocap_metrology.noise.scaling import fit_scaling
+from mocap_metrology.noise.cameras.scaling import fit_scaling
+from mocap_metrology.noise.model.components import Sinusoid
+from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, SERIES
 from mocap_metrology.present.claims.claim import (
     DOES_NOT,
     HOLDS,

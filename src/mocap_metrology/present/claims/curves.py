@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocap_metrology.noise.published import SERIES
+from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.claims.claim import (
     Claim,
     Finding,

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.allan import allan_variance
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import FRAME_RATE_HZ, SERIES
+from mocap_metrology.noise.allan.variance import allan_variance
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, SERIES
 from mocap_metrology.present.claims.claim import (
     DOES_NOT,
     UNKNOWN,

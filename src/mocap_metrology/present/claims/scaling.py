@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from mocap_metrology.noise.published import SERIES
-from mocap_metrology.noise.scaling import fit_scaling
+from mocap_metrology.noise.cameras.scaling import fit_scaling
+from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.claims.claim import (
     DOES_NOT,
     HOLDS,

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import (
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import (
     FRAME_RATE_HZ,
     SERIES,
     printed_row,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mocap_metrology.common.files import write_csv, write_json, write_text
+from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.rows import (
     EVENTS,
@@ -18,7 +19,6 @@ from mocap_metrology.noise.diagnosis.rows import (
     periodic_rows,
 )
 from mocap_metrology.noise.diagnosis.sentence import Sentence
-from mocap_metrology.noise.findings import Finding
 
 
 def write_diagnosis(

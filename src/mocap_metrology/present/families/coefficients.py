@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, unit_key
-from mocap_metrology.noise.model import ALPHAS
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, unit_key
+from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.present.drawing.decades import Limits
 from mocap_metrology.present.drawing.legend import strip, strip_height
 from mocap_metrology.present.drawing.names import coordinate_of

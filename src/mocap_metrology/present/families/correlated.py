@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
 from mocap_metrology.present.drawing.decades import decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
-from mocap_metrology.noise.published import SERIES
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
+from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.drawing.decades import Limits, decade_axis
 from mocap_metrology.present.drawing.legend import Entry
 from mocap_metrology.present.drawing.names import coordinate_of

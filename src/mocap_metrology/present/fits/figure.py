@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, correlation_class
-from mocap_metrology.noise.model import GaussMarkov, PowerLaw, Sinusoid
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, correlation_class
+from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.present.drawing.decades import Limits, decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip, strip_height
 from mocap_metrology.present.drawing.linear import linear_axis

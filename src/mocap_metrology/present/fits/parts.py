@@ -10,10 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.noise.deterministic import PARAMETERS as DETERMINISTIC
-from mocap_metrology.noise.deterministic import Deterministic, deterministic_of
-from mocap_metrology.noise.estimates import model_of
-from mocap_metrology.noise.model import Component, Form, GaussMarkov, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.fit.estimates import model_of
+from mocap_metrology.noise.model.components import (
+    Component,
+    Form,
+    GaussMarkov,
+    NoiseModel,
+    PowerLaw,
+    Sinusoid,
+)
+from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
+from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
 from mocap_metrology.present.fits.matching import limit_class
 from mocap_metrology.present.numbers import symbol, typeset, unit
 

@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.noise.deterministic import PARAMETERS as DETERMINISTIC
-from mocap_metrology.noise.estimates import DEFAULT_ESTIMATOR, unit_key, unit_of
-from mocap_metrology.noise.model import NoiseModel
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, unit_key, unit_of
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.present.fits.matching import limit_class
 from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
 from mocap_metrology.present.tables import Row, aligned

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.orientation import AXES, Orientation
+from mocap_metrology.noise.motion.orientation import AXES, Orientation
 from mocap_metrology.present.drawing.curves import Curve, Key, Panel, curves_figure
 from mocap_metrology.present.drawing.decades import log_limits
 from mocap_metrology.present.drawing.style import LOOKS, styled, words_figure

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from mocap_metrology.noise.verdict import COORDINATE
+from mocap_metrology.noise.assess.verdict import COORDINATE
 from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text, three_digits
 from mocap_metrology.present.pages.html_page import (
     EMPTY,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from mocap_metrology.noise.estimates import (
+from mocap_metrology.noise.fit.estimates import (
     DEFAULT_ESTIMATOR,
     PLAIN_ESTIMATOR,
     S_ESTIMATOR,
@@ -14,8 +14,8 @@ from mocap_metrology.noise.estimates import (
     unit_key,
     unit_of,
 )
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import (
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import (
     printed_row,
     published_keys,
     published_notes,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mocap_metrology.noise.estimates import (
+from mocap_metrology.noise.fit.estimates import (
     DEFAULT_ESTIMATOR,
     PLAIN_ESTIMATOR,
     S_ESTIMATOR,
     unit_key,
 )
-from mocap_metrology.noise.model import NoiseModel
-from mocap_metrology.noise.published import COEFFICIENTS, SERIES
+from mocap_metrology.noise.model.components import NoiseModel
+from mocap_metrology.noise.twins.published import COEFFICIENTS, SERIES
 from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, duration_text, three_digits
 from mocap_metrology.present.skurowski.appendix import (
     UNPAIRED,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mocap_metrology.noise.published import published_cameras
+from mocap_metrology.noise.twins.published import published_cameras
 from mocap_metrology.present.tables import Row
 
 TYPES = ("T40", "Bonita", "Vantage")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.noise.model import ALPHAS
+from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.present.drawing.decades import SUPERSCRIPT
 from mocap_metrology.present.drawing.legend import strip, strip_height
 from mocap_metrology.present.drawing.linear import linear_axis

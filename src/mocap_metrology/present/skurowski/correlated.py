@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.estimates import CLASSES, DEFAULT_ESTIMATOR, S_ESTIMATOR, unit_key
+from mocap_metrology.noise.fit.estimates import CLASSES, DEFAULT_ESTIMATOR, S_ESTIMATOR, unit_key
 from mocap_metrology.present.drawing.decades import Limits, decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.noise.allan import allan_variance
+from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.present.drawing.curves import Curve, Panel, draw_panel
 from mocap_metrology.present.drawing.decades import decade_axis
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height

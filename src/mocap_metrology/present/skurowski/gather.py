@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_level_kept
-from mocap_metrology.noise.moments import expected_moments
-from mocap_metrology.noise.published import published_gaussian
-from mocap_metrology.noise.twins import Twin
+from mocap_metrology.noise.gaussian.moments import expected_moments
+from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset

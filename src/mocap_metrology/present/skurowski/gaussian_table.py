@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.hampel import white_level_kept
-from mocap_metrology.noise.moments import QUANTITIES, SLOW_SAMPLES, Cleaning, pair_moments
-from mocap_metrology.noise.published import FRAME_RATE_HZ, published_row
-from mocap_metrology.noise.simulate import stream
-from mocap_metrology.noise.twins import Twin
+from mocap_metrology.noise.gaussian.moments import QUANTITIES, SLOW_SAMPLES, Cleaning, pair_moments
+from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_row
+from mocap_metrology.noise.twins.simulate import stream
+from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.present.numbers import NINE_HOURS_S
 from mocap_metrology.present.tables import Row
 

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.noise.model import GaussMarkov, NoiseModel, PowerLaw
-from mocap_metrology.noise.published import (
+from mocap_metrology.noise.cameras.scaling import Scaling, fit_scaling
+from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
+from mocap_metrology.noise.twins.published import (
     FRAME_RATE_HZ,
     published_gaussian,
     published_keys,
     published_row,
 )
-from mocap_metrology.noise.scaling import Scaling, fit_scaling
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.power_laws import (
+from mocap_metrology.noise.model.power_laws import (
     MU,
     PRINTED_D,
     camera_avar,
@@ -19,7 +19,7 @@ from mocap_metrology.noise.power_laws import (
     slope_and_error,
     slope_weights,
 )
-from mocap_metrology.noise.published import FRAME_RATE_HZ, published_power_laws
+from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_power_laws
 from mocap_metrology.present.tables import Row
 
 FACTORS = (20, 200, 2000)  # tau in frames: 10, 100 and 1000 periods of f_h

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.scaling import Scaling, fit_scaling
+from mocap_metrology.noise.cameras.scaling import Scaling, fit_scaling
 from mocap_metrology.present.drawing.decades import Limits, decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.linear import linear_axis

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mocap_metrology.noise.published import published_gaussian, published_subsets
+from mocap_metrology.noise.twins.published import published_gaussian, published_subsets
 from mocap_metrology.present.tables import Row, source_of
 
 # The recording that stands for each row of S Table 4. Its Vantage row agrees with nine cameras;

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mocap_metrology.noise.verdict import dominating, duration_words, worst_coordinate
+from mocap_metrology.noise.assess.verdict import dominating, duration_words, worst_coordinate
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.tables import Row
 

@@ -1,0 +1,167 @@
+"""Parameter section of a C3D file: walked record by record, nothing taken on trust.
+
+A record is: length of its name (1 byte, negative = locked), group number (1 byte, negative = it is
+the group itself), name, distance to the next record (2 bytes, counted from themselves, 0 = last),
+then for a parameter its type, dimensions and values, and for both a description.
+Layout after the C3D user guide (c3d.org), "The parameter section".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.c3d.numbers import byte_order, floats, int16s
+
+SIZES = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes per element of text, byte, int16, float
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter: `kind` -1 text, 1 byte, 2 int16, 4 float; first dimension varies fastest."""
+
+    kind: int
+    dims: tuple[int, ...]
+    raw: bytes
+    processor: int
+
+    def numbers(self) -> np.ndarray:
+        """Values as float64 or int64 (int16 signed), flat; empty for text."""
+        if self.kind == 4:
+            return floats(self.raw, self.processor).astype(float)
+        if self.kind == 2:
+            return int16s(self.raw, self.processor)
+        return np.frombuffer(self.raw if self.kind == 1 else b"", np.uint8).astype(np.int64)
+
+    def texts(self) -> list[str]:
+        """Strings of a text parameter, blanks around and NULs after them off; none for numbers."""
+        if self.kind != -1:
+            return []
+        width = self.dims[0] if self.dims else 1
+        if width == 0:
+            return [""] * prod(self.dims[1:]) if len(self.dims) > 1 else []
+        return [_text(self.raw[i : i + width]) for i in range(0, len(self.raw), width)]
+
+
+def _text(raw: bytes) -> str:
+    raw = raw.split(b"\0", 1)[0]
+    try:
+        return raw.decode("utf-8").strip()
+    except UnicodeDecodeError:
+        return raw.decode("latin-1").strip()
+
+
+class Parameters:
+    """Parameters by group and name, in capitals."""
+
+    def __init__(self, found: Mapping[tuple[str, str], Parameter]):
+        self._found = found
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def get(self, group: str, name: str) -> Parameter | None:
+        """The parameter, or None."""
+        return self._found.get((group, name))
+
+    def numbers(self, group: str, name: str) -> np.ndarray:
+        """Its values, or an empty array where it is absent."""
+        found = self.get(group, name)
+        return np.array([]) if found is None else found.numbers()
+
+    def number(self, group: str, name: str) -> float | None:
+        """Its first value where that is finite, else None."""
+        values = self.numbers(group, name)
+        return float(values[0]) if len(values) and np.isfinite(values[0]) else None
+
+    def count(self, group: str, name: str) -> int | None:
+        """Its first value as a count: integers unsigned, floats rounded."""
+        value, found = self.number(group, name), self.get(group, name)
+        if value is None or found is None:
+            return None
+        return int(value) & 0xFFFF if found.kind == 2 else round(value)
+
+    def texts(self, group: str, name: str) -> list[str]:
+        """Its strings, numbered continuations (LABELS, LABELS2, LABELS3, ...) joined."""
+        found, number, texts = self.get(group, name), 2, []
+        while found is not None:
+            texts += found.texts()
+            found, number = self.get(group, f"{name}{number}"), number + 1
+        return texts
+
+
+def read_parameters(section: bytes, processor: int, file: str) -> Parameters:
+    """All parameters of a section, which starts with its own 4-byte header.
+
+    Refuses a record, array or description that reaches past its record or the section.
+    """
+    groups: dict[int, str] = {}
+    found: dict[tuple[int, str], Parameter] = {}
+    at = 4
+    while at + 2 <= len(section):
+        length, number = (int(v) for v in np.frombuffer(section[at : at + 2], np.int8))
+        if length == 0:
+            break
+        name, body, end, last = _record(section, at, abs(length), processor, file)
+        if number < 0:
+            _description(section, body, end, name, file)
+            groups.setdefault(-number, name)
+        elif number > 0:
+            parameter = _parameter(section, body, end, name, processor, file)
+            found.setdefault((number, name), parameter)
+        else:
+            raise Refusal(f"{file}: damaged: parameter {name!r} belongs to group 0")
+        if last:
+            break
+        at = end
+    named = {(groups[number], name): p for (number, name), p in found.items() if number in groups}
+    return Parameters(named)
+
+
+def _record(
+    section: bytes, at: int, length: int, processor: int, file: str
+) -> tuple[str, int, int, bool]:
+    """Name, place of the body, place of the next record, and whether this is the last one."""
+    pointer = at + 2 + length
+    if pointer + 2 > len(section):
+        raise Refusal(f"{file}: damaged: the parameter section ends inside a record")
+    name = _text(section[at + 2 : pointer]).upper()
+    distance = int.from_bytes(
+        section[pointer : pointer + 2], "big" if byte_order(processor) == ">" else "little"
+    )
+    end = pointer + distance if distance else len(section)
+    if end > len(section) or 0 < distance < 2:
+        raise Refusal(f"{file}: damaged: parameter record {name!r} reaches past its section")
+    return name, pointer + 2, end, distance == 0
+
+
+def _description(section: bytes, at: int, end: int, name: str, file: str) -> None:
+    """Check that the description at `at` ends inside its record."""
+    if at + 1 > end or at + 1 + section[at] > end:
+        raise Refusal(f"{file}: damaged: description of {name!r} reaches past its record")
+
+
+def _parameter(
+    section: bytes, at: int, end: int, name: str, processor: int, file: str
+) -> Parameter:
+    if at + 2 > end:
+        raise Refusal(f"{file}: damaged: parameter {name!r} has no type")
+    kind, n_dims = int(np.frombuffer(section[at : at + 1], np.int8)[0]), section[at + 1]
+    if kind not in SIZES or n_dims > 7:
+        raise Refusal(
+            f"{file}: damaged: parameter {name!r} has type {kind} and {n_dims} dimensions,"
+            " expected type -1, 1, 2 or 4 and at most 7"
+        )
+    start = at + 2 + n_dims
+    dims = tuple(section[at + 2 : start])
+    stop = start + prod(dims) * SIZES[kind]
+    if start > end or stop > end:
+        raise Refusal(
+            f"{file}: damaged: values of {name!r} reach {stop - end} bytes past their record"
+        )
+    _description(section, stop, end, name, file)
+    return Parameter(kind, dims, section[start:stop], processor)

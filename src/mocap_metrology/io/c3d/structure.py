@@ -1,0 +1,309 @@
+"""What a C3D file says about itself, checked before a single coordinate is read.
+
+Header words after the C3D user guide (c3d.org), "The C3D file header": 1 the block of the
+parameters and 0x50, 2 points, 3 analog samples per frame (all channels), 4 and 5 first and last
+frame, 7-8 scale, 9 block of the data, 10 analog samples per channel and frame, 11-12 rate.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.c3d.frames import (
+    Declared,
+    FrameCount,
+    Section,
+    Trial,
+    choose_frame_size,
+    declared_counts,
+)
+from mocap_metrology.io.c3d.labels import complete_labels
+from mocap_metrology.io.c3d.numbers import BLOCK, PROCESSORS, floats, int16s, unsigned
+from mocap_metrology.io.c3d.parameters import Parameters, read_parameters
+from mocap_metrology.io.c3d.recognise import recognise, regular_size
+from mocap_metrology.io.c3d.units import read_unit
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A C3D file without its coordinates. Lengths in bytes, places in bytes from the start.
+
+    `units` as written; `mm_per_unit`; `scale` is |POINT:SCALE|, the int16 step in `units`;
+    `frame_rate_hz` 0 where the file has none; `first_frame` from TRIAL where it agrees with the
+    frame count, else from the header. `given_labels` are those of the file, `labels` completed.
+    """
+
+    path: Path
+    labels: tuple[str, ...]
+    given_labels: tuple[str, ...]
+    n_points: int
+    n_frames: int
+    frame_count_source: str
+    frame_rate_hz: float
+    units: str
+    mm_per_unit: float
+    encoding: str
+    scale: float
+    first_frame: int
+    notes: tuple[str, ...]
+    processor: int
+    is_float: bool
+    data_offset: int
+    frame_bytes: int
+    header_first: int
+    header_last: int
+    trial: Trial | None
+    trial_base: int | None
+
+    @property
+    def name(self) -> str:
+        """Name of the file without its folder."""
+        return self.path.name
+
+
+@dataclass(frozen=True)
+class _Header:
+    n_points: int
+    analog_samples: int
+    first: int
+    last: int
+    scale: float
+    data_block: int
+    samples_per_channel: int
+    rate: float
+
+
+def inspect(path: str | Path, accept_truncated: bool = False) -> Structure:
+    """Check a C3D file's structure and count its frames; no coordinate is read.
+
+    Refuses what is not a C3D file, is damaged or cut off, has no points, or contradicts itself.
+    `accept_truncated` takes the whole frames that a cut-off file holds, with a note.
+    """
+    path = Path(path)
+    try:
+        size = regular_size(path)
+        with path.open("rb") as stream:
+            block = stream.read(BLOCK)
+            start = _parameter_start(block, size, path.name)
+            stream.seek(start)
+            _, _, n_blocks, processor = stream.read(4)
+            if processor not in PROCESSORS:
+                known = ", ".join(f"{number} ({name})" for number, name in PROCESSORS.items())
+                raise Refusal(f"{path.name}: damaged: processor {processor}, expected {known}")
+            header = _read_header(block, processor)
+            stream.seek(start)
+            section = stream.read(_parameter_bytes(start, n_blocks, header, size))
+        parameters = read_parameters(section, processor, path.name)
+        layout = _layout(path, size, start, n_blocks, header, parameters, accept_truncated)
+    except OSError as error:
+        raise Refusal(f"{path.name}: cannot be read: {error.strerror or error}") from error
+    return _assemble(path, processor, header, parameters, layout)
+
+
+def _parameter_start(block: bytes, size: int, file: str) -> int:
+    """Place of the parameter section, by the first block."""
+    recognise(block, file)
+    start = (block[0] - 1) * BLOCK
+    if block[0] == 0 or start + 4 > size:
+        raise Refusal(
+            f"{file}: damaged: the parameters should be at block {block[0]},"
+            f" the file has {size // BLOCK} blocks of {BLOCK} bytes"
+        )
+    return start
+
+
+def _read_header(block: bytes, processor: int) -> _Header:
+    words = [unsigned(word) for word in int16s(block[:24], processor)]
+    reals = floats(block[:24], processor)
+    return _Header(
+        n_points=words[1],
+        analog_samples=words[2],
+        first=words[3],
+        last=words[4],
+        scale=float(reals[3]),
+        data_block=words[8],
+        samples_per_channel=words[9],
+        rate=float(reals[5]),
+    )
+
+
+def _parameter_bytes(start: int, n_blocks: int, header: _Header, size: int) -> int:
+    """Length of the parameter section: up to the data, else as declared (up to 255 blocks)."""
+    data = (header.data_block - 1) * BLOCK
+    end = data if data > start else start + max(n_blocks, 1) * BLOCK
+    return min(end, size) - start
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the point data lie and how many frames there are."""
+
+    is_float: bool
+    scale: float
+    offset: int
+    frame_bytes: int
+    count: FrameCount
+    declared: Declared
+    notes: tuple[str, ...]
+
+
+def _layout(
+    path: Path,
+    size: int,
+    start: int,
+    n_blocks: int,
+    header: _Header,
+    parameters: Parameters,
+    accept_truncated: bool,
+) -> _Layout:
+    """Bring header and parameters together; refuse where they contradict each other."""
+    notes = []
+    n_points = _number_of_points(header, parameters, path.name)
+    scale, is_float = _scale(header, parameters, path.name)
+    offset = _data_offset(header, parameters, size, path.name)
+    if start < offset < start + n_blocks * BLOCK:
+        notes.append("the parameter section is declared longer than up to the data")
+    section = _section(path, offset, _data_end(parameters, offset, start, size))
+    declared = declared_counts(parameters, header.first, header.last)
+    word = 4 if is_float else 2
+    analog = [n * word for n in _analog_samples(header, parameters)]
+    points = 4 * word * n_points
+    frame_bytes, count = choose_frame_size(
+        declared, section, points, analog, path.name, accept_truncated
+    )
+    if frame_bytes != points + analog[0]:
+        notes.append("analog samples per frame are not those of the header; the file size decided")
+    notes += count.notes
+    return _Layout(is_float, scale, offset, frame_bytes, count, declared, tuple(notes))
+
+
+def _assemble(
+    path: Path, processor: int, header: _Header, parameters: Parameters, layout: _Layout
+) -> Structure:
+    rate, rate_notes = _rate(header, parameters, path.name)
+    units, mm_per_unit, unit_notes = read_unit(parameters.texts("POINT", "UNITS"), path.name)
+    given = tuple(parameters.texts("POINT", "LABELS")[: header.n_points])
+    count, trial = layout.count, layout.declared.trial
+    agrees = trial is not None and count.trial_base is not None
+    return Structure(
+        path=path,
+        labels=complete_labels(given, header.n_points),
+        given_labels=given,
+        n_points=header.n_points,
+        n_frames=count.n,
+        frame_count_source=count.source,
+        frame_rate_hz=rate,
+        units=units,
+        mm_per_unit=mm_per_unit,
+        encoding=f"{PROCESSORS[processor]} {'float' if layout.is_float else 'int16'}",
+        scale=layout.scale,
+        first_frame=trial.first(count.trial_base) if agrees else header.first,
+        notes=(*layout.notes, *rate_notes, *unit_notes),
+        processor=processor,
+        is_float=layout.is_float,
+        data_offset=layout.offset,
+        frame_bytes=layout.frame_bytes,
+        header_first=header.first,
+        header_last=header.last,
+        trial=trial if agrees else None,
+        trial_base=count.trial_base,
+    )
+
+
+def _number_of_points(header: _Header, parameters: Parameters, file: str) -> int:
+    if len(parameters) == 0:
+        raise Refusal(f"{file}: has no parameters, expected at least POINT:USED and POINT:LABELS")
+    used = parameters.count("POINT", "USED")
+    if used is None:
+        raise Refusal(f"{file}: has no POINT:USED, so the number of points is not known")
+    if used != header.n_points:
+        raise Refusal(
+            f"{file}: damaged: {header.n_points} points by the header, {used} by POINT:USED"
+        )
+    if used == 0:
+        raise Refusal(f"{file}: has no points (analog data only), expected marker trajectories")
+    return used
+
+
+def _scale(header: _Header, parameters: Parameters, file: str) -> tuple[float, bool]:
+    """|scale| and whether coordinates are floats (negative scale); an int16 step must be sure."""
+    scale = parameters.number("POINT", "SCALE")
+    if scale is None:
+        scale = header.scale
+    if not math.isfinite(scale) or scale == 0:
+        raise Refusal(f"{file}: damaged: POINT:SCALE is {scale:g}, expected a number other than 0")
+    same = (scale < 0) == (header.scale < 0)
+    if scale > 0:
+        same = same and math.isclose(scale, header.scale, rel_tol=1e-6)
+    if not same:
+        said = f"{header.scale:g} by the header, {scale:g} by POINT:SCALE"
+        raise Refusal(f"{file}: damaged: scale {said}")
+    return abs(scale), scale < 0
+
+
+def _data_offset(header: _Header, parameters: Parameters, size: int, file: str) -> int:
+    declared = parameters.count("POINT", "DATA_START") or header.data_block
+    block = header.data_block or declared
+    if declared != block:
+        raise Refusal(
+            f"{file}: damaged: data at block {block} by the header, {declared} by POINT:DATA_START"
+        )
+    if block < 2 or (block - 1) * BLOCK >= size:
+        raise Refusal(
+            f"{file}: damaged or cut off: data should be at block {block},"
+            f" the file has {size // BLOCK} blocks of {BLOCK} bytes"
+        )
+    return (block - 1) * BLOCK
+
+
+def _data_end(parameters: Parameters, offset: int, start: int, size: int) -> int:
+    """End of the point data: of the file, or where parameters or rotations follow it."""
+    ends = [size]
+    if start > offset:
+        ends.append(start)
+    if parameters.count("ROTATION", "USED"):
+        rotations = ((parameters.count("ROTATION", "DATA_START") or 0) - 1) * BLOCK
+        if rotations > offset:
+            ends.append(rotations)
+    return min(ends)
+
+
+def _section(path: Path, offset: int, end: int) -> Section:
+    with path.open("rb") as stream:
+        stream.seek(max(offset, end - BLOCK))
+        tail = stream.read(end - stream.tell())
+    return Section(end - offset, tail, end % BLOCK == 0)
+
+
+def _analog_samples(header: _Header, parameters: Parameters) -> list[int]:
+    """Possible numbers of analog samples per frame, the header's first."""
+    channels = parameters.count("ANALOG", "USED") or 0
+    possible = [header.analog_samples, channels * header.samples_per_channel]
+    analog = parameters.number("ANALOG", "RATE")
+    points = parameters.number("POINT", "RATE") or header.rate
+    if analog and points and 1 <= analog / points < 65536:
+        possible.append(channels * round(analog / points))
+    return possible
+
+
+def _rate(header: _Header, parameters: Parameters, file: str) -> tuple[float, tuple[str, ...]]:
+    """Frame rate in Hz, the shortest decimal of its float32; 0 where there is none."""
+    rates = {"POINT:RATE": parameters.number("POINT", "RATE"), "the header": header.rate}
+    rates = {
+        source: float(str(np.float32(rate)))
+        for source, rate in rates.items()
+        if rate is not None and math.isfinite(rate) and rate > 0
+    }
+    if not rates:
+        return 0.0, ("the file has no frame rate",)
+    rate, *others = rates.values()
+    if others and not math.isclose(rate, others[0], rel_tol=1e-3):
+        said = ", ".join(f"{rate:g} Hz by {source}" for source, rate in rates.items())
+        raise Refusal(f"{file}: frame rates disagree: {said}")
+    same = not others or math.isclose(rate, others[0], rel_tol=1e-6)
+    return rate, () if same else (f"frame rate {rate:g} Hz, in the header {others[0]:.7g} Hz",)

@@ -1,0 +1,205 @@
+"""Motive CSV (OptiTrack), format versions 1.2x, exported with its header.
+
+Layout after the Motive documentation, "Data Export: CSV": line 1 names and values in turn; an
+empty line; rows of type, name, ID (and parent) of each column; what it holds (Position, Rotation,
+quality); `Frame`, `Time (Seconds)`, axes. Positions of type Marker are measured, an empty cell is
+a gap; a Rigid Body Marker or Bone Marker is where the solved body expects a marker. A Rigid Body or
+Bone has a rotation (a quaternion, or angles in degrees as Rotation Type says) and a position, both
+solved from its markers.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.text.head import Line, check_text, lines
+from mocap_metrology.io.text.layout import Layout, Turned, count, named, rate, unit
+
+WHAT = "a Motive export (CSV with its header)"
+START = ("Format Version", "Take Name", "Capture Frame Rate")
+MEASURED = ("marker", "labeled marker", "unlabeled marker", "unlabelled marker")
+EXPECTED = ("rigid body marker", "bone marker", "marker constraint", "rigid body marker constraint")
+BODIES = ("rigid body", "bone")
+SOLVED_MARKER = "is where the solved body expects the marker, not where it was measured"
+SOLVED_BODY = "is a body: its position and orientation are solved from its markers, not measured"
+PAIRS = (
+    *START,
+    "Take Notes",
+    "Export Frame Rate",
+    "Capture Start Time",
+    "Capture Start Frame",
+    "Total Frames in Take",
+    "Total Exported Frames",
+    "Rotation Type",
+    "Length Units",
+    "Coordinate Space",
+)
+AXES_NOTE = "axes as in the file, in which Motive by default lets Y point up"
+
+
+def layout(path: Path) -> Layout:
+    """Read the header of a Motive CSV file; refuses what is none or contradicts itself."""
+    check_text(path, WHAT)
+    fields, rows, first = _header(path)
+    if not fields.get("Length Units"):
+        raise Refusal(
+            f"{path.name}: line 1 has no Length Units, without which m and mm look alike: export"
+            " again with its header, or add Length Units,Meters (or what Units was set to)"
+        )
+    units, mm_per_unit, _ = unit([fields["Length Units"]], "Length Units", path.name)
+    labels, columns, remarks, turned = _positions(
+        _columns(rows, path.name), fields.get("Rotation Type", ""), path.name
+    )
+    total = fields.get("Total Exported Frames", "")
+    rates = [rate(fields.get(name, "")) for name in ("Export Frame Rate", "Capture Frame Rate")]
+    times = [i for i, cell in enumerate(rows[-1]) if cell.lower().startswith("time (")]
+    return Layout(
+        path=path,
+        format="Motive text",
+        labels=labels,
+        columns=columns,
+        frame_rate_hz=rates[0] or rates[1],
+        units=units,
+        mm_per_unit=mm_per_unit,
+        delimiter=",",
+        data_line=first.number,
+        data_offset=first.start,
+        n_columns=len(rows[-1]),
+        frame_column=0,
+        time_column=times[0] if times else None,
+        declared=("Total Exported Frames", count(total, "Total Exported Frames", path.name))
+        if total
+        else None,
+        declared_too_few=True,
+        notes=(AXES_NOTE,),
+        remarks=remarks,
+        turned=turned,
+    )
+
+
+def _header(path: Path) -> tuple[dict[str, str], list[list[str]], Line]:
+    """What line 1 says, rows on the columns down to `Frame, Time ...`, the first line of numbers.
+
+    Names and notes may be quoted, and notes then go on over several lines.
+    """
+    fields: dict[str, str] = {}
+    rows: list[list[str]] = []
+    following = lines(path)
+    for cells in _records(following, path.name):
+        if not any(cells):
+            continue
+        if not fields:
+            if cells[0] not in START:
+                start = ",".join(cells)[:30]
+                raise Refusal(f"{path.name}: is not {WHAT}: line 1 is {start!r}")
+            fields = _pairs(cells)
+            continue
+        rows.append(cells)
+        if cells[0].lower() == "frame":
+            break
+        if len(rows) > 10:
+            raise Refusal(f"{path.name}: no row Frame, Time ... within 10 rows of its header")
+    else:
+        raise Refusal(f"{path.name}: cut off: within its header")
+    first = next(following, None)
+    if first is None:
+        raise Refusal(f"{path.name}: has no frames: nothing follows the header")
+    return fields, rows, first
+
+
+def _records(following: Iterator[Line], file: str) -> Iterator[list[str]]:
+    """Cells of each record, for which no more lines are taken than it has."""
+    try:
+        for cells in csv.reader(f"{line.text}\n" for line in following):
+            yield [cell.strip() for cell in cells]
+    except csv.Error as error:
+        raise Refusal(f"{file}: its header falls into no cells: {error}") from None
+
+
+def _pairs(cells: Sequence[str]) -> dict[str, str]:
+    """Names and values in turn. A comma in a take's notes shifts what follows, up to the next name
+    that is known."""
+    fields: dict[str, str] = {}
+    at = 0
+    while at + 1 < len(cells):
+        name, value = cells[at : at + 2]
+        shifted = name not in PAIRS and value in PAIRS
+        if not shifted:
+            fields.setdefault(name, value)
+        at += 1 if shifted else 2
+    return fields
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """What the header says of each column: type, name, what it holds, axis."""
+
+    types: list[str]
+    names: list[str]
+    held: list[str]
+    axes: list[str]
+
+    def of(self, kinds: Sequence[str]) -> list[int]:
+        """Where positions of these types begin."""
+        there = range(1, len(self.axes) - 2)
+        return [i for i in there if self.types[i] in kinds and self.hold(i, "position", "XYZ")]
+
+    def hold(self, i: int, what: str, letters: str) -> bool:
+        """Whether the columns from i on hold `what`, one for each letter."""
+        span = slice(i, i + len(letters))
+        return self.held[span] == [what] * len(letters) and self.axes[span] == list(letters)
+
+    def turned(self, position: int, rotation: str) -> Turned | None:
+        """The rotation of the body whose position begins there; `rotation`: type of the header."""
+        own = (self.types[position], self.names[position])
+        order = rotation.strip().upper()
+        for i in range(len(self.axes)):
+            if (self.types[i], self.names[i]) != own:
+                continue
+            if self.hold(i, "rotation", "XYZW"):
+                return Turned(tuple(range(i, i + 4)), "quaternion")
+            if sorted(order) == ["X", "Y", "Z"] and self.hold(i, "rotation", "XYZ"):
+                return Turned(tuple(i + "XYZ".index(letter) for letter in order), order)
+        return None
+
+
+def _columns(rows: list[list[str]], file: str) -> _Columns:
+    width = len(rows[-1])
+    above = [[*row, *[""] * width][:width] for row in rows[:-1]]
+    known = (*MEASURED, *EXPECTED, *BODIES)
+    types = next((row for row in above if any(c.lower() in known for c in row)), None)
+    if types is None or len(above) < 3:
+        raise Refusal(f"{file}: no row of types (Marker, Rigid Body, ...) in the header")
+    names = next((r for r in above if r[1] == "Name"), above[above.index(types) + 1])
+    lower = ([cell.lower() for cell in row] for row in (types, above[-1]))
+    kinds, held = lower
+    return _Columns(kinds, names, held, [cell.upper() for cell in rows[-1]])
+
+
+def _positions(
+    columns: _Columns, rotation: str, file: str
+) -> tuple[tuple[str, ...], tuple[tuple[int, int, int], ...], dict[int, str], dict[int, Turned]]:
+    """Labels and columns of measured markers, of solved ones that have no measured namesake, and of
+    bodies; remarks on what is not measured; orientations of the bodies."""
+    measured, bodies = columns.of(MEASURED), columns.of(BODIES)
+    seen = {columns.names[i] for i in measured}
+    solved = [i for i in columns.of(EXPECTED) if columns.names[i] not in seen]
+    chosen = [*measured, *solved, *bodies]
+    if not chosen:
+        raise Refusal(
+            f"{file}: has no positions of markers or bodies: export it with Markers switched on"
+        )
+    after = len(measured) + len(solved)
+    remarks = dict.fromkeys(range(len(measured), after), SOLVED_MARKER)
+    remarks |= dict.fromkeys(range(after, len(chosen)), SOLVED_BODY)
+    turns = {k: columns.turned(i, rotation) for k, i in enumerate(bodies, start=after)}
+    return (
+        named([columns.names[i] for i in chosen]),
+        tuple((i, i + 1, i + 2) for i in chosen),
+        remarks,
+        {k: turn for k, turn in turns.items() if turn is not None},
+    )

@@ -1,0 +1,137 @@
+"""Vicon Nexus CSV: the section Trajectories of an ASCII export.
+
+Layout as Nexus 2 writes it: sections follow each other, each a line with its name, a line with
+its rate in Hz, a line with names over their first column, `Frame, Sub Frame, X, Y, Z, ...`, a
+line of units, numbers, an empty line. Labels are `subject:marker`, in quotes if there is a comma in
+one; an empty cell is a gap.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import mmap
+import re
+from pathlib import Path
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.text.head import Line, check_text, lines
+from mocap_metrology.io.text.layout import Layout, named, rate, unit
+
+WHAT = "a Vicon Nexus export (CSV)"
+SECTION = b"Trajectories"
+OLD_SECTION = b"TRAJECTORIES"
+OLD_RATE = re.compile(r"\s*[0-9.]+\s*[,;\t]?\s*Hz", re.I)
+INNER = re.compile("[YZ]'*")  # titles of columns over which no label stands
+
+
+def section(path: Path, name: bytes = SECTION) -> tuple[int, int] | None:
+    """Byte and number (from 1) of the line `Trajectories`; None where there is none."""
+    with (
+        path.open("rb") as stream,
+        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
+    ):
+        at = content.find(name)
+        while at >= 0:
+            front, end = content[max(at - 4, 0) : at], content.find(b"\n", at)
+            rest = content[at + len(name) : end if end >= 0 else len(content)]
+            alone = front[-1:] in (b"\n", b'"') or at == 0 or (at == 3 and front[0] > 127)
+            if alone and not rest.strip(b'\r,;\t "'):
+                line_feeds = sum(
+                    content[i : min(i + 2**24, at)].count(b"\n") for i in range(0, at, 2**24)
+                )
+                return at, line_feeds + 1
+            at = content.find(name, at + 1)
+    return None
+
+
+def refuse_old(path: Path) -> None:
+    """Refuse, by its name, what Vicon Workstation and iQ wrote: `TRAJECTORIES` alone on a line, the
+    rate as `120.000000,Hz`, names under `Field #`."""
+    place = section(path, OLD_SECTION)
+    head = list(itertools.islice(lines(path, *place), 2)) if place else []
+    if len(head) == 2 and OLD_RATE.match(head[1].text):
+        raise Refusal(
+            f"{path.name}: is an old Vicon ASCII export (Workstation or iQ, section"
+            f" {OLD_SECTION.decode()}), which is not read: export C3D, or CSV from Nexus 2"
+        )
+
+
+def layout(path: Path) -> Layout:
+    """Read the head of the section Trajectories; refuses what has none or contradicts itself."""
+    check_text(path, WHAT)
+    place = section(path)
+    if place is None:
+        raise Refusal(f"{path.name}: is not {WHAT}: it has no section Trajectories")
+    head = list(itertools.islice(lines(path, *place), 6))
+    if len(head) < 5:
+        raise Refusal(f"{path.name}: cut off: within the head of the section Trajectories")
+    delimiter = _delimiter(head[3], path.name)
+    axes, names, units = (_cells(head[i], delimiter) for i in (3, 2, 4))
+    _check_names(names, axes, f"{path.name}: line {head[2].number}")
+    columns, labels = _markers(axes, names)
+    if not labels:
+        raise Refusal(f"{path.name}: line {head[3].number} has no columns X, Y, Z of a marker")
+    if len(head) < 6 or not head[5].text.strip(f"{delimiter} "):
+        raise Refusal(f"{path.name}: has no frames: nothing follows the head of Trajectories")
+    where = "unit of Trajectories"
+    given = [units[i] for three in columns for i in three if i < len(units)]
+    written, mm_per_unit, notes = unit(given, where, path.name)
+    return Layout(
+        path=path,
+        format="Nexus text",
+        labels=labels,
+        columns=columns,
+        frame_rate_hz=rate(head[1].cells(delimiter)[0]),
+        units=written,
+        mm_per_unit=mm_per_unit,
+        delimiter=delimiter,
+        data_line=head[5].number,
+        data_offset=head[5].start,
+        n_columns=len(axes) if axes[-1] else len(axes) - 1,
+        frame_column=0,
+        ends_blank=True,
+        notes=notes,
+    )
+
+
+def _delimiter(line: Line, file: str) -> str:
+    """What follows `Frame`: a comma, or a semicolon where the system's language asks for it."""
+    text = line.text.lstrip()
+    if not text.startswith("Frame") or text[5:6] not in (",", ";", "\t"):
+        raise Refusal(
+            f"{file}: line {line.number} is {text[:30]!r}, expected Frame, Sub Frame, X, Y, Z ..."
+        )
+    return text[5]
+
+
+def _cells(line: Line, delimiter: str) -> list[str]:
+    """Its cells, stripped; a label with a delimiter in it is in quotes, which come in pairs."""
+    try:
+        if line.text.count('"') % 2 == 0:
+            return [cell.strip() for cell in next(csv.reader([line.text], delimiter=delimiter), [])]
+    except csv.Error:  # a carriage return, or a cell beyond the reader's limit
+        pass
+    return [cell.strip('"') for cell in line.cells(delimiter)]
+
+
+def _check_names(names: list[str], axes: list[str], where: str) -> None:
+    """Refuse labels that a delimiter inside one of them moved off their columns."""
+    for i, name in enumerate(names):
+        title = axes[i] if i < len(axes) else ""
+        if name and (not title or INNER.fullmatch(title)):
+            over = f"over {title}" if title else "over no column"
+            raise Refusal(
+                f"{where}: {name[:40]!r} in cell {i + 1} stands {over}, expected labels over X:"
+                " a label with a comma must be in quotes"
+            )
+
+
+def _markers(
+    axes: list[str], names: list[str]
+) -> tuple[tuple[tuple[int, int, int], ...], tuple[str, ...]]:
+    """Columns and labels of positions: velocities (X') and counts have other titles."""
+    starts = [i for i in range(2, len(axes) - 2) if axes[i : i + 3] == ["X", "Y", "Z"]]
+    padded = [*names, *[""] * len(axes)]
+    columns = tuple((i, i + 1, i + 2) for i in starts)
+    return columns, named([padded[i] for i in starts])

@@ -1,0 +1,136 @@
+"""Qualisys TSV: motion data exported from Track Manager with its header.
+
+Layout after the QTM manual, "Motion data (.tsv)": a name and its values a line (NO_OF_FRAMES,
+FREQUENCY, DATA_INCLUDED, MARKER_NAMES, ...); then, as the export was set, a line of column names;
+then frame and time in s where they were asked for, and three coordinates a label in mm. A gap is
+empty, NULL or three zeros, as the export was set. With DATA_INCLUDED 6D: for each of BODY_NAMES
+x, y, z, three angles, a residual, and the rotation matrix column by column (so that its first
+column is Rot[0] to Rot[2]), an empty cell between two bodies.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.text.head import Line, check_text, lines
+from mocap_metrology.io.text.layout import Layout, Turned, count, named, number, rate
+from mocap_metrology.io.text.rows import NULLS
+
+WHAT = "a Qualisys export (TSV with its header)"
+FIELD = re.compile(r"[A-Z][A-Z0-9_]{2,}")
+PER_BODY = 16
+ROT = (7, 10, 13, 8, 11, 14, 9, 12, 15)  # of a body's columns: its matrix row by row
+SOLVED_BODY = "is a body: its position and orientation are solved from its markers, not measured"
+TYPES = {
+    "mixed": "TRAJECTORY_TYPES says Mixed: parts of it were filled in, where there is no noise",
+    "gap-filled": "TRAJECTORY_TYPES says Gap-filled: it was filled in, where there is no noise",
+    "virtual": "TRAJECTORY_TYPES says Virtual: it was computed from other markers",
+}
+
+
+def layout(path: Path) -> Layout:
+    """Read the header of a Qualisys TSV file; refuses what is none or contradicts itself."""
+    check_text(path, WHAT)
+    fields, titles, first = _header(path)
+    included = fields.get("DATA_INCLUDED", ["3D"])[0].upper()
+    if included not in ("3D", "6D"):
+        given = fields["DATA_INCLUDED"][0][:40]
+        raise Refusal(f"{path.name}: DATA_INCLUDED is {given!r}, expected 3D or 6D")
+    of_bodies = included == "6D"
+    labels = _labels(fields, of_bodies, path.name)
+    step = PER_BODY + 1 if of_bodies else 3
+    what = f"{len(labels)} {'bodies' if of_bodies else 'markers'}"
+    leading = _leading(titles, first, step * len(labels) - of_bodies, what, path.name)
+    declared = count(fields["NO_OF_FRAMES"][0], "NO_OF_FRAMES", path.name)
+    starts = range(len(leading), len(leading) + step * len(labels), step)
+    return Layout(
+        path=path,
+        format="Qualisys text",
+        labels=labels,
+        columns=tuple((i, i + 1, i + 2) for i in starts),
+        frame_rate_hz=rate(fields.get("FREQUENCY", [""])[0]),
+        units="mm",
+        mm_per_unit=1.0,
+        delimiter="\t",
+        data_line=first.number,
+        data_offset=first.start,
+        n_columns=len(leading) + step * len(labels) - of_bodies,
+        frame_column=leading.index("frame") if "frame" in leading else None,
+        time_column=leading.index("time") if "time" in leading else None,
+        declared=("NO_OF_FRAMES", declared),
+        zero_is_gap=True,
+        remarks=dict.fromkeys(range(len(labels)), SOLVED_BODY) if of_bodies else _types(fields),
+        turned={k: Turned(tuple(i + j for j in ROT), "matrix") for k, i in enumerate(starts)}
+        if of_bodies
+        else {},
+    )
+
+
+def _types(fields: dict[str, list[str]]) -> dict[int, str]:
+    """What TRAJECTORY_TYPES says of a label, where it is not Measured."""
+    told = enumerate(fields.get("TRAJECTORY_TYPES", []))
+    return {k: TYPES[kind.strip().lower()] for k, kind in told if kind.strip().lower() in TYPES}
+
+
+def _header(path: Path) -> tuple[dict[str, list[str]], list[str], Line]:
+    """Fields with their values, names of columns (or none), the first line of numbers."""
+    fields: dict[str, list[str]] = {}
+    titles: list[str] = []
+    for line in lines(path):
+        cells = line.cells("\t")
+        filled = [cell for cell in cells if cell]
+        if not fields and (not filled or not FIELD.fullmatch(filled[0])):
+            break
+        if not line.text.strip("\r\n "):
+            continue
+        measured = bool(filled) and (number(filled[0]) is not None or filled[0] in NULLS)
+        named_field = filled and not measured and FIELD.fullmatch(cells[0])
+        if named_field and not titles and cells[0] not in fields:
+            fields[cells[0]] = [*cells[1:], ""]
+        elif filled and cells[0] in fields:  # EVENT, one line each
+            continue
+        elif not titles and filled and not measured:
+            titles = cells
+        elif "NO_OF_FRAMES" in fields:
+            return fields, titles, line
+        else:
+            break
+    if "NO_OF_FRAMES" in fields:
+        raise Refusal(f"{path.name}: has no frames: nothing follows the header")
+    raise Refusal(f"{path.name}: is not {WHAT}: it has no line NO_OF_FRAMES before its numbers")
+
+
+def _labels(fields: dict[str, list[str]], of_bodies: bool, file: str) -> tuple[str, ...]:
+    """MARKER_NAMES or BODY_NAMES, as many as there are said to be."""
+    name, number_of, what = ("MARKER_NAMES", "NO_OF_MARKERS", "marker")
+    if of_bodies:
+        name, number_of, what = ("BODY_NAMES", "NO_OF_BODIES", "body")
+    labels = list(fields.get(name, []))
+    while labels and not labels[-1]:
+        labels.pop()
+    if not labels:
+        raise Refusal(f"{file}: {name} is missing or empty, so no {what} has a label")
+    if number_of in fields:
+        n = count(fields[number_of][0], number_of, file)
+        if n != len(labels):
+            raise Refusal(f"{file}: {name} are {len(labels)}, {number_of} says {n}")
+    return named(labels)
+
+
+def _leading(titles: list[str], first: Line, width: int, what: str, file: str) -> list[str]:
+    """What stands before the `width` cells of coordinates: nothing, `frame`, `time`, or both."""
+    leading = [title.lower() for title in titles[:2] if title.lower() in ("frame", "time")]
+    if leading:
+        return leading
+    cells = first.cells("\t")
+    empty = next((i for i, cell in enumerate(reversed(cells)) if cell), len(cells))
+    extra = len(cells) - (empty % 3 == 1) - width  # a tab may end each line
+    if extra not in (0, 1, 2):
+        raise Refusal(
+            f"{file}: line {first.number} has {len(cells)} cells, expected {width} for {what},"
+            " and frame and time before them or not"
+        )
+    whole = "." not in cells[0] and "," not in cells[0]
+    return [[], ["frame"] if whole else ["time"], ["frame", "time"]][extra]

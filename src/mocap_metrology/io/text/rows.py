@@ -1,0 +1,308 @@
+"""The numbers of a text recording: parsed a block at a time, with the line of whatever is wrong.
+
+Every block's delimiters are counted before Arrow converts it (exactly rounded), as neither a row
+that is too short nor one that is too long may pass for a gap.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import csv as arrow_csv
+
+from mocap_metrology.common.errors import Refusal, Truncated
+from mocap_metrology.io.text.head import Line, decoded, lines
+from mocap_metrology.io.text.layout import NUMBER, Layout
+
+BLOCK_BYTES = 8 << 20
+REASONS = ("empty", "zero", "not_finite")
+NULLS = ["", "NULL", "null", "NaN", "nan", "NAN", "-nan(ind)", "nan(ind)", "#N/A"]
+INFINITE = re.compile(r"[+-]?inf(inity)?", re.I)
+COMMA = re.compile(r"[+-]?\d*,\d+")
+WRITTEN = re.compile(r"[+-]?\d*(?:[.,](\d*))?(?:[eE][+-]?(\d*))?")
+ROWS_ABOVE = 10_000  # how many tell how a column is written
+
+
+@dataclass
+class Rows:
+    """`frame`, `time` (n,) as written or None; `blocks` (3 n_points, n_i) in the file's unit, NaN
+    where there is no measurement; `counts` of such by reason for each point; `at_zero`: places
+    x = y = z = 0 taken as measured; `head` the first block's lines; `cut_off`: why the end is."""
+
+    n: int = 0
+    frame: np.ndarray | None = None
+    time: np.ndarray | None = None
+    blocks: list[np.ndarray] = field(default_factory=list)
+    counts: list[dict[str, int]] = field(default_factory=list)
+    at_zero: list[int] = field(default_factory=list)
+    head: list[str] = field(default_factory=list)
+    cut_off: str = ""
+    notes: list[str] = field(default_factory=list)
+
+
+def read_rows(layout: Layout, points: Sequence[int], accept_truncated: bool) -> Rows:
+    """Read all rows: frame, time and the coordinates of `points` (places of labels, from 0)."""
+    rows = Rows(counts=[dict.fromkeys(REASONS, 0) for _ in points], at_zero=[0] * len(points))
+    leading = [c for c in (layout.frame_column, layout.time_column) if c is not None]
+    wanted = [*leading, *(c for p in points for c in layout.columns[p])]
+    parsed = []
+    for block, line in _blocks(layout, rows, accept_truncated):
+        if not rows.head:
+            rows.head = decoded(block).splitlines()
+        columns, done = _parse(layout, block, line, wanted, _decimal_point(layout, rows.head))
+        parsed.append(columns[: len(leading)])
+        rows.blocks.append(columns[len(leading) :])
+        _judge(layout, points, rows)
+        rows.n += columns.shape[1]
+        if done:
+            break
+    if rows.n == 0:
+        raise Refusal(f"{layout.name}: has no frames: nothing follows the header")
+    leading_values = np.concatenate(parsed, axis=1)
+    if layout.frame_column is not None:
+        rows.frame = leading_values[0]
+    if layout.time_column is not None:
+        rows.time = leading_values[-1]
+    return rows
+
+
+def line_of(layout: Layout, row: int) -> int:
+    """Number of the line of a row (from 0); slow, for messages."""
+    for line in lines(layout.path, layout.data_offset, layout.data_line):
+        if not _is_blank(layout, line.text):
+            row -= 1
+        if row < 0:
+            return line.number
+    return 0
+
+
+def cells_of(layout: Layout, line: str) -> list[str]:
+    """The cells of a line, stripped."""
+    return Line(line, 0, 0, 0).cells(layout.delimiter)
+
+
+def _is_blank(layout: Layout, line: str) -> bool:
+    """Empty, or delimiters only where a frame number would stand."""
+    blank = _blanks(layout) + "\r\n"
+    if layout.frame_column is not None:
+        blank += layout.delimiter
+    return not line.strip(blank)
+
+
+def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tuple[bytes, int]]:
+    """Whole lines, and the number of the first; the last line is looked at if it has no end."""
+    rest, line = b"", layout.data_line
+    with layout.path.open("rb") as stream:
+        stream.seek(layout.data_offset)
+        while chunk := stream.read(BLOCK_BYTES):
+            chunk = rest + chunk
+            cut = chunk.rfind(b"\n") + 1
+            block, rest = chunk[:cut], chunk[cut:]
+            if block:
+                yield _plain(layout, block), line
+                line += block.count(b"\n")
+    rest = _plain(layout, rest + b"\n")[:-1]
+    if not rest:
+        return
+    cut_off = _cut_off(layout, decoded(rest), rows.head) if rows.n else ""
+    if cut_off:
+        rows.cut_off = f"line {line} {cut_off}"
+        if not accept_truncated:
+            raise Truncated(f"{layout.name}: cut off: {rows.cut_off}")
+        return
+    if not rest.endswith(b"\r"):
+        rows.notes.append(f"line {line}, the last, has no line end: is anything missing?")
+    yield rest + b"\n", line
+
+
+def _plain(layout: Layout, block: bytes) -> bytes:
+    """Nothing but blanks in a cell or line is nothing; runs that separate become one space."""
+    if layout.delimiter == " ":
+        return re.sub(rb"(?m)^ | (?=\r?$)", b"", re.sub(rb"[ \t]{2,}|\t", b" ", block))
+    ends = (layout.delimiter.encode(), b"\r", b"\n")
+    if any(bytes([blank]) + end in block for blank in _blanks(layout).encode() for end in ends):
+        return _stripped(layout, block)
+    return block
+
+
+def _blanks(layout: Layout) -> str:
+    """Blanks that separate nothing."""
+    return " " if layout.delimiter == "\t" else " \t"
+
+
+def _stripped(layout: Layout, block: bytes) -> bytes:
+    """Without blanks round cells: Arrow takes them off numbers, not off what stands for none."""
+    mark, blank = re.escape(layout.delimiter).encode(), f"[{_blanks(layout)}]+".encode()
+    ends = rb"(?m)%b(?=%b|\r?$)|(?:^|(?<=%b))%b" % (blank, mark, mark, blank)
+    return re.sub(ends, b"", block)
+
+
+def _cut_off(layout: Layout, last: str, above: Sequence[str]) -> str:
+    """What shows that a last line without its end is cut off; empty where nothing does.
+
+    Too few cells, or a last number with fewer digits behind its point (or in its exponent) than
+    all above it: a cut within a number leaves a wrong one.
+    """
+    cells = cells_of(layout, last)
+    if len(cells) < layout.n_columns:
+        return f"ends after {len(cells)} of {layout.n_columns} cells"
+    column, own = len(cells) - 1, _digits(cells[-1])
+    rows = (cells_of(layout, line) for line in above[:ROWS_ABOVE])
+    found = [_digits(row[column]) for row in rows if column < len(row)]
+    others = [digits for digits in found if digits]
+    if own and others and any(own[k] < min(digits[k] for digits in others) for k in (0, 1)):
+        return f"ends in {cells[-1][:30]!r}, every number above has more digits"
+    return ""
+
+
+def _digits(cell: str) -> tuple[int, int] | None:
+    """How many digits a number has behind its point and in its exponent; None if it is none."""
+    found = WRITTEN.fullmatch(cell)
+    return (len(found[1] or ""), len(found[2] or "")) if found and cell else None
+
+
+def _decimal_point(layout: Layout, head: Sequence[str]) -> str:
+    """A comma where cells of the first rows have one inside a number, else a point."""
+    cells = [cell for line in head[:100] for cell in cells_of(layout, line)]
+    return "," if any(COMMA.fullmatch(cell) for cell in cells) else "."
+
+
+def _parse(
+    layout: Layout, block: bytes, line: int, wanted: Sequence[int], point: str
+) -> tuple[np.ndarray, bool]:
+    """(n_wanted, n) numbers of a block, NaN where empty; and whether the numbers end in it."""
+    block, width, done = _even(layout, block, line)
+    if not block:
+        return np.empty((len(wanted), 0)), done
+    beyond = [f"f{i}" for i in range(layout.n_columns, width)]
+    chosen = [f"f{i}" for i in wanted]
+    try:
+        table = _table(block, layout.delimiter, chosen, beyond, point)
+    except pa.ArrowException:
+        block = _stripped(layout, block)
+        try:
+            table = _table(block, layout.delimiter, chosen, beyond, point)
+        except pa.ArrowException as error:
+            raise _blame(layout, line, wanted, point, str(error)) from None
+    if any(table[name].null_count < table.num_rows for name in beyond):
+        raise _blame(layout, line, wanted, point, "too many cells")
+    if table.num_rows != block.count(b"\n"):
+        raise _blame(layout, line, wanted, point, "carriage returns inside a line")
+    values = np.empty((len(wanted), table.num_rows))
+    for target, name in zip(values, chosen, strict=True):
+        target[:] = table[name].to_numpy()
+    return values, done
+
+
+def _table(
+    block: bytes, delimiter: str, numbers: list[str], texts: list[str], point: str
+) -> pa.Table:
+    """Arrow's reading of some columns (f0, f1, ...) of even rows."""
+    kinds = dict.fromkeys(numbers, pa.float64()) | dict.fromkeys(texts, pa.string())
+    return arrow_csv.read_csv(
+        pa.BufferReader(block),
+        arrow_csv.ReadOptions(use_threads=False, autogenerate_column_names=True),
+        arrow_csv.ParseOptions(delimiter=delimiter, quote_char=False, ignore_empty_lines=False),
+        arrow_csv.ConvertOptions(
+            include_columns=[*dict.fromkeys(numbers), *texts],
+            column_types=kinds,
+            null_values=NULLS,
+            strings_can_be_null=True,
+            decimal_point=point,
+        ),
+    )
+
+
+def _even(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
+    """The block with as many cells in each row, how many, and whether the numbers end in it.
+
+    Cells may be missing at the end of a row, where the last markers are not seen; empty lines go.
+    """
+    letters = np.frombuffer(block, np.uint8)
+    ends = np.flatnonzero(letters == 10)
+    marks = np.flatnonzero(letters == ord(layout.delimiter))
+    counts = np.diff(np.searchsorted(marks, ends), prepend=0)
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    length = ends - starts - ((letters[ends - 1] == 13) & (ends > starts))
+    blank = length == 0
+    if layout.frame_column is not None:
+        blank |= length == counts
+    done = layout.ends_blank and bool(blank.any())
+    if done:
+        n = int(np.argmax(blank))
+        block, counts, blank = block[: starts[n]], counts[:n], blank[:n]
+    if not len(counts) or blank.all():
+        return b"", 0, done
+    width = int(max(counts.max() + 1, layout.n_columns))
+    if width > layout.n_columns + 100:
+        n = int(np.argmax(counts))
+        raise Refusal(f"{layout.name}: line {line + n} has {width} cells, {_expected(layout)}")
+    if counts.min() + 1 == width and not blank.any():
+        return block, width, done
+    mark = layout.delimiter.encode()
+    padded = [
+        text.rstrip(b"\r") + mark * (width - 1 - n)
+        for text, n, gone in zip(block.split(b"\n"), counts.tolist(), blank.tolist(), strict=False)
+        if not gone
+    ]
+    return b"\n".join(padded) + b"\n", width, done
+
+
+def _expected(layout: Layout) -> str:
+    return f"expected {layout.n_columns}"
+
+
+def _blame(layout: Layout, first: int, wanted: Sequence[int], point: str, error: str) -> Refusal:
+    """The refusal that names line and column of the first cell that is no number."""
+    for line in lines(layout.path, layout.data_offset, layout.data_line):
+        if line.number < first:
+            continue
+        if "\r" in line.text:
+            return Refusal(f"{layout.name}: line {line.number} has a carriage return inside")
+        cells = line.cells(layout.delimiter)
+        beyond = [cell for cell in cells[layout.n_columns :] if cell not in NULLS]
+        if beyond:
+            hint = "; are these decimal commas?" if layout.delimiter == "," else ""
+            n = len(cells)
+            return Refusal(
+                f"{layout.name}: line {line.number} has {n} cells, {_expected(layout)}{hint}"
+            )
+        for column in sorted(wanted):
+            cell = cells[column] if column < len(cells) else ""
+            plain = cell.replace(",", ".", 1) if point == "," and "." not in cell else cell
+            fits = not (point == "," and "." in cell)
+            if cell in NULLS or (fits and (NUMBER.fullmatch(plain) or INFINITE.fullmatch(plain))):
+                continue
+            what = f"{cell[:30]!r} is not a number"
+            return Refusal(f"{layout.name}: line {line.number}, column {column + 1}: {what}")
+    return Refusal(f"{layout.name}: from line {first} on: {error.splitlines()[0][:200]}")
+
+
+def _judge(layout: Layout, points: Sequence[int], rows: Rows) -> None:
+    """Which positions of the last block are measured; the others become NaN and are counted."""
+    for k, point in enumerate(points):
+        three = rows.blocks[-1][3 * k : 3 * k + 3]
+        missing = np.isnan(three)
+        empty = missing.all(axis=0)
+        part = missing.any(axis=0) & ~empty
+        if part.any():
+            row = int(np.argmax(part))
+            n = 3 - int(missing[:, row].sum())
+            line = line_of(layout, rows.n + row)
+            label = layout.labels[point]
+            raise Refusal(f"{layout.name}: line {line}: {label!r} has {n} of 3 coordinates")
+        zero = (three == 0).all(axis=0)
+        infinite = np.isinf(three).any(axis=0)
+        counts = rows.counts[k]
+        counts["empty"] += int(empty.sum())
+        counts["not_finite"] += int(infinite.sum())
+        three[:, infinite] = np.nan
+        if layout.zero_is_gap:
+            counts["zero"] += int(zero.sum())
+            three[:, zero] = np.nan
+        else:
+            rows.at_zero[k] += int(zero.sum())

@@ -1,0 +1,113 @@
+"""TRC files (Motion Analysis, OpenSim): tabs, three lines on the file, two on the columns.
+
+A spreadsheet saves them with commas or semicolons, which then stand in every line.
+
+Layout after the OpenSim documentation ("Marker (.trc) Files"): `PathFileType`; names of fields;
+their values; `Frame#`, `Time` and a label over every third column; `X1 Y1 Z1 ...`; an empty line
+or none; then frame, time in s, and three coordinates a label. An empty cell is a gap.
+
+Writers in MATLAB call the second column `Times` and write 0 0 0 where a marker was not seen; there,
+and only there, three exact zeros are a gap. Cortex, after virtual markers were taken out of a file,
+goes on with their names in line 4, beyond NumMarkers and over no numbers.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.text.head import Line, check_text, lines
+from mocap_metrology.io.text.layout import Layout, count, named, rate, triples, unit
+
+WHAT = "a TRC file"
+TITLES = re.compile(r"(frame.*|time.*|#|s|sec.*|[xyz]\d*)", re.I)
+MATLAB = "times"
+
+
+def layout(path: Path) -> Layout:
+    """Read the header of a TRC file; refuses what is none or contradicts itself."""
+    check_text(path, WHAT)
+    head = list(itertools.islice(lines(path), 8))
+    if not head[0].text.startswith("PathFileType"):
+        start = head[0].text[:30]
+        raise Refusal(f"{path.name}: is not {WHAT}: line 1 is {start!r}, not PathFileType ...")
+    if len(head) < 5:
+        raise Refusal(f"{path.name}: cut off: {len(head)} lines, the header alone has 5")
+    delimiter = head[0].text.removeprefix("PathFileType")[:1]
+    delimiter = delimiter if delimiter in (",", ";") else "\t"
+    fields = _fields(head[1], head[2], delimiter, path.name)
+    first = _data(head, delimiter, path.name)
+    labels, more = _labels(head[3], first, fields, delimiter, path.name)
+    units, mm_per_unit, notes = unit([fields.get("Units", "")], "Units", path.name)
+    declared = fields.get("NumFrames", "")
+    zeros = head[3].cells(delimiter)[1].lower() == MATLAB
+    return Layout(
+        path=path,
+        format="TRC text",
+        labels=labels,
+        columns=triples(2, len(labels)),
+        frame_rate_hz=rate(fields.get("DataRate", "")),
+        units=units,
+        mm_per_unit=mm_per_unit,
+        delimiter=delimiter,
+        data_line=first.number,
+        data_offset=first.start,
+        n_columns=2 + 3 * len(labels),
+        frame_column=0,
+        time_column=1,
+        declared=("NumFrames", count(declared, "NumFrames", path.name)) if declared else None,
+        zero_is_gap=zeros,
+        zero_note="taken as gaps: its writer (Times in line 4) puts zeros there",
+        notes=(*notes, *more),
+    )
+
+
+def _fields(names: Line, values: Line, delimiter: str, file: str) -> dict[str, str]:
+    """Line 3 under line 2. Some writers put spaces in place of tabs."""
+    for mark in (delimiter, None):
+        keys, texts = (
+            [cell.strip() for cell in line.text.strip(f"{delimiter} ").split(mark)]
+            for line in (names, values)
+        )
+        if len(keys) == len(texts) and "NumMarkers" in keys:
+            return dict(zip(keys, texts, strict=True))
+    found = f"{len(values.text.split())} values for {len(names.text.split())} names"
+    raise Refusal(f"{file}: line 3 does not fit line 2: {found}, NumMarkers among them")
+
+
+def _labels(
+    line: Line, first: Line, fields: dict[str, str], delimiter: str, file: str
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Labels, which stand over every third column or side by side, and what to say of them. Names
+    may go on beyond NumMarkers if the first row of numbers does not."""
+    cells = line.cells(delimiter)
+    times = cells[1].lower() in ("time", MATLAB) if len(cells) > 1 else False
+    if not times or not cells[0].lower().startswith("frame"):
+        raise Refusal(f"{file}: line 4 is {line.text[:30]!r}, expected Frame#, Time and labels")
+    n = count(fields["NumMarkers"], "NumMarkers", file)
+    given = [cell for cell in cells[2:] if cell]
+    if n and len(given) == n:
+        return named(given), ()
+    if 0 < n < len(given) and not any(first.cells(delimiter)[2 + 3 * n :]):
+        own = cells[2 : 2 + 3 * n : 3]
+        beyond = given[n:]
+        if own == given[:n] or cells[2 : 2 + n] == given[:n]:
+            note = f"line 4 names {len(beyond)} markers more than NumMarkers ({beyond[0]} ...), "
+            return named(given[:n]), (note + "of which the file has no numbers: left out",)
+    spread = [*cells[2 : 2 + 3 * n : 3], *[""] * n][:n]
+    short = n > 0 and not spread[-1] and len(cells) <= 3 * n  # an empty last label has its cell
+    if n == 0 or short or [cell for cell in spread if cell] != given:
+        raise Refusal(f"{file}: line 4 has {len(given)} labels, NumMarkers says {n}")
+    return named(spread), ()
+
+
+def _data(head: list[Line], delimiter: str, file: str) -> Line:
+    """The first line of numbers, after `X1 Y1 Z1` (left out by some) and empty lines."""
+    for line in head[4:]:
+        cells = [cell for cell in line.cells(delimiter) if cell]
+        titles = all(TITLES.fullmatch(cell) for cell in cells) or cells[0].lower().startswith("x")
+        if not titles:
+            return line
+    raise Refusal(f"{file}: has no frames: nothing follows the header")

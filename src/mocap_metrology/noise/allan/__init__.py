@@ -1,0 +1,1 @@
+"""Allan variances of sampled series, and how sure they are."""

@@ -1,0 +1,1 @@
+"""Has a system changed, and what does its noise go with?"""

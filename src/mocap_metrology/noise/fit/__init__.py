@@ -1,0 +1,1 @@
+"""Noise coefficients of a series, by every estimator."""

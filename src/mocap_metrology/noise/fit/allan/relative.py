@@ -1,0 +1,297 @@
+"""Misfit of a noise model to Allan variances, compiled: what the fits after S 3.4 minimise.
+
+    cost = sum_k (w_k (obs_k - model_k))^2
+
+with w = 1/obs (Eq. 13 of Skurowski & Pawlyta 2019, the weight inside the square: relative
+residuals) or the same w at every tau (ordinary least squares, the other curve of their Figure 6).
+
+The coordinates searched, all natural logarithms: for every component its share, the root mean
+square over tau of its part of w * model (w is scaled so that w * obs has 1; so a share is between
+nothing and about 1 whatever the unit); beside it log T_c of a Gauss-Markov term, log f_0 of the
+sinusoid. Order: power laws by alpha, (share, T_c) of each Gauss-Markov term, (share, f_0).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Literal
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.fit.allan.descent import (
+    correlated_table,
+    cost_at,
+    costs_at,
+    descend,
+    residual,
+)
+from mocap_metrology.noise.fit.estimates import Components
+from mocap_metrology.noise.model.components import (
+    ALPHAS,
+    Form,
+    GaussMarkov,
+    NoiseModel,
+    PowerLaw,
+    Sinusoid,
+)
+
+Weighting = Literal["relative", "equal"]
+PER_COEFFICIENT = 3  # Allan variances that are fitted in any case
+
+
+@dataclass(frozen=True)
+class SearchRange:
+    """Where the coefficients are looked for.
+
+    negligible, largest: least and greatest share of a component (see above). What ends at the
+    least is absent to the fit; the best fit has a root mean square of at most 1, or scaling it
+    would pay. shortest_frames, longest_share: T_c in frames, and as a share of the recording: what
+    is shorter is white and what is longer a random walk to any Allan variance of it. lowest_hz:
+    least f_0, but never below 1 / T of the recording; the greatest is Nyquist. longest_tau_share:
+    longest tau fitted, as a share of the recording, but three variances a coefficient at least:
+    relative residuals weigh longer ones, which are a handful of independent differences, like short
+    ones, and a slow sinusoid or correlated term then fits their chance.
+    """
+
+    negligible: float = 1e-5
+    largest: float = 1.5
+    shortest_frames: float = 2.0
+    longest_share: float = 0.1
+    lowest_hz: float = 0.01
+    longest_tau_share: float = 1.0
+
+    def __post_init__(self) -> None:
+        good = 0 < self.negligible < 0.1 and self.largest >= 1 and self.shortest_frames >= 0.1
+        good = good and 0 < self.longest_share <= 1 and 0 < self.longest_tau_share <= 1
+        if not (good and self.lowest_hz > 0):
+            raise Refusal(
+                f"search range {self}, expected negligible in (0, 0.1), largest >= 1, "
+                "shortest_frames >= 0.1, longest_share in (0, 1], longest_tau_share in (0, 1], "
+                "lowest_hz > 0"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """Cost of a point of the search, for one series; d coordinates, k averaging times.
+
+    m, avar: (k,), avar in mm^2; lower, upper: (d,) bounds; weights: (k,) w, 1/mm^2; fixed:
+    (n_alpha, k) w * curve of each power law at share 1; unit: (n_alpha,) its h there.
+    """
+
+    m: np.ndarray
+    avar: np.ndarray
+    tau0: float
+    components: Components
+    form: Form
+    weights: np.ndarray
+    fixed: np.ndarray
+    unit: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @cached_property
+    def _arguments(self) -> tuple:
+        c = self.components
+        sampled = self.form == "sampled"
+        target = self.weights * self.avar
+        return (
+            *(self.fixed, self.m, np.log(self.m), self.weights, target),
+            *(self.tau0, c.gauss_markov, sampled, correlated_table()),
+        )
+
+    def cost(self, x: np.ndarray) -> float:
+        """Sum of squares at the point x (d,)."""
+        return cost_at(x, *self._arguments)
+
+    def costs(self, points: np.ndarray) -> np.ndarray:
+        """(n,) sums of squares at the points (n, d)."""
+        return costs_at(np.ascontiguousarray(points), *self._arguments)
+
+    def residual(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(k,) w (model - obs) at x, and its derivatives (d, k) by the coordinates."""
+        jacobian = np.empty((x.size, self.m.size))
+        return residual(x, *self._arguments, jacobian, True), jacobian
+
+    def polished(self, x: np.ndarray, iterations: int = 100) -> tuple[np.ndarray, float]:
+        """The local minimum below x inside the bounds, and its cost (see `descent.descend`)."""
+        return descend(x, self.lower, self.upper, iterations, *self._arguments)
+
+    def model(self, x: np.ndarray) -> NoiseModel:
+        """The noise model at x, Gauss-Markov terms by rising T_c; T_c and f_0 kept if absent."""
+        n = len(self.components.alphas)
+        shares = np.exp(x)
+        parts: list = [
+            PowerLaw(alpha, float(shares[i] * self.unit[i]))
+            for i, alpha in enumerate(self.components.alphas)
+        ]
+        for i in range(self.components.gauss_markov):
+            log_share, log_T_c = x[n + 2 * i : n + 2 * i + 2]
+            T_c = math.exp(log_T_c)
+            norm = self._norm(GaussMarkov(math.sqrt(2 / T_c), T_c))
+            parts.append(GaussMarkov(math.sqrt(2 / T_c * math.exp(log_share) / norm), T_c))
+        if self.components.sinusoid:
+            f_0 = math.exp(x[-1])
+            norm = self._norm(Sinusoid(1.0, f_0))
+            parts.append(Sinusoid(math.sqrt(math.exp(x[-2]) / norm), f_0))
+        return NoiseModel(tuple(parts)).ordered()
+
+    def point(self, model: NoiseModel) -> np.ndarray:
+        """The point of a model that has these components, moved into the bounds."""
+        if Components.of(model) != self.components:
+            raise Refusal(f"{Components.of(model)}, expected {self.components}")
+        x: list[float] = []
+        for part in model.ordered().components:
+            share = self._norm(part)
+            x.append(math.log(share) if share > 0 else -math.inf)
+            if not isinstance(part, PowerLaw):
+                x.append(math.log(part.T_c if isinstance(part, GaussMarkov) else part.f_0))
+        return np.clip(x, self.lower, self.upper)
+
+    def at_bound(self, x: np.ndarray, within: float = 1e-6) -> dict[str, bool]:
+        """By coefficient (named as in `model`): whether x lies on a bound there. Where a share
+        does, so do q_c and T_c, or A_s and f_0, together: an absent component has no T_c."""
+        on = (x <= self.lower + within) | (x >= self.upper - within)
+        n, count = len(self.components.alphas), self.components.gauss_markov
+        pairs = [(on[i], on[i] or on[i + 1]) for i in range(n, x.size, 2)]
+        order = np.argsort(x[n + 1 : n + 2 * count : 2], kind="stable")
+        flags = [*on[:n], *(flag for i in order for flag in pairs[i])]
+        flags += pairs[-1] if self.components.sinusoid else ()
+        return dict(zip(self.components.names, map(bool, flags), strict=True))
+
+    def freedom(self, x: np.ndarray, rise: float) -> dict[str, float]:
+        """By power law off its bounds: how far, relatively, its coefficient can move from the
+        minimum x while the cost, with all others refitted, grows by `rise` (in the quadratic
+        approximation: sqrt(rise [(J'J)^-1]_ii))."""
+        inside = np.flatnonzero((x > self.lower + 1e-6) & (x < self.upper - 1e-6))
+        jacobian = self.residual(x)[1][inside]
+        scale = np.sqrt(np.sum(jacobian**2, axis=1))
+        values, vectors = np.linalg.eigh((jacobian @ jacobian.T) / np.outer(scale, scale))
+        inverse = vectors**2 @ (1 / np.maximum(values, 1e-15)) / scale**2
+        names = [f"h_{alpha}" for alpha in self.components.alphas]
+        return {
+            names[i]: float(np.sqrt(rise * variance))
+            for i, variance in zip(inside, inverse, strict=True)
+            if i < len(names)
+        }
+
+    def _norm(self, part: PowerLaw | GaussMarkov | Sinusoid) -> float:
+        return _rms(self.weights * part.avar(self.m, self.tau0, self.form))
+
+
+def misfit(
+    m: np.ndarray,
+    avar: np.ndarray,
+    tau0: float,
+    components: Components,
+    form: Form = "continuous",
+    weighting: Weighting = "relative",
+    within: SearchRange | None = None,
+    duration: float | None = None,
+) -> Misfit:
+    """The misfit of `components` to Allan variances `avar` (k,) in mm^2 at tau = m tau0 (s).
+
+    duration: of the recording, s; by default three times the longest tau. Variances beyond
+    `SearchRange.longest_tau_share` of it are left out.
+    """
+    m, avar = checked(m, avar, tau0)
+    components = _checked_components(components, m.size)
+    if form not in ("sampled", "continuous"):
+        raise Refusal(f"form {form!r}, expected sampled or continuous")
+    within = within or SearchRange()
+    duration = 3 * m[-1] * tau0 if duration is None else duration
+    if not m[-1] * tau0 < duration < 1e8 * tau0 / min(within.shortest_frames, 1):
+        raise Refusal(
+            f"recording of {duration} s, expected more than the longest tau, {m[-1] * tau0:.4g} s, "
+            "and less than 10^8 frames"
+        )
+    fitted = max(
+        np.count_nonzero(m * tau0 <= within.longest_tau_share * duration),
+        PER_COEFFICIENT * len(components.names),
+    )
+    m, avar = m[:fitted], avar[:fitted]
+    weights = 1 / avar if weighting == "relative" else np.full(avar.size, 1 / _rms(avar))
+    fixed = weights * _unit_curves(components.alphas, m.tobytes(), tau0, form)
+    unit = 1 / np.sqrt(np.mean(fixed**2, axis=1))
+    lower, upper = _bounds(components, tau0, within, duration)
+    scaled = fixed * unit[:, None]
+    return Misfit(m, avar, tau0, components, form, weights, scaled, unit, lower, upper)
+
+
+def checked(m: np.ndarray, avar: np.ndarray, tau0: float) -> tuple[np.ndarray, np.ndarray]:
+    """m and avar as float arrays by rising m, refused where they are no Allan variances."""
+    m, avar = np.atleast_1d(np.asarray(m, float)), np.atleast_1d(np.asarray(avar, float))
+    if m.ndim != 1 or m.shape != avar.shape:
+        raise Refusal(f"{m.shape} averaging factors, {avar.shape} Allan variances: expected equal")
+    if not (math.isfinite(tau0) and tau0 > 0):
+        raise Refusal(f"frame period {tau0} s, expected a number > 0")
+    order = np.argsort(m, kind="stable")
+    m, avar = m[order], avar[order]
+    if not (np.all(m >= 1) and np.all(m == np.round(m)) and np.all(np.diff(m) > 0)):
+        raise Refusal("averaging factors m, expected different whole numbers >= 1")
+    bad = np.flatnonzero(~(np.isfinite(avar) & (avar > 0)))
+    if bad.size:
+        raise Refusal(
+            f"Allan variance at m = {m[bad[0]]:.0f}: {avar[bad[0]]}, expected a number > 0"
+            + (f" ({bad.size} of {m.size} are none)" if bad.size > 1 else "")
+        )
+    return m, avar
+
+
+def _checked_components(components: Components, n_points: int) -> Components:
+    alphas = tuple(sorted(components.alphas))
+    if not set(alphas) <= set(ALPHAS) or len(set(alphas)) < len(alphas):
+        raise Refusal(f"power laws {components.alphas}, expected some of {ALPHAS}, each once")
+    components = Components(alphas, components.gauss_markov, components.sinusoid)
+    n = len(components.names)
+    if n == 0 or components.gauss_markov < 0:
+        raise Refusal(f"{components}, expected at least one component to fit")
+    if n_points < n:
+        raise Refusal(f"{n_points} Allan variances for {n} coefficients, expected at least {n}")
+    return components
+
+
+@lru_cache(maxsize=16)
+def _unit_curves(alphas: tuple[int, ...], m: bytes, tau0: float, form: Form) -> np.ndarray:
+    """(n_alpha, k) Allan variances of h = 1; kept, as the sampled ones take integrals."""
+    factors = np.frombuffer(m)
+    curves = [PowerLaw(alpha, 1.0).avar(factors, tau0, form) for alpha in alphas]
+    return np.array(curves).reshape(len(alphas), factors.size)
+
+
+def _bounds(
+    components: Components, tau0: float, within: SearchRange, duration: float
+) -> tuple[np.ndarray, np.ndarray]:
+    shortest, longest = within.shortest_frames * tau0, within.longest_share * duration
+    if components.gauss_markov and shortest >= longest:
+        raise Refusal(
+            f"{duration:.4g} s of recording: T_c would be searched from {shortest:.3g} s to "
+            f"{longest:.3g} s, expected a longer recording"
+        )
+    lowest, highest = max(within.lowest_hz, 1 / duration), 0.5 / tau0
+    if components.sinusoid and lowest >= highest:
+        raise Refusal(
+            f"f_0 would be searched from {lowest:.3g} Hz to {highest:.3g} Hz, half of the frame "
+            "rate; expected a lower lowest_hz or a longer recording"
+        )
+    share = (math.log(within.negligible), math.log(within.largest))
+    ranges = [share] * len(components.alphas)
+    ranges += [share, (math.log(shortest), math.log(longest))] * components.gauss_markov
+    ranges += [share, (math.log(lowest), math.log(highest))] * components.sinusoid
+    lower, upper = np.array(ranges).T
+    return np.ascontiguousarray(lower), np.ascontiguousarray(upper)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def warm_up() -> None:
+    """Compile for float64."""
+    m = np.array([1.0, 2, 4, 8])
+    problem = misfit(m, 1 / m, 1.0, Components((0,), 1), within=SearchRange(longest_share=0.5))
+    problem.costs(np.array([problem.polished(problem.lower)[0]]))
+    problem.residual(problem.lower)

@@ -1,0 +1,172 @@
+"""What every estimator of noise coefficients is asked for, and what it returns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.model.components import (
+    ALPHAS,
+    FORMS,
+    Form,
+    GaussMarkov,
+    NoiseModel,
+    PowerLaw,
+)
+from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
+from mocap_metrology.noise.model.deterministic import UNITS as DETERMINISTIC_UNITS
+
+DEFAULT_ESTIMATOR = "likelihood"
+S_ESTIMATOR = "annealing-ant-colony"  # what S used, each trial taken down its valley
+PLAIN_ESTIMATOR = "annealing-ant-colony-plain"  # what S used
+# Two-sided normal quantiles of the intervals named 68 % and 95 %
+Z_68, Z_95 = 0.9944578832097532, 1.959963984540054
+ONE_SIDED_95 = 1.6448536269514722  # of upper limits
+# The classes of correlation time of S 4.6, in s. S names 10^-2..10^0, 10^0..10^1 and 10^2..10^3 s;
+# the first takes what is shorter and the last what is longer, as in S's own tables (2000 s).
+CLASSES = (("short", 0.0, 1.0), ("medium", 1.0, 10.0), ("long", 100.0, math.inf))
+
+
+@dataclass(frozen=True)
+class Components:
+    """Which components are fitted: powers of the power laws, Gauss-Markov terms, a sinusoid."""
+
+    alphas: tuple[int, ...] = ALPHAS
+    gauss_markov: int = 3
+    sinusoid: bool = False
+
+    def __post_init__(self) -> None:
+        if not (set(self.alphas) <= set(ALPHAS) and self.gauss_markov >= 0):
+            raise Refusal(f"{self}, expected alphas out of {ALPHAS} and gauss_markov >= 0")
+
+    @classmethod
+    def of(cls, model: NoiseModel) -> Components:
+        """Those a model has."""
+        alphas = tuple(sorted(c.alpha for c in model.components if isinstance(c, PowerLaw)))
+        correlated = sum(isinstance(c, GaussMarkov) for c in model.components)
+        return cls(alphas, correlated, bool(model.lines))
+
+    @property
+    def names(self) -> list[str]:
+        """`h_-2` ..., `q_c1`, `T_c1`, ..., `A_s`, `f_0`, as in `NoiseModel.coefficients`."""
+        correlated = [f"{p}{k + 1}" for k in range(self.gauss_markov) for p in ("q_c", "T_c")]
+        line = ["A_s", "f_0"] if self.sinusoid else []
+        return [f"h_{alpha}" for alpha in sorted(self.alphas)] + correlated + line
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One line of noise.csv. Units as in `NoiseModel.UNITS`; NaN where there is no such number.
+
+    std_error: by the estimator; crlb: least standard error any unbiased estimator can have with so
+    many samples (`fisher.crlb`) if the fitted model is true. status: `ok`; `at_bound` (the value is
+    an end of the range searched); `not_converged`; `misfit` (the model does not describe the data,
+    so neither values nor errors are what they say); `not_detected` (value NaN, upper_95 the limit).
+    """
+
+    parameter: str
+    value: float
+    std_error: float = math.nan
+    crlb: float = math.nan
+    lower_68: float = math.nan
+    upper_68: float = math.nan
+    lower_95: float = math.nan
+    upper_95: float = math.nan
+    detected: bool = True
+    status: str = "ok"
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Coefficients of one series by one estimator.
+
+    form: of the Allan variances, or the frames whose spectra, were fitted. cost: what was
+    minimised, at the end. note: what a reader should know, one line, or empty.
+    """
+
+    estimator: str
+    form: Form
+    coefficients: tuple[Coefficient, ...]
+    cost: float
+    note: str = ""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Detected coefficients by name, the deterministic part's too."""
+        return {c.parameter: c.value for c in self.coefficients if c.detected}
+
+    @property
+    def model(self) -> NoiseModel:
+        """The noise of the detected coefficients, in the form that was fitted."""
+        return _noise_of(self.values, self.form)
+
+
+def correlation_class(T_c: float) -> str:
+    """Class of a correlation time (s) after S 4.6: `short`, `medium`, `long`, or `unclassed`."""
+    return next((name for name, low, high in CLASSES if low <= T_c < high), "unclassed")
+
+
+def rows(series: str, estimate: Estimate) -> list[dict[str, Any]]:
+    """The rows of noise.csv of one series; column `class` for Gauss-Markov terms (S 4.6)."""
+    values = estimate.values
+    lines = []
+    for c in estimate.coefficients:
+        T_c = values.get(f"T_c{c.parameter[3:]}") if c.parameter[1:3] == "_c" else None
+        lines.append(
+            {
+                "series": series,
+                "estimator": estimate.estimator,
+                "model": estimate.form,
+                "parameter": c.parameter,
+                "value": c.value,
+                "unit": unit_of(c.parameter),
+                **{k: getattr(c, k) for k in ("std_error", "crlb")},
+                **{k: getattr(c, k) for k in ("lower_68", "upper_68", "lower_95", "upper_95")},
+                "detected": c.detected,
+                "status": c.status,
+                "class": correlation_class(T_c) if T_c is not None and np.isfinite(T_c) else "",
+                "note": c.note,
+            }
+        )
+    return lines
+
+
+def refused_rows(series: str, estimators: Sequence[str], why: str) -> list[dict[str, Any]]:
+    """A row of noise.csv an estimator without a number: status `refused`; the note says why."""
+    none = Coefficient("", math.nan, detected=False, status="refused", note=why)
+    return [
+        {**line, "model": ""}
+        for estimator in estimators
+        for line in rows(series, Estimate(estimator, "sampled", (none,), math.nan))
+    ]
+
+
+def unit_key(parameter: str) -> str:
+    """`q_c1` -> `q_c`: the key of `NoiseModel.UNITS`."""
+    return parameter[:3] if parameter[1:3] == "_c" else parameter
+
+
+def unit_of(parameter: str) -> str:
+    """Of a parameter of noise.csv."""
+    units = {**NoiseModel.UNITS, **DETERMINISTIC_UNITS}
+    return units.get(unit_key(parameter), "")
+
+
+def _noise_of(values: Mapping[str, float], form: Form) -> NoiseModel:
+    kept = {name: value for name, value in values.items() if name not in DETERMINISTIC}
+    return NoiseModel.from_coefficients(kept, form)
+
+
+def model_of(noise_rows: list[Mapping[str, Any]]) -> NoiseModel:
+    """The fitted noise out of rows of noise.csv of one series and estimator (see `rows`), in the
+    form that was fitted; what is no noise: `deterministic.deterministic_of`."""
+    absent = ("not_detected", "refused")
+    found = {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] not in absent}
+    form = next((r["model"] for r in noise_rows if r.get("model") in FORMS), "sampled")
+    return _noise_of(found, form)

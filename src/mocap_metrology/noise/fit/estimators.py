@@ -1,0 +1,270 @@
+"""Every estimator of noise coefficients on one series, and what the published row says it is.
+
+    found = estimate_series(raw, (m, avar), 1 / 120, NoiseSettings(), components, seed=1)
+
+`likelihood` and `weighted` get the series as recorded with gross outliers masked; S's estimator and
+its baselines get the Allan variances of the series cleaned as in S.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.hampel import SHORT_WINDOW, hampel
+from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.fit.allan.annealing import (
+    AnnealingRun,
+    AnnealingSettings,
+    annealing_ant_colony,
+    annealing_run,
+)
+from mocap_metrology.noise.fit.allan.levenberg import levenberg_marquardt
+from mocap_metrology.noise.fit.allan.slopes import slopes
+from mocap_metrology.noise.fit.allan.weighted import weighted
+from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
+from mocap_metrology.noise.fit.spectral.fisher import crlb
+from mocap_metrology.noise.fit.spectral.likelihood import (
+    LikelihoodSettings,
+    check_series,
+    likelihood,
+)
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
+from mocap_metrology.noise.model.components import Form, NoiseModel
+from mocap_metrology.noise.twins.published import printed_row, published_keys
+
+ESTIMATORS = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marquardt", "slopes")
+ASKED_FOR = ("annealing-ant-colony-plain",)  # twenty times as slow as all of these
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """estimators: which are run; mask_sigma, half_window: of the Hampel filter that masks gross
+    outliers (samples to each side); criterion, max_gauss_markov, sinusoid: of the choice of order;
+    form: of the model the estimators of S fit; gauss_markov: terms they fit where the paper prints
+    no panel; n_taus, min_m, max_fraction, min_coverage, confidence: of the Allan variances; frames:
+    form of the recording's, for `likelihood` and `weighted` (a camera's are points)."""
+
+    estimators: tuple[str, ...] = ESTIMATORS
+    mask_sigma: float = 6.0
+    half_window: int = 120
+    criterion: str = "bic"
+    max_gauss_markov: int = 4
+    sinusoid: bool = True
+    form: Form = "continuous"
+    gauss_markov: int = 3
+    n_taus: int = 100
+    min_m: int = 1
+    max_fraction: float = 1 / 3
+    min_coverage: float = 0.5
+    confidence: float = 0.683
+    annealing: AnnealingSettings = field(default_factory=AnnealingSettings)
+    frames: Form = "sampled"
+
+    @property
+    def components(self) -> Components:
+        """What S's estimators fit where the paper prints no panel."""
+        return Components(gauss_markov=self.gauss_markov, sinusoid=self.sinusoid)
+
+
+def settings_of(
+    noise: Mapping[str, Any],
+    annealing: Mapping[str, Any],
+    allan: Mapping[str, Any],
+    hampel: Mapping[str, Any],
+    frame_rate_hz: float,
+    frames: Form = "sampled",
+) -> NoiseSettings:
+    """The settings of the estimators out of the sections of the configuration; frames: of the
+    recording, `form` in its metadata where it has one."""
+    return NoiseSettings(
+        estimators=tuple(noise["estimators"]),
+        mask_sigma=noise["mask_sigma"],
+        half_window=max(round(hampel["half_window_s"] * frame_rate_hz), SHORT_WINDOW),
+        criterion=noise["criterion"],
+        max_gauss_markov=noise["max_gauss_markov"],
+        sinusoid=noise["sinusoid"],
+        form=noise["form"],
+        gauss_markov=noise["gauss_markov"],
+        **{k: allan[k] for k in ("n_taus", "min_m", "max_fraction", "min_coverage", "confidence")},
+        annealing=AnnealingSettings(**annealing),
+        frames=frames,
+    )
+
+
+@dataclass(frozen=True)
+class SeriesNoise:
+    """estimates: in the order asked for; curve: Allan variances of the masked series; periodogram:
+    what the likelihood was fitted to (None if it was not); refused: estimator -> why."""
+
+    estimates: tuple[Estimate, ...]
+    curve: AllanCurve
+    periodogram: Periodogram | None
+    refused: dict[str, str]
+
+
+def panel(camera_type: str, n_cameras: int, series: str) -> Components | None:
+    """Components of the panel of Tables A1-A3 that the series has, None if there is none."""
+    if (camera_type, n_cameras) not in published_keys():
+        return None
+    printed = printed_row(camera_type, n_cameras).get(series)
+    if printed is None:
+        return None
+    terms = sum(name.startswith("q_c") for name in printed)
+    return Components(gauss_markov=terms, sinusoid="A_s" in printed)
+
+
+def masked_curve(
+    raw: np.ndarray,
+    tau0: float,
+    settings: NoiseSettings,
+    resolution: float = 0.0,
+    estimator: str = "oadev",
+) -> tuple[np.ndarray, AllanCurve]:
+    """The series without its gross outliers (NaN), and its Allan curve: what a lab is shown."""
+    masked = hampel(raw, settings.half_window, settings.mask_sigma, "mask", resolution).values
+    m = averaging_factors(raw.size, settings.n_taus, settings.min_m, settings.max_fraction)
+    how = (settings.confidence, settings.min_coverage)
+    return masked, allan_curve(masked, 1 / tau0, m, estimator, *how)
+
+
+def estimate_series(
+    raw: np.ndarray,
+    cleaned: tuple[np.ndarray, np.ndarray],
+    tau0: float,
+    settings: NoiseSettings,
+    components: Components | None = None,
+    seed: int = 0,
+    resolution: float = 0.0,
+) -> SeriesNoise:
+    """Run every estimator of `settings` on one series.
+
+    raw: (n,) as recorded, NaN in gaps; cleaned: m and Allan variances (mm^2) of the series cleaned
+    as in S; components: what S's estimators fit (default: all power laws, `gauss_markov` terms,
+    a sinusoid). Raises Refusal for a series without noise to estimate; the refusal of a single
+    estimator is in the result.
+    """
+    check_series(raw, resolution)
+    masked, curve = masked_curve(raw, tau0, settings, resolution)
+    check_series(masked, resolution)
+    n = raw.size
+    components = components or settings.components
+    order = LikelihoodSettings(
+        settings.criterion, settings.max_gauss_markov, settings.sinusoid, form=settings.frames
+    )
+    kept: list[Periodogram] = []
+
+    def by_likelihood() -> Estimate:
+        run = likelihood(masked, tau0, None, order, seed)
+        kept.append(run.periodogram)
+        return _coarse(run.estimate, masked, resolution)
+
+    chosen = {
+        "criterion": settings.criterion,
+        "max_gauss_markov": settings.max_gauss_markov,
+        "sinusoid": settings.sinusoid,
+    }
+    fit = (*cleaned, tau0, components)
+    runs: dict[str, Callable[[], Estimate]] = {
+        "likelihood": by_likelihood,
+        "weighted": lambda: weighted(
+            curve.m, curve.variance, curve.edf, n, tau0, None, chosen, settings.frames
+        ),
+        "annealing-ant-colony": lambda: annealing_ant_colony(
+            *fit, settings.annealing, seed, settings.form, n * tau0
+        ),
+        "annealing-ant-colony-plain": lambda: annealing_ant_colony(
+            *fit, settings.annealing.plain, seed, settings.form, n * tau0
+        ),
+        "levenberg-marquardt": lambda: levenberg_marquardt(
+            *fit, seed, settings.form, within=settings.annealing.every_tau, duration=n * tau0
+        ),
+        "slopes": lambda: slopes(*cleaned, tau0),
+    }
+    estimates, refused = [], {}
+    for name in settings.estimators:
+        try:
+            estimates.append(with_crlb(runs[name](), n, tau0, settings.frames))
+        except Refusal as refusal:
+            refused[name] = str(refusal)
+    return SeriesNoise(tuple(estimates), curve, kept[0] if kept else None, refused)
+
+
+def _coarse(estimate: Estimate, series: np.ndarray, resolution: float) -> Estimate:
+    """A note where the stored step is twice the noise or more: the steps then set the numbers."""
+    steps = np.diff(series)
+    noise = float(np.sqrt(np.mean(steps[np.isfinite(steps)] ** 2) / 2))
+    if noise >= 0.5 * resolution:
+        return estimate
+    why = f"the file's resolution ({resolution:.3g} mm) hides the noise of a frame ({noise:.2g} mm)"
+    coefficients = tuple(
+        replace(c, note=why) if c.parameter == "h_0" else c for c in estimate.coefficients
+    )
+    return replace(
+        estimate, coefficients=coefficients, note="; ".join(filter(None, [estimate.note, why]))
+    )
+
+
+def regression(
+    m: np.ndarray,
+    avar: np.ndarray,
+    tau0: float,
+    settings: NoiseSettings,
+    row: Mapping[str, Any],
+    series: str,
+    seed: int,
+) -> tuple[AnnealingRun, Estimate]:
+    """What S Figure 6 compares: every start of annealing with its result, and ordinary least
+    squares, of one series; row: of the sheet (`camera_type`, `n_cameras`)."""
+    asked = panel(row["camera_type"], row["n_cameras"], series) or settings.components
+    run = annealing_run(m, avar, tau0, asked, settings.annealing, seed, settings.form)
+    return run, levenberg_marquardt(
+        m, avar, tau0, asked, seed, settings.form, within=settings.annealing.every_tau
+    )
+
+
+def expected_estimate(
+    truth: NoiseModel,
+    m: np.ndarray,
+    n: int,
+    tau0: float,
+    settings: NoiseSettings,
+    components: Components,
+    seed: int,
+) -> Estimate:
+    """S's estimator on the Allan variances the model has in frames of its form, without chance.
+
+    Of point samples it differs from the truth where S's formulas, for continuous time, do.
+    """
+    avar = truth.avar(m, tau0)
+    found = annealing_ant_colony(
+        m, avar, tau0, components, settings.annealing, seed, settings.form, n * tau0
+    )
+    return with_crlb(found, n, tau0, truth.form)
+
+
+def published_estimate(truth: NoiseModel, n: int, tau0: float) -> Estimate:
+    """The model itself as an estimate, with the Cramer-Rao bounds of n samples."""
+    bounds = crlb(truth, n, tau0)
+    found = tuple(
+        Coefficient(name, value, crlb=bounds[name]) for name, value in truth.coefficients().items()
+    )
+    return Estimate("published", truth.form, found, np.nan)
+
+
+def with_crlb(estimate: Estimate, n: int, tau0: float, frames: Form = "sampled") -> Estimate:
+    """The estimate with the bounds of its own model, of frames of that form, where it has none of
+    its own."""
+    if all(np.isfinite(c.crlb) for c in estimate.coefficients if c.detected):
+        return estimate
+    bounds = crlb(replace(estimate.model, form=frames), n, tau0)
+    coefficients = tuple(
+        replace(c, crlb=bounds.get(c.parameter, np.nan)) if c.detected else c
+        for c in estimate.coefficients
+    )
+    return replace(estimate, coefficients=coefficients)

@@ -1,0 +1,101 @@
+"""Cramer-Rao bounds: what a recording of a given length can tell of its noise coefficients."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mocap_metrology.noise.fit.spectral.lines import line_errors
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood, Spectrum
+from mocap_metrology.noise.model.components import Form, GaussMarkov, NoiseModel, PowerLaw
+
+
+def spectrum_of(model: NoiseModel) -> Spectrum:
+    """The broadband components of a model as the likelihood names them."""
+    laws = {c.alpha: c.h for c in model.broadband if isinstance(c, PowerLaw)}
+    terms = [c for c in model.broadband if isinstance(c, GaussMarkov)]
+    return Spectrum(laws, np.array([c.q_c**2 for c in terms]), np.array([c.T_c for c in terms]))
+
+
+def model_of(spectrum: Spectrum, form: Form = "sampled") -> NoiseModel:
+    """The inverse of `spectrum_of`, in frames of that form."""
+    laws = [PowerLaw(a, float(h)) for a, h in spectrum.h.items()]
+    pairs = zip(spectrum.q2, spectrum.T_c, strict=True)
+    terms = [GaussMarkov(math.sqrt(q2), float(T)) for q2, T in pairs]
+    return NoiseModel((*laws, *terms), form)
+
+
+def parameter_names(spectrum: Spectrum) -> list[str]:
+    """`h_-2`, ..., `q_c1`, `T_c1`, ...: the order of the information matrix."""
+    terms = [f"{p}{k + 1}" for k in range(len(spectrum.T_c)) for p in ("q_c", "T_c")]
+    return [f"h_{a}" for a in spectrum.h] + terms
+
+
+def standard_errors(information: np.ndarray, spectrum: Spectrum) -> dict[str, float]:
+    """Square roots of the diagonal of the inverse information, by parameter name.
+
+    information: by h, ln q_c^2, ln T_c (see `whittle.Fit`); the errors are of h, q_c and T_c.
+    A parameter the likelihood does not depend on (T_c of an empty component) has an infinite one,
+    and no say in the others'.
+    """
+    diagonal = np.diag(information)
+    known = diagonal > 1e-290
+    error = np.full(diagonal.size, math.inf)
+    if known.any():
+        scale = 1 / np.sqrt(diagonal[known])
+        correlation = scale[:, None] * information[np.ix_(known, known)] * scale
+        # Two components of one shape: no digits are left, and either can be anything
+        value, vector = np.linalg.eigh(correlation)
+        value = np.maximum(value, 1e-15)
+        error[known] = scale * np.sqrt((vector**2 / value).sum(axis=1))
+    n_h = len(spectrum.h)
+    pairs = zip(spectrum.q2, spectrum.T_c, strict=True)
+    size = [v for q2, T in pairs for v in (math.sqrt(q2) / 2, T)]
+    error[n_h:] *= size
+    return dict(zip(parameter_names(spectrum), error.tolist(), strict=True))
+
+
+def crlb(model: NoiseModel, n: int, tau0: float) -> dict[str, float]:
+    """Least standard error of every coefficient from n samples, all of them unknown.
+
+    Inverse of the Fisher information of the spectrum of frames of the model's form [Whittle 1953],
+    I_ij = T Int_0^fN dlnS/dp_i dlnS/dp_j df, one-sided S, evaluated on the bins of the DCT;
+    A_s and f_0 of a line as `lines.line_errors`. Units as the coefficients; infinite for what the
+    spectrum does not depend on. Gauss-Markov terms are numbered as they stand in the model.
+    """
+    spectrum = spectrum_of(model)
+    bins = bins_of(n, tau0, form=model.form)
+    weight = bins.n.astype(float)
+    likelihood = Likelihood(Periodogram(bins, np.ones(weight.size), weight), (tau0 / 2, n * tau0))
+    found = standard_errors(likelihood.information(spectrum), spectrum)
+    for line in model.lines:
+        psd = float(model.psd(np.array([min(line.f_0, 0.5 / tau0)]), tau0)[0])
+        high = line.recorded(tau0, model.form)
+        found["A_s"], found["f_0"] = line_errors(high, psd, n * tau0)
+        found["A_s"] *= line.A_s / high if high > 0 else 1.0
+    return found
+
+
+def tellable(model: NoiseModel, n: int, tau0: float, limit: float = 1.0) -> NoiseModel:
+    """The model without the components n samples cannot tell.
+
+    The component of the greatest relative bound (of h, q_c or T_c) is taken out while it exceeds
+    `limit`, and the bounds are computed afresh. Lines stay.
+    """
+    left = model
+    while True:
+        values, bounds = left.coefficients(), crlb(left, n, tau0)
+        relative = {
+            name: bounds[name] / values[name] if values[name] else math.inf
+            for name in bounds
+            if name not in ("A_s", "f_0")
+        }
+        worst = max(relative, key=lambda name: relative[name], default=None)
+        if worst is None or relative[worst] <= limit:
+            return left
+        number = worst[3:]
+        same = {worst} if worst[0] == "h" else {f"q_c{number}", f"T_c{number}"}
+        kept = {k: v for k, v in values.items() if k not in same}
+        left = NoiseModel.from_coefficients(kept, model.form)

@@ -1,0 +1,219 @@
+"""From a maximum of the likelihood to the lines of noise.csv: errors, intervals, limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mocap_metrology.noise.fit.estimates import (
+    CLASSES,
+    ONE_SIDED_95,
+    Z_68,
+    Z_95,
+    Coefficient,
+    Components,
+)
+from mocap_metrology.noise.fit.spectral.fisher import model_of, parameter_names, standard_errors
+from mocap_metrology.noise.fit.spectral.lines import Line, line_errors, threshold
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, gauss_markov_unit
+from mocap_metrology.noise.fit.spectral.rivals import Rival, widened
+from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood
+from mocap_metrology.noise.model.components import ALPHAS, Sinusoid
+
+LINE_FROM_HZ = 1.0  # a limit on lines is given from here up: below, the noise rises and so does it
+GONE = 3.0  # standard error over value from which a term is not there
+LIMIT_TOLERANCE = 3e-3  # of twice the log likelihood: a thousandth of the fall at a limit
+DOUBLINGS = 40  # of a first guess of a limit
+PLACES = 8  # values of T_c in a class a limit is computed for
+
+
+def coefficients(
+    data: Periodogram,
+    fit: Fit,
+    line: Line | None,
+    components: Components | None,
+    most_terms: int,
+    wants_line: bool,
+    near: Sequence[Rival] = (),
+    cost: Callable[[int], float] = lambda p: 0.0,
+) -> tuple[Coefficient, ...]:
+    """Every coefficient with its error and intervals; limits for what is not there.
+
+    Intervals: q_c, T_c, A_s log-normal, as they are positive scales; h normal below, from 0 up,
+    and log-normal above. Where the relative error exceeds 0.3 (T_c of a tenth of the recording),
+    95 % ones hold in some 90 %.
+    near: `rivals` of the fit, whose intervals theirs are joined with; cost: of p parameters by the
+    criterion that chose the fit (`order.penalty`), which limits must know (`upper_limit`).
+    """
+    bins = data.bins
+    weight = bins.n.astype(float)
+    likelihood = Likelihood(data, bins.T_c_range)
+    complete = Likelihood(Periodogram(bins, data.psd, weight), likelihood.bounds)
+    spectrum = fit.spectrum
+    error = standard_errors(fit.information, spectrum)
+    bound = standard_errors(complete.information(spectrum), spectrum)
+    status = {} if fit.converged else dict.fromkeys(parameter_names(spectrum), "not_converged")
+    status |= _at_bound(fit, likelihood.bounds)
+    rows = []
+    for alpha in components.alphas if components else ALPHAS:
+        name = f"h_{alpha}"
+        h = spectrum.h.get(alpha, 0.0)
+        if h > 0:
+            rows.append(_law(name, h, error[name], bound[name], status.get(name, "ok")))
+        else:
+            rows.append(_limit(name, law_limit(likelihood, fit, alpha, cost(1))))
+    for k, (q2, T_c) in enumerate(zip(spectrum.q2, spectrum.T_c, strict=True), start=1):
+        gone = error[f"q_c{k}"] > GONE * math.sqrt(q2)
+        for name, value in ((f"q_c{k}", math.sqrt(q2)), (f"T_c{k}", float(T_c))):
+            kind = status.get(name, "ok")
+            found = _positive(name, value, error[name], bound[name], kind)
+            # With the number of terms given, one that is not there ends anywhere
+            rows.append(_limit(name, math.nan, "no such term stands out") if gone else found)
+    rows = list(widened(rows, fit, near, likelihood.bounds[1]))
+    if components is None and len(spectrum.T_c) < most_terms:
+        rows += _class_limits(likelihood, fit, most_terms, cost(2))
+    if wants_line:
+        rows += _line_rows(line, likelihood, fit)
+    return tuple(rows)
+
+
+def _at_bound(fit: Fit, bounds: tuple[float, float]) -> dict[str, str]:
+    at = np.isclose(fit.spectrum.T_c, bounds[0]) | np.isclose(fit.spectrum.T_c, bounds[1])
+    return {f"T_c{k + 1}": "at_bound" for k in np.flatnonzero(at)}
+
+
+def _linear(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
+    ends = [max(value + sign * z * error, 0.0) for z in (Z_68, Z_95) for sign in (-1, 1)]
+    return Coefficient(name, value, error, bound, *ends, status=status)
+
+
+def _law(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
+    """h: its error grows with it, so one that came out low has too small an error, and the upper
+    end is the log-normal one; the lower is the normal one, which reaches zero."""
+    low, high = (
+        _linear(name, value, error, bound, status),
+        _positive(name, value, error, bound, status),
+    )
+    return replace(low, upper_68=high.upper_68, upper_95=high.upper_95)
+
+
+def _positive(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
+    relative = error / value
+    ends = [value * _exp(sign * z * relative) for z in (Z_68, Z_95) for sign in (-1, 1)]
+    return Coefficient(name, value, error, bound, *ends, status=status)
+
+
+def _exp(x: float) -> float:
+    return math.exp(min(x, 700.0))
+
+
+def _limit(name: str, upper: float, note: str = "") -> Coefficient:
+    return Coefficient(
+        name, math.nan, upper_95=upper, detected=False, status="not_detected", note=note
+    )
+
+
+def _one_step(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> tuple[float, float]:
+    """Coefficient of a further spectrum `column` (B,) by one scoring step from 0, the others
+    refitted, and its standard error."""
+    density, columns = likelihood.jacobian(fit.spectrum)
+    root = np.sqrt(likelihood.weight / 2)
+    used = columns[:, np.abs(columns).max(axis=0) > 0] / density[:, None] * root[:, None]
+    basis, _ = np.linalg.qr(used)
+    own = column / density * root
+    left = own - basis @ (basis.T @ own)
+    information = left @ left
+    if information < 1e-12 * (own @ own):
+        return 0.0, math.inf
+    rest = root * (likelihood.psd / density - 1)
+    return max(left @ rest / information, 0.0), 1 / math.sqrt(information)
+
+
+def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray, price: float) -> float:
+    """Upper 95 % limit of the coefficient of a further spectrum `column` (B,), >= 0.
+
+    Profile likelihood: the value at which twice the log likelihood, all else refitted, has fallen
+    by 1.645^2 + price from its maximum (one-sided). price: what the component would have had to
+    gain to be taken in. Without it the limit holds on average over all recordings, but not of those
+    in which the component was missed: there its estimate is low by chance. A scoring step would do
+    if the fit without the component had the right weights, which it has not where the component
+    would stand out.
+    """
+    from scipy.optimize import brentq
+
+    most = ONE_SIDED_95**2 + price
+
+    estimate, error = _one_step(likelihood, fit, column)
+    if not math.isfinite(error):
+        return math.inf
+
+    def deviance(value: float) -> float:
+        return likelihood.fit(fit.spectrum, value * column, LIMIT_TOLERANCE).deviance
+
+    # (deviance, value) of the lowest point seen: the maximum of the likelihood, near enough
+    best = min((fit.deviance, 0.0), (deviance(estimate), estimate))
+    high = estimate + math.sqrt(most) * error
+    for _ in range(DOUBLINGS):
+        found = deviance(high)
+        if found > best[0] + most:
+            break
+        best, high = min(best, (found, high)), 2 * high
+    else:
+        return math.inf  # something else gives way to it: the spectrum does not limit it
+    fall = best[0] + most
+    return brentq(lambda value: deviance(value) - fall, best[1], high, rtol=0.01, xtol=1e-300)
+
+
+def law_limit(likelihood: Likelihood, fit: Fit, alpha: int, price: float = 0.0) -> float:
+    """`upper_limit` of h_alpha."""
+    others = {a: h for a, h in fit.spectrum.h.items() if a != alpha}
+    alone = replace(fit, spectrum=replace(fit.spectrum, h=others))
+    return upper_limit(likelihood, alone, likelihood.laws[alpha], price)
+
+
+def _class_limits(likelihood: Likelihood, fit: Fit, most: int, price: float) -> list[Coefficient]:
+    """Limits of q_c of a further term in each class of S 4.6 that has none; the greatest over the
+    class, so they hold for every T_c in it."""
+    rows, number = [], len(fit.spectrum.T_c)
+    for name, low, high in CLASSES:
+        low, high = max(low, likelihood.bounds[0]), min(high, likelihood.bounds[1])
+        taken = any(low <= T_c < high for T_c in fit.spectrum.T_c)
+        if taken or high <= low or number == most:
+            continue
+        number += 1
+        units = [gauss_markov_unit(likelihood.bins, T) for T in np.geomspace(low, high, PLACES)]
+        worst = max(units, key=lambda unit: sum(_one_step(likelihood, fit, unit)))
+        upper = math.sqrt(upper_limit(likelihood, fit, worst, price))
+        note = f"class {name}: limit for every T_c from {low:.3g} to {high:.3g} s"
+        rows.append(_limit(f"q_c{number}", upper, note))
+    return rows
+
+
+def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coefficient]:
+    duration = likelihood.bins.span_s
+    if line is not None:
+        bins = likelihood.bins
+        frequency = np.array([min(line.f_0, 0.5 / bins.tau0)])
+        psd = float(model_of(fit.spectrum, bins.form).psd(frequency, bins.tau0)[0])
+        bounds = line_errors(line.A_s, psd, duration)
+        share = float(likelihood.weight.sum() / bins.n.sum())
+        errors = [error / math.sqrt(share) for error in line.errors(duration, psd)]
+        taken = Sinusoid(1.0, line.f_0).recorded(bins.tau0, bins.form)  # by averages over a frame
+        height = [value / taken for value in (line.A_s, errors[0], bounds[0])]
+        rows = [
+            _positive("A_s", *height, "ok"),
+            _linear("f_0", line.f_0, errors[1], bounds[1], "ok"),
+        ]
+        width = line.width_f, line.width_error, math.nan, "ok"
+        return [*rows, _positive("width_f", *width)] if line.wide else rows
+    from_hz = min(max(LINE_FROM_HZ, 12 / duration), likelihood.bins.centre_hz.max())
+    above = likelihood.bins.centre_hz >= from_hz
+    psd = float(likelihood.density(fit.spectrum)[above].max())
+    # gain = A^2 T / S must exceed the threshold; its root has unit variance
+    root = math.sqrt(threshold(int(likelihood.bins.n.sum()))) + ONE_SIDED_95
+    upper = root * math.sqrt(psd / duration)
+    note = f"a line of this size, from {from_hz:.3g} Hz up, is found in 95 of 100 recordings"
+    return [_limit("A_s", upper, note), _limit("f_0", math.nan)]

@@ -1,0 +1,180 @@
+"""Whittle likelihood of a binned periodogram, maximised by Fisher scoring.
+
+In a bin of nu coefficients with mean periodogram P and expectation S the log likelihood is
+-nu/2 (ln S + P/S): nu P/S is chi-squared with nu degrees of freedom [Whittle 1953]. S is linear in
+h_alpha and q_c^2 and not in T_c. Scoring solves the weighted least squares of (P - S)/S with the
+variances 2/nu of the current S; damping and a check of the likelihood make every step an ascent
+(`scoring`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.noise.fit.spectral.periodogram import (
+    Periodogram,
+    gauss_markov_unit,
+    power_law_unit,
+)
+from mocap_metrology.noise.fit.spectral.scoring import ascend, density_at, normal_equations, spectra
+from mocap_metrology.noise.model.components import ALPHAS
+
+MAX_STEPS = 200
+TOLERANCE = 1e-5  # of twice the log likelihood, whose sampling scatter is of order 1
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Power laws (alpha -> h) and Gauss-Markov components: q_c^2 and T_c (s), each (K,)."""
+
+    h: dict[int, float]
+    q2: np.ndarray
+    T_c: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number of free parameters."""
+        return len(self.h) + 2 * len(self.T_c)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A maximum of the likelihood. deviance: sum nu (P/S - 1 - ln P/S), the part of
+    -2 ln L that depends on the model; converged: the last step gained less than the tolerance;
+    information: Fisher information of (h by alpha, ln q_c^2 and ln T_c in turn)."""
+
+    spectrum: Spectrum
+    deviance: float
+    converged: bool
+    information: np.ndarray
+
+
+class Likelihood:
+    """Of one periodogram; T_c is confined to `bounds` (s)."""
+
+    def __init__(self, data: Periodogram, bounds: tuple[float, float]) -> None:
+        self.bins, self.weight, self.bounds = data.bins, data.weight, bounds
+        # A stretch without any power in a bin would have no logarithm
+        self.psd = np.maximum(data.psd, np.finfo(float).tiny)
+        self.laws = {a: power_law_unit(self.bins, a) for a in ALPHAS}
+        self._nothing = np.zeros(self.psd.size)
+
+    def density(self, spectrum: Spectrum) -> np.ndarray:
+        """(B,) expected periodogram."""
+        out = np.empty(self.psd.size)
+        density_at(_packed(spectrum), self._laws(spectrum), self._nothing, self.bins.where, out)
+        return out
+
+    def jacobian(self, spectrum: Spectrum) -> tuple[np.ndarray, np.ndarray]:
+        """(B,) density and (B, p) its derivatives by h, ln q_c^2, ln T_c."""
+        density, columns = np.empty(self.psd.size), np.empty((spectrum.size, self.psd.size))
+        laws, where = self._laws(spectrum), self.bins.where
+        spectra(_packed(spectrum), laws, self._nothing, where, density, columns)
+        return density, columns.T
+
+    def information(self, spectrum: Spectrum) -> np.ndarray:
+        """(p, p) Fisher information sum nu/2 dlnS/dp_i dlnS/dp_j."""
+        density, columns = self.jacobian(spectrum)
+        p = spectrum.size
+        gradient, information = np.empty(p), np.empty((p, p))
+        normal_equations(self.psd, self.weight, density, columns.T, gradient, information)
+        return information
+
+    def misfit(self, fit: Fit) -> float:
+        """How many standard deviations the deviance lies above what chance explains.
+
+        nu P/S is chi-squared: nu (P/S - 1 - ln P/S) has the mean nu (ln nu/2 - digamma(nu/2)) and
+        the variance nu^2 trigamma(nu/2) - 2 nu; each parameter fitted takes one off the sum.
+        """
+        from scipy.special import digamma, polygamma
+
+        nu = self.weight
+        mean = np.sum(nu * (np.log(nu / 2) - digamma(nu / 2))) - fit.spectrum.size
+        variance = np.sum(nu**2 * polygamma(1, nu / 2) - 2 * nu)
+        return float((fit.deviance - mean) / math.sqrt(variance))
+
+    def fit(
+        self, start: Spectrum, given: np.ndarray | None = None, tolerance: float = TOLERANCE
+    ) -> Fit:
+        """Ascend from `start` by damped Fisher scoring; h >= 0, T_c within its bounds.
+
+        given: (B,) density that is there beside the spectrum and not fitted; tolerance: gain in
+        twice the log likelihood below which a step counts as the last.
+        """
+        p, deviance, converged = ascend(
+            _packed(start),
+            self._laws(start),
+            self._nothing if given is None else given,
+            self.bins.where,
+            self.psd,
+            self.weight,
+            (math.log(self.bounds[0]), math.log(self.bounds[1])),
+            MAX_STEPS,
+            tolerance,
+        )
+        n_h = len(start.h)
+        q2, T_c = np.exp(p[n_h::2]), np.exp(p[n_h + 1 :: 2])
+        order = np.argsort(T_c)
+        h = dict(zip(start.h, p[:n_h].tolist(), strict=True))
+        now = Spectrum(h, q2[order], T_c[order])
+        return Fit(now, deviance, converged, self.information(now))
+
+    def _laws(self, spectrum: Spectrum) -> np.ndarray:
+        empty = np.empty((0, self.psd.size))
+        return np.stack([self.laws[a] for a in spectrum.h]) if spectrum.h else empty
+
+
+def _packed(spectrum: Spectrum) -> np.ndarray:
+    """The parameter vector of `scoring`."""
+    logs = np.log(np.stack([np.maximum(spectrum.q2, 1e-300), spectrum.T_c], axis=1))
+    return np.array([*map(float, spectrum.h.values()), *logs.ravel()])
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    from mocap_metrology.noise.fit.spectral.periodogram import bins_of
+
+    bins = bins_of(64, 1.0)
+    data = Periodogram(bins, np.ones(bins.n.size), bins.n.astype(float))
+    for T_c in ([], [5.0]):
+        q2 = np.full(len(T_c), 1e-3)
+        Likelihood(data, (0.5, 10.0)).fit(Spectrum({0: 1.0}, q2, np.array(T_c)))
+
+
+def dictionary(likelihood: Likelihood, alphas: Sequence[int], n_T: int = 40) -> Spectrum:
+    """Non-negative mixture of power laws and Gauss-Markov spectra on a grid of T_c.
+
+    Linear in all its coefficients, so its optimum needs no start: least squares of (P - S)/S by
+    non-negative least squares, reweighted. Neighbouring T_c that are both used are one component.
+    """
+    from scipy.optimize import nnls
+
+    grid = np.geomspace(*likelihood.bounds, n_T)
+    units = [gauss_markov_unit(likelihood.bins, T) for T in grid]
+    columns = np.stack([*(likelihood.laws[a] for a in alphas), *units], axis=1)
+    root = np.sqrt(likelihood.weight / 2)
+    density = _smoothed(likelihood.psd, likelihood.weight)
+    for _ in range(5):
+        scale = root / density
+        matrix = columns * scale[:, None]
+        norm = np.linalg.norm(matrix, axis=0)
+        x, _ = nnls(matrix / norm, likelihood.psd * scale)
+        density = np.maximum(columns @ (x / norm), 1e-6 * density)
+    x = x / norm
+    h = {a: max(float(v), 0.0) for a, v in zip(alphas, x, strict=False)}
+    q2 = x[len(h) :]
+    used = np.flatnonzero(q2 > 0)
+    groups = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1) if used.size else []
+    total = [q2[g].sum() for g in groups]
+    T_c = [math.exp(np.average(np.log(grid[g]), weights=q2[g])) for g in groups]
+    return Spectrum(h, np.array(total), np.array(T_c))
+
+
+def _smoothed(psd: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Running mean over 9 bins: the first weights, where single coefficients scatter."""
+    kernel = np.ones(9)
+    return np.convolve(psd * weight, kernel, "same") / np.convolve(weight, kernel, "same")

@@ -1,0 +1,1 @@
+"""The simple Gaussian model of two markers and their distance."""

@@ -1,0 +1,312 @@
+"""Moments a recording of finite length may show: their expectation and their scatter.
+
+Random walk and slow correlated noise make mean, standard deviation and correlation of nine hours a
+matter of chance. `expected_variance` and `mean_variance` are their expectations, in closed form for
+continuous time over T (sampling changes them by parts of tau0/T); `pair_moments` draws as many
+recordings of a twin as wanted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.noise.model.components import Component, GaussMarkov, NoiseModel, Sinusoid
+from mocap_metrology.noise.model.synthesis import (
+    circle_length,
+    circle_normals,
+    implied_coherence,
+    increment_spectrum,
+)
+from mocap_metrology.noise.twins.twin import Twin
+
+SLOW_SAMPLES = 1 << 15  # of a recording: what is slower than two of them is drawn, one by one
+FAST_POINTS = 4001  # of the integral over what is faster
+QUANTITIES = (
+    *("mu_1", "sigma_1", "mu_2", "sigma_2", "sigma_12", "rho_12", "mu_L", "sigma_L", "mu_e"),
+    *("sigma_A1", "sigma_A2", "sigma_B", "sigma_C"),
+)
+
+
+def expected_variance(model: NoiseModel, duration_s: float, tau0: float) -> float:
+    """Expected sample variance, mm^2, over T: of the points about their own mean.
+
+    Random walk pi^2 h_-2 T / 3; flicker h_-1 (ln(2 pi f_h T) + gamma - 3/2); Gauss-Markov, with
+    r = T_c/T, var [1 - 2 r + 2 r^2 (1 - e^(-1/r))]; sinusoid (A^2/2) (1 - sinc^2(f_0 T));
+    white, blue and violet all they have up to f_h.
+    """
+    return sum(_variance(part, duration_s, 0.5 / tau0)[0] for part in model.components)
+
+
+def mean_variance(model: NoiseModel, duration_s: float, tau0: float) -> float:
+    """Mean square, mm^2, of the mean over T less the first point: a recording has no other
+    reference, as random walk has no mean to estimate.
+
+    Random walk 2 pi^2 h_-2 T / 3; flicker h_-1 (ln(2 pi f_h T) + gamma - 1/2); Gauss-Markov
+    var [1 + 2 r (1 - r e) - 2 r e], e = 1 - e^(-1/r); sinusoid (A^2/2) (1 - 2 sinc(2 f_0 T) +
+    sinc^2(f_0 T)); white, blue and violet what the first point has.
+    """
+    return sum(_variance(part, duration_s, 0.5 / tau0)[1] for part in model.components)
+
+
+def _variance(part: Component, duration_s: float, f_h: float) -> tuple[float, float]:
+    """Sample variance, and mean square of mean less first point."""
+    if isinstance(part, GaussMarkov):
+        r = part.T_c / duration_s
+        e = -math.expm1(-1 / r)
+        of_mean = 2 * r * (1 - r * e)
+        return part.variance * (1 - of_mean), part.variance * (1 + of_mean - 2 * r * e)
+    if isinstance(part, Sinusoid):
+        turns = part.f_0 * duration_s
+        of_mean = float(np.sinc(turns)) ** 2
+        both = 1 - 2 * float(np.sinc(2 * turns)) + of_mean
+        return part.A_s**2 / 2 * (1 - of_mean), part.A_s**2 / 2 * both
+    if part.alpha == -2:
+        each = math.pi**2 * part.h * duration_s / 3
+        return each, 2 * each
+    if part.alpha == -1:
+        octaves = math.log(2 * math.pi * f_h * duration_s) + np.euler_gamma
+        return part.h * (octaves - 1.5), part.h * (octaves - 0.5)
+    white = part.h * f_h ** (part.alpha + 1) / (part.alpha + 1)
+    return white, white
+
+
+def expected_moments(twin: Twin) -> dict[str, float]:
+    """Root of the expected sample variance of x1, x2 and L (`sigma_1`, `sigma_2`, `sigma_L`), the
+    expected covariance (`sigma_12`), and the standard errors of the means about the first frame
+    (`mu_1`, `mu_2`, `mu_L`), mm, of a recording of a twin; L along x.
+
+    With a model of L: sums over the spectra, so right as far as no coherence is clipped.
+    """
+    found = {}
+    a, b = (twin.scale.get(s, 1.0) for s in ("x1", "x2"))
+    for names, of in (
+        (("sigma_1", "sigma_2", "sigma_L"), expected_variance),
+        (("mu_1", "mu_2", "mu_L"), mean_variance),
+    ):
+        v_1, v_2, *rest = (
+            of(twin.models[s], twin.duration_s, 1 / twin.frame_rate_hz) for s in _names(twin)
+        )
+        common = (v_1 + v_2 - rest[0]) / 2 * twin.coherence_factor if rest else 0.0
+        v_1, v_2, v_12 = a * a * v_1, b * b * v_2, a * b * common
+        found |= dict(zip(names, map(math.sqrt, (v_1, v_2, v_1 + v_2 - 2 * v_12)), strict=True))
+        found.setdefault("sigma_12", v_12)
+    return found
+
+
+@dataclass(frozen=True)
+class Cleaning:
+    """What an outlier filter does to noise without outliers (`hampel.white_level_kept`): it leaves
+    the share `kept` of the variance of what is faster than its window, that is above `above_hz`.
+
+    In series cleaned one by one the tails of both go, so of what they have in common kept^2 is
+    left (for small correlations)."""
+
+    kept: float = 1.0
+    above_hz: float = 0.5
+
+
+@dataclass(frozen=True)
+class _Slow:
+    """What is drawn: spectral amplitudes (3, k) over bins of x1, x2 and of what y and z add to the
+    distance, the coherence of the first two, and what the faster bins have: a covariance (2, 2) of
+    x1 and x2, and the variance of the third; n_slow of every step-th frame."""
+
+    amplitude: np.ndarray
+    coherence: np.ndarray
+    fast: np.ndarray
+    fast_across: float
+    length: int
+    n_slow: int
+
+
+def pair_moments(
+    twin: Twin,
+    repeats: int,
+    rng: np.random.Generator,
+    cleaning: Cleaning | None = None,
+    slow_samples: int = SLOW_SAMPLES,
+) -> dict[str, np.ndarray]:
+    """Moments of x1, x2 and their distance in `repeats` recordings of a twin: (repeats,) of every
+    one of `QUANTITIES`, the columns of S Table 4; the means less the values in the first frame.
+
+    Drawn is what `simulate` draws, the same spectra on the same kind of circle, but only its
+    lowest frequencies, and of a long recording only every so many-th frame (`slow_samples` at
+    least). What is faster enters by its stationary variance and covariance, of which a recording
+    holds so many periods that they scatter by less than 1 %. L is taken along the line between
+    the markers at their start (to first order; a line 0.3 degrees off x still lets y and z wander
+    into it). Without outliers, crump, drift, gaps and sinusoids of y and z; as recorded, or as
+    `cleaning` leaves it, L as a series of its own.
+    """
+    slow = _slow(twin, slow_samples)
+    scale = np.array([twin.scale.get("x1", 1.0), twin.scale.get("x2", 1.0), 1.0])
+    fast = np.zeros((3, 3))
+    fast[:2, :2] = slow.fast + _line_covariance(twin)
+    fast[2, 2] = slow.fast_across
+    tiny = 1e-12 * np.trace(fast) + 1e-300
+    spread = np.linalg.cholesky(fast + tiny * np.eye(3))
+    along = direction(twin)[0]
+    weights = np.array([along, -along, 1.0])  # of L = along (x1 - x2) + what y and z add
+    lost, lost_L = _lost(twin, cleaning or Cleaning(), along)
+    found = np.empty((repeats, 7))
+    for k in range(repeats):
+        x = _draw(slow, rng)
+        covariance = (np.cov(x) + fast) * np.outer(scale, scale)
+        means = scale * (x.mean(axis=1) - x[:, 0] - spread @ rng.standard_normal(3))
+        v_1, v_12, v_2 = (covariance[:2, :2] - lost)[[0, 0, 1], [0, 1, 1]]
+        v_L = weights @ covariance @ weights - lost_L
+        found[k] = *means[:2], v_1, v_2, v_12, weights @ means, v_L
+    return _quantities(*found.T, math.copysign(1.0, along))
+
+
+def direction(twin: Twin) -> np.ndarray:
+    """(3,) unit vector from marker 2 to marker 1 at the start."""
+    line = np.subtract(*twin.start_mm)
+    return line / np.linalg.norm(line)
+
+
+def _quantities(
+    mu_1: np.ndarray,
+    mu_2: np.ndarray,
+    v_1: np.ndarray,
+    v_2: np.ndarray,
+    v_12: np.ndarray,
+    mu_L: np.ndarray,
+    v_L: np.ndarray,
+    sign: float,
+) -> dict[str, np.ndarray]:
+    """The columns of S Table 4 (`gaussian.gaussian_model`); `sign` of x1 - x2, as mu_e is never
+    negative."""
+    sigma_c = np.sqrt(np.maximum(v_1 + v_2 - 2 * v_12, 0.0))
+    root_2 = math.sqrt(2)
+    s_1, s_2, mu_e = np.sqrt(v_1), np.sqrt(v_2), sign * (mu_1 - mu_2)
+    columns = (
+        *(mu_1, s_1, mu_2, s_2, v_12, v_12 / (s_1 * s_2), mu_L),
+        *(np.sqrt(np.maximum(v_L, 0.0)), mu_e),
+        *(root_2 * s_1, root_2 * s_2, np.sqrt(v_1 + v_2), sigma_c),
+    )
+    return dict(zip(QUANTITIES, columns, strict=True))
+
+
+def _slow(twin: Twin, slow_samples: int) -> _Slow:
+    """Spectra of the differences at the lowest bins of the circle, divided by the gain of the
+    difference (but in bin 0, the drift), and the rest's variance."""
+    n, tau0 = round(twin.duration_s * twin.frame_rate_hz), 1 / twin.frame_rate_hz
+    step = max(n // slow_samples, 1)
+    n_slow = -(-n // step)
+    short = circle_length(n_slow + 1)
+    length, bins = step * short, short // 2
+    spectra = np.array(
+        [increment_spectrum(twin.models[s], length, tau0, bins, twin.form) for s in _names(twin)]
+    )
+    k = np.arange(bins)
+    edge = (bins - 0.5) / (length * tau0)
+    rise = (np.exp(2j * np.pi * k / length) - 1) * step
+    rise[0] = 1.0
+
+    def of_differences(series: str) -> np.ndarray:
+        return increment_spectrum(twin.models[series], length, tau0, bins, twin.form)
+
+    drawn = np.array([*spectra[:2], _across(twin, of_differences)])
+    return _Slow(
+        np.sqrt(drawn * (length / (2 * tau0))) / rise,
+        _coherence(twin, spectra),
+        _fast_covariance(twin, edge, tau0),
+        _fast_across(twin, edge, tau0),
+        short,
+        n_slow,
+    )
+
+
+def _across(twin: Twin, spectrum: Callable[[str], np.ndarray]) -> np.ndarray:
+    """Spectrum of what y and z add to the distance, given one of any of their series."""
+    total: np.ndarray | float = 0.0
+    for letter, part in zip("yz", direction(twin)[1:], strict=True):
+        first, second = (twin.scale.get(f"{letter}{k}", 1.0) ** 2 * spectrum(f"{letter}{k}")
+                         for k in (1, 2))  # fmt: skip
+        difference = first + second - 2 * twin.yz_coherence * np.sqrt(first * second)
+        total = total + part**2 * difference
+    return total
+
+
+def _fast_across(twin: Twin, edge_hz: float, tau0: float) -> float:
+    """Integral of the same from `edge_hz` up."""
+    f, log_f = _fast_frequencies(edge_hz, tau0)
+    across = _across(twin, lambda s: twin.models[s].psd(f, tau0, twin.form))
+    return float(np.trapezoid(across * f, log_f))
+
+
+def _fast_frequencies(edge_hz: float, tau0: float) -> tuple[np.ndarray, np.ndarray]:
+    log_f = np.linspace(math.log(edge_hz), math.log(0.5 / tau0), FAST_POINTS)
+    return np.exp(log_f), log_f
+
+
+def _names(twin: Twin) -> tuple[str, ...]:
+    return ("x1", "x2", "L") if "L" in twin.models else ("x1", "x2")
+
+
+def _coherence(twin: Twin, spectra: np.ndarray) -> np.ndarray:
+    """As the simulation has it: clipped, times the twin's factor; none without a model of L."""
+    if spectra.shape[0] == 2:
+        return np.zeros(spectra.shape[1])
+    return np.clip(implied_coherence(*spectra), -1.0, 1.0) * twin.coherence_factor
+
+
+def _fast_covariance(twin: Twin, edge_hz: float, tau0: float) -> np.ndarray:
+    """(2, 2) integral of the spectra of x1 and x2 and of their common part from `edge_hz` up."""
+    f, log_f = _fast_frequencies(edge_hz, tau0)
+    spectra = np.array([twin.models[s].psd(f, tau0, twin.form) for s in _names(twin)])
+    common = _coherence(twin, spectra) * np.sqrt(spectra[0] * spectra[1])
+    v_1, v_2, v_12 = (np.trapezoid(s * f, log_f) for s in (*spectra[:2], common))
+    return np.array([[v_1, v_12], [v_12, v_2]])
+
+
+def _lost(twin: Twin, cleaning: Cleaning, along: float) -> tuple[np.ndarray, float]:
+    """(2, 2) of x1 and x2, and of L, that the filter takes away."""
+    if cleaning.kept == 1.0 or cleaning.above_hz >= twin.frame_rate_hz / 2:
+        return np.zeros((2, 2)), 0.0
+    scale = [twin.scale.get(s, 1.0) for s in ("x1", "x2")]
+    fast = _fast_covariance(twin, cleaning.above_hz, 1 / twin.frame_rate_hz)
+    fast = fast * np.outer(scale, scale)
+    once, twice = 1 - cleaning.kept, 1 - cleaning.kept**2
+    of_L = once * along**2 * (fast[0, 0] + fast[1, 1] - 2 * fast[0, 1])
+    of_L += once * _fast_across(twin, cleaning.above_hz, 1 / twin.frame_rate_hz)
+    return fast * np.array([[once, twice], [twice, once]]), float(of_L)
+
+
+def _line_covariance(twin: Twin) -> np.ndarray:
+    """(2, 2) of the sinusoids, whole periods of them; L's goes half into x1 and x2 (`simulate`)."""
+    found = np.zeros((2, 2))
+
+    def high(line: Sinusoid) -> float:
+        return line.recorded(1 / twin.frame_rate_hz, twin.form)
+
+    for k, series in enumerate(("x1", "x2")):
+        found[k, k] += sum(high(line) ** 2 / 2 for line in twin.models[series].lines)
+    lines = twin.models["L"].lines if "L" in twin.models else ()
+    if twin.distance_line == "split":
+        share = sum(high(line) ** 2 / 8 for line in lines)
+        found += share * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return found
+
+
+def _draw(slow: _Slow, rng: np.random.Generator) -> np.ndarray:
+    """(3, n_slow) slow parts of x1, x2 and of what y and z add to L, each 0 at first.
+
+    x_j = sum_(i<j) d_i of the circle's differences d is A_0 j + sum_k A_k (e^(i w j) - 1) /
+    (e^(i w) - 1): bin by bin, at every step-th j.
+    """
+    from scipy.fft import irfft
+
+    bins = slow.coherence.size
+    first, second, third = (circle_normals(slow.length, rng)[:bins] for _ in range(3))
+    second = slow.coherence * first + np.sqrt(1 - slow.coherence**2) * second
+    amplitude = slow.amplitude * np.array([first, second, third])
+    drift = amplitude[:, 0].real / slow.length
+    amplitude[:, 0] = 0.0
+    x = irfft(amplitude, slow.length, axis=1, workers=1)[:, : slow.n_slow]
+    x -= x[:, :1].copy()
+    return x + drift[:, None] * np.arange(slow.n_slow)

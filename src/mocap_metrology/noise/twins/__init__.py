@@ -1,0 +1,1 @@
+"""Simulated recordings that stand in for those that were never published."""

@@ -17,8 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "workflow"))
 
-from lib import one_file  # noqa: E402
-from lib.crashes import crashes, kept  # noqa: E402
+from mocap_workflow import one_file  # noqa: E402
+from mocap_workflow.crashes import crashes, kept  # noqa: E402
 
 FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
 LAST_LINES = 12

@@ -15,8 +15,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from lib import tsv
-from lib.configuration import load_schema
+from mocap_workflow import tsv
+from mocap_workflow.configuration import load_schema
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"

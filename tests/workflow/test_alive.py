@@ -11,15 +11,15 @@ import time
 from pathlib import Path
 
 import pytest
-from lib import alive
-from lib.faults import Faults
+from mocap_workflow import alive
+from mocap_workflow.faults import Faults
 from running import command, environment, side_by_side
 
 HOLD = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from lib import alive
+from mocap_workflow import alive
 alive.take(Path(".snakemake"))
 print("held", flush=True)
 sys.stdin.read()

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from lib import calibrations
-from lib.configuration import load_schema
-from lib.faults import Faults
+from mocap_workflow import calibrations
+from mocap_workflow.configuration import load_schema
+from mocap_workflow.faults import Faults
 from running import write_sheet
 
 SCHEMAS = Path(__file__).resolve().parents[2] / "workflow/schemas"

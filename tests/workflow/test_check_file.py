@@ -12,7 +12,7 @@ from pathlib import Path
 import check_file
 import numpy as np
 import pytest
-from lib import one_file
+from mocap_workflow import one_file
 from running import environment
 
 from mocap_metrology.io.c3d.write import write_c3d

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from lib import comparisons
+from mocap_workflow import comparisons
 
 
 def row(name: str, date: str | None = None, reference: str | None = None, **other: Any) -> dict:

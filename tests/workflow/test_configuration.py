@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 import yaml
-from lib.configuration import checked, leaves, load_schema
-from lib.faults import Faults
-from lib.startup import any_of
+from mocap_workflow.configuration import checked, leaves, load_schema
+from mocap_workflow.faults import Faults
+from mocap_workflow.startup import any_of
 from snakemake.io import PeriodicityDetector
 
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings

@@ -7,9 +7,9 @@ import importlib
 from pathlib import Path
 
 import pytest
-from lib import digest as module
-from lib.digest import Sources, installed
-from lib.faults import Faults
+from mocap_workflow import digest as module
+from mocap_workflow.digest import Sources, installed
+from mocap_workflow.faults import Faults
 
 FILES = {
     "scripts/clean.py": """

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from browser import NAMES, browser
-from lib import report
+from mocap_workflow import report
 from running import command, environment, write_sheet
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from lib import recordings
-from lib.configuration import load_schema
-from lib.faults import Faults
+from mocap_workflow import recordings
+from mocap_workflow.configuration import load_schema
+from mocap_workflow.faults import Faults
 
 SCHEMAS = Path(__file__).resolve().parents[2] / "workflow/schemas"
 RECORDINGS = load_schema(SCHEMAS / "recordings.schema.yaml")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from lib import calibrations, recordings, startup, tsv
-from lib.configuration import load_schema
-from lib.faults import Faults
-from lib.files import beside, found, load_twins
+from mocap_workflow import calibrations, recordings, startup, tsv
+from mocap_workflow.configuration import load_schema
+from mocap_workflow.faults import Faults
+from mocap_workflow.files import beside, found, load_twins
 from running import write_sheet
 
 SCHEMAS = Path(__file__).resolve().parents[2] / "workflow/schemas"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from lib.faults import Faults
-from lib.startup import recording_twins
+from mocap_workflow.faults import Faults
+from mocap_workflow.startup import recording_twins
 
 TAKE = {"camera_type": "T40", "cameras": 4, "layout_seed": 1, "centroid_px": 0.1}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lib.cameras import takes
+from mocap_workflow.cameras import takes
 
 
 def row(name: str, ids: str, kind: str = "T40", date: str | None = None) -> dict:

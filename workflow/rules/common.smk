@@ -3,14 +3,13 @@ import json
 import sys
 from pathlib import Path
 
-ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "workflow"))
+from mocap_workflow import alive, cameras, comparisons as compared, files, startup
+from mocap_workflow import report as reporting
+from mocap_workflow.digest import Sources, installed
+from mocap_workflow.faults import Faults, stop
+from mocap_workflow.report import report  # instead of Snakemake's own: it numbers the categories
 
-from lib import alive, cameras, comparisons as compared, files, startup
-from lib import report as reporting
-from lib.digest import Sources, installed
-from lib.faults import Faults, stop
-from lib.report import report  # instead of Snakemake's own: it numbers the categories
+ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
 
 
 # A working folder without a config of its own gets the project's.
@@ -59,7 +58,7 @@ wildcard_constraints:
 
 
 def digest(script):
-    """What `params: code=` holds: changes with the script and all it imports, see lib/digest.py."""
+    """What `params: code=` holds: changes with the script and all it imports, see mocap_workflow/digest.py."""
     return sources.digest(script)
 
 
@@ -92,7 +91,7 @@ def recording_names(group=None):
 
 
 def row(recording):
-    """The row of a recording as plain values, see lib/recordings.py, and its `source`."""
+    """The row of a recording as plain values, see mocap_workflow/recordings.py, and its `source`."""
     return RECORDINGS[getattr(recording, "recording", recording)]
 
 
@@ -145,7 +144,7 @@ def calibration_names(group=None, twin=None):
 
 
 def calibration_row(calibration):
-    """The row of a calibration as plain values, see lib/calibrations.py, and its `source`."""
+    """The row of a calibration as plain values, see mocap_workflow/calibrations.py, and its `source`."""
     return CALIBRATIONS[getattr(calibration, "calibration", calibration)]
 
 

@@ -110,7 +110,7 @@ def sources_of(recordings):
 
 
 def comparisons(group):
-    """Pairs of recording and reference, see lib/comparisons.py."""
+    """Pairs of recording and reference, see mocap_workflow/comparisons.py."""
     return compared.pairs([row(name) for name in accepted(group)], accepted())
 
 
@@ -160,7 +160,7 @@ def change_tables():
 
 
 def camera_takes(group):
-    """Recordings of subsets of the same cameras, take by take, see lib/cameras.py."""
+    """Recordings of subsets of the same cameras, take by take, see mocap_workflow/cameras.py."""
     return cameras.takes([row(name) for name in accepted(group)])
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from lib.faults import Faults
+from mocap_workflow.faults import Faults
 
 TYPES_ONLY = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
 

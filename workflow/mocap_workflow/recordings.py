@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from datetime import date, datetime
 from typing import Any
 
-from lib import files, tsv
-from lib.faults import Faults, unknown
-from lib.tsv import Row
+from mocap_workflow import files, tsv
+from mocap_workflow.faults import Faults, unknown
+from mocap_workflow.tsv import Row
 
 
 def load(

@@ -13,7 +13,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from lib.faults import Faults
+from mocap_workflow.faults import Faults
 
 # Modes in which Snakemake runs no job; the list follows the branches of its command line.
 # fmt: off

@@ -10,8 +10,8 @@ from typing import Any
 
 import yaml
 
-from lib.faults import Faults, shown, unknown
-from lib.tsv import Row
+from mocap_workflow.faults import Faults, shown, unknown
+from mocap_workflow.tsv import Row
 
 YAML = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # every job reads the twins: 0.05 s or 0.4 s
 SIMULATE = "simulate:"

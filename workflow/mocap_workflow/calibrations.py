@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from pathlib import PurePath
 from typing import Any
 
-from lib import files, tsv
-from lib.faults import Faults
-from lib.tsv import Row
+from mocap_workflow import files, tsv
+from mocap_workflow.faults import Faults
+from mocap_workflow.tsv import Row
 
 LABELS = ("reference_labels_master", "reference_labels_slave")
 

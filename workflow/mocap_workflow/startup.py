@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from lib import calibrations, files, recordings
-from lib.configuration import checked, load_schema
-from lib.faults import Faults
+from mocap_workflow import calibrations, files, recordings
+from mocap_workflow.configuration import checked, load_schema
+from mocap_workflow.faults import Faults
 
 Rows = dict[str, dict[str, Any]]
 

@@ -15,7 +15,7 @@ from typing import Any
 import jsonschema
 import yaml
 
-from lib.faults import Faults, meant, shown, unknown
+from mocap_workflow.faults import Faults, meant, shown, unknown
 
 WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lib.faults import Faults, shown, unknown
+from mocap_workflow.faults import Faults, shown, unknown
 
 OTHER_DELIMITERS = {",": "commas", ";": "semicolons", "|": "bars", " ": "blanks"}
 

@@ -54,7 +54,7 @@ hampel(part, window_size=241, n_sigma=3.0)
 report(10 * (time.process_time() - start))
 """
 ALLAN = """
-from mocap_metrology.noise.allan import allan_variance, averaging_factors
+from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
 m = averaging_factors(n)
 missing = float(sys.argv[1])
 series[rng.random(n) < missing] = np.nan
@@ -65,7 +65,7 @@ report(cpu, taus=len(m))
 """
 ALLAN_PEER = """
 import allantools
-from mocap_metrology.noise.allan import averaging_factors
+from mocap_metrology.noise.allan.variance import averaging_factors
 m = averaging_factors(n)
 start = time.process_time()
 _, deviation, _, _ = allantools.oadev(series, rate=1.0, data_type="freq", taus=m.astype(float))
@@ -73,7 +73,7 @@ cpu = time.process_time() - start
 report(cpu, difference=float(np.abs(np.load(sys.argv[1]) / deviation**2 - 1).max()))
 """
 C3D = """
-from mocap_metrology.c3d.recording import read_recording
+from mocap_metrology.io.c3d.recording import read_recording
 start = time.process_time()
 recording = read_recording([sys.argv[1]], ["Wand1", "Wand2"])
 report(time.process_time() - start, frames=recording.position_mm.shape[2])
@@ -85,7 +85,7 @@ points = ezc3d.c3d(sys.argv[1])["data"]["points"]
 report(time.process_time() - start, frames=points.shape[2])
 """
 MAKE_C3D = """
-from mocap_metrology.c3d.write import write_c3d
+from mocap_metrology.io.c3d.write import write_c3d
 def chunks():
     for _ in range(60):
         chunk = np.empty((n // 60, 2, 3), np.float32)

@@ -2,33 +2,37 @@
 
 from __future__ import annotations
 
+import ast
+import getpass
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 from mocap_metrology.common import compiled
 
-HELPER = (
-    "from {name}.common.compiled import njit\n\n@njit\ndef inner(x):\n    return x * {factor}\n"
-)
-ENTRY = """from {name}.common.compiled import njit
-from {name}.helper import inner
+HELPER = "from toy.common.compiled import njit\n\n@njit\ndef inner(x):\n    return x * {factor}\n"
+ENTRY = """from toy.common.compiled import njit
+from toy.helper import inner
 
-@njit
+@{decorator}
 def outer(x):
     return inner(x) + 1.0
 """
+TREES = {path: ast.parse(path.read_text()) for path in sorted(compiled.PACKAGE.rglob("*.py"))}
 
 
-def copy_of_decorator(folder: Path, name: str = "toy") -> Path:
-    package = folder / name
+def copy_of_decorator(folder: Path, decorator: str = "njit") -> Path:
+    package = folder / "toy"
     (package / "common").mkdir(parents=True)
     for init in (package, package / "common"):
         (init / "__init__.py").write_text("")
     source = Path(compiled.__file__).read_text()
-    (package / "common/compiled.py").write_text(source.replace("mocap_metrology", name))
-    (package / "entry.py").write_text(ENTRY.format(name=name))
+    (package / "common/compiled.py").write_text(source.replace("mocap_metrology", "toy"))
+    (package / "entry.py").write_text(ENTRY.format(decorator=decorator))
     return package
 
 
@@ -47,12 +51,62 @@ def result(folder: Path, **environment: str) -> str:
 
 def test_edit_of_a_called_helper_is_seen(tmp_path):
     package = copy_of_decorator(tmp_path)
-    (package / "helper.py").write_text(HELPER.format(name="toy", factor=2.0))
+    (package / "helper.py").write_text(HELPER.format(factor=2.0))
     assert result(tmp_path) == "21.0"
     assert list(package.glob(".compiled/*/*/*.nbi"))  # it was kept
     # of another length: Python's own byte code tells sources by size and whole seconds alone
-    (package / "helper.py").write_text(HELPER.format(name="toy", factor=3.25))
+    (package / "helper.py").write_text(HELPER.format(factor=3.25))
     assert result(tmp_path) == "33.5"
+
+
+def kernels(tree: ast.Module) -> Iterator[tuple[ast.FunctionDef, str]]:
+    """Compiled functions of a module, each with its decorator as it is written."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            for decorator in map(ast.unparse, node.decorator_list):
+                if decorator.split("(")[0] == "njit":
+                    yield node, decorator
+
+
+DECORATORS = {text for tree in TREES.values() for _, text in kernels(tree)}
+
+
+@pytest.mark.parametrize("decorator", sorted(DECORATORS))
+def test_edit_of_a_called_helper_is_seen_where_no_cache_can_be_kept(tmp_path, decorator):
+    """As written in the package, each decorator leaves the cache to the project's rule."""
+    package = copy_of_decorator(tmp_path, decorator.replace("REORDER", "True"))
+    (package / ".compiled").touch()  # files where the folders would be
+    (tmp_path / f"mocap-metrology-{getpass.getuser()}").touch()
+    for factor, expected in ((2.0, "21.0"), (3.25, "33.5")):
+        (package / "helper.py").write_text(HELPER.format(factor=factor))
+        assert result(tmp_path, TMPDIR=str(tmp_path)) == expected
+    assert not list(tmp_path.rglob("*.nbi"))
+
+
+def test_a_kernel_cannot_choose_a_cache_of_its_own():
+    with pytest.raises(TypeError, match="cache"):
+        compiled.njit(cache=True)
+    with pytest.raises(TypeError, match="cache"):
+        compiled.njit(lambda x: x, cache=False)
+
+
+def test_what_a_kernel_imports_comes_from_a_file_that_the_hash_covers():
+    """A constant of another file would stay as it was in the machine code."""
+    for path, tree in TREES.items():
+        imported = {
+            alias.asname or alias.name: node.module
+            for node in ast.walk(tree)
+            if isinstance(node, ast.ImportFrom)
+            if (node.module or "").startswith("mocap_metrology")
+            for alias in node.names
+        }
+        for kernel, _ in kernels(tree):
+            names = [x for x in ast.walk(kernel) if isinstance(x, ast.Name)]
+            local = {x.id for x in names if isinstance(x.ctx, ast.Store)}
+            local |= {x.arg for x in ast.walk(kernel) if isinstance(x, ast.arg)}
+            for name in {x.id for x in names} & imported.keys() - local - {"njit"}:
+                source = compiled.PACKAGE.parent / (imported[name].replace(".", "/") + ".py")
+                assert any(kernels(TREES[source])), f"{path}: {kernel.name}: {name}"
 
 
 def test_every_compiled_function_goes_through_the_decorator():

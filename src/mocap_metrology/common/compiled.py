@@ -3,9 +3,9 @@
 numba's own file cache watches only the file of the function that is called: a compiled helper
 edited in another file keeps running as old machine code. Here the cache folder is named by the
 hash of every source file of the package that imports this decorator, so an edit of any kernel
-starts a new one; kernels take constants from their own file only. It lies beside the package;
-where that cannot be written, in a per-user temporary folder; where that cannot either, nothing is
-cached and every process compiles for itself.
+starts a new one; kernels take constants only from such files. It lies beside the package; where
+that cannot be written, in a per-user temporary folder; where that cannot either, nothing is cached
+and every process compiles for itself.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeVar, overload
 
 import numba
 
@@ -70,10 +70,24 @@ if CACHE is not None:
     numba.config.CACHE_DIR = str(CACHE)
 
 
-def njit(function: Callable | None = None, **options: Any) -> Callable:
+F = TypeVar("F", bound=Callable[..., Any])  # a compiled function is called as the Python one is
+
+
+@overload
+def njit(function: F) -> F: ...
+@overload
+def njit(
+    *, inline: Literal["never", "always"] = ..., fastmath: bool | set[str] = ...
+) -> Callable[[F], F]: ...
+def njit(function: F | None = None, **options: Any) -> F | Callable[[F], F]:
     """`numba.njit`, cached as described above; the GIL is released.
 
-    Every compiled function of the project goes through here, helpers included.
+    Every compiled function of the project goes through here, helpers included. The cache is not an
+    option: numba would keep machine code whose helpers have since been edited.
     """
-    options = {"cache": CACHE is not None, "nogil": True, "error_model": "numpy", **options}
-    return numba.njit(**options) if function is None else numba.njit(**options)(function)
+    if "cache" in options:
+        raise TypeError("njit takes no `cache`: the project's own rule decides")
+    compiler: Callable[[F], F] = numba.njit(
+        cache=CACHE is not None, nogil=True, error_model="numpy", **options
+    )
+    return compiler if function is None else compiler(function)

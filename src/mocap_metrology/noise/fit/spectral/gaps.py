@@ -87,7 +87,7 @@ def _covariance(density: Callable[[np.ndarray], np.ndarray], tau0: float, n: int
     return covariance + np.sum(density(np.sqrt(edge[:-1] * edge[1:])) * np.diff(edge))
 
 
-@njit(cache=True)
+@njit
 def _fill(
     x: np.ndarray,
     missing: np.ndarray,
@@ -139,7 +139,7 @@ def _fill(
             start = stop
 
 
-@njit(cache=True)
+@njit
 def _root(place: np.ndarray, total: int, covariance: np.ndarray, out: np.ndarray) -> None:
     """Cholesky factor of the covariance of the samples at `place`."""
     least = 1e-12 * covariance[0]
@@ -154,7 +154,7 @@ def _root(place: np.ndarray, total: int, covariance: np.ndarray, out: np.ndarray
                 out[i, j] = s / out[j, j]
 
 
-@njit(cache=True)
+@njit
 def _draw(
     x: np.ndarray,
     place: np.ndarray,

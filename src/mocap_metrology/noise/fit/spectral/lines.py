@@ -244,7 +244,7 @@ def _as_band(state: _State, group: list[Line]) -> list[Line]:
     return [line] if narrow and line.gain > state.least_gain else []
 
 
-@njit(cache=True)
+@njit
 def _highest(
     spectrum: np.ndarray, power: np.ndarray, level: np.ndarray, first: int, scale: float
 ) -> tuple[float, float]:

@@ -205,7 +205,7 @@ def _outside(
     return np.all([np.ones(k.size, bool), *((f < low) | (f > high) for low, high in bands)], axis=0)
 
 
-@njit(cache=True)
+@njit
 def _mean_squares(c: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
     out = np.empty(first.size)
     for b in range(first.size):
@@ -264,7 +264,7 @@ def gauss_markov_unit(bins: Bins, T_c: float) -> np.ndarray:
     return out
 
 
-@njit(cache=True)
+@njit
 def unit_into(T_c: float, where: tuple, out: np.ndarray) -> None:
     """`gauss_markov_unit`, compiled; where: `Bins.where`."""
     gain, parity, duration, tau0, averaged = where
@@ -291,7 +291,7 @@ def unit_into(T_c: float, where: tuple, out: np.ndarray) -> None:
         out[b] = total / 18
 
 
-@njit(cache=True)
+@njit
 def _shape(a: float, averaged: bool) -> tuple[float, float, float]:
     """c of (c_0 + c_1 gain) / ((1 - phi)^2 + phi gain) + c_2, the spectrum over 2 tau0 variance of
     points or, as `averaging.correlated_means`, of averages; a = tau0/T_c."""

@@ -22,7 +22,7 @@ LEAST_DENSITY = 1e-140  # its square must be a number too
 STEEP = 1e-3  # derivative of a Gauss-Markov spectrum by ln T_c: from this far to either side
 
 
-@njit(cache=True)
+@njit
 def spectra(
     p: np.ndarray,
     laws: np.ndarray,
@@ -51,7 +51,7 @@ def spectra(
             density[b] += columns[i, b]
 
 
-@njit(cache=True)
+@njit
 def density_at(
     p: np.ndarray, laws: np.ndarray, given: np.ndarray, where: tuple, density: np.ndarray
 ) -> None:
@@ -69,7 +69,7 @@ def density_at(
             density[b] += q2 * unit[b]
 
 
-@njit(cache=True)
+@njit
 def deviance_of(psd: np.ndarray, weight: np.ndarray, density: np.ndarray) -> float:
     """sum nu (P/S - 1 - ln P/S); infinite where the density has vanished."""
     total = 0.0
@@ -81,7 +81,7 @@ def deviance_of(psd: np.ndarray, weight: np.ndarray, density: np.ndarray) -> flo
     return total
 
 
-@njit(cache=True)
+@njit
 def normal_equations(
     psd: np.ndarray,
     weight: np.ndarray,
@@ -107,7 +107,7 @@ def normal_equations(
             information[j, i] = information[i, j]
 
 
-@njit(cache=True)
+@njit
 def _trial(
     p: np.ndarray,
     n_h: int,
@@ -157,7 +157,7 @@ def _trial(
     return out
 
 
-@njit(cache=True)
+@njit
 def ascend(
     p: np.ndarray,
     laws: np.ndarray,

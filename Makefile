@@ -13,7 +13,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test study lint benchmark accuracy lock graph clean help
+.PHONY: run check report env warm test study lint peers benchmark accuracy lock graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) snakemake --cores $(CORES)
@@ -64,8 +64,10 @@ lint: env  ## check style of code and workflow
 	@$(RUN) sh -ec 'ruff check .; ruff format --check .; \
 		snakefmt --check Snakefile workflow; snakemake --lint'
 
-benchmark: warm  ## time the project beside its peers (installs allantools and hampel)
-	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/benchmark.txt
+peers: env  ## install what else can be run: OpenCV for the estimator pnp, and the peers of make benchmark
+	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/peers.txt
+
+benchmark: warm peers  ## time the project beside its peers
 	@$(RUN) python benchmarks/peers.py
 	@$(RUN) python benchmarks/noise_times.py
 	@$(RUN) python benchmarks/lighthouse_times.py
@@ -76,7 +78,7 @@ accuracy: warm  ## Monte Carlo, hours: what holds, and how often (docs/accuracy.
 	@test -n "$(ARGS)" || $(RUN) python benchmarks/failing_camera.py
 
 lock: .venv/.ready  ## compile requirements/*.in anew
-	@cd requirements && for name in requirements uv benchmark; do \
+	@cd requirements && for name in requirements uv peers; do \
 		$(CLEAN) ../$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --generate-hashes \
 		--python-version 3.11 --no-header --no-annotate -o $$name.txt $$name.in >/dev/null; done
 

@@ -12,9 +12,10 @@ import pytest
 import yaml
 from mocap_workflow.configuration import checked, leaves, load_schema
 from mocap_workflow.faults import Faults
-from mocap_workflow.startup import any_of
+from mocap_workflow.startup import any_of, configuration
 from snakemake.io import PeriodicityDetector
 
+from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.assess.verdict import Thresholds
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
@@ -243,6 +244,21 @@ def test_a_name_too_long_is_refused_at_once(length: int) -> None:
 def test_numbers_of_cameras_are_limited(column: str, value: str, right: bool) -> None:
     rules = load_schema(ROOT / "workflow/schemas/recordings.schema.yaml")["columns"]
     assert bool(re.fullmatch(rules[column]["pattern"], value)) is right
+
+
+def test_pnp_without_opencv_is_refused_before_the_first_job(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    config = changed(lighthouse__estimators="paper-lm, pnp")
+    monkeypatch.setattr(pnp, "find_spec", lambda name: None)
+    with pytest.raises(Faults) as caught:
+        configuration(config, ROOT)
+    assert caught.value.lines == [
+        "config, key lighthouse.estimators: pnp needs OpenCV, which is not installed;"
+        " to install it type: make peers"
+    ]
+    monkeypatch.setattr(pnp, "find_spec", lambda name: object())
+    assert configuration(config, ROOT)["lighthouse"]["estimators"] == ["paper-lm", "pnp"]
 
 
 def test_names_become_patterns_of_themselves() -> None:

@@ -19,6 +19,11 @@ def configuration(config: Mapping[str, Any], root: Path) -> dict[str, Any]:
     result = checked(config, _schema(root, "config"))
     for key in ("recordings", "calibrations", "twins"):
         result[key] = files.found(result[key], root)
+    if "pnp" in result["lighthouse"]["estimators"]:
+        from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
+
+        if why := opencv_is_missing():
+            raise Faults([f"config, key lighthouse.estimators: {why}"])
     return result
 
 

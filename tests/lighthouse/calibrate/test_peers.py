@@ -20,8 +20,15 @@ METHODS = {
     "sqpnp": lambda d, b: pnp.board_poses(d, b, "sqpnp"),
     "geometric": geometric.board_poses,
 }
-CASES = [("ippe", FLAT), ("epnp", ROUGH), ("sqpnp", FLAT), ("sqpnp", ROUGH)]
-CASES += [("geometric", FLAT), ("geometric", ROUGH)]
+NO_OPENCV = pytest.mark.skipif(bool(pnp.opencv_is_missing()), reason=pnp.opencv_is_missing())
+CASES = [
+    pytest.param("ippe", FLAT, marks=NO_OPENCV),
+    pytest.param("epnp", ROUGH, marks=NO_OPENCV),
+    pytest.param("sqpnp", FLAT, marks=NO_OPENCV),
+    pytest.param("sqpnp", ROUGH, marks=NO_OPENCV),
+    ("geometric", FLAT),
+    ("geometric", ROUGH),
+]
 
 
 def views(board, n=40, seed=3, noise_rad=0.0):
@@ -69,17 +76,18 @@ def test_hidden_diodes_and_too_few(name, board):
     assert np.isnan(R[1]).all() and np.isnan(t[1]).all() and np.isnan(cost[1])
 
 
-def test_a_board_in_any_frame_of_its_own():
+@pytest.mark.parametrize("name", [pytest.param("ippe", marks=NO_OPENCV), "geometric"])
+def test_a_board_in_any_frame_of_its_own(name):
     """The pose moves with the frame the board's positions are given in."""
     Q, shift = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix(), np.array([0.1, -0.3, 0.2])
     R_true, t_true, angles = views(FLAT, n=5)
     other = (FLAT - shift) @ Q  # FLAT = other Q^T + shift
-    for find in (METHODS["ippe"], METHODS["geometric"]):
-        R, t, _ = find(angles, other)
-        assert turned_deg(R, R_true @ Q).max() < 1e-4
-        np.testing.assert_allclose(t, t_true + R_true @ shift, atol=1e-6)
+    R, t, _ = METHODS[name](angles, other)
+    assert turned_deg(R, R_true @ Q).max() < 1e-4
+    np.testing.assert_allclose(t, t_true + R_true @ shift, atol=1e-6)
 
 
+@NO_OPENCV
 def test_both_poses_of_a_flat_board_are_mirror_images():
     """Normals on either side of the line of sight, at nearly the same cost when far away."""
     _, t_true, angles = views(FLAT, n=20, noise_rad=6e-5)
@@ -118,11 +126,19 @@ def test_refusals():
         pnp.board_poses(angles, FLAT, "p3p")
 
 
-def test_a_calibration_is_quick(cost):
+def test_without_opencv_the_line_to_type_is_told(monkeypatch):
+    monkeypatch.setattr(pnp, "find_spec", lambda name: None)
+    _, _, angles = views(FLAT, n=1)
+    with pytest.raises(ModuleNotFoundError, match=r"pnp needs OpenCV, .* type: make peers$"):
+        pnp.board_poses(angles, FLAT, "ippe")
+
+
+@pytest.mark.parametrize("name", [pytest.param("ippe", marks=NO_OPENCV), "geometric"])
+def test_a_calibration_is_quick(cost, name):
     """480 poses, in about 3 and 8 times what as many singular value decompositions take of a matrix
     as large as that of a linear solution."""
     _, _, angles = views(FLAT, n=480, noise_rad=6e-5)
     geometric.warm_up()
     matrices = np.random.default_rng(1).normal(size=(480, 2 * len(FLAT), 12))
-    for find in (pnp.board_poses, geometric.board_poses):
-        assert cost(lambda find=find: find(angles, FLAT), lambda: np.linalg.svd(matrices)) < 100
+    find = METHODS[name]
+    assert cost(lambda: find(angles, FLAT), lambda: np.linalg.svd(matrices)) < 100

@@ -5,9 +5,13 @@ station x the image of (x, y, z) is (-y/x, -z/x) = (-tan azimuth, -tan elevation
 et al. 2009] and SQPnP [Terzakis & Lourakis 2020] take boards with depth, IPPE [Collins & Bartoli
 2014] flat ones. OpenCV's EPnP has no case for flat boards: on one of 24 x 16 cm at 3 m it is off by
 tens of degrees, so it is refused there.
+
+OpenCV is not among the project's requirements: `make peers` installs it.
 """
 
 from __future__ import annotations
+
+from importlib.util import find_spec
 
 import numpy as np
 
@@ -18,6 +22,13 @@ METHODS = ("auto", "epnp", "ippe", "sqpnp")
 FEWEST = 4  # diodes a pose is sought for
 FLAT = 1e-3  # thickness of a flat board over its width
 CAMERA = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # station axes -> camera axes
+
+
+def opencv_is_missing() -> str:
+    """One line where OpenCV is not installed, else nothing."""
+    if find_spec("cv2") is not None:
+        return ""
+    return "pnp needs OpenCV, which is not installed; to install it type: make peers"
 
 
 def angle_cost(R: np.ndarray, t: np.ndarray, directions: np.ndarray, board: np.ndarray) -> float:
@@ -110,6 +121,8 @@ def _solve(
     points: np.ndarray, image: np.ndarray, method: str
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Poses of points (k, 3) seen at image (k, 2) by the camera, in station axes."""
+    if why := opencv_is_missing():
+        raise ModuleNotFoundError(why)
     import cv2
 
     flag = {"epnp": cv2.SOLVEPNP_EPNP, "ippe": cv2.SOLVEPNP_IPPE, "sqpnp": cv2.SOLVEPNP_SQPNP}

@@ -38,7 +38,7 @@ from mocap_metrology.noise.twins.triangulation import (
     random_facility,
     wishart_blocks,
 )
-from mocap_metrology.present.cameras.tables import addition_rows, noisy, raised
+from mocap_metrology.present.cameras.camera_tables import addition_rows, noisy, raised
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5
 CAMERAS, LEAST_SCATTER = 10, 0.3

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from mocap_metrology.present.drawing.decades import decade_axis, decade_label, labelled
-from mocap_metrology.present.drawing.linear import round_ticks
+from mocap_metrology.present.drawing.axes import decade_axis, decade_label, labelled, round_ticks
 
 DRAWS = np.random.default_rng(5)
 

@@ -11,13 +11,15 @@ from figure_data import check, check_saved, every_text
 from matplotlib.colors import to_rgba
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.present.calibration import space
-from mocap_metrology.present.calibration.data import agreement, pose_of, read_calibration
-from mocap_metrology.present.calibration.figure import calibration_figure
-from mocap_metrology.present.calibration.text import TABLE_MM, pose_rows
-from mocap_metrology.present.calibration.time import faint_diodes
-from mocap_metrology.present.drawing.style import SMALL_PT
-from mocap_metrology.present.pages.html_page import WORDS
+from mocap_metrology.present.calibration import views
+from mocap_metrology.present.calibration.calibration_figure import calibration_figure, faint_diodes
+from mocap_metrology.present.calibration.calibration_files import (
+    agreement,
+    pose_of,
+    read_calibration,
+)
+from mocap_metrology.present.calibration.pose_text import TABLE_MM, pose_rows
+from mocap_metrology.present.drawing.style import SMALL_PT, VERDICT_WORDS
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -65,8 +67,8 @@ def test_paths_are_drawn_where_another_program_puts_them(moving, figure):
     for title, (i, j) in (("a  Stations", (0, 1)), ("Stations from the right", (0, 2))):
         axes = panel(figure, title)
         assert axes.get_aspect() == 1
-        master_line = max(lines_of(axes, space.COLOURS[0]), key=lambda one: len(one.get_xdata()))
-        slave_line = max(lines_of(axes, space.COLOURS[1]), key=lambda one: len(one.get_xdata()))
+        master_line = max(lines_of(axes, views.COLOURS[0]), key=lambda one: len(one.get_xdata()))
+        slave_line = max(lines_of(axes, views.COLOURS[1]), key=lambda one: len(one.get_xdata()))
         x, y = master_line.get_data()
         known = np.isfinite(x)
         assert known.sum() > 400
@@ -88,7 +90,7 @@ def test_disagreement_and_the_mirrored_moment(moving, figure):
     axes = panel(figure, "c  Both")
     dots = max(axes.lines, key=lambda line: len(line.get_xdata()))
     np.testing.assert_allclose(dots.get_ydata(), both.apart_mm)
-    marked = [line for line in axes.lines if line.get_marker() == space.MIRRORED["marker"]]
+    marked = [line for line in axes.lines if line.get_marker() == views.MIRRORED["marker"]]
     assert len(marked) == 1 and len(marked[0].get_xdata()) == both.mirrored.sum()
     residuals = panel(figure, "d  Single board poses")
     levels = [np.median(line.get_ydata()) for line in residuals.lines if line.get_alpha() == 0.7]
@@ -155,7 +157,7 @@ def test_words_and_units_are_the_same_all_over_the_page(moving):
 
 def test_the_badge_has_the_colours_of_the_pages(moving):
     drawn = calibration_figure(judged(moving, "usable", REASON, CHECKS))
-    text, behind = WORDS["usable"]
+    text, behind = VERDICT_WORDS["usable"]
     badge = next(t for axes in drawn.axes for t in axes.texts if t.get_text() == "usable")
     assert badge.get_color() == text
     faces = [patch.get_facecolor() for patch in badge.axes.patches]

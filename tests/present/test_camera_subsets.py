@@ -15,8 +15,8 @@ from mocap_metrology.noise.twins.triangulation import (
     random_facility,
     wishart_blocks,
 )
-from mocap_metrology.present.cameras.figure import camera_figure
-from mocap_metrology.present.cameras.tables import (
+from mocap_metrology.present.cameras.camera_figure import camera_figure
+from mocap_metrology.present.cameras.camera_tables import (
     COLUMNS,
     LAW_COLUMNS,
     addition_rows,

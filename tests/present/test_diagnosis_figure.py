@@ -10,9 +10,9 @@ from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
 from mocap_metrology.noise.diagnosis.sentences import sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import Sides
-from mocap_metrology.present.diagnosis.figure import diagnosis_figure
+from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
 from mocap_metrology.present.diagnosis.spectra import FILTER_LOOKS, ROUNDING, _size
-from mocap_metrology.present.diagnosis.zoom import moment, view_of
+from mocap_metrology.present.diagnosis.time import moment, view_of
 from mocap_metrology.present.drawing.style import LOOKS
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -25,7 +25,11 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from mocap_metrology.present.drawing.style import LOOKS, save_figure, wrap
-from mocap_metrology.present.recording.figures import allan_figure, psd_figure, trajectory_figure
+from mocap_metrology.present.recording.recording_figures import (
+    allan_figure,
+    psd_figure,
+    trajectory_figure,
+)
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -59,7 +63,7 @@ DRAW = """
 import sys
 sys.path.insert(0, {folder!r})
 from figure_data import allan_columns, recording, RATE
-from mocap_metrology.present.recording.figures import allan_figure, trajectory_figure
+from mocap_metrology.present.recording.recording_figures import allan_figure, trajectory_figure
 from mocap_metrology.present.drawing.style import save_figure
 save_figure(allan_figure(allan_columns(["x1", "y1", "L"]), "t", "n"), "allan")
 save_figure(trajectory_figure(*recording(9000, 1, pairs=False), RATE, "t", "n"), "trajectory")

@@ -16,8 +16,8 @@ from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, Powe
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.fits import parts as fit_parts
-from mocap_metrology.present.fits.figure import MODEL, UNDER, fit_figure, part_styles
-from mocap_metrology.present.fits.figure import OTHERS as LOOKS_OF_OTHERS
+from mocap_metrology.present.fits.fit_figure import MODEL, UNDER, fit_figure, part_styles
+from mocap_metrology.present.fits.fit_figure import OTHERS as LOOKS_OF_OTHERS
 
 pytestmark = pytest.mark.filterwarnings("error")
 MODEL_Z1 = published_row("T40", 10)["z1"].ordered()

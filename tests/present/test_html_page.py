@@ -9,7 +9,8 @@ from html.parser import HTMLParser
 import pytest
 
 from mocap_metrology.present import numbers, tables
-from mocap_metrology.present.pages import html_page, markdown_page
+from mocap_metrology.present.drawing.style import UNKNOWN_WORD, VERDICT_WORDS
+from mocap_metrology.present.pages import html_page
 
 VOID = {"br", "wbr", "meta"}
 
@@ -58,7 +59,7 @@ def test_a_table_of_markdown_comes_back_whole() -> None:
         for k in range(-9, 9)
     ]
     text = tables.markdown(rows, "g: numbers", "A caption <of> these.")
-    read = Reader(html_page.page(markdown_page.title_of(text), markdown_page.body_of(text)))
+    read = Reader(html_page.page(html_page.title_of(text), html_page.body_of(text)))
     expected = [["name", "sign", "value", "n"]]
     for row in rows:
         mantissa, e, exponent = numbers.readable(row["value"]).partition("e")
@@ -74,7 +75,7 @@ def test_a_table_of_markdown_comes_back_whole() -> None:
 
 def test_headings_lists_and_bold() -> None:
     text = "# T, Table I: x\n\nOne\ntwo.\n\n## Part\n\n- a\n- **b** c\n\n| a |\n|---|\n| **1** |\n"
-    body = markdown_page.body_of(text)
+    body = html_page.body_of(text)
     assert "<p>One two.</p>" in body
     assert "<h2>Part</h2>" in body
     assert "<li>a</li><li><strong>b</strong> c</li>" in body
@@ -99,7 +100,7 @@ def test_code_units_and_powers_of_ten(line: str, html: str) -> None:
 
 
 def test_lists_of_both_signs() -> None:
-    body = markdown_page.body_of("Text.\n* a `+`\n* b\n\n**c** d\n")
+    body = html_page.body_of("Text.\n* a `+`\n* b\n\n**c** d\n")
     assert body.split("\n")[1] == "<ul><li>a <code>+</code></li><li>b</li></ul>"
     assert body.endswith("<p><strong>c</strong> d</p>")
 
@@ -125,7 +126,7 @@ def luminance(colour: str) -> float:
     return 0.2126 * r + 0.7152 * g + 0.0722 * b
 
 
-@pytest.mark.parametrize("ink, behind", [*html_page.WORDS.values(), html_page.UNKNOWN])
+@pytest.mark.parametrize("ink, behind", [*VERDICT_WORDS.values(), UNKNOWN_WORD])
 def test_verdicts_are_readable(ink: str, behind: str) -> None:
     """Contrast of at least 4.5 (WCAG 2.1, AA)."""
     light, dark = sorted((luminance(ink), luminance(behind)), reverse=True)

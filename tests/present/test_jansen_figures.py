@@ -26,19 +26,17 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.records import ROLES
-from mocap_metrology.present.calibration.data import read_calibration
+from mocap_metrology.present.calibration.calibration_files import read_calibration
 from mocap_metrology.present.drawing.style import INK, styled
-from mocap_metrology.present.jansen.angles import angles_figure
-from mocap_metrology.present.jansen.figures import NUMBERS, jansen_figures
-from mocap_metrology.present.jansen.ground import Ground
+from mocap_metrology.present.jansen.jansen_figures import NUMBERS, jansen_figures
 from mocap_metrology.present.jansen.paths import (
     Superposed,
     paths_figure,
     slave_figure,
     superposition_figure,
 )
-from mocap_metrology.present.jansen.signal import signal_of
-from mocap_metrology.present.jansen.space import Projection, arc, outline
+from mocap_metrology.present.jansen.projection import Ground, Projection, arc, outline
+from mocap_metrology.present.jansen.signal import angles_figure, signal_of
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -8,10 +8,19 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS, published_table
-from mocap_metrology.present.calibration.tables import calibration_markdown, calibration_rows
-from mocap_metrology.present.jansen.statistics import OPTICS, STAGES, Variant, paper_setup
-from mocap_metrology.present.jansen.tables import jansen_table, jansen_table_3
-from mocap_metrology.present.jansen.text import gain, markdown, reason
+from mocap_metrology.present.calibration.calibration_table import (
+    calibration_markdown,
+    calibration_rows,
+)
+from mocap_metrology.present.jansen.jansen_tables import (
+    OPTICS,
+    STAGES,
+    Variant,
+    jansen_table,
+    jansen_table_3,
+    paper_setup,
+)
+from mocap_metrology.present.jansen.jansen_text import gain, markdown, reason
 
 KINDS = [(e, s) for e in ("paper", "paper-tight", "paper-lm") for s in ("kabsch", "final")]
 

@@ -8,7 +8,12 @@ import pytest
 from noise_data import DEFAULT, group
 
 from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
-from mocap_metrology.present.groups.noise import CAPTION, COLUMNS, noise_markdown, noise_table
+from mocap_metrology.present.groups.group_tables import (
+    CAPTION,
+    COLUMNS,
+    noise_markdown,
+    noise_table,
+)
 from mocap_metrology.present.numbers import symbol, three_digits, typeset, unit, with_interval
 from mocap_metrology.present.tables import write_with
 

@@ -16,7 +16,11 @@ from figure_data import (
 )
 
 from mocap_metrology.present.drawing.style import save_figure
-from mocap_metrology.present.recording.figures import allan_figure, psd_figure, trajectory_figure
+from mocap_metrology.present.recording.recording_figures import (
+    allan_figure,
+    psd_figure,
+    trajectory_figure,
+)
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -18,10 +18,10 @@ from noise_data import (
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
 from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.noise.twins.published import SERIES, published_row
-from mocap_metrology.present.families import slots
+from mocap_metrology.present.groups import slots
 from mocap_metrology.present.skurowski.appendix import TABLES, table_a
-from mocap_metrology.present.skurowski.coefficients import colour_figure
-from mocap_metrology.present.skurowski.correlated import (
+from mocap_metrology.present.skurowski.coefficients import (
+    colour_figure,
     correlated_figure,
     searched_ends,
     term_pairs,

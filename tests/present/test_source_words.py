@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mocap_metrology.present.recording.source import source_words, step_words
+from mocap_metrology.present.recording.recording_figures import source_words, step_words
 
 
 def test_a_measured_recording_names_its_files() -> None:

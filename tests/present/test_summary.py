@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.present.pages import provenance, summary
-from mocap_metrology.present.pages.summary_calibrations import calibrations, spread
+from mocap_metrology.present.pages.summary import calibrations, spread
 
 
 def recording(name: str, word: str, **more) -> dict:

@@ -7,7 +7,7 @@ from noise_data import group
 
 from mocap_metrology.noise.twins.published import printed_row, published_keys
 from mocap_metrology.present.skurowski.appendix import TABLES, table_a
-from mocap_metrology.present.skurowski.white_levels import summary, white_levels
+from mocap_metrology.present.skurowski.appendix_text import summary, white_levels
 
 
 @pytest.fixture(scope="module")

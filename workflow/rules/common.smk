@@ -303,7 +303,7 @@ def twins_of_paper():
 def full_sets_of_paper():
     """Recordings that stand for the rows of its Table 4: of the largest sound set of each type.
     If none is there, the first recording."""
-    from mocap_metrology.present.skurowski.subset_tables import TABLE_4, standing_for
+    from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
 
     rows = {name: row(name) for name in accepted("skurowski2019")}
     found = [standing_for(rows, *subset) for subset in TABLE_4.items()]

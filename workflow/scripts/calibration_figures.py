@@ -5,8 +5,8 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.present.calibration.data import read_calibration
-    from mocap_metrology.present.calibration.figure import calibration_figure
+    from mocap_metrology.present.calibration.calibration_figure import calibration_figure
+    from mocap_metrology.present.calibration.calibration_files import read_calibration
     from mocap_metrology.present.drawing.style import save_figure
 
     given, params = snakemake.input, snakemake.params

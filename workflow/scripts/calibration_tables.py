@@ -5,13 +5,13 @@ from step import step
 with step(snakemake) as log:
     from calibration_records import records_of
 
-    from mocap_metrology.present.calibration import tables
+    from mocap_metrology.present.calibration import calibration_table
     from mocap_metrology.present.tables import source_sentence, write_with
 
     group = snakemake.wildcards.group
     records = records_of(snakemake.params.rows, snakemake.input.poses)
     note = source_sentence({record["calibration"]: record["source"] for record in records})
-    rows = tables.calibration_rows(records)
-    text = tables.calibration_markdown(rows, f"{group}: calibrations", note=note)
+    rows = calibration_table.calibration_rows(records)
+    text = calibration_table.calibration_markdown(rows, f"{group}: calibrations", note=note)
     write_with(snakemake.output[0].removesuffix(".csv"), rows, text)
     log.info("%s: %d calibrations", group, len(rows))

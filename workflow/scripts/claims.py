@@ -21,14 +21,13 @@ with step(snakemake) as log:
     from mocap_metrology.noise.gaussian.series import all_series
     from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present import tables
-    from mocap_metrology.present.claims.chance import draw
-    from mocap_metrology.present.claims.claim import COLUMNS
+    from mocap_metrology.present.claims.claim import COLUMNS, Regenerated
+    from mocap_metrology.present.claims.curves import draw
     from mocap_metrology.present.claims.jansen import Calibrations
     from mocap_metrology.present.claims.remedies import shock_of
-    from mocap_metrology.present.claims.study import Regenerated
     from mocap_metrology.present.claims.table import claim_rows, claims_markdown
-    from mocap_metrology.present.groups.noise import read_noise
-    from mocap_metrology.present.jansen.statistics import source_of
+    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.jansen.jansen_tables import source_of
     from mocap_metrology.present.skurowski.gaussian_table import cleaning_of
 
     given, files = snakemake.params, snakemake.input

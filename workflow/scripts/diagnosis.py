@@ -12,11 +12,11 @@ with step(snakemake) as log:
     from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
     from mocap_metrology.noise.diagnosis.sentences import sentences
     from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-    from mocap_metrology.present.diagnosis.figure import diagnosis_figure
+    from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
     from mocap_metrology.present.diagnosis.tables import write_diagnosis
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.groups.noise import read_noise
-    from mocap_metrology.present.recording.source import source_words
+    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.recording.recording_figures import source_words
 
     given, name = snakemake.params, snakemake.wildcards.recording
     settings = DiagnosisSettings(

@@ -7,11 +7,10 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.families.adev import family_figure
-    from mocap_metrology.present.families.coefficients import coefficients_figure
-    from mocap_metrology.present.families.correlated import correlated_figure
-    from mocap_metrology.present.families.members import family_of
-    from mocap_metrology.present.groups.noise import read_noise
+    from mocap_metrology.present.groups.adev import family_figure
+    from mocap_metrology.present.groups.coefficients import coefficients_figure, correlated_figure
+    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.groups.members import family_of
     from mocap_metrology.present.skurowski import gather
 
     given, group = snakemake.input, snakemake.wildcards.group

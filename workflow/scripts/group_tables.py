@@ -9,8 +9,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present import tables
-    from mocap_metrology.present.groups import noise as noise_tables
-    from mocap_metrology.present.groups import tables as group_tables
+    from mocap_metrology.present.groups import group_tables
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: tables.source_of(row) for row in rows}
@@ -43,9 +42,9 @@ with step(snakemake) as log:
         expected = read(series)["series"].tolist()
         summary += group_tables.allan_summary(name, source[name], read_table(path)[0], expected)
     write("allan", summary, "Allan deviations", group_tables.ALLAN)
-    found = dict(zip(source, map(noise_tables.read_noise, snakemake.input.noise), strict=True))
-    noise = noise_tables.noise_table(found, source)
-    caption = f"{noise_tables.CAPTION} {sentence}"
-    text = noise_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)
-    tables.write_with(f"{stem}_noise", noise, text, noise_tables.COLUMNS)
+    found = dict(zip(source, map(group_tables.read_noise, snakemake.input.noise), strict=True))
+    noise = group_tables.noise_table(found, source)
+    caption = f"{group_tables.CAPTION} {sentence}"
+    text = group_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)
+    tables.write_with(f"{stem}_noise", noise, text, group_tables.COLUMNS)
     log.info("%s: %d recordings", group, len(rows))

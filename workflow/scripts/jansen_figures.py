@@ -6,9 +6,9 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present.calibration.data import read_calibration
+    from mocap_metrology.present.calibration.calibration_files import read_calibration
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.jansen.figures import jansen_figures
+    from mocap_metrology.present.jansen.jansen_figures import jansen_figures
 
     given, params = snakemake.input, snakemake.params
     files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}

@@ -5,8 +5,8 @@ from step import step
 with step(snakemake) as log:
     from calibration_records import records_of
 
-    from mocap_metrology.present.jansen.tables import jansen_table, jansen_table_3
-    from mocap_metrology.present.jansen.text import markdown
+    from mocap_metrology.present.jansen.jansen_tables import jansen_table, jansen_table_3
+    from mocap_metrology.present.jansen.jansen_text import markdown
     from mocap_metrology.present.tables import source_sentence, write_with
 
     records = records_of(snakemake.params.rows, snakemake.input.poses)

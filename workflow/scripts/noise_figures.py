@@ -7,9 +7,9 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.fits.figure import fit_figure
-    from mocap_metrology.present.groups.noise import read_noise
-    from mocap_metrology.present.recording.source import source_words
+    from mocap_metrology.present.fits.fit_figure import fit_figure
+    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.recording.recording_figures import source_words
 
     name, folder = snakemake.wildcards.recording, Path(snakemake.output[0])
     folder.mkdir(parents=True, exist_ok=True)

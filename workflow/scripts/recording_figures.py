@@ -11,12 +11,13 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.gaussian.series import all_series
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.recording.figures import (
+    from mocap_metrology.present.recording.recording_figures import (
         allan_figure,
         psd_figure,
+        source_words,
+        step_words,
         trajectory_figure,
     )
-    from mocap_metrology.present.recording.source import source_words, step_words
 
     name = snakemake.wildcards.recording
     folder = Path(snakemake.output[0]).parent

@@ -11,8 +11,8 @@ with step(snakemake) as log:
     from mocap_metrology.noise.gaussian.series import all_series
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
+    from mocap_metrology.present.skurowski.allan_families import TITLES
     from mocap_metrology.present.skurowski.crump import Shaken, crump_figure, guessed
-    from mocap_metrology.present.skurowski.families import TITLES
 
     given, rows = snakemake.input, snakemake.params.rows
     _, raw, origin = read_coordinates(given.raw)

@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.skurowski import families, gather
+    from mocap_metrology.present.skurowski import allan_families, gather
 
     rows = {row["recording"]: row for row in snakemake.params.rows}
     others = {row["recording"]: row for row in snakemake.params.get("others", [])}
@@ -20,13 +20,13 @@ with step(snakemake) as log:
     lengths = {name: gather.length_s(origin) for name, (_, origin) in found.items()}
     source = gather.source_and_length(every, lengths, paper=not others)  # S: no length after repair
     if limits_s := snakemake.params.get("left_out"):
-        source += " " + families.guess_a1(limits_s)
+        source += " " + allan_families.guess_a1(limits_s)
     source = f"{gather.filter_sentence(next(iter(found.values()))[1])} {source}".strip()
     makers = {
-        "08": lambda: families.failing_figure(rows, allan, source, confidence),
-        "12": lambda: families.numbers_figure(rows, allan, source),
-        "13": lambda: families.types_figure(rows, allan, source, confidence),
-        "A1": lambda: families.repaired_figure(rows, others, allan, source, confidence),
+        "08": lambda: allan_families.failing_figure(rows, allan, source, confidence),
+        "12": lambda: allan_families.numbers_figure(rows, allan, source),
+        "13": lambda: allan_families.types_figure(rows, allan, source, confidence),
+        "A1": lambda: allan_families.repaired_figure(rows, others, allan, source, confidence),
     }
     for path in (Path(path) for path in snakemake.output if path.endswith(".svg")):
         save_figure(makers[path.stem[-2:]](), path.with_suffix(""))

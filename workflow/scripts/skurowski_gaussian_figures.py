@@ -12,9 +12,9 @@ with step(snakemake) as log:
     from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
+    from mocap_metrology.present.skurowski.camera_tables import TABLE_4
     from mocap_metrology.present.skurowski.densities import distances_figure, locations_figure
     from mocap_metrology.present.skurowski.scaling import NOTE_11, scaling_figure
-    from mocap_metrology.present.skurowski.subset_tables import TABLE_4
 
     given, files = snakemake.params, snakemake.input
     rows = {row["recording"]: row for row in given.rows}

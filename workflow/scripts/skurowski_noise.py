@@ -6,8 +6,8 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.present import tables
-    from mocap_metrology.present.groups.noise import read_noise
-    from mocap_metrology.present.skurowski import appendix, white_levels
+    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.skurowski import appendix, appendix_text
     from mocap_metrology.present.skurowski.appendix_text import table_a_markdown
 
     rows = {row["recording"]: row for row in snakemake.params.rows}
@@ -26,14 +26,14 @@ with step(snakemake) as log:
         tables.write_with(folder / f"skurowski_table{number}", of_type, text)
         log.info("Table %s: %d rows", number, len(of_type))
     every = [row for of_type in made.values() for row in of_type]
-    levels = white_levels.white_levels(every)
+    levels = appendix_text.white_levels(every)
     tables.write(
         folder / "skurowski_white_levels",
         levels,
         "Skurowski & Pawlyta 2019, Tables A1-A3: white noise given back",
-        f"{white_levels.summary(levels)} {white_levels.CAPTION} {sentence}",
+        f"{appendix_text.summary(levels)} {appendix_text.CAPTION} {sentence}",
     )
-    log.info(white_levels.summary(levels))
+    log.info(appendix_text.summary(levels))
     tables.write(
         folder / "skurowski_support",
         appendix.support_counts(every),

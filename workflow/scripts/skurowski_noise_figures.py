@@ -8,14 +8,13 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_metadata, read_table
     from mocap_metrology.noise.fit.estimators import regression, settings_of
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.groups.noise import read_noise
-    from mocap_metrology.present.skurowski import appendix, gather, paper_noise
-    from mocap_metrology.present.skurowski.coefficients import colour_figure
-    from mocap_metrology.present.skurowski.correlated import correlated_figure
+    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.skurowski import appendix, gather
+    from mocap_metrology.present.skurowski.coefficients import colour_figure, correlated_figure
     from mocap_metrology.present.skurowski.periodic import periodic_figure
     from mocap_metrology.present.skurowski.regression import regression_figure
 
-    given, titles, series = snakemake.params, paper_noise.TITLES, paper_noise.SERIES
+    given, titles, series = snakemake.params, gather.TITLES, gather.SERIES
     rows = {row["recording"]: row for row in given.rows}
     files = snakemake.input
     expected = {Path(path).parent.name: read_noise(path) for path in files.expected}
@@ -26,7 +25,7 @@ with step(snakemake) as log:
     lengths = {name: gather.length_s(read_metadata(path)) for name, path in allan_of.items()}
     source = gather.source_and_length(rows, lengths)
 
-    name = paper_noise.of_regression(rows)
+    name = gather.of_regression(rows)
     allan, origin = read_table(allan_of[name])
     own = (allan["series"] == series) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
     tau0 = 1 / origin["frame_rate_hz"]
@@ -37,11 +36,11 @@ with step(snakemake) as log:
         allan["m"][own], allan["avar_mm2"][own], tau0, settings, rows[name], series, given.seed
     )
     spectra = {}
-    for label, other in paper_noise.largest(rows).items():
+    for label, other in gather.largest(rows).items():
         psd, _ = read_table(psd_of[other])
         pick = psd["series"] == series
         spectra[label] = psd["f_hz"][pick], psd["psd_mm2_hz"][pick]
-    note_17 = f"{paper_noise.NOTE_17} {source}"
+    note_17 = f"{gather.NOTE_17} {source}"
     figures = {
         6: regression_figure(
             allan["tau_s"][own],
@@ -57,7 +56,7 @@ with step(snakemake) as log:
         14: colour_figure(made, titles[14], source),
         15: colour_figure(made, titles[15], source, logarithmic=False),
         16: correlated_figure(made, titles[16], source),
-        17: periodic_figure(spectra, paper_noise.LINE_HZ, titles[17], note_17),
+        17: periodic_figure(spectra, gather.LINE_HZ, titles[17], note_17),
     }
     for number, figure in figures.items():
         save_figure(figure, Path(snakemake.output[0]).parent / f"skurowski_fig{number:02d}")

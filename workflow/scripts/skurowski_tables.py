@@ -9,7 +9,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present import tables
-    from mocap_metrology.present.skurowski import gaussian_table, subset_tables
+    from mocap_metrology.present.skurowski import camera_tables, gaussian_table
 
     given, paper = snakemake.params, "Skurowski & Pawlyta 2019"
     rows = {row["recording"]: row for row in given.rows}
@@ -21,16 +21,16 @@ with step(snakemake) as log:
     sources = {name: tables.source_of(row) for name, row in rows.items()}
     sentence = tables.source_sentence(sources, length)
     folder = Path(snakemake.output[0]).parent
-    third = subset_tables.table_3(rows)
+    third = camera_tables.table_3(rows)
     title = f"{paper}, Table 3: camera subsets"
-    caption = f"{subset_tables.TABLE_3_CAPTION} {sentence}"
+    caption = f"{camera_tables.TABLE_3_CAPTION} {sentence}"
     tables.write(folder / "skurowski_table3", third, title, caption)
     twins = {name: twin_from_mapping(values, name) for name, values in given.twins.items()}
     fourth = gaussian_table.with_chance(
-        subset_tables.table_4(rows, gaussian), twins, gaussian_table.cleaning_of(given.hampel)
+        camera_tables.table_4(rows, gaussian), twins, gaussian_table.cleaning_of(given.hampel)
     )
     short = [{column: row[column] for column in gaussian_table.SHOWN} for row in fourth]
-    caption = f"{gaussian_table.CAPTION} {subset_tables.TABLE_4_CAPTION} {sentence}"
+    caption = f"{gaussian_table.CAPTION} {camera_tables.TABLE_4_CAPTION} {sentence}"
     text = tables.markdown(short, f"{paper}, Table 4: Gaussian model", caption)
     tables.write_with(folder / "skurowski_table4", fourth, text)
     log.info("Table 3: %d rows, Table 4: %d rows", len(third), len(fourth))

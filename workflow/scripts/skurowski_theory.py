@@ -8,27 +8,27 @@ with step(snakemake) as log:
     from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.pages import left_out
-    from mocap_metrology.present.skurowski import cameras, power_laws
+    from mocap_metrology.present.skurowski import camera_tables, table_1
     from mocap_metrology.present.skurowski.model_figures import model_figure, standard_error_figure
-    from mocap_metrology.present.skurowski.slopes_figure import slopes_figure
+    from mocap_metrology.present.skurowski.slopes import slopes_figure
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
-    laws, types, missing = power_laws.table_1(), cameras.table_2(), left_out.left_out()
-    laws_shown = [{column: row[column] for column in power_laws.SHOWN} for row in laws]
+    laws, types, missing = table_1.table_1(), camera_tables.table_2(), left_out.left_out()
+    laws_shown = [{column: row[column] for column in table_1.SHOWN} for row in laws]
     for name, rows, shown, title, caption in (
         (
             "skurowski_table1",
             laws,
             laws_shown,
             f"{paper}, Table 1: power-law noises",
-            power_laws.CAPTION,
+            table_1.CAPTION,
         ),
         (
             "skurowski_table2",
             types,
-            cameras.side_by_side(types),
+            camera_tables.side_by_side(types),
             f"{paper}, Table 2: cameras",
-            cameras.CAPTION,
+            camera_tables.TABLE_2_CAPTION,
         ),
         (
             "left_out",

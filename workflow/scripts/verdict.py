@@ -13,7 +13,7 @@ with step(snakemake) as log:
     from mocap_metrology.noise.assess.series import Span
     from mocap_metrology.noise.assess.verdict import Thresholds
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.groups.noise import read_noise
+    from mocap_metrology.present.groups.group_tables import read_noise
     from mocap_metrology.present.verdict.figure import verdict_figure
     from mocap_metrology.present.verdict.words import verdict_lines
 

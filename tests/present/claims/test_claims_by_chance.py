@@ -10,9 +10,16 @@ import pytest
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.twin import Slow, Twin
-from mocap_metrology.present.claims.chance import draw, of_realisations
-from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, unknown
-from mocap_metrology.present.claims.study import TYPES, Drawn, Key
+from mocap_metrology.present.claims.claim import (
+    DOES_NOT,
+    HOLDS,
+    TYPES,
+    UNKNOWN,
+    Drawn,
+    Key,
+    unknown,
+)
+from mocap_metrology.present.claims.curves import draw, of_realisations
 from mocap_metrology.present.claims.table import S_CLAIMS, claim_rows, claims_markdown
 
 BY_ID = {claim.id: claim for claim in S_CLAIMS}

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, Finding
-from mocap_metrology.present.claims.influence import influence
-from mocap_metrology.present.claims.jansen import CLAIMS, Calibrations, PublishedTables
+from mocap_metrology.present.claims.jansen import CLAIMS, Calibrations, PublishedTables, influence
 
 BY_ID = {claim.id: claim for claim in CLAIMS}
 

@@ -7,11 +7,17 @@ import pytest
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES
-from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN
+from mocap_metrology.present.claims.claim import (
+    DOES_NOT,
+    HOLDS,
+    TYPES,
+    UNKNOWN,
+    Published,
+    Regenerated,
+)
 from mocap_metrology.present.claims.jansen import CLAIMS as OF_J
 from mocap_metrology.present.claims.jansen import Calibrations
 from mocap_metrology.present.claims.remedies import CLAIMS, shock_of
-from mocap_metrology.present.claims.study import TYPES, Published, Regenerated
 
 BY_ID = {claim.id: claim for claim in (*CLAIMS, *OF_J)}
 RATE = 60.0

@@ -15,20 +15,18 @@ from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.claims.claim import (
     DOES_NOT,
     HOLDS,
-    UNKNOWN,
-    by_count,
-    median_error,
-    within,
-)
-from mocap_metrology.present.claims.coefficients import independent
-from mocap_metrology.present.claims.study import (
     TYPES,
+    UNKNOWN,
     Drawn,
     Published,
     Regenerated,
     active_terms,
+    by_count,
+    median_error,
     model_of,
+    within,
 )
+from mocap_metrology.present.claims.coefficients import independent
 from mocap_metrology.present.claims.table import S_CLAIMS, claim_rows, claims_markdown
 
 BY_ID = {claim.id: claim for claim in S_CLAIMS}

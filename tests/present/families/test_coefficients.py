@@ -11,10 +11,9 @@ from noise_data import assert_texts_apart, noise_rows
 from mocap_metrology.noise.fit.estimates import refused_rows
 from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
-from mocap_metrology.present.families import slots
-from mocap_metrology.present.families.coefficients import coefficients_figure
-from mocap_metrology.present.families.correlated import correlated_figure
-from mocap_metrology.present.families.members import family_of
+from mocap_metrology.present.groups import slots
+from mocap_metrology.present.groups.coefficients import coefficients_figure, correlated_figure
+from mocap_metrology.present.groups.members import family_of
 
 pytestmark = pytest.mark.filterwarnings("error")
 NUMBERS = (10, 5, 2)

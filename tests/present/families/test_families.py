@@ -11,11 +11,10 @@ from noise_data import TAU0, assert_texts_apart
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
-from mocap_metrology.present.families.adev import family_figure
-from mocap_metrology.present.families.members import count_looks, family_of, shown_series
-from mocap_metrology.present.families.ratios import ratios
-from mocap_metrology.present.families.subsets import DROPS, at_tau, subsets_figure
-from mocap_metrology.present.skurowski import families as paper
+from mocap_metrology.present.groups.adev import family_figure, ratios
+from mocap_metrology.present.groups.members import count_looks, family_of, shown_series
+from mocap_metrology.present.skurowski import allan_families as paper
+from mocap_metrology.present.skurowski.allan_families import DROPS, at_tau, subsets_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 T40 = (10, 8, 6, 5, 4, 3, 2)

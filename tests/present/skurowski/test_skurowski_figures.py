@@ -10,7 +10,7 @@ from noise_data import assert_texts_apart
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian, published_row
 from mocap_metrology.noise.twins.twin import twin_from_mapping
-from mocap_metrology.present.skurowski import gather, slopes_figure
+from mocap_metrology.present.skurowski import gather, slopes
 from mocap_metrology.present.skurowski.densities import Mean, distances_figure, locations_figure
 from mocap_metrology.present.skurowski.model_figures import (
     model_figure,
@@ -58,7 +58,7 @@ def points(axes, marker: str) -> np.ndarray:
 
 def test_theory_figures_are_readable(tmp_path) -> None:
     for k, figure in enumerate((model_figure(), standard_error_figure(),
-                                slopes_figure.slopes_figure())):  # fmt: skip
+                                slopes.slopes_figure())):  # fmt: skip
         check_saved(figure, tmp_path / str(k))
         assert_texts_apart(figure)
 
@@ -88,7 +88,7 @@ def test_white_noise_of_a_component_below_a_frame_is_counted() -> None:
 
 
 def test_slopes_written_in_figure_3_are_those_of_the_curves() -> None:
-    figure = slopes_figure.slopes_figure()
+    figure = slopes.slopes_figure()
     written = [t.get_text() for axes in figure.axes[:2] for t in axes.texts]
     assert [t for t in written if t[:1] in ("+", "−", "0")] == [
         *("−1", "−½", "0", "+½"),
@@ -98,14 +98,14 @@ def test_slopes_written_in_figure_3_are_those_of_the_curves() -> None:
         assert axes.get_ylabel() == "Allan deviation (mm)"
         formatter = axes.yaxis.get_major_formatter()
         assert all(formatter(tick).startswith("10") for tick in axes.get_yticks())
-    white = slopes_figure.deviation([PowerLaw(0, 3.0)])
-    assert slopes_figure.slope_at(white, 1.0) == pytest.approx(-0.5, abs=1e-9)
-    bump = slopes_figure.deviation([GaussMarkov(1.0, 10.0)])
-    peak = slopes_figure.TAU[bump.argmax()]
+    white = slopes.deviation([PowerLaw(0, 3.0)])
+    assert slopes.slope_at(white, 1.0) == pytest.approx(-0.5, abs=1e-9)
+    bump = slopes.deviation([GaussMarkov(1.0, 10.0)])
+    peak = slopes.TAU[bump.argmax()]
     assert peak == pytest.approx(18.9, rel=0.01)  # 1.893 T_c
-    assert slopes_figure.slope_text(0.37) == "+0.37"
+    assert slopes.slope_text(0.37) == "+0.37"
     line = Sinusoid(1.0, 3.0)
-    exact, reach = slopes_figure.deviation([line]), slopes_figure.envelope(line)
+    exact, reach = slopes.deviation([line]), slopes.envelope(line)
     assert np.all(exact <= reach * (1 + 1e-12))
 
 

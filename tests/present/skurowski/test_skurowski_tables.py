@@ -14,14 +14,14 @@ from mocap_metrology.noise.gaussian.moments import Cleaning
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.noise.twins.twin import twin_from_mapping
 from mocap_metrology.present.pages import left_out
-from mocap_metrology.present.skurowski import cameras, gaussian_table, power_laws, subset_tables
+from mocap_metrology.present.skurowski import camera_tables, gaussian_table, table_1
 
 NAMES = {("T40", 10): "T", ("Bonita", 10): "B", ("Vantage", 9): "V", ("All", 30): "A"}
 
 
 @pytest.fixture(scope="module")
 def first() -> list[dict]:
-    return power_laws.table_1(repeats=24, samples=1 << 15)
+    return table_1.table_1(repeats=24, samples=1 << 15)
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def fourth() -> list[dict]:
         for (kind, n), name in NAMES.items()
         if kind != "All"
     }
-    rows = subset_tables.table_4(sheet, printed)
+    rows = camera_tables.table_4(sheet, printed)
     return gaussian_table.with_chance(rows, twins, Cleaning(0.966), repeats=80)
 
 
@@ -85,11 +85,15 @@ def test_every_number_of_table_2_is_there(root: Path) -> None:
     file = root / "src/mocap_metrology/reference/camera_specs_table2.csv"
     lines = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
     printed = {(k, line["spec"]): line[k] for line in lines for k in ("T40", "Bonita", "Vantage")}
-    rows = cameras.table_2()
+    rows = camera_tables.table_2()
     assert {(r["camera_type"], r["quantity"]): r["published"] for r in rows} == printed
     assert {row["source"] for row in rows} == {"cited"}
     assert len(of(rows, ambiguity="open")) == 12
-    beside = {(k, r["quantity"]): r[k] for r in cameras.side_by_side(rows) for k in cameras.TYPES}
+    beside = {
+        (k, r["quantity"]): r[k]
+        for r in camera_tables.side_by_side(rows)
+        for k in camera_tables.TYPES
+    }
     assert beside == printed
 
 
@@ -128,7 +132,7 @@ def test_algebra_of_table_4(fourth: list[dict]) -> None:
 def test_a_row_that_contradicts_itself_is_found() -> None:
     sheet = {"T": {"recording": "T", "twin": None, "camera_type": "T40", "n_cameras": 10}}
     wrong = published_gaussian("T40") | {"sigma_B_mm": 0.0325}
-    rows = gaussian_table.with_chance(subset_tables.table_4(sheet, {"T": wrong}), {})
+    rows = gaussian_table.with_chance(camera_tables.table_4(sheet, {"T": wrong}), {})
     bad = next(r for r in rows if (r["camera_type"], r["quantity"]) == ("T40", "sigma_B_mm"))
     assert (bad["consistent"], bad["inside"], bad["source"]) == (False, None, "measured")
     assert bad["residual"] == pytest.approx(5.87e-4, abs=2e-6)

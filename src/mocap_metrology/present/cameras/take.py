@@ -19,7 +19,7 @@ from mocap_metrology.noise.cameras.moments import moments
 from mocap_metrology.noise.cameras.subsets import additions
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
 from mocap_metrology.noise.gaussian.series import AXES
-from mocap_metrology.present.cameras.tables import addition_rows, law_rows
+from mocap_metrology.present.cameras.camera_tables import addition_rows, law_rows
 from mocap_metrology.present.tables import Row
 
 

@@ -10,10 +10,9 @@ import numpy as np
 
 from mocap_metrology.noise.changes.compare import Ratio, adev_ratio
 from mocap_metrology.present.changes.compare import Columns, curve_of, series_of
+from mocap_metrology.present.drawing.axes import decade_axis, log_limits
 from mocap_metrology.present.drawing.curves import look_of
-from mocap_metrology.present.drawing.decades import decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.names import coordinate_of
 from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
@@ -22,6 +21,7 @@ from mocap_metrology.present.drawing.style import (
     Look,
     Sheet,
     blank_sheet,
+    coordinate_of,
     head,
     label_axes,
     styled,

@@ -11,8 +11,8 @@ from mocap_metrology.noise.allan.confidence import interval
 from mocap_metrology.noise.changes.compare import Curve
 from mocap_metrology.present.changes.compare import Columns, curve_of, days_of
 from mocap_metrology.present.changes.compare_figure import panels_of
+from mocap_metrology.present.drawing.axes import decade_axis, log_limits
 from mocap_metrology.present.drawing.curves import look_of
-from mocap_metrology.present.drawing.decades import decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
     GREY,

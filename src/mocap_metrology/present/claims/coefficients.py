@@ -10,27 +10,25 @@ from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.model.components import Sinusoid
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, SERIES
 from mocap_metrology.present.claims.claim import (
+    COORDINATES,
     DOES_NOT,
     HOLDS,
+    TYPES,
     UNKNOWN,
     Claim,
     Finding,
-    decided,
-    median_error,
-    orders,
-    share,
-    together,
-    unknown,
-    within,
-)
-from mocap_metrology.present.claims.study import (
-    COORDINATES,
-    TYPES,
     Study,
     active_terms,
+    decided,
+    median_error,
     model_of,
+    orders,
+    share,
     subsets,
+    together,
+    unknown,
     whole,
+    within,
 )
 
 LINE_HZ = (13.0, 16.0)  # S's "15 Hz"

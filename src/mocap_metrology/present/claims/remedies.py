@@ -12,17 +12,20 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, SERIES
 from mocap_metrology.present.claims.claim import (
+    COORDINATES,
     DOES_NOT,
     UNKNOWN,
     Claim,
     Finding,
+    Study,
     by_count,
     decided,
+    model_of,
     share,
+    subsets,
     unknown,
 )
-from mocap_metrology.present.claims.study import COORDINATES, Study, model_of, subsets
-from mocap_metrology.present.skurowski.shock import find_shock
+from mocap_metrology.present.skurowski.crump import find_shock
 
 SIDE_S = 300.0  # S: "5 min periods before and after"
 ALIKE = 0.05

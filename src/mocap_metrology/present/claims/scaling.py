@@ -11,11 +11,14 @@ import numpy as np
 from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.claims.claim import (
+    COORDINATES,
     DOES_NOT,
     HOLDS,
+    TYPES,
     UNKNOWN,
     Claim,
     Finding,
+    Study,
     by_count,
     decided,
     median_error,
@@ -23,9 +26,9 @@ from mocap_metrology.present.claims.claim import (
     share,
     together,
     unknown,
+    whole,
     within,
 )
-from mocap_metrology.present.claims.study import COORDINATES, TYPES, Study, whole
 
 FRAME_S = (1 / 120,)
 RANGES_S = {"up to 0.1 s": (1 / 120, 0.02, 0.05, 0.1), "1 to 100 s": np.geomspace(1, 100, 9)}

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from mocap_metrology.present.claims import coefficients, curves, jansen, remedies, scaling
-from mocap_metrology.present.claims.chance import of_realisations
-from mocap_metrology.present.claims.claim import Claim, Finding, row, unknown
-from mocap_metrology.present.claims.study import Drawn, Published
+from mocap_metrology.present.claims.claim import Claim, Drawn, Finding, Published, row, unknown
+from mocap_metrology.present.claims.curves import of_realisations
 from mocap_metrology.present.tables import Row, aligned
 
 S_CLAIMS = (*curves.CLAIMS, *scaling.CLAIMS, *coefficients.CLAIMS, *remedies.CLAIMS)

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.decades import Limits, decade_axis, slope_fan
+from mocap_metrology.present.drawing.axes import Limits, decade_axis, slope_fan
 from mocap_metrology.present.drawing.legend import Entry, columns_of
-from mocap_metrology.present.drawing.names import coordinate_of
 from mocap_metrology.present.drawing.style import (
     GREY,
     LOOKS,
@@ -23,6 +22,7 @@ from mocap_metrology.present.drawing.style import (
     Look,
     Sheet,
     blank_sheet,
+    coordinate_of,
     head,
     label_axes,
     lines_mm,

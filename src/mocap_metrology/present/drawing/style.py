@@ -37,6 +37,16 @@ INK = "#222222"
 FAINT = "#d4d4d4"
 GREY = "#6b6b6b"
 
+VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
+    "good": ("#14532d", "#dcfce7"),
+    "usable": ("#713f12", "#fef3c7"),
+    "doubtful": ("#7c2d12", "#ffedd5"),
+    "bad": ("#7f1d1d", "#fee2e2"),
+    "failed": ("#7f1d1d", "#fee2e2"),
+    "refused": ("#ffffff", "#991b1b"),
+}
+UNKNOWN_WORD = ("#1f2937", "#e5e7eb")  # a word that is none of these
+
 STYLE = {
     "font.family": ["DejaVu Sans"],  # comes with matplotlib, so every machine has the same
     "font.size": BODY_PT,
@@ -278,3 +288,12 @@ def shorten(text: str, size_pt: float, width_mm: float) -> str:
     while text and text_mm(f"{text}…", size_pt) > width_mm:
         text = text[:-1]
     return f"{text}…"
+
+
+COORDINATE = re.compile(r"([xyz])(\d+)")
+
+
+def coordinate_of(name: str) -> tuple[str, int] | None:
+    """("x", 1) of "x1"; None of a distance or any other name."""
+    found = COORDINATE.fullmatch(name)
+    return (found[1], int(found[2])) if found else None

@@ -1,9 +1,10 @@
-"""What a figure of a fit shows: a model taken apart, its curves, and how far the data are off."""
+"""What a figure of a fit shows: a model taken apart and matched with a published one, its
+curves, and how far the data are off."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -21,8 +22,75 @@ from mocap_metrology.noise.model.components import (
 )
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
-from mocap_metrology.present.fits.matching import limit_class
 from mocap_metrology.present.numbers import symbol, typeset, unit
+
+LIMIT = 10.0  # correlation times that differ by a greater factor are of different components
+
+
+def by_estimator(
+    rows: Iterable[Mapping[str, Any]], series: str
+) -> dict[str, dict[str, Mapping[str, Any]]]:
+    """Rows of one series of noise.csv: estimator -> parameter -> row, in their order."""
+    found: dict[str, dict[str, Mapping[str, Any]]] = {}
+    for row in rows:
+        if row["series"] == series:
+            found.setdefault(row["estimator"], {})[row["parameter"]] = row
+    return found
+
+
+def correlation_times(values: Mapping[str, float]) -> dict[int, float]:
+    """Number -> T_c of the Gauss-Markov terms that have one; the rest is passed over."""
+    return {
+        int(name[3:]): float(value)
+        for name, value in values.items()
+        if name.startswith("T_c") and value is not None and 0 < float(value) < math.inf
+    }
+
+
+def pair(
+    published: Mapping[int, float], fitted: Mapping[int, float], limit: float = LIMIT
+) -> dict[int, int]:
+    """Published number -> fitted number of the Gauss-Markov terms that belong together.
+
+    Least sum of |ln(T_c / T_c')| over all assignments (Kuhn 1955), in which a term without a
+    partner costs as much as a pair that differs by the factor `limit`; so no pair differs by more,
+    and a good pair is not given up for two poor ones.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    if not published or not fitted:
+        return {}
+    ours, theirs = list(published), list(fitted)
+    logs = [np.log([numbers[k] for k in keys]) for numbers, keys in
+            ((published, ours), (fitted, theirs))]  # fmt: skip
+    distance = np.abs(logs[0][:, None] - logs[1][None, :])
+    far = math.log(limit) * (1 + 1e-12)
+    chosen = linear_sum_assignment(np.minimum(distance, far))
+    return {
+        ours[i]: theirs[j]
+        for i, j in zip(*(k.tolist() for k in chosen), strict=True)
+        if distance[i, j] <= far
+    }
+
+
+def partners(published: Mapping[str, float], fitted: Mapping[str, float]) -> dict[str, str]:
+    """Published parameter -> fitted parameter: Gauss-Markov terms by `pair`, others by name."""
+    terms = pair(correlation_times(published), correlation_times(fitted))
+    found = {name: name for name in published if name[1:3] != "_c" and name in fitted}
+    for number, other in terms.items():
+        for name in ("q_c", "T_c"):
+            if f"{name}{number}" in published and f"{name}{other}" in fitted:
+                found[f"{name}{number}"] = f"{name}{other}"
+    return found
+
+
+def limit_class(row: Mapping[str, Any]) -> str | None:
+    """Class of T_c (S 4.6) that a limit of q_c is for, as its note says (`class long: ...`)."""
+    note = row.get("note") or ""
+    if row["status"] != "not_detected" or not str(note).startswith("class "):
+        return None
+    return str(note).split(":")[0].removeprefix("class ")
+
 
 PER_DECADE = 120  # points of a curve: eight a period for the first six periods of a sinusoid
 PREFIXES = ((0, ""), (-3, "m"), (-6, "µ"), (-9, "n"))

@@ -11,10 +11,15 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
-from mocap_metrology.present.calibration.data import CalibrationFiles, Pose, pose_of, thinned
-from mocap_metrology.present.calibration.space import COLOURS
+from mocap_metrology.present.calibration.calibration_files import (
+    CalibrationFiles,
+    Pose,
+    pose_of,
+    thinned,
+)
+from mocap_metrology.present.calibration.views import COLOURS
+from mocap_metrology.present.drawing.axes import number
 from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip
-from mocap_metrology.present.drawing.linear import number
 from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
@@ -24,7 +29,7 @@ from mocap_metrology.present.drawing.style import (
     size_mm,
     styled,
 )
-from mocap_metrology.present.jansen.space import BOX, Stage, arc, magnified, outline, stage
+from mocap_metrology.present.jansen.projection import BOX, Stage, arc, magnified, outline, stage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.changes.compare import ratios_to_mean
 from mocap_metrology.present.changes.compare import curve_of, series_of
-from mocap_metrology.present.drawing.linear import linear_axis
+from mocap_metrology.present.drawing.axes import linear_axis
 from mocap_metrology.present.drawing.style import (
     GREY,
     SMALL_PT,

@@ -1,12 +1,19 @@
-"""Pages of HTML that need nothing but themselves: no script, no style sheet, no network."""
+"""Pages of HTML that need nothing but themselves: no script, no style sheet, no network.
+
+Markdown becomes HTML as far as `tables` and its fellows write it: headings, paragraphs, lists of
+one level (`- ` or `* `), tables of pipes (`\\|` is a pipe in a cell), **bold**, `code`.
+"""
 
 from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
+from itertools import groupby
 from typing import Any
+
+from mocap_metrology.present.drawing.style import UNKNOWN_WORD, VERDICT_WORDS
 
 NUMERIC_SHARE = 0.6  # of its filled cells makes a column one of numbers
 # Signs before a number: not detected, bounds, approximately, brackets of a published value.
@@ -27,16 +34,7 @@ TYPESET = (  # of a line of Markdown: units, powers of ten, coefficients; no nam
         lambda m: "{}<sub>{}</sub>".format(*m[1].replace("-", MINUS).split("_")),
     ),
 )
-WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
-    "good": ("#14532d", "#dcfce7"),
-    "usable": ("#713f12", "#fef3c7"),
-    "doubtful": ("#7c2d12", "#ffedd5"),
-    "bad": ("#7f1d1d", "#fee2e2"),
-    "failed": ("#7f1d1d", "#fee2e2"),
-    "refused": ("#ffffff", "#991b1b"),
-}
 EMPTY = "–"  # a cell without a number
-UNKNOWN = ("#1f2937", "#e5e7eb")  # a word that is none of these
 STYLE = """
 .mm { font: 14px/1.45 system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-serif;
   color: #1f2937; }
@@ -94,7 +92,7 @@ def paragraph(text: str) -> str:
 
 def word(text: str, count: int | None = None) -> str:
     """A verdict, or how many there are of it: said in a word, and in colour beside it."""
-    ink, behind = WORDS.get(text, UNKNOWN)
+    ink, behind = VERDICT_WORDS.get(text, UNKNOWN_WORD)
     shown = escape(text if count is None else f"{count} {text}")
     return f'<span class="word" style="color:{ink};background:{behind}">{shown}</span>'
 
@@ -191,3 +189,51 @@ def _raised(exponent: str) -> str:
 
 def _breakable(text: str) -> str:
     return re.sub(r"(?<=[a-z])_(?=[a-z])|(?<=\d);(?=\d)", r"\g<0><wbr>", text)
+
+
+BAR = re.compile(r"(?<!\\)\|")
+RULE = re.compile(r"\|[-:| ]+\|")
+LONG = 40  # letters in a cell: a sentence or a list, and not a name
+
+
+def title_of(text: str) -> str:
+    """The first heading, or nothing."""
+    first = re.search(r"^# (.*)$", text, re.M)
+    return first[1].strip() if first else ""
+
+
+def body_of(text: str) -> str:
+    """HTML of a Markdown text."""
+    return "\n".join(_blocks(text.splitlines()))
+
+
+def _kind(line: str) -> str:
+    if not line.strip():
+        return ""
+    if line.startswith(("- ", "* ")):
+        return "list"
+    return {"#": "heading", "|": "table"}.get(line[0], "text")
+
+
+def _blocks(lines: list[str]) -> Iterator[str]:
+    for kind, block in groupby(lines, _kind):
+        if kind == "heading":
+            for line in block:
+                sharps, _, text = line.partition(" ")
+                yield heading(text.strip(), min(len(sharps), 3))
+        elif kind == "table":
+            yield _table(list(block))
+        elif kind == "list":
+            yield f"<ul>{''.join(f'<li>{inline(line[2:])}</li>' for line in block)}</ul>"
+        elif kind == "text":
+            yield f"<p>{inline(' '.join(block))}</p>"
+
+
+def _table(lines: list[str]) -> str:
+    head, *rows = [_cells(line) for line in lines if not RULE.fullmatch(line)]
+    long = [k for k in range(len(head)) if any(len(row[k]) > LONG for row in rows)]
+    return table(head, rows, long=long)
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip().replace("\\|", "|") for cell in BAR.split(line.strip())[1:-1]]

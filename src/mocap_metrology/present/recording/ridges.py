@@ -7,22 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mocap_metrology.present.drawing.axes import TimeAxis, length_unit, linear_axis, number
 from mocap_metrology.present.drawing.legend import strip, strip_height
-from mocap_metrology.present.drawing.linear import TimeAxis, length_unit, linear_axis, number
-from mocap_metrology.present.drawing.names import coordinate_of
 from mocap_metrology.present.drawing.style import (
     GREY,
     SMALL_PT,
     WIDTH_MM,
     blank_sheet,
+    coordinate_of,
     head,
     label_axes,
     plain,
     shorten,
     text_mm,
 )
-from mocap_metrology.present.recording.prepared import Prepared
-from mocap_metrology.present.recording.traces import Trace, entries
+from mocap_metrology.present.recording.traces import Prepared, Trace, entries
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

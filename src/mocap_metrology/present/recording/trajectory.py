@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.legend import strip, strip_height
-from mocap_metrology.present.drawing.linear import (
+from mocap_metrology.present.drawing.axes import (
     TimeAxis,
     length_unit,
     linear_axis,
     number,
     time_axis,
 )
+from mocap_metrology.present.drawing.legend import strip, strip_height
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
     GREY,
@@ -28,8 +28,7 @@ from mocap_metrology.present.drawing.style import (
     styled,
 )
 from mocap_metrology.present.recording import ridges
-from mocap_metrology.present.recording.prepared import Prepared, prepare
-from mocap_metrology.present.recording.traces import GAP, Trace, entries
+from mocap_metrology.present.recording.traces import GAP, Prepared, Trace, entries, prepare
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

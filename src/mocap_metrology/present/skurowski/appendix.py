@@ -21,8 +21,8 @@ from mocap_metrology.noise.twins.published import (
     published_notes,
     published_row,
 )
-from mocap_metrology.present.fits.matching import LIMIT, by_estimator, limit_class, partners
-from mocap_metrology.present.skurowski.subset_tables import standing_for
+from mocap_metrology.present.fits.parts import LIMIT, by_estimator, limit_class, partners
+from mocap_metrology.present.skurowski.camera_tables import standing_for
 from mocap_metrology.present.tables import Row, source_of
 
 TABLES = {"T40": "A1", "Bonita": "A2", "Vantage": "A3"}

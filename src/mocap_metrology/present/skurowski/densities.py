@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mocap_metrology.noise.gaussian.density import kernel_density
-from mocap_metrology.present.drawing.decades import decade_axis
+from mocap_metrology.present.drawing.axes import decade_axis, linear_axis
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,

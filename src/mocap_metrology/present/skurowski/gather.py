@@ -1,4 +1,5 @@
-"""What Figures 9-11 show, from the sheet, gaussian.csv and the twins; how long twins are."""
+"""What Figures 6, 9-11 and 14-17 of S show, from the sheet, gaussian.csv and the twins:
+recordings, series, titles, and how long twins are."""
 
 from __future__ import annotations
 
@@ -11,10 +12,42 @@ from mocap_metrology.noise.gaussian.moments import expected_moments
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text
+from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset
-from mocap_metrology.present.skurowski.subset_tables import TABLE_4
 from mocap_metrology.present.tables import Row, source_of, source_sentence
+
+PAPER = "Skurowski & Pawlyta 2019"
+TITLES = {
+    6: f"{PAPER}, Figure 6: weighted and ordinary least squares",
+    14: f"{PAPER}, Figure 14: colour noise coefficients, logarithmic",
+    15: f"{PAPER}, Figure 15: colour noise coefficients, linear",
+    16: f"{PAPER}, Figure 16: correlated noise",
+    17: f"{PAPER}, Figure 17: a periodic disturbance, in spectra of z1",
+}
+LINE_HZ = 14.4  # S's "15 Hz": eight rows of Tables A1-A3 have 13.7 to 14.4 Hz
+NOTE_17 = (
+    "z1 by the largest set of each camera type, its number of cameras in brackets. S reports the "
+    "line for T40 and Vantage, negligibly small for Vantage; Tables A1-A3 print its amplitude for "
+    "T40 alone, so a twin of Vantage or Bonita has none."
+)
+SERIES = "z1"  # of Figures 6 and 17; S names none for 6, this one has a line and three bumps
+
+
+def largest(recordings: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Label (camera type, cameras) and recording of the largest sound subset of each type."""
+    found = {}
+    for kind in ("T40", "Bonita", "Vantage"):
+        name = standing_for(recordings, kind, TABLE_4[kind])
+        if name is not None:
+            found[f"{kind} ({TABLE_4[kind]})"] = name
+    return found
+
+
+def of_regression(recordings: Mapping[str, Mapping[str, Any]]) -> str:
+    """The recording of Figure 6: all T40 cameras, or else the first there is."""
+    return standing_for(recordings, "T40", 10) or next(iter(recordings))
+
 
 NOT_FITTED = ("Vantage", 10)  # with the failing camera (S 3.5)
 EXPECTED = {"sigma_1_mm": "sigma_1", "sigma_2_mm": "sigma_2", "sigma_L_mm": "sigma_L"}

@@ -15,8 +15,8 @@ from mocap_metrology.noise.twins.published import (
     published_keys,
     published_row,
 )
+from mocap_metrology.present.drawing.axes import linear_axis
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
     GREY,

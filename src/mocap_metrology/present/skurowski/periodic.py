@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.decades import SUPERSCRIPT, decade_axis, log_limits
+from mocap_metrology.present.drawing.axes import SUPERSCRIPT, decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.decimate import log_bins
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (
     GREY,
     INK,

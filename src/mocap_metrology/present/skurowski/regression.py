@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.noise.model.components import Form, NoiseModel
-from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.axes import decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (
     GREY,
     INK,

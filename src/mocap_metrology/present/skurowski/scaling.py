@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.noise.cameras.scaling import Scaling, fit_scaling
-from mocap_metrology.present.drawing.decades import Limits, decade_axis, log_limits
+from mocap_metrology.present.drawing.axes import Limits, decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
     GREY,

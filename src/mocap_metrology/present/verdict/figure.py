@@ -11,7 +11,7 @@ import numpy as np
 
 from mocap_metrology.noise.assess.verdict import COORDINATE, duration_words
 from mocap_metrology.noise.fit.estimates import correlation_class
-from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.drawing.axes import decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
     BODY_PT,

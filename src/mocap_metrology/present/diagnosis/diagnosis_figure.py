@@ -20,18 +20,16 @@ from mocap_metrology.present.diagnosis.time import (
     COMPARED,
     EVENT,
     FRAME,
+    SHADE,
+    View,
     draw_dynamic,
     draw_sides,
+    draw_zoom,
+    look_of,
+    view_of,
 )
-from mocap_metrology.present.diagnosis.zoom import SHADE, View, draw_zoom, look_of, view_of
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
-    GREY,
-    MARGIN_MM,
-    WIDTH_MM,
-    blank_sheet,
-    styled,
-)
+from mocap_metrology.present.drawing.style import GREY, MARGIN_MM, WIDTH_MM, blank_sheet, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,9 +9,8 @@ import numpy as np
 
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, correlation_class
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
-from mocap_metrology.present.drawing.decades import Limits, decade_axis, log_limits
+from mocap_metrology.present.drawing.axes import Limits, decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip, strip_height
-from mocap_metrology.present.drawing.linear import linear_axis
 from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,

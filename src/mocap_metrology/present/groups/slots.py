@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
+from mocap_metrology.noise.fit.estimates import CLASSES, DEFAULT_ESTIMATOR, S_ESTIMATOR
 from mocap_metrology.noise.twins.published import SERIES
-from mocap_metrology.present.drawing.decades import Limits, decade_axis
+from mocap_metrology.present.drawing.axes import Limits, decade_axis
 from mocap_metrology.present.drawing.legend import Entry
-from mocap_metrology.present.drawing.names import coordinate_of
 from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
@@ -22,6 +21,7 @@ from mocap_metrology.present.drawing.style import (
     WIDTH_MM,
     Look,
     Sheet,
+    coordinate_of,
     label_axes,
     size_mm,
 )
@@ -145,6 +145,18 @@ def camera_axis(axes: Axes, cameras: Sequence[int], labels: bool) -> None:
     names = dict(enumerate(cameras))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _p: str(names.get(round(v), ""))))
     axes.tick_params(axis="x", length=0, labelbottom=labels)
+
+
+def shade_classes(axes: Axes, limits: Limits) -> None:
+    """Shade the classes of T_c (S 4.6) on an axis of these limits, and name them."""
+    for name, low, high in CLASSES:
+        low, high = max(low, limits[0]), min(high, limits[1])
+        if low >= high:
+            continue
+        axes.axvspan(low, high, color=FAINT, alpha=0.9 if name == "medium" else 0.5, lw=0, zorder=0)
+        how = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "bottom"}
+        place = axes.get_xaxis_transform()
+        axes.text(float(np.sqrt(low * high)), 0.02, name, transform=place, **how)
 
 
 def column_values(rows: Sequence[Row]) -> np.ndarray:

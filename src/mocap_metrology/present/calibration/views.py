@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
-from mocap_metrology.present.calibration.data import Agreement, Pose, thinned
-from mocap_metrology.present.drawing.linear import linear_axis, number
+from mocap_metrology.present.calibration.calibration_files import Agreement, Pose, thinned
+from mocap_metrology.present.drawing.axes import linear_axis, number
 from mocap_metrology.present.drawing.style import GREY, INK, LOOKS, SMALL_PT, label_axes, size_mm
 
 if TYPE_CHECKING:

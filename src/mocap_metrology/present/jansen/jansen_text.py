@@ -18,7 +18,7 @@ from mocap_metrology.lighthouse.published import (
     RECORDINGS,
     SETUPS,
 )
-from mocap_metrology.present.jansen.statistics import Record, Variant, paper_setup, pose_of
+from mocap_metrology.present.jansen.jansen_tables import Record, Variant, paper_setup, pose_of
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.tables import Row, aligned
 

@@ -7,28 +7,62 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.calibration.data import CalibrationFiles
-from mocap_metrology.present.calibration.words import (
-    BEYOND_SIGMA,
-    beyond_sigma,
-    residual_limit,
-)
-from mocap_metrology.present.drawing.linear import number
+from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
+from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
+from mocap_metrology.present.drawing.axes import number
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
     FAINT,
     GREY,
     LINE_SPACING,
     SMALL_PT,
+    UNKNOWN_WORD,
+    VERDICT_WORDS,
     Sheet,
     lines_mm,
     shorten,
     wrap,
 )
-from mocap_metrology.present.pages.html_page import UNKNOWN, WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+TIMES_SIGMA = 3.0
+BEYOND_SIGMA = (
+    "Error beyond 3 σ: σ is the scatter within this recording; what stays the same in it is not"
+    " in σ (optics, lasers off the origin of the housing, scale of the board)."
+)
+
+
+def residual_limit(pose: Mapping[str, Any]) -> str:
+    """`good below 577`, or where it is not good `usable below 2164`: limit of the residual in µrad;
+    empty where none is known."""
+    limit, good = _limit(pose, "residual")
+    return "" if limit is None else f"{'good' if good else 'usable'} below {limit:.0f}"
+
+
+def expected_urad(pose: Mapping[str, Any]) -> float:
+    """Noise of one angle that the checks went by, in µrad."""
+    limit, good = _limit(pose, "board poses")
+    return EXPECTED_URAD if limit is None else limit / BOARD[0 if good else 1]
+
+
+def _limit(pose: Mapping[str, Any], name: str) -> tuple[float | None, bool]:
+    """Limit of a check and whether it is that of the word good; None where it has none."""
+    check = next((check for check in pose.get("checks", ()) if check["name"] == name), {})
+    limit = check.get("limit")
+    return (limit if isinstance(limit, int | float) else None), bool(check.get("ok"))
+
+
+def beyond_sigma(entry: Mapping[str, Any]) -> bool:
+    """Whether the error of an estimate against its reference is more than three standard deviations
+    in a coordinate or about an axis."""
+    if entry.get("covariance") is None or entry.get("errors_mm") is None:
+        return False
+    off = np.abs([*entry["errors_mm"], *entry["errors_deg"]])
+    variance = np.diag(np.array(entry["covariance"], dtype=np.float64))
+    return bool((off > TIMES_SIGMA * np.sqrt(np.clip(variance, 0, None))).any())
+
 
 BADGE_MM, LABEL_MM, COLUMN_MM, GAP_MM = 22.0, 33.0, 17.0, 5.0
 MM_DEG = slice(3), slice(3, 6)
@@ -153,7 +187,7 @@ def _draw_verdict(canvas: Axes, height: float, width: float, given: CalibrationF
     from matplotlib.patches import FancyBboxPatch
 
     word = str(given.pose["verdict"]["word"])
-    colour, behind = WORDS.get(word, UNKNOWN)  # as on the pages
+    colour, behind = VERDICT_WORDS.get(word, UNKNOWN_WORD)  # as on the pages
     box = FancyBboxPatch(
         (0.4, height - 5.4), BADGE_MM - 0.8, 4.8, "round,pad=0,rounding_size=1",
         facecolor=behind, edgecolor=colour, lw=0.6,

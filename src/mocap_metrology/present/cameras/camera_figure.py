@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.cameras.tables import NOISE, noisy, raised
-from mocap_metrology.present.drawing.decades import decade_axis, log_limits
+from mocap_metrology.present.cameras.camera_tables import NOISE, noisy, raised
+from mocap_metrology.present.drawing.axes import decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.names import coordinate_of
 from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
@@ -21,6 +20,7 @@ from mocap_metrology.present.drawing.style import (
     WIDTH_MM,
     Sheet,
     blank_sheet,
+    coordinate_of,
     head,
     label_axes,
     size_mm,

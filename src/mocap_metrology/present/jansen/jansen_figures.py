@@ -7,15 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.calibration.data import CalibrationFiles
-from mocap_metrology.present.jansen.angles import angles_figure, clearest_point
+from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
 from mocap_metrology.present.jansen.paths import (
     Superposed,
     paths_figure,
     slave_figure,
     superposition_figure,
 )
-from mocap_metrology.present.jansen.signal import signal_figure, signal_of
+from mocap_metrology.present.jansen.signal import (
+    angles_figure,
+    clearest_point,
+    signal_figure,
+    signal_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,4 +1,4 @@
-"""The recordings of a family: what tells them apart, and their curves."""
+"""The recordings of a group: what tells them apart, and their curves."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.present.drawing.curves import Curve
-from mocap_metrology.present.drawing.names import coordinate_of
-from mocap_metrology.present.drawing.style import LOOKS, OTHER_LOOKS, Look
+from mocap_metrology.present.drawing.style import LOOKS, OTHER_LOOKS, Look, coordinate_of
 
 Rows = Mapping[str, Mapping[str, Any]]
 

@@ -1,4 +1,4 @@
-"""Noise coefficients of a group of recordings: every estimate in long form, the default to read."""
+"""Tables of a group: its recordings as in the sheet, Allan deviations, noise coefficients."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from mocap_metrology.noise.assess.lowest import lowest
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, unit_key, unit_of
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
-from mocap_metrology.present.fits.matching import limit_class
+from mocap_metrology.present.fits.parts import limit_class
 from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Row, aligned, source_of
 
 FROM_CSV = (
     "series",
@@ -124,3 +127,85 @@ def _cell(row: Row | None) -> str:
         return f"< {three_digits(float(upper))}{of_class}" if known else "not detected"
     text = with_interval(row["value"], row["lower_95"], row["upper_95"])
     return text + MARKS.get(row["status"], "")
+
+
+FIRST = ("tau_1_s", "adev_1_mm")
+
+MINIMUM = ("adev_min_mm", "tau_min_s", "adev_min_lower_mm", "adev_min_upper_mm")
+
+SUBSETS = "The recordings of the group as in the sheet."
+
+GAUSSIAN = (
+    "Moments of the cleaned coordinates, along x as in S and along the line between the markers "
+    "(axis pair); only the latter's sigma_C can be held against sigma_L. mu_1, mu_2, sigma_1, "
+    "sigma_2: mean and standard deviation of the coordinate of either marker; sigma_12, rho_12: "
+    "their covariance and correlation; mu_L, sigma_L: of the distance L; mu_e = |mu_2 - mu_1|: the "
+    "distance expected of the means. What the model expects sigma_L to be (S 2.2): sigma_A1, "
+    "sigma_A2, sqrt(2) times sigma_1 or sigma_2, both markers like the one; sigma_B, from both, "
+    "uncorrelated; sigma_C, with their covariance. chi2: test of L against N(mu_e, sigma_C) on "
+    "every thinning_frames-th frame, in units in which Gaussian noise of the same spectrum gives "
+    "chi2_dof on average; chi2_p: the share of such noise that gives as much (of 999 drawn). "
+    "n_independent: frames over two correlation times; with few, hardly anything is rejected. "
+    "Drift and range, of marker 1, of marker 2 and of L, are of one-second means (of tenths of a "
+    "recording below 10 s)."
+)
+
+OUTLIERS = (
+    "Samples taken for outliers. On clean Gaussian noise the filter itself takes the share in "
+    "share_of_clean_gaussian_noise (0.34 % at 3 sigma and 241 frames) and leaves white_level_kept "
+    "(0.966) of the white level: Allan deviations of cleaned series (allan.parquet) are 1.7 % low "
+    "at short tau by that much. "
+    "resolution: the smallest step the file can tell (int16 or float32 spacing, or a coarser "
+    "rounding found in the values)."
+)
+
+ALLAN = (
+    "Overlapping Allan deviation as recorded, gross outliers masked: adev_1_mm at a single frame, "
+    "tau_1_s long; adev_0.1s_mm, adev_1s_mm and so on at averaging times of 0.1 s, 1 s and so on "
+    "(empty where the recording is too short); adev_min_mm at its minimum, of the points with 10 "
+    "degrees of freedom or more, which is at tau_min_s, with the interval of the configured "
+    "confidence."
+)
+
+CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
+
+
+def subsets(recordings: Sequence[Mapping[str, Any]]) -> list[Row]:
+    """One row a recording: what the sheet says of it."""
+    return [
+        {
+            "recording": row["recording"],
+            "source": source_of(row),
+            "camera_type": row["camera_type"],
+            "n_cameras": row["n_cameras"],
+            "camera_ids": ";".join(map(str, row["camera_ids"])),
+            "comment": row["comment"],
+        }
+        for row in recordings
+    ]
+
+
+def allan_summary(
+    recording: str, source: str, columns: Mapping[str, np.ndarray], expected: Sequence[str]
+) -> list[Row]:
+    """One row a series of allan_masked.parquet: its first tau, chosen tau, and the minimum.
+
+    The value at a chosen tau is that of the nearest tau computed, within 10 %, else empty; a series
+    of `expected` without a single value has a row of empty cells.
+    """
+    rows = []
+    overlapping = columns["estimator"] == "oadev"
+    for series in expected:
+        pick = overlapping & (columns["series"] == series)
+        tau, adev = columns["tau_s"][pick], columns["adev_mm"][pick]
+        lower, upper = columns["adev_lower_mm"][pick], columns["adev_upper_mm"][pick]
+        row: Row = {"recording": recording, "source": source, "series": series}
+        row |= {"tau_1_s": tau[0], "adev_1_mm": adev[0]} if tau.size else dict.fromkeys(FIRST)
+        for wanted in CHOSEN_TAUS_S:
+            k = int(np.abs(np.log(tau / wanted)).argmin()) if tau.size else -1
+            near = k >= 0 and abs(tau[k] / wanted - 1) < 0.1
+            row[f"adev_{wanted:g}s_mm"] = adev[k] if near else math.nan
+        best, _ = lowest(adev, columns["edf"][pick])
+        least = [None if best is None else values[best] for values in (adev, tau, lower, upper)]
+        rows.append(row | dict(zip(MINIMUM, least, strict=True)))
+    return rows

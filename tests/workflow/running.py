@@ -65,6 +65,22 @@ def planned(output: str) -> Counter:
     return Counter(counts)
 
 
+def pass_for_computed(run: Callable[..., Any], *arguments: str) -> None:
+    """Let everything that a run with these arguments makes pass for computed: Snakemake marks empty
+    files as its results."""
+    for line in run("--summary", *arguments).stdout.splitlines():
+        path, *others = line.split("\t")
+        if len(others) < 4 or path == "output_file" or Path(path).exists():
+            continue
+        if others[1] in ("report_pages", "noise_figures"):
+            Path(path).mkdir(parents=True)
+        else:
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            Path(path).touch()
+    marked = run("--touch", "--forceall", "--cores", "1", *arguments)
+    assert marked.returncode == 0, marked.stdout
+
+
 def finished(output: str) -> Counter:
     """Jobs of each rule that finished in a run."""
     return Counter(re.findall(r"Finished jobid: \d+ \(Rule: (\w+)\)", output))

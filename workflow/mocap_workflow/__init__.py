@@ -1,1 +1,1 @@
-"""What the workflow does at start-up, in plain Python: configuration, sheets, digests, one run."""
+"""What the workflow does at start-up: configuration, sheets, source hashes, one run at a time."""

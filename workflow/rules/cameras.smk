@@ -7,29 +7,17 @@ rule cameras:
         covariance=of_subsets("covariance.csv"),
         noise=of_subsets("noise.csv"),
     output:
-        csv=report(
-            "<results>/tables/{group}_cameras.csv",
-            caption="../report/cameras.rst",
-            category="Groups",
-            subcategory="{group}",
-            labels={"item": "cameras (table)", "shows": "noise with each camera added"},
-        ),
+        csv="<results>/tables/{group}_cameras.csv",
         md="<results>/tables/{group}_cameras.md",
-        law=report(
-            "<results>/tables/{group}_camera_law.csv",
-            caption="../report/cameras.rst",
-            category="Groups",
-            subcategory="{group}",
-            labels={"item": "number of cameras (table)", "shows": "exponent of S Eq. 3"},
-        ),
+        law="<results>/tables/{group}_camera_law.csv",
         law_md="<results>/tables/{group}_camera_law.md",
         json="<results>/tables/{group}_cameras.json",
         svg=report(
             "<results>/figures/{group}_cameras.svg",
             caption="../report/cameras.rst",
-            category="Groups",
+            category="4 Groups",
             subcategory="{group}",
-            labels={"item": "cameras", "shows": "noise with each camera added"},
+            labels={"result": "cameras: noise with each camera added"},
         ),
         png="<results>/figures/{group}_cameras.png",
     log:
@@ -40,7 +28,7 @@ rule cameras:
     resources:
         mem_mb=1500,
     params:
-        code=digest("cameras.py"),
+        code=source("cameras.py", "noise", "present"),
         takes=lambda wildcards: camera_takes(wildcards.group),
         rows=lambda wildcards: columns_of(
             map(row, subsets_of(wildcards.group)), "recording", "camera_type", "camera_ids"

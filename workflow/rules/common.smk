@@ -5,9 +5,8 @@ from pathlib import Path
 
 from mocap_workflow import alive, cameras, comparisons as compared, files, startup
 from mocap_workflow import report as reporting
-from mocap_workflow.digest import Sources, installed
 from mocap_workflow.faults import Faults, stop
-from mocap_workflow.report import report  # instead of Snakemake's own: it numbers the categories
+from mocap_workflow.sources import Sources, installed
 
 ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
 
@@ -41,7 +40,8 @@ for values in (*RECORDINGS.values(), *CALIBRATIONS.values()):
     values["source"] = "twin" if values["twin"] else "measured"
 
 
-sources = Sources(ROOT / "workflow/scripts", package, ROOT / "requirements/requirements.txt")
+# `source("allan.py", "noise")` in the params of a rule: its scripts, and all packages they import.
+source = Sources(ROOT / "workflow/scripts", package, ROOT / "requirements/requirements.txt")
 
 
 pathvars:
@@ -55,11 +55,6 @@ wildcard_constraints:
     calibration=startup.any_of(CALIBRATIONS),
     group=startup.any_of(row["group"] for row in [*RECORDINGS.values(), *CALIBRATIONS.values()]),
     target="all|recordings|calibrations|tables|figures",
-
-
-def digest(script):
-    """What `params: code=` holds: changes with the script and all it imports, see mocap_workflow/digest.py."""
-    return sources.digest(script)
 
 
 # What `params:` hold of the sheets: the columns that the script reads and no other, as a job runs

@@ -6,21 +6,15 @@ rule compare:
         new=lambda wildcards: [allan_of(a) for a, _ in comparisons(wildcards.group)],
         old=lambda wildcards: [allan_of(b) for _, b in comparisons(wildcards.group)],
     output:
-        csv=report(
-            "<results>/tables/{group}_compare.csv",
-            caption="../report/compare.rst",
-            category="Groups",
-            subcategory="{group}",
-            labels={"item": "changes (table)", "shows": "ratios of Allan deviations"},
-        ),
+        csv="<results>/tables/{group}_compare.csv",
         md="<results>/tables/{group}_compare.md",
         json="<results>/tables/{group}_compare.json",
         svg=report(
             "<results>/figures/{group}_compare.svg",
             caption="../report/compare.rst",
-            category="Groups",
+            category="4 Groups",
             subcategory="{group}",
-            labels={"item": "changes", "shows": "ratios of Allan deviations"},
+            labels={"result": "changes: ratios of Allan deviations"},
         ),
         png="<results>/figures/{group}_compare.png",
     log:
@@ -29,7 +23,7 @@ rule compare:
         "<benchmarks>/compare/{group}.tsv"
     threads: 1
     params:
-        code=digest("compare.py"),
+        code=source("compare.py", "noise", "present"),
         pairs=lambda wildcards: comparisons(wildcards.group),
         sources=lambda wildcards: sources_of(sum(comparisons(wildcards.group), ())),
         compare=config["compare"],
@@ -43,20 +37,14 @@ rule trend:
     input:
         lambda wildcards: [allan_of(name) for name in sum(dated_series(wildcards.group), [])],
     output:
-        csv=report(
-            "<results>/tables/{group}_trend.csv",
-            caption="../report/trend.rst",
-            category="Groups",
-            subcategory="{group}",
-            labels={"item": "trend (table)", "shows": "Allan deviations over dates"},
-        ),
+        csv="<results>/tables/{group}_trend.csv",
         md="<results>/tables/{group}_trend.md",
         svg=report(
             "<results>/figures/{group}_trend.svg",
             caption="../report/trend.rst",
-            category="Groups",
+            category="4 Groups",
             subcategory="{group}",
-            labels={"item": "trend", "shows": "Allan deviations over dates"},
+            labels={"result": "trend: Allan deviations over dates"},
         ),
         png="<results>/figures/{group}_trend.png",
     log:
@@ -65,7 +53,7 @@ rule trend:
         "<benchmarks>/trend/{group}.tsv"
     threads: 1
     params:
-        code=digest("trend.py"),
+        code=source("trend.py", "noise", "present"),
         series_over_dates=lambda wildcards: dated_series(wildcards.group),
         dates=lambda wildcards: {
             name: row(name)["date"] for name in sum(dated_series(wildcards.group), [])
@@ -88,13 +76,7 @@ rule coherence:
             row(name)["covariate"] for name in with_covariate(wildcards.group)
         ],
     output:
-        csv=report(
-            "<results>/tables/{group}_coherence.csv",
-            caption="../report/coherence.rst",
-            category="Groups",
-            subcategory="{group}",
-            labels={"item": "covariate (table)", "shows": "noise that goes with a covariate"},
-        ),
+        csv="<results>/tables/{group}_coherence.csv",
         md="<results>/tables/{group}_coherence.md",
     log:
         "<logs>/coherence/{group}.log",
@@ -104,7 +86,7 @@ rule coherence:
     resources:
         mem_mb=1000,
     params:
-        code=digest("coherence.py"),
+        code=source("coherence.py", "io", "noise", "present"),
         sources=lambda wildcards: sources_of(with_covariate(wildcards.group)),
         compare=config["compare"],
     message:

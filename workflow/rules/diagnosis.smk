@@ -8,33 +8,15 @@ rule diagnosis:
         noise="<results>/recordings/{recording}/noise.csv",
     output:
         json="<results>/recordings/{recording}/diagnosis.json",
-        events=report(
-            "<results>/recordings/{recording}/events.csv",
-            caption="../report/diagnosis_events.rst",
-            category="Recordings",
-            subcategory="{recording}",
-            labels={"item": "diagnosis", "shows": "events"},
-        ),
-        periodic=report(
-            "<results>/recordings/{recording}/periodic.csv",
-            caption="../report/diagnosis_periodic.rst",
-            category="Recordings",
-            subcategory="{recording}",
-            labels={"item": "diagnosis", "shows": "periodic disturbances"},
-        ),
-        filters=report(
-            "<results>/recordings/{recording}/filters.csv",
-            caption="../report/diagnosis_filters.rst",
-            category="Recordings",
-            subcategory="{recording}",
-            labels={"item": "diagnosis", "shows": "what filters leave"},
-        ),
+        events="<results>/recordings/{recording}/events.csv",
+        periodic="<results>/recordings/{recording}/periodic.csv",
+        filters="<results>/recordings/{recording}/filters.csv",
         svg=report(
             "<results>/recordings/{recording}/diagnosis.svg",
             caption="../report/diagnosis.rst",
-            category="Recordings",
+            category="5 Recordings",
             subcategory="{recording}",
-            labels={"item": "diagnosis", "shows": "figure"},
+            labels={"result": "diagnosis: figure"},
         ),
         png="<results>/recordings/{recording}/diagnosis.png",
     log:
@@ -45,7 +27,7 @@ rule diagnosis:
     resources:
         mem_mb=1500,
     params:
-        code=digest("diagnosis.py"),
+        code=source("diagnosis.py", "coordinates.py", "noise", "present"),
         diagnosis=config["diagnosis"],
         still=config["still"],
         horizon_s=config["verdict"]["horizon_s"],

@@ -10,25 +10,25 @@ rule families:
         report(
             "<results>/figures/{group}_adev.svg",
             caption="../report/families.rst",
-            category="Groups",
+            category="4 Groups",
             subcategory="{group}",
-            labels={"item": "Allan deviation", "shows": "all recordings, by series"},
+            labels={"result": "Allan deviation: all recordings, by series"},
         ),
         "<results>/figures/{group}_adev.png",
         report(
             "<results>/figures/{group}_coefficients.svg",
             caption="../report/families.rst",
-            category="Groups",
+            category="4 Groups",
             subcategory="{group}",
-            labels={"item": "power-law noise", "shows": "coefficients with intervals"},
+            labels={"result": "power-law noise: coefficients with intervals"},
         ),
         "<results>/figures/{group}_coefficients.png",
         report(
             "<results>/figures/{group}_correlated.svg",
             caption="../report/families.rst",
-            category="Groups",
+            category="4 Groups",
             subcategory="{group}",
-            labels={"item": "correlated noise", "shows": "amplitudes and correlation times"},
+            labels={"result": "correlated noise: amplitudes and correlation times"},
         ),
         "<results>/figures/{group}_correlated.png",
     log:
@@ -37,7 +37,7 @@ rule families:
         "<benchmarks>/families/{group}.tsv"
     threads: 1
     params:
-        code=digest("families.py"),
+        code=source("families.py", "noise", "present"),
         rows=lambda wildcards: columns_of(accepted_rows(wildcards.group), *SUBSET),
     message:
         "{wildcards.group}: recordings side by side"
@@ -54,9 +54,9 @@ rule scaling:
         report(
             "<results>/figures/{group}_scaling.svg",
             caption="../report/scaling.rst",
-            category="Groups",
+            category="4 Groups",
             subcategory="{group}",
-            labels={"item": "Spread", "shows": "over the number of cameras"},
+            labels={"result": "Spread: over the number of cameras"},
         ),
         "<results>/figures/{group}_scaling.png",
     log:
@@ -65,7 +65,7 @@ rule scaling:
         "<benchmarks>/scaling/{group}.tsv"
     threads: 1
     params:
-        code=digest("scaling.py"),
+        code=source("scaling.py", "noise", "present"),
         rows=lambda wildcards: columns_of(accepted_rows(wildcards.group), *SUBSET),
     message:
         "{wildcards.group}: spread over the number of cameras"

@@ -29,7 +29,9 @@ rule calibrate_twin:
     resources:
         mem_mb=1000,
     params:
-        code=digest("calibrate_twin.py"),
+        code=source(
+            "calibrate_twin.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"
+        ),
         row=columns("calibration", "twin", "format", "board", *LABELS),
         twin=calibration_twin_settings,
         lighthouse=config["lighthouse"],
@@ -54,7 +56,7 @@ checkpoint check_calibration:
     resources:
         mem_mb=1500,
     params:
-        code=digest("check_calibration.py"),
+        code=source("check_calibration.py", "lighthouse_steps.py", "io", "lighthouse"),
         row=columns("path", "sha256", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -82,7 +84,7 @@ rule decode:
     resources:
         mem_mb=1000,
     params:
-        code=digest("decode.py"),
+        code=source("decode.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"),
         row=columns("calibration", "twin", "path", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -111,7 +113,9 @@ rule calibrate:
     resources:
         mem_mb=1000,
     params:
-        code=digest("calibrate.py"),
+        code=source(
+            "calibrate.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"
+        ),
         row=columns(*LABELS),
         lighthouse=config["lighthouse"],
     message:

@@ -12,9 +12,9 @@ rule orientation:
         svg=report(
             "<results>/recordings/{recording}/orientation.svg",
             caption="../report/orientation.rst",
-            category="Recordings",
+            category="5 Recordings",
             subcategory="{recording}",
-            labels={"item": "orientation", "shows": "Allan deviation of a rotation vector"},
+            labels={"result": "orientation: Allan deviation of a rotation vector"},
         ),
         png="<results>/recordings/{recording}/orientation.png",
     log:
@@ -25,7 +25,7 @@ rule orientation:
     resources:
         mem_mb=2500,
     params:
-        code=digest("orientation.py"),
+        code=source("orientation.py", "io", "noise", "present"),
         cluster=lambda wildcards: row(wildcards)["cluster"],
         accept_truncated=lambda wildcards: row(wildcards)["accept_truncated"],
         allan=config["allan"],
@@ -46,9 +46,9 @@ rule place:
         svg=report(
             "<results>/recordings/{recording}/place.svg",
             caption="../report/place.rst",
-            category="Recordings",
+            category="5 Recordings",
             subcategory="{recording}",
-            labels={"item": "by place", "shows": "length of a moving pair over the volume"},
+            labels={"result": "by place: length of a moving pair over the volume"},
         ),
         png="<results>/recordings/{recording}/place.png",
     log:
@@ -59,7 +59,7 @@ rule place:
     resources:
         mem_mb=1500,
     params:
-        code=digest("place.py"),
+        code=source("place.py", "coordinates.py", "noise", "present"),
         place=config["place"],
     message:
         "{wildcards.recording}: noise by place"
@@ -74,13 +74,7 @@ rule places:
             f"<results>/recordings/{name}/clean.parquet" for name in with_place(wildcards.group)
         ],
     output:
-        csv=report(
-            "<results>/tables/{group}_places.csv",
-            caption="../report/places.rst",
-            category="Groups",
-            subcategory="{group}",
-            labels={"item": "places (table)", "shows": "noise by place in the volume"},
-        ),
+        csv="<results>/tables/{group}_places.csv",
         md="<results>/tables/{group}_places.md",
     log:
         "<logs>/places/{group}.log",
@@ -90,7 +84,7 @@ rule places:
     resources:
         mem_mb=1000,
     params:
-        code=digest("places.py"),
+        code=source("places.py", "noise", "present"),
         rows=lambda wildcards: columns_of(
             map(row, with_place(wildcards.group)), "recording", "place", "markers"
         ),

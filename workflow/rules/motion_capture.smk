@@ -15,7 +15,7 @@ checkpoint check_recording:
     resources:
         mem_mb=4000,
     params:
-        code=digest("check.py"),
+        code=source("check.py", "io", "noise"),
         row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated"),
         second_opinion=config["second_opinion"],
         still=config["still"],
@@ -42,7 +42,7 @@ rule trajectories:
     resources:
         mem_mb=1000,
     params:
-        code=digest("trajectories.py"),
+        code=source("trajectories.py", "io", "noise"),
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         row=columns(
             *("recording", "twin", "source", "paths", "markers", "pairs"),
@@ -69,7 +69,7 @@ rule clean:
     resources:
         mem_mb=1500,
     params:
-        code=digest("clean.py"),
+        code=source("clean.py", "coordinates.py", "noise"),
         hampel=config["hampel"],
     message:
         "{wildcards.recording}: cleaning outliers"
@@ -90,7 +90,7 @@ rule allan:
     resources:
         mem_mb=1000,
     params:
-        code=digest("allan.py"),
+        code=source("allan.py", "noise"),
         allan=config["allan"],
     message:
         "{wildcards.recording}: Allan deviations"
@@ -111,7 +111,7 @@ rule psd:
     resources:
         mem_mb=1000,
     params:
-        code=digest("psd.py"),
+        code=source("psd.py", "noise"),
         psd=config["psd"],
     message:
         "{wildcards.recording}: power spectral density"
@@ -133,7 +133,7 @@ rule gaussian:
     resources:
         mem_mb=2000,
     params:
-        code=digest("gaussian.py"),
+        code=source("gaussian.py", "coordinates.py", "noise"),
         gaussian=config["gaussian"],
     message:
         "{wildcards.recording}: Gaussian model"
@@ -159,7 +159,7 @@ rule noise:
     resources:
         mem_mb=1500,
     params:
-        code=digest("noise.py"),
+        code=source("noise.py", "coordinates.py", "noise"),
         subset=subset_of_paper,
         noise=config["noise"],
         annealing=config["annealing"],
@@ -186,7 +186,7 @@ rule expected_noise:
     resources:
         mem_mb=1000,
     params:
-        code=digest("expected_noise.py"),
+        code=source("expected_noise.py", "noise"),
         subset=camera_subset,
         twin=twin_settings,
         form=form_of,

@@ -21,7 +21,7 @@ rule report_pages:
         "<benchmarks>/report_pages.tsv"
     threads: 1
     params:
-        code=digest("report_pages.py"),
+        code=source("report_pages.py", "present"),
     message:
         "Tables as pages"
     script:
@@ -42,8 +42,8 @@ rule summary_page:
         page=report(
             "<results>/summary.html",
             caption="../report/summary.rst",
-            category="Summary",
-            labels={"item": "Verdicts", "shows": "every recording and calibration"},
+            category="1 Summary",
+            labels={"result": "Verdicts: every recording and calibration"},
         ),
         front="<results>/report_front.html",
     log:
@@ -52,7 +52,7 @@ rule summary_page:
         "<benchmarks>/summary_page.tsv"
     threads: 1
     params:
-        code=digest("summary_page.py"),
+        code=source("summary_page.py", "noise", "lighthouse", "present"),
         calibrations=lambda wildcards: columns_of(
             map(calibration_row, accepted_calibrations()),
             *("calibration", "setup", "group", "source"),
@@ -75,8 +75,8 @@ rule provenance:
         page=report(
             "<results>/provenance.html",
             caption="../report/provenance.rst",
-            category="Provenance",
-            labels={"item": "Provenance", "shows": "versions, seeds, checksums, run times"},
+            category="7 Provenance",
+            labels={"result": "Provenance: versions, seeds, checksums, run times"},
         ),
         json="<results>/provenance.json",
     log:
@@ -85,7 +85,7 @@ rule provenance:
         "<benchmarks>/provenance.tsv"
     threads: 1
     params:
-        code=digest("provenance.py"),
+        code=source("provenance.py", "noise", "present"),
         configuration=lambda wildcards: configuration_of_report(),
         inputs=lambda wildcards: inputs_of_report(),
         names=[*RECORDINGS, *CALIBRATIONS, *groups(), *calibration_groups()],

@@ -11,16 +11,16 @@ rule recording_figures:
         report(
             "<results>/recordings/{recording}/adev.svg",
             caption="../report/recording.rst",
-            category="Recordings",
+            category="5 Recordings",
             subcategory="{recording}",
-            labels={"item": "Allan deviation", "shows": "every series, with intervals"},
+            labels={"result": "Allan deviation: every series, with intervals"},
         ),
         report(
             "<results>/recordings/{recording}/psd.svg",
             caption="../report/recording.rst",
-            category="Recordings",
+            category="5 Recordings",
             subcategory="{recording}",
-            labels={"item": "spectrum", "shows": "power spectral density of every series"},
+            labels={"result": "spectrum: power spectral density of every series"},
         ),
         # In its folder only: as large as all other figures of the recording together
         "<results>/recordings/{recording}/trajectory.svg",
@@ -33,7 +33,7 @@ rule recording_figures:
     resources:
         mem_mb=2000,
     params:
-        code=digest("recording_figures.py"),
+        code=source("recording_figures.py", "coordinates.py", "noise", "present"),
     message:
         "{wildcards.recording}: figures"
     script:
@@ -55,7 +55,7 @@ rule noise_figures:
     resources:
         mem_mb=1000,
     params:
-        code=digest("noise_figures.py"),
+        code=source("noise_figures.py", "noise", "present"),
     message:
         "{wildcards.recording}: figures of the noise model"
     script:
@@ -89,7 +89,7 @@ rule group_tables:
         "<benchmarks>/group_tables/{group}.tsv"
     threads: 1
     params:
-        code=digest("group_tables.py"),
+        code=source("group_tables.py", "noise", "present"),
         rows=lambda wildcards: columns_of(
             accepted_rows(wildcards.group), *SUBSET, "camera_ids", "comment"
         ),
@@ -111,8 +111,8 @@ rule calibration_figures:
         svg=report(
             "<results>/calibrations/{calibration}/calibration.svg",
             caption="../report/calibration.rst",
-            category="Calibrations",
-            labels={"item": "{calibration}", "shows": "paths, residuals, pose, verdict"},
+            category="6 Calibrations",
+            labels={"result": "{calibration}: paths, residuals, pose, verdict"},
         ),
     log:
         "<logs>/calibration_figures/{calibration}.log",
@@ -122,7 +122,7 @@ rule calibration_figures:
     resources:
         mem_mb=1000,
     params:
-        code=digest("calibration_figures.py"),
+        code=source("calibration_figures.py", "lighthouse", "present"),
         name=lambda wildcards: wildcards.calibration,
         twin=lambda wildcards: calibration_row(wildcards)["twin"],
     message:
@@ -143,7 +143,9 @@ rule calibration_tables:
         "<benchmarks>/calibration_tables/{group}.tsv"
     threads: 1
     params:
-        code=digest("calibration_tables.py"),
+        code=source(
+            "calibration_tables.py", "calibration_records.py", "noise", "lighthouse", "present"
+        ),
         rows=lambda wildcards: records(accepted_calibrations(wildcards.group)),
     message:
         "{wildcards.group}: table of calibrations"
@@ -166,7 +168,7 @@ rule jansen_tables:
         "<benchmarks>/jansen_tables.tsv"
     threads: 1
     params:
-        code=digest("jansen_tables.py"),
+        code=source("jansen_tables.py", "calibration_records.py", "noise", "lighthouse", "present"),
         rows=lambda wildcards: records(accepted_calibrations("jansen2019")),
     message:
         "Tables I-III of Jansen et al. 2019"
@@ -198,8 +200,8 @@ rule jansen_figures:
             report(
                 f"<results>/figures/jansen_fig{n:02d}.svg",
                 caption="../report/jansen.rst",
-                category="Jansen et al. 2019",
-                labels={"item": f"Figure {n}", "shows": shows},
+                category="3 Jansen et al. 2019",
+                labels={"result": f"Figure {n:2d}: {shows}"},
             )
             for n, shows in JANSEN_FIGURES.items()
         ],
@@ -212,7 +214,7 @@ rule jansen_figures:
     resources:
         mem_mb=1000,
     params:
-        code=digest("jansen_figures.py"),
+        code=source("jansen_figures.py", "lighthouse", "present"),
         name=lambda wildcards: example_calibration(),
         twin=lambda wildcards: calibration_row(example_calibration())["twin"],
     message:

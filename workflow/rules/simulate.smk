@@ -13,7 +13,7 @@ rule simulate_recording:
     resources:
         mem_mb=1500,
     params:
-        code=digest("simulate.py"),
+        code=source("simulate.py", "io", "noise"),
         name=twin_of,
         twin=twin_settings,
         seed=config["seed"],

@@ -38,7 +38,7 @@ rule skurowski_theory:
         "<benchmarks>/skurowski_theory.tsv"
     threads: 1
     params:
-        code=digest("skurowski_theory.py"),
+        code=source("skurowski_theory.py", "noise", "present"),
     message:
         "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
     script:
@@ -63,7 +63,7 @@ rule skurowski_tables:
         "<benchmarks>/skurowski_tables.tsv"
     threads: 1
     params:
-        code=digest("skurowski_tables.py"),
+        code=source("skurowski_tables.py", "noise", "present"),
         rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET, "camera_ids"),
         twins=lambda wildcards: twins_of_paper(),
         hampel=config["hampel"],
@@ -91,7 +91,7 @@ rule skurowski_gaussian_figures:
     resources:
         mem_mb=2000,
     params:
-        code=digest("skurowski_gaussian_figures.py"),
+        code=source("skurowski_gaussian_figures.py", "noise", "present"),
         rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
         twins=lambda wildcards: twins_of_paper(),
     message:
@@ -125,7 +125,7 @@ rule skurowski_noise:
         "<benchmarks>/skurowski_noise.tsv"
     threads: 1
     params:
-        code=digest("skurowski_noise.py"),
+        code=source("skurowski_noise.py", "noise", "present"),
         rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
     message:
         "Tables A1-A3 of Skurowski & Pawlyta 2019"
@@ -151,7 +151,7 @@ rule skurowski_noise_figures:
     resources:
         mem_mb=1500,
     params:
-        code=digest("skurowski_noise_figures.py"),
+        code=source("skurowski_noise_figures.py", "noise", "present"),
         rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
         noise=config["noise"],
         annealing=config["annealing"],
@@ -180,7 +180,7 @@ rule skurowski_crump:
     resources:
         mem_mb=2500,
     params:
-        code=digest("skurowski_crump.py"),
+        code=source("skurowski_crump.py", "coordinates.py", "noise", "present"),
         rows=lambda wildcards: columns_of(map(row, [*shocked(), *unshocked()]), "recording", "twin"),
         crumps=lambda wildcards: twin_values(shocked(), "crump"),
     message:
@@ -201,7 +201,7 @@ rule skurowski_failing:
         "<benchmarks>/skurowski_failing.tsv"
     threads: 1
     params:
-        code=digest("skurowski_families.py"),
+        code=source("skurowski_families.py", "noise", "present"),
         rows=lambda wildcards: columns_of(map(row, with_and_without_failing()), *SUBSET),
     message:
         "Figure 8 of Skurowski & Pawlyta 2019"
@@ -224,7 +224,7 @@ rule skurowski_families:
         "<benchmarks>/skurowski_families.tsv"
     threads: 1
     params:
-        code=digest("skurowski_families.py"),
+        code=source("skurowski_families.py", "noise", "present"),
         rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
     message:
         "Figures 12 and 13 of Skurowski & Pawlyta 2019"
@@ -240,8 +240,8 @@ rule skurowski_repaired:
         report(
             "<results>/figures/skurowski_figA1.svg",
             caption="../report/skurowski_families.rst",
-            category="Skurowski & Pawlyta 2019",
-            labels={"item": "Figure A1", "shows": "z1 after the repair"},
+            category="2 Skurowski & Pawlyta 2019",
+            labels={"result": "Figure A1: z1 after the repair"},
         ),
         "<results>/figures/skurowski_figA1.png",
     log:
@@ -250,7 +250,7 @@ rule skurowski_repaired:
         "<benchmarks>/skurowski_repaired.tsv"
     threads: 1
     params:
-        code=digest("skurowski_families.py"),
+        code=source("skurowski_families.py", "noise", "present"),
         rows=lambda wildcards: columns_of(map(row, repaired()), *SUBSET, "compare_with", "comment"),
         others=lambda wildcards: columns_of(map(row, unrepaired()), "recording", "twin"),
         left_out=lambda wildcards: twin_values(repaired(), "without_T_c_below_s"),

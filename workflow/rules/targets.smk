@@ -15,7 +15,7 @@ rule gate:
     localrule: True
     threads: 1
     params:
-        code=digest("gate.py"),
+        code=source("gate.py"),
     message:
         "Looking for refused recordings: mend what is named, or take its row out, and run again"
     script:

@@ -14,9 +14,9 @@ rule verdict:
         svg=report(
             "<results>/recordings/{recording}/verdict.svg",
             caption="../report/verdict.rst",
-            category="Recordings",
+            category="5 Recordings",
             subcategory="{recording}",
-            labels={"item": "verdict", "shows": "uncertainties, limits, causes"},
+            labels={"result": "verdict: uncertainties, limits, causes"},
         ),
         png="<results>/recordings/{recording}/verdict.png",
     log:
@@ -27,7 +27,7 @@ rule verdict:
     resources:
         mem_mb=1000,
     params:
-        code=digest("verdict.py"),
+        code=source("verdict.py", "noise", "present"),
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         verdict=config["verdict"],
         confidence=config["allan"]["confidence"],
@@ -42,12 +42,7 @@ rule summary:
         checks=lambda wildcards: checks(wildcards.group),
         verdicts=of_accepted("<results>/recordings/{recording}/verdict.json"),
     output:
-        csv=report(
-            "<results>/tables/{group}_summary.csv",
-            caption="../report/verdicts.rst",
-            category="Summary",
-            labels={"item": "{group}", "shows": "verdict per recording"},
-        ),
+        csv="<results>/tables/{group}_summary.csv",
         md="<results>/tables/{group}_summary.md",
     log:
         "<logs>/summary/{group}.log",
@@ -55,7 +50,7 @@ rule summary:
         "<benchmarks>/summary/{group}.tsv"
     threads: 1
     params:
-        code=digest("summary.py"),
+        code=source("summary.py", "noise", "present"),
     message:
         "{wildcards.group}: verdicts"
     script:

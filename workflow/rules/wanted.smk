@@ -54,8 +54,8 @@ def of_figure(number):
     return report(
         f"<results>/figures/skurowski_fig{number:02d}.svg",
         caption=f"../report/{caption}.rst",
-        category="Skurowski & Pawlyta 2019",
-        labels={"item": f"Figure {number}", "shows": shows},
+        category="2 Skurowski & Pawlyta 2019",
+        labels={"result": f"Figure {number:2d}: {shows}"},
     )
 
 
@@ -221,12 +221,12 @@ def groups_with_cameras():
 def links_of_report():
     """Where names on the front page lead: `recording T40-10` -> an address within the report."""
     links = {
-        f"recording {name}": reporting.link("Recordings", name, f"{name}/verdict.svg")
+        f"recording {name}": reporting.link("5 Recordings", name, f"{name}/verdict.svg")
         for name in accepted()
     }
     for path in calibration_figures():
         name = Path(path).parent.name
-        link = reporting.link("Calibrations", "Other", f"{name}/calibration.svg")
+        link = reporting.link("6 Calibrations", "Other", f"{name}/calibration.svg")
         links[f"calibration {name}"] = link
     return links
 

@@ -8,7 +8,7 @@ rule simulate_recording:
         "<benchmarks>/simulate_recording/{recording}.tsv"
     threads: 1
     params:
-        code=digest("toy.py"),
+        code=source("toy.py"),
         twin=twin_of,
     script:
         "../scripts/toy.py"
@@ -25,7 +25,7 @@ checkpoint check_recording:
         "<benchmarks>/check_recording/{recording}.tsv"
     threads: 1
     params:
-        code=digest("toy.py"),
+        code=source("toy.py"),
     script:
         "../scripts/toy.py"
 
@@ -43,7 +43,7 @@ rule trajectories:
     priority: 10
     threads: 1
     params:
-        code=digest("toy.py"),
+        code=source("toy.py"),
     script:
         "../scripts/toy.py"
 
@@ -59,7 +59,7 @@ rule noise:
         "<benchmarks>/noise/{recording}.tsv"
     threads: 1
     params:
-        code=digest("toy.py"),
+        code=source("toy.py"),
         hampel=config["hampel"],
     script:
         "../scripts/toy.py"
@@ -76,6 +76,6 @@ rule group_table:
         "<benchmarks>/group_table/{group}.tsv"
     threads: 1
     params:
-        code=digest("toy.py"),
+        code=source("toy.py"),
     script:
         "../scripts/toy.py"

@@ -1,0 +1,63 @@
+"""Hashes of what rules run: Snakemake sees no edit of a module, and of a script only its date.
+
+They go by whole packages: an edit runs again everything that is computed with the package, be it
+an edit of a comment.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+from functools import cache
+from pathlib import Path
+
+from mocap_workflow.faults import Faults
+
+ALWAYS = ("step.py", "common", "reference")
+
+
+class Sources:
+    """Scripts of one folder, one installed package, one lock file."""
+
+    def __init__(self, scripts: Path, package: Path, lock: Path):
+        self.scripts, self.package, self.lock = scripts, package, lock
+
+    def __call__(self, *names: str) -> str:
+        """Hexadecimal hash of scripts (`noise.py`) and of folders of the package (`noise`) with all
+        below them; what every script needs and the lock file are part of it."""
+        total = hashlib.sha256(self.lock.read_bytes())
+        for name in sorted({*ALWAYS, *names}):
+            of = self.scripts if name.endswith(".py") else self.package
+            total.update(f"{name}\0{content(of / name)}\0".encode())
+        return total.hexdigest()[:16]
+
+
+@cache
+def content(path: Path) -> str:
+    """Hexadecimal hash of a file, or of the names and contents of all files in a folder."""
+    if path.is_file():
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    if not path.is_dir():
+        raise FileNotFoundError(path)
+    total = hashlib.sha256()
+    for file in sorted(path.rglob("*.*")):
+        name = file.relative_to(path)
+        if file.is_file() and not any(p.startswith(".") or p == "__pycache__" for p in name.parts):
+            total.update(f"{name.as_posix()}\0{content(file)}\0".encode())
+    return total.hexdigest()
+
+
+def installed(name: str, root: Path) -> Path:
+    """Folder of the package that scripts will import, refused unless it is this checkout's.
+
+    An environment of another checkout would otherwise run that one's code without a word.
+    """
+    spec = importlib.util.find_spec(name)
+    expected = root / "src" / name
+    if spec is None or spec.origin is None:
+        raise Faults([f"{name} is not installed in this Python; expected the one of `make env`"])
+    package = Path(spec.origin).resolve().parent
+    if package != expected.resolve():
+        wrong = f"{name} is imported from {package}; expected {expected}"
+        raise Faults([f"{wrong}: run `make env` here and use its .venv"])
+    return package

@@ -9,7 +9,12 @@ from scipy.optimize import least_squares, minimize
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate.cost import BOARD, STATION, evaluate
-from mocap_metrology.lighthouse.calibrate.levenberg import minimise, normal_equations, solve, turn
+from mocap_metrology.lighthouse.calibrate.levenberg import (
+    damped_step,
+    minimise,
+    normal_equations,
+    turn,
+)
 from mocap_metrology.lighthouse.calibrate.nelder_mead import (
     MATLAB,
     TIGHT,
@@ -104,7 +109,9 @@ def test_derivatives(unknown: int, optics: str) -> None:
     assert f == pytest.approx((residuals(np.zeros(6)) ** 2).sum(), rel=1e-12)
     np.testing.assert_allclose(H, J.T @ J, rtol=1e-6, atol=1e-6 * H.max())
     np.testing.assert_allclose(g, J.T @ residuals(np.zeros(6)), rtol=1e-5, atol=1e-7)
-    np.testing.assert_allclose(solve(H, g, 0.0), -np.linalg.solve(H, g), rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(
+        damped_step(H, g, 0.0), -np.linalg.solve(H, g), rtol=1e-7, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-10, 1e-3, 2.0])

@@ -19,11 +19,13 @@ import math
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.linear import solve
 from mocap_metrology.lighthouse.calibrate.pnp import FEWEST, angle_cost
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 
 ITERATIONS = 50
 CONVERGED = 1e-10  # largest step of a range over the range
+LEAST_PIVOT = 1e-30  # m^2: of equations that are all zero
 LARGEST_COST = 1.0  # rad^2: such a root is no pose
 
 
@@ -99,7 +101,7 @@ def solve_ranges(rays: np.ndarray, squared: np.ndarray, start: np.ndarray) -> np
     f = _normal_equations(r, c, squared, H, g)
     H2, g2 = np.zeros((k, k)), np.zeros(k)
     for _ in range(ITERATIONS):
-        step = _solve(H, g, damping)
+        step = _step(H, g, damping)
         f2 = _normal_equations(r + step, c, squared, H2, g2)
         small = np.abs(step).max() < CONVERGED * np.abs(r).max()
         if f2 <= f:
@@ -137,29 +139,15 @@ def _normal_equations(
 
 
 @njit
-def _solve(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
-    """-(H + damping diag H)^-1 g by Cholesky; only the lower half of H is read."""
-    k = g.size
-    L, x = np.zeros((k, k)), np.zeros(k)
+def _step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
+    """-(H + damping diag H)^-1 g; only the lower half of H is read."""
+    damped, x = H.copy(), -g
     trace = 0.0
-    for i in range(k):
+    for i in range(g.size):
         trace += H[i, i]
-    for i in range(k):
-        for j in range(i + 1):
-            s = H[i, j] * (1.0 + damping) + 1e-14 * trace if i == j else H[i, j]
-            for m in range(j):
-                s -= L[i, m] * L[j, m]
-            L[i, j] = math.sqrt(max(s, 1e-30)) if i == j else s / L[j, j]
-    for i in range(k):
-        s = -g[i]
-        for m in range(i):
-            s -= L[i, m] * x[m]
-        x[i] = s / L[i, i]
-    for i in range(k - 1, -1, -1):
-        s = x[i]
-        for m in range(i + 1, k):
-            s -= L[m, i] * x[m]
-        x[i] = s / L[i, i]
+    for i in range(g.size):
+        damped[i, i] = H[i, i] * (1.0 + damping) + 1e-14 * trace
+    solve(damped, x, LEAST_PIVOT, 0.0, LEAST_PIVOT)
     return x
 
 

@@ -11,11 +11,13 @@ import math
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.linear import solve
 from mocap_metrology.lighthouse.calibrate.cost import BOARD, STATION
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
 N = 6
 ITERATIONS = 40
+SINGULAR = 1e-14  # what is left of a diagonal element, over it
 
 
 @njit
@@ -99,32 +101,12 @@ def normal_equations(
 
 
 @njit
-def solve(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
-    """Step -(H + damping diag H)^-1 g by Cholesky; NaN where H is singular."""
-    L = np.zeros((N, N))
-    x = np.empty(N)
+def damped_step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
+    """-(H + damping diag H)^-1 g, (6,); NaN where H is singular."""
+    damped, x = H.copy(), -g
     for i in range(N):
-        for j in range(i + 1):
-            s = H[i, j] * (1.0 + damping) if i == j else H[i, j]
-            for k in range(j):
-                s -= L[i, k] * L[j, k]
-            if i == j:
-                if s <= 1e-14 * H[i, i]:
-                    x[:] = np.nan
-                    return x
-                L[i, i] = math.sqrt(s)
-            else:
-                L[i, j] = s / L[j, j]
-    for i in range(N):
-        s = -g[i]
-        for k in range(i):
-            s -= L[i, k] * x[k]
-        x[i] = s / L[i, i]
-    for i in range(N - 1, -1, -1):
-        s = x[i]
-        for k in range(i + 1, N):
-            s -= L[k, i] * x[k]
-        x[i] = s / L[i, i]
+        damped[i, i] *= 1.0 + damping
+    solve(damped, x, 0.0, SINGULAR, np.nan)
     return x
 
 
@@ -147,7 +129,7 @@ def minimise(
     f = normal_equations(R, t, unknown, points, measured, rotors, H, g)
     damping = 1e-3
     for _ in range(iterations):
-        d = solve(H, g, damping)
+        d = damped_step(H, g, damping)
         if not math.isfinite(d[0]):
             damping = max(10.0 * damping, 1e-6)
             if damping > 1e10:

@@ -11,9 +11,9 @@ from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.calibrate.cost import STATION
 from mocap_metrology.lighthouse.calibrate.levenberg import (
     ITERATIONS,
+    damped_step,
     minimise,
     normal_equations,
-    solve,
 )
 from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, SimplexSettings, search
 from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
@@ -90,7 +90,7 @@ def covariance(R: np.ndarray, t: np.ndarray, given: Scene, rotors: np.ndarray) -
             gs[b],
         )
     H, g = Hs.sum(axis=0), gs.sum(axis=0)
-    steps = np.array([solve(H - Hs[b], g - gs[b], 0.0) for b in range(count)])
+    steps = np.array([damped_step(H - Hs[b], g - gs[b], 0.0) for b in range(count)])
     return jackknife(steps) if np.isfinite(steps).all() else None
 
 

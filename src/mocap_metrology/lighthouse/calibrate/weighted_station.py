@@ -19,7 +19,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.calibrate.cost import BOARD
-from mocap_metrology.lighthouse.calibrate.levenberg import normal_equations, solve, turn
+from mocap_metrology.lighthouse.calibrate.levenberg import damped_step, normal_equations, turn
 from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
 from mocap_metrology.lighthouse.calibrate.superpose import blocks_of, jackknife
 from mocap_metrology.lighthouse.rotor import angle_gradient
@@ -186,7 +186,7 @@ def _descend(
     at, damping = residuals(R, t, given, rotors), 0.0
     for _ in range(ITERATIONS):
         kept = (at.count > 0) & (at.cost <= limit)
-        step = solve(at.H[kept].sum(axis=0), at.g[kept].sum(axis=0), damping)
+        step = damped_step(at.H[kept].sum(axis=0), at.g[kept].sum(axis=0), damping)
         if np.isfinite(step).all():
             R2, t2 = turn(step[3:], np.ascontiguousarray(R)), t + step[:3]
             then = residuals(R2, t2, given, rotors)
@@ -227,7 +227,9 @@ def by_gauss_newton(
     whole = H.sum(axis=0), g.sum(axis=0)
     steps = np.array(
         [
-            solve(whole[0] - H[block == b].sum(axis=0), whole[1] - g[block == b].sum(axis=0), 0.0)
+            damped_step(
+                whole[0] - H[block == b].sum(axis=0), whole[1] - g[block == b].sum(axis=0), 0.0
+            )
             for b in range(count)
         ]
     )

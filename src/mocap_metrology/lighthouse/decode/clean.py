@@ -14,6 +14,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel
+from mocap_metrology.common.linear import solve
 from mocap_metrology.lighthouse.decode.pose_gate import pose_outliers
 from mocap_metrology.lighthouse.records import Hits
 
@@ -23,6 +24,7 @@ HALF_WINDOW = 15  # sweeps of one laser to each side: 1 s in all
 N_SIGMA = 4.0
 STILL_RAD = 0.5e-3  # 1 mm at 2 m
 RESOLUTION_RAD = np.pi * 0.5e-6 * 60 * 2  # one sample of 2 MHz
+LEAST_PIVOT = 1e-15  # of the normal equations of a sweep: far below what one hit adds
 SINGULAR = 1e-6  # of the board's extent: thinner is flat
 
 
@@ -160,29 +162,6 @@ def _still(table: np.ndarray, half_window: int) -> np.ndarray:
 
 
 @njit
-def _solve(normal, right):
-    """Solve a small positive system in place by Cholesky; a little is added to the diagonal."""
-    n = right.size
-    for j in range(n):
-        normal[j, j] += 1e-9 * (normal[j, j] + 1e-9)
-        for k in range(j):
-            normal[j, j] -= normal[j, k] * normal[j, k]
-        normal[j, j] = np.sqrt(max(normal[j, j], 1e-15))
-        for i in range(j + 1, n):
-            for k in range(j):
-                normal[i, j] -= normal[i, k] * normal[j, k]
-            normal[i, j] /= normal[j, j]
-    for j in range(n):
-        for k in range(j):
-            right[j] -= normal[j, k] * right[k]
-        right[j] /= normal[j, j]
-    for j in range(n - 1, -1, -1):
-        for k in range(j + 1, n):
-            right[j] -= normal[k, j] * right[k]
-        right[j] /= normal[j, j]
-
-
-@njit
 def _fit(design, value, weight):
     """Weighted least squares; returns the coefficients."""
     n_hits, n = design.shape
@@ -194,7 +173,9 @@ def _fit(design, value, weight):
             right[i] += wx * value[h]
             for j in range(i + 1):
                 normal[i, j] += wx * design[h, j]
-    _solve(normal, right)
+    for i in range(n):  # directions that these hits do not tell stay soluble
+        normal[i, i] += 1e-9 * (normal[i, i] + 1e-9)
+    solve(normal, right, LEAST_PIVOT, 0.0, LEAST_PIVOT)
     return right
 
 

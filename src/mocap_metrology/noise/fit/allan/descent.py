@@ -11,10 +11,12 @@ from functools import lru_cache
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.linear import solve
 from mocap_metrology.noise.model.transfer import correlated_bracket
 
 # Table of F(x) = G(x) / x^2 (see `model.GaussMarkov.avar`): e^-23 <= x <= e^23, 128 steps an e-fold
 FIRST, LAST, STEPS = -23, 23, 128
+SINGULAR = 1e-15  # what is left of a diagonal element, over it
 
 
 @lru_cache(maxsize=1)
@@ -152,44 +154,6 @@ def costs_at(points, fixed, m, log_m, weights, target, tau0, gauss_markov, sampl
 
 
 @njit
-def _solve(matrix, right, free):
-    """Solve matrix y = right (positive definite) on the coordinates that are free, else y = 0,
-    by Cholesky; `matrix` is overwritten. A pivot that rounding made <= 0 makes its y 0."""
-    d = right.size
-    y = np.zeros(d)
-    kept = free.copy()
-    for j in range(d):
-        if not free[j]:
-            continue
-        pivot = matrix[j, j]
-        for p in range(j):
-            if kept[p]:
-                pivot -= matrix[j, p] ** 2
-        kept[j] = pivot > 1e-15 * matrix[j, j]
-        if not kept[j]:
-            continue
-        matrix[j, j] = math.sqrt(pivot)
-        for i in range(j + 1, d):
-            s = matrix[i, j]
-            for p in range(j):
-                if kept[p]:
-                    s -= matrix[i, p] * matrix[j, p]
-            matrix[i, j] = s / matrix[j, j]
-        y[j] = right[j]
-        for p in range(j):
-            if kept[p]:
-                y[j] -= matrix[j, p] * y[p]
-        y[j] /= matrix[j, j]
-    for j in range(d - 1, -1, -1):
-        if kept[j]:
-            for i in range(j + 1, d):
-                if kept[i]:
-                    y[j] -= matrix[i, j] * y[i]
-            y[j] /= matrix[j, j]
-    return y
-
-
-@njit
 def descend(
     start,
     lower,
@@ -230,8 +194,10 @@ def descend(
         while damping < 1e12:
             damped = normal.copy()
             for i in range(d):
-                damped[i, i] += damping * normal[i, i] + 1e-300
-            trial = np.minimum(np.maximum(x - _solve(damped, gradient, free), lower), upper)
+                damped[i, i] += damping * normal[i, i] + 1e-300 if free[i] else np.inf
+            step = gradient.copy()
+            solve(damped, step, 0.0, SINGULAR, np.inf)
+            trial = np.minimum(np.maximum(x - step, lower), upper)
             found = residual(
                 trial,
                 fixed,

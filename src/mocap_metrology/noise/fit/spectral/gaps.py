@@ -14,6 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.linear import cholesky
 
 NEIGHBOURS = 16  # samples on each side a draw is conditioned on
 CHUNK = 128  # samples drawn at once; a longer gap is filled from left to right
@@ -142,16 +143,11 @@ def _fill(
 @njit
 def _root(place: np.ndarray, total: int, covariance: np.ndarray, out: np.ndarray) -> None:
     """Cholesky factor of the covariance of the samples at `place`."""
-    least = 1e-12 * covariance[0]
     for i in range(total):
         for j in range(i + 1):
-            s = covariance[min(abs(place[i] - place[j]), covariance.size - 1)]
-            for k in range(j):
-                s -= out[i, k] * out[j, k]
-            if i == j:
-                out[i, i] = np.sqrt(max(s, least))
-            else:
-                out[i, j] = s / out[j, j]
+            out[i, j] = covariance[min(abs(place[i] - place[j]), covariance.size - 1)]
+    least = 1e-12 * covariance[0]
+    cholesky(out, total, least, 0.0, least)
 
 
 @njit

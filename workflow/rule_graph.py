@@ -15,8 +15,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from mocap_workflow import tsv
-from mocap_workflow.configuration import load_schema
+from mocap_workflow import sheets
+from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.recordings import RecordingRow
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -34,12 +35,12 @@ GROUPS = {  # of the default sheets
 def shipped(sheet: str) -> list[dict[str, str]]:
     """Rows of `recordings` or `calibrations` that the project came with: the twins of its groups.
     Cells by column, of every column there is."""
-    schema = load_schema(ROOT / f"workflow/schemas/{sheet}.schema.yaml")
-    rows = tsv.read(ROOT / f"config/{sheet}.tsv", schema)
+    kind = RecordingRow if sheet == "recordings" else CalibrationRow
+    rows = sheets.read(ROOT / f"config/{sheet}.tsv", list(kind.columns()), kind.required())
     return [
-        {column: row[column] for column in schema["columns"]}
+        row.cells
         for row in rows
-        if row["group"] in GROUPS[sheet] and row["path"].startswith("simulate:")
+        if row.cells["group"] in GROUPS[sheet] and row.cells["path"].startswith("simulate:")
     ]
 
 

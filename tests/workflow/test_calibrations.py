@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mocap_workflow import calibrations
-from mocap_workflow.configuration import load_schema
+from mocap_workflow import rows
+from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults
 from running import write_sheet
 
-SCHEMAS = Path(__file__).resolve().parents[2] / "workflow/schemas"
-CALIBRATIONS = load_schema(SCHEMAS / "calibrations.schema.yaml")
 CALIBRATION = {
     "calibration": "s1-1",
     "setup": "s1",
@@ -22,28 +20,28 @@ CALIBRATION = {
 }
 
 
-def calibration(folder: Path, **cells: str) -> list[str] | dict:
-    header = list(CALIBRATIONS["columns"])
-    try:
-        path = write_sheet(folder, header, CALIBRATION | cells)
-        return calibrations.load(path, CALIBRATIONS, ["T"])["s1-1"]
-    except Faults as error:
-        return error.lines
+def load(folder: Path, **cells: str) -> CalibrationRow:
+    path = write_sheet(folder, list(CalibrationRow.columns()), CALIBRATION | cells)
+    return rows.load(CalibrationRow, path, ["T"])["s1-1"]
 
 
-def test_a_right_calibration_becomes_plain_values(folder: Path) -> None:
-    row = calibration(folder, reference="poses.json")
-    assert (row["path"], row["board"], row["reference"]) == ("dump.bin", "board.csv", "poses.json")
-    assert row["mount"] is None
-    twin = calibration(folder, path="simulate:T", board="")
-    assert (twin["path"], twin["twin"], twin["board"]) == (None, "T", None)
-    assert row["factory"] is None
-    assert calibration(folder, factory="poses.json")["factory"] == "poses.json"
-    tracked = calibration(folder, format="libsurvive-rec", board="LHR-1234")
-    assert tracked["board"] == "LHR-1234"
+def faults(folder: Path, **cells: str) -> list[str]:
+    with pytest.raises(Faults) as caught:
+        load(folder, **cells)
+    return caught.value.lines
+
+
+def test_a_right_calibration_becomes_values_of_their_types(folder: Path) -> None:
+    row = load(folder, reference="poses.json")
+    assert (row.path, row.board, row.reference) == ("dump.bin", "board.csv", "poses.json")
+    assert (row.mount, row.factory, row.source) == (None, None, "measured")
+    twin = load(folder, path="simulate:T", board="")
+    assert (twin.path, twin.twin, twin.board, twin.source) == (None, "T", None, "twin")
+    assert load(folder, factory="poses.json").factory == "poses.json"
+    assert load(folder, format="libsurvive-rec", board="LHR-1234").board == "LHR-1234"
     labels = {"reference_labels_master": "a;b;c", "reference_labels_slave": "d;e"}
-    row = calibration(folder, reference="ref.c3d", **labels)
-    assert row["reference_labels_master"] == ["a", "b", "c"]
+    row = load(folder, reference="ref.c3d", **labels)
+    assert row.reference_labels_master == ("a", "b", "c")
 
 
 @pytest.mark.parametrize(
@@ -64,20 +62,19 @@ def test_a_right_calibration_becomes_plain_values(folder: Path) -> None:
     ],
 )
 def test_a_wrong_calibration_is_named(folder: Path, cells: dict, expected: str) -> None:
-    lines = calibration(folder, **cells)
-    assert isinstance(lines, list), lines
+    lines = faults(folder, **cells)
     assert any(expected in line for line in lines), lines
 
 
 def test_most_columns_may_be_missing(folder: Path) -> None:
     path = write_sheet(folder, list(CALIBRATION), CALIBRATION)
-    row = calibrations.load(path, CALIBRATIONS, [])["s1-1"]
-    assert {row[column] for column in ("factory", "reference", "mount", "sha256")} == {None}
-    assert row["reference_labels_master"] == []
+    row = rows.load(CalibrationRow, path, [])["s1-1"]
+    assert {row.factory, row.reference, row.mount, row.sha256} == {None}
+    assert row.reference_labels_master == ()
 
 
 def test_a_reference_in_c3d_needs_labels(folder: Path) -> None:
-    lines = calibration(folder, reference="ref.c3d")
+    lines = faults(folder, reference="ref.c3d")
     assert [line.split(", column ")[1].split(":")[0] for line in lines] == [
         "reference_labels_master",
         "reference_labels_slave",

@@ -10,8 +10,11 @@ from typing import Any
 
 import pytest
 import yaml
+from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.configuration import checked, leaves, load_schema
 from mocap_workflow.faults import Faults
+from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.rows import NAME, Cell, Row
 from mocap_workflow.startup import any_of, configuration
 from snakemake.io import PeriodicityDetector
 
@@ -190,9 +193,8 @@ def test_every_key_and_column_is_described_for_users() -> None:
     manual = (ROOT / "config/README.md").read_text(encoding="utf-8")
     for name in leaves(SCHEMA):
         assert f"| `{name}` |" in manual, name
-    for sheet in ("recordings", "calibrations"):
-        for column in load_schema(ROOT / f"workflow/schemas/{sheet}.schema.yaml")["columns"]:
-            assert f"| `{column}` |" in manual, column
+    for column in (*RecordingRow.columns(), *CalibrationRow.columns()):
+        assert f"| `{column}` |" in manual, column
 
 
 def test_quick_changes_known_keys_only() -> None:
@@ -211,24 +213,23 @@ NAMES = [
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize(
-    ("sheet", "columns"),
-    [("recordings", ["recording", "group"]), ("calibrations", ["calibration", "setup", "group"])],
-)
-def test_a_name_is_refused_where_snakemake_sees_an_endless_recursion(
-    sheet: str, columns: list[str], name: str
-) -> None:
+def test_a_name_is_refused_where_snakemake_sees_an_endless_recursion(name: str) -> None:
     """A job whose wildcard is such a name gets a PeriodicWildcardError."""
-    rules = load_schema(ROOT / f"workflow/schemas/{sheet}.schema.yaml")["columns"]
     periodic = PeriodicityDetector().is_periodic(name) is not None
-    for column in columns:
-        assert bool(re.fullmatch(rules[column]["pattern"], name)) is not periodic
+    assert bool(re.fullmatch(NAME.pattern, name)) is not periodic
+
+
+@pytest.mark.parametrize(
+    ("kind", "columns"),
+    [(RecordingRow, ["recording", "group"]), (CalibrationRow, ["calibration", "setup", "group"])],
+)
+def test_every_wildcard_is_such_a_name(kind: type[Row], columns: list[str]) -> None:
+    assert all(NAME in kind.model_fields[column].metadata for column in columns)
 
 
 @pytest.mark.parametrize("length", [201, 100_000])
 def test_a_name_too_long_is_refused_at_once(length: int) -> None:
-    rules = load_schema(ROOT / "workflow/schemas/recordings.schema.yaml")["columns"]
-    assert not re.fullmatch(rules["recording"]["pattern"], ("abc" * length)[:length])
+    assert not re.fullmatch(NAME.pattern, ("abc" * length)[:length])
 
 
 @pytest.mark.parametrize(
@@ -242,8 +243,8 @@ def test_a_name_too_long_is_refused_at_once(length: int) -> None:
     ],
 )
 def test_numbers_of_cameras_are_limited(column: str, value: str, right: bool) -> None:
-    rules = load_schema(ROOT / "workflow/schemas/recordings.schema.yaml")["columns"]
-    assert bool(re.fullmatch(rules[column]["pattern"], value)) is right
+    (cell,) = (m for m in RecordingRow.model_fields[column].metadata if isinstance(m, Cell))
+    assert bool(re.fullmatch(cell.pattern, value)) is right
 
 
 def test_pnp_without_opencv_is_refused_before_the_first_job(

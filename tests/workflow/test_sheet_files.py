@@ -5,18 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mocap_workflow import recordings
-from mocap_workflow.configuration import load_schema
+from mocap_workflow import rows
 from mocap_workflow.faults import Faults
-
-SCHEMAS = Path(__file__).resolve().parents[2] / "workflow/schemas"
-RECORDINGS = load_schema(SCHEMAS / "recordings.schema.yaml")
+from mocap_workflow.recordings import RecordingRow
 
 
-def written(folder: Path, content: bytes) -> list[str] | dict:
+def written(folder: Path, content: bytes) -> list[str] | dict[str, RecordingRow]:
     (folder / "sheet.tsv").write_bytes(content)
     try:
-        return recordings.load("sheet.tsv", RECORDINGS, [])
+        return rows.load(RecordingRow, "sheet.tsv", [])
     except Faults as error:
         return error.lines
 
@@ -38,9 +35,9 @@ SHEET = "recording\tpath\tmarkers\tgroup\nA\ta.c3d\tM1\tg\n"
     ids=["BOM", "CRLF", "CR", "trailing tabs", "blanks", "comments", "quotes"],
 )
 def test_what_editors_do_to_a_sheet_is_tolerated(folder: Path, content: bytes) -> None:
-    rows = written(folder, content)
-    assert isinstance(rows, dict), rows
-    assert rows["A"]["paths"] == ["a.c3d"]
+    found = written(folder, content)
+    assert isinstance(found, dict), found
+    assert found["A"].paths == ("a.c3d",)
 
 
 @pytest.mark.parametrize(
@@ -81,9 +78,9 @@ def test_rows_are_counted_as_an_editor_does(folder: Path) -> None:
 
 
 def test_no_sheet_an_empty_one_and_one_that_is_missing(folder: Path) -> None:
-    assert recordings.load(None, RECORDINGS, []) == {}
+    assert rows.load(RecordingRow, None, []) == {}
     assert written(folder, SHEET.splitlines()[0].encode()) == {}
     with pytest.raises(Faults, match=r"^gone\.tsv: no such file; expected a sheet"):
-        recordings.load("gone.tsv", RECORDINGS, [])
+        rows.load(RecordingRow, "gone.tsv", [])
     with pytest.raises(Faults, match=r"^\.: Is a directory; expected a sheet"):
-        recordings.load(".", RECORDINGS, [])
+        rows.load(RecordingRow, ".", [])

@@ -5,30 +5,30 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mocap_workflow import calibrations, recordings, startup, tsv
-from mocap_workflow.configuration import load_schema
+from mocap_workflow import rows, sheets, startup
+from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults
-from mocap_workflow.files import beside, found, load_twins
+from mocap_workflow.files import found, load_twins
+from mocap_workflow.recordings import RecordingRow
+from pydantic import ValidationError
 from running import write_sheet
 
-SCHEMAS = Path(__file__).resolve().parents[2] / "workflow/schemas"
-RECORDINGS = load_schema(SCHEMAS / "recordings.schema.yaml")
-CALIBRATIONS = load_schema(SCHEMAS / "calibrations.schema.yaml")
-HEADER = list(RECORDINGS["columns"])
+ROOT = Path(__file__).resolve().parents[2]
+HEADER = list(RecordingRow.columns())
 GOOD = {"recording": "A", "path": "a.c3d", "markers": "M1;M2;M3", "group": "g"}
 
 
-def load(folder: Path, *rows: dict[str, str]) -> dict:
-    return recordings.load(write_sheet(folder, HEADER, *rows), RECORDINGS, ["T", "crump"])
+def load(folder: Path, *cells: dict[str, str]) -> dict[str, RecordingRow]:
+    return rows.load(RecordingRow, write_sheet(folder, HEADER, *cells), ["T", "crump"])
 
 
-def faults(folder: Path, *rows: dict[str, str]) -> list[str]:
+def faults(folder: Path, *cells: dict[str, str]) -> list[str]:
     with pytest.raises(Faults) as caught:
-        load(folder, *rows)
+        load(folder, *cells)
     return caught.value.lines
 
 
-def test_a_right_row_becomes_plain_values(folder: Path) -> None:
+def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
     row = GOOD | {
         "path": "a.c3d; b.c3d",
         "n_cameras": "2",
@@ -44,42 +44,44 @@ def test_a_right_row_becomes_plain_values(folder: Path) -> None:
     other = GOOD | {"recording": "B", "date": "2019-03-25"}
     found = load(folder, row, other)
     plain = found.pop("B")
-    assert (plain["date"], plain["compare_with"], plain["covariate"]) == ("2019-03-25", None, None)
-    assert found == {
-        "A": {
-            "recording": "A",
-            "group": "g",
-            "paths": ["a.c3d", "b.c3d"],
-            "twin": None,
-            "markers": ["M1", "M2", "M3"],
-            "pairs": [["M1", "M3"], ["M2", "M3"]],
-            "camera_type": "",
-            "n_cameras": 2,
-            "camera_ids": [3, 7],
-            "frame_rate_hz": 119.88,
-            "accept_truncated": True,
-            "sha256": ["ab" * 32, "0" * 64],
-            "date": "2019-03-25T21:30:00",
-            "compare_with": "B",
-            "covariate": "b.c3d",
-            "cluster": [],
-            "place": None,
-            "comment": "",
-        }
+    assert (plain.date, plain.compare_with, plain.covariate) == ("2019-03-25", None, None)
+    assert found["A"].model_dump() == {
+        "recording": "A",
+        "group": "g",
+        "paths": ("a.c3d", "b.c3d"),
+        "twin": None,
+        "source": "measured",
+        "markers": ("M1", "M2", "M3"),
+        "pairs": (("M1", "M3"), ("M2", "M3")),
+        "camera_type": "",
+        "n_cameras": 2,
+        "camera_ids": (3, 7),
+        "frame_rate_hz": 119.88,
+        "accept_truncated": True,
+        "sha256": ("ab" * 32, "0" * 64),
+        "date": "2019-03-25T21:30:00",
+        "compare_with": "B",
+        "covariate": "b.c3d",
+        "cluster": (),
+        "place": None,
+        "comment": "",
     }
+    with pytest.raises(ValidationError, match="frozen"):
+        found["A"].group = "h"
 
 
 def test_what_is_left_out_is_derived(folder: Path) -> None:
-    rows = load(
+    found = load(
         folder,
         GOOD | {"camera_ids": "1;2;3"},
         GOOD | {"recording": "one", "markers": "M1"},
         GOOD | {"recording": "twin", "path": "simulate: crump", "markers": ""},
     )
-    assert rows["A"]["n_cameras"] == 3
-    assert rows["A"]["pairs"] == [["M1", "M2"]]
-    assert rows["one"]["pairs"] == []
-    assert (rows["twin"]["twin"], rows["twin"]["paths"]) == ("crump", [])
+    assert found["A"].n_cameras == 3
+    assert found["A"].pairs == (("M1", "M2"),)
+    assert found["one"].pairs == ()
+    twin = found["twin"]
+    assert (twin.twin, twin.paths, twin.source) == ("crump", (), "twin")
 
 
 SAID = {  # another value of every column that may be filled in, beside a right row
@@ -134,24 +136,24 @@ RIGHT = {
     },
 }
 RENAMED = {("recordings", "path"): "paths", ("recordings", "truncated"): "accept_truncated"}
-LOADERS = {"recordings": (recordings, RECORDINGS), "calibrations": (calibrations, CALIBRATIONS)}
-COLUMNS = [(sheet, c) for sheet, (_, schema) in LOADERS.items() for c in schema["columns"]]
+KINDS: dict[str, type[rows.Row]] = {"recordings": RecordingRow, "calibrations": CalibrationRow}
+COLUMNS = [(sheet, column) for sheet, kind in KINDS.items() for column in kind.columns()]
 
 
 @pytest.mark.parametrize(("sheet", "column"), COLUMNS)
 def test_every_column_reaches_the_row_that_rules_see(folder: Path, sheet: str, column: str) -> None:
     """And no other changes with it, but what is derived from it."""
-    module, schema = LOADERS[sheet]
-    header = list(schema["columns"])
+    kind = KINDS[sheet]
+    header = list(kind.columns())
     right = RIGHT[sheet]
 
     def read(row: dict[str, str]) -> dict:
-        rows = write_sheet(folder, header, row, right | {schema["what"]: "other"})
-        return next(iter(module.load(rows, schema, []).values()))
+        path = write_sheet(folder, header, row, right | {kind.KIND: "other"})
+        return next(iter(rows.load(kind, path, []).values())).model_dump()
 
     before, after = read(right), read(right | {column: SAID[sheet][column]})
     names = {RENAMED.get((sheet, name), name) for name in header}
-    assert set(before) == names | {"twin"}
+    assert set(before) == names | {"twin", "source"}
     derived = {"markers": {"pairs"}, "camera_ids": {"n_cameras"}} if sheet == "recordings" else {}
     changed = {name for name in before if before[name] != after[name]}
     name = RENAMED.get((sheet, column), column)
@@ -234,7 +236,7 @@ def test_all_wrong_cells_come_at_once_in_the_order_of_the_sheet(folder: Path) ->
 
 def test_labels_with_a_dash_split_where_both_sides_are_markers(folder: Path) -> None:
     row = GOOD | {"markers": "L-knee;R-knee", "pairs": "L-knee-R-knee"}
-    assert load(folder, row)["A"]["pairs"] == [["L-knee", "R-knee"]]
+    assert load(folder, row)["A"].pairs == (("L-knee", "R-knee"),)
     row = GOOD | {"markers": "a;a-a;a-b;b", "pairs": "a-a-b"}
     assert (
         "expected one way to read it, not several (a and a-b or a-a and b)"
@@ -252,11 +254,10 @@ def test_a_twin_needs_no_labels_but_pairs_do(folder: Path) -> None:
 def test_files_are_relative_to_the_sheet(folder: Path) -> None:
     (folder / "deep").mkdir()
     write_sheet(folder / "deep", HEADER, GOOD | {"path": "../a.c3d"})
-    assert recordings.load("deep/sheet.tsv", RECORDINGS, [])["A"]["paths"] == ["a.c3d"]
+    assert rows.load(RecordingRow, "deep/sheet.tsv", [])["A"].paths == ("a.c3d",)
     absolute = folder / "deep/sheet.tsv"
-    rows = recordings.load(str(absolute), RECORDINGS, [])
-    assert rows["A"]["paths"] == [str(folder / "a.c3d")]
-    assert beside("config/x.tsv", "/data/y.c3d") == "/data/y.c3d"
+    assert rows.load(RecordingRow, str(absolute), [])["A"].paths == (str(folder / "a.c3d"),)
+    assert rows.beside("config/x.tsv", "/data/y.c3d") == "/data/y.c3d"
 
 
 def test_long_cells_are_cut_in_messages(folder: Path) -> None:
@@ -265,9 +266,8 @@ def test_long_cells_are_cut_in_messages(folder: Path) -> None:
 
 
 def test_the_projects_own_sheets_have_right_headers() -> None:
-    config = SCHEMAS.parents[1] / "config"
-    for name, schema in (("recordings", RECORDINGS), ("calibrations", CALIBRATIONS)):
-        tsv.read(config / f"{name}.tsv", schema)
+    for name, kind in KINDS.items():
+        sheets.read(ROOT / f"config/{name}.tsv", list(kind.columns()), kind.required())
 
 
 @pytest.mark.parametrize(
@@ -306,22 +306,26 @@ def test_a_path_of_the_configuration_is_sought_here_then_in_the_project(folder: 
     assert found(None, folder) is None
 
 
+def simulated(twin: str) -> RecordingRow:
+    return RecordingRow.model_construct(twin=twin, camera_ids=())
+
+
 def test_a_twin_is_no_longer_than_the_configuration_says() -> None:
     common = {"coefficients": {"all": {}}, "seed": 1}
-    rows = {name: {"twin": name} for name in ("usual", "own")}
+    used = {name: simulated(name) for name in ("usual", "own")}
     twins = {"defaults": {}, "twins": {"usual": common, "own": common | {"duration_s": 7200}}}
     for asked, own in ((600.0, 600.0), (32400.0, 7200.0)):
-        found = startup.recording_twins(rows, twins, asked)
-        assert [found[name]["duration_s"] for name in rows] == [asked, own]
+        found = startup.recording_twins(used, twins, asked)
+        assert [found[name]["duration_s"] for name in used] == [asked, own]
 
 
 def test_a_twin_has_the_form_of_the_configuration_unless_it_has_one_of_its_own() -> None:
     common = {"coefficients": {"all": {}}, "seed": 1}
-    rows = {name: {"twin": name} for name in ("usual", "own")}
+    used = {name: simulated(name) for name in ("usual", "own")}
     twins = {"defaults": {}, "twins": {"usual": common, "own": common | {"form": "sampled"}}}
-    found = startup.recording_twins(rows, twins, 600.0, "continuous")
-    assert [found[name]["form"] for name in rows] == ["continuous", "sampled"]
+    found = startup.recording_twins(used, twins, 600.0, "continuous")
+    assert [found[name]["form"] for name in used] == ["continuous", "sampled"]
     wrong = {"defaults": {"recording": {"form": "both"}}, "twins": {"usual": common}}
     with pytest.raises(Faults) as caught:
-        startup.recording_twins({"usual": {"twin": "usual"}}, wrong, 600.0)
+        startup.recording_twins({"usual": simulated("usual")}, wrong, 600.0)
     assert caught.value.lines == ["twin usual: form 'both', expected sampled or continuous"]

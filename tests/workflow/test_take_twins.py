@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from mocap_workflow.faults import Faults
+from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.startup import recording_twins
 
 TAKE = {"camera_type": "T40", "cameras": 4, "layout_seed": 1, "centroid_px": 0.1}
@@ -17,8 +18,8 @@ def twins(**changes: Any) -> dict[str, Any]:
     return {"twins": {"hall": entry}, "defaults": defaults}
 
 
-def rows(camera_ids: list[int]) -> dict[str, Any]:
-    return {"r": {"twin": "hall", "camera_ids": camera_ids}}
+def rows(camera_ids: list[int]) -> dict[str, RecordingRow]:
+    return {"r": RecordingRow.model_construct(twin="hall", camera_ids=tuple(camera_ids))}
 
 
 def test_a_take_has_defaults_of_its_kind_and_the_shorter_duration() -> None:

@@ -1,86 +1,102 @@
-"""config/calibrations.tsv: every row checked, and turned into plain values for rules."""
+"""Rows of config/calibrations.tsv."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
 from pathlib import PurePath
-from typing import Any
+from typing import Annotated
 
-from mocap_workflow import files, tsv
-from mocap_workflow.faults import Faults
-from mocap_workflow.tsv import Row
+from pydantic import field_validator
 
-LABELS = ("reference_labels_master", "reference_labels_slave")
-
-
-def load(
-    path: str | None, schema: Mapping[str, Any], twins: Collection[str]
-) -> dict[str, dict[str, Any]]:
-    """Calibrations by name, in the order of the sheet; `Faults` names everything wrong.
-
-    Each has every column of the sheet, and `twin` (or None); `path` is None for a twin; file
-    names are seen from the working folder; an empty cell is None, labels are lists.
-    """
-    if path is None:
-        return {}
-    rows = tsv.read(path, schema)
-    tsv.check_patterns(rows, schema)
-    tsv.check_names(rows)
-    calibrations = {row.name: _calibration(row, twins) for row in rows}
-    faults = [fault for row in rows for fault in row.faults]
-    if faults:
-        raise Faults(faults)
-    return calibrations
+from mocap_workflow.checking import Unfit
+from mocap_workflow.rows import (
+    Cell,
+    FileOrNothing,
+    Info,
+    Labels,
+    Name,
+    OwnName,
+    Row,
+    existing,
+    file_or_none,
+)
 
 
-def _calibration(row: Row, twins: Collection[str]) -> dict[str, Any]:
-    twin = files.check_twin(row, "path", twins)
-    file = row["path"] if twin is None and "path" not in row.wrong else ""
-    master, slave = _labels(row)
-    sha256 = row["sha256"].lower() or None
-    if sha256 and twin is not None:
-        row.blame("sha256", "nothing for a simulated calibration")
-    return {
-        "calibration": row["calibration"],
-        "setup": row["setup"],
-        "group": row["group"],
-        "path": files.check_file(row, "path", file) if file else None,
-        "twin": twin,
-        "format": row["format"],
-        "board": _board(row, twin),
-        "factory": _file(row, "factory"),
-        "reference": _file(row, "reference"),
-        "reference_labels_master": master,
-        "reference_labels_slave": slave,
-        "mount": _file(row, "mount"),
-        "check_against": _file(row, "check_against"),
-        "sha256": sha256,
-        "comment": row["comment"],
-    }
+class CalibrationRow(Row):
+    """One row a recording of a board of photodiodes moved before two base stations."""
 
+    KIND = "calibration"
 
-def _file(row: Row, column: str) -> str | None:
-    return files.check_file(row, column, row[column]) if row[column] else None
+    calibration: OwnName
+    """Name, unique. Results are in `<results>/calibrations/<calibration>/`."""
+    setup: Name
+    """Calibrations of one setup repeat the same poses of the stations. In group `jansen2019`,
+    setups `1` to `8` feed Tables I and II, `sim-*` and `noise-*` Table III."""
+    group: Name
+    """Calibrations of one group share a table. `jansen2019` feeds the paper's tables."""
+    path: Annotated[str | None, Cell(".+", "a file or simulate:<twin>")]
+    """The recording, or `simulate:<twin>` with a Lighthouse twin of `config/twins.yaml`."""
+    format: Annotated[
+        str,
+        Cell("gpio-dump|libsurvive-rec|angles-csv", "one of gpio-dump, libsurvive-rec, angles-csv"),
+    ]
+    """`gpio-dump`, `libsurvive-rec` or `angles-csv`, see below."""
+    board: str | None = None
+    """CSV file `x_m,y_m,z_m` in diode order, metres; for `libsurvive-rec` the name of the tracked
+    object in the recording. May be empty for a twin."""
+    factory: FileOrNothing = None
+    """Optional file of factory values for stations whose own cannot be read out of the recording: a
+    `stations.json` of this workflow, the `.json` that libsurvive writes beside a recording, or the
+    system configuration (`.yaml`, `systemType: 1`) of a Crazyflie: its station 0 flashes first and
+    is the master."""
+    reference: FileOrNothing = None
+    """Optional pose to compare with: JSON (`R` or `quaternion_xyzw`, `t_m` or `translation_mm`,
+    `stations: {master: id, slave: id}`), or a C3D file with markers on both housings."""
+    reference_labels_master: Labels = ()
+    """Labels of the markers on the master's housing, separated by `;`; for a C3D reference only,
+    and needed there."""
+    reference_labels_slave: Labels = ()
+    """The same for the slave."""
+    mount: FileOrNothing = None
+    """CSV file `label,x_m,y_m,z_m`: these markers in the frame of the housing. Needed for a C3D
+    reference."""
+    check_against: FileOrNothing = None
+    """Optional earlier `pose.json`: has a station moved since?"""
+    sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
+        None
+    )
+    """Optional checksum of the recording. Not for twins."""
+    comment: str = ""
+    """Free text."""
 
+    @field_validator("path")
+    @classmethod
+    def _one_file(cls, path: str, info: Info) -> str | None:
+        return None if info.context.is_simulated else existing(path, info)
 
-def _board(row: Row, twin: str | None) -> str | None:
-    """A CSV of diodes, or for a libsurvive recording the name of the tracked object in it."""
-    if row["format"] == "libsurvive-rec":
-        if not row["board"] and twin is None:
-            row.blame("board", "the name of the tracked object in the recording")
-        return row["board"] or None
-    if not row["board"] and twin is None:
-        row.blame("board", "a CSV file x_m,y_m,z_m in diode order")
-    return _file(row, "board")
+    @field_validator("board")
+    @classmethod
+    def _of_format(cls, board: str | None, info: Info) -> str | None:
+        """A CSV of diodes, or for a libsurvive recording the name of the tracked object in it."""
+        named = info.context.cells["format"] == "libsurvive-rec"
+        if not board and not info.context.is_simulated:
+            name = "the name of the tracked object in the recording"
+            raise Unfit(name if named else "a CSV file x_m,y_m,z_m in diode order")
+        return board if named else file_or_none(board, info)
 
+    @field_validator("reference_labels_master", "reference_labels_slave")
+    @classmethod
+    def _for_c3d(cls, labels: tuple[str, ...], info: Info) -> tuple[str, ...]:
+        """A C3D reference needs the labels of both housings, no other has a use for them."""
+        wanted = PurePath(info.context.cells["reference"]).suffix.lower() == ".c3d"
+        if wanted and not labels:
+            raise Unfit('labels separated by ";", as the reference is a C3D file')
+        if labels and not wanted:
+            raise Unfit("nothing, as the reference is no C3D file")
+        return labels
 
-def _labels(row: Row) -> tuple[list[str], list[str]]:
-    """Labels of both housings; a C3D reference needs them, no other has a use for them."""
-    wanted = PurePath(row["reference"]).suffix.lower() == ".c3d"
-    for column in LABELS:
-        if wanted and not row[column]:
-            row.blame(column, 'labels separated by ";", as the reference is a C3D file')
-        elif row[column] and not wanted:
-            row.blame(column, "nothing, as the reference is no C3D file")
-    master, slave = (tsv.check_listed(row, c, 'labels separated by ";"') for c in LABELS)
-    return master, slave
+    @field_validator("sha256")
+    @classmethod
+    def _of_file(cls, digits: str | None, info: Info) -> str | None:
+        if digits and info.context.is_simulated:
+            raise Unfit("nothing for a simulated calibration")
+        return digits.lower() if digits else None

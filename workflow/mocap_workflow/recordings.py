@@ -1,175 +1,239 @@
-"""config/recordings.tsv: every row checked, and turned into plain values for rules."""
+"""Rows of config/recordings.tsv."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Iterable
 from datetime import date, datetime
-from typing import Any
+from typing import Annotated
 
-from mocap_workflow import files, tsv
-from mocap_workflow.faults import Faults, unknown
-from mocap_workflow.tsv import Row
+from pydantic import BeforeValidator, Field, field_validator
 
-
-def load(
-    path: str | None, schema: Mapping[str, Any], twins: Collection[str]
-) -> dict[str, dict[str, Any]]:
-    """Recordings by name, in the order of the sheet; `Faults` names everything wrong.
-
-    Each has `recording`, `group`, `paths` (none for a twin), `twin` (or None), `markers`, `pairs`
-    (lists of two labels), `camera_type`, `n_cameras`, `camera_ids`, `frame_rate_hz`,
-    `accept_truncated`, `sha256` (one a file, or none), `date` (ISO text), `compare_with` (name of
-    another), `covariate` (path), `place`; these four None where the cell is empty; `cluster`
-    (labels) and `comment`.
-    """
-    if path is None:
-        return {}
-    rows = tsv.read(path, schema)
-    tsv.check_patterns(rows, schema)
-    tsv.check_names(rows)
-    recordings = {row.name: _recording(row, twins) for row in rows}
-    for row in rows:
-        _check_comparison(row, recordings)
-    faults = [fault for row in rows for fault in row.faults]
-    if faults:
-        raise Faults(faults)
-    return recordings
+from mocap_workflow.checking import Unfit, unfit
+from mocap_workflow.faults import unknown
+from mocap_workflow.rows import (
+    SIMULATE,
+    Cell,
+    FileOrNothing,
+    Info,
+    Name,
+    OwnName,
+    Row,
+    each_once,
+    existing,
+    parts_of,
+)
 
 
-def _recording(row: Row, twins: Collection[str]) -> dict[str, Any]:
-    twin = files.check_twin(row, "path", twins)
-    paths = _paths(row) if twin is None else []
-    markers = _markers(row, twin)
-    n_cameras, camera_ids = _cameras(row)
-    return {
-        "recording": row["recording"],
-        "group": row["group"],
-        "paths": paths,
-        "twin": twin,
-        "markers": markers,
-        "pairs": _pairs(row, markers),
-        "camera_type": row["camera_type"],
-        "n_cameras": n_cameras,
-        "camera_ids": camera_ids,
-        "frame_rate_hz": _frame_rate(row),
-        "accept_truncated": row["truncated"] == "accept",
-        "sha256": _sha256(row, paths, twin),
-        "date": _date(row),
-        "compare_with": row["compare_with"] or None,
-        "covariate": files.check_file(row, "covariate", row["covariate"])
-        if row["covariate"]
-        else None,
-        "cluster": _cluster(row, markers),
-        "place": row["place"] or None,
-        "comment": row["comment"],
-    }
+def _count(text: str | None, info: Info) -> str | int | None:
+    """The number of cameras that are named, where it is not given."""
+    return text or len(parts_of(info.context.cells["camera_ids"])) or None
 
 
-def _paths(row: Row) -> list[str]:
-    if "path" in row.wrong:
-        return []
-    parts = tsv.check_listed(row, "path", 'files separated by ";"')
-    if "path" in row.wrong:
-        return []
-    if any(part.startswith(files.SIMULATE) for part in parts):
-        row.blame("path", f"files, or {files.SIMULATE}<twin> by itself")
-        return []
-    # A folder is one refused recording; the others are computed all the same
-    return [files.check_file(row, "path", part, any_kind=True) for part in parts]
-
-
-def _markers(row: Row, twin: str | None) -> list[str]:
-    markers = tsv.check_listed(row, "markers", 'labels of the markers, separated by ";"')
-    if not markers and twin is None:
-        row.blame("markers", 'the labels of one or more markers of the file, separated by ";"')
-    return markers
-
-
-def _cameras(row: Row) -> tuple[int | None, list[int]]:
-    wrong = row.wrong & {"n_cameras", "camera_ids"}
-    n_cameras = int(row["n_cameras"]) if row["n_cameras"] and "n_cameras" not in wrong else None
-    if "camera_ids" in wrong:
-        return n_cameras, []
-    camera_ids = [int(part) for part in row.parts("camera_ids")]
-    if len(set(camera_ids)) < len(camera_ids):
-        row.blame("camera_ids", "each camera once")
-    elif camera_ids and n_cameras is not None and len(camera_ids) != n_cameras:
-        row.blame("camera_ids", f"as many as column n_cameras says ({n_cameras})")
-    if camera_ids and not row["n_cameras"]:
-        n_cameras = len(camera_ids)
-    return n_cameras, camera_ids
-
-
-def _pairs(row: Row, markers: list[str]) -> list[list[str]]:
-    """The chosen pairs, else the first two markers. A label may itself hold a `-`."""
-    if not row["pairs"] or "markers" in row.wrong:
+def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
+    """`A-B` as the pair of A and B, where each is a marker; without any, the first two markers.
+    A label may itself hold a `-`."""
+    markers = info.data.get("markers", ())
+    if not texts or "markers" not in info.data:
         return [markers[:2]] if len(markers) > 1 else []
-    pairs = []
-    for text in row.parts("pairs"):
+    pairs: list[tuple[str, str]] = []
+    wrong = []
+    for text in texts:
         cuts = [index for index, letter in enumerate(text) if letter == "-"]
-        splits = [[text[:cut].strip(), text[cut + 1 :].strip()] for cut in cuts]
+        splits = [(text[:cut].strip(), text[cut + 1 :].strip()) for cut in cuts]
         splits = [pair for pair in splits if set(pair) <= set(markers)]
         if not splits:
             named = ", ".join(markers) or "none: column markers is empty"
-            row.blame("pairs", f'two of the chosen markers ({named}) joined by "-"', text)
+            wrong.append(Unfit(f'two of the chosen markers ({named}) joined by "-"', text))
         elif len(splits) > 1:
             ways = " or ".join(" and ".join(pair) for pair in splits)
-            row.blame("pairs", f"one way to read it, not several ({ways})", text)
+            wrong.append(Unfit(f"one way to read it, not several ({ways})", text))
         elif splits[0][0] == splits[0][1]:
-            row.blame("pairs", "two different markers", text)
+            wrong.append(Unfit("two different markers", text))
         elif splits[0] in pairs or splits[0][::-1] in pairs:
-            row.blame("pairs", "each pair once", text)
+            wrong.append(Unfit("each pair once", text))
         else:
             pairs += splits
+    if wrong:
+        raise unfit(wrong)
     return pairs
 
 
-def _cluster(row: Row, markers: list[str]) -> list[str]:
-    """Markers of one rigid body, whose orientation is analysed."""
-    cluster = tsv.check_listed(row, "cluster", 'labels of markers, separated by ";"')
-    if "markers" in row.wrong or "cluster" in row.wrong or not cluster:
-        return []
-    if len(cluster) < 3 or not set(cluster) <= set(markers):
-        named = ", ".join(markers) or "none: column markers is empty"
-        row.blame("cluster", f"three or more of the chosen markers ({named})")
-    return cluster
+class RecordingRow(Row):
+    """One row a recording of markers that stand still."""
 
+    KIND = "recording"
 
-def _frame_rate(row: Row) -> float | None:
-    if not row["frame_rate_hz"] or "frame_rate_hz" in row.wrong:
-        return None
-    rate = float(row["frame_rate_hz"])
-    if not 0 < rate < 1e6:
-        row.blame("frame_rate_hz", "a number of Hz > 0 and < 1,000,000, or nothing")
-    return rate
+    recording: OwnName
+    """Name, unique. Results are in `<results>/recordings/<recording>/`."""
+    paths: Annotated[
+        tuple[str, ...],
+        Cell(
+            ".+",
+            "a C3D file or text (.trc, .csv, .tsv, .txt), several segments "
+            'separated by ";", or simulate:<twin>',
+        ),
+        each_once('files separated by ";"'),
+    ] = Field(alias="path")
+    """A file of one of the formats below; several segments of one recording in order, separated by
+    `;`; or `simulate:<twin>` with a twin of `config/twins.yaml`."""
+    markers: Annotated[tuple[str, ...], each_once('labels of the markers, separated by ";"')] = ()
+    """Labels of the markers to analyse, separated by `;`. At least one; may be empty for a twin."""
+    group: Name
+    """Recordings of one group share tables and, if they are two or more, figures. Rows of one group
+    that differ in `n_cameras` are subsets of one take. `skurowski2019` feeds the paper's tables and
+    figures, `skurowski2019-crump` its Figure 7, `skurowski2019-repaired` its Figure A1.
+    `example-failing-camera` shows how one noisy camera is found from subsets that share their
+    frames."""
+    camera_type: str = ""
+    """Free text, for tables."""
+    n_cameras: Annotated[
+        int | None,
+        Cell("0*[1-9][0-9]{0,3}", "a whole number from 1 to 9999, or nothing"),
+        BeforeValidator(_count),
+    ] = None
+    """How many cameras saw the markers. If empty, the number of `camera_ids`."""
+    camera_ids: Annotated[
+        tuple[int, ...],
+        Cell(
+            r"0*[0-9]{1,9}(\s*;\s*0*[0-9]{1,9})*",
+            'whole numbers separated by ";", each of at most 9 digits, or nothing',
+        ),
+    ] = ()
+    """Their numbers, separated by `;`; as many as `n_cameras`. Of a twin made of single cameras:
+    those of the twin."""
+    pairs: Annotated[tuple[tuple[str, str], ...], BeforeValidator(_pairs)] = ()
+    """Pairs of these markers whose distance is analysed: `A-B;C-D`. If empty, the first two
+    markers. A label may hold a `-` itself as long as there is one way to read the pair."""
+    frame_rate_hz: Annotated[
+        float | None,
+        Cell(r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?", "a number of Hz > 0 or nothing"),
+    ] = None
+    """Frame rate where the file has none, or more exactly than in the file (within 0.1 %)."""
+    accept_truncated: Annotated[
+        bool, Cell("accept", "accept or nothing"), BeforeValidator(bool)
+    ] = Field(default=False, alias="truncated")
+    """`accept` takes what is there of a file that was cut off; otherwise it is refused."""
+    sha256: Annotated[
+        tuple[str, ...],
+        Cell(
+            r"[0-9A-Fa-f]{64}(\s*;\s*[0-9A-Fa-f]{64})*",
+            '64 hexadecimal digits for each file, separated by ";", or nothing',
+        ),
+    ] = ()
+    """Checksum of the file; of several files one for each, separated by `;`. Not for twins."""
+    date: Annotated[
+        str | None,  # no zone: all recordings of a laboratory are dated by the same clock
+        Cell(
+            "[0-9]{4}-[0-9]{2}-[0-9]{2}([T ][0-9]{2}:[0-9]{2}(:[0-9]{2})?)?",
+            "a date such as 2019-03-25, with or without a time such as 2019-03-25T21:30, "
+            "or nothing",
+        ),
+    ] = None
+    """When it was recorded: `2019-03-25` or `2019-03-25T21:30`, by the laboratory's clock. Rows of
+    one group with the same `camera_type`, `n_cameras`, `camera_ids` and `markers` are held against
+    the one before; on three days or more they make a trend."""
+    compare_with: str | None = None
+    """Name of another recording of the sheet that this one is compared with, as after a repair. It
+    may be of another group."""
+    covariate: FileOrNothing = None
+    """CSV file `time_s,<name>` of something recorded beside it, as a temperature; time in s from
+    the first frame."""
+    cluster: Annotated[tuple[str, ...], each_once('labels of markers, separated by ";"')] = ()
+    """Three or more of `markers` that sit on one rigid body, separated by `;`: the noise of its
+    orientation is analysed too."""
+    place: Annotated[
+        str | None,
+        Cell(
+            "[A-Za-z0-9_. -]*",
+            'a name of letters, digits, spaces, "_", "." and "-", or nothing',
+        ),
+    ] = None
+    """Name of the place in the volume where this was recorded. Two places or more in a group make a
+    table of noise by place."""
+    comment: str = ""
+    """Free text."""
 
+    @field_validator("paths")
+    @classmethod
+    def _files(cls, paths: tuple[str, ...], info: Info) -> tuple[str, ...]:
+        if info.context.is_simulated:
+            return ()
+        if any(path.startswith(SIMULATE) for path in paths):
+            raise Unfit(f"files, or {SIMULATE}<twin> by itself")
+        found, wrong = [], []
+        for path in paths:
+            try:  # a folder is one refused recording; the others are computed all the same
+                found.append(existing(path, info, any_kind=True))
+            except Unfit as one:
+                wrong.append(one)
+        if wrong:
+            raise unfit(wrong)
+        return tuple(found)
 
-def _sha256(row: Row, paths: list[str], twin: str | None) -> list[str]:
-    sums = [part.lower() for part in row.parts("sha256")]
-    if {"sha256", "path"} & row.wrong:
-        return []
-    if sums and twin is not None:
-        row.blame("sha256", "nothing for a simulated recording")
-    elif sums and len(sums) != len(paths):
-        row.blame("sha256", f"one for each file of column path ({len(paths)})")
-    return sums
+    @field_validator("markers")
+    @classmethod
+    def _some_markers(cls, markers: tuple[str, ...], info: Info) -> tuple[str, ...]:
+        if not markers and not info.context.is_simulated:
+            raise Unfit('the labels of one or more markers of the file, separated by ";"')
+        return markers
 
+    @field_validator("camera_ids")
+    @classmethod
+    def _each_camera(cls, ids: tuple[int, ...], info: Info) -> tuple[int, ...]:
+        n_cameras = info.data.get("n_cameras")
+        if len(set(ids)) < len(ids):
+            raise Unfit("each camera once")
+        if ids and n_cameras is not None and len(ids) != n_cameras:
+            raise Unfit(f"as many as column n_cameras says ({n_cameras})")
+        return ids
 
-def _date(row: Row) -> str | None:
-    """As ISO 8601 has it; the schema's pattern leaves to be seen that there is such a day."""
-    text = row["date"].replace(" ", "T")
-    if not text or "date" in row.wrong:
-        return None
-    try:
-        return (datetime if "T" in text else date).fromisoformat(text).isoformat()
-    except ValueError as error:
-        row.blame("date", f"a day and time that exist ({error})")
-        return None
+    @field_validator("frame_rate_hz")
+    @classmethod
+    def _possible_rate(cls, rate: float | None) -> float | None:
+        if rate is not None and not 0 < rate < 1e6:
+            raise Unfit("a number of Hz > 0 and < 1,000,000, or nothing")
+        return rate
 
+    @field_validator("sha256")
+    @classmethod
+    def _one_a_file(cls, sums: tuple[str, ...], info: Info) -> tuple[str, ...]:
+        if not sums or not {"twin", "paths"} <= info.data.keys():
+            return ()
+        if info.context.is_simulated:
+            raise Unfit("nothing for a simulated recording")
+        if len(sums) != len(info.data["paths"]):
+            raise Unfit(f"one for each file of column path ({len(info.data['paths'])})")
+        return tuple(one.lower() for one in sums)
 
-def _check_comparison(row: Row, names: Collection[str]) -> None:
-    other = row["compare_with"]
-    if other and other == row.name:
-        row.blame("compare_with", "another recording than this one")
-    elif other and other not in names:
-        row.blame("compare_with", f"a recording of the sheet ({unknown(other, names)})")
+    @field_validator("date")
+    @classmethod
+    def _such_a_day(cls, text: str | None) -> str | None:
+        """As ISO 8601 has it."""
+        if text is None:
+            return None
+        try:
+            kind = datetime if len(text) > 10 else date
+            return kind.fromisoformat(text.replace(" ", "T")).isoformat()
+        except ValueError as error:
+            raise Unfit(f"a day and time that exist ({error})") from None
+
+    @field_validator("compare_with")
+    @classmethod
+    def _another(cls, other: str | None, info: Info) -> str | None:
+        place = info.context
+        if other and other == place.cells["recording"]:
+            raise Unfit("another recording than this one")
+        if other and other not in place.names:
+            raise Unfit(f"a recording of the sheet ({unknown(other, place.names)})")
+        return other
+
+    @field_validator("cluster")
+    @classmethod
+    def _of_one_body(cls, cluster: tuple[str, ...], info: Info) -> tuple[str, ...]:
+        markers = info.data.get("markers")
+        if not cluster or markers is None:
+            return cluster
+        if len(cluster) < 3 or not set(cluster) <= set(markers):
+            named = ", ".join(markers) or "none: column markers is empty"
+            raise Unfit(f"three or more of the chosen markers ({named})")
+        return cluster

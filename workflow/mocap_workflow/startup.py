@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from mocap_workflow import calibrations, files, recordings
+from mocap_workflow import files, rows
+from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.configuration import checked, load_schema
 from mocap_workflow.faults import Faults
+from mocap_workflow.recordings import RecordingRow
 
 Rows = dict[str, dict[str, Any]]
 
@@ -27,22 +29,31 @@ def configuration(config: Mapping[str, Any], root: Path) -> dict[str, Any]:
     return result
 
 
-def sheets(config: Mapping[str, Any], root: Path, twins: Rows) -> list[Rows]:
+def sheets(
+    config: Mapping[str, Any], twins: Collection[str]
+) -> tuple[dict[str, RecordingRow], dict[str, CalibrationRow]]:
     """Recordings and calibrations by name; the faults of both sheets come together."""
     faults: list[str] = []
-    loaded: list[Rows] = []
-    for name, load in (("recordings", recordings.load), ("calibrations", calibrations.load)):
-        try:
-            loaded.append(load(config[name], _schema(root, name), twins))
-        except Faults as found:
-            faults += found.lines
+    recordings: dict[str, RecordingRow] = {}
+    calibrations: dict[str, CalibrationRow] = {}
+    try:
+        recordings = rows.load(RecordingRow, config["recordings"], twins)
+    except Faults as found:
+        faults += found.lines
+    try:
+        calibrations = rows.load(CalibrationRow, config["calibrations"], twins)
+    except Faults as found:
+        faults += found.lines
     if faults:
         raise Faults(faults)
-    return loaded
+    return recordings, calibrations
 
 
 def recording_twins(
-    rows: Rows, twins: Mapping[str, Any], duration_s: float, form: str = "sampled"
+    recordings: Mapping[str, RecordingRow],
+    twins: Mapping[str, Any],
+    duration_s: float,
+    form: str = "sampled",
 ) -> dict[str, dict[str, Any]]:
     """Settings of every twin that the sheet of recordings uses, defaults filled in and checked.
 
@@ -55,7 +66,7 @@ def recording_twins(
 
     common = {"duration_s": duration_s, "form": form} | (twins["defaults"].get("recording") or {})
     settings, faults = {}, []
-    for name in dict.fromkeys(row["twin"] for row in rows.values() if row["twin"]):
+    for name in dict.fromkeys(row.twin for row in recordings.values() if row.twin):
         entry = twins["twins"][name]
         of_take = take_twin.is_take(entry)
         values = take_twin.with_defaults(entry, common) if of_take else common | entry
@@ -65,27 +76,29 @@ def recording_twins(
         except Refusal as refusal:
             faults.append(str(refusal))
         settings[name] = values
-    faults = faults or _other_cameras(rows, settings)
+    faults = faults or _other_cameras(recordings, settings)
     if faults:
         raise Faults(faults)
     return settings
 
 
-def _other_cameras(rows: Rows, settings: Rows) -> list[str]:
+def _other_cameras(rows: Mapping[str, RecordingRow], settings: Rows) -> list[str]:
     """Rows that name other cameras than those their twin, a subset of a take, is made of."""
     faults = []
     for name, row in rows.items():
-        made_of = settings.get(row["twin"], {}).get("camera_ids")
-        if made_of and row["camera_ids"] and set(row["camera_ids"]) != set(made_of):
-            shown, own = (";".join(map(str, ids)) for ids in (row["camera_ids"], made_of))
+        made_of = settings.get(row.twin or "", {}).get("camera_ids")
+        if made_of and row.camera_ids and set(row.camera_ids) != set(made_of):
+            shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, made_of))
             faults.append(
                 f'recordings, recording "{name}", column camera_ids: "{shown}"; '
-                f"expected those of its twin {row['twin']}, {own}"
+                f"expected those of its twin {row.twin}, {own}"
             )
     return faults
 
 
-def calibration_twins(rows: Rows, twins: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def calibration_twins(
+    rows: Mapping[str, CalibrationRow], twins: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
     """Settings of every twin that the sheet of calibrations uses, merged with its setup's and the
     defaults, and checked."""
     from mocap_metrology.common.errors import Refusal
@@ -93,7 +106,7 @@ def calibration_twins(rows: Rows, twins: Mapping[str, Any]) -> dict[str, dict[st
 
     document = dict(twins) | {"defaults": twins["defaults"].get("calibration") or {}}
     settings, faults = {}, []
-    for name in dict.fromkeys(row["twin"] for row in rows.values() if row["twin"]):
+    for name in dict.fromkeys(row.twin for row in rows.values() if row.twin):
         try:
             settings[name] = twin_entry(document, name)
             twin_from_mapping(settings[name], name)

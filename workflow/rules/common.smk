@@ -20,7 +20,7 @@ try:
     package = installed("mocap_metrology", ROOT)
     config.update(startup.configuration(config, ROOT))
     twins = files.load_twins(config["twins"])
-    RECORDINGS, CALIBRATIONS = startup.sheets(config, ROOT, twins["twins"])
+    RECORDINGS, CALIBRATIONS = startup.sheets(config, twins["twins"])
     TWINS = startup.recording_twins(RECORDINGS, twins, config["duration_s"], config["twin_form"])
     CALIBRATION_TWINS = startup.calibration_twins(CALIBRATIONS, twins)
     if alive.runs_jobs(sys.argv):
@@ -36,8 +36,9 @@ onstart:
         workflow.scheduler.job_rate_limiter = None
 
 
-for values in (*RECORDINGS.values(), *CALIBRATIONS.values()):
-    values["source"] = "twin" if values["twin"] else "measured"
+ROWS, CALIBRATION_ROWS = (
+    {name: row.model_dump() for name, row in rows.items()} for rows in (RECORDINGS, CALIBRATIONS)
+)
 
 
 # `source("allan.py", "noise")` in the params of a rule: its scripts, and all packages they import.
@@ -53,7 +54,7 @@ pathvars:
 wildcard_constraints:
     recording=startup.any_of(RECORDINGS),
     calibration=startup.any_of(CALIBRATIONS),
-    group=startup.any_of(row["group"] for row in [*RECORDINGS.values(), *CALIBRATIONS.values()]),
+    group=startup.any_of(row.group for row in [*RECORDINGS.values(), *CALIBRATIONS.values()]),
     target="all|recordings|calibrations|tables|figures",
 
 
@@ -82,12 +83,12 @@ def columns_of(rows, *names):
 
 def recording_names(group=None):
     """Names in the order of the sheet, of one group or of all."""
-    return [name for name, row in RECORDINGS.items() if group in (None, row["group"])]
+    return [name for name, row in RECORDINGS.items() if group in (None, row.group)]
 
 
 def row(recording):
-    """The row of a recording as plain values, see mocap_workflow/recordings.py, and its `source`."""
-    return RECORDINGS[getattr(recording, "recording", recording)]
+    """The row of a recording as plain values, see mocap_workflow/recordings.py."""
+    return ROWS[getattr(recording, "recording", recording)]
 
 
 def twin_of(recording):
@@ -123,7 +124,7 @@ def check_of(recording):
 
 def groups():
     """Groups in the order in which the sheet first names them."""
-    return list(dict.fromkeys(row["group"] for row in RECORDINGS.values()))
+    return list(dict.fromkeys(row.group for row in RECORDINGS.values()))
 
 
 # Calibrations, the same.
@@ -134,13 +135,13 @@ def calibration_names(group=None, twin=None):
     return [
         name
         for name, row in CALIBRATIONS.items()
-        if group in (None, row["group"]) and twin in (None, bool(row["twin"]))
+        if group in (None, row.group) and twin in (None, bool(row.twin))
     ]
 
 
 def calibration_row(calibration):
-    """The row of a calibration as plain values, see mocap_workflow/calibrations.py, and its `source`."""
-    return CALIBRATIONS[getattr(calibration, "calibration", calibration)]
+    """The row of a calibration as plain values, see mocap_workflow/calibrations.py."""
+    return CALIBRATION_ROWS[getattr(calibration, "calibration", calibration)]
 
 
 def records(calibrations):
@@ -177,7 +178,7 @@ def check_of_calibration(calibration):
 
 def calibration_groups():
     """Groups of calibrations in the order in which the sheet first names them."""
-    return list(dict.fromkeys(row["group"] for row in CALIBRATIONS.values()))
+    return list(dict.fromkeys(row.group for row in CALIBRATIONS.values()))
 
 
 # Acceptance. A refusal is a result: check_recording always succeeds and says so in check.json.

@@ -1,0 +1,212 @@
+"""Rows of both sheets: every column with its type, its pattern and its help.
+
+A row is made of the texts of its cells. Its attributes are named like the columns, but for
+`paths` and `twin`, which are in column `path`, and `accept_truncated`, which is in `truncated`.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal, TypeVar, get_origin
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    computed_field,
+    field_validator,
+)
+from pydantic.fields import FieldInfo
+
+from mocap_workflow import sheets
+from mocap_workflow.checking import Unfit, Unmatched, misfits
+from mocap_workflow.faults import Faults, shown, unknown
+
+SIMULATE = "simulate:"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What a cell that is filled in looks like, and how a user is told."""
+
+    pattern: str
+    expected: str
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a row stands, and what its cells may name."""
+
+    sheet: str
+    number: int
+    cells: Mapping[str, str]
+    names: Collection[str]  # of all rows
+    first: Mapping[str, int]  # row in which a name first stands, upper and lower case alike
+    twins: Collection[str]
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether the row asks for a twin, be there one of that name or not."""
+        return self.cells["path"].startswith(SIMULATE)
+
+
+Info = ValidationInfo[Place]
+
+
+def parts_of(text: str) -> tuple[str, ...]:
+    """Parts of a cell separated by `;`: none of an empty cell, each without blanks around."""
+    return tuple(part.strip() for part in text.split(";")) if text else ()
+
+
+def beside(sheet: str, path: str) -> str:
+    """`path` as seen from the working folder, relative ones being relative to the sheet."""
+    return os.path.normpath(Path(sheet).parent / path)
+
+
+def existing(path: str, info: Info, any_kind: bool = False) -> str:
+    """The path beside the sheet; refused if it is no file or one that Snakemake cannot name.
+
+    `any_kind` leaves what is there but no file to the rule that reads it.
+    """
+    here = beside(info.context.sheet, path)
+    if set("<>{}") & set(here):
+        raise Unfit("a path without any of < > { }", path)
+    if not Path(here).exists():
+        raise Unfit(f"a file ({here} does not exist)", path)
+    if not (any_kind or Path(here).is_file()):
+        raise Unfit(f"a file ({here} is something else)", path)
+    return here
+
+
+def file_or_none(path: str | None, info: Info) -> str | None:
+    return existing(path, info) if path else None
+
+
+def each_once(what: str) -> AfterValidator:
+    """For parts of a cell: none is empty and none stands there twice."""
+
+    def check(parts: tuple[str, ...]) -> tuple[str, ...]:
+        if "" in parts or len(set(parts)) < len(parts):
+            raise Unfit(f"{what}, none empty, none twice")
+        return parts
+
+    return AfterValidator(check)
+
+
+# Names become wildcards: Snakemake takes one whose end repeats 20 times for an endless recursion.
+NAME = Cell(
+    r"(?=.{1,200}$)(?!.*?(.{1,10}?)\1{19}$)[A-Za-z0-9][A-Za-z0-9_.-]*",
+    'a name of letters, digits, "_", "." and "-", 200 at most, that begins with a letter or digit '
+    "and does not end in 20 repetitions",
+)
+Name = Annotated[str, NAME]
+FileOrNothing = Annotated[str | None, AfterValidator(file_or_none)]
+Labels = Annotated[tuple[str, ...], each_once('labels separated by ";"')]
+
+
+def _own_name(name: str, info: Info) -> str:
+    """Upper and lower case are one name to some file systems."""
+    first = info.context.first[name.casefold()]
+    if first != info.context.number:
+        raise Unfit(f"a name of its own (row {first} has it)")
+    return name
+
+
+def _twin(text: str, info: Info) -> str | None:
+    """The twin that column path names, None where it names files."""
+    if not text.startswith(SIMULATE):
+        return None
+    twin, known = text.removeprefix(SIMULATE).strip(), info.context.twins
+    if twin not in known:
+        raise Unfit(f"simulate: and a twin of the file of twins ({unknown(twin, known)})")
+    return twin
+
+
+OwnName = Annotated[str, NAME, AfterValidator(_own_name)]
+Twin = Annotated[str | None, Field(alias="path"), BeforeValidator(_twin)]
+
+
+class Row(BaseModel):
+    """A row of a sheet."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    KIND: ClassVar[str]  # also the column that names the row
+
+    twin: Twin
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def source(self) -> Literal["twin", "measured"]:
+        """What its tables and figures are marked with."""
+        return "twin" if self.twin else "measured"
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _of_cell(cls, text: str, info: Info) -> object:
+        """An empty cell is the default; another one must match, and is taken apart for a list."""
+        field = cls.model_fields[str(info.field_name)]
+        if not (text or field.is_required()):
+            return field.default
+        for cell in field.metadata:
+            if isinstance(cell, Cell) and not re.fullmatch(cell.pattern, text):
+                raise Unmatched(cell.expected)
+        return parts_of(text) if get_origin(field.annotation) is tuple else text
+
+    @classmethod
+    def columns(cls) -> dict[str, FieldInfo]:
+        """Fields by column, in the order of the header; `twin` has no column of its own."""
+        fields = cls.model_fields.items()
+        return {field.alias or name: field for name, field in fields if name != "twin"}
+
+    @classmethod
+    def required(cls) -> list[str]:
+        """Columns that must be there."""
+        return [column for column, field in cls.columns().items() if field.is_required()]
+
+
+OfSheet = TypeVar("OfSheet", bound=Row)
+
+
+def load(kind: type[OfSheet], path: str | None, twins: Collection[str]) -> dict[str, OfSheet]:
+    """Rows by name, in the order of the sheet; `Faults` names everything wrong."""
+    if path is None:
+        return {}
+    columns = list(kind.columns())
+    lines = sheets.read(path, columns, kind.required())
+    names = [line.cells[kind.KIND] for line in lines]
+    first = {
+        name.casefold(): line.number
+        for name, line in zip(reversed(names), reversed(lines), strict=True)
+    }
+    rows, faults = {}, []
+    for name, line in zip(names, lines, strict=True):
+        place = Place(path, line.number, line.cells, names, first, twins)
+        try:
+            rows[name] = kind.model_validate(line.cells, context=place)
+        except ValidationError as error:
+            whose = f" ({kind.KIND} {shown(name)})" if name else ""
+            faults += _lines(error, columns, f"{path}, row {line.number}{whose}", line.cells)
+    if faults:
+        raise Faults(faults)
+    return rows
+
+
+def _lines(
+    error: ValidationError, columns: list[str], where: str, cells: Mapping[str, str]
+) -> list[str]:
+    """A line for each wrong cell: first of those that do not look as they should."""
+    found = [(str(loc[0]), unfit) for loc, unfit in misfits(error) if unfit]
+    found.sort(key=lambda one: (not isinstance(one[1], Unmatched), columns.index(one[0])))
+    return [
+        f"{where}, column {column}: {shown(value)}; expected {unfit.expected}"
+        for column, unfit in found
+        for value in [cells[column] if unfit.value is None else unfit.value]
+    ]

@@ -73,7 +73,7 @@ cpu = time.process_time() - start
 report(cpu, difference=float(np.abs(np.load(sys.argv[1]) / deviation**2 - 1).max()))
 """
 C3D = """
-from mocap_metrology.io.c3d.recording import read_recording
+from mocap_metrology.io.read import read_recording
 start = time.process_time()
 recording = read_recording([sys.argv[1]], ["Wand1", "Wand2"])
 report(time.process_time() - start, frames=recording.position_mm.shape[2])

@@ -116,7 +116,7 @@ def _advice(refusal: Exception) -> str:
 def _markers(path: Path, given: argparse.Namespace) -> list[str]:
     """Those asked for if the file has them, else a choice, which is told."""
     from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.io.text import labels_of
+    from mocap_metrology.io.read import labels_of
 
     labels = labels_of(path)
     stripped = [label.strip() for label in labels]
@@ -147,11 +147,11 @@ def _movement(path: Path, label: str, given: argparse.Namespace) -> float | None
     import numpy as np
 
     from mocap_metrology.common.errors import Unseen
-    from mocap_metrology.io.text import read_any
+    from mocap_metrology.io.read import read_recording
     from mocap_metrology.noise.gaussian.two_markers import median_drift
 
     try:
-        found = read_any([path], [label], _rate(given), False, given.accept_truncated)
+        found = read_recording([path], [label], _rate(given), False, given.accept_truncated)
     except Unseen:
         return None
     position = found.position_mm[0].astype(float)

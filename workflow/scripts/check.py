@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal, Truncated
     from mocap_metrology.common.files import empty_folder, sha256, write_json
-    from mocap_metrology.io.text import bodies_of, read_any
+    from mocap_metrology.io.read import bodies_of, read_recording
     from mocap_metrology.noise.gaussian.describe import moving_markers
 
     row = snakemake.params.row
@@ -16,7 +16,7 @@ with step(snakemake) as log:
         for path, expected in zip(row["paths"], row["sha256"], strict=False):
             if sha256(path) != expected:
                 raise Refusal(f"{Path(path).name}: SHA-256 is {sha256(path)}; expected {expected}")
-        recording = read_any(
+        recording = read_recording(
             row["paths"],
             row["markers"],
             row["frame_rate_hz"],

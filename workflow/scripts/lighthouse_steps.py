@@ -57,7 +57,7 @@ def reference_of(row: dict[str, Any], path: str | None, mount: str | None) -> An
         return reference.pose_reference(path)
     from pathlib import Path
 
-    from mocap_metrology.io.c3d.recording import read_recording
+    from mocap_metrology.io.read import read_recording
 
     labels = [row["reference_labels_master"], row["reference_labels_slave"]]
     known = reference.read_mount(mount)

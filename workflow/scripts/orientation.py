@@ -10,7 +10,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_table, versions, write_csv, write_table
     from mocap_metrology.common.hampel import hampel
-    from mocap_metrology.io.text import bodies_of, orientation_of
+    from mocap_metrology.io.read import bodies_of, orientation_of
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
     from mocap_metrology.noise.columns import ALLAN, allan_columns, joined

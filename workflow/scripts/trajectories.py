@@ -10,14 +10,14 @@ with step(snakemake) as log:
     import numpy as np
 
     from mocap_metrology.common.files import versions, write_table
-    from mocap_metrology.io.text import labels_of, read_any
+    from mocap_metrology.io.read import labels_of, read_recording
     from mocap_metrology.noise.diagnosis.fills import filled_frames
     from mocap_metrology.noise.gaussian.series import coordinate_names, pair_numbers
 
     row = snakemake.params.row
     paths = list(snakemake.input.files)
     markers = row["markers"] or labels_of(paths[0], row["accept_truncated"])
-    recording = read_any(
+    recording = read_recording(
         paths,
         markers,
         row["frame_rate_hz"],

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mocap_metrology.common.errors import Refusal, Truncated
-from mocap_metrology.io.c3d.numbers import BLOCK, unsigned
-from mocap_metrology.io.c3d.parameters import Parameters
+from mocap_metrology.io.c3d.parameters import BLOCK, Parameters, unsigned
 
 SATURATED = (65535, 32767)  # the largest unsigned and signed 16-bit counts
 WRAP = 65536
@@ -171,8 +170,8 @@ def _trial_base(declared: Declared, section: Section, frame_bytes: int, possible
     usual, other = declared.trial.count(WRAP), declared.trial.count(WRAP - 1)
     if usual == other or other not in possible:
         return WRAP
-    rest = [*declared.wide().items(), *declared.narrow().items()]
-    rest = {n for source, n in rest if source != "TRIAL"}
+    counts = [*declared.wide().items(), *declared.narrow().items()]
+    rest = {n for source, n in counts if source != "TRIAL"}
     if usual in rest:
         return WRAP
     if usual in possible:
@@ -243,7 +242,7 @@ def choose_frame_size(
     tried = {s: count_frames(declared, section, s, by_size=len(sizes) == 1) for s in sizes}
     good = {s: count for s, count in tried.items() if isinstance(count, FrameCount)}
     if not good:
-        why = tried[sizes[0]]
+        why = next(reason for reason in tried.values() if isinstance(reason, str))
         held = section.available // sizes[0]
         usable = why.startswith(CUT_OFF) and len(sizes) == 1 and held
         if not (accept_truncated and usable):

@@ -1,8 +1,9 @@
-"""Parameter section of a C3D file: walked record by record, nothing taken on trust.
+"""The parameter section of a C3D file, and numbers as the three processors of C3D store them.
 
-A record is: length of its name (1 byte, negative = locked), group number (1 byte, negative = it is
-the group itself), name, distance to the next record (2 bytes, counted from themselves, 0 = last),
-then for a parameter its type, dimensions and values, and for both a description.
+The section is walked record by record, nothing taken on trust. A record is: length of its name
+(1 byte, negative = locked), group number (1 byte, negative = it is the group itself), name,
+distance to the next record (2 bytes, counted from themselves, 0 = last), then for a parameter its
+type, dimensions and values, and for both a description.
 Layout after the C3D user guide (c3d.org), "The parameter section".
 """
 
@@ -13,11 +14,57 @@ from dataclasses import dataclass
 from math import prod
 
 import numpy as np
+import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.numbers import byte_order, floats, int16s
 
+PROCESSORS = {84: "Intel", 85: "DEC", 86: "MIPS"}
+BLOCK = 512  # bytes; C3D counts places in blocks from 1
 SIZES = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes per element of text, byte, int16, float
+
+Stored = np.int16 | np.uint32 | np.float32  # a word of the data section
+Numbers = npt.NDArray[np.int64] | npt.NDArray[np.float64]
+
+
+def byte_order(processor: int) -> str:
+    """numpy's mark of the byte order: MIPS is big-endian, Intel and DEC are little-endian."""
+    return ">" if processor == 86 else "<"
+
+
+def raw_dtype(processor: int, is_float: bool) -> np.dtype[Stored]:
+    """A stored word of the data section; DEC floats as uint32, for `ieee_from_dec`."""
+    kind = "i2" if not is_float else "u4" if processor == 85 else "f4"
+    return np.dtype(byte_order(processor) + kind)
+
+
+def ieee_from_dec(stored: npt.NDArray[Stored]) -> npt.NDArray[np.float32]:
+    """float32 values of DEC F_floating numbers that were read as little-endian uint32.
+
+    F_floating stores its more significant 16-bit word first; its exponent bias is 128 with the
+    mantissa in [0.5, 1), so the same bits as IEEE are 4 times too large. Two is taken off the
+    exponent rather than dividing, because DEC's largest exponent would read as infinity.
+    Below 2^-126 the result is zero.
+    """
+    bits = np.asarray(stored, dtype=np.uint32)
+    swapped = (bits << np.uint32(16)) | (bits >> np.uint32(16))
+    small = (swapped & np.uint32(0x7F800000)) < np.uint32(3 << 23)
+    return np.where(small, np.uint32(0), swapped - np.uint32(2 << 23)).view(np.float32)
+
+
+def floats(raw: bytes, processor: int) -> npt.NDArray[np.float32]:
+    """float32 values of whole 4-byte words."""
+    words = np.frombuffer(raw, raw_dtype(processor, is_float=True))
+    return ieee_from_dec(words) if processor == 85 else words.astype(np.float32)
+
+
+def int16s(raw: bytes, processor: int) -> npt.NDArray[np.int64]:
+    """Signed 16-bit values, as int64."""
+    return np.frombuffer(raw, byte_order(processor) + "i2").astype(np.int64)
+
+
+def unsigned(value: int) -> int:
+    """A signed 16-bit word read as unsigned."""
+    return int(value) & 0xFFFF
 
 
 @dataclass(frozen=True)
@@ -29,7 +76,7 @@ class Parameter:
     raw: bytes
     processor: int
 
-    def numbers(self) -> np.ndarray:
+    def numbers(self) -> Numbers:
         """Values as float64 or int64 (int16 signed), flat; empty for text."""
         if self.kind == 4:
             return floats(self.raw, self.processor).astype(float)
@@ -68,7 +115,7 @@ class Parameters:
         """The parameter, or None."""
         return self._found.get((group, name))
 
-    def numbers(self, group: str, name: str) -> np.ndarray:
+    def numbers(self, group: str, name: str) -> Numbers:
         """Its values, or an empty array where it is absent."""
         found = self.get(group, name)
         return np.array([]) if found is None else found.numbers()

@@ -3,6 +3,9 @@
 ezc3d hangs or dies on some damaged files and cannot be interrupted from within, so the process has
 a time and a memory limit. It is asked only about files that passed our own check, and only where
 it is known to count frames rightly.
+
+The process runs this very file: a request in JSON on standard input, the answer in JSON as the last
+line of standard output. So this file imports of the package what starts fast.
 """
 
 from __future__ import annotations
@@ -14,23 +17,55 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.structure import Structure
+
+if TYPE_CHECKING:
+    from mocap_metrology.io.c3d.structure import Structure
 
 MOST_FRAMES = 65534  # from 65535 on ezc3d's count cannot be relied upon
 TIME_LIMIT_S = 60.0
 MEMORY_LIMIT = 4 << 30  # bytes of address space
-CHILD = Path(__file__).with_name("ezc3d_child.py")
+RELATIVE_TOLERANCE = 5e-7  # float32 rounding of coordinate times scale, a few units of it
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was read from a file for `points` (places from 0); `position_mm` names a .npy file of
+    (n_points, 3, n_frames). Limits in bytes and s."""
+
+    path: str
+    points: list[int]
+    labels: list[str]
+    n_points: int
+    n_frames: int
+    frame_bytes: int
+    frame_rate_hz: float
+    units: str
+    mm_per_unit: float
+    position_mm: str
+    memory_limit: int
+    time_limit_s: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`opinion`: `agrees`, `differs` or `none`, the latter two with the reason."""
+
+    opinion: str
+    reason: str = ""
 
 
 def ask_ezc3d(
     structure: Structure,
     points: Sequence[int],
-    position_mm: np.ndarray,
+    position_mm: npt.NDArray[np.floating],
     time_limit_s: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,
 ) -> tuple[str, str]:
@@ -43,52 +78,137 @@ def ask_ezc3d(
         return f"not asked ({structure.n_frames} frames > {MOST_FRAMES})", ""
     if structure.processor == 86:
         return "not asked (ezc3d does not read MIPS files)", ""
-    request = {
-        "path": str(structure.path.resolve()),
-        "points": [int(p) for p in points],
-        "labels": list(structure.given_labels),
-        "n_points": structure.n_points,
-        "n_frames": structure.n_frames,
-        "frame_bytes": structure.frame_bytes,
-        "frame_rate_hz": structure.frame_rate_hz,
-        "units": structure.units,
-        "mm_per_unit": structure.mm_per_unit,
-        "memory_limit": memory_limit,
-        "time_limit_s": time_limit_s,
-    }
     with tempfile.TemporaryDirectory() as folder:
-        request["position_mm"] = str(Path(folder) / "position_mm.npy")
-        np.save(request["position_mm"], position_mm)
-        answer = _run(request, time_limit_s)
-    if answer["opinion"] == "differs":
-        raise Refusal(f"{structure.name}: ezc3d reads it differently: {answer['reason']}")
-    remark = f"no second opinion: {answer['reason']}" if answer["opinion"] == "none" else ""
-    return answer["opinion"], remark
+        saved = Path(folder) / "position_mm.npy"
+        np.save(saved, position_mm)
+        request = Request(
+            path=str(structure.path.resolve()),
+            points=[int(p) for p in points],
+            labels=list(structure.given_labels),
+            n_points=structure.n_points,
+            n_frames=structure.n_frames,
+            frame_bytes=structure.frame_bytes,
+            frame_rate_hz=structure.frame_rate_hz,
+            units=structure.units,
+            mm_per_unit=structure.mm_per_unit,
+            position_mm=str(saved),
+            memory_limit=memory_limit,
+            time_limit_s=time_limit_s,
+        )
+        answer = _run(request)
+    if answer.opinion == "differs":
+        raise Refusal(f"{structure.name}: ezc3d reads it differently: {answer.reason}")
+    remark = f"no second opinion: {answer.reason}" if answer.opinion == "none" else ""
+    return answer.opinion, remark
 
 
-def _run(request: dict, time_limit_s: float) -> dict[str, str]:
+def _run(request: Request) -> Answer:
     """The child's answer; whatever happens to the child is an answer too."""
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     try:
         child = subprocess.run(
-            [sys.executable, "-P", str(CHILD)],  # -P: its folder does not shadow other modules
-            input=json.dumps(request),
+            [sys.executable, "-P", __file__],  # -P: its folder does not shadow other modules
+            input=json.dumps(asdict(request)),
             capture_output=True,
             text=True,
-            timeout=time_limit_s,
+            timeout=request.time_limit_s,
             env={**os.environ, **threads},
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return {"opinion": "none", "reason": f"ezc3d took longer than {time_limit_s:g} s"}
+        return Answer("none", f"ezc3d took longer than {request.time_limit_s:g} s")
     except OSError as error:
-        return {"opinion": "none", "reason": f"ezc3d could not be started: {error.strerror}"}
+        return Answer("none", f"ezc3d could not be started: {error.strerror}")
     if child.returncode < 0:
         name = signal.Signals(-child.returncode).name
-        return {"opinion": "none", "reason": f"ezc3d was ended by {name}"}
+        return Answer("none", f"ezc3d was ended by {name}")
     try:
-        return json.loads(child.stdout.splitlines()[-1])
-    except (IndexError, ValueError):
+        return Answer(**json.loads(child.stdout.splitlines()[-1]))
+    except (IndexError, TypeError, ValueError):
         lines = child.stderr.split("\n") if child.stderr.strip() else ["no answer"]
         last = next(line for line in reversed(lines) if line.strip())
-        return {"opinion": "none", "reason": f"ezc3d failed: {last[:200]}"}
+        return Answer("none", f"ezc3d failed: {last[:200]}")
+
+
+# In the process
+
+
+def main() -> None:
+    """Answer one request."""
+    request = Request(**json.load(sys.stdin))
+    _limit(request.memory_limit, request.time_limit_s)
+    try:
+        what = _differences(request)
+        answer = Answer("differs", what) if what else Answer("agrees")
+    except Exception as error:
+        text = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        answer = Answer("none", f"ezc3d does not read it ({text})")
+    print()
+    print(json.dumps(asdict(answer)))
+
+
+def _limit(memory: int, seconds: float) -> None:
+    """Bound address space and processor time, where the system can."""
+    try:
+        import resource
+    except ImportError:
+        return
+    for what, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, int(seconds) + 1)):
+        hard = resource.getrlimit(what)[1]
+        most = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(what, (most, hard))
+
+
+def _differences(request: Request) -> str:
+    """What ezc3d reads differently, or an empty string."""
+    import ezc3d
+
+    file = ezc3d.c3d(request.path)
+    parameters = file["parameters"]["POINT"]
+    found = file["data"]["points"]
+    if found.shape[1] != request.n_points:
+        return f"{found.shape[1]} points instead of {request.n_points}"
+    n = request.n_frames
+    # Where ezc3d reads to the end of the file it takes the last block's padding for frames.
+    spare = found[:3, :, n:]
+    padding = spare.shape[2] * request.frame_bytes <= 512 and not np.nan_to_num(spare).any()
+    if found.shape[2] < n or not padding:
+        return f"{found.shape[2]} frames instead of {n}"
+    for label, own in zip(parameters["LABELS"]["value"], request.labels, strict=False):
+        theirs = label.split("\0")[0].strip()
+        if theirs.isascii() and own.isascii() and theirs != own.strip():
+            return f"label {theirs!r} instead of {own!r}"
+    ours, rate = request.frame_rate_hz, float(file["header"]["points"]["frame_rate"])
+    if ours and rate and abs(rate - ours) > 1e-3 * ours:
+        return f"{rate:g} Hz instead of {ours:g} Hz"
+    units = [unit.strip("\0 ") for unit in parameters["UNITS"]["value"]]
+    if units and units[0] and units[0] != request.units:
+        return f"unit {units[0]!r} instead of {request.units!r}"
+    return _compare_positions(found[:3, request.points, :n], request)
+
+
+def _compare_positions(theirs: npt.NDArray[np.float64], request: Request) -> str:
+    """Compare coordinates: theirs (3, n_points, n_frames) in file units, NaN at a gap they saw."""
+    ours = np.load(request.position_mm, mmap_mode="r").transpose(1, 0, 2)
+    theirs = theirs * request.mm_per_unit
+    valid = np.isfinite(ours).all(axis=0)
+    seen = np.isfinite(theirs).all(axis=0)
+    # (0, 0, 0) is no measurement to us and a valid point to ezc3d.
+    only_theirs = seen & (theirs != 0).any(axis=0) & ~valid
+    only_ours = valid & ~seen
+    for where, what in ((only_theirs, "valid"), (only_ours, "missing")):
+        if where.any():
+            point, frame = np.argwhere(where)[0]
+            return f"point {request.points[point] + 1} is {what} in frame {frame + 1}"
+    both = valid & seen
+    off = np.abs(theirs - ours) > RELATIVE_TOLERANCE * np.abs(theirs)
+    off = off.any(axis=0) & both
+    if off.any():
+        point, frame = np.argwhere(off)[0]
+        pair = f"{theirs[:, point, frame].tolist()} instead of {ours[:, point, frame].tolist()} mm"
+        return f"point {request.points[point] + 1}, frame {frame + 1}: {pair}"
+    return ""
+
+
+if __name__ == "__main__":
+    main()

@@ -22,11 +22,16 @@ from mocap_metrology.io.c3d.frames import (
     choose_frame_size,
     declared_counts,
 )
-from mocap_metrology.io.c3d.labels import complete_labels
-from mocap_metrology.io.c3d.numbers import BLOCK, PROCESSORS, floats, int16s, unsigned
-from mocap_metrology.io.c3d.parameters import Parameters, read_parameters
-from mocap_metrology.io.c3d.recognise import recognise, regular_size
-from mocap_metrology.io.c3d.units import read_unit
+from mocap_metrology.io.c3d.parameters import (
+    BLOCK,
+    PROCESSORS,
+    Parameters,
+    floats,
+    int16s,
+    read_parameters,
+    unsigned,
+)
+from mocap_metrology.io.header import complete_labels, other_kind, read_unit, regular_size
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,11 @@ class Structure:
         """Name of the file without its folder."""
         return self.path.name
 
+    @property
+    def bodies(self) -> frozenset[int]:
+        """None: C3D has no orientations of bodies that are read."""
+        return frozenset()
+
 
 @dataclass(frozen=True)
 class _Header:
@@ -86,7 +96,7 @@ def inspect(path: str | Path, accept_truncated: bool = False) -> Structure:
     """
     path = Path(path)
     try:
-        size = regular_size(path)
+        size = regular_size(path, "a C3D file")
         with path.open("rb") as stream:
             block = stream.read(BLOCK)
             start = _parameter_start(block, size, path.name)
@@ -107,7 +117,7 @@ def inspect(path: str | Path, accept_truncated: bool = False) -> Structure:
 
 def _parameter_start(block: bytes, size: int, file: str) -> int:
     """Place of the parameter section, by the first block."""
-    recognise(block, file)
+    _recognise(block, file)
     start = (block[0] - 1) * BLOCK
     if block[0] == 0 or start + 4 > size:
         raise Refusal(
@@ -115,6 +125,21 @@ def _parameter_start(block: bytes, size: int, file: str) -> int:
             f" the file has {size // BLOCK} blocks of {BLOCK} bytes"
         )
     return start
+
+
+def _recognise(block: bytes, file: str) -> None:
+    """Refuse what is not a C3D file, by its first block."""
+    looks = other_kind(block)
+    if looks is None and all(byte >= 32 or byte in b"\t\r\n" for byte in block):
+        looks = "text"
+    elif looks is None and not any(block):
+        looks = "zeros only"
+    elif looks is None and block[1:2] != b"\x50":
+        looks = f"another binary format (bytes {block[:2].hex(' ')}, expected a second byte of 50)"
+    if looks is not None:
+        raise Refusal(f"{file}: is not a C3D file: it looks like {looks}")
+    if len(block) < BLOCK:
+        raise Refusal(f"{file}: cut off: {len(block)} bytes, the header alone has {BLOCK}")
 
 
 def _read_header(block: bytes, processor: int) -> _Header:
@@ -186,10 +211,15 @@ def _assemble(
     path: Path, processor: int, header: _Header, parameters: Parameters, layout: _Layout
 ) -> Structure:
     rate, rate_notes = _rate(header, parameters, path.name)
-    units, mm_per_unit, unit_notes = read_unit(parameters.texts("POINT", "UNITS"), path.name)
+    units, mm_per_unit, unit_notes = read_unit(
+        parameters.texts("POINT", "UNITS"), "POINT:UNITS", path.name, of_points=True
+    )
     given = tuple(parameters.texts("POINT", "LABELS")[: header.n_points])
-    count, trial = layout.count, layout.declared.trial
-    agrees = trial is not None and count.trial_base is not None
+    count, trial, first = layout.count, layout.declared.trial, header.first
+    if trial is not None and count.trial_base is not None:
+        first = trial.first(count.trial_base)
+    else:
+        trial = None
     return Structure(
         path=path,
         labels=complete_labels(given, header.n_points),
@@ -202,7 +232,7 @@ def _assemble(
         mm_per_unit=mm_per_unit,
         encoding=f"{PROCESSORS[processor]} {'float' if layout.is_float else 'int16'}",
         scale=layout.scale,
-        first_frame=trial.first(count.trial_base) if agrees else header.first,
+        first_frame=first,
         notes=(*layout.notes, *rate_notes, *unit_notes),
         processor=processor,
         is_float=layout.is_float,
@@ -210,7 +240,7 @@ def _assemble(
         frame_bytes=layout.frame_bytes,
         header_first=header.first,
         header_last=header.last,
-        trial=trial if agrees else None,
+        trial=trial,
         trial_base=count.trial_base,
     )
 
@@ -293,10 +323,10 @@ def _analog_samples(header: _Header, parameters: Parameters) -> list[int]:
 
 def _rate(header: _Header, parameters: Parameters, file: str) -> tuple[float, tuple[str, ...]]:
     """Frame rate in Hz, the shortest decimal of its float32; 0 where there is none."""
-    rates = {"POINT:RATE": parameters.number("POINT", "RATE"), "the header": header.rate}
+    given = {"POINT:RATE": parameters.number("POINT", "RATE"), "the header": header.rate}
     rates = {
         source: float(str(np.float32(rate)))
-        for source, rate in rates.items()
+        for source, rate in given.items()
         if rate is not None and math.isfinite(rate) and rate > 0
     }
     if not rates:

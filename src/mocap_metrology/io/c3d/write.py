@@ -15,15 +15,16 @@ from types import TracebackType
 from typing import BinaryIO
 
 import numpy as np
+import numpy.typing as npt
 
 from mocap_metrology.common.files import whole
-from mocap_metrology.io.c3d.numbers import BLOCK
+from mocap_metrology.io.c3d.parameters import BLOCK
 
 LIMIT = 65535
 LABELS_EACH = 255  # strings in one parameter: a dimension is one byte
 FLOAT_SCALE = -0.1  # negative = floats; the size is what the fourth word's residual counts in
 
-Value = int | float | Sequence[int] | Sequence[float] | str | list[str]
+Value = int | float | str | Sequence[int] | Sequence[float] | Sequence[str]
 
 
 class C3DWriter:
@@ -64,7 +65,7 @@ class C3DWriter:
         self._stream.write(self._start)
         return self
 
-    def append(self, frames: np.ndarray) -> None:
+    def append(self, frames: npt.NDArray[np.floating]) -> None:
         """Add frames: (n, n_points, 3) in the file's unit, NaN = not measured; or (n, n_points, 4)
         with the fourth word as it is to be stored, negative = not measured."""
         frames = np.asarray(frames)
@@ -99,7 +100,7 @@ def write_c3d(
     path: str | Path,
     labels: Sequence[str],
     frame_rate_hz: float,
-    chunks: Iterable[np.ndarray],
+    chunks: Iterable[npt.NDArray[np.floating]],
     n_frames: int,
     units: str = "mm",
     description: str = "",
@@ -203,8 +204,9 @@ def _body(value: Value) -> bytes:
     if isinstance(value, float):
         return bytes((4, 0)) + np.array(value, "<f4").tobytes()
     if value and isinstance(value[0], str):
-        width = max(len(text) for text in value)
-        raw = "".join(str(text).ljust(width) for text in value).encode("ascii")
+        texts = [str(text) for text in value]
+        width = max(map(len, texts))
+        raw = "".join(text.ljust(width) for text in texts).encode("ascii")
         return bytes((0xFF, 2, width, len(value))) + raw
     kind, dtype = (4, "<f4") if any(isinstance(v, float) for v in value) else (2, "<u2")
     return bytes((kind, 1, len(value))) + np.array(value, dtype).tobytes()

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.text.head import check_text, lines
-from mocap_metrology.io.text.layout import NUMBER
+from mocap_metrology.io.header import NUMBER
+from mocap_metrology.io.text.layout import check_text, lines
 
 WHAT = "a CSV file of time_s and one other column"
 

@@ -1,22 +1,25 @@
-"""What the header of a text recording says, and what every header is read with."""
+"""A text recording without its numbers: its lines, and what its header says."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.labels import complete_labels
-from mocap_metrology.io.c3d.units import KNOWN, MM
+from mocap_metrology.io.header import complete_labels, number, other_kind, regular_size
 
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+LONGEST_LINE = 1 << 20  # bytes; 30,000 markers
+BOM = b"\xef\xbb\xbf"
+NULLS = ("", "NULL", "null", "NaN", "nan", "NAN", "-nan(ind)", "nan(ind)", "#N/A")
+BODY = "is a body: its position and orientation are solved from its markers, not measured"
+
+Triple = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
-class Turned:
-    """Where the orientation of a label stands: `columns` (from 0) of a quaternion x, y, z, w, of a
+class RotationColumns:
+    """Where the orientation of a body stands: `columns` (from 0) of a quaternion x, y, z, w, of a
     matrix row by row, or of three angles in degrees about the body's own axes (`XYZ`, in this
     order), as `kind` says: `quaternion`, `matrix`, `XYZ` ..."""
 
@@ -34,13 +37,13 @@ class Layout:
     known to be below the number of rows at times. `frame_rate_hz` 0: not told.
     `ends_blank`: an empty line ends the numbers. `zero_is_gap`: x = y = z = 0 is no measurement;
     `zero_note`: what to say where there are such. `remarks`: what to say of a label, by its place,
-    once it is chosen. `turned`: orientations of labels that are bodies, by their place.
+    once it is chosen. `rotations`: orientations of labels that are bodies, by their place.
     """
 
     path: Path
-    format: str
+    encoding: str
     labels: tuple[str, ...]
-    columns: tuple[tuple[int, int, int], ...]
+    columns: tuple[Triple, ...]
     frame_rate_hz: float
     units: str
     mm_per_unit: float
@@ -57,20 +60,80 @@ class Layout:
     zero_note: str = ""
     notes: tuple[str, ...] = ()
     remarks: Mapping[int, str] = field(default_factory=dict)
-    turned: Mapping[int, Turned] = field(default_factory=dict)
+    rotations: Mapping[int, RotationColumns] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
         """Name of the file without its folder."""
         return self.path.name
 
+    @property
+    def bodies(self) -> frozenset[int]:
+        """Places of labels that have an orientation."""
+        return frozenset(self.rotations)
 
-def number(text: str) -> float | None:
-    """A finite decimal number, with a point or a comma; None for anything else."""
-    text = text.strip().strip('"')
-    if "." not in text:
-        text = text.replace(",", ".", 1)
-    return float(text) if NUMBER.fullmatch(text) else None
+
+@dataclass(frozen=True)
+class Line:
+    """One line without its end; `number` from 1; `start` and `end` in bytes, its end included."""
+
+    text: str
+    number: int
+    start: int
+    end: int
+
+    def cells(self, delimiter: str) -> list[str]:
+        """Its cells, stripped."""
+        return cells_of(self.text, delimiter)
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, stripped; the spaces round a number mean nothing. A delimiter of one
+    space stands for any run of spaces and tabs, at either end too."""
+    if delimiter == " ":
+        return line.split()
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def lines(path: Path, start: int = 0, number: int = 1) -> Iterator[Line]:
+    """Lines from byte `start` on, the first being line `number`; UTF-8, else Latin-1."""
+    with path.open("rb") as stream:
+        stream.seek(start)
+        while raw := stream.readline(LONGEST_LINE):
+            if len(raw) == LONGEST_LINE:
+                raise Refusal(f"{path.name}: line {number} is longer than {LONGEST_LINE} bytes")
+            end = start + len(raw)
+            body = raw.removeprefix(BOM) if start == 0 else raw
+            yield Line(decoded(body).rstrip("\r\n"), number, start, end)
+            start, number = end, number + 1
+
+
+def decoded(raw: bytes) -> str:
+    """UTF-8 where it is, else Latin-1, in which every byte is a letter."""
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
+
+
+def check_text(path: Path, expected: str) -> None:
+    """Refuse what is no text file: nothing, a folder, another format, another encoding."""
+    size = regular_size(path, expected)
+    with path.open("rb") as stream:
+        block = stream.read(4096)
+    looks = other_kind(block)
+    if block[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise Refusal(f"{path.name}: is UTF-16 text, expected UTF-8: save it as UTF-8")
+    if looks is None and block[1:2] == b"\x50" and b"\0" in block:
+        looks = "a C3D file"
+    if looks is None and any(byte < 32 and byte not in b"\t\r\n\f" for byte in block):
+        looks = "a binary format"
+    if looks is not None:
+        raise Refusal(f"{path.name}: is not {expected}: it looks like {looks}")
+    if not block.removeprefix(BOM).strip() and size <= 4096:
+        raise Refusal(f"{path.name}: holds nothing but white space, expected {expected}")
+    if b"\r" in block and b"\n" not in block and len(block.split(b"\r")) > 2:
+        raise Refusal(f"{path.name}: its lines end with CR alone, expected LF or CR LF")
 
 
 def rate(text: str) -> float:
@@ -87,25 +150,12 @@ def count(text: str, name: str, file: str) -> int:
     return int(found)
 
 
-def unit(texts: Sequence[str], name: str, file: str) -> tuple[str, float, tuple[str, ...]]:
-    """Unit as written, mm in it, and remarks; `name` says where it stands."""
-    given = list(dict.fromkeys(text.strip() for text in texts if text.strip()))
-    if not given:
-        return "mm", 1.0, (f"units_assumed: {name} is missing or empty, mm is assumed",)
-    for text in given:
-        if text.lower() not in MM:
-            raise Refusal(f"{file}: {name} is {text[:40]!r}, expected one of {KNOWN}")
-    if len({MM[text.lower()] for text in given}) > 1:
-        raise Refusal(f"{file}: {name} differ ({', '.join(given)}), expected one unit")
-    return given[0], MM[given[0].lower()], ()
-
-
 def named(labels: Sequence[str]) -> tuple[str, ...]:
     """Labels stripped, and completed as those of C3D files are."""
     stripped = [label.strip() for label in labels]
     return complete_labels(stripped, len(stripped))
 
 
-def triples(first: int, n: int) -> tuple[tuple[int, int, int], ...]:
+def triples(first: int, n: int) -> tuple[Triple, ...]:
     """Columns of `n` labels that follow each other from column `first`."""
     return tuple((i, i + 1, i + 2) for i in range(first, first + 3 * n, 3))

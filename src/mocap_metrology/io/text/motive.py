@@ -16,8 +16,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.text.head import Line, check_text, lines
-from mocap_metrology.io.text.layout import Layout, Turned, count, named, rate, unit
+from mocap_metrology.io.header import read_unit
+from mocap_metrology.io.text.layout import (
+    BODY,
+    Layout,
+    Line,
+    RotationColumns,
+    Triple,
+    check_text,
+    count,
+    lines,
+    named,
+    rate,
+)
 
 WHAT = "a Motive export (CSV with its header)"
 START = ("Format Version", "Take Name", "Capture Frame Rate")
@@ -25,7 +36,6 @@ MEASURED = ("marker", "labeled marker", "unlabeled marker", "unlabelled marker")
 EXPECTED = ("rigid body marker", "bone marker", "marker constraint", "rigid body marker constraint")
 BODIES = ("rigid body", "bone")
 SOLVED_MARKER = "is where the solved body expects the marker, not where it was measured"
-SOLVED_BODY = "is a body: its position and orientation are solved from its markers, not measured"
 PAIRS = (
     *START,
     "Take Notes",
@@ -50,8 +60,8 @@ def layout(path: Path) -> Layout:
             f"{path.name}: line 1 has no Length Units, without which m and mm look alike: export"
             " again with its header, or add Length Units,Meters (or what Units was set to)"
         )
-    units, mm_per_unit, _ = unit([fields["Length Units"]], "Length Units", path.name)
-    labels, columns, remarks, turned = _positions(
+    units, mm_per_unit, _ = read_unit([fields["Length Units"]], "Length Units", path.name)
+    labels, columns, remarks, rotations = _positions(
         _columns(rows, path.name), fields.get("Rotation Type", ""), path.name
     )
     total = fields.get("Total Exported Frames", "")
@@ -59,7 +69,7 @@ def layout(path: Path) -> Layout:
     times = [i for i, cell in enumerate(rows[-1]) if cell.lower().startswith("time (")]
     return Layout(
         path=path,
-        format="Motive text",
+        encoding="Motive text",
         labels=labels,
         columns=columns,
         frame_rate_hz=rates[0] or rates[1],
@@ -77,7 +87,7 @@ def layout(path: Path) -> Layout:
         declared_too_few=True,
         notes=(AXES_NOTE,),
         remarks=remarks,
-        turned=turned,
+        rotations=rotations,
     )
 
 
@@ -153,17 +163,17 @@ class _Columns:
         span = slice(i, i + len(letters))
         return self.held[span] == [what] * len(letters) and self.axes[span] == list(letters)
 
-    def turned(self, position: int, rotation: str) -> Turned | None:
-        """The rotation of the body whose position begins there; `rotation`: type of the header."""
+    def rotation(self, position: int, rotation_type: str) -> RotationColumns | None:
+        """The rotation of the body whose position begins there; `rotation_type`: of the header."""
         own = (self.types[position], self.names[position])
-        order = rotation.strip().upper()
+        order = rotation_type.strip().upper()
         for i in range(len(self.axes)):
             if (self.types[i], self.names[i]) != own:
                 continue
             if self.hold(i, "rotation", "XYZW"):
-                return Turned(tuple(range(i, i + 4)), "quaternion")
+                return RotationColumns(tuple(range(i, i + 4)), "quaternion")
             if sorted(order) == ["X", "Y", "Z"] and self.hold(i, "rotation", "XYZ"):
-                return Turned(tuple(i + "XYZ".index(letter) for letter in order), order)
+                return RotationColumns(tuple(i + "XYZ".index(letter) for letter in order), order)
         return None
 
 
@@ -181,8 +191,8 @@ def _columns(rows: list[list[str]], file: str) -> _Columns:
 
 
 def _positions(
-    columns: _Columns, rotation: str, file: str
-) -> tuple[tuple[str, ...], tuple[tuple[int, int, int], ...], dict[int, str], dict[int, Turned]]:
+    columns: _Columns, rotation_type: str, file: str
+) -> tuple[tuple[str, ...], tuple[Triple, ...], dict[int, str], dict[int, RotationColumns]]:
     """Labels and columns of measured markers, of solved ones that have no measured namesake, and of
     bodies; remarks on what is not measured; orientations of the bodies."""
     measured, bodies = columns.of(MEASURED), columns.of(BODIES)
@@ -195,11 +205,11 @@ def _positions(
         )
     after = len(measured) + len(solved)
     remarks = dict.fromkeys(range(len(measured), after), SOLVED_MARKER)
-    remarks |= dict.fromkeys(range(after, len(chosen)), SOLVED_BODY)
-    turns = {k: columns.turned(i, rotation) for k, i in enumerate(bodies, start=after)}
+    remarks |= dict.fromkeys(range(after, len(chosen)), BODY)
+    rotations = {k: columns.rotation(i, rotation_type) for k, i in enumerate(bodies, start=after)}
     return (
         named([columns.names[i] for i in chosen]),
         tuple((i, i + 1, i + 2) for i in chosen),
         remarks,
-        {k: turn for k, turn in turns.items() if turn is not None},
+        {k: rotation for k, rotation in rotations.items() if rotation is not None},
     )

@@ -15,8 +15,8 @@ import re
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.text.head import Line, check_text, lines
-from mocap_metrology.io.text.layout import Layout, named, rate, unit
+from mocap_metrology.io.header import read_unit
+from mocap_metrology.io.text.layout import Layout, Line, Triple, check_text, lines, named, rate
 
 WHAT = "a Vicon Nexus export (CSV)"
 SECTION = b"Trajectories"
@@ -76,10 +76,10 @@ def layout(path: Path) -> Layout:
         raise Refusal(f"{path.name}: has no frames: nothing follows the head of Trajectories")
     where = "unit of Trajectories"
     given = [units[i] for three in columns for i in three if i < len(units)]
-    written, mm_per_unit, notes = unit(given, where, path.name)
+    written, mm_per_unit, notes = read_unit(given, where, path.name)
     return Layout(
         path=path,
-        format="Nexus text",
+        encoding="Nexus text",
         labels=labels,
         columns=columns,
         frame_rate_hz=rate(head[1].cells(delimiter)[0]),
@@ -127,9 +127,7 @@ def _check_names(names: list[str], axes: list[str], where: str) -> None:
             )
 
 
-def _markers(
-    axes: list[str], names: list[str]
-) -> tuple[tuple[tuple[int, int, int], ...], tuple[str, ...]]:
+def _markers(axes: list[str], names: list[str]) -> tuple[tuple[Triple, ...], tuple[str, ...]]:
     """Columns and labels of positions: velocities (X') and counts have other titles."""
     starts = [i for i in range(2, len(axes) - 2) if axes[i : i + 3] == ["X", "Y", "Z"]]
     padded = [*names, *[""] * len(axes)]

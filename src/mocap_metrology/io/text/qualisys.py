@@ -14,15 +14,24 @@ import re
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.text.head import Line, check_text, lines
-from mocap_metrology.io.text.layout import Layout, Turned, count, named, number, rate
-from mocap_metrology.io.text.rows import NULLS
+from mocap_metrology.io.header import number
+from mocap_metrology.io.text.layout import (
+    BODY,
+    NULLS,
+    Layout,
+    Line,
+    RotationColumns,
+    check_text,
+    count,
+    lines,
+    named,
+    rate,
+)
 
 WHAT = "a Qualisys export (TSV with its header)"
 FIELD = re.compile(r"[A-Z][A-Z0-9_]{2,}")
 PER_BODY = 16
 ROT = (7, 10, 13, 8, 11, 14, 9, 12, 15)  # of a body's columns: its matrix row by row
-SOLVED_BODY = "is a body: its position and orientation are solved from its markers, not measured"
 TYPES = {
     "mixed": "TRAJECTORY_TYPES says Mixed: parts of it were filled in, where there is no noise",
     "gap-filled": "TRAJECTORY_TYPES says Gap-filled: it was filled in, where there is no noise",
@@ -47,7 +56,7 @@ def layout(path: Path) -> Layout:
     starts = range(len(leading), len(leading) + step * len(labels), step)
     return Layout(
         path=path,
-        format="Qualisys text",
+        encoding="Qualisys text",
         labels=labels,
         columns=tuple((i, i + 1, i + 2) for i in starts),
         frame_rate_hz=rate(fields.get("FREQUENCY", [""])[0]),
@@ -61,8 +70,10 @@ def layout(path: Path) -> Layout:
         time_column=leading.index("time") if "time" in leading else None,
         declared=("NO_OF_FRAMES", declared),
         zero_is_gap=True,
-        remarks=dict.fromkeys(range(len(labels)), SOLVED_BODY) if of_bodies else _types(fields),
-        turned={k: Turned(tuple(i + j for j in ROT), "matrix") for k, i in enumerate(starts)}
+        remarks=dict.fromkeys(range(len(labels)), BODY) if of_bodies else _types(fields),
+        rotations={
+            k: RotationColumns(tuple(i + j for j in ROT), "matrix") for k, i in enumerate(starts)
+        }
         if of_bodies
         else {},
     )

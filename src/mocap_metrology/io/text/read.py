@@ -1,118 +1,236 @@
-"""Which reader a file has, by its suffix; and for `.csv` by what it begins with."""
+"""Read a take from text files: its positions, and the frame in which each row was measured."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.labels import find_points
-from mocap_metrology.io.c3d.recording import Recording, read_recording
-from mocap_metrology.io.c3d.structure import inspect
-from mocap_metrology.io.text import motive, nexus, pose_txt, qualisys, trc
-from mocap_metrology.io.text.head import check_text, lines
-from mocap_metrology.io.text.layout import Layout
-from mocap_metrology.io.text.orientation import read_orientation
-from mocap_metrology.io.text.recording import read_text
+from mocap_metrology.common.errors import Refusal, Truncated
+from mocap_metrology.io.recording import (
+    LONGEST_GAP,
+    Array,
+    Choice,
+    Contents,
+    Recording,
+    SegmentReader,
+    assemble,
+    choose,
+    plan_by_numbers,
+)
+from mocap_metrology.io.resolution import SAMPLE, text_resolution
+from mocap_metrology.io.text.layout import NULLS, Layout, cells_of
+from mocap_metrology.io.text.rows import Floats, Rows, line_of, read_rows
+
+NO_OPINION = "not asked (text)"
+RATE_TOLERANCE = 1e-3
+
+Whole = npt.NDArray[np.int64]
 
 
-def csv_layout(path: Path) -> Layout:
-    """Motive by the names in line 1, Nexus by its section Trajectories."""
-    check_text(path, "a Motive or Vicon Nexus export")
-    first = next((line.text for line in lines(path) if line.text.strip()), "")
-    if first.lstrip('"').startswith(motive.START):
-        return motive.layout(path)
-    if nexus.section(path) is not None:
-        return nexus.layout(path)
-    nexus.refuse_old(path)
-    raise Refusal(
-        f"{path.name}: is neither a Motive export, whose line 1 starts with Format Version, nor a"
-        " Vicon Nexus export with a section Trajectories"
+@dataclass(frozen=True)
+class Frames:
+    """Frames of one file: `n_frames` from the first, number `first_frame`, to the last; `index`
+    (n,) of each row from 0, None where no frame is missing."""
+
+    name: str
+    first_frame: int
+    n_frames: int
+    index: Whole | None
+    notes: tuple[str, ...]
+
+
+def read_text(
+    layout: Callable[[Path], Layout],
+    paths: Sequence[Path],
+    markers: Sequence[str],
+    frame_rate_hz: float | None = None,
+    accept_truncated: bool = False,
+) -> Recording:
+    """Positions of `markers` in text files whose headers `layout` reads.
+
+    Arguments as of `io.read.read_recording`. `n_invalid` by `empty`, `zero`, `not_finite`; frames
+    whose numbers are missing count as `n_gap_frames`.
+    """
+    files = [layout(path) for path in paths]
+    choice = choose(files, markers, frame_rate_hz)
+    rows = [read_rows(file, choice.points, accept_truncated) for file in files]
+    frames = [
+        find_frames(file, found, choice.frame_rate_hz, accept_truncated)
+        for file, found in zip(files, rows, strict=True)
+    ]
+    plan = plan_by_numbers(frames, [found.first_frame for found in frames])
+    readers = [_segment_reader(files[i], choice, rows[i], frames[i]) for i in plan.order]
+    return assemble(readers, plan, choice, readers[0].path.name)
+
+
+def _segment_reader(layout: Layout, choice: Choice, rows: Rows, frames: Frames) -> SegmentReader:
+    return SegmentReader(
+        path=layout.path,
+        units=layout.units,
+        encoding=layout.encoding,
+        first_frame=frames.first_frame,
+        n_frames=frames.n_frames,
+        n_measured=rows.n,
+        frame_count_source=layout.declared[0] if layout.declared else "rows",
+        dtype=np.dtype(np.float64),
+        read=partial(_read_segment, layout, choice, rows, frames),
     )
 
 
-def txt_layout(path: Path) -> Layout:
-    """Poses; an old Vicon export is named."""
-    check_text(path, pose_txt.WHAT)
-    nexus.refuse_old(path)
-    return pose_txt.layout(path)
+def _read_segment(
+    layout: Layout, choice: Choice, rows: Rows, frames: Frames, out: Array
+) -> Contents:
+    """Copy the rows of one file to their frames in `out`."""
+    sample = rows.blocks[0][:, :SAMPLE]
+    _fill(out, rows, frames.index, layout.mm_per_unit)
+    table = [cells_of(line, layout.delimiter) for line in rows.head[:SAMPLE]]
+    columns = [c for point in choice.points for c in layout.columns[point]]
+    written = [{row[c] for row in table if c < len(row)} - set(NULLS) for c in columns]
+    resolution = text_resolution(out, layout.mm_per_unit, written, sample)
+    return Contents(rows.counts, resolution, NO_OPINION, _notes(layout, choice, rows, frames))
 
 
-READERS: dict[str, Callable[[Path], Layout]] = {
-    ".trc": trc.layout,
-    ".csv": csv_layout,
-    ".tsv": qualisys.layout,
-    ".txt": txt_layout,
-}
+def _fill(out: Array, rows: Rows, index: Whole | None, mm_per_unit: float) -> None:
+    """Blocks are let go as they are copied, so that memory holds the recording once."""
+    if index is not None:
+        out[:] = np.nan
+    start = 0
+    while rows.blocks:
+        block = rows.blocks.pop(0).reshape(len(out), 3, -1)
+        stop = start + block.shape[2]
+        where = slice(start, stop) if index is None else index[start:stop]
+        out[:, :, where] = block * mm_per_unit
+        start = stop
 
 
-def read_any(
-    paths: Sequence[str | Path],
-    markers: Sequence[str],
-    frame_rate_hz: float | None = None,
-    second_opinion: bool = True,
-    accept_truncated: bool = False,
-) -> Recording:
-    """Positions of `markers` in one file or in the segments of one take, of one format.
+def _notes(layout: Layout, choice: Choice, rows: Rows, frames: Frames) -> list[str]:
+    notes = [f"{layout.name}: {text}" for text in (*layout.notes, *frames.notes)]
+    for k, (label, point) in enumerate(zip(choice.labels, choice.points, strict=True)):
+        where, measured, zeros = f"{layout.name}: {label}", rows.at_zero[k], rows.counts[k]["zero"]
+        if point in layout.remarks:
+            notes.append(f"{where}: {layout.remarks[point]}")
+        if measured:
+            notes.append(f"{where}: x = y = z = 0 in {measured} frames, taken as measured")
+        if zeros and layout.zero_note:
+            notes.append(f"{where}: x = y = z = 0 in {zeros} frames, {layout.zero_note}")
+    return notes
 
-    Arguments and result as of `c3d.recording.read_recording`; a second opinion there is on
-    C3D only. Text: `n_invalid` by `empty`, `zero`, `not_finite`; frames whose numbers are missing
-    count as `n_gap_frames`; `resolution_kind` is `text` where the decimals limit it.
+
+def find_frames(layout: Layout, rows: Rows, rate: float, accept_truncated: bool) -> Frames:
+    """Check frame numbers, times and the declared count of a file at `rate` Hz.
+
+    Frame numbers with holes, or times where there are no numbers, say which frames are missing.
+    Refuses numbers that do not grow, times that do not fit, and other counts than declared.
     """
-    paths = [Path(path) for path in paths]
-    suffixes = list(dict.fromkeys(path.suffix.lower() for path in paths))
-    readers = {READERS.get(suffix) for suffix in suffixes}
-    if len(readers) > 1:
-        given = ", ".join(suffixes)
-        raise Refusal(f"{paths[0].name}: segments of one take differ in format: {given}")
-    reader = next(iter(readers), None)
-    if reader is None:
-        return read_recording(paths, markers, frame_rate_hz, second_opinion, accept_truncated)
-    try:
-        return read_text(paths, reader, markers, frame_rate_hz, accept_truncated)
-    except OSError as error:
-        raise Refusal(f"{paths[0].name}: cannot be read: {error.strerror or error}") from error
+    notes = list(rows.notes)
+    steps, first = np.ones(rows.n - 1, np.int64), 1
+    if rows.frame is not None:
+        steps, first = _by_number(layout, rows.frame, notes)
+    if rows.time is not None:
+        steps = _by_time(layout, rows, rows.time, steps, rate)
+    span = int(steps.sum()) + 1
+    missing = span - rows.n
+    if missing > LONGEST_GAP * rows.n:
+        raise Refusal(
+            f"{layout.name}: frame numbers or times leave out {missing} frames, more than"
+            f" {LONGEST_GAP} times the {rows.n} there are"
+        )
+    if missing:
+        holes = int((steps > 1).sum())
+        row = int(np.argmax(steps > 1))
+        notes.append(
+            f"{missing} frames are missing in {holes} places, the first before line"
+            f" {line_of(layout, row + 1)}: taken as gaps"
+        )
+    notes += _check_declared(layout, rows, span, accept_truncated)
+    index = np.concatenate([[0], np.cumsum(steps)]) if missing else None
+    return Frames(layout.name, first, span, index, tuple(notes))
 
 
-def labels_of(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:
-    """Labels of a file, in its order; of solved bodies only where there is no marker."""
-    if Path(path).suffix.lower() not in READERS:
-        return inspect(path, accept_truncated).labels
-    layout = _layout(Path(path))
-    markers = tuple(one for k, one in enumerate(layout.labels) if k not in layout.turned)
-    return markers or layout.labels
+def _by_number(layout: Layout, frame: Floats, notes: list[str]) -> tuple[Whole, int]:
+    """Steps between frame numbers, and the first number."""
+    wrong = ~np.isfinite(frame) | (frame != np.round(frame)) | (np.abs(frame) > 2**53)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        said = "there is none" if np.isnan(frame[row]) else f"{frame[row]:g}"
+        where = f"{layout.name}: line {line_of(layout, row)}"
+        raise Refusal(f"{where}: expected a whole frame number, {said}")
+    steps = np.diff(frame).astype(np.int64)
+    if (steps <= 0).any():
+        row = int(np.argmax(steps <= 0))
+        raise Refusal(
+            f"{layout.name}: line {line_of(layout, row + 1)}: frame {frame[row + 1]:.0f} follows"
+            f" frame {frame[row]:.0f}, expected a larger number"
+        )
+    if len(steps) and steps[0] > 1 and (steps == steps[0]).all():
+        if layout.time_column is None:
+            raise Refusal(
+                f"{layout.name}: every frame number is {steps[0]} more than the one before, and no"
+                " time tells whether the frame rate is that of the rows"
+            )
+        notes.append(f"frame numbers count by {steps[0]}: rows are taken as consecutive frames")
+        steps = np.ones_like(steps)
+    return steps, int(frame[0])
 
 
-def bodies_of(path: str | Path, markers: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Labels of a file, or those of the chosen `markers` as they were asked for, that have an
-    orientation beside their position."""
-    if Path(path).suffix.lower() not in READERS:
-        return ()
-    layout = _layout(Path(path))
-    if markers is None:
-        return tuple(layout.labels[k] for k in sorted(layout.turned))
-    places = find_points(layout.labels, markers, layout.name)
-    return tuple(one for one, k in zip(markers, places, strict=True) if k in layout.turned)
+def _by_time(layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float) -> Whole:
+    """Times against `steps` at `rate`; without frame numbers, steps by time."""
+    if len(steps) == 0 or not np.isfinite(time).all():
+        return steps
+    rounding = 10.0 ** -_time_decimals(layout, rows)
+    found = np.diff(time) * rate
+    if rows.frame is None and rate * rounding < 0.25:
+        steps = np.maximum(np.round(found), 1).astype(np.int64)
+    off = np.abs(found - steps) > 0.5 + rate * rounding
+    duration = float(time[-1] - time[0])
+    mean = float(steps.sum()) / duration if duration > 0 else 0.0
+    typical = np.median(steps) != 1 and rows.frame is None
+    if off.mean() > 0.5 or typical:
+        raise _rates_differ(layout, rate, len(steps) / duration if duration > 0 else 0.0)
+    if off.any():
+        row = int(np.argmax(off))
+        raise Refusal(
+            f"{layout.name}: line {line_of(layout, row + 1)}: time goes from {time[row]:.10g} to"
+            f" {time[row + 1]:.10g} s, expected {steps[row]} / ({rate:g} Hz) more"
+        )
+    if abs(mean / rate - 1) > RATE_TOLERANCE + rounding / duration:
+        raise _rates_differ(layout, rate, mean)
+    return steps
 
 
-def orientation_of(
-    paths: Sequence[str | Path],
-    marker: str,
-    frame_rate_hz: float | None = None,
-    accept_truncated: bool = False,
-) -> np.ndarray:
-    """Unit quaternions x, y, z, w (4, n) of one body, in the frames of `read_any`."""
-    paths = [Path(path) for path in paths]
-    reader = READERS.get(paths[0].suffix.lower())
-    if reader is None:
-        raise Refusal(f"{paths[0].name}: holds no orientations")
-    return read_orientation(paths, reader, marker, frame_rate_hz, accept_truncated)
+def _time_decimals(layout: Layout, rows: Rows) -> int:
+    """Most decimals of a time as written, in the first rows."""
+    table = [cells_of(line, layout.delimiter) for line in rows.head[:1000]]
+    cells = [
+        row[c] for row in table for c in [layout.time_column] if c is not None and c < len(row)
+    ]
+    return max((len(cell.replace(",", ".").partition(".")[2]) for cell in cells), default=0)
 
 
-def _layout(path: Path) -> Layout:
-    try:
-        return READERS[path.suffix.lower()](path)
-    except OSError as error:
-        raise Refusal(f"{path.name}: cannot be read: {error.strerror or error}") from error
+def _rates_differ(layout: Layout, rate: float, mean: float) -> Refusal:
+    return Refusal(
+        f"{layout.name}: its frame rate is {rate:g} Hz, by its time column {mean:.6g} Hz;"
+        " they may differ by 0.1 %"
+    )
+
+
+def _check_declared(layout: Layout, rows: Rows, span: int, accept_truncated: bool) -> list[str]:
+    """Refuse another number of frames than declared; what to say of a file that was cut off."""
+    why = rows.cut_off
+    if layout.declared is not None:
+        name, n = layout.declared
+        if rows.n > n and span != n:
+            said = f"has {rows.n} frames, {name} says {n}"
+            if not layout.declared_too_few:
+                raise Refusal(f"{layout.name}: {said}")
+            return [said]
+        if rows.n < n and span != n:
+            why = f"{rows.n} of the {n} frames that {name} says"
+    if why and not accept_truncated:
+        raise Truncated(f"{layout.name}: cut off: {why}")
+    return [f"cut off: {why}; taken as it is"] if why else []

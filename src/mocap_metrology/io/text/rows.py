@@ -11,20 +11,23 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 from pyarrow import csv as arrow_csv
 
 from mocap_metrology.common.errors import Refusal, Truncated
-from mocap_metrology.io.text.head import Line, decoded, lines
-from mocap_metrology.io.text.layout import NUMBER, Layout
+from mocap_metrology.io.header import NUMBER
+from mocap_metrology.io.recording import Counts
+from mocap_metrology.io.text.layout import NULLS, Layout, cells_of, decoded, lines
 
 BLOCK_BYTES = 8 << 20
 REASONS = ("empty", "zero", "not_finite")
-NULLS = ["", "NULL", "null", "NaN", "nan", "NAN", "-nan(ind)", "nan(ind)", "#N/A"]
 INFINITE = re.compile(r"[+-]?inf(inity)?", re.I)
 COMMA = re.compile(r"[+-]?\d*,\d+")
 WRITTEN = re.compile(r"[+-]?\d*(?:[.,](\d*))?(?:[eE][+-]?(\d*))?")
 ROWS_ABOVE = 10_000  # how many tell how a column is written
+
+Floats = npt.NDArray[np.float64]
 
 
 @dataclass
@@ -34,10 +37,10 @@ class Rows:
     x = y = z = 0 taken as measured; `head` the first block's lines; `cut_off`: why the end is."""
 
     n: int = 0
-    frame: np.ndarray | None = None
-    time: np.ndarray | None = None
-    blocks: list[np.ndarray] = field(default_factory=list)
-    counts: list[dict[str, int]] = field(default_factory=list)
+    frame: Floats | None = None
+    time: Floats | None = None
+    blocks: list[Floats] = field(default_factory=list)
+    counts: list[Counts] = field(default_factory=list)
     at_zero: list[int] = field(default_factory=list)
     head: list[str] = field(default_factory=list)
     cut_off: str = ""
@@ -56,7 +59,7 @@ def read_rows(layout: Layout, points: Sequence[int], accept_truncated: bool) -> 
         columns, done = _parse(layout, block, line, wanted, _decimal_point(layout, rows.head))
         parsed.append(columns[: len(leading)])
         rows.blocks.append(columns[len(leading) :])
-        _judge(layout, points, rows)
+        _mark_invalid(layout, points, rows)
         rows.n += columns.shape[1]
         if done:
             break
@@ -80,11 +83,6 @@ def line_of(layout: Layout, row: int) -> int:
     return 0
 
 
-def cells_of(layout: Layout, line: str) -> list[str]:
-    """The cells of a line, stripped."""
-    return Line(line, 0, 0, 0).cells(layout.delimiter)
-
-
 def _is_blank(layout: Layout, line: str) -> bool:
     """Empty, or delimiters only where a frame number would stand."""
     blank = _blanks(layout) + "\r\n"
@@ -103,9 +101,9 @@ def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tupl
             cut = chunk.rfind(b"\n") + 1
             block, rest = chunk[:cut], chunk[cut:]
             if block:
-                yield _plain(layout, block), line
+                yield _unblanked(layout, block), line
                 line += block.count(b"\n")
-    rest = _plain(layout, rest + b"\n")[:-1]
+    rest = _unblanked(layout, rest + b"\n")[:-1]
     if not rest:
         return
     cut_off = _cut_off(layout, decoded(rest), rows.head) if rows.n else ""
@@ -119,7 +117,7 @@ def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tupl
     yield rest + b"\n", line
 
 
-def _plain(layout: Layout, block: bytes) -> bytes:
+def _unblanked(layout: Layout, block: bytes) -> bytes:
     """Nothing but blanks in a cell or line is nothing; runs that separate become one space."""
     if layout.delimiter == " ":
         return re.sub(rb"(?m)^ | (?=\r?$)", b"", re.sub(rb"[ \t]{2,}|\t", b" ", block))
@@ -147,11 +145,11 @@ def _cut_off(layout: Layout, last: str, above: Sequence[str]) -> str:
     Too few cells, or a last number with fewer digits behind its point (or in its exponent) than
     all above it: a cut within a number leaves a wrong one.
     """
-    cells = cells_of(layout, last)
+    cells = cells_of(last, layout.delimiter)
     if len(cells) < layout.n_columns:
         return f"ends after {len(cells)} of {layout.n_columns} cells"
     column, own = len(cells) - 1, _digits(cells[-1])
-    rows = (cells_of(layout, line) for line in above[:ROWS_ABOVE])
+    rows = (cells_of(line, layout.delimiter) for line in above[:ROWS_ABOVE])
     found = [_digits(row[column]) for row in rows if column < len(row)]
     others = [digits for digits in found if digits]
     if own and others and any(own[k] < min(digits[k] for digits in others) for k in (0, 1)):
@@ -167,15 +165,15 @@ def _digits(cell: str) -> tuple[int, int] | None:
 
 def _decimal_point(layout: Layout, head: Sequence[str]) -> str:
     """A comma where cells of the first rows have one inside a number, else a point."""
-    cells = [cell for line in head[:100] for cell in cells_of(layout, line)]
+    cells = [cell for line in head[:100] for cell in cells_of(line, layout.delimiter)]
     return "," if any(COMMA.fullmatch(cell) for cell in cells) else "."
 
 
 def _parse(
     layout: Layout, block: bytes, line: int, wanted: Sequence[int], point: str
-) -> tuple[np.ndarray, bool]:
+) -> tuple[Floats, bool]:
     """(n_wanted, n) numbers of a block, NaN where empty; and whether the numbers end in it."""
-    block, width, done = _even(layout, block, line)
+    block, width, done = _padded(layout, block, line)
     if not block:
         return np.empty((len(wanted), 0)), done
     beyond = [f"f{i}" for i in range(layout.n_columns, width)]
@@ -187,11 +185,11 @@ def _parse(
         try:
             table = _table(block, layout.delimiter, chosen, beyond, point)
         except pa.ArrowException as error:
-            raise _blame(layout, line, wanted, point, str(error)) from None
+            raise _wrong_cell(layout, line, wanted, point, str(error)) from None
     if any(table[name].null_count < table.num_rows for name in beyond):
-        raise _blame(layout, line, wanted, point, "too many cells")
+        raise _wrong_cell(layout, line, wanted, point, "too many cells")
     if table.num_rows != block.count(b"\n"):
-        raise _blame(layout, line, wanted, point, "carriage returns inside a line")
+        raise _wrong_cell(layout, line, wanted, point, "carriage returns inside a line")
     values = np.empty((len(wanted), table.num_rows))
     for target, name in zip(values, chosen, strict=True):
         target[:] = table[name].to_numpy()
@@ -210,14 +208,14 @@ def _table(
         arrow_csv.ConvertOptions(
             include_columns=[*dict.fromkeys(numbers), *texts],
             column_types=kinds,
-            null_values=NULLS,
+            null_values=list(NULLS),
             strings_can_be_null=True,
             decimal_point=point,
         ),
     )
 
 
-def _even(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
+def _padded(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
     """The block with as many cells in each row, how many, and whether the numbers end in it.
 
     Cells may be missing at the end of a row, where the last markers are not seen; empty lines go.
@@ -240,7 +238,9 @@ def _even(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
     width = int(max(counts.max() + 1, layout.n_columns))
     if width > layout.n_columns + 100:
         n = int(np.argmax(counts))
-        raise Refusal(f"{layout.name}: line {line + n} has {width} cells, {_expected(layout)}")
+        raise Refusal(
+            f"{layout.name}: line {line + n} has {width} cells, expected {layout.n_columns}"
+        )
     if counts.min() + 1 == width and not blank.any():
         return block, width, done
     mark = layout.delimiter.encode()
@@ -252,11 +252,9 @@ def _even(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
     return b"\n".join(padded) + b"\n", width, done
 
 
-def _expected(layout: Layout) -> str:
-    return f"expected {layout.n_columns}"
-
-
-def _blame(layout: Layout, first: int, wanted: Sequence[int], point: str, error: str) -> Refusal:
+def _wrong_cell(
+    layout: Layout, first: int, wanted: Sequence[int], point: str, error: str
+) -> Refusal:
     """The refusal that names line and column of the first cell that is no number."""
     for line in lines(layout.path, layout.data_offset, layout.data_line):
         if line.number < first:
@@ -267,10 +265,8 @@ def _blame(layout: Layout, first: int, wanted: Sequence[int], point: str, error:
         beyond = [cell for cell in cells[layout.n_columns :] if cell not in NULLS]
         if beyond:
             hint = "; are these decimal commas?" if layout.delimiter == "," else ""
-            n = len(cells)
-            return Refusal(
-                f"{layout.name}: line {line.number} has {n} cells, {_expected(layout)}{hint}"
-            )
+            said = f"has {len(cells)} cells, expected {layout.n_columns}{hint}"
+            return Refusal(f"{layout.name}: line {line.number} {said}")
         for column in sorted(wanted):
             cell = cells[column] if column < len(cells) else ""
             plain = cell.replace(",", ".", 1) if point == "," and "." not in cell else cell
@@ -282,7 +278,7 @@ def _blame(layout: Layout, first: int, wanted: Sequence[int], point: str, error:
     return Refusal(f"{layout.name}: from line {first} on: {error.splitlines()[0][:200]}")
 
 
-def _judge(layout: Layout, points: Sequence[int], rows: Rows) -> None:
+def _mark_invalid(layout: Layout, points: Sequence[int], rows: Rows) -> None:
     """Which positions of the last block are measured; the others become NaN and are counted."""
     for k, point in enumerate(points):
         three = rows.blocks[-1][3 * k : 3 * k + 3]

@@ -18,8 +18,17 @@ import re
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.text.head import Line, check_text, lines
-from mocap_metrology.io.text.layout import Layout, count, named, rate, triples, unit
+from mocap_metrology.io.header import read_unit
+from mocap_metrology.io.text.layout import (
+    Layout,
+    Line,
+    check_text,
+    count,
+    lines,
+    named,
+    rate,
+    triples,
+)
 
 WHAT = "a TRC file"
 TITLES = re.compile(r"(frame.*|time.*|#|s|sec.*|[xyz]\d*)", re.I)
@@ -40,12 +49,12 @@ def layout(path: Path) -> Layout:
     fields = _fields(head[1], head[2], delimiter, path.name)
     first = _data(head, delimiter, path.name)
     labels, more = _labels(head[3], first, fields, delimiter, path.name)
-    units, mm_per_unit, notes = unit([fields.get("Units", "")], "Units", path.name)
+    units, mm_per_unit, notes = read_unit([fields.get("Units", "")], "Units", path.name)
     declared = fields.get("NumFrames", "")
     zeros = head[3].cells(delimiter)[1].lower() == MATLAB
     return Layout(
         path=path,
-        format="TRC text",
+        encoding="TRC text",
         labels=labels,
         columns=triples(2, len(labels)),
         frame_rate_hz=rate(fields.get("DataRate", "")),

@@ -12,8 +12,8 @@ import pytest
 from make_c3d import build, record, still
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.recording import read_recording
 from mocap_metrology.io.c3d.structure import inspect
+from mocap_metrology.io.read import read_recording
 
 
 def zipped() -> bytes:

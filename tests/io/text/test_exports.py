@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from text_files import make, motive, qualisys, read, still, trc
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.text import bodies_of, labels_of, orientation_of, read_any
+from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, read_recording
 
 FOLDER = "data/exports"
 BALL = "motive/MarcoRosson__Optitrack_basketball/Ball_6.csv"
@@ -76,7 +76,7 @@ def test_read(shared, name):
     n_labels, frames, rate, column, line, mm = READ[name]
     labels = labels_of(path)
     assert len(labels) == n_labels
-    recording = read_any([path], labels[:1])
+    recording = read_recording([path], labels[:1])
     assert recording.position_mm.shape == (1, 3, frames)
     assert recording.frame_rate_hz == pytest.approx(rate, rel=1e-6)
     ours = mm * numbers(path, line, range(column, column + 3))
@@ -90,8 +90,8 @@ def test_cut_off_by_their_authors(shared, name):
     labels = labels_of(path)
     assert len(labels) == n_labels
     with pytest.raises(Refusal, match=f"cut off: {why}"):
-        read_any([path], labels[:1])
-    assert read_any([path], labels[:1], accept_truncated=True).position_mm.shape[2] == int(
+        read_recording([path], labels[:1])
+    assert read_recording([path], labels[:1], accept_truncated=True).position_mm.shape[2] == int(
         why.split()[0]
     )
 
@@ -122,7 +122,7 @@ def test_rigid_bodies_of_motive(shared, name, body, column, line):
     """Beside measured markers a body is read where it is asked for."""
     path = found(shared, name)
     assert bodies_of(path) == (body,) and body not in labels_of(path)
-    recording = read_any([path], [body])
+    recording = read_recording([path], [body])
     cells = numbers(path, 7, range(2, 9))
     np.testing.assert_allclose(recording.position_mm[0].T, 1000 * cells[:, 4:], rtol=1e-12)
     assert any(note.endswith(f"{body}: {SOLVED}") for note in recording.notes)
@@ -141,10 +141,10 @@ def test_bodies_of_qualisys_turn_as_their_markers_do(shared):
     bodies, markers = found(shared, LEG_6D), found(shared, LEG)
     assert labels_of(bodies) == ("Upper Leg IMU", "Foot IMU", "Lower Leg IMU")
     for body in labels_of(bodies):
-        recording = read_any([bodies], [body])
+        recording = read_recording([bodies], [body])
         assert recording.notes == (f"{bodies.name}: {body}: {SOLVED}",)
         turns = Rotation.from_quat(orientation_of([bodies], body).T).as_matrix()
-        own = read_any([markers], [f"{body} - {k}" for k in (1, 2, 3)]).position_mm
+        own = read_recording([markers], [f"{body} - {k}" for k in (1, 2, 3)]).position_mm
         shape = own - recording.position_mm
         by_body = np.einsum("fba,kbf->kaf", turns, shape)  # in axes of the body
         transposed = np.einsum("fab,kbf->kaf", turns, shape)
@@ -268,7 +268,7 @@ def test_a_coordinate_that_never_changes_has_coarse_steps(shared, tmp_path):
     """Three significant digits: 10 mm at 1.57 m, where 0.0746 m still changes by 0.1 mm."""
     for name in ("dataWithEformat.trc", "exampleFormat.trc"):
         path = found(shared, f"{OPENSIM}/{name}")
-        assert read_any([path], labels_of(path)).resolution_mm == pytest.approx(10.0)
+        assert read_recording([path], labels_of(path)).resolution_mm == pytest.approx(10.0)
     rng = np.random.default_rng(6)
     take = np.array([1.572, 0.0746, 0.3]) + rng.normal(0, 2e-4, (200, 1, 3))
     lines = trc(["A"], 100, take, "m").split("\n")

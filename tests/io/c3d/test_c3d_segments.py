@@ -7,7 +7,7 @@ import pytest
 from make_c3d import build, still
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.recording import read_recording
+from mocap_metrology.io.read import read_recording
 
 # A take of 240,000 frames, split, with a gap of 500 before the last part; one point.
 RANGES = ((1, 60_000), (60_001, 120_000), (120_001, 180_000), (180_501, 240_000))

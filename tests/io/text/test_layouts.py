@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from text_files import LABELS, WRITERS, make, motive, nexus, qualisys, read, still, trc
 
-from mocap_metrology.io.text import labels_of
+from mocap_metrology.io.read import labels_of
 
 TAKE = still()
 EXPECTED = TAKE.transpose(1, 2, 0)

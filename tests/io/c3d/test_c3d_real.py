@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.points import read_points
-from mocap_metrology.io.c3d.recording import Recording, read_recording
+from mocap_metrology.io.c3d.read import read_points
 from mocap_metrology.io.c3d.second_opinion import ask_ezc3d
 from mocap_metrology.io.c3d.structure import inspect
+from mocap_metrology.io.read import read_recording
+from mocap_metrology.io.recording import Recording
 
 READ = (
     "btk_others/ADemo1_rewrite_c3d_pc_float.c3d",

@@ -10,7 +10,7 @@ from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.io.text import labels_of, read_any
+from mocap_metrology.io.read import labels_of, read_recording
 
 TAKE = still(20)
 TRC = trc(LABELS, 100, TAKE)
@@ -269,7 +269,7 @@ def test_poses(tmp_path):
 
 def test_no_file_at_all():
     with pytest.raises(Refusal, match="no C3D file is given"):
-        read_any([], ["A"])
+        read_recording([], ["A"])
 
 
 @pytest.mark.parametrize("name", PLAIN)

@@ -7,9 +7,9 @@ import pytest
 from make_c3d import build, dec, still
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.numbers import ieee_from_dec
-from mocap_metrology.io.c3d.recording import read_recording
+from mocap_metrology.io.c3d.parameters import ieee_from_dec
 from mocap_metrology.io.c3d.structure import inspect
+from mocap_metrology.io.read import read_recording
 
 N = 400
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.io.c3d.recording import read_recording
 from mocap_metrology.io.c3d.structure import inspect
 from mocap_metrology.io.c3d.write import C3DWriter, write_c3d
+from mocap_metrology.io.read import read_recording
 
 
 def frames(n: int, n_points: int = 2, seed: int = 1) -> np.ndarray:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from text_files import WRITERS, make
 
-from mocap_metrology.io.c3d.recording import read_recording
-from mocap_metrology.io.text import labels_of, read_any
+from mocap_metrology.io.c3d.read import read_c3d
+from mocap_metrology.io.read import labels_of, read_recording
 
 FILES = (
     "btk_others/FunctionalStatic.c3d",  # with gaps
@@ -39,7 +39,7 @@ def test_text_of_a_real_recording_gives_what_ezc3d_reads(shared, tmp_path, name,
     text = WRITERS[suffix](labels, rate, positions, digits=DIGITS)
     path = make(tmp_path, f"take{suffix}", text)
     assert labels_of(path) == tuple(labels)
-    ours = read_any([path], labels)
+    ours = read_recording([path], labels)
     theirs = positions.transpose(1, 2, 0)
     assert np.array_equal(np.isnan(ours.position_mm), np.isnan(theirs))
     assert np.nanmax(np.abs(ours.position_mm - theirs)) <= 0.5001 * 10.0**-DIGITS
@@ -54,6 +54,6 @@ def test_text_of_a_real_recording_gives_what_ezc3d_reads(shared, tmp_path, name,
 
 def test_c3d_through_the_same_door(shared):
     path = shared / "data/c3d" / FILES[0]
-    ours, theirs = (read([path], ["LTOE"], None, False) for read in (read_any, read_recording))
+    ours, theirs = (read([path], ["LTOE"], None, False) for read in (read_recording, read_c3d))
     assert np.array_equal(ours.position_mm, theirs.position_mm, equal_nan=True)
     assert "LTOE" in labels_of(path)

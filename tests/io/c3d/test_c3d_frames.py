@@ -9,8 +9,8 @@ import pytest
 from make_c3d import build, still
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.c3d.recording import read_recording
 from mocap_metrology.io.c3d.structure import inspect
+from mocap_metrology.io.read import read_recording
 
 LONG = still(100_001)
 ROTATION = {"ROTATION": {"USED": 0, "DATA_START": 9, "RATE": 120.0}}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.io.text import read_any
+from mocap_metrology.io.read import read_recording
 
 LABELS = ("A", "B")
 
@@ -115,5 +115,5 @@ def make(folder: Path, name: str, content: str, encoding: str = "utf-8") -> Path
 
 
 def read(path, markers=("A", "B"), **keys):
-    """`read_any` of one file or several."""
-    return read_any(path if isinstance(path, list) else [path], markers, **keys)
+    """`read_recording` of one file or several."""
+    return read_recording(path if isinstance(path, list) else [path], markers, **keys)

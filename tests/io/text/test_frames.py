@@ -9,7 +9,7 @@ from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import sha256
 from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.io.text import labels_of, read_any, read_pose_txt
+from mocap_metrology.io.read import labels_of, orientation_of, read_recording
 
 TAKE = still(200)
 EXPECTED = TAKE.transpose(1, 2, 0)
@@ -197,13 +197,12 @@ def test_poses(shared):
     """Against numpy, and the standard deviations that its README states for point 10."""
     path = shared / "data/static_vive_pose/20201001_Exp1_measurementPoint10.txt"
     matrix = np.loadtxt(path).reshape(-1, 3, 4)
-    recording = read_any([path], labels_of(path))
+    recording = read_recording([path], labels_of(path))
     assert np.array_equal(recording.position_mm[0], matrix[:, :, 3].T * 1000)
     assert np.round(recording.position_mm[0].std(axis=1), 2).tolist() == [0.21, 0.19, 0.37]
     assert recording.frame_rate_hz == 250 and recording.resolution_kind == "float32"
-    poses = read_pose_txt(path)
-    assert np.array_equal(poses.position_mm, recording.position_mm[0])
-    x, y, z, w = poses.orientation_xyzw  # the matrix of a unit quaternion, written out
+    orientation = orientation_of([path], "tracker")
+    x, y, z, w = orientation  # the matrix of a unit quaternion, written out
     rotation = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -212,7 +211,7 @@ def test_poses(shared):
         ]
     ).transpose(2, 0, 1)
     assert np.abs(rotation - matrix[:, :, :3]).max() < 1e-6
-    assert np.abs(np.diff(poses.orientation_xyzw, axis=1)).max() < 0.01
+    assert np.abs(np.diff(orientation, axis=1)).max() < 0.01
 
 
 def test_quaternions_do_not_jump(tmp_path):
@@ -222,11 +221,14 @@ def test_quaternions_do_not_jump(tmp_path):
         f"{np.cos(a)} {-np.sin(a)} 0.0 1.0 {np.sin(a)} {np.cos(a)} 0.0 2.0 0.0 0.0 1.0 3.0\n"
         for a in angles
     ]
-    poses = read_pose_txt(make(tmp_path, "a.txt", "# Freq: 100\n" + "".join(rows)))
+    path = make(tmp_path, "a.txt", "# Freq: 100\n" + "".join(rows))
+    found = orientation_of([path], "tracker")
     half = angles / 2
     expected = [0 * half, 0 * half, np.sin(half), np.cos(half)]
-    sign = np.sign(poses.orientation_xyzw[3, 0])
-    assert np.allclose(sign * poses.orientation_xyzw, expected, atol=1e-12)
+    sign = np.sign(found[3, 0])
+    assert np.allclose(sign * found, expected, atol=1e-12)
     rows[3] = rows[3].replace("1.0 3.0", "1.1 3.0")
-    with pytest.raises(Refusal, match=r"^a\.txt: line 5: columns 1-3, 5-7, 9-11 are no rotation$"):
-        read_pose_txt(make(tmp_path, "a.txt", "# Freq: 100\n" + "".join(rows)))
+    path = make(tmp_path, "a.txt", "# Freq: 100\n" + "".join(rows))
+    why = r"^a\.txt: 'tracker': a matrix of no rotation, first in seen frame 4$"
+    with pytest.raises(Refusal, match=why):
+        orientation_of([path], "tracker")

@@ -1,0 +1,134 @@
+"""What every reader takes from the front of a file: its kind, labels, numbers and units."""
+
+from __future__ import annotations
+
+import re
+import stat
+from collections.abc import Sequence
+from pathlib import Path
+
+from mocap_metrology.common.errors import Refusal
+
+SIGNATURES = (
+    (b"PK\x03\x04", "a ZIP archive (or an office document)"),
+    (b"\x89PNG", "a PNG picture"),
+    (b"%PDF", "a PDF document"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"\x1f\x8b", "a gzip archive"),
+    (b"\x89HDF", "an HDF5 file"),
+    (b"MATLAB", "a MATLAB file"),
+    (b"PAR1", "a Parquet file"),
+)
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_SPELLED = {"millimet": 1.0, "centimet": 10.0, "met": 1000.0}
+_ENDINGS = ("", "e", "er", "ers", "re", "res")  # "mete": cut to 4 characters by its writer
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0} | {
+    stem + ending: mm for stem, mm in _SPELLED.items() for ending in _ENDINGS
+}
+KNOWN_UNITS = "mm, cm, m, millimetre, centimetre, metre"
+
+
+def regular_size(path: Path, expected: str) -> int:
+    """Size in bytes of a regular file that is there and not empty; else refused."""
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        raise Refusal(f"{path.name}: no such file: {path}") from None
+    except ValueError as error:  # a NUL in the name
+        raise Refusal(f"{path.name}: not a file name: {error}") from None
+    if stat.S_ISDIR(status.st_mode):
+        raise Refusal(f"{path.name}: is a folder, expected {expected}")
+    if not stat.S_ISREG(status.st_mode):
+        raise Refusal(f"{path.name}: is a device or a pipe, expected {expected}")
+    if status.st_size == 0:
+        raise Refusal(f"{path.name}: is empty, expected {expected}")
+    return status.st_size
+
+
+def other_kind(block: bytes) -> str | None:
+    """What a file that begins with `block` is, if it is of a kind that holds no trajectories."""
+    return next((what for start, what in SIGNATURES if block.startswith(start)), None)
+
+
+def complete_labels(labels: Sequence[str], n_points: int) -> tuple[str, ...]:
+    """One label a point; a point without one is called `point_12`, counted from 1."""
+    given = [*labels[:n_points], *[""] * (n_points - len(labels))]
+    return tuple(label or f"point_{i}" for i, label in enumerate(given, start=1))
+
+
+def in_words(labels: Sequence[str], most: int = 20) -> str:
+    """Labels for a message, a long list cut short."""
+    text = ", ".join(labels[:most])
+    return text if len(labels) <= most else f"{text}, … and {len(labels) - most} more"
+
+
+def find_points(labels: Sequence[str], markers: Sequence[str], file: str) -> list[int]:
+    """Places (from 0) of the chosen `markers` among `labels`.
+
+    A marker is a label, or its part after the subject's prefix (`C7` for `Matt:C7`) where that is
+    one point only, or `LABEL#2` for the second point of that label.
+    """
+    if not markers:
+        raise Refusal(f"{file}: no marker is chosen; there are: {in_words(labels)}")
+    found = [_find(labels, marker.strip(), file) for marker in markers]
+    for i, place in enumerate(found):
+        if place in found[:i]:
+            raise Refusal(f"{file}: marker {markers[i].strip()!r} is chosen twice")
+    return found
+
+
+def _find(labels: Sequence[str], marker: str, file: str) -> int:
+    same = [i for i, label in enumerate(labels) if label == marker]
+    if len(same) == 1:
+        return same[0]
+    if same:
+        raise Refusal(
+            f"{file}: {len(same)} points are labelled {marker!r}: choose one of them as"
+            f" {', '.join(f'{marker}#{k}' for k in range(1, len(same) + 1))}"
+        )
+    if numbered := re.fullmatch(r"(.+)#([0-9]+)", marker):
+        same = [i for i, label in enumerate(labels) if label == numbered[1]]
+        if same and 1 <= int(numbered[2]) <= len(same):
+            return same[int(numbered[2]) - 1]
+        if same:
+            raise Refusal(f"{file}: no {marker!r}: points labelled {numbered[1]!r}: {len(same)}")
+    suffix = [i for i, label in enumerate(labels) if ":" in label and _bare(label) == marker]
+    if len(suffix) == 1:
+        return suffix[0]
+    if suffix:
+        several = in_words([labels[i] for i in suffix])
+        raise Refusal(f"{file}: marker {marker!r} is one of several: choose from {several}")
+    raise Refusal(f"{file}: no marker {marker!r}; there are: {in_words(labels)}")
+
+
+def _bare(label: str) -> str:
+    return label.split(":", 1)[1].strip()
+
+
+def number(text: str) -> float | None:
+    """A finite decimal number, with a point or a comma; None for anything else."""
+    text = text.strip().strip('"')
+    if "." not in text:
+        text = text.replace(",", ".", 1)
+    return float(text) if NUMBER.fullmatch(text) else None
+
+
+def read_unit(
+    texts: Sequence[str], name: str, file: str, of_points: bool = False
+) -> tuple[str, float, tuple[str, ...]]:
+    """Unit of length as written, mm in it, and remarks.
+
+    `texts`: all that the field `name` says, once or once per point (`of_points`).
+    """
+    given = list(dict.fromkeys(text.strip() for text in texts if text.strip()))
+    if not given:
+        return "mm", 1.0, (f"units_assumed: {name} is missing or empty, mm is assumed",)
+    for text in given:
+        if text.lower() not in MM:
+            raise Refusal(f"{file}: {name} is {text[:40]!r}, expected one of {KNOWN_UNITS}")
+    if len({MM[text.lower()] for text in given}) > 1:
+        differ = (
+            f"between points ({', '.join(sorted(given))})" if of_points else f"({', '.join(given)})"
+        )
+        raise Refusal(f"{file}: {name} differ {differ}, expected one unit")
+    return given[0], MM[given[0].lower()], ()

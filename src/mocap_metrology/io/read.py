@@ -1,0 +1,170 @@
+"""Read recordings of any format: positions, labels, orientations of bodies.
+
+The suffix of the path tells the format (`FORMATS`), for `.csv` also what the file begins with.
+
+To add a text format, write a module in `text` with a function `layout(path)`, which reads the
+header into a `Layout` and refuses what is none, and add its suffix to `FORMATS` as
+`text_format(layout)`; where the suffix is taken, let one function choose, as `_csv_layout` does.
+Frame numbers, times, gaps, zeros, decimals and segments are then treated as for all others. Another
+binary format needs its own `Format`: a header as `recording.Header` describes it, and a reader that
+gives `recording.assemble` a `SegmentReader` for each file, as `c3d.read` does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.c3d.read import read_c3d
+from mocap_metrology.io.c3d.structure import inspect
+from mocap_metrology.io.header import find_points
+from mocap_metrology.io.recording import Header, Recording
+from mocap_metrology.io.text import motive, nexus, poses, qualisys, trc
+from mocap_metrology.io.text.layout import Layout, check_text, lines
+from mocap_metrology.io.text.read import read_text
+
+Orientations = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Format:
+    """How files are read: the header of one (path, accept_truncated), the positions of a take
+    (arguments of `read_recording`), orientations where there are such (of `orientation_of`)."""
+
+    header: Callable[[Path, bool], Header]
+    read: Callable[[Sequence[Path], Sequence[str], float | None, bool, bool], Recording]
+    orientation: Callable[[Sequence[Path], str, float | None, bool], Orientations] | None = None
+
+
+def text_format(layout: Callable[[Path], Layout]) -> Format:
+    """The format of text files whose headers `layout` reads; nobody is asked for a second opinion
+    on them."""
+
+    def header(path: Path, _accept_truncated: bool) -> Layout:
+        with _readable(path):
+            return layout(path)
+
+    def read(
+        paths: Sequence[Path],
+        markers: Sequence[str],
+        frame_rate_hz: float | None,
+        _second_opinion: bool,
+        accept_truncated: bool,
+    ) -> Recording:
+        with _readable(paths[0]):
+            return read_text(layout, paths, markers, frame_rate_hz, accept_truncated)
+
+    return Format(header, read, partial(poses.read_orientation, layout))
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Refuse a file that the system does not let be read."""
+    try:
+        yield
+    except OSError as error:
+        raise Refusal(f"{path.name}: cannot be read: {error.strerror or error}") from error
+
+
+def _csv_layout(path: Path) -> Layout:
+    """Motive by the names in line 1, Nexus by its section Trajectories."""
+    check_text(path, "a Motive or Vicon Nexus export")
+    first = next((line.text for line in lines(path) if line.text.strip()), "")
+    if first.lstrip('"').startswith(motive.START):
+        return motive.layout(path)
+    if nexus.section(path) is not None:
+        return nexus.layout(path)
+    nexus.refuse_old(path)
+    raise Refusal(
+        f"{path.name}: is neither a Motive export, whose line 1 starts with Format Version, nor a"
+        " Vicon Nexus export with a section Trajectories"
+    )
+
+
+def _txt_layout(path: Path) -> Layout:
+    """Poses; an old Vicon export is named."""
+    check_text(path, poses.WHAT)
+    nexus.refuse_old(path)
+    return poses.layout(path)
+
+
+C3D = Format(inspect, read_c3d)
+FORMATS = {
+    ".trc": text_format(trc.layout),
+    ".csv": text_format(_csv_layout),
+    ".tsv": text_format(qualisys.layout),
+    ".txt": text_format(_txt_layout),
+}
+
+
+def format_of(path: Path) -> Format:
+    """The format of a file by its suffix; C3D where no other has it."""
+    return FORMATS.get(path.suffix.lower(), C3D)
+
+
+def read_recording(
+    paths: Sequence[str | Path],
+    markers: Sequence[str],
+    frame_rate_hz: float | None = None,
+    second_opinion: bool = True,
+    accept_truncated: bool = False,
+) -> Recording:
+    """Positions of `markers` in one file or in the segments of one take, of one format.
+
+    `frame_rate_hz` may give the rate more exactly than the files (within 0.1 %), or where they have
+    none. `second_opinion` lets ezc3d read the same C3D files, where it can, and compares.
+    `accept_truncated` takes what a cut-off file holds.
+    Refuses what cannot be read with certainty; the message starts with the file's name.
+    """
+    files = [Path(path) for path in paths]
+    suffixes = list(dict.fromkeys(path.suffix.lower() for path in files))
+    formats = {format_of(path) for path in files}
+    if len(formats) > 1:
+        given = ", ".join(suffixes)
+        raise Refusal(f"{files[0].name}: segments of one take differ in format: {given}")
+    read = next(iter(formats), C3D).read
+    return read(files, markers, frame_rate_hz, second_opinion, accept_truncated)
+
+
+def labels_of(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:
+    """Labels of a file, in its order; of solved bodies only where there is no marker."""
+    header = _header(path, accept_truncated)
+    markers = tuple(one for k, one in enumerate(header.labels) if k not in header.bodies)
+    return markers or header.labels
+
+
+def bodies_of(path: str | Path, markers: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Labels of a file, or those of the chosen `markers` as they were asked for, that have an
+    orientation beside their position."""
+    if format_of(Path(path)).orientation is None:
+        return ()
+    header = _header(path)
+    if markers is None:
+        return tuple(header.labels[k] for k in sorted(header.bodies))
+    places = find_points(header.labels, markers, header.name)
+    return tuple(one for one, k in zip(markers, places, strict=True) if k in header.bodies)
+
+
+def orientation_of(
+    paths: Sequence[str | Path],
+    marker: str,
+    frame_rate_hz: float | None = None,
+    accept_truncated: bool = False,
+) -> Orientations:
+    """Unit quaternions x, y, z, w (4, n) of one body, in the frames of `read_recording`."""
+    files = [Path(path) for path in paths]
+    read = format_of(files[0]).orientation
+    if read is None:
+        raise Refusal(f"{files[0].name}: holds no orientations")
+    return read(files, marker, frame_rate_hz, accept_truncated)
+
+
+def _header(path: str | Path, accept_truncated: bool = False) -> Header:
+    return format_of(Path(path)).header(Path(path), accept_truncated)

@@ -1,0 +1,299 @@
+"""A recording of one or several files: what the files must agree in, their order, positions in mm.
+
+A reader of any format checks its files, says in which order and with which gaps they follow each
+other, and hands them to `assemble` as `SegmentReader`s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from mocap_metrology.common.errors import Refusal, Unseen
+from mocap_metrology.common.files import sha256
+from mocap_metrology.io.header import find_points
+from mocap_metrology.io.resolution import Resolution, coarsest
+
+LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
+
+Array = npt.NDArray[np.floating]
+Counts = dict[str, int]  # invalid frames by reason
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One file of a recording; `path` is its name without the folder.
+
+    `second_opinion`: `agrees`, `none` (ezc3d could not tell; a note says why), `not asked (...)`.
+    """
+
+    path: str
+    sha256: str
+    first_frame: int
+    n_frames: int
+    frame_count_source: str
+    gap_before: int
+    second_opinion: str
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Positions of chosen markers, from files of any format.
+
+    `labels` as they were asked for; `position_mm` (n_markers, 3, n_frames), C-contiguous, NaN where
+    invalid or where frames are missing; float32 where the file holds float32 in mm, else float64.
+    `units`, `encoding`: of the files. `resolution_mm`: the smallest step the files can tell, the
+    largest over segments; `resolution_kind`: `int16`, `float32`, `rounded`, or `text` where the
+    decimals limit it. `n_invalid`: frames by reason for each marker, missing frames not counted;
+    `n_gap_frames`: missing frames, between segments and (by frame number or time) within them.
+    """
+
+    labels: tuple[str, ...]
+    position_mm: Array
+    frame_rate_hz: float
+    units: str
+    resolution_mm: float
+    resolution_kind: str
+    encoding: str
+    n_invalid: tuple[Counts, ...]
+    n_gap_frames: int
+    segments: tuple[Segment, ...]
+    notes: tuple[str, ...]
+
+
+class Header(Protocol):
+    """What a file of any format says about itself; `frame_rate_hz` 0 where it has none.
+
+    `bodies`: places (from 0) of labels that have an orientation beside their position.
+    """
+
+    @property
+    def path(self) -> Path: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def labels(self) -> tuple[str, ...]: ...
+    @property
+    def bodies(self) -> frozenset[int]: ...
+    @property
+    def frame_rate_hz(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The markers that are read: `labels` as asked for, `points` their places in the files."""
+
+    labels: tuple[str, ...]
+    points: tuple[int, ...]
+    frame_rate_hz: float
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What the positions of one file showed when they were read; `n_invalid` for each marker."""
+
+    n_invalid: Sequence[Counts]
+    resolution: Resolution
+    second_opinion: str
+    notes: Sequence[str]
+
+
+@dataclass(frozen=True)
+class SegmentReader:
+    """One file of a take, checked and not yet read into its place.
+
+    `n_frames` from its first to its last, `n_measured` of them in the file. `read` fills an array
+    (n_markers, 3, n_frames) with positions in mm, NaN where invalid.
+    """
+
+    path: Path
+    units: str
+    encoding: str
+    first_frame: int
+    n_frames: int
+    n_measured: int
+    frame_count_source: str
+    dtype: np.dtype[np.floating]
+    read: Callable[[Array], Contents]
+
+
+def choose(files: Sequence[Header], markers: Sequence[str], frame_rate_hz: float | None) -> Choice:
+    """Find the chosen markers in the files of one take; refuse files that cannot be of one."""
+    check_alike(files)
+    points = find_points(files[0].labels, markers, files[0].name)
+    rate = frame_rate(files[0], frame_rate_hz)
+    return Choice(tuple(marker.strip() for marker in markers), tuple(points), rate)
+
+
+def check_alike(files: Sequence[Header]) -> None:
+    """Refuse files that cannot be of one take."""
+    first = files[0]
+    for i, other in enumerate(files[1:], start=1):
+        if any(other.path.resolve() == s.path.resolve() for s in files[:i]):
+            raise Refusal(f"{other.name}: is given twice")
+        if other.labels != first.labels:
+            only = sorted(set(other.labels) ^ set(first.labels))
+            what = f"{only[0]!r} is in one of them only" if only else "in another order"
+            raise Refusal(f"{other.name}: its labels are not those of {first.name}: {what}")
+        rates = first.frame_rate_hz, other.frame_rate_hz
+        if not math.isclose(*rates, rel_tol=1e-6):
+            raise Refusal(
+                f"{other.name}: its frame rate is {rates[1]:g} Hz, that of {first.name}"
+                f" {rates[0]:g} Hz"
+            )
+
+
+def frame_rate(first: Header, given: float | None) -> float:
+    """Frame rate in Hz: `given`, which may differ from the file's by 0.1 %, else the file's."""
+    if given is not None and not (math.isfinite(given) and given > 0):
+        raise Refusal(f"{first.name}: frame_rate_hz is {given}, expected a positive number")
+    if given is None:
+        if first.frame_rate_hz == 0:
+            raise Refusal(f"{first.name}: has no frame rate; give it in column frame_rate_hz")
+        return first.frame_rate_hz
+    if first.frame_rate_hz and not math.isclose(given, first.frame_rate_hz, rel_tol=1e-3):
+        raise Refusal(
+            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, frame_rate_hz says"
+            f" {given:g} Hz; they may differ by 0.1 %"
+        )
+    return float(given)
+
+
+class Numbered(Protocol):
+    """A file, and how many frames it spans."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def n_frames(self) -> int: ...
+
+
+@dataclass(frozen=True)
+class Plan:
+    """`order` of the given segments, frames missing before each (in that order), remarks."""
+
+    order: tuple[int, ...]
+    gaps: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+
+
+def plan_by_numbers(segments: Sequence[Numbered], firsts: Sequence[int]) -> Plan:
+    """Order and gaps of segments whose first frames have the numbers `firsts`.
+
+    Where all start at the same number it tells nothing, and no gap is assumed. Refuses segments
+    that overlap.
+    """
+    if len(set(firsts)) == 1:
+        return plan_as_given(firsts)
+    order = tuple(sorted(range(len(segments)), key=lambda i: firsts[i]))
+    gaps = [_gap(segments, firsts, a, b) for a, b in pairwise(order)]
+    check_gaps(segments, order, gaps)
+    notes = []
+    if order != tuple(range(len(segments))):
+        names = ", ".join(segments[i].name for i in order)
+        notes.append(f"segments were given out of order; taken as {names}")
+    return Plan(order, (0, *gaps), tuple(notes))
+
+
+def plan_as_given(firsts: Sequence[int]) -> Plan:
+    """One after another in the given order, where all first frames have the same number."""
+    order = tuple(range(len(firsts)))
+    if len(firsts) == 1:
+        return Plan(order, (0,))
+    note = f"all segments start at frame {firsts[0]}: taken in the given order, without gaps"
+    return Plan(order, (0,) * len(firsts), (note,))
+
+
+def check_gaps(segments: Sequence[Numbered], order: Sequence[int], gaps: Sequence[int]) -> None:
+    """Refuse gaps far longer than what was measured."""
+    if sum(gaps) > LONGEST_GAP * sum(s.n_frames for s in segments):
+        raise Refusal(
+            f"{segments[order[0]].name}: the segments' frame numbers leave out {sum(gaps)} frames,"
+            f" more than {LONGEST_GAP} times those measured: are they of one take?"
+        )
+
+
+def _gap(segments: Sequence[Numbered], firsts: Sequence[int], a: int, b: int) -> int:
+    """Frames missing between segment `a` and the later `b`."""
+    gap = firsts[b] - (firsts[a] + segments[a].n_frames)
+    if gap < 0:
+        raise overlap(segments[a], firsts[a], segments[b], firsts[b])
+    return gap
+
+
+def overlap(a: Numbered, first_a: int, b: Numbered, first_b: int) -> Refusal:
+    """The refusal of segment `b`, which starts before the end of `a`."""
+    return Refusal(
+        f"{b.name}: segments overlap or are out of order: frames"
+        f" {first_b} to {first_b + b.n_frames - 1}, but {a.name} has frames"
+        f" {first_a} to {first_a + a.n_frames - 1}"
+    )
+
+
+def assemble(readers: Sequence[SegmentReader], plan: Plan, choice: Choice, file: str) -> Recording:
+    """Read all segments, which stand in the order of `plan`; `file` is named in refusals."""
+    total = sum(reader.n_frames for reader in readers) + sum(plan.gaps)
+    if total < 2:
+        raise Refusal(f"{file}: has 1 frame, expected at least 2 frames")
+    dtype = np.result_type(*(reader.dtype for reader in readers))
+    position = np.empty((len(choice.points), 3, total), dtype)
+    contents, end = [], 0
+    for reader, gap in zip(readers, plan.gaps, strict=True):
+        start, end = end + gap, end + gap + reader.n_frames
+        position[:, :, start - gap : start] = np.nan
+        contents.append(reader.read(position[:, :, start:end]))
+    n_invalid = _sum_counts([found.n_invalid for found in contents])
+    n_measured = sum(reader.n_measured for reader in readers)
+    check_seen(choice.labels, n_measured, n_invalid, file)
+    resolution = coarsest([found.resolution for found in contents])
+    return Recording(
+        labels=choice.labels,
+        position_mm=position,
+        frame_rate_hz=choice.frame_rate_hz,
+        units="; ".join(dict.fromkeys(reader.units for reader in readers)),
+        resolution_mm=resolution.step_mm,
+        resolution_kind=resolution.kind,
+        encoding="; ".join(dict.fromkeys(reader.encoding for reader in readers)),
+        n_invalid=n_invalid,
+        n_gap_frames=total - n_measured,
+        segments=tuple(
+            Segment(
+                path=reader.path.name,
+                sha256=sha256(reader.path),
+                first_frame=reader.first_frame,
+                n_frames=reader.n_frames,
+                frame_count_source=reader.frame_count_source,
+                gap_before=gap,
+                second_opinion=found.second_opinion,
+            )
+            for reader, gap, found in zip(readers, plan.gaps, contents, strict=True)
+        ),
+        notes=(*plan.notes, *(note for found in contents for note in found.notes)),
+    )
+
+
+def _sum_counts(segments: Sequence[Sequence[Counts]]) -> tuple[Counts, ...]:
+    """Invalid frames by reason for each marker, over all segments."""
+    return tuple(
+        {reason: sum(counts[reason] for counts in of_marker) for reason in of_marker[0]}
+        for of_marker in zip(*segments, strict=True)
+    )
+
+
+def check_seen(
+    labels: Sequence[str], n_frames: int, counts: Sequence[Mapping[str, int]], file: str
+) -> None:
+    """Refuse a marker that is valid in no frame; `counts` of invalid frames by reason."""
+    for label, by_reason in zip(labels, counts, strict=True):
+        if sum(by_reason.values()) == n_frames:
+            found = [f"{n} {reason.replace('_', ' ')}" for reason, n in by_reason.items() if n]
+            raise Unseen(
+                f"{file}: marker {label!r} is valid in no frame of {n_frames} ({', '.join(found)})"
+            )

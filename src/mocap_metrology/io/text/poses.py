@@ -1,0 +1,134 @@
+"""Orientations of bodies frame by frame beside their positions, and a text of poses.
+
+The text is a comment line, then the 3x4 matrix [R|t] of each frame, t in m. Layout of the Vive
+tracker recordings of Gravert's Vive-Accuracy-Experiment: line 1 begins with # and names the rate
+that was asked for (`Freq: 250`); then 12 numbers a line, row by row, with spaces or tabs between.
+There is no time stamp.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.header import find_points, number
+from mocap_metrology.io.text.layout import Layout, RotationColumns, Triple, check_text, lines, rate
+from mocap_metrology.io.text.read import read_text
+from mocap_metrology.io.text.rows import Floats
+
+WHAT = "a text of poses (12 numbers a line)"
+LABEL = "tracker"
+POSITION = (3, 7, 11)
+MATRIX = (0, 1, 2, 4, 5, 6, 8, 9, 10)
+ORTHOGONAL = 1e-3  # how far R R^T, or the length of a quaternion, may be from 1
+PARTS = 4  # series of three numbers: the position, and up to nine numbers of a rotation
+
+
+def layout(path: Path) -> Layout:
+    """Read the first lines of a text of poses; the position is that of one marker, `tracker`."""
+    check_text(path, WHAT)
+    comment, told = "", 0.0
+    for line in itertools.islice(lines(path), 20):
+        if line.text.startswith("#"):
+            comment += line.text
+        elif line.text.strip():
+            break
+    else:
+        raise Refusal(f"{path.name}: has no frames: nothing follows the comment")
+    cells = line.cells(" ")
+    if len(cells) != 12 or number(cells[0]) is None:
+        start = line.text[:30]
+        raise Refusal(f"{path.name}: is not {WHAT}: line {line.number} is {start!r}")
+    if found := re.search(r"Freq:\s*([0-9.]+)", comment):
+        told = rate(found[1])
+    notes = (f"{told:g} Hz is the rate asked for; rows have no time",) if told else ()
+    return Layout(
+        path=path,
+        encoding="pose text",
+        labels=(LABEL,),
+        columns=(POSITION,),
+        frame_rate_hz=told,
+        units="m",
+        mm_per_unit=1000.0,
+        delimiter=" ",
+        data_line=line.number,
+        data_offset=line.start,
+        n_columns=12,
+        notes=notes,
+        rotations={0: RotationColumns(MATRIX, "matrix")},
+    )
+
+
+def read_orientation(
+    layout: Callable[[Path], Layout],
+    paths: Sequence[Path],
+    marker: str,
+    frame_rate_hz: float | None = None,
+    accept_truncated: bool = False,
+) -> Floats:
+    """Unit quaternions x, y, z, w (4, n) that turn the axes of a body into those of the room, in
+    the frames of `read_text`; their sign does not jump; NaN where the body was not seen.
+
+    Refuses a marker without orientation, and numbers that are no rotation.
+    """
+    names = [f"part {k}" for k in range(PARTS)]
+    kinds = set()
+
+    def parts(path: Path) -> Layout:
+        found = layout(path)
+        place = find_points(found.labels, [marker], found.name)[0]
+        if place not in found.rotations:
+            raise Refusal(f"{found.name}: {marker!r} is a marker, which has no orientation")
+        rotation = found.rotations[place]
+        kinds.add(rotation.kind)
+        cells = [*found.columns[place], *rotation.columns]
+        cells += cells[-1:] * (3 * PARTS - len(cells))
+        three: list[Triple] = [(a, b, c) for a, b, c in zip(*[iter(cells)] * 3, strict=True)]
+        return replace(
+            found, labels=tuple(names), columns=tuple(three), mm_per_unit=1.0, remarks={}
+        )
+
+    recording = read_text(parts, paths, names, frame_rate_hz, accept_truncated)
+    values = recording.position_mm.reshape(3 * PARTS, -1).astype(np.float64, copy=False)
+    seen = np.isfinite(values).all(axis=0)
+    if not seen.any():
+        raise Refusal(f"{paths[0].name}: {marker!r} has no orientation in any frame")
+    found = np.full((4, values.shape[1]), np.nan)
+    found[:, seen] = _quaternions(values[3:, seen], kinds.pop(), paths[0].name, marker)
+    return found
+
+
+def _quaternions(values: Floats, kind: str, file: str, marker: str) -> Floats:
+    """(4, n) of the numbers of a rotation (9, n), of which a kind uses the first ones."""
+    from scipy.spatial.transform import Rotation
+
+    if kind == "matrix":
+        matrix = values.T.reshape(-1, 3, 3)
+        off = np.abs(matrix @ matrix.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        wrong = (off > ORTHOGONAL) | (np.linalg.det(matrix) < 0)
+        turn = Rotation.from_matrix(np.where(wrong[:, None, None], np.eye(3), matrix))
+    elif kind == "quaternion":
+        length = np.linalg.norm(values[:4], axis=0)
+        wrong = np.abs(length - 1) > ORTHOGONAL
+        turn = Rotation.from_quat(np.where(wrong, [[0.0], [0.0], [0.0], [1.0]], values[:4]).T)
+    else:
+        wrong = np.abs(values[:3]).max(axis=0) > 360
+        turn = Rotation.from_euler(kind, values[:3].T, degrees=True)
+    if wrong.any():
+        what = "angles" if len(kind) == 3 else f"a {kind}"
+        frame = int(np.argmax(wrong)) + 1
+        raise Refusal(f"{file}: {marker!r}: {what} of no rotation, first in seen frame {frame}")
+    return _without_jumps(turn.as_quat()).T
+
+
+def _without_jumps(quaternions: Floats) -> Floats:
+    """(n, 4) with signs that make each nearer to the one before than its negative is."""
+    jumps = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0, -1.0, 1.0)
+    quaternions[1:] *= np.cumprod(jumps)[:, None]
+    return quaternions

@@ -1,14 +1,14 @@
-"""Rows of gaussian.csv and the warning of a marker that moves."""
+"""Rows of gaussian.csv, and markers that move."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from mocap_metrology.common.words import three
-from mocap_metrology.noise.gaussian.describe import gaussian_rows, moving_markers
+from mocap_metrology.noise.gaussian.describe import gaussian_rows
 from mocap_metrology.noise.gaussian.series import all_series, coordinate_names, pair_numbers
 from mocap_metrology.noise.gaussian.two_markers import drift, median_drift
+from mocap_metrology.noise.motion.movement import moving_markers
 
 STILL = (2.0, 3600.0)  # range_mm, horizon_s
 
@@ -50,21 +50,21 @@ def test_a_moving_marker_is_named():
     still, moving = np.zeros((3, 12_000)), np.zeros((3, 12_000))
     moving[1] = 0.1 * t  # 10 mm in all
     moving[0, 100] = np.nan
-    assert moving_markers({"A": still}, 120.0, *STILL) == []
-    (line,) = moving_markers({"A": still, "B": moving}, 120.0, *STILL)
-    assert line.startswith("marker B seems to move: covers 9.98 mm along y within 100 s, which")
+    assert moving_markers({"A": still}, 120.0, *STILL) == {}
+    found = moving_markers({"A": still, "B": moving}, 120.0, *STILL)
+    ((label, (axis, most)),) = found.items()
+    assert (label, axis) == ("B", "y")
+    assert most.size_mm == pytest.approx(9.98, abs=0.005)
+    assert np.isnan(most.time_s)  # it goes on
 
 
-def test_all_markers_that_move_are_one_line() -> None:
+def test_all_markers_that_move_are_found() -> None:
     t = np.arange(340) / 200
     walking = [np.stack([speed * t, 0 * t, 0 * t]) for speed in (1400.0, 1410.0, 1390.0)]
-    (line,) = moving_markers(dict(zip("ABC", walking, strict=True)), 200.0, *STILL)
-    assert line.startswith("marker A seems to move, and so do B and C: B covers 2.3")
-    assert " m along x within 1.7 s, which noise does not;" in line
-    (line,) = moving_markers(dict(zip("AB", walking, strict=False)), 200.0, *STILL)
-    assert line.startswith("marker A seems to move, and so does B: ")
-    many = {f"M{k}": walking[0] for k in range(9)}
-    assert ", and so do 8 others: " in moving_markers(many, 200.0, *STILL)[0]
+    found = moving_markers(dict(zip("ABC", walking, strict=True)), 200.0, *STILL)
+    assert [(label, axis) for label, (axis, _) in found.items()] == [(name, "x") for name in "ABC"]
+    assert max(found, key=lambda label: found[label][1].size_mm) == "B"
+    assert 2300 < found["B"][1].size_mm < 2400
 
 
 @pytest.mark.filterwarnings("error")
@@ -74,15 +74,16 @@ def test_wrong_samples_and_gaps_move_no_marker() -> None:
     still[0, 1234] = 1e9
     still[1, 10::100] = -1e9
     assert drift(still[0], 100.0).range > 1e6
-    assert moving_markers({"A": still}, 100.0, *STILL) == []
+    assert moving_markers({"A": still}, 100.0, *STILL) == {}
     still[2, 1000:4000] = np.nan
     still[2, 2000] = 1e9  # alone in its second
     still[:, ::2] = np.nan
-    assert moving_markers({"A": still}, 100.0, *STILL) == []
+    assert moving_markers({"A": still}, 100.0, *STILL) == {}
     still[1, 3001:] += 3.0
-    (line,) = moving_markers({"A": still}, 100.0, *STILL)
-    assert line.startswith("marker A seems to move: stands 2.99 mm elsewhere along y from 30.2")
-    assert moving_markers({"A": np.full((3, 500), np.nan)}, 100.0, *STILL) == []
+    axis, most = moving_markers({"A": still}, 100.0, *STILL)["A"]
+    assert (axis, most.size_mm) == ("y", pytest.approx(2.99, abs=0.005))
+    assert most.time_s == pytest.approx(30.25, abs=0.005)
+    assert moving_markers({"A": np.full((3, 500), np.nan)}, 100.0, *STILL) == {}
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 7, 30, 95, 1000])
@@ -95,15 +96,3 @@ def test_medians_as_numpy_makes_them(n: int) -> None:
     expected = np.ptp(np.nanmedian(blocks, axis=1)) if len(blocks) > 1 else np.nan
     assert found.range == pytest.approx(expected, nan_ok=True)
     assert width >= 5 or n < 10
-
-
-def test_numbers_of_sentences_have_no_power_of_ten() -> None:
-    said = {
-        2020.4: "2020",
-        928_000: "928000",
-        5.04e6: "5040000",
-        0.24589: "0.246",
-        0.0426: "0.0426",
-        -0.503: "-0.503",
-    }
-    assert {value: three(value) for value in said} == said

@@ -7,13 +7,13 @@ import pytest
 from figure_data import check_saved, every_text
 
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-from mocap_metrology.noise.diagnosis.sentences import sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
 from mocap_metrology.present.diagnosis.spectra import FILTER_LOOKS, ROUNDING, _size
 from mocap_metrology.present.diagnosis.time import moment, view_of
 from mocap_metrology.present.drawing.style import LOOKS
+from mocap_metrology.present.text.diagnosis import sentences
 
 pytestmark = pytest.mark.filterwarnings("error")
 RATE = 120.0

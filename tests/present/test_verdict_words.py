@@ -12,9 +12,10 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
-from mocap_metrology.noise.assess.series import Span
+from mocap_metrology.noise.assess.uncertainty import Span
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.drawing.style import save_figure
+from mocap_metrology.present.verdict.document import verdict_document
 from mocap_metrology.present.verdict.figure import KINDS, kind_of, verdict_figure
 from mocap_metrology.present.verdict.words import HEAD, mm, summary_row, verdict_lines
 
@@ -38,8 +39,8 @@ def contents(
     columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")
     curve = {k: np.array([0.5, 0.25]) for k in columns} | {"edf": np.array([40.0, 10.0])}
     allan = {"series": np.array(["y1"] * 2), "estimator": np.array(["oadev"] * 2), **curve}
-    origin = {"labels": ["A"] * n_markers, "source": "measured"}
-    found = assess_recording(Inputs(series, origin, noise, allan, []), Span(RATE))
+    inputs = Inputs(series, ["A"] * n_markers, noise, allan, [])
+    found = verdict_document(assess_recording(inputs, Span(RATE)), "measured")
     found = {"recording": "lab-1", "group": "lab", "twin": None, **found}
     return nulled(found | {"warnings": ["marker A moves"], "sentences": SENTENCES})
 

@@ -20,7 +20,7 @@ from snakemake.io import PeriodicityDetector
 
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
-from mocap_metrology.noise.assess.verdict import Thresholds
+from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 
 ROOT = Path(__file__).resolve().parents[2]

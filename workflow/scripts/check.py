@@ -8,7 +8,8 @@ with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal, Truncated
     from mocap_metrology.common.files import empty_folder, sha256, write_json
     from mocap_metrology.io.read import bodies_of, read_recording
-    from mocap_metrology.noise.gaussian.describe import moving_markers
+    from mocap_metrology.noise.motion.movement import moving_markers
+    from mocap_metrology.present.text.movement import movement_words
 
     row = snakemake.params.row
     check = {"ok": True, "why": "", "warnings": [], "notes": []}
@@ -24,14 +25,17 @@ with step(snakemake) as log:
             row["accept_truncated"],
         )
         check["notes"] = list(recording.notes)
-        check["warnings"] = moving_markers(
+        rate, horizon = recording.frame_rate_hz, snakemake.params.horizon_s
+        moving = moving_markers(
             dict(zip(recording.labels, recording.position_mm, strict=True)),
-            recording.frame_rate_hz,
+            rate,
             snakemake.params.still["range_mm"],
-            snakemake.params.horizon_s,
+            horizon,
             recording.resolution_mm,
         )
-        check["moving"] = bool(check["warnings"])
+        duration = recording.position_mm.shape[2] / rate
+        check["warnings"] = movement_words(moving, min(duration, horizon))
+        check["moving"] = bool(moving)
         check["bodies"] = bodies_of(row["paths"][0], row["markers"])
     except Refusal as refusal:
         why = str(refusal)

@@ -8,15 +8,15 @@ with step(snakemake) as log:
     from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.noise.diagnosis.coded import coded
+    from mocap_metrology.noise.diagnosis.findings import findings_of
     from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-    from mocap_metrology.noise.diagnosis.sentences import sentences
     from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
     from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
     from mocap_metrology.present.diagnosis.tables import write_diagnosis
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.group_tables import read_noise
     from mocap_metrology.present.recording.recording_figures import source_words
+    from mocap_metrology.present.text.diagnosis import sentences
 
     given, name = snakemake.params, snakemake.wildcards.recording
     settings = DiagnosisSettings(
@@ -35,7 +35,7 @@ with step(snakemake) as log:
     noise = read_noise(snakemake.input.noise)
     psd, made = read_table(snakemake.input.psd)
     found = diagnose(recording, noise, psd, settings, made["psd"])
-    findings = coded(recording, found, noise)
+    findings = findings_of(recording, found, noise)
     said = sentences(recording, found, noise, settings)
     for one in said:
         log.info("%s: %s: %s", one.severity, one.kind, one.words)

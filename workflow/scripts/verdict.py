@@ -9,11 +9,13 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import read_metadata, read_series, read_table, write_json
+    from mocap_metrology.noise.assess.checks import Thresholds
     from mocap_metrology.noise.assess.recording import Inputs, assess_recording
-    from mocap_metrology.noise.assess.series import Span
-    from mocap_metrology.noise.assess.verdict import Thresholds
+    from mocap_metrology.noise.assess.uncertainty import Span
+    from mocap_metrology.noise.diagnosis.findings import Finding
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.verdict.document import verdict_document
     from mocap_metrology.present.verdict.figure import verdict_figure
     from mocap_metrology.present.verdict.words import verdict_lines
 
@@ -34,16 +36,16 @@ with step(snakemake) as log:
     found = assess_recording(
         Inputs(
             read_series(files.clean),
-            origin,
+            origin["labels"],
             read_noise(files.noise),
             read_table(files.allan)[0],
             pd.read_csv(files.outliers).to_dict("records"),
-            told([files.diagnosis], "findings"),
+            [Finding.of(row) for row in told([files.diagnosis], "findings")],
         ),
         span,
         Thresholds(**limits),
     )
-    found = given.row | found
+    found = given.row | verdict_document(found, origin["source"])
     found["warnings"] = told(files.check, "warnings")
     found |= {key: told([files.diagnosis], key) for key in ("findings", "sentences")}
     write_json(snakemake.output.json, found)

@@ -6,9 +6,9 @@ import math
 import re
 from typing import Any
 
-from mocap_metrology.noise.assess.verdict import duration_words
 from mocap_metrology.noise.fit.estimates import unit_key, unit_of
 from mocap_metrology.present.drawing.axes import SUPERSCRIPT
+from mocap_metrology.present.text.sentence import duration_words
 
 # What stands behind a coefficient that is not simply right, and what it means
 MARKS = {"at_bound": "§", "not_converged": "¶", "misfit": "#"}

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.assess.series import Span, assess_series
 from mocap_metrology.noise.assess.spread import expected_spread, spread
+from mocap_metrology.noise.assess.uncertainty import Span, assess_series
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
@@ -44,8 +44,8 @@ def covered(name: str, duration_s: float, runs: int) -> tuple[np.ndarray, np.nda
         for level, confidence in enumerate(LEVELS):
             span = Span(RATE, confidence=confidence)
             found = assess_series(series, rows("x1", estimate), CURVE, span)
-            ends = [(found["frame_lower_mm"], found["frame_upper_mm"])]
-            ends += [(mean["lower_mm"], mean["upper_mm"]) for mean in found["means"]]
+            ends = [(found.frame_lower_mm, found.frame_upper_mm)]
+            ends += [(mean.lower_mm, mean.upper_mm) for mean in found.means]
             for k, (n, (low, high)) in enumerate(zip(frames, ends, strict=True)):
                 said[level, k] += low <= truth[k] <= high
                 own = expected_spread(estimate.model, n, N, TAU0, N, confidence)

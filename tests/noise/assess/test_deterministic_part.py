@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.allan.confidence import allan_curve
-from mocap_metrology.noise.assess.series import Span, assess_series
+from mocap_metrology.noise.assess.uncertainty import Span, assess_series
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 
@@ -28,9 +28,9 @@ def test_what_lies_under_the_noise_counts(wave, name):
         strict=True,
     ))  # fmt: skip
     found = assess_series(series, table, columns, Span(RATE))
-    assert found["basis"] == "model"
-    assert found["frame_mm"] == pytest.approx(np.hypot(0.05, wave.std()), rel=0.02)
-    assert found["shares"][name] == pytest.approx(wave.var() / (0.05**2 + wave.var()), rel=0.02)
+    assert found.basis == "model"
+    assert found.frame_mm == pytest.approx(np.hypot(0.05, wave.std()), rel=0.02)
+    assert found.shares[name] == pytest.approx(wave.var() / (0.05**2 + wave.var()), rel=0.02)
     minutes = wave.reshape(10, -1).mean(axis=1).std()
-    assert found["means"][2]["uncertainty_mm"] == pytest.approx(minutes, rel=0.05)
-    assert sum(found["shares"].values()) == pytest.approx(1)
+    assert found.means[2].uncertainty_mm == pytest.approx(minutes, rel=0.05)
+    assert sum(found.shares.values()) == pytest.approx(1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.assess.lowest import lowest
+from mocap_metrology.noise.assess.uncertainty import lowest
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 

@@ -7,9 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.assess.measured import measured_spread, measured_within
-from mocap_metrology.noise.assess.series import Span, assess_series
-from mocap_metrology.noise.assess.spread import expected_spread, kind, spread
+from mocap_metrology.noise.assess.spread import (
+    expected_spread,
+    kind,
+    measured_spread,
+    measured_within,
+    spread,
+)
+from mocap_metrology.noise.assess.uncertainty import Span, assess_series
 from mocap_metrology.noise.model.components import (
     FORMS,
     Form,
@@ -115,13 +120,13 @@ def test_a_wide_line_is_as_uncertain_as_its_row_says(wide: bool) -> None:
     empty = {k: np.array([]) for k in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")}
     rows = line_rows(A_s, error, **({"width_f": 0.02} if wide else {}))
     found = assess_series(series, rows, empty, Span(1 / TAU0))
-    assert found["basis"] == "model"
+    assert found.basis == "model"
     error = error if wide else math.sqrt(2 * TAU0 * sigma**2 / 600)
     heights = rng.normal(A_s, error, 100_000)
     levels = sigma**2 * (1 + rng.normal(0, math.sqrt(2 / 60_000), 100_000))
     expected = np.std(np.log(levels + heights**2 / 2)) / 2
     for end, sign in (("upper", 1), ("lower", -1)):
-        ratio = found[f"sigma_frame_{end}_mm"] / found["sigma_frame_mm"]
+        ratio = getattr(found, f"sigma_frame_{end}_mm") / found.sigma_frame_mm
         assert math.log(ratio) == pytest.approx(sign * expected, rel=0.03)
 
 

@@ -75,7 +75,7 @@ def test_a_crump_is_found_and_measured(kind):
         assert abs(event.time_s - CRUMP["time_s"]) < 0.1
         assert event.size_mm == pytest.approx(size, rel=0.2)
         assert set(event.series) >= set(NAMES)
-        assert event.word == "happened once"
+        assert event.outcome == "once"
         assert abs(event.shift_mm) < 0.2 * size
 
 
@@ -84,7 +84,7 @@ def test_noise_that_doubles_after_a_crump_is_said_to():
         position, _ = recorded(("T40", 10), seed, crump=CRUMP)
         (event,) = events_of(loud_after(position, CRUMP["time_s"] + 5, 2.0))
         assert event.kind == "burst"
-        assert event.word == "level changed"
+        assert event.outcome == "level changed"
         assert all(side.lower < 2.0 < side.upper for side in event.sides)
 
 
@@ -118,7 +118,7 @@ def test_one_frame_of_one_marker_is_no_event_and_of_both_is():
     assert event.time_s == pytest.approx(250.0, abs=0.05)
     assert event.size_mm == pytest.approx(0.4, rel=0.2)
     position[:, 33_000:33_005] -= 0.4
-    assert [e.word for e in events_of(position)] == ["one of 2"] * 2
+    assert [(e.outcome, e.of) for e in events_of(position)] == [("repeated", 2)] * 2
 
 
 def test_slow_noise_and_gaps_are_no_events():

@@ -1,45 +1,62 @@
-"""One recording: numbers of every series, and the verdict, as they stand in verdict.json."""
+"""One recording: numbers of every series, and the verdict on it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TypedDict
 
 import numpy as np
 
-from mocap_metrology.noise.assess.series import Span, assess_series
-from mocap_metrology.noise.assess.verdict import (
-    Facts,
-    Thresholds,
-    Verdict,
-    excess_outliers,
-    missing_frames,
-    verdict,
-)
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.assess.checks import Facts, Thresholds
+from mocap_metrology.noise.assess.conformity import Verdict, verdict
+from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span, assess_series
+from mocap_metrology.noise.diagnosis.findings import Finding
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.gaussian.describe import LONG_S
+
+CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
+
+
+class OutlierRow(TypedDict):
+    """A row of outliers.csv."""
+
+    series: str
+    n_frames: float
+    n_valid: float
+    share: float
+    share_of_clean_gaussian_noise: float
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """series: name and cleaned values in mm; origin: metadata of clean.parquet; noise: rows of
-    noise.csv; allan: columns of allan_masked.parquet; outliers: rows of outliers.csv;
-    findings: those of diagnosis.json."""
+    """series: name and cleaned values in mm; labels: of the markers; noise: rows of noise.csv;
+    allan: columns of allan_masked.parquet; outliers: rows of outliers.csv; findings: those of the
+    diagnosis."""
 
     series: Iterable[tuple[str, np.ndarray]]
-    origin: Mapping[str, Any]
-    noise: Sequence[Mapping[str, Any]]
+    labels: Sequence[str]
+    noise: Sequence[NoiseRow]
     allan: Mapping[str, np.ndarray]
-    outliers: Sequence[Mapping[str, Any]]
-    findings: Sequence[Mapping[str, Any]] = ()
+    outliers: Sequence[OutlierRow]
+    findings: Sequence[Finding] = ()
 
 
-def assess_recording(
-    inputs: Inputs, span: Span, limits: Thresholds | None = None
-) -> dict[str, Any]:
-    """What verdict.json holds, but for what the sheet, the check and the diagnosis say."""
+@dataclass(frozen=True)
+class Assessment:
+    """What one recording tells of its system."""
+
+    facts: Facts
+    span: Span
+    limits: Thresholds
+    verdict: Verdict
+    series: Mapping[str, SeriesNumbers]
+
+
+def assess_recording(inputs: Inputs, span: Span, limits: Thresholds | None = None) -> Assessment:
+    """Numbers of every series and the verdict. Of a recording of less than a minute no drift per
+    hour is told, though the verdict goes by what it was."""
     limits = limits or Thresholds()
     numbers, n_frames = {}, 0
     for name, values in inputs.series:
@@ -52,46 +69,49 @@ def assess_recording(
     facts = Facts(
         duration,
         min(span.horizon_s, duration),
-        len(inputs.origin["labels"]),
+        len(inputs.labels),
         missing_frames(inputs.outliers),
         excess_outliers(inputs.outliers),
-        tuple(inputs.origin["labels"]),
+        tuple(inputs.labels),
         span.horizon_s,
         n_frames,
         inputs.findings,
     )
     found = verdict(numbers, facts, limits)
-    for name, values in numbers.items():
-        values["missing"] = facts.missing.get(name)
-        values["excess_outliers"] = facts.outliers.get(name)
-        if duration < LONG_S:
-            values["drift_mm_per_h"] = math.nan  # seconds tell of no hour
-    return {
-        "source": inputs.origin["source"],
-        "labels": list(facts.labels),
-        "duration_s": duration,
-        "frame_rate_hz": span.frame_rate_hz,
-        "horizon_s": facts.horizon_s,
-        "window_s": span.window_s,
-        "confidence": span.confidence,
-        **_told(found),
-        "limits_mm": {"good": limits.good_mm, "usable": limits.usable_mm},
-        "series": numbers,
-    }
-
-
-def _told(found: Verdict) -> dict[str, Any]:
-    return {
-        "word": found.word,
-        "reason": found.decided_by.sentence,
-        "decided_by": found.decided_by.as_row(),
-        "caps": [c.as_row() | {"word": c.word, "reason": c.sentence} for c in found.caps],
-        "uncertainty": found.uncertainty,
-        "reference_for_mm": found.reference_for_mm,
-    }
+    if duration < LONG_S:
+        numbers = {k: replace(v, drift_mm_per_h=math.nan) for k, v in numbers.items()}
+    return Assessment(facts, span, limits, found, numbers)
 
 
 def _curve(allan: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
     own = (np.asarray(allan["series"]) == name) & (np.asarray(allan["estimator"]) == "oadev")
     columns = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")
     return {k: np.asarray(allan[k])[own] for k in columns}
+
+
+def excess_outliers(rows: Sequence[OutlierRow]) -> dict[str, float]:
+    """By series of outliers.csv: share of outliers less that of clean Gaussian noise, >= 0.
+
+    The share is the least that goes with the count (Wilson's interval, CHANCE standard deviations):
+    of 30 frames of clean noise three may well be beyond a threshold that they make themselves.
+    """
+    return {
+        row["series"]: max(
+            _least_share(float(row["share"]), float(row["n_valid"]))
+            - float(row["share_of_clean_gaussian_noise"]),
+            0.0,
+        )
+        for row in rows
+    }
+
+
+def _least_share(share: float, n: float) -> float:
+    if not n > 0:
+        return math.nan
+    scatter = math.sqrt(share * (1 - share) / n + CHANCE**2 / (4 * n**2))
+    return (share + CHANCE**2 / (2 * n) - CHANCE * scatter) / (1 + CHANCE**2 / n)
+
+
+def missing_frames(rows: Sequence[OutlierRow]) -> dict[str, float]:
+    """By series of outliers.csv: share of frames without a sample."""
+    return {row["series"]: 1 - float(row["n_valid"]) / float(row["n_frames"]) for row in rows}

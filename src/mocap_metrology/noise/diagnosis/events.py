@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -21,6 +22,7 @@ CLEAR_S = 1.0  # left out on each side before sides are compared
 SIDES_MISS = 0.01  # probability that some series of an event is said to have changed and has not
 # Shorter recordings decide nothing: an event in the middle needs its context on both sides
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
+LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
 MOST = 200  # events that are measured; more, and the recording is no still one
 
 
@@ -75,13 +77,34 @@ class Event:
         return max(known, key=lambda s: abs(math.log(s.ratio)) / width[s.series], default=None)
 
     @property
-    def word(self) -> str:
-        """`level changed`, `happened once`, `one of 3`, or `unknown` where a side is too short."""
+    def outcome(self) -> Literal["level changed", "once", "repeated", "unknown"]:
+        """What is left of it, or how often it was; `unknown` where a side is too short."""
         if self.kind == "level" or self.level_changed:
             return "level changed"
         if not self.most_changed:
             return "unknown"
-        return "happened once" if self.of == 1 else f"one of {self.of}"
+        return "once" if self.of == 1 else "repeated"
+
+    @property
+    def noise_after(self) -> Literal["changed", "alike", "cannot be told"]:
+        """Against that before, over all series."""
+        if self.level_changed:
+            return "changed"
+        unsure = any(side.word == "cannot be told" for side in self.sides)
+        return "cannot be told" if unsure else "alike"
+
+    @property
+    def matters(self) -> bool:
+        """Whether a reader is warned: not of a small change of level alone."""
+        side = self.most_changed
+        if side is None or self.kind == "burst":
+            return True
+        return max(side.ratio, 1 / side.ratio) >= LEVEL_MATTERS
+
+    def markers(self, labels: Sequence[str]) -> list[str]:
+        """Labels of the markers whose coordinates it is seen in."""
+        numbers = {int(s[1:]) for s in self.series if s[0] in "xyz"}
+        return [label for k, label in enumerate(labels, start=1) if k in numbers]
 
 
 def alarms(dynamics: Mapping[str, Sequence[Dynamic]], false_alarm: float) -> tuple[list, float]:

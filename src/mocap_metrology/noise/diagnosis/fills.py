@@ -27,6 +27,7 @@ LIKELIEST = 0.7  # chance of one, from which nothing is told
 SHORT, ENOUGH, MARGIN = 4, 200, 1.5  # runs that chance makes, and how many of them tell its rate
 PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, that s is taken of
 CHUNK = 1 << 20
+MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
 
 
 @dataclass(frozen=True)

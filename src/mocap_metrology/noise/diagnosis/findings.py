@@ -1,13 +1,21 @@
 """Findings: what was found in a recording, by codes that other programs can rely on.
 
-`diagnosis.json` and `verdict.json` list them under `findings`; the sentences are made from them.
+`diagnosis.json` and `verdict.json` list them under `findings`. Those of slow movement (drift,
+warm-up, walk) are of the noise model: made from rows of noise.csv by `likelihood`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypedDict
+
+from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.resolution import DOMINATES
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, Z_95, NoiseRow
+from mocap_metrology.noise.gaussian.series import AXES
+from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
 
 # Unit and meaning of `value`, by code; "" is a pure number
 CODES = {
@@ -23,6 +31,20 @@ CODES = {
     "line": ("Hz", "frequency of a periodic disturbance"),
     "event": ("s", "time of a disturbance, from the first frame"),
 }
+CODE_OF = {"drift": "drift", "A_w": "warm_up", "h_-2": "random_walk"}
+USABLE = ("ok", "at_bound", "not_converged")
+SETTLED = 3.0  # T_w after which 95 % of a warm-up are over
+
+
+class FindingRow(TypedDict):
+    """A finding as in JSON, where no number is null."""
+
+    code: str
+    series: str
+    value: float | None
+    lower_95: float | None
+    upper_95: float | None
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -48,6 +70,158 @@ class Finding:
         """Of value and interval."""
         return CODES[self.code][0]
 
-    def as_dict(self) -> dict[str, Any]:
-        """code, series, value, lower_95, upper_95, unit."""
-        return asdict(self) | {"unit": self.unit}
+    def as_dict(self) -> FindingRow:
+        """For JSON."""
+        return {
+            "code": self.code,
+            "series": self.series,
+            "value": self.value,
+            "lower_95": self.lower_95,
+            "upper_95": self.upper_95,
+            "unit": self.unit,
+        }
+
+    @classmethod
+    def of(cls, row: FindingRow) -> Finding:
+        """Out of JSON."""
+        numbers = (row["value"], row["lower_95"], row["upper_95"])
+        return cls(row["code"], row["series"], *(math.nan if v is None else v for v in numbers))
+
+
+def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow]) -> list[Finding]:
+    """All findings in the order of `CODES`, by series within a code.
+
+    noise: rows of noise.csv. Every part is a function of these that returns `Finding`s.
+    """
+    parts = [
+        model_findings(noise),
+        _moves(found),
+        _low_pass(found),
+        _gap_filled(recording),
+        _coarse(found),
+        _heavy_tails(found),
+        _level_changes(found),
+        _lines(found),
+        _events(found),
+    ]
+    order = list(CODES)
+    return sorted((one for part in parts for one in part), key=lambda one: order.index(one.code))
+
+
+def _low_pass(found: Diagnosis) -> list[Finding]:
+    return [Finding("low_pass", one.series, one.cutoff_hz) for one in found.low_pass]
+
+
+def _gap_filled(recording: Recording) -> list[Finding]:
+    """Of all coordinates of a marker, as they are filled together."""
+    return [
+        Finding("gap_filled", f"{axis}{k}", recording.n_filled[label] / recording.n_frames)
+        for k, label in enumerate(recording.labels, start=1)
+        if recording.n_filled.get(label)
+        for axis in AXES
+    ]
+
+
+def _heavy_tails(found: Diagnosis) -> list[Finding]:
+    return [
+        Finding("heavy_tails", one.series, one.excess, one.lower, one.upper) for one in found.tails
+    ]
+
+
+def _level_changes(found: Diagnosis) -> list[Finding]:
+    """Slow ones from the start to the end, and those at once from before to after, whose interval
+    holds for all series together."""
+    slow = [
+        Finding("level_changes", one.series, one.change, one.lower, one.upper)
+        for one in found.trends
+    ]
+    at_once = [
+        Finding("level_changes", side.series, side.ratio - 1, side.lower - 1, side.upper - 1)
+        for event in found.events
+        if event.kind == "level"
+        for side in event.sides
+        if side.changed
+    ]
+    return [*slow, *at_once]
+
+
+def _lines(found: Diagnosis) -> list[Finding]:
+    """Frequency of every line of every series."""
+    return [
+        Finding(
+            "line", one.series, one.line.f_0,
+            one.line.f_0 - Z_95 * one.f_error, one.line.f_0 + Z_95 * one.f_error,
+        )
+        for one in found.lines
+    ]  # fmt: skip
+
+
+def _events(found: Diagnosis) -> list[Finding]:
+    """One an event, in the series that moved most."""
+    return [Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in found.events]
+
+
+def _moves(found: Diagnosis) -> list[Finding]:
+    """Every coordinate and distance that does what its noise cannot."""
+    return [
+        Finding("moves", name, one.size_mm, one.lower_95, one.upper_95)
+        for name, one in found.movements.items()
+        if one.moves
+    ]
+
+
+def _coarse(found: Diagnosis) -> list[Finding]:
+    """Every series whose noise the file's steps decide."""
+    return [
+        Finding("resolution_limited", one.series, one.step_mm)
+        for one in found.resolutions
+        if one.word == DOMINATES
+    ]
+
+
+def model_findings(noise_rows: Iterable[NoiseRow]) -> list[Finding]:
+    """`drift`, `warm_up` and `random_walk` of every series, with 95 % intervals. noise_rows: of
+    noise.csv, of any series; what was not detected, or is a misfit, is none, and nor is what may be
+    nothing (see `_may_be_nothing`)."""
+    return [
+        Finding(CODE_OF[row["parameter"]], row["series"], *_numbers(row))
+        for row in noise_rows
+        if row["estimator"] == DEFAULT_ESTIMATOR
+        and row["parameter"] in CODE_OF
+        and row["status"] in USABLE
+        and not _may_be_nothing(row)
+    ]
+
+
+def _numbers(row: NoiseRow) -> tuple[float, float, float]:
+    return float(row["value"]), float(row["lower_95"]), float(row["upper_95"])
+
+
+def _may_be_nothing(row: NoiseRow) -> bool:
+    """Whether a drift or a warm-up has a 95 % interval that holds zero, or a walk is within 1.96
+    standard errors of it. (The interval of a walk also reaches zero where a slow Gauss-Markov term
+    could stand for it: a wander all the same.)"""
+    if row["parameter"] == "h_-2":
+        return float(row["value"]) < Z_95 * float(row["std_error"])
+    if row["parameter"] not in ("drift", "A_w"):
+        return False
+    _, low, high = _numbers(row)
+    return low <= 0 <= high
+
+
+def deterministic_parts(noise_rows: Sequence[NoiseRow]) -> dict[str, Deterministic]:
+    """The deterministic part of every series that has one, less what may be nothing."""
+    own = [
+        r
+        for r in noise_rows
+        if r["estimator"] == DEFAULT_ESTIMATOR and r["status"] in USABLE and not _may_be_nothing(r)
+    ]
+    names = dict.fromkeys(r["series"] for r in own)
+    parts = {name: deterministic_of([r for r in own if r["series"] == name]) for name in names}
+    return {name: part for name, part in parts.items() if not part.empty}
+
+
+def approach(part: Deterministic, duration_s: float) -> tuple[float, float]:
+    """What the warm-up does, mm, and in what time, s: three T_w, or the recording."""
+    within = min(SETTLED * part.T_w, duration_s)
+    return -part.A_w * math.expm1(-within / part.T_w), within

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -24,6 +25,7 @@ ADEQUATE = 1.7  # variance of the residuals over that of the points, at most
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
 TREND_CHANCE = 0.005  # that any series of a recording is said to change and does not
 LEAST_CHANGE = 0.02  # that is told
+MATTERS = 0.1  # relative change from which a reader is warned
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,24 @@ class Trend:
     def steady(self) -> bool:
         """Whether it falls or rises, and does not come back."""
         return abs(self.change) >= (self.greatest - self.least) / 2
+
+    @property
+    def direction(self) -> Literal["falls", "rises", "changes"]:
+        """`changes` where it comes back."""
+        if not self.steady:
+            return "changes"
+        return "falls" if self.change < 0 else "rises"
+
+    @property
+    def extent(self) -> float:
+        """By which the largest of trends of one direction is found."""
+        return abs(self.change) if self.steady else self.greatest - self.least
+
+    @property
+    def matters(self) -> bool:
+        """Whether a reader is warned."""
+        size = abs(self.change) if self.steady else max(self.greatest, -self.least)
+        return size >= MATTERS
 
 
 def changes(

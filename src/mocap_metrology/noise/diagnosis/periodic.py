@@ -26,11 +26,21 @@ LEAST = 1000
 
 
 @dataclass(frozen=True)
+class Mains:
+    """A multiple of the frequency of the mains that a line may be, which a frame rate of
+    `folded_at_hz` shows where it is not; None where it is below Nyquist."""
+
+    f_hz: float
+    mains_hz: float
+    folded_at_hz: float | None = None
+
+
+@dataclass(frozen=True)
 class Found:
     """One line of one series, a sinusoid or, where its frequency wanders, a band (`line.width_f`).
 
     lower, upper: 95 % of A_s, mm; f_error: standard error, Hz; harmonic: number and fundamental, or
-    None; fold: what it may be beyond Nyquist, in words; snr_psd, in_psd: Welch's spectrum at the
+    None; mains: what of them it may be; snr_psd, in_psd: Welch's spectrum at the
     line over its level, and whether noise does not reach that; tau_s, share, in_adev: first maximum
     of the line's Allan variance, its part of all of it there, and whether that is a tenth at least.
     """
@@ -41,25 +51,44 @@ class Found:
     upper: float
     f_error: float
     harmonic: tuple[int, float] | None
-    fold: str
+    mains: Mains | None
     snr_psd: float
     in_psd: bool | None
     tau_s: float
     share: float
     in_adev: bool | None
 
+
+@dataclass(frozen=True)
+class Disturbance:
+    """A line with all series that show it, the largest first."""
+
+    lines: tuple[Found, ...]
+
     @property
-    def word(self) -> str:
-        """Where it shows, and what it is of."""
-        where = ["in the periodogram"]
-        where += ["in the PSD"] if self.in_psd else []
-        where += ["in the ADEV"] if self.in_adev else []
-        said = "seen " + " and ".join([", ".join(where[:-1]), where[-1]] if where[1:] else where)
-        if self.harmonic:
-            said += f"; harmonic {self.harmonic[0]} of {self.harmonic[1]:.6g} Hz"
-        if self.line.wide:
-            said += f"; its frequency wanders by {self.line.width_f:.2g} Hz"
-        return said + (f"; {self.fold}" if self.fold else "")
+    def first(self) -> Found:
+        """The largest."""
+        return self.lines[0]
+
+    @property
+    def matters(self) -> bool:
+        """Whether a reader is warned: where a series shows it in its Allan deviation."""
+        return any(one.in_adev for one in self.lines)
+
+
+def disturbances(lines: Sequence[Found], duration_s: float) -> list[Disturbance]:
+    """Lines of one frequency together, within 1/T, three standard errors and their width; the
+    largest first."""
+    left = sorted(lines, key=lambda x: -x.line.A_s)
+    found = []
+    while left:
+        first = left[0]
+        near = 1 / duration_s + 3 * first.f_error + first.line.width_f
+        same = [x for x in left if abs(x.line.f_0 - first.line.f_0) <= near + 3 * x.f_error]
+        left = [x for x in left if x not in same]
+        by_series = {x.series: x for x in reversed(same)}  # of two of a series the larger
+        found.append(Disturbance(tuple(reversed(by_series.values()))))
+    return found
 
 
 def series_lines(
@@ -113,7 +142,7 @@ def described(
         found.append(
             Found(
                 series, line, max(line.A_s - 1.96 * a_error, 0.0), line.A_s + 1.96 * a_error,
-                f_error, _harmonic(line, lines, duration_s), folds(line.f_0, rate_hz, f_error),
+                f_error, _harmonic(line, lines, duration_s), mains_of(line.f_0, rate_hz, f_error),
                 snr, in_psd, size / rate_hz, share, None if math.isnan(share) else share >= VISIBLE,
             )
         )  # fmt: skip
@@ -131,9 +160,9 @@ def _harmonic(line: Line, lines: Sequence[Line], duration_s: float) -> tuple[int
     return None
 
 
-def folds(f_0: float, rate_hz: float, f_error: float = 0.0) -> str:
+def mains_of(f_0: float, rate_hz: float, f_error: float = 0.0) -> Mains | None:
     """A frame rate cannot tell f from rate - f, rate + f, ...: mains and lamps that would show
-    here, or "" where none would."""
+    here, or None where none would."""
     for mains in MAINS:
         for k in range(1, MAINS_HARMONICS + 1):
             true = mains * k
@@ -142,10 +171,10 @@ def folds(f_0: float, rate_hz: float, f_error: float = 0.0) -> str:
             if folded < LEAST_FOLDED_HZ:
                 continue
             if abs(folded - f_0) <= reach and true > rate_hz / 2:
-                return f"could be {true:g} Hz of {mains:g} Hz mains, folded at {rate_hz:g} Hz"
+                return Mains(true, mains, rate_hz)
             if abs(true - f_0) <= reach:
-                return f"could be {true:g} Hz of {mains:g} Hz mains"
-    return ""
+                return Mains(true, mains)
+    return None
 
 
 def _in_psd(line: Line, psd: Mapping[str, np.ndarray] | None) -> tuple[float, bool | None]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
 from mocap_metrology.noise.diagnosis.spikes import drawn_in, isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.tails import Tails, heavy_tails
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, model_of
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.likelihood import (
     LONGEST_GAP,
     LikelihoodSettings,
@@ -35,8 +34,8 @@ from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 from mocap_metrology.noise.motion.movement import Movement, movement
 
 NOTCHES = 3  # of a series: its strongest lines
+MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
-Rows = Sequence[Mapping[str, Any]]
 Columns = Mapping[str, np.ndarray]
 
 
@@ -96,7 +95,7 @@ class Diagnosis:
 
 def diagnose(
     recording: Recording,
-    noise: Rows,
+    noise: Sequence[NoiseRow],
     psd: Columns | None = None,
     settings: DiagnosisSettings | None = None,
     welch_settings: Mapping[str, float] | None = None,
@@ -239,7 +238,7 @@ def _low_pass(
     return low_passes(still, recording.frame_rate_hz, recording.resolution_mm)
 
 
-def _model(noise: Rows, series: str) -> NoiseModel | None:
+def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:
     """The likelihood's model of a series, or None without one."""
     own = [r for r in noise if r["series"] == series and r["estimator"] == DEFAULT_ESTIMATOR]
     model = model_of(own) if any(r["status"] != "refused" for r in own) else None

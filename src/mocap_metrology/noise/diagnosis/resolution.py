@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Final, Literal
 
 FINE, MOST = 0.01, 0.2  # shares of the Allan variance at one frame
-DOMINATES = "dominates"
+DOMINATES: Final = "dominates"
 
 
 @dataclass(frozen=True)
@@ -23,13 +24,17 @@ class Resolution:
     share: float
 
     @property
-    def word(self) -> str:
-        """`fine`, `noticeable`, `dominates`, or `unknown`."""
+    def word(self) -> Literal["fine", "noticeable", "dominates", "unknown"]:
+        """What it does to the noise; `unknown` without any."""
         if math.isnan(self.share):
             return "unknown"
         if self.share > MOST:
             return DOMINATES
         return "fine" if self.share < FINE else "noticeable"
+
+    def share_of(self, step_mm: float) -> float:
+        """What steps of another size would add to the noise, of its square."""
+        return step_mm**2 / 12 / self.noise_mm**2 if self.noise_mm > 0 else math.inf
 
 
 def resolution(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -63,7 +64,7 @@ class Sides:
         return self.lower > 1 or self.upper < 1
 
     @property
-    def word(self) -> str:
+    def word(self) -> Literal["changed", "alike", "cannot be told", "unknown"]:
         """`changed`, `alike`, or `cannot be told` where the interval holds 1 and more than a factor
         of 1.5; `unknown` without one."""
         if not math.isfinite(self.ratio):

@@ -16,6 +16,7 @@ DRAWN_IN = 3.0  # scales that a frame may be off the median of the five round it
 TOGETHER = (1, 3, 9)  # frames
 ALONE = 1e-3  # number of times that so many are off among them by chance in a recording
 SAMPLED = 1 << 18  # values a scale is taken of
+MANY_OUTLIERS = 1e-3  # share of the frames from which a reader is warned
 
 
 def spread(values: np.ndarray) -> float:

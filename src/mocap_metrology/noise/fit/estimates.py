@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -80,6 +80,26 @@ class Coefficient:
     detected: bool = True
     status: str = "ok"
     note: str = ""
+
+
+class NoiseRow(TypedDict, total=False):
+    """A row of noise.csv: a `Coefficient` (see there) of one series by one estimator."""
+
+    series: str
+    estimator: str
+    model: str
+    parameter: str
+    value: float
+    unit: str
+    std_error: float
+    crlb: float
+    lower_68: float
+    upper_68: float
+    lower_95: float
+    upper_95: float
+    detected: bool
+    status: str
+    note: str
 
 
 @dataclass(frozen=True)

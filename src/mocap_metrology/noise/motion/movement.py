@@ -19,12 +19,13 @@ exponential approach are taken off before jumps are looked for: a drift or warm-
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.noise.gaussian.series import AXES
 
 LEAST_BLOCKS = 100
 BLOCK_S = 0.25
@@ -57,6 +58,37 @@ class Movement:
 
 
 STILL, UNKNOWN = Movement(0.0), Movement(math.nan)
+
+
+def moving_markers(
+    positions: Mapping[str, np.ndarray],
+    frame_rate_hz: float,
+    range_mm: float,
+    horizon_s: float,
+    step_mm: float = 0.0,
+) -> dict[str, tuple[str, Movement]]:
+    """`most_moving` of markers, label -> (3, n), as `movement` has them."""
+    given = frame_rate_hz, range_mm, horizon_s, step_mm
+    return most_moving(
+        {
+            label: dict(zip(AXES, (movement(p, *given) for p in values), strict=True))
+            for label, values in positions.items()
+        }
+    )
+
+
+def most_moving(
+    found: Mapping[str, Mapping[str, Movement]],
+) -> dict[str, tuple[str, Movement]]:
+    """Of every marker, label -> axis -> movement, that does what its noise cannot: the axis along
+    which it does most, and what. The Allan variance takes every change for noise, so it supposes
+    markers that do not move."""
+    moving = {}
+    for label, axes in found.items():
+        axis, most = max(axes.items(), key=lambda item: np.nan_to_num(item[1].size_mm))
+        if most.moves:
+            moving[label] = axis, most
+    return moving
 
 
 def movement(

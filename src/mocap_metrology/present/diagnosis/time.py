@@ -38,6 +38,7 @@ from mocap_metrology.present.drawing.style import (
     say,
 )
 from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.text.diagnosis import outcome
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -149,7 +150,8 @@ def _head(
     if view.kind == "burst" and event:
         size = f"{three_digits(event.size_mm * unit.per_mm)} {unit.symbol}"
         title = "The event" if len(found.events) == 1 else "The largest event"
-        word = "too near an end to compare" if event.word == "unknown" else event.word
+        unknown = event.outcome == "unknown"
+        word = "too near an end to compare" if unknown else outcome(event)
         return title, f"{size} in {view.series}, {word}"
     if view.kind == "level":
         return "Where the noise changes", ""

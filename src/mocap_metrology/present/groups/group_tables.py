@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.noise.assess.lowest import lowest
+from mocap_metrology.noise.assess.uncertainty import lowest
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, unit_key, unit_of
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC

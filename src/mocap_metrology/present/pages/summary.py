@@ -12,7 +12,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.lighthouse.rotation import from_angles, log, mean, to_angles
-from mocap_metrology.noise.assess.verdict import COORDINATE
+from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.present.calibration.calibration_table import calibration_rows
 from mocap_metrology.present.drawing.style import VERDICT_WORDS
 from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text, three_digits

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.assess.verdict import COORDINATE, duration_words
+from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.drawing.axes import decade_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
@@ -28,6 +28,7 @@ from mocap_metrology.present.drawing.style import (
     text_mm,
     wrap,
 )
+from mocap_metrology.present.text.sentence import duration_words
 from mocap_metrology.present.verdict.words import (
     FRAME,
     MEANS,

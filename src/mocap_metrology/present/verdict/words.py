@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mocap_metrology.noise.assess.verdict import dominating, duration_words, worst_coordinate
+from mocap_metrology.noise.assess.checks import COORDINATE, worst
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.tables import Row
+from mocap_metrology.present.text.sentence import duration_words
 
 Found = Mapping[str, Any]  # contents of verdict.json
 
@@ -34,15 +35,15 @@ HEAD = (
 def summary_row(found: Found) -> Row:
     """A row of <group>_summary: `HEAD`."""
     series = found["series"]
-    worst = worst_coordinate(_with_numbers(series), "frame_mm")
-    own = series.get(worst, {})
+    name = worst_coordinate(_with_numbers(series), "frame_mm")
+    own = series.get(name, {})
     means = [_worst_mean(series, k) for k in range(3)]
     return {
         "recording": found["recording"],
         "source": found["source"],
         "word": found["word"],
         "reason": found["reason"],
-        "worst": worst,
+        "worst": name,
         "sigma_frame_mm": _largest(series, "sigma_frame_mm"),
         "sigma_frame_L_mm": series.get("L", {}).get("sigma_frame_mm"),
         "frame_mm": own.get("frame_mm"),
@@ -55,6 +56,17 @@ def summary_row(found: Found) -> Row:
         "horizon_s": found["horizon_s"],
         "n_findings": len(warnings_of(found)),
     }
+
+
+def dominating(series: Found) -> str:
+    """Kind of noise with the largest share of the uncertainty of one frame; empty if unknown."""
+    shares: Mapping[str, float] = series["shares"]
+    return max(shares, key=lambda name: shares[name], default="")
+
+
+def worst_coordinate(series: Mapping[str, Found], key: str) -> str:
+    """Name of the coordinate with the greatest `key`; empty without one."""
+    return worst({k: v[key] for k, v in series.items() if COORDINATE.fullmatch(k)})[0]
 
 
 def warnings_of(found: Found) -> list[str]:

@@ -4,42 +4,55 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
+from mocap_metrology.common.words import three
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
-from mocap_metrology.noise.diagnosis.filtering import Filtered
+from mocap_metrology.noise.diagnosis.filtering import Filtered, Left
+from mocap_metrology.noise.diagnosis.findings import approach, deterministic_parts
 from mocap_metrology.noise.diagnosis.levels import JOINED, LEAST_POINTS
-from mocap_metrology.noise.diagnosis.model_findings import (
-    deterministic_parts,
-    drift_words,
-    warm_up_words,
-)
-from mocap_metrology.noise.diagnosis.periodic import Found
-from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording, Rows
+from mocap_metrology.noise.diagnosis.periodic import Disturbance, Found, disturbances
+from mocap_metrology.noise.diagnosis.recording import MANY_GAPS, Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.resolution import Resolution
-from mocap_metrology.noise.diagnosis.rows import markers
-from mocap_metrology.noise.diagnosis.sentence import Sentence, mm, percent, span, time_words
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.sides import BLOCK_S
-from mocap_metrology.noise.diagnosis.states import (
+from mocap_metrology.noise.diagnosis.spikes import MANY_OUTLIERS
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
+from mocap_metrology.noise.gaussian.series import AXES
+from mocap_metrology.noise.model.deterministic import Deterministic
+from mocap_metrology.noise.motion.movement import Movement, most_moving
+from mocap_metrology.present.text.movement import movement_words
+from mocap_metrology.present.text.recording_states import (
     filled_words,
     level_words,
     low_pass_words,
     tail_words,
 )
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
-from mocap_metrology.noise.gaussian.describe import movement_words, speed
-from mocap_metrology.noise.motion.movement import Movement
+from mocap_metrology.present.text.sentence import (
+    Sentence,
+    minutes_words,
+    mm,
+    percent,
+    severity,
+    span,
+    speed,
+    time_words,
+)
 
 NAMED_EVENTS = NAMED_LINES = 10
-MANY_OUTLIERS, MANY_GAPS = 1e-3, 1e-2  # shares of the frames from which a reader is warned
-LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
 LEVELS_S = 2 * LEAST_POINTS * JOINED * BLOCK_S
+COMPARED = {
+    "changed": "noise changed",
+    "alike": "noise is the same before and after",
+    "cannot be told": "whether the noise changed cannot be told",
+}
 VICON_STEP_MM = 0.01  # what Vicon's software writes to text files (S 3.4)
 
 
 def sentences(
-    recording: Recording, found: Diagnosis, noise: Rows, settings: DiagnosisSettings
+    recording: Recording,
+    found: Diagnosis,
+    noise: Sequence[NoiseRow],
+    settings: DiagnosisSettings,
 ) -> list[Sentence]:
     """All that is to be said of a recording, warnings first."""
     parts: list[Iterable[Sentence]] = [
@@ -100,83 +113,88 @@ def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSetting
 
 
 def _event(event: Event, recording: Recording) -> Sentence:
-    side = event.most_changed
+    side, markers = event.most_changed, event.markers(recording.labels)
     numbers = {
         "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,
-        "shift_mm": event.shift_mm, "false_alarm_p": event.p, "word": event.word,
-        "markers": markers(event, recording.labels),
+        "shift_mm": event.shift_mm, "false_alarm_p": event.p, "word": outcome(event),
+        "markers": markers,
         "sides": [vars(s) for s in event.sides],
     }  # fmt: skip
     if event.kind == "level":
         words = f"At {time_words(event.time_s)} the noise of {event.series[0]} became another"
     else:
-        who = ", ".join(numbers["markers"]) or ", ".join(event.series)
+        who = ", ".join(markers) or ", ".join(event.series)
         words = (
             f"At {time_words(event.time_s)} something moved {who} by up to {mm(event.size_mm)} "
             f"({event.largest}) for {event.duration_s:.2g} s"
         )
-    severity = "warning"
     if side is None:
         words += "; too little is left on one side to compare the noise before and after"
     else:
         words += (
-            f"; {_compared(event)}: sd of {side.series} {mm(side.fast_before)} before, "
+            f"; {COMPARED[event.noise_after]}: sd of {side.series} {mm(side.fast_before)} before, "
             f"{mm(side.fast_after)} after, ratio {side.ratio:.3f} "
             f"({side.lower:.3f} to {side.upper:.3f})"
         )
-        far = max(side.ratio, 1 / side.ratio) >= LEVEL_MATTERS
-        severity = "warning" if far or event.kind == "burst" else "info"
-    return Sentence("event", severity, event.series, words + ".", numbers)
+    return Sentence("event", severity(event.matters), event.series, words + ".", numbers)
 
 
-def _compared(event: Event) -> str:
-    """Whether the noise changed, over all series."""
-    if event.level_changed:
-        return "noise changed"
-    if any(side.word == "cannot be told" for side in event.sides):
-        return "whether the noise changed cannot be told"
-    return "noise is the same before and after"
+def outcome(event: Event) -> str:
+    """`level changed`, `happened once`, `one of 3`, or `unknown`."""
+    words = {"once": "happened once", "repeated": f"one of {event.of}"}
+    return words.get(event.outcome, event.outcome)
 
 
 def _periodic(lines: Sequence[Found], recording: Recording) -> list[Sentence]:
     """One a frequency, with all series that show it."""
-    left = sorted(lines, key=lambda x: -x.line.A_s)
-    told = []
-    while left:
-        first = left[0]
-        near = 1 / recording.duration_s + 3 * first.f_error + first.line.width_f
-        same = [x for x in left if abs(x.line.f_0 - first.line.f_0) <= near + 3 * x.f_error]
-        left = [x for x in left if x not in same]
-        same = list({x.series: x for x in reversed(same)}.values())[::-1]
-        seen = any(x.in_adev for x in same)
-        sizes = ", ".join(f"{x.series} {mm(x.line.A_s)}" for x in same)
-        words = f"Periodic disturbance at {first.line.f_0:.5g} Hz, amplitude: {sizes}; {first.word}"
-        if first.share == first.share:
-            words += f"; it makes {percent(first.share)} of the Allan variance of "
-            words += f"{first.series} at {first.tau_s:.2g} s"
-        numbers = {
-            "f_hz": first.line.f_0,
-            "f_std_error_hz": first.f_error,
-            "width_f_hz": first.line.width_f,
-            "amplitude_mm": {x.series: x.line.A_s for x in same},
-            "share_of_avar": {x.series: x.share for x in same},
-            "psd_snr": {x.series: x.snr_psd for x in same},
-            "alias_hz": recording.frame_rate_hz - first.line.f_0,
-        }
-        names = tuple(x.series for x in same)
-        told.append(
-            Sentence("periodic", "warning" if seen else "info", names, words + ".", numbers)
-        )
-    if not told:
+    found = disturbances(lines, recording.duration_s)
+    if not found:
         words = "No periodic disturbance stands out of the spectrum of any series."
-        told = [Sentence("periodic", "info", (), words, {"n_lines": 0})]
+        return [Sentence("periodic", "info", (), words, {"n_lines": 0})]
+    told = [_disturbance(one, recording) for one in found]
     if len(told) > NAMED_LINES:
         words = f"{len(told)} periodic disturbances; the largest {NAMED_LINES} are told of."
-        told = [
-            Sentence("periodic", "warning", (), words, {"n_lines": len(told)}),
-            *told[:NAMED_LINES],
-        ]
+        many = Sentence("periodic", "warning", (), words, {"n_lines": len(told)})
+        return [many, *told[:NAMED_LINES]]
     return told
+
+
+def _disturbance(one: Disturbance, recording: Recording) -> Sentence:
+    first = one.first
+    sizes = ", ".join(f"{x.series} {mm(x.line.A_s)}" for x in one.lines)
+    words = f"Periodic disturbance at {first.line.f_0:.5g} Hz, amplitude: {sizes}; "
+    words += line_words(first)
+    if first.share == first.share:
+        words += f"; it makes {percent(first.share)} of the Allan variance of "
+        words += f"{first.series} at {first.tau_s:.2g} s"
+    numbers = {
+        "f_hz": first.line.f_0,
+        "f_std_error_hz": first.f_error,
+        "width_f_hz": first.line.width_f,
+        "amplitude_mm": {x.series: x.line.A_s for x in one.lines},
+        "share_of_avar": {x.series: x.share for x in one.lines},
+        "psd_snr": {x.series: x.snr_psd for x in one.lines},
+        "alias_hz": recording.frame_rate_hz - first.line.f_0,
+    }
+    names = tuple(x.series for x in one.lines)
+    return Sentence("periodic", severity(one.matters), names, words + ".", numbers)
+
+
+def line_words(one: Found) -> str:
+    """Where a line shows, and what it is of."""
+    where = ["in the periodogram"]
+    where += ["in the PSD"] if one.in_psd else []
+    where += ["in the ADEV"] if one.in_adev else []
+    said = "seen " + " and ".join([", ".join(where[:-1]), where[-1]] if where[1:] else where)
+    if one.harmonic:
+        said += f"; harmonic {one.harmonic[0]} of {one.harmonic[1]:.6g} Hz"
+    if one.line.wide:
+        said += f"; its frequency wanders by {one.line.width_f:.2g} Hz"
+    if one.mains:
+        said += f"; could be {one.mains.f_hz:g} Hz of {one.mains.mains_hz:g} Hz mains"
+        folded = one.mains.folded_at_hz
+        said += f", folded at {folded:g} Hz" if folded else ""
+    return said
 
 
 def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
@@ -184,11 +202,12 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     if not known:
         return []
     worst = max(known, key=lambda r: r.share)
-    vicon = VICON_STEP_MM**2 / 12 / worst.noise_mm**2 if worst.noise_mm > 0 else math.inf
+    vicon = worst.share_of(VICON_STEP_MM)
     meaning = {
         "fine": "and does not matter",
         "noticeable": "which can be seen in the white level",
         "dominates": "so the resolution of the export decides: export finer steps",
+        "unknown": "",
     }[worst.word]
     words = (
         f"Resolution: the file tells steps of {mm(worst.step_mm)} ({worst.kind}), which make "
@@ -200,8 +219,8 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
         "step_mm": worst.step_mm, "word": worst.word, "share": {r.series: r.share for r in known},
         "rounding_h0_mm2_hz": {r.series: r.rounding_h0 for r in known}, "vicon_share": vicon,
     }  # fmt: skip
-    severity = "info" if worst.word == "fine" else "warning"
-    return [Sentence("resolution", severity, tuple(r.series for r in known), words, numbers)]
+    names = tuple(r.series for r in known)
+    return [Sentence("resolution", severity(worst.word != "fine"), names, words, numbers)]
 
 
 def _filters(filtered: Sequence[Filtered]) -> list[Sentence]:
@@ -229,7 +248,7 @@ def _filters(filtered: Sequence[Filtered]) -> list[Sentence]:
     return told
 
 
-def _slow(after: Any, before: Any) -> float:
+def _slow(after: Left, before: Left) -> float:
     return after.adev[2] / before.adev[2] if before.adev[2] > 0 else math.nan
 
 
@@ -257,7 +276,7 @@ def _drift(found: Diagnosis, recording: Recording) -> list[Sentence]:
     return [Sentence("drift", "info", (name,), words, numbers)]
 
 
-def _under_the_noise(noise: Rows, recording: Recording) -> list[Sentence]:
+def _under_the_noise(noise: Sequence[NoiseRow], recording: Recording) -> list[Sentence]:
     """Warm-up and straight line that the noise model has."""
     parts = deterministic_parts(noise)
     told = []
@@ -270,9 +289,34 @@ def _under_the_noise(noise: Rows, recording: Recording) -> list[Sentence]:
             numbers = {k: {"drift_mm_per_h": parts[k].drift, "A_w_mm": parts[k].A_w,
                            "T_w_s": parts[k].T_w} for k in names}  # fmt: skip
             words = f"{words[0].upper()}{words[1:]}."
-            severity = "warning" if kind == "warm_up" else "info"
-            told.append(Sentence(kind, severity, tuple(names), words, numbers))
+            level = severity(kind == "warm_up")
+            told.append(Sentence(kind, level, tuple(names), words, numbers))
     return told
+
+
+def warm_up_words(parts: Mapping[str, Deterministic], duration_s: float) -> str:
+    """`still warming up: 0.21 mm in the first 18 minutes (x1), time constant 6 minutes: start
+    recording later`; of the series that moves most; empty where none does."""
+    sizes = {name: approach(p, duration_s) for name, p in parts.items() if p.A_w}
+    if not sizes:
+        return ""
+    name = max(sizes, key=lambda k: abs(sizes[k][0]))
+    size, within = sizes[name]
+    return (
+        f"still warming up: {three(abs(size))} mm in the first {minutes_words(within)} ({name}), "
+        f"time constant {minutes_words(parts[name].T_w)}: start recording later"
+    )
+
+
+def drift_words(parts: Mapping[str, Deterministic], duration_s: float) -> str:
+    """`a steady drift of 1.2 mm/h (x1), 0.2 mm in all`; of the series with the fastest; empty where
+    none drifts."""
+    speeds = {name: p.drift for name, p in parts.items() if p.drift}
+    if not speeds:
+        return ""
+    name = max(speeds, key=lambda k: abs(speeds[k]))
+    gone = abs(speeds[name]) * duration_s / 3600
+    return f"a steady drift of {three(speeds[name])} mm/h ({name}), {three(gone)} mm in all"
 
 
 def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Sentence]:
@@ -287,8 +331,8 @@ def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Se
         words += f", {often}, most in {name} ({count[name]})"
     words += "."
     numbers = {"n": count, "per_hour": total / hours, "share": share}
-    severity = "warning" if share > MANY_OUTLIERS else "info"
-    return [Sentence("outliers", severity, tuple(k for k, n in count.items() if n), words, numbers)]
+    names = tuple(k for k, n in count.items() if n)
+    return [Sentence("outliers", severity(share > MANY_OUTLIERS), names, words, numbers)]
 
 
 def _gaps(missing: dict[str, float]) -> list[Sentence]:
@@ -296,15 +340,14 @@ def _gaps(missing: dict[str, float]) -> list[Sentence]:
     if not missing[name]:
         return [Sentence("gaps", "info", (), "No frame is missing.", {"share": missing})]
     words = f"Marker {name} is missing in {percent(missing[name])} of the frames."
-    severity = "warning" if missing[name] > MANY_GAPS else "info"
-    return [Sentence("gaps", severity, (), words, {"share": missing})]
+    return [Sentence("gaps", severity(missing[name] > MANY_GAPS), (), words, {"share": missing})]
 
 
 def _moving(
     movements: Mapping[str, Movement], recording: Recording, settings: DiagnosisSettings
 ) -> list[Sentence]:
     by_marker = {
-        label: {axis: movements[f"{axis}{k}"] for axis in "xyz"}
+        label: {axis: movements[f"{axis}{k}"] for axis in AXES}
         for k, label in enumerate(recording.labels, start=1)
     }
     within = min(recording.duration_s, settings.horizon_s)
@@ -312,11 +355,11 @@ def _moving(
     sizes = {name: movements[name].size_mm for name in named}
     return [
         Sentence("moving", "warning", named, f"{line[0].upper()}{line[1:]}.", {"size_mm": sizes})
-        for line in movement_words(by_marker, within)
+        for line in movement_words(most_moving(by_marker), within)
     ]
 
 
-def _misfit(noise: Rows, found: Diagnosis) -> list[Sentence]:
+def _misfit(noise: Sequence[NoiseRow], found: Diagnosis) -> list[Sentence]:
     own = [r for r in noise if r["estimator"] == DEFAULT_ESTIMATOR]
     told = []
     bad = tuple(dict.fromkeys(r["series"] for r in own if r["status"] == "misfit"))

@@ -5,20 +5,32 @@ from __future__ import annotations
 import csv
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.coded import coded
+from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.findings import findings_of
+from mocap_metrology.noise.diagnosis.periodic import Found, Mains
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-from mocap_metrology.noise.diagnosis.sentence import time_words
-from mocap_metrology.noise.diagnosis.sentences import sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
+from mocap_metrology.noise.fit.spectral.lines import Line
 from mocap_metrology.noise.gaussian.series import all_series
+from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
+from mocap_metrology.present.text.diagnosis import (
+    drift_words,
+    line_words,
+    outcome,
+    sentences,
+    warm_up_words,
+)
+from mocap_metrology.present.text.sentence import time_words
 
 RATE = 120.0
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")
@@ -51,7 +63,9 @@ def crumped():
 
 def test_files_hold_what_was_found(crumped, tmp_path):
     recording, _, found, said = crumped
-    write_diagnosis(tmp_path, "r", "twin", recording, found, coded(recording, found, []), said)
+    write_diagnosis(
+        tmp_path, "r", "twin", recording, found, findings_of(recording, found, []), said
+    )
     (event,) = csv.DictReader((tmp_path / "events.csv").open())
     assert float(event["time_s"]) == pytest.approx(150.0, abs=0.1)
     assert event["markers"] == "A;B"
@@ -145,6 +159,59 @@ def test_a_coarse_file_and_a_moving_marker_are_warned_of():
     assert share == pytest.approx(0.01**2 / 12 / (0.008**2 + 0.01**2 / 12), rel=0.1)
     assert said["moving"].severity == "warning"
     assert math.isclose(found.drifts["y1"].per_hour, 5 * 36, rel_tol=0.05)
+
+
+WARM = Deterministic(0.0, 0.22, 360.0)
+
+
+def test_the_sentence_of_a_warm_up_says_how_much_and_how_long():
+    assert warm_up_words({"x1": WARM}, 7200.0) == (
+        "still warming up: 0.209 mm in the first 18 minutes (x1), time constant 6 minutes: "
+        "start recording later"
+    )
+    assert "0.178 mm in the first 10 minutes" in warm_up_words({"x1": WARM}, 600.0)
+    assert drift_words({"x1": WARM}, 7200.0) == ""
+
+
+def test_the_fastest_drift_is_told():
+    parts = {"x1": Deterministic(0.5), "y1": Deterministic(-1.2)}
+    assert drift_words(parts, 600.0) == "a steady drift of -1.2 mm/h (y1), 0.2 mm in all"
+    assert warm_up_words(parts, 600.0) == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({}, "seen in the periodogram"),
+        ({"in_psd": True}, "seen in the periodogram and in the PSD"),
+        (
+            {"in_psd": True, "in_adev": True, "harmonic": (3, 7.0)},
+            "seen in the periodogram, in the PSD and in the ADEV; harmonic 3 of 7 Hz",
+        ),
+        (
+            {"mains": Mains(100.0, 50.0, 120.0)},
+            "seen in the periodogram; could be 100 Hz of 50 Hz mains, folded at 120 Hz",
+        ),
+        (
+            {"line": Line(0.01, 20.0, 0.0, 1e-5, 30.0, width_f=0.042, band_hz=(19.0, 21.0))},
+            "seen in the periodogram; its frequency wanders by 0.042 Hz",
+        ),
+        ({"mains": Mains(50.0, 50.0)}, "seen in the periodogram; could be 50 Hz of 50 Hz mains"),
+    ],
+)
+def test_where_a_line_shows(change, words):
+    line = Line(0.01, 20.0, 0.0, 1e-5, 30.0)
+    one = Found("x1", line, 0.0, 0.02, 1e-4, None, None, 9.0, None, 0.02, 0.3, None)
+    assert line_words(replace(one, **change)) == words
+
+
+def test_what_is_left_of_an_event():
+    event = Event(3.0, 1.0, "burst", ("x1",), "x1", 1.0, 0.0, 1e-6, 9.0, 0.1, of=3)
+    alike, apart = Sides("x1", 1, 1, 1, 1, 1.01, 0.98, 1.02), Sides("x1", 1, 2, 1, 2, 2, 1.9, 2.1)
+    assert outcome(event) == "unknown"
+    assert outcome(replace(event, sides=(alike,))) == "one of 3"
+    assert outcome(replace(event, sides=(alike,), of=1)) == "happened once"
+    assert outcome(replace(event, sides=(alike, apart))) == "level changed"
 
 
 @pytest.mark.parametrize(

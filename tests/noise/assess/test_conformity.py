@@ -1,4 +1,4 @@
-"""The word, on both sides of every threshold."""
+"""The word, on both sides of every threshold, and the check that decides."""
 
 from __future__ import annotations
 
@@ -9,35 +9,34 @@ from typing import Any
 
 import pytest
 
-from mocap_metrology.noise.assess.verdict import Facts, Thresholds, duration_words, verdict
+from mocap_metrology.noise.assess.checks import Code, Facts, Thresholds
+from mocap_metrology.noise.assess.conformity import Verdict, verdict
+from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
 from mocap_metrology.noise.diagnosis.findings import Finding
 
 LIMITS = Thresholds()
-FINE = {
-    "status": "ok",
-    "frame_mm": 0.02,
-    "frame_lower_mm": 0.019,
-    "frame_upper_mm": 0.021,
-    "drift_mm_per_h": 0.01,
-}
+FINE = SeriesNumbers(
+    "ok", frame_mm=0.02, frame_lower_mm=0.019, frame_upper_mm=0.021, drift_mm_per_h=0.01
+)
 FACTS = Facts(7200.0, 3600.0, 2, {"x1": 0.0, "y1": 0.0}, {"x1": 0.0, "y1": 0.0})
 
 
-def found_of(code: str, **values: float) -> list[dict[str, Any]]:
-    return [Finding(code, name, value).as_dict() for name, value in values.items()]
+def found_of(code: str, **values: float) -> list[Finding]:
+    return [Finding(code, name, value) for name, value in values.items()]
 
 
-def judged(facts: Mapping[str, Any] | None = None, **y1: Any) -> Any:
-    series = {"x1": FINE, "y1": {**FINE, **y1}, "L": {**FINE, "frame_mm": 9.0, "status": "misfit"}}
+def judged(facts: Mapping[str, Any] | None = None, **y1: Any) -> Verdict:
+    distance = replace(FINE, frame_mm=9.0, status="misfit")
+    series = {"x1": FINE, "y1": replace(FINE, **y1), "L": distance}
     return verdict(series, replace(FACTS, **(facts or {})), LIMITS)
 
 
 def test_good_says_by_what_number() -> None:
     found = judged(frame_mm=0.05)
     assert (found.word, found.caps) == ("good", ())
-    decided = found.decided_by.as_row()
-    assert decided["threshold"] == "verdict.good_mm"
-    assert (decided["series"], decided["value"], decided["limit"]) == ("y1", 0.05, 0.1)
+    decided = found.decided_by
+    assert (decided.code, decided.threshold) == (Code.FRAME, "verdict.good_mm")
+    assert (decided.series, decided.value, decided.limit) == ("y1", 0.05, 0.1)
     # by the upper end of the interval
     assert found.reference_for_mm == {"4": pytest.approx(0.084), "10": pytest.approx(0.21)}
 
@@ -91,7 +90,7 @@ def test_every_threshold_has_its_sides() -> None:
 
 
 def test_the_word_for_a_misfit_is_a_choice() -> None:
-    series = {"x1": {**FINE, "status": "misfit"}}
+    series = {"x1": replace(FINE, status="misfit")}
     for word in ("good", "usable", "bad"):
         assert verdict(series, FACTS, replace(LIMITS, misfit=word)).word == word
 
@@ -111,11 +110,11 @@ SHORT = {"duration_s": 120.0, "horizon_s": 120.0, "asked_s": 3600.0}
 
 
 def test_a_short_recording_says_what_is_not_known() -> None:
-    said = "good is up to 0.1 mm; over 2 min only, nothing is known of an hour."
-    assert judged(SHORT).decided_by.sentence.endswith(said)
+    decided = judged(SHORT).decided_by
+    assert (decided.over_s, decided.asked_s) == (120.0, 3600.0)
     for reached in (3300.0, 3600.0):
-        long = judged({**SHORT, "horizon_s": reached})
-        assert long.decided_by.sentence.endswith("good is up to 0.1 mm.")
+        long = judged({**SHORT, "horizon_s": reached}).decided_by
+        assert (long.over_s, math.isnan(long.asked_s)) == (reached, True)
 
 
 @pytest.mark.parametrize(("upper", "word"), [(0.1, "good"), (0.1001, "usable")])
@@ -127,7 +126,7 @@ def test_of_a_short_recording_the_upper_end_counts(upper: float, word: str) -> N
     if word == "usable":
         decided = found.decided_by
         assert (decided.series, decided.value, decided.limit) == ("y1", upper, 0.1)
-        assert decided.sentence.startswith("Over 2 min only, one frame of y1 may be uncertain by")
+        assert (decided.code, decided.over_s) == (Code.UPPER_END, 120.0)
     beyond = judged(SHORT, frame_mm=0.15, frame_upper_mm=0.2)  # said once
     assert (beyond.decided_by.value, beyond.caps) == (0.15, ())
 
@@ -147,8 +146,8 @@ def test_a_reference_without_an_interval_goes_by_its_value() -> None:
 
 
 def test_without_numbers_it_is_bad() -> None:
-    found = verdict({"x1": {**FINE, "frame_mm": math.nan, "status": "no valid samples"}}, FACTS)
-    assert (found.word, found.decided_by.quantity) == ("bad", "uncertainty of one frame")
+    found = verdict({"x1": SeriesNumbers("no valid samples")}, FACTS)
+    assert (found.word, found.decided_by.code) == ("bad", Code.NO_SAMPLES)
     assert math.isnan(found.reference_for_mm["4"])
 
 
@@ -172,79 +171,76 @@ def test_nothing_is_judged_by_a_handful_of_frames(
     )
     assert found.word == word
     if word == "bad":
-        assert found.decided_by.sentence == (
-            f"The recording is too short to judge: {n_frames} frames in {duration_s:g} s; a "
-            "verdict needs 100 frames and 1 s at least."
-        )
-        assert (found.caps, found.uncertainty) == ((), "")
+        decided = found.decided_by
+        assert decided.code is Code.TOO_SHORT
+        assert (decided.n_frames, decided.duration_s) == (n_frames, duration_s)
+        by_frames = duration_s >= 1
+        expected = (n_frames, 100, "") if by_frames else (duration_s, 1.0, "s")
+        assert (decided.value, decided.limit, decided.unit) == expected
+        assert (found.caps, found.uncertainty) == ((), None)
         assert math.isnan(found.reference_for_mm["4"])
 
 
 def test_gaps_that_leave_no_number_are_the_reason() -> None:
-    gaps = {"frame_mm": math.nan, "status": "refused"}
-    series = {"x1": {**FINE, **gaps}, "y1": {**FINE, **gaps}}
+    gaps = replace(FINE, frame_mm=math.nan, status="refused")
+    series = {"x1": gaps, "y1": gaps}
     found = verdict(series, replace(FACTS, missing={"x1": 0.614, "y1": 0.6}))
-    said = "61.4 % of the frames of x1 are missing; usable is up to 10 %."
-    assert (found.word, found.decided_by.sentence) == ("bad", said)
-    assert not any("valid samples" in cap.sentence for cap in found.caps)
-    found = verdict(series, FACTS)
-    assert found.decided_by.sentence == "There are too few valid samples to judge by."
+    decided = found.decided_by
+    assert (found.word, decided.code) == ("bad", Code.MISSING)
+    assert (decided.series, decided.value, decided.limit) == ("x1", 0.614, 0.1)
+    assert Code.FEW_SAMPLES not in {cap.code for cap in found.caps}
+    assert verdict(series, FACTS).decided_by.code is Code.FEW_SAMPLES
 
 
 def test_what_decided_stands_beside_the_number() -> None:
-    said = "One frame of y1 is uncertain by 0.0260 mm (0.0255 to 0.0264) about the mean of an hour;"
     interval = {"frame_lower_mm": 0.0255, "frame_upper_mm": 0.02641}
     found = judged({"n_markers": 1}, frame_mm=0.026, **interval)
-    assert found.uncertainty.startswith(said)
-    assert judged(frame_mm=0.026, **interval).uncertainty == ""
+    told = found.uncertainty
+    assert (told.code, told.series, told.value) == (Code.FRAME, "y1", 0.026)
+    assert (told.lower, told.upper, told.over_s) == (0.0255, 0.02641, 3600.0)
+    assert judged(frame_mm=0.026, **interval).uncertainty is None
     moved = {"n_markers": 1, "findings": found_of("moves", y1=5.0)}
-    assert judged(moved).uncertainty == ""
+    assert judged(moved).uncertainty is None
 
 
 def test_no_model_says_why() -> None:
-    why = "too short: 700 samples, a noise model needs 1000"
-    words = judged(status="refused", why_measured=why).decided_by.sentence
-    assert words.startswith(f"There is no noise model ({why}) of y1: its numbers are")
-    none = {**FINE, "status": "refused", "why_measured": why}
-    words = verdict({"x1": none, "y1": none}, FACTS).decided_by.sentence
-    assert words.startswith(f"There is no noise model ({why}): its numbers are")
-    both = {"x1": none, "y1": {**FINE, "status": "misfit"}}
-    words = verdict(both, FACTS).decided_by.sentence
-    assert "of x1; the noise model does not describe the spectrum of y1: its" in words
+    why = Unmodelled(Why.TOO_SHORT, 700, 1000)
+    decided = judged(status="refused", unmodelled=why).decided_by
+    assert (decided.code, decided.value) == (Code.MISFIT, "refused")
+    assert (decided.unmodelled, decided.n_coordinates) == ({"y1": why}, 2)
+    none = replace(FINE, status="refused", unmodelled=why)
+    both = {"x1": none, "y1": replace(FINE, status="misfit")}
+    decided = verdict(both, FACTS).decided_by
+    assert decided.unmodelled == {"x1": why, "y1": Unmodelled(Why.MISFIT)}
+    assert (decided.series, decided.value) == ("x1,y1", "refused, misfit")
 
 
 def test_what_never_changes_is_not_measured() -> None:
     found = judged(status="constant", frame_mm=1e-7)
     assert (found.word, found.decided_by.series) == ("bad", "y1")
-    assert found.decided_by.sentence.startswith("y1 never changes")
+    assert (found.decided_by.code, found.decided_by.names) == (Code.CONSTANT, ("y1",))
     assert math.isnan(found.reference_for_mm["4"])
-
-
-@pytest.mark.parametrize(
-    ("seconds", "words"), [(3600, "an hour"), (600, "10 min"), (5.2, "5.2 s"), (32400, "9 h")]
-)
-def test_durations_in_words(seconds: float, words: str) -> None:
-    assert duration_words(seconds) == words
 
 
 def test_movement_leads_and_what_still_counts_follows() -> None:
-    far = {"frame_mm": 693.0, "frame_lower_mm": 503.0}
-    series = {"x1": FINE, "y2": {**FINE, **far}, "L": {**FINE, "frame_mm": 0.3}}
+    far = replace(FINE, frame_mm=693.0, frame_lower_mm=503.0)
+    series = {"x1": FINE, "y2": far, "L": replace(FINE, frame_mm=0.3)}
     facts = replace(FACTS, labels=("Head", "RFT1"), findings=found_of("moves", y2=2021.4))
     found = verdict(series, facts)
     assert (found.word, found.decided_by.threshold) == ("bad", "still.range_mm")
-    words = found.decided_by.sentence
-    assert words.startswith("RFT1 moves: y2 by 2020 mm within an hour, which its noise does not")
-    assert words.endswith("the distance L, one frame uncertain by 0.300 mm.")
+    decided = found.decided_by
+    assert (decided.code, decided.names) == (Code.MOVES, ("RFT1",))
+    assert (decided.series, decided.value, decided.over_s) == ("y2", 2021.4, 3600.0)
+    assert (decided.distance, decided.distance_mm) == ("L", 0.3)
     assert math.isnan(found.reference_for_mm["4"])
-    assert not any("One frame of y2" in cap.sentence for cap in found.caps)
+    assert Code.FRAME not in {cap.code for cap in found.caps}
     facts = replace(facts, findings=found_of("moves", y2=2021.4, L=2000.0))
-    words = verdict(series, facts).decided_by.sentence
-    assert words.endswith("what still counts are the numbers of Head.")
+    decided = verdict(series, facts).decided_by
+    assert (decided.distance, decided.still) == ("", ("Head",))
     both = replace(FACTS, findings=found_of("moves", x1=2021.4, y2=2021.4, L=2000.0))
-    words = verdict({**series, "x1": {**FINE, **far}}, both).decided_by.sentence
-    assert words.startswith("marker 1, marker 2 move:")
-    assert words.endswith("none of its numbers is of noise alone.")
+    decided = verdict({**series, "x1": far}, both).decided_by
+    assert decided.names == ("marker 1", "marker 2")
+    assert (decided.distance, decided.still) == ("", ())
 
 
 @pytest.mark.parametrize(("step", "word"), [(0.1, "usable"), (0.25, "usable"), (0.3, "bad")])
@@ -254,11 +250,11 @@ def test_a_coarse_export_decides_by_its_steps_alone(step: float, word: str, fram
     of its own."""
     coarse = {"findings": found_of("resolution_limited", x1=step, y1=step)}
     found = judged(coarse, frame_mm=frame_mm, frame_upper_mm=frame_mm)
-    assert (found.word, found.decided_by.quantity) == (word, "step of the file")
-    assert "export finer steps" in found.decided_by.sentence
-    assert "One frame of" not in found.uncertainty
+    assert (found.word, found.decided_by.code) == (word, Code.STEP)
+    assert (found.decided_by.value, found.decided_by.names) == (step, ())
+    assert found.uncertainty is None
     in_a_step = judged(coarse, frame_mm=0.0, frame_upper_mm=0.0, status="constant")
-    assert (in_a_step.word, in_a_step.decided_by.quantity) == (word, "step of the file")
+    assert (in_a_step.word, in_a_step.decided_by.code) == (word, Code.STEP)
     if word == "usable":
         assert found.reference_for_mm["4"] == pytest.approx(4 * max(step, frame_mm))
     else:
@@ -275,22 +271,24 @@ def test_wander_beyond_the_steps_is_bad_whatever_the_steps() -> None:
 
 def test_filtered_data_are_no_reference() -> None:
     found = judged({"findings": found_of("low_pass", x1=6.1, y1=5.9)})
-    assert found.word == "usable"
-    said = "The recording looks low-pass filtered at about 6.1 Hz; a frame's noise before"
-    assert found.decided_by.sentence.startswith(said)
+    decided = found.decided_by
+    assert (found.word, decided.code) == ("usable", Code.LOW_PASS)
+    assert (decided.value, decided.unit, decided.names) == (6.1, "Hz", ())
     assert all(math.isnan(v) for v in found.reference_for_mm.values())
-    known = judged({"findings": found_of("low_pass", y1=math.nan)}).decided_by.sentence
-    assert known.startswith("y1 looks low-pass filtered; a frame's noise")
+    decided = judged({"findings": found_of("low_pass", y1=math.nan)}).decided_by
+    assert (decided.names, math.isnan(decided.value)) == (("y1",), True)
 
 
 def test_filled_frames_count_as_missing() -> None:
     found = judged({"missing": {"y1": 0.008}, "findings": found_of("gap_filled", y1=0.004)})
     assert (found.word, found.decided_by.threshold) == ("usable", "verdict.good_missing")
-    assert "1.2 % of the frames of y1 are missing, or filled by" in found.decided_by.sentence
+    assert found.decided_by.code is Code.MISSING_OR_FILLED
+    assert (found.decided_by.series, found.decided_by.value) == ("y1", pytest.approx(0.012))
 
 
 def test_a_walk_is_a_walk() -> None:
     walk = {"findings": found_of("random_walk", y1=1e-9)}
-    assert "y1 wanders as a random walk" in judged(walk, drift_mm_per_h=0.5).decided_by.sentence
-    straight = judged(drift_mm_per_h=0.5).decided_by.sentence
-    assert straight.startswith("y1 drifts by 0.5 mm in an hour")
+    found = judged(walk, drift_mm_per_h=0.5).decided_by
+    assert (found.code, found.series, found.value) == (Code.RANDOM_WALK, "y1", 0.5)
+    found = judged(drift_mm_per_h=0.5).decided_by
+    assert (found.code, found.value, found.over_s) == (Code.DRIFT, 0.5, 3600.0)

@@ -12,11 +12,10 @@ import pytest
 from scipy import signal
 
 from mocap_metrology.common.files import write_json
-from mocap_metrology.noise.diagnosis.coded import coded
-from mocap_metrology.noise.diagnosis.findings import CODES, Finding
+from mocap_metrology.noise.diagnosis.findings import CODES, Finding, findings_of
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-from mocap_metrology.noise.diagnosis.sentences import sentences
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.present.text.diagnosis import sentences
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "findings.md"
 
@@ -39,6 +38,9 @@ def test_no_interval_is_null(tmp_path: Path) -> None:
         **{"lower_95": None, "upper_95": None},
     }
     assert math.isnan(Finding("event", "x1", 3.0).lower_95)
+    read = Finding.of(one)
+    assert (read.code, read.series, read.value) == ("event", "x1", 3.0)
+    assert math.isnan(read.upper_95)
 
 
 RATE, N = 100.0, 30_000
@@ -83,7 +85,7 @@ def test_sentences_and_findings_say_the_same(made, codes) -> None:
     coordinates = {k: np.float32(position[i] + 160 * (i + 1)) for i, k in enumerate(names)}
     one = Recording(coordinates, ("A", "B"), [(1, 2)], RATE, 6e-5, "float32", n_filled)
     found = diagnose(one, [], None, DiagnosisSettings())
-    findings = coded(one, found, [])
+    findings = findings_of(one, found, [])
     said = sentences(one, found, [], DiagnosisSettings())
     assert {f.code for f in findings} == codes
     warned = {s.kind for s in said if s.kind in CODE_OF and s.severity == "warning"}

@@ -1,15 +1,14 @@
-"""Findings and words out of rows of noise.csv."""
+"""Findings out of rows of noise.csv."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.model_findings import (
+from mocap_metrology.noise.diagnosis.findings import (
+    approach,
     deterministic_parts,
-    drift_words,
     model_findings,
-    warm_up_words,
 )
 from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
 
@@ -54,22 +53,14 @@ def test_a_walk_that_a_slow_term_could_stand_for_is_named():
     assert [f.code for f in model_findings(table(walk))] == ["random_walk"]
 
 
-def test_the_sentence_of_a_warm_up_says_how_much_and_how_long():
-    parts = deterministic_parts(table(*WARM, NONE))
-    words = warm_up_words(parts, 7200.0)
-    assert words == (
-        "still warming up: 0.209 mm in the first 18 minutes (x1), time constant 6 minutes: "
-        "start recording later"
-    )
-    assert "0.178 mm in the first 10 minutes" in warm_up_words(parts, 600.0)
-    assert drift_words(parts, 7200.0) == ""
+def test_what_a_warm_up_does_and_how_long():
+    part = deterministic_parts(table(*WARM, NONE))["x1"]
+    assert approach(part, 7200.0) == (pytest.approx(0.209, abs=5e-4), 1080.0)  # three T_w
+    assert approach(part, 600.0) == (pytest.approx(0.178, abs=5e-4), 600.0)
 
 
-def test_the_fastest_drift_is_told():
+def test_parts_are_by_series():
     slow, fast = (Coefficient("drift", v) for v in (0.5, -1.2))
     parts = deterministic_parts(table(slow) + table(fast, series="y1"))
-    words = drift_words(parts, 600.0)
-    assert words == "a steady drift of -1.2 mm/h (y1), 0.2 mm in all".replace("-", words[18])
-    assert warm_up_words(parts, 600.0) == ""
+    assert {name: part.drift for name, part in parts.items()} == {"x1": 0.5, "y1": -1.2}
     assert deterministic_parts(table(NONE)) == {}
-    assert parts["x1"].drift == pytest.approx(0.5)

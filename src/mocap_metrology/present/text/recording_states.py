@@ -7,15 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mocap_metrology.noise.diagnosis.fills import MANY_FILLED
 from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.lowpass import LowPass
 from mocap_metrology.noise.diagnosis.recording import Recording
-from mocap_metrology.noise.diagnosis.sentence import Sentence, percent, signed
 from mocap_metrology.noise.diagnosis.tails import Tails
 from mocap_metrology.noise.gaussian.series import AXES
-
-LEVEL_MATTERS = 0.1  # relative change of the noise from which a reader is warned
-MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
+from mocap_metrology.present.text.sentence import Sentence, percent, severity, signed
 
 
 def low_pass_words(found: Sequence[LowPass]) -> list[Sentence]:
@@ -35,29 +33,22 @@ def low_pass_words(found: Sequence[LowPass]) -> list[Sentence]:
 def level_words(found: Sequence[Trend]) -> list[Sentence]:
     """One over all series that fall, that rise, and that come back."""
     told = []
-    for word, own in (
-        ("falls", [t for t in found if t.steady and t.change < 0]),
-        ("rises", [t for t in found if t.steady and t.change >= 0]),
-        ("changes", [t for t in found if not t.steady]),
-    ):
+    for word in ("falls", "rises", "changes"):
+        own = [t for t in found if t.direction == word]
         if not own:
             continue
         names = tuple(t.series for t in own)
+        worst = max(own, key=lambda t: t.extent)
         if word == "changes":
-            worst = max(own, key=lambda t: t.greatest - t.least)
-            size = max(worst.greatest, -worst.least)
             how = f"slowly, by {signed(worst.least)} to {signed(worst.greatest)} from its level at "
             how += f"the start ({worst.series})"
         else:
-            worst = max(own, key=lambda t: abs(t.change))
-            size = abs(worst.change)
             ends = sorted((abs(worst.lower), abs(worst.upper)))
-            how = f"by {percent(size)} over the recording ({worst.series}; 95 %: "
+            how = f"by {percent(abs(worst.change))} over the recording ({worst.series}; 95 %: "
             how += f"{percent(ends[0])} to {percent(ends[1])})"
         words = f"Noise of {', '.join(names)} {word} {how}."
-        severity = "warning" if size >= LEVEL_MATTERS else "info"
         numbers = {"change": {t.series: t.change for t in own}}
-        told.append(Sentence("level", severity, names, words, numbers))
+        told.append(Sentence("level", severity(worst.matters), names, words, numbers))
     return told
 
 
@@ -84,7 +75,8 @@ def filled_words(recording: Recording) -> list[Sentence]:
                 f"{percent(share)} of the frames of {label} are gap-filled: quieter than noise "
                 "can be. They are left out as missing."
             )
-            severity = "warning" if share > MANY_FILLED else "info"
             names = tuple(f"{axis}{k}" for axis in AXES)
-            told.append(Sentence("filled", severity, names, words, {"share": share}))
+            told.append(
+                Sentence("filled", severity(share > MANY_FILLED), names, words, {"share": share})
+            )
     return told

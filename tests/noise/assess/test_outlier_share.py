@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.hampel import hampel, white_level_kept
-from mocap_metrology.noise.assess.verdict import excess_outliers
+from mocap_metrology.noise.assess.recording import excess_outliers
 from mocap_metrology.present.verdict.words import reference_sentence
 
 

@@ -1,0 +1,44 @@
+"""The warning of markers that move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from mocap_metrology.common.words import three
+from mocap_metrology.noise.motion.movement import Movement
+from mocap_metrology.present.text.sentence import length
+
+MOST_NAMED = 6
+
+
+def movement_words(moving: Mapping[str, tuple[str, Movement]], within_s: float) -> list[str]:
+    """One line that names every marker that moves (`most_moving`) and says what the one that moves
+    most does; no line where none does."""
+    if not moving:
+        return []
+    label = max(moving, key=lambda name: moving[name][1].size_mm)
+    axis, worst = moving[label]
+    first, *others = moving
+    which = f"{label} " if others else ""
+    return [
+        f"marker {first} seems to move{_and_others(others)}: {which}{deed(axis, worst, within_s)}, "
+        "which noise does not; the Allan variance supposes still markers"
+    ]
+
+
+def deed(axis: str, found: Movement, within_s: float) -> str:
+    """What a marker does: `stands 2.05 mm elsewhere along x from 312 s on`."""
+    size = length(found.size_mm)
+    if math.isfinite(found.time_s):
+        return f"stands {size} elsewhere along {axis} from {three(found.time_s)} s on"
+    return f"covers {size} along {axis} within {three(within_s)} s"
+
+
+def _and_others(names: Sequence[str]) -> str:
+    """`, and so does B`; `, and so do B, C and D`; `, and so do 39 others`."""
+    if len(names) > MOST_NAMED:
+        return f", and so do {len(names)} others"
+    if len(names) < 2:
+        return "".join(f", and so does {name}" for name in names)
+    return f", and so do {', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,199 @@
+"""Reasons of a verdict on a recording: each check, and why numbers are measured, in words."""
+
+from __future__ import annotations
+
+import math
+
+from mocap_metrology.common.words import three
+from mocap_metrology.noise.assess.checks import (
+    LEAST_FRAMES,
+    LEAST_S,
+    Check,
+    Code,
+    LengthCheck,
+    ModelCheck,
+    MovementCheck,
+)
+from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
+from mocap_metrology.present.text.sentence import digits, duration_words
+
+# What the value of a check is, as verdict.json names it
+QUANTITIES = {
+    Code.FRAME: "uncertainty of one frame",
+    Code.CONSTANT: "uncertainty of one frame",
+    Code.NO_SAMPLES: "uncertainty of one frame",
+    Code.FEW_SAMPLES: "uncertainty of one frame",
+    Code.UPPER_END: "upper end of the interval of one frame",
+    Code.MOVES: "movement beyond noise",
+    Code.MISSING: "share of missing frames",
+    Code.MISSING_OR_FILLED: "share of missing frames",
+    Code.STEP: "step of the file",
+    Code.LOW_PASS: "low-pass filter of the export",
+    Code.OUTLIERS: "share of outliers",
+    Code.DRIFT: "drift over the horizon",
+    Code.RANDOM_WALK: "drift over the horizon",
+    Code.MISFIT: "noise model",
+    Code.DURATION: "duration",
+    Code.MARKERS: "markers",
+}
+SHARES = {
+    Code.MISSING: "missing",
+    Code.MISSING_OR_FILLED: "missing, or filled by an interpolation",
+    Code.OUTLIERS: "outliers, beyond what clean noise and chance make",
+}
+KEPT = {"good": "good is up to", "usable": "good would be up to", "bad": "usable is up to"}
+NO_MODEL = "there is no noise model"
+MISFIT = "the noise model does not describe the spectrum"
+
+
+def quantity(check: Check) -> str:
+    """Name of what is held against the limit."""
+    if check.code is Code.TOO_SHORT:
+        return "duration" if check.unit else "frames"
+    return QUANTITIES[check.code]
+
+
+def reason(check: Check) -> str:
+    """The sentence of a check, with its numbers."""
+    match check:
+        case LengthCheck():
+            return _length(check)
+        case MovementCheck():
+            return _movement(check)
+        case ModelCheck():
+            return _model(check)
+    value = float(check.value)
+    match check.code:
+        case Code.FRAME:
+            return _frame(check, value)
+        case Code.CONSTANT:
+            verb = "changes" if len(check.names) == 1 else "change"
+            named = ", ".join(check.names)
+            return f"{named} never {verb}: nothing is measured there, or the file is too coarse."
+        case Code.NO_SAMPLES | Code.FEW_SAMPLES:
+            few = "no" if check.code is Code.NO_SAMPLES else "too few"
+            return f"There are {few} valid samples to judge by."
+        case Code.UPPER_END:
+            return (
+                f"Over {duration_words(check.over_s)} only, one frame of {check.series} may be "
+                f"uncertain by {digits(value)} mm, the upper end of its interval; good is up to "
+                f"{float(check.limit):g} mm."
+            )
+        case Code.STEP:
+            return (
+                f"The resolution of the export decides: its steps of {three(value)} mm hide the "
+                f"noise of {', '.join(check.names) or 'all coordinates'}, so a frame is known to a "
+                "step and not better; export finer steps."
+            )
+        case Code.LOW_PASS:
+            about = f" at about {value:.2g} Hz" if math.isfinite(value) else ""
+            named = ", ".join(check.names) or "The recording"
+            verb = "look" if len(check.names) > 1 else "looks"
+            return (
+                f"{named} {verb} low-pass filtered{about}; a frame's noise before the filter "
+                "cannot be told. Export unfiltered."
+            )
+        case Code.MISSING | Code.MISSING_OR_FILLED | Code.OUTLIERS:
+            return (
+                f"{100 * value:.3g} % of the frames of {check.series} are {SHARES[check.code]}; "
+                f"{_against(check, 100, '%')}."
+            )
+        case Code.DRIFT | Code.RANDOM_WALK:
+            walk = "wanders as a random walk: a line through it rises"
+            does = "drifts" if check.code is Code.DRIFT else walk
+            return (
+                f"{check.series} {does} by {three(value)} mm in {duration_words(check.over_s)}; "
+                f"{_against(check)}."
+            )
+        case Code.DURATION:
+            least = float(check.limit)
+            return (
+                f"The recording lasts {duration_words(value)}; less than {least:g} s do not tell "
+                "how the system wanders."
+            )
+        case _:
+            return (
+                f"{check.value} marker{'' if value == 1 else 's'} of at least {check.limit}: "
+                "without a distance, nothing is measured that does not depend on where the cameras "
+                "are."
+            )
+
+
+def _length(check: LengthCheck) -> str:
+    return (
+        f"The recording is too short to judge: {check.n_frames:.0f} frames in "
+        f"{duration_words(check.duration_s)}; a verdict needs {LEAST_FRAMES} frames and "
+        f"{LEAST_S:g} s at least."
+    )
+
+
+def _frame(check: Check, value: float) -> str:
+    low, high, limit = check.lower, check.upper, float(check.limit)
+    close = " (the interval reaches across)" if low <= limit < high else ""
+    interval = f" ({digits(low)} to {digits(high)})" if math.isfinite(low + high) else ""
+    unknown = ""
+    if math.isfinite(check.asked_s):
+        reached, asked = duration_words(check.over_s), duration_words(check.asked_s)
+        unknown = f"; over {reached} only, nothing is known of {asked}"
+    return (
+        f"One frame of {check.series} is uncertain by {digits(value)} mm{interval} about "
+        f"the mean of {duration_words(check.over_s)}; {_against(check)}{close}{unknown}."
+    )
+
+
+def _against(check: Check, times: float = 1, unit: str = "mm") -> str:
+    """The limit that the word of a check goes by."""
+    return f"{KEPT[check.word]} {times * float(check.limit):g} {unit}"
+
+
+def _movement(check: MovementCheck) -> str:
+    verb = "moves" if len(check.names) == 1 else "move"
+    if check.distance:
+        counts = f"what still counts is the distance {check.distance}, one frame uncertain by "
+        counts += f"{digits(check.distance_mm)} mm"
+    elif check.still:
+        counts = f"what still counts are the numbers of {', '.join(check.still)}"
+    else:
+        counts = "none of its numbers is of noise alone"
+    return (
+        f"{', '.join(check.names)} {verb}: {check.series} by {three(float(check.value))} mm within "
+        f"{duration_words(check.over_s)}, which its noise does not explain; {counts}."
+    )
+
+
+def _model(check: ModelCheck) -> str:
+    reasons: dict[str, list[str]] = {}
+    for name, why in check.unmodelled.items():
+        reasons.setdefault(_why_no_model(why), []).append(name)
+    said = "; ".join(
+        f"{why} of {', '.join(names)}" if len(names) < check.n_coordinates else why
+        for why, names in reasons.items()
+    )
+    return (
+        f"{said[:1].upper()}{said[1:]}: its numbers are those of this recording and may not be of "
+        "the next."
+    )
+
+
+def _why_no_model(found: Unmodelled | None) -> str:
+    if found is None or found.why is Why.NO_MODEL:
+        return NO_MODEL
+    return MISFIT if found.why is Why.MISFIT else f"{NO_MODEL} ({why_measured(found)})"
+
+
+def why_measured(found: Unmodelled | None) -> str:
+    """Why the numbers of a series are not those of a model; empty where they are."""
+    if found is None:
+        return ""
+    needed = f"{found.value:.0f} samples, a noise model needs {found.expected:.0f}"
+    scatter = f"scatter by {found.value:.3g} mm, the model says {found.expected:.3g} mm"
+    return {
+        Why.NO_SAMPLES: "no valid samples",
+        Why.TOO_SHORT: f"too short: {needed}",
+        Why.TOO_MANY_GAPS: f"too many gaps: {needed}",
+        Why.REFUSED: found.note,
+        Why.NO_MODEL: NO_MODEL,
+        Why.MISFIT: MISFIT,
+        Why.FRAMES_DISAGREE: f"single frames {scatter}",
+        Why.MEANS_DISAGREE: f"means over {found.over_s:g} s {scatter}",
+    }[found.why]

@@ -1,0 +1,201 @@
+"""Reasons of a verdict: one sentence a check, with its numbers."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from mocap_metrology.noise.assess.checks import (
+    Check,
+    Code,
+    LengthCheck,
+    ModelCheck,
+    MovementCheck,
+)
+from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
+from mocap_metrology.present.text.reasons import quantity, reason, why_measured
+from mocap_metrology.present.text.sentence import duration_words
+
+FRAME = {"series": "y1", "lower": 0.0255, "upper": 0.02641, "over_s": 3600.0}
+SHORT = Unmodelled(Why.TOO_SHORT, 700, 1000)
+SENTENCES = [
+    (
+        LengthCheck(Code.TOO_SHORT, "bad", 0.3, 1.0, "s", n_frames=30, duration_s=0.3),
+        "The recording is too short to judge: 30 frames in 0.3 s; a verdict needs 100 frames and "
+        "1 s at least.",
+    ),
+    (
+        Check(Code.FRAME, "good", 0.026, 0.1, "mm", **FRAME),
+        "One frame of y1 is uncertain by 0.0260 mm (0.0255 to 0.0264) about the mean of an hour; "
+        "good is up to 0.1 mm.",
+    ),
+    (
+        Check(Code.FRAME, "good", 0.026, 0.026, "mm", **FRAME | {"over_s": 120.0}, asked_s=3600.0),
+        "One frame of y1 is uncertain by 0.0260 mm (0.0255 to 0.0264) about the mean of 2 min; "
+        "good is up to 0.026 mm (the interval reaches across); over 2 min only, nothing is known "
+        "of an hour.",
+    ),
+    (
+        Check(Code.FRAME, "bad", 693.0, 0.25, "mm", series="x1", over_s=5.0),
+        "One frame of x1 is uncertain by 693 mm about the mean of 5 s; usable is up to 0.25 mm.",
+    ),
+    (
+        Check(Code.CONSTANT, "bad", math.nan, 0.25, "mm", names=("y1",)),
+        "y1 never changes: nothing is measured there, or the file is too coarse.",
+    ),
+    (
+        Check(Code.CONSTANT, "bad", math.nan, 0.25, "mm", names=("x1", "y1")),
+        "x1, y1 never change: nothing is measured there, or the file is too coarse.",
+    ),
+    (
+        Check(Code.NO_SAMPLES, "bad", math.nan, 0.25, "mm"),
+        "There are no valid samples to judge by.",
+    ),
+    (
+        Check(Code.FEW_SAMPLES, "bad", math.nan, 0.25, "mm"),
+        "There are too few valid samples to judge by.",
+    ),
+    (
+        Check(Code.UPPER_END, "usable", 0.1001, 0.1, "mm", series="y1", over_s=120.0),
+        "Over 2 min only, one frame of y1 may be uncertain by 0.100 mm, the upper end of its "
+        "interval; good is up to 0.1 mm.",
+    ),
+    (
+        MovementCheck(
+            *(Code.MOVES, "bad", 2021.4, 0.0, "mm", "", "y2"),
+            **{"names": ("RFT1",), "over_s": 3600.0, "distance": "L", "distance_mm": 0.3},
+        ),
+        "RFT1 moves: y2 by 2020 mm within an hour, which its noise does not explain; what still "
+        "counts is the distance L, one frame uncertain by 0.300 mm.",
+    ),
+    (
+        MovementCheck(
+            *(Code.MOVES, "bad", 3.0, 0.0, "mm", "", "x1"),
+            **{"names": ("A", "B"), "over_s": 60.0, "still": ("C", "D")},
+        ),
+        "A, B move: x1 by 3 mm within 60 s, which its noise does not explain; what still counts "
+        "are the numbers of C, D.",
+    ),
+    (
+        MovementCheck(Code.MOVES, "bad", 3.0, 0.0, "mm", series="x1", names=("A",), over_s=60.0),
+        "A moves: x1 by 3 mm within 60 s, which its noise does not explain; none of its numbers is "
+        "of noise alone.",
+    ),
+    (
+        Check(Code.MISSING, "bad", 0.614, 0.1, series="x1"),
+        "61.4 % of the frames of x1 are missing; usable is up to 10 %.",
+    ),
+    (
+        Check(Code.MISSING_OR_FILLED, "usable", 0.012, 0.01, series="y1"),
+        "1.2 % of the frames of y1 are missing, or filled by an interpolation; good would be up to "
+        "1 %.",
+    ),
+    (
+        Check(Code.STEP, "usable", 0.1, 0.25, "mm"),
+        "The resolution of the export decides: its steps of 0.1 mm hide the noise of all "
+        "coordinates, so a frame is known to a step and not better; export finer steps.",
+    ),
+    (
+        Check(Code.LOW_PASS, "usable", 6.1, math.nan, "Hz"),
+        "The recording looks low-pass filtered at about 6.1 Hz; a frame's noise before the filter "
+        "cannot be told. Export unfiltered.",
+    ),
+    (
+        Check(Code.LOW_PASS, "usable", math.nan, math.nan, "Hz", names=("x1", "y1")),
+        "x1, y1 look low-pass filtered; a frame's noise before the filter cannot be told. Export "
+        "unfiltered.",
+    ),
+    (
+        Check(Code.OUTLIERS, "usable", 0.02, 0.01, series="z1"),
+        "2 % of the frames of z1 are outliers, beyond what clean noise and chance make; good would "
+        "be up to 1 %.",
+    ),
+    (
+        Check(Code.DRIFT, "usable", 0.5, 0.35, "mm", series="y1", over_s=3600.0),
+        "y1 drifts by 0.5 mm in an hour; good would be up to 0.35 mm.",
+    ),
+    (
+        Check(Code.RANDOM_WALK, "usable", 0.5, 0.35, "mm", series="y1", over_s=3600.0),
+        "y1 wanders as a random walk: a line through it rises by 0.5 mm in an hour; good would be "
+        "up to 0.35 mm.",
+    ),
+    (
+        ModelCheck(
+            Code.MISFIT, "usable", "refused", "ok", n_coordinates=2, unmodelled={"y1": SHORT}
+        ),
+        "There is no noise model (too short: 700 samples, a noise model needs 1000) of y1: its "
+        "numbers are those of this recording and may not be of the next.",
+    ),
+    (
+        ModelCheck(
+            *(Code.MISFIT, "usable", "refused, misfit", "ok"),
+            n_coordinates=2,
+            unmodelled={"x1": None, "y1": Unmodelled(Why.MISFIT)},
+        ),
+        "There is no noise model of x1; the noise model does not describe the spectrum of y1: its "
+        "numbers are those of this recording and may not be of the next.",
+    ),
+    (
+        ModelCheck(
+            *(Code.MISFIT, "usable", "refused", "ok"),
+            n_coordinates=2,
+            unmodelled={"x1": SHORT, "y1": SHORT},
+        ),
+        "There is no noise model (too short: 700 samples, a noise model needs 1000): its numbers "
+        "are those of this recording and may not be of the next.",
+    ),
+    (
+        Check(Code.DURATION, "usable", 30.0, 60.0, "s"),
+        "The recording lasts 30 s; less than 60 s do not tell how the system wanders.",
+    ),
+    (
+        Check(Code.MARKERS, "usable", 1, 2),
+        "1 marker of at least 2: without a distance, nothing is measured that does not depend on "
+        "where the cameras are.",
+    ),
+]
+
+
+@pytest.mark.parametrize(("check", "words"), SENTENCES, ids=lambda one: getattr(one, "code", ""))
+def test_a_check_in_words(check: Check, words: str) -> None:
+    assert reason(check) == words
+    assert quantity(check)
+
+
+def test_every_code_has_its_words() -> None:
+    assert {check.code for check, _ in SENTENCES} == set(Code)
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [
+        (None, ""),
+        (Unmodelled(Why.NO_SAMPLES), "no valid samples"),
+        (Unmodelled(Why.NO_MODEL), "there is no noise model"),
+        (Unmodelled(Why.MISFIT), "the noise model does not describe the spectrum"),
+        (Unmodelled(Why.REFUSED, note="too many gaps"), "too many gaps"),
+        (SHORT, "too short: 700 samples, a noise model needs 1000"),
+        (
+            Unmodelled(Why.TOO_MANY_GAPS, 500, 1000),
+            "too many gaps: 500 samples, a noise model needs 1000",
+        ),
+        (
+            Unmodelled(Why.FRAMES_DISAGREE, 0.02, 0.04),
+            "single frames scatter by 0.02 mm, the model says 0.04 mm",
+        ),
+        (
+            Unmodelled(Why.MEANS_DISAGREE, 0.0312, 0.01, 1.0),
+            "means over 1 s scatter by 0.0312 mm, the model says 0.01 mm",
+        ),
+    ],
+)
+def test_why_numbers_are_measured(found: Unmodelled | None, words: str) -> None:
+    assert why_measured(found) == words
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(3600, "an hour"), (600, "10 min"), (5.2, "5.2 s"), (32400, "9 h")]
+)
+def test_durations_in_words(seconds: float, words: str) -> None:
+    assert duration_words(seconds) == words

@@ -19,8 +19,8 @@ from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.recording.recording_figures import (
     allan_figure,
     psd_figure,
-    trajectory_figure,
 )
+from mocap_metrology.present.recording.trajectory import trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 

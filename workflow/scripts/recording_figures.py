@@ -16,8 +16,8 @@ with step(snakemake) as log:
         psd_figure,
         source_words,
         step_words,
-        trajectory_figure,
     )
+    from mocap_metrology.present.recording.trajectory import trajectory_figure
 
     name = snakemake.wildcards.recording
     folder = Path(snakemake.output[0]).parent

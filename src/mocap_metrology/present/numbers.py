@@ -7,7 +7,6 @@ import re
 from typing import Any
 
 from mocap_metrology.noise.fit.estimates import unit_key, unit_of
-from mocap_metrology.present.drawing.axes import SUPERSCRIPT
 from mocap_metrology.present.text.sentence import duration_words
 
 # What stands behind a coefficient that is not simply right, and what it means
@@ -24,6 +23,8 @@ NOTHING = 1e-9  # a percentage, or a number published as 0, below this is an err
 # What S Table 4 prints with four decimals
 FOUR_DECIMALS = re.compile(r"(mu|sigma)_(1|2|L|e|A1|A2|B|C)_mm|rho_12")
 PROBABILITY = re.compile(r"(.+_)?p")
+SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
 SUBSCRIPT = str.maketrans("0123456789-", "₀₁₂₃₄₅₆₇₈₉₋")
 
 
@@ -84,7 +85,23 @@ def duration_text(seconds: float) -> str:
 def typeset(value: float) -> str:
     """`three_digits` with a power of ten set as one: 9.26×10⁻⁷."""
     mantissa, e, exponent = three_digits(value).partition("e")
-    return f"{mantissa}×10{str(int(exponent)).translate(SUPERSCRIPT)}" if e else mantissa
+    return f"{mantissa}×{power_of_ten(int(exponent))}" if e else mantissa
+
+
+def power_of_ten(exponent: int) -> str:
+    """10⁻⁷ of -7."""
+    return "10" + str(exponent).translate(SUPERSCRIPT)
+
+
+def tick_text(value: float) -> str:
+    """As short as it can be, with a minus sign and not a hyphen."""
+    return f"{value + 0.0:.10g}".replace("-", "−")
+
+
+def number(value: float, digits: int = 0, sign: bool = False) -> str:
+    """13 195 or −5.20: thousands set apart, a real minus sign."""
+    text = f"{value:{'+' if sign else ''},.{digits}f}"
+    return text.replace(",", THIN_SPACE).replace("-", "−")
 
 
 def symbol(parameter: str) -> str:

@@ -20,7 +20,7 @@ from mocap_metrology.present.calibration.calibration_files import (
 )
 from mocap_metrology.present.calibration.pose_text import draw_text, expected_urad, text_height
 from mocap_metrology.present.calibration.views import COLOURS, MIRRORED
-from mocap_metrology.present.drawing.axes import decade_axis, linear_axis, log_limits, number
+from mocap_metrology.present.drawing.axes import decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
@@ -38,6 +38,7 @@ from mocap_metrology.present.drawing.style import (
     size_mm,
     styled,
 )
+from mocap_metrology.present.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

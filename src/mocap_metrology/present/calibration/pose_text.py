@@ -9,7 +9,6 @@ import numpy as np
 
 from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
-from mocap_metrology.present.drawing.axes import number
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
     FAINT,
@@ -23,6 +22,7 @@ from mocap_metrology.present.drawing.style import (
     shorten,
     wrap,
 )
+from mocap_metrology.present.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,15 +85,15 @@ def pose_rows(entry: Mapping[str, Any]) -> list[tuple[str, list[str]]]:
     digits = [
         _decimals([*sd[own], *off[own]], usual) for own, usual in zip(MM_DEG, (1, 2), strict=True)
     ]
-    rows = [("t, slave in master (mm)", _three(entry["translation_mm"], digits[0], sign=True))]
+    rows = [("t, slave in master (mm)", _cells(entry["translation_mm"], digits[0], sign=True))]
     if covariance is not None:
-        rows.append(("1 σ along x, y, z (mm)", _three(sd[:3], _decimals(sd[:3], 1))))
-    rows.append(("α, β, γ (°)", _three(angles, digits[1], sign=True)))
+        rows.append(("1 σ along x, y, z (mm)", _cells(sd[:3], _decimals(sd[:3], 1))))
+    rows.append(("α, β, γ (°)", _cells(angles, digits[1], sign=True)))
     if covariance is not None:
-        rows.append(("1 σ about x, y, z (°)", _three(sd[3:], _decimals(sd[3:], 2))))
+        rows.append(("1 σ about x, y, z (°)", _cells(sd[3:], _decimals(sd[3:], 2))))
     if entry.get("errors_mm"):
-        rows.append(("t − reference (mm)", _three(off[:3], _decimals(off[:3], 1), sign=True)))
-        rows.append(("turned from it (°)", _three(off[3:], _decimals(off[3:], 2), sign=True)))
+        rows.append(("t − reference (mm)", _cells(off[:3], _decimals(off[:3], 1), sign=True)))
+        rows.append(("turned from it (°)", _cells(off[3:], _decimals(off[3:], 2), sign=True)))
     return rows
 
 
@@ -104,7 +104,7 @@ def _decimals(values: Sequence[float], usual: int) -> int:
     return int(np.clip(1 - np.floor(np.log10(max(known))), 0, 3)) if known else usual
 
 
-def _three(values: Any, digits: int, sign: bool = False) -> list[str]:
+def _cells(values: Any, digits: int, sign: bool = False) -> list[str]:
     return [number(float(value), digits, sign) for value in values]
 
 

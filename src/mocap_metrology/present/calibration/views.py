@@ -10,8 +10,9 @@ import numpy as np
 
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
 from mocap_metrology.present.calibration.calibration_files import Agreement, Pose, thinned
-from mocap_metrology.present.drawing.axes import linear_axis, number
+from mocap_metrology.present.drawing.axes import linear_axis
 from mocap_metrology.present.drawing.style import GREY, INK, LOOKS, SMALL_PT, label_axes, size_mm
+from mocap_metrology.present.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

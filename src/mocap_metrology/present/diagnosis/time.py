@@ -17,13 +17,7 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.sides import Sides
-from mocap_metrology.present.drawing.axes import (
-    LengthUnit,
-    length_unit,
-    linear_axis,
-    number,
-    time_axis,
-)
+from mocap_metrology.present.drawing.axes import LengthUnit, length_unit, linear_axis, time_axis
 from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
@@ -37,7 +31,7 @@ from mocap_metrology.present.drawing.style import (
     label_axes,
     say,
 )
-from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.numbers import number, three_digits
 from mocap_metrology.present.text.diagnosis import outcome
 
 if TYPE_CHECKING:

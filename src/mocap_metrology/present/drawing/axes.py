@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.present.drawing.style import FAINT, GREY, INK, SMALL_PT, lines_mm, text_mm
+from mocap_metrology.present.numbers import power_of_ten, tick_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 UNITS = (("s", 1.0, 180.0), ("min", 60.0, 3 * 3600.0), ("h", 3600.0, np.inf))
 MICROMETRES_BELOW_MM = 2.0  # median range of the axes
-THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
 
 
 @dataclass(frozen=True)
@@ -75,18 +75,6 @@ def linear_axis(axes: Axes, which: str, limits: tuple[float, float], most: int) 
     axes.grid(visible=True, axis=which)
 
 
-def tick_text(value: float) -> str:
-    """As short as it can be, with a minus sign and not a hyphen."""
-    return f"{value + 0.0:.10g}".replace("-", "−")
-
-
-def number(value: float, digits: int = 0, sign: bool = False) -> str:
-    """13 195 or −5.20: thousands set apart, a real minus sign."""
-    text = f"{value:{'+' if sign else ''},.{digits}f}"
-    return text.replace(",", THIN_SPACE).replace("-", "−")
-
-
-SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 LABEL_WIDTH_MM, LABEL_HEIGHT_MM = 7.5, 4.0
 PAD = 0.1  # decades beyond the data
 PLAIN = (-3, 3)  # decades written out as 0.001 ... 1000
@@ -190,8 +178,7 @@ def decade_label(value: float, plain: bool) -> str:
         return f"{value:g}"
     exponent = int(np.floor(np.log10(value) + 1e-9))
     digits = f"{value / 10.0**exponent:.4g}"
-    power = "10" + str(exponent).translate(SUPERSCRIPT)
-    return power if digits == "1" else f"{digits}×{power}"
+    return power_of_ten(exponent) if digits == "1" else f"{digits}×{power_of_ten(exponent)}"
 
 
 def slope_fan(

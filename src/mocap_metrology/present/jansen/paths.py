@@ -18,7 +18,6 @@ from mocap_metrology.present.calibration.calibration_files import (
     thinned,
 )
 from mocap_metrology.present.calibration.views import COLOURS
-from mocap_metrology.present.drawing.axes import number
 from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip
 from mocap_metrology.present.drawing.style import (
     GREY,
@@ -30,6 +29,7 @@ from mocap_metrology.present.drawing.style import (
     styled,
 )
 from mocap_metrology.present.jansen.projection import BOX, Stage, arc, magnified, outline, stage
+from mocap_metrology.present.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.drawing.axes import round_ticks, tick_text
+from mocap_metrology.present.drawing.axes import round_ticks
 from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
@@ -24,6 +24,7 @@ from mocap_metrology.present.drawing.style import (
     size_mm,
     text_mm,
 )
+from mocap_metrology.present.numbers import tick_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

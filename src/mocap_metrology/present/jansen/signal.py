@@ -14,7 +14,7 @@ from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES, SLAVE
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S
 from mocap_metrology.present.calibration.views import COLOURS
-from mocap_metrology.present.drawing.axes import linear_axis, number
+from mocap_metrology.present.drawing.axes import linear_axis
 from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
@@ -30,6 +30,7 @@ from mocap_metrology.present.drawing.style import (
     styled,
 )
 from mocap_metrology.present.jansen.projection import BOX, Projection, Stage, stage
+from mocap_metrology.present.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,6 @@ from mocap_metrology.present.drawing.axes import log_limits
 from mocap_metrology.present.drawing.curves import Curve, Key, arrange, curves_figure
 from mocap_metrology.present.drawing.decimate import log_bins
 from mocap_metrology.present.drawing.style import styled
-from mocap_metrology.present.recording.trajectory import trajectory_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,8 +41,6 @@ def step_words(resolution_mm: float, kind: str) -> str:
     unit, per_mm = next((u, f) for u, f in UNITS if resolution_mm * f >= 0.1 or u == "nm")
     return f"step {three(float(f'{resolution_mm * per_mm:.2g}'))} {unit} ({kind})"
 
-
-__all__ = ["allan_figure", "psd_figure", "trajectory_figure"]
 
 # What the slope of each figure tells of the noise (S Table 1, Figure 3)
 ALLAN_SLOPES = (

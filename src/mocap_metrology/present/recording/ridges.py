@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.axes import TimeAxis, length_unit, linear_axis, number
+from mocap_metrology.present.drawing.axes import TimeAxis, length_unit, linear_axis
 from mocap_metrology.present.drawing.legend import strip, strip_height
 from mocap_metrology.present.drawing.style import (
     GREY,
@@ -21,6 +21,7 @@ from mocap_metrology.present.drawing.style import (
     shorten,
     text_mm,
 )
+from mocap_metrology.present.numbers import number
 from mocap_metrology.present.recording.traces import Prepared, Trace, entries
 
 if TYPE_CHECKING:

@@ -7,13 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.axes import (
-    TimeAxis,
-    length_unit,
-    linear_axis,
-    number,
-    time_axis,
-)
+from mocap_metrology.present.drawing.axes import TimeAxis, length_unit, linear_axis, time_axis
 from mocap_metrology.present.drawing.legend import strip, strip_height
 from mocap_metrology.present.drawing.style import (
     BODY_PT,
@@ -27,6 +21,7 @@ from mocap_metrology.present.drawing.style import (
     shorten,
     styled,
 )
+from mocap_metrology.present.numbers import number
 from mocap_metrology.present.recording import ridges
 from mocap_metrology.present.recording.traces import GAP, Prepared, Trace, entries, prepare
 

@@ -9,13 +9,7 @@ import numpy as np
 
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR, unit_key
 from mocap_metrology.noise.model.components import ALPHAS
-from mocap_metrology.present.drawing.axes import (
-    SUPERSCRIPT,
-    Limits,
-    decade_axis,
-    linear_axis,
-    log_limits,
-)
+from mocap_metrology.present.drawing.axes import Limits, decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
     FAINT,
@@ -33,7 +27,7 @@ from mocap_metrology.present.drawing.style import (
     styled,
 )
 from mocap_metrology.present.groups import slots
-from mocap_metrology.present.numbers import symbol, unit
+from mocap_metrology.present.numbers import power_of_ten, symbol, unit
 from mocap_metrology.present.tables import Row
 
 if TYPE_CHECKING:
@@ -104,7 +98,7 @@ def _linear(axes: Axes, rows: Sequence[Row], cameras: Sequence[int]) -> None:
     linear_axis(axes, "y", (-0.08 * top, top), 5)
     slots.draw(axes, rows, cameras, lambda v: v / scale)
     if greatest > 0:
-        text = f"×10{str(exponent).translate(SUPERSCRIPT)}"
+        text = f"×{power_of_ten(exponent)}"
         beside = 1 + 1.5 / slots.WIDE_MM, 1 - 5.0 / ROW_MM
         axes.text(*beside, text, transform=axes.transAxes, va="top", size=SMALL_PT, color=GREY)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.axes import SUPERSCRIPT, decade_axis, linear_axis, log_limits
+from mocap_metrology.present.drawing.axes import decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.decimate import log_bins
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
@@ -25,7 +25,7 @@ from mocap_metrology.present.drawing.style import (
     label_axes,
     styled,
 )
-from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.numbers import power_of_ten, three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -117,7 +117,7 @@ def _close(
     remark = ""
     if greatest > 0:
         remark = f"peak {three_digits(greatest / float(np.median(psd)))} × median"
-        text = f"×10{str(exponent).translate(SUPERSCRIPT)} mm²/Hz"
+        text = f"×{power_of_ten(exponent)} mm²/Hz"
         how = {"transform": axes.transAxes, "va": "top", "size": SMALL_PT, "color": GREY}
         axes.text(0.02, 0.95, text, **how)
     head(axes, name, remark)

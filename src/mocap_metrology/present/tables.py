@@ -68,8 +68,9 @@ def _cell(row: Row, name: str) -> Any:
     if name == "published":
         return as_printed(float(value), own)
     published = row.get("published") if name in BESIDE else None
-    known = _is_number(published) or type(published) is int
-    return readable(float(value), own, float(published) if known else None)
+    if not (_is_number(published) or type(published) is int):
+        published = None
+    return readable(float(value), own, None if published is None else float(published))
 
 
 def _is_number(value: Any) -> bool:

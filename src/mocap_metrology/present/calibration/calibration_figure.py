@@ -31,6 +31,7 @@ from mocap_metrology.present.drawing.style import (
     POINT_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Sheet,
     blank_sheet,
     head,
@@ -55,7 +56,7 @@ def nothing(axes: Axes, why: str) -> None:
     """Empty axes with the reason."""
     axes.set(xticks=[], yticks=[])
     axes.set_facecolor("#f4f4f4")
-    how = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
+    how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
     axes.text(0.5, 0.5, why, size=SMALL_PT, **how)
 
 
@@ -82,7 +83,13 @@ def draw_disagreement(axes: Axes, both: Agreement | None, duration_s: float, why
     for station, at in enumerate((0.97, 0.92)):
         alone = both.alone_s[station]
         if alone.size:
-            how = {"color": COLOURS[station], "ls": "", "marker": "|", "ms": 3.0, "mew": 0.5}
+            how: Keywords = {
+                "color": COLOURS[station],
+                "ls": "",
+                "marker": "|",
+                "ms": 3.0,
+                "mew": 0.5,
+            }
             level = np.full(alone.size, at)
             line = axes.plot(alone, level, transform=axes.get_xaxis_transform(), **how)[0]
             line.set_rasterized(alone.size > DENSE)
@@ -110,13 +117,20 @@ def draw_residuals(
         _dots(axes, paths[station].time_s, shown[station], COLOURS[station], "os"[station])
     axes.axhline(expected_urad, color=INK, lw=0.8, ls=(0, (1, 1.5)))
     text = f"noise of an angle to expect: {expected_urad:.0f} µrad"
-    how = {"size": SMALL_PT, "ha": "right", "va": "bottom", "zorder": 5}
+    how: Keywords = {"size": SMALL_PT, "ha": "right", "va": "bottom", "zorder": 5}
     axes.text(0.99 * duration_s, 1.03 * expected_urad, text, **how)
 
 
 def _dots(axes: Axes, x: np.ndarray, y: np.ndarray, colour: str, marker: str) -> None:
     few = thinned(x.size, 4000)
-    how = {"color": colour, "marker": marker, "ls": "", "markersize": 1.5, "mew": 0, "alpha": 0.7}
+    how: Keywords = {
+        "color": colour,
+        "marker": marker,
+        "ls": "",
+        "markersize": 1.5,
+        "mew": 0,
+        "alpha": 0.7,
+    }
     axes.plot(x[few], y[few], rasterized=x.size > DENSE, **how)
 
 
@@ -125,11 +139,14 @@ def draw_diodes(axes: Axes, given: CalibrationFiles, station: int, labels: bool)
     n = len(given.board)
     share = 100 * seen_shares(given.sweeps, station, n)
     dead, seldom = faint_diodes(share / 100)
-    bar = {"lw": 0.72 * size_mm(axes)[0] / POINT_MM / (n + 0.6), "color": COLOURS[station]}
+    bar: Keywords = {
+        "lw": 0.72 * size_mm(axes)[0] / POINT_MM / (n + 0.6),
+        "color": COLOURS[station],
+    }
     usual = np.setdiff1d(np.arange(n), seldom)
     axes.vlines(usual, 0, share[usual], **bar)
     axes.vlines(seldom, 0, share[seldom], alpha=0.5, **bar)
-    cross = {"marker": "x", "color": INK, "ls": "", "markersize": 3.5, "mew": 1.1}
+    cross: Keywords = {"marker": "x", "color": INK, "ls": "", "markersize": 3.5, "mew": 1.1}
     axes.plot(dead, np.full(dead.size, 9.0), **cross)
     linear_axis(axes, "y", (0.0, 105.0), 2)
     axes.set_xlim(-0.8, n - 0.2)
@@ -140,8 +157,8 @@ def draw_diodes(axes: Axes, given: CalibrationFiles, station: int, labels: bool)
         label_axes(axes, x="Diode (from 0)", x_mm=7.0)
     told = _told("dead", dead) + _told("seldom", seldom) or ["all alive"]
     told = ["no sweep seen"] if dead.size == n else told
-    how = {"transform": axes.transAxes, "size": SMALL_PT, "va": "bottom"}
-    bold = {"weight": "bold"} | how
+    how: Keywords = {"transform": axes.transAxes, "size": SMALL_PT, "va": "bottom"}
+    bold: Keywords = {"weight": "bold"} | how
     if station == MASTER:
         axes.text(0, 1.04, "e  Diodes", **bold | {"size": BODY_PT})
     at = 0.36 if station == MASTER else 0.0
@@ -278,7 +295,7 @@ def _close_up(sheet: Sheet, top: float, scenery: views.Scenery, still: bool, why
     if view is None:
         nothing(axes, why)
     title = "b  Board at rest" if still else "b  Path of the board"
-    head(axes, title, "" if view is None else views.view_names(view))
+    head(axes, title, "" if view is None else views.view_name(view))
 
 
 def _diodes(sheet: Sheet, top: float, given: CalibrationFiles) -> None:

@@ -55,11 +55,11 @@ class CalibrationFiles:
             return None
         names = (np.asarray(self.poses[key]).astype(str) for key in ("estimator", "optics"))
         own = np.logical_and(*(a == b for a, b in zip(names, (estimator, optics), strict=True)))
-        found = [
+        master, slave = (
             _path(self.poses, own & (self.poses["station"] == station))
             for station in (MASTER, SLAVE)
-        ]
-        return tuple(found) if all(len(path) > 1 for path in found) else None
+        )
+        return (master, slave) if min(len(master), len(slave)) > 1 else None
 
     @property
     def kinds(self) -> list[tuple[str, str]]:
@@ -138,7 +138,8 @@ class Agreement:
     @property
     def mirrored(self) -> np.ndarray:
         """Moments at which one of both poses is in the other minimum."""
-        return self.turned_deg > np.degrees(MIRRORED_RAD)
+        mirrored: np.ndarray = self.turned_deg > np.degrees(MIRRORED_RAD)
+        return mirrored
 
 
 def agreement(paths: tuple[BoardPath, BoardPath], pose: Pose) -> Agreement:
@@ -169,7 +170,8 @@ def pose_of(entry: Mapping[str, Any]) -> Pose:
 
 def residuals_urad(path: BoardPath) -> np.ndarray:
     """Root mean square of C - M of each board pose, sqrt(epsilon / n_angles), in urad."""
-    return 1e6 * np.sqrt(path.epsilon / np.maximum(path.n_angles, 1))
+    residuals: np.ndarray = 1e6 * np.sqrt(path.epsilon / np.maximum(path.n_angles, 1))
+    return residuals
 
 
 def seen_shares(sweeps: Mapping[str, np.ndarray], station: int, n_diodes: int) -> np.ndarray:

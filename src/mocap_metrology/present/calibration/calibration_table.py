@@ -53,10 +53,11 @@ def _row(record: Mapping[str, Any]) -> Row:
     return row
 
 
-def _sigma(covariance: list | None) -> np.ndarray:
+def _sigma(covariance: list[list[float]] | None) -> np.ndarray:
     if covariance is None:
         return np.full(6, math.nan)
-    return np.sqrt(np.diag(np.array(covariance, dtype=np.float64)))
+    sigma: np.ndarray = np.sqrt(np.diag(np.array(covariance, dtype=np.float64)))
+    return sigma
 
 
 def calibration_markdown(

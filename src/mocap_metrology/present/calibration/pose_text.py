@@ -17,6 +17,7 @@ from mocap_metrology.present.drawing.style import (
     SMALL_PT,
     UNKNOWN_WORD,
     VERDICT_WORDS,
+    Keywords,
     Sheet,
     lines_mm,
     shorten,
@@ -49,7 +50,8 @@ def expected_urad(pose: Mapping[str, Any]) -> float:
 
 def _limit(pose: Mapping[str, Any], name: str) -> tuple[float | None, bool]:
     """Limit of a check and whether it is that of the word good; None where it has none."""
-    check = next((check for check in pose.get("checks", ()) if check["name"] == name), {})
+    named = (check for check in pose.get("checks", ()) if check["name"] == name)
+    check: Mapping[str, Any] = next(named, {})
     limit = check.get("limit")
     return (limit if isinstance(limit, int | float) else None), bool(check.get("ok"))
 
@@ -80,7 +82,8 @@ def pose_rows(entry: Mapping[str, Any]) -> list[tuple[str, list[str]]]:
     covariance = entry.get("covariance")
     sd = [np.nan] * 6
     if covariance is not None:
-        sd = np.sqrt(np.clip(np.diag(np.array(covariance, dtype=np.float64)), 0, None))
+        variance = np.diag(np.array(covariance, dtype=np.float64))
+        sd = np.sqrt(np.clip(variance, 0, None)).tolist()
     off = [*(entry.get("errors_mm") or [np.nan] * 3), *(entry.get("errors_deg") or [np.nan] * 3)]
     digits = [
         _decimals([*sd[own], *off[own]], usual) for own, usual in zip(MM_DEG, (1, 2), strict=True)
@@ -193,7 +196,7 @@ def _draw_verdict(canvas: Axes, height: float, width: float, given: CalibrationF
         facecolor=behind, edgecolor=colour, lw=0.6,
     )  # fmt: skip
     canvas.add_patch(box)
-    how = {"size": BODY_PT + 1, "weight": "bold", "color": colour, "ha": "center"}
+    how: Keywords = {"size": BODY_PT + 1, "weight": "bold", "color": colour, "ha": "center"}
     canvas.text(BADGE_MM / 2, height - 3.1, word, va="center_baseline", **how)
     lines = "\n".join(_reason(given, width))
     how = {"size": BODY_PT, "va": "top", "linespacing": LINE_SPACING}
@@ -201,7 +204,8 @@ def _draw_verdict(canvas: Axes, height: float, width: float, given: CalibrationF
 
 
 def _draw_table(canvas: Axes, top: float, entry: Mapping[str, Any]) -> None:
-    rows, how = pose_rows(entry), {"size": SMALL_PT, "va": "center_baseline"}
+    rows = pose_rows(entry)
+    how: Keywords = {"size": SMALL_PT, "va": "center_baseline"}
     for k, line in enumerate(_remark(entry), start=len(rows)):
         canvas.text(0, top - (k + 0.5) * LINE_MM, line, **how)
     for k, (label, values) in enumerate(rows):

@@ -11,7 +11,15 @@ import numpy as np
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
 from mocap_metrology.present.calibration.calibration_files import Agreement, Pose, thinned
 from mocap_metrology.present.drawing.axes import linear_axis
-from mocap_metrology.present.drawing.style import GREY, INK, LOOKS, SMALL_PT, label_axes, size_mm
+from mocap_metrology.present.drawing.style import (
+    GREY,
+    INK,
+    LOOKS,
+    SMALL_PT,
+    Keywords,
+    label_axes,
+    size_mm,
+)
 from mocap_metrology.present.numbers import number
 
 if TYPE_CHECKING:
@@ -22,8 +30,8 @@ PATHS: tuple[dict[str, Any], ...] = (
     {"color": COLOURS[MASTER], "lw": 1.2, "ls": "-"},
     {"color": COLOURS[SLAVE], "lw": 0.8, "ls": (0, (3, 1.5))},
 )
-REFERENCE = {"marker": "+", "color": INK, "markersize": 7.0, "mew": 0.9}
-MIRRORED = {"marker": "v", "color": INK, "markerfacecolor": "#ffcc33", "markersize": 4.2}
+REFERENCE: Keywords = {"marker": "+", "color": INK, "markersize": 7.0, "mew": 0.9}
+MIRRORED: Keywords = {"marker": "v", "color": INK, "markerfacecolor": "#ffcc33", "markersize": 4.2}
 ELLIPSE = {"facecolor": "none", "edgecolor": INK, "lw": 0.9}
 NAMES = ("x, forward (m)", "y, left (m)", "z, up (m)")
 ABOVE, RIGHT = (0, 1), (0, 2)  # coordinates across and up the paper
@@ -46,9 +54,10 @@ class Scenery:
     @property
     def board_m(self) -> np.ndarray | None:
         """Where the board was on the whole."""
+        moving = self.alone_m
         if self.both is not None and len(self.both.time_s):
-            return np.median(self.both.master_m, axis=0)
-        return None if self.alone_m is None else np.median(self.alone_m, axis=0)
+            moving = self.both.master_m
+        return None if moving is None else np.asarray(np.median(moving, axis=0))
 
     def points(self) -> np.ndarray:
         """What has to be on the paper, apart from cones."""
@@ -103,7 +112,8 @@ def draw_view(axes: Axes, scenery: Scenery, frame: Frame, view: tuple[int, int])
     if scenery.reference is not None:
         axes.plot(*scenery.reference[1][list(view)], ls="", zorder=5, **REFERENCE)
     if scenery.slave is not None and scenery.covariance is not None:
-        _draw_ellipse(axes, scenery, view, ellipse_scale(scenery.covariance, frame.per_mm))
+        scale = ellipse_scale(scenery.covariance, frame.per_mm)
+        _draw_ellipse(axes, scenery.slave[1], scenery.covariance, view, scale)
 
 
 def draw_station(
@@ -123,21 +133,26 @@ def draw_station(
         end = t + FRAME_MM * per_mm * R[:, k]
         arrow = {"arrowstyle": "-|>,head_width=0.14,head_length=0.28", "color": colour, "lw": 0.9}
         arrow |= {"shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", end[own], t[own], arrowprops=arrow, zorder=4)
+        axes.annotate("", tuple(end[own]), tuple(t[own]), arrowprops=arrow, zorder=4)
         reach = np.linalg.norm((end - t)[own]) / per_mm
         if reach > 0.5 * FRAME_MM:
             at = t + (FRAME_MM * (1 + 1.4 / reach)) * per_mm * R[:, k]
-            how = {"size": SMALL_PT - 0.5, "color": colour, "ha": "center", "va": "center"}
-            axes.text(*at[own], letter, **how)
+            how: Keywords = {
+                "size": SMALL_PT - 0.5,
+                "color": colour,
+                "ha": "center",
+                "va": "center",
+            }
+            axes.text(at[own[0]], at[own[1]], letter, **how)
     axes.plot(*t[own], "os"[station], color=colour, markersize=3.2, zorder=4)
     spokes = [FRAME_MM * R[own, k] * f for k in range(3) for f in (0.5, 1.0, 1.3)]
     for way in ((end - t)[own] / per_mm for end in clear_of[0]):
-        far = np.linalg.norm(way)
+        far = float(np.linalg.norm(way))
         spokes += [way / max(far, 1e-9) * min(mm, far) for mm in (2.0, 4.0, 6.0, 8.0)]
     spokes += [way for points in clear_of[1] for way in (points - t)[:, own] / per_mm]
     at = t[own] + _free_place(np.array(spokes)) * per_mm
     how = {"color": colour, "weight": "bold", "size": SMALL_PT, "ha": "center", "va": "center"}
-    axes.text(*at, ROLES[station], zorder=6, **how)
+    axes.text(at[0], at[1], ROLES[station], zorder=6, **how)
 
 
 def _free_place(taken: np.ndarray) -> np.ndarray:
@@ -145,7 +160,10 @@ def _free_place(taken: np.ndarray) -> np.ndarray:
     turn = np.radians(np.arange(0, 360, 15))
     places = np.column_stack([8.0 * np.cos(turn), 4.2 * np.sin(turn)])
     apart = (places[:, None] - taken[None]) / np.array([1.8, 1.0])
-    return places[np.argmax(np.linalg.norm(apart, axis=2).min(axis=1) - 1e-6 * np.sin(turn))]
+    place: np.ndarray = places[
+        np.argmax(np.linalg.norm(apart, axis=2).min(axis=1) - 1e-6 * np.sin(turn))
+    ]
+    return place
 
 
 def _draw_paths(axes: Axes, scenery: Scenery, view: tuple[int, int]) -> None:
@@ -181,10 +199,15 @@ def _draw_distances(axes: Axes, scenery: Scenery, view: tuple[int, int], per_mm:
             continue
         turn = (np.degrees(np.arctan2(step[1], step[0])) + 90) % 180 - 90
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
-        how = {"rotation": turn, "rotation_mode": "anchor", "ha": "center", "va": "center"}
+        how: Keywords = {
+            "rotation": turn,
+            "rotation_mode": "anchor",
+            "ha": "center",
+            "va": "center",
+        }
         middle = ends[0] + 0.55 * step
         text = f"{number(length, 2)} m"
-        axes.text(*middle, text, size=SMALL_PT, bbox=box, zorder=2.5, **how)
+        axes.text(middle[0], middle[1], text, size=SMALL_PT, bbox=box, zorder=2.5, **how)
 
 
 def ellipse_scale(covariance: np.ndarray, per_mm: float) -> int:
@@ -195,16 +218,19 @@ def ellipse_scale(covariance: np.ndarray, per_mm: float) -> int:
     return next((k for k in ROUND if k * largest >= SMALLEST_MM), ROUND[-1])
 
 
-def _draw_ellipse(axes: Axes, scenery: Scenery, view: tuple[int, int], scale: int) -> None:
+def _draw_ellipse(
+    axes: Axes, place: np.ndarray, covariance: np.ndarray, view: tuple[int, int], scale: int
+) -> None:
     from matplotlib.patches import Ellipse
 
     own = list(view)
-    part = scenery.covariance[np.ix_(own, own)] / 1e6
+    part = covariance[np.ix_(own, own)] / 1e6
     values, vectors = np.linalg.eigh(part)
     width, height = 2 * scale * np.sqrt(np.clip(values, 0, None))
     turn = np.degrees(np.arctan2(vectors[1, 0], vectors[0, 0]))
-    at = scenery.slave[1][own]
-    axes.add_patch(Ellipse(at, width, height, angle=turn, zorder=5, **ELLIPSE))
+    axes.add_patch(
+        Ellipse((place[view[0]], place[view[1]]), width, height, angle=turn, zorder=5, **ELLIPSE)
+    )
 
 
 def draw_closeup(axes: Axes, scenery: Scenery, still: bool) -> tuple[int, int] | None:
@@ -236,6 +262,6 @@ def draw_closeup(axes: Axes, scenery: Scenery, still: bool) -> tuple[int, int] |
     return view
 
 
-def view_names(views: Sequence[int]) -> str:
+def view_name(view: tuple[int, int]) -> str:
     """From where a view of two coordinates looks."""
-    return {(0, 1): "from above", (0, 2): "from the right", (1, 2): "from the front"}[tuple(views)]
+    return {(0, 1): "from above", (0, 2): "from the right", (1, 2): "from the front"}[view]

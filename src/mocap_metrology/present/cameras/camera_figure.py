@@ -18,6 +18,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Sheet,
     blank_sheet,
     coordinate_of,
@@ -124,7 +125,7 @@ def _noise_panel(
     nested = np.unique(n).size == n.size
     x = n if nested else np.arange(n.size, dtype=np.float64)
     at = dict(zip(names, x, strict=True))
-    series = list(dict.fromkeys(s for f in sigma_mm.values() for s in f if coordinate_of(s)))
+    series = {s: place for f in sigma_mm.values() for s in f if (place := coordinate_of(s))}
     values = {s: np.array([sigma_mm[name].get(s, np.nan) for name in names]) for s in series}
     limits = log_limits(list(values.values()), least_decades=1.0)
     for row in up:
@@ -134,11 +135,10 @@ def _noise_panel(
         grid = np.array([n.min(), n.max()])
         for level in np.geomspace(*limits, 9):
             axes.plot(grid, level * (n.min() / grid) ** 0.5, color=FAINT, lw=0.8, zorder=0.5)
-    for name, y in values.items():
-        axis, marker = coordinate_of(name)
+    for (axis, marker), y in zip(series.values(), values.values(), strict=True):
         look = LOOKS[axis]
         fill = look.colour if marker == 1 else "white"
-        how = {"color": look.colour, "marker": look.marker, "markerfacecolor": fill}
+        how: Keywords = {"color": look.colour, "marker": look.marker, "markerfacecolor": fill}
         axes.plot(x, y, ls=look.dashes if nested else "", lw=0.9, **how)
     decade_axis(axes, "y", limits, NOISE_MM)
     axes.grid(visible=False, axis="y")
@@ -222,7 +222,7 @@ def _camera_panel(axes: Axes, rows: Sequence[Row], limit: float) -> None:
 
 def _nothing(axes: Axes, why: str) -> None:
     axes.set(xticks=[], yticks=[])
-    how = {"transform": axes.transAxes, "ha": "center", "va": "center", "size": SMALL_PT}
+    how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center", "size": SMALL_PT}
     axes.text(0.5, 0.5, why, color=GREY, **how)
 
 

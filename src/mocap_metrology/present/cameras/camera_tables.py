@@ -137,8 +137,9 @@ def law_rows(
         numbers = [n_cameras[name] for name in n_cameras]
         of_frame = law(numbers, [sigma_mm[name].get(series, math.nan) for name in n_cameras])
         of_white = law(numbers, [h_0[name].get(series, math.nan) ** 0.5 for name in n_cameras])
-        if of_frame or of_white:
-            count = (of_frame or of_white).n_subsets
+        either = of_frame or of_white
+        if either:
+            count = either.n_subsets
             rows.append(
                 {"camera_type": camera_type, "series": series, "n_subsets": count}
                 | dict(zip(LAW_COLUMNS[3:7], _numbers(of_frame), strict=True))
@@ -201,9 +202,11 @@ def summary(
     known = [r["camera_type"] for r in laws if r["b"] is not None]
     words, short = [], []
     for kind in dict.fromkeys([*(row["camera_type"] for row in rows), *known]):
-        own = [[r for r in of if r["camera_type"] == kind] for of in (rows, named, found)]
-        words += _sentences(kind, *own, settings) if own[0] else []
-        short += [_short(kind, *own)] if own[0] else []
+        own, its_named, its_found = (
+            [r for r in of if r["camera_type"] == kind] for of in (rows, named, found)
+        )
+        words += _sentences(kind, own, its_named, its_found, settings) if own else []
+        short += [_short(kind, own, its_named, its_found)] if own else []
         words += [law_sentence(laws, kind)] if kind in known else []
     keep = ("camera_type", "from", "to", "added", "marker", "tau_s")
     shown = (*keep, *LARGEST, *DIRECTION, "law_factor")

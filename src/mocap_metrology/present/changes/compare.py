@@ -185,7 +185,7 @@ def compare_markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     """Title, a sentence a comparison, and a line a series with its ratios side by side."""
     taus = sorted({float(row["tau_s"]) for row in rows})
     head = ["recording", "reference", "series", "word", *(f"{tau:.3g} s" for tau in taus)]
-    lines: dict[tuple, dict[float, str]] = {}
+    lines: dict[tuple[str, ...], dict[float, str]] = {}
     for row in rows:
         key = tuple(row[k] for k in ("recording", "reference", "series", "overall"))
         mark = {"better": " −", "worse": " +"}.get(row["word"], "")
@@ -227,7 +227,7 @@ def trend_rows(
         adev, edf = (np.array([getattr(c, k) for c in curves]) for k in ("adev", "edf"))
         known = np.isfinite(adev).all(axis=0)
         for k in np.flatnonzero(known):
-            trend = adev_trend(days, adev[:, k], edf[:, k], confidence)
+            trend = adev_trend(days, adev[:, k].tolist(), edf[:, k].tolist(), confidence)
             clear = trend.p < alpha / known.sum()
             said = ("worse" if trend.per_month > 1 else "better") if clear else NO_TREND
             percent = [100 * (v - 1) for v in (trend.per_month, trend.lower, trend.upper)]

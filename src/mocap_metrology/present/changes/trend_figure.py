@@ -104,7 +104,7 @@ def _row(
     dates: Sequence[str],
     values: Mapping[str, tuple[np.ndarray, np.ndarray]],
     panels: Mapping[str, Sequence[str]],
-    looks: Mapping[str, object],
+    looks: Mapping[str, Look],
     clear: Mapping[str, Row],
     lowest: bool,
 ) -> None:
@@ -127,7 +127,9 @@ def _row(
             label_axes(axes, y="ADEV (µm)")
 
 
-def _draw(axes: Axes, days, adev, band, look, row: Row | None) -> None:
+def _draw(
+    axes: Axes, days: np.ndarray, adev: np.ndarray, band: np.ndarray, look: Look, row: Row | None
+) -> None:
     off = np.abs(band - adev)
     axes.errorbar(
         days, adev, off, color=look.colour, ls="", marker=look.marker, mfc="white", elinewidth=0.8
@@ -149,10 +151,10 @@ def _date_axis(axes: Axes, days: Sequence[float], dates: Sequence[str], width_mm
     axes.set_xlim(min(days) - reach, max(days) + reach)
     labels = axes.get_xticklabels()
     for label in labels:
-        label.set_size(SMALL_PT)
+        label.set_fontsize(SMALL_PT)
     if len(labels) == 2:
-        labels[0].set_ha("left")
-        labels[-1].set_ha("right")
+        labels[0].set_horizontalalignment("left")
+        labels[-1].set_horizontalalignment("right")
         for label, side in zip(labels, (-1, 1), strict=True):
             label.set_x(label.get_position()[0] + side * reach)
     axes.grid(True, axis="x")

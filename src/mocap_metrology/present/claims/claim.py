@@ -20,6 +20,7 @@ from mocap_metrology.noise.twins.published import (
     published_gaussian,
     published_row,
 )
+from mocap_metrology.present.tables import Row
 
 HOLDS, DOES_NOT, UNKNOWN = "holds", "does not", "cannot be told"
 COLUMNS = (
@@ -74,7 +75,7 @@ def by_count(value: str, flags: Sequence[bool], least: float) -> Finding:
     return decided(value, False) if high < least else Finding(value, UNKNOWN)
 
 
-def median_error(values: Sequence[float]) -> float:
+def median_error(values: Sequence[float] | np.ndarray) -> float:
     """Two standard errors of the median of values (k,): of a normal distribution as wide as they
     are between 16 and 84 %; infinite of fewer than three."""
     if len(values) < 3:
@@ -108,7 +109,7 @@ def row(
     regenerated: Finding,
     source: str,
     realisations: str = "",
-) -> dict:
+) -> Row:
     """A line of `claims.csv`."""
     cells = (
         *(claim.id, paper, claim.section, claim.claim, claim.statistic, claim.criterion),
@@ -158,11 +159,12 @@ class Published:
     """S's tables; Allan deviations are those of the models in Tables A1-A3, in continuous time as
     S fits them."""
 
-    def adev(self, key: Key, series: str, tau_s: Sequence[float]) -> np.ndarray:
+    def adev(self, key: Key, series: str, tau_s: Sequence[float] | np.ndarray) -> np.ndarray:
         model = published_row(*key)[series]
         tau0 = 1 / FRAME_RATE_HZ
         m = np.asarray(tau_s, float) / tau0
-        return np.sqrt(model.avar(m, tau0, "continuous"))
+        deviation: np.ndarray = np.sqrt(model.avar(m, tau0, "continuous"))
+        return deviation
 
     def coefficients(self, key: Key, series: str) -> dict[str, float]:
         return published_row(*key)[series].coefficients()
@@ -201,13 +203,14 @@ class Regenerated:
     shock: Any = None
     repaired: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 
-    def adev(self, key: Key, series: str, tau_s: Sequence[float]) -> np.ndarray:
+    def adev(self, key: Key, series: str, tau_s: Sequence[float] | np.ndarray) -> np.ndarray:
         """Interpolated in logarithms; refused with `Missing` beyond the longest tau."""
         tau, adev = self.curve(key, series)
         wanted = np.asarray(tau_s, float)
         if not tau.size or wanted.max() > tau[-1] * 1.02 or wanted.min() < tau[0] * 0.98:
             raise Missing(key, series, tau_s)
-        return np.exp(np.interp(np.log(wanted), np.log(tau), np.log(adev)))
+        between: np.ndarray = np.exp(np.interp(np.log(wanted), np.log(tau), np.log(adev)))
+        return between
 
     def curve(self, key: Key, series: str) -> tuple[np.ndarray, np.ndarray]:
         """tau in s and Allan deviation in mm."""

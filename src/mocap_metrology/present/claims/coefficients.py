@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -127,7 +127,7 @@ def _near_fifteen(study: Study, key: tuple[str, int], series: str) -> list[float
     return [a for f, a in study.lines(key, series) if LINE_HZ[0] <= f <= LINE_HZ[1]]
 
 
-def _present(kind: str):
+def _present(kind: str) -> Callable[[Study], Finding]:
     def find(study: Study) -> Finding:
         if kind != "T40" and not any(
             study.lines((kind, n), s) for n in TYPES[kind] for s in SERIES
@@ -240,7 +240,7 @@ def _reverse_of_quality(study: Study) -> Finding:
         return unknown("only T40 has periodic terms near 15 Hz")
     noise = {kind: study.adev(whole(kind), "L", (1 / 120,))[0] for kind in known}
     shares = {kind: len(sizes[kind]) for kind in known}
-    order = sorted(known, key=noise.get, reverse=True)
+    order = sorted(known, key=noise.__getitem__, reverse=True)
     text = ", ".join(f"{kind}: {shares[kind]} series" for kind in order)
     counts = [shares[kind] for kind in order]
     return decided(f"noisiest first, {text}", counts == sorted(counts, reverse=True))

@@ -5,7 +5,7 @@ Those that one recording cannot decide are held against many realisations of its
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -118,10 +118,11 @@ def _random_walk(study: Study) -> Finding:
 def _ratio(study: Study, first: str, second: str, series: str) -> np.ndarray:
     keys = whole(first), whole(second)
     taus = _reaches(study, *keys)
-    return study.adev(keys[0], series, taus) / study.adev(keys[1], series, taus)
+    ratio: np.ndarray = study.adev(keys[0], series, taus) / study.adev(keys[1], series, taus)
+    return ratio
 
 
-def _noisier(first: str, second: str, least: float):
+def _noisier(first: str, second: str, least: float) -> Callable[[Study], Finding]:
     """ADEV of L and x1 of one type over another's: above 1 at all tau, `least` in the median."""
 
     def find(study: Study) -> Finding:

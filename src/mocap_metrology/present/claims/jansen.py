@@ -192,9 +192,9 @@ def _last_step(source: Source) -> Finding:
     both = sorted(before.keys() & after.keys())
     if not both:
         return unknown("no calibration with both stages")
-    vectors = [[v[k] for k in both] for v in (before, after)]
-    moved = np.subtract(*vectors)
-    a, b, c = (float(np.median(np.linalg.norm(v, axis=1))) for v in (*vectors, moved))
+    first, last = ([v[k] for k in both] for v in (before, after))
+    moved = np.subtract(first, last)
+    a, b, c = (float(np.median(np.linalg.norm(v, axis=1))) for v in (first, last, moved))
     text = f"moves it by {c:.3g} mm; error {a:.3g} mm before, {b:.3g} mm after"
     return Finding(f"{text}, medians of {len(both)}", UNKNOWN)
 

@@ -18,6 +18,7 @@ from mocap_metrology.present.claims.claim import (
     UNKNOWN,
     Claim,
     Finding,
+    Missing,
     Study,
     by_count,
     decided,
@@ -31,7 +32,10 @@ from mocap_metrology.present.claims.claim import (
 )
 
 FRAME_S = (1 / 120,)
-RANGES_S = {"up to 0.1 s": (1 / 120, 0.02, 0.05, 0.1), "1 to 100 s": np.geomspace(1, 100, 9)}
+RANGES_S: dict[str, Sequence[float] | np.ndarray] = {
+    "up to 0.1 s": (1 / 120, 0.02, 0.05, 0.1),
+    "1 to 100 s": np.geomspace(1, 100, 9),
+}
 DROP = -10.0  # %
 NEAR = 0.15  # of an exponent of a standard deviation: "roughly"
 WIDE = 0.25  # two standard errors: half way from Eq. 3 to no law at all, and to its square
@@ -40,6 +44,8 @@ WIDE = 0.25  # two standard errors: half way from Eq. 3 to no law at all, and to
 def _exponent(n: Sequence[float], v: Sequence[float]) -> tuple[float, float]:
     """b of v = a n^-b and its standard error; S Eq. 3: 1/2 of a deviation, so 1 of a variance."""
     fit = fit_scaling(np.asarray(n), np.asarray(v))
+    if fit is None:
+        raise Missing(*n)
     return -fit.exponent, fit.exponent_error
 
 

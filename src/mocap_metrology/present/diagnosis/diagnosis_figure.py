@@ -29,7 +29,14 @@ from mocap_metrology.present.diagnosis.time import (
     view_of,
 )
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import GREY, MARGIN_MM, WIDTH_MM, blank_sheet, styled
+from mocap_metrology.present.drawing.style import (
+    GREY,
+    MARGIN_MM,
+    WIDTH_MM,
+    Keywords,
+    blank_sheet,
+    styled,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,7 +84,7 @@ def diagnosis_figure(
     key_top = tops[2] + SPECTRA_MM + LABELS_MM
     note = note if timed else f"{note} {NO_EVENTS}".strip()
     sheet = blank_sheet(key_top + strip_height(entries, width) + 1.5, title, note)
-    if timed:
+    if view is not None:
         full = WIDTH_MM - LEFT_MM - 17.5
         bar = sheet.axes(LEFT_MM + full + 3.0, tops[0], 2.5, DYNAMIC_MM)
         draw_dynamic(sheet.axes(LEFT_MM, tops[0], full, DYNAMIC_MM), bar, recording, found, view)
@@ -108,7 +115,9 @@ def _spectral(found: Diagnosis) -> str | None:
     return most.series if most else None
 
 
-def _sides(recording: Recording, found: Diagnosis, event: Event | None) -> tuple:
+def _sides(
+    recording: Recording, found: Diagnosis, event: Event | None
+) -> tuple[str, tuple[Sides, ...]]:
     """What is compared, in words, and the comparison of every series."""
     if event and event.most_changed:
         return "Noise after over before", event.sides
@@ -141,7 +150,7 @@ def _entries_in_time(found: Diagnosis, view: View | None, sides: Sequence[Sides]
 
 
 def _entries_of_spectra(
-    found: Diagnosis, looks: Mapping[str, Mapping], spectral: str
+    found: Diagnosis, looks: Mapping[str, Keywords], spectral: str
 ) -> list[Entry]:
     entries = [
         Entry("as recorded" if name == "none" else name, line={"lw": 1.4, **look})

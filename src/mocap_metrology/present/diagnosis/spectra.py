@@ -18,6 +18,7 @@ from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
     SMALL_PT,
+    Keywords,
     head,
     label_axes,
     say,
@@ -40,8 +41,8 @@ FILTER_LOOKS = (
     {"color": "#d9a300", "ls": (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))},
     {"color": "#6b2480", "ls": (0, (1.2, 1.2))},
 )
-LINE = {"color": GREY, "lw": 0.7, "ls": (0, (1.2, 1.2))}
-ROUNDING = {"color": INK, "lw": 0.8, "ls": ":"}
+LINE: Keywords = {"color": GREY, "lw": 0.7, "ls": (0, (1.2, 1.2))}
+ROUNDING: Keywords = {"color": INK, "lw": 0.8, "ls": ":"}
 Looks = Mapping[str, Mapping[str, Any]]
 
 

@@ -25,6 +25,7 @@ from mocap_metrology.present.drawing.style import (
     LOOKS,
     OTHER_LOOKS,
     SMALL_PT,
+    Keywords,
     Look,
     coordinate_of,
     head,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
 LEAST_S_SHOWN, MOST_S_SHOWN = 3.0, 60.0
-SHADE = {"facecolor": FAINT, "alpha": 0.45, "lw": 0}
+SHADE: Keywords = {"facecolor": FAINT, "alpha": 0.45, "lw": 0}
 LIKELY = 0.5  # chance from which noise explains a window
 MINUTES_FROM_S = 180.0  # moments are in s up to here, as the axis of the whole recording
 
@@ -176,7 +177,7 @@ COLUMNS = 600  # of the image
 COLOUR_LIMIT = 1.0  # octaves of the deviation that the colours span, either way
 FEW_EVENTS = 20  # beyond, their marks are small
 EVENT = {"marker": "v", "ms": 4.5, "mew": 0, "color": INK, "clip_on": False}
-FRAME = {"facecolor": "none", "edgecolor": INK, "lw": 1.2}
+FRAME: Keywords = {"facecolor": "none", "edgecolor": INK, "lw": 1.2}
 # A ratio by what it tells: colour, and sign of its middle
 COMPARED = {"changed": ("#cf4a2c", "s"), "alike": ("#10307a", "o"), "cannot be told": (GREY, "D")}
 
@@ -212,7 +213,7 @@ def draw_dynamic(axes: Axes, bar: Axes, recording: Recording, found: Diagnosis, 
     )  # fmt: skip
     axes.set_ylim(-0.5, len(own) - 0.5)
     axes.set_yticks(range(0, len(own), 2), [f"{d.tau_s:.2g}" for d in own[::2]])
-    mark = {**EVENT, "ms": EVENT["ms"] if len(found.events) <= FEW_EVENTS else 2.0}
+    mark: Keywords = {**EVENT, "ms": EVENT["ms"] if len(found.events) <= FEW_EVENTS else 2.0}
     for event in found.events:
         axes.plot([event.time_s * per_s], [len(own) - 0.5], ls="", **mark)
     if view.kind == "window":

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.style import FAINT, GREY, INK, SMALL_PT, lines_mm, text_mm
+from mocap_metrology.present.drawing.style import (
+    FAINT,
+    GREY,
+    INK,
+    SMALL_PT,
+    Keywords,
+    lines_mm,
+    text_mm,
+)
 from mocap_metrology.present.numbers import power_of_ten, tick_text
 
 if TYPE_CHECKING:
@@ -53,7 +61,9 @@ def round_ticks(low: float, high: float, most: int) -> np.ndarray:
     step = 10.0 ** np.floor(np.log10((high - low) / most))
     finer = np.array([low, high])
     for factor in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50):
-        ticks = np.arange(np.ceil(low / (step * factor)), np.floor(high / (step * factor)) + 1)
+        ticks: np.ndarray = np.arange(
+            np.ceil(low / (step * factor)), np.floor(high / (step * factor)) + 1
+        )
         ticks = ticks * (step * factor) + 0.0  # no -0
         if ticks.size < 2:
             odd = most > 2 and finer.size % 2  # then there is one in the middle
@@ -70,9 +80,9 @@ def linear_axis(axes: Axes, which: str, limits: tuple[float, float], most: int) 
 
     getattr(axes, f"set_{which}lim")(limits)
     line = getattr(axes, f"{which}axis")
-    line.set_major_locator(FixedLocator(round_ticks(*limits, most)))
+    line.set_major_locator(FixedLocator(round_ticks(*limits, most).tolist()))
     line.set_major_formatter(FuncFormatter(lambda value, _position: tick_text(value)))
-    axes.grid(visible=True, axis=which)
+    line.grid(visible=True)
 
 
 LABEL_WIDTH_MM, LABEL_HEIGHT_MM = 7.5, 4.0
@@ -91,7 +101,7 @@ def log_limits(
     `most_decades` caps how far down they go, for rounding errors of a constant series are positive
     too.
     """
-    values = np.concatenate([np.asarray(a, dtype=np.float64).ravel() for a in arrays] or [[]])
+    values = np.concatenate([np.zeros(0), *(np.asarray(a, float).ravel() for a in arrays)])
     values = values[np.isfinite(values) & (values > 0)]
     if not values.size:
         return 0.1, 10.0
@@ -122,12 +132,12 @@ def decade_axis(
     getattr(axes, f"set_{which}scale")("log")
     getattr(axes, f"set_{which}lim")(limits)
     line = getattr(axes, f"{which}axis")
-    line.set_major_locator(FixedLocator(major))
+    line.set_major_locator(FixedLocator(major.tolist()))
     line.set_minor_locator(NullLocator())
     line.set_major_formatter(FuncFormatter(lambda value, _position: decade_label(value, plain)))
     if which == "y" and not plain and not _decades_only(major):
         axes.tick_params(axis="y", labelsize=LONG_LABEL_PT, length=2.0, pad=2.0)
-    axes.grid(visible=True, which="major", axis=which)
+    line.grid(visible=True, which="major")
     _minor_ticks(axes, which, np.setdiff1d(_inside(minor, limits), major))
 
 
@@ -142,7 +152,7 @@ def labelled(limits: Limits, length_mm: float, which: str, plain: bool) -> np.nd
     whole = np.arange(np.floor(low), np.floor(high) + 1)
     decades = _inside(10.0**whole, limits)
     step = max(int(np.ceil(room / per_decade)), 1)
-    every = decades[np.round(np.log10(decades)) % step == 0]
+    every: np.ndarray = decades[np.round(np.log10(decades)) % step == 0]
     if every.size > 2 or (every.size == 2 and not plain):
         return every
     few = _inside(np.outer(10.0**whole, [1, 2, 5]).ravel(), limits)
@@ -160,7 +170,7 @@ def _decades_only(ticks: np.ndarray) -> bool:
 
 def _minor_ticks(axes: Axes, which: str, ticks: np.ndarray) -> None:
     """All of them as the markers of one line: matplotlib's own are an artist each, and slow."""
-    how = {"ls": "", "ms": 1.5, "mew": 0.4, "color": GREY, "clip_on": False}
+    how: Keywords = {"ls": "", "ms": 1.5, "mew": 0.4, "color": GREY, "clip_on": False}
     zero = np.zeros(ticks.size)
     if which == "x":
         axes.plot(ticks, zero, marker=3, transform=axes.get_xaxis_transform(), **how)
@@ -221,4 +231,5 @@ def _spread(ends: np.ndarray, gap: float) -> np.ndarray:
     places = np.array(ends, dtype=np.float64)
     for i in range(1, places.size):
         places[i] = min(places[i], places[i - 1] - gap)
-    return places + (np.mean(ends) - np.mean(places))
+    moved: np.ndarray = places + (np.mean(ends) - np.mean(places))
+    return moved

@@ -19,6 +19,7 @@ from mocap_metrology.present.drawing.style import (
     OTHER_LOOKS,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     Sheet,
     blank_sheet,
@@ -193,10 +194,8 @@ def curves_figure(
             label_axes(axes, y=axis_labels[1], y_mm=13.5)
         draw_panel(axes, panel, limits[1])
         head(axes, panel.title, "; ".join(_remarks(panel, limits[1])))
-    decade_mm = tuple(
-        size / float(np.log10(high / low))
-        for size, (low, high) in zip((width, height), limits, strict=True)
-    )
+    across, up = (float(np.log10(high / low)) for low, high in limits)
+    decade_mm = width / across, height / up
     _draw_key(sheet, grid.key_box, panels, key, decade_mm)
     return sheet.figure
 
@@ -204,7 +203,12 @@ def curves_figure(
 def draw_panel(axes: Axes, panel: Panel, y_limits: Limits) -> None:
     if not any(curve.drawable for curve in panel.curves):
         known = any(np.isfinite(curve.y).any() for curve in panel.curves)
-        middle = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
+        middle: Keywords = {
+            "transform": axes.transAxes,
+            "ha": "center",
+            "va": "center",
+            "color": GREY,
+        }
         axes.text(0.5, 0.5, "all zero" if known else NOTHING, **middle)
     elif panel.family:
         _draw_family(axes, panel.curves)
@@ -252,12 +256,12 @@ def family_ends(curves: Sequence[Curve]) -> tuple[Curve, Curve] | None:
     return drawable[int(np.argmin(level))], drawable[int(np.argmax(level))]
 
 
-FAMILY = {
+FAMILY: dict[str, Keywords] = {
     "median": {"color": "#111111", "lw": 1.5, "ls": "-"},
     "lowest": {"color": "#10307a", "lw": 1.1, "ls": (0, (5, 1.6))},
     "highest": {"color": "#cf4a2c", "lw": 1.1, "ls": (0, (6, 1.4, 1.4, 1.4))},
 }
-ONE = {"color": "#9a9a9a", "lw": 0.5, "ls": "-"}
+ONE: Keywords = {"color": "#9a9a9a", "lw": 0.5, "ls": "-"}
 
 
 def _draw_family(axes: Axes, curves: Sequence[Curve]) -> None:

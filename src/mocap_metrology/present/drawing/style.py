@@ -14,13 +14,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mocap_metrology.common.files import whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.typing import RcKeyType
 
 WIDTH_MM = 170.0
 MARGIN_MM = 2.0
@@ -37,6 +38,7 @@ INK = "#222222"
 FAINT = "#d4d4d4"
 GREY = "#6b6b6b"
 
+Keywords = dict[str, Any]  # arguments of matplotlib by name, of as many types as it takes
 VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
     "good": ("#14532d", "#dcfce7"),
     "usable": ("#713f12", "#fef3c7"),
@@ -47,8 +49,9 @@ VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at
 }
 UNKNOWN_WORD = ("#1f2937", "#e5e7eb")  # a word that is none of these
 
-STYLE = {
-    "font.family": ["DejaVu Sans"],  # comes with matplotlib, so every machine has the same
+FONT = ["DejaVu Sans"]  # comes with matplotlib, so every machine has the same
+STYLE: dict[RcKeyType, Any] = {
+    "font.family": FONT,
     "font.size": BODY_PT,
     "text.color": INK,
     "text.parse_math": False,  # a `$` or `_` in a label is only that
@@ -199,7 +202,7 @@ def words_figure(words: str, title: str, note: str) -> Figure:
     height = lines_mm(len(lines), BODY_PT) + 2.0
     sheet = blank_sheet(height, title, note)
     canvas = sheet.canvas(MARGIN_MM, 1.0, width, height - 1.0)
-    how = {"size": BODY_PT, "va": "top", "linespacing": LINE_SPACING}
+    how: Keywords = {"size": BODY_PT, "va": "top", "linespacing": LINE_SPACING}
     canvas.text(0, height - 1.0, "\n".join(lines), **how)
     return sheet.figure
 
@@ -239,7 +242,9 @@ def say(axes: Axes, text: str) -> None:
 
 def size_mm(axes: Axes) -> tuple[float, float]:
     """Width and height of axes in mm."""
-    box, figure = axes.get_position(), axes.figure
+    box, figure = axes.get_position(), axes.get_figure(root=True)
+    if figure is None:
+        raise ValueError("axes of no figure")
     return box.width * figure.get_figwidth() / MM, box.height * figure.get_figheight() / MM
 
 
@@ -259,7 +264,7 @@ def text_mm(text: str, size_pt: float, weight: str = "normal") -> float:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    font = FontProperties(family=STYLE["font.family"], size=size_pt, weight=weight)
+    font = FontProperties(family=FONT, size=size_pt, weight=weight)
     return text_to_path.get_text_width_height_descent(text, font, ismath=False)[0] * POINT_MM
 
 

@@ -19,6 +19,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Sheet,
     blank_sheet,
     head,
@@ -55,13 +56,13 @@ DASHES = (
     (0, (3, 1.2)),
     (0, (5, 1.2, 1.2, 1.2, 1.2, 1.2)),
 )
-DATA = {"color": INK, "marker": "o", "markersize": 2.2, "markerfacecolor": "white"}
-DOTS = {"color": GREY, "marker": "o", "markersize": 1.4, "mew": 0}
-BAND = {"color": GREY, "alpha": 0.3, "lw": 0}
-MODEL = {"color": INK, "lw": 1.5, "ls": "-"}
-UNDER = {"color": INK, "lw": 1.0, "ls": (0, (2.2, 1.2))}
+DATA: Keywords = {"color": INK, "marker": "o", "markersize": 2.2, "markerfacecolor": "white"}
+DOTS: Keywords = {"color": GREY, "marker": "o", "markersize": 1.4, "mew": 0}
+BAND: Keywords = {"color": GREY, "alpha": 0.3, "lw": 0}
+MODEL: Keywords = {"color": INK, "lw": 1.5, "ls": "-"}
+UNDER: Keywords = {"color": INK, "lw": 1.0, "ls": (0, (2.2, 1.2))}
 # Of other estimators: none of the components' colours
-OTHERS = tuple(
+OTHERS: tuple[Keywords, ...] = tuple(
     {"color": colour, "lw": 1.0, "ls": dashes}
     for colour, dashes in (
         *(("#2f8f4e", "-"), ("#d9a300", (0, (4, 1.2)))),
@@ -71,10 +72,12 @@ OTHERS = tuple(
 )
 
 
-def part_styles(fit: Fit) -> list[dict[str, Any]]:
+def part_styles(fit: Fit) -> list[Keywords]:
     """How each part is drawn: power laws blue, Gauss-Markov terms red, the sinusoid cyan; dashes
     by alpha or number. What is no noise has the colour of the model."""
-    styles, number = [], 0
+    styles: list[Keywords] = []
+    dashes: str | tuple[int, tuple[float, ...]]
+    number = 0
     for part in fit.parts:
         if isinstance(part.component, PowerLaw):
             colour, dashes = LOOKS["x"].colour, DASHES[part.component.alpha + 2]
@@ -130,7 +133,7 @@ def fit_figure(
         key_top += strip_height(group, width)
     if below:
         canvas = sheet.canvas(MARGIN_MM, key_top + BELOW_MM, width, ROW_MM)
-        how = {"size": SMALL_PT, "color": GREY, "va": "top", "linespacing": 1.35}
+        how: Keywords = {"size": SMALL_PT, "color": GREY, "va": "top", "linespacing": 1.35}
         canvas.text(0, ROW_MM, "\n".join(below), **how)
     return sheet.figure
 
@@ -187,7 +190,7 @@ def _columns_axes(sheet: Sheet, left: float) -> tuple[Axes, Axes]:
 
 
 def _nothing(axes: Axes) -> None:
-    how = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
+    how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
     axes.text(0.5, 0.5, "no valid samples", **how)
 
 
@@ -254,12 +257,20 @@ def _number_peaks(axes: Axes, fit: Fit, limits: tuple[Limits, Limits]) -> None:
         if inside and all(np.hypot(*(mm - other)) > 3.5 for other in placed):
             placed.append(mm)
             place = mm / PANEL_MM
-            how = {"transform": axes.transAxes, "size": SMALL_PT, "ha": "center", "va": "center"}
-            axes.text(*place, part.name.split()[-1], color=LOOKS["y"].colour, **how)
+            how: Keywords = {
+                "transform": axes.transAxes,
+                "size": SMALL_PT,
+                "ha": "center",
+                "va": "center",
+            }
+            axes.text(place[0], place[1], part.name.split()[-1], color=LOOKS["y"].colour, **how)
 
 
 def _clip(values: np.ndarray, limits: Limits) -> np.ndarray:
-    return np.clip(np.nan_to_num(values, nan=limits[0]), limits[0] / 10, limits[1] * 10)
+    clipped: np.ndarray = np.clip(
+        np.nan_to_num(values, nan=limits[0]), limits[0] / 10, limits[1] * 10
+    )
+    return clipped
 
 
 def _percent_axis(axes: Axes, values: np.ndarray) -> None:
@@ -300,8 +311,8 @@ def _psd_column(
     label_axes(below, x="Frequency (Hz)", y="Residual (σ)", y_mm=12.5)
     if not data.f.size:
         _nothing(axes)
-    ends = [_clip(end, y_limits) for end in data.interval(confidence)]
-    axes.vlines(data.f, *ends, color=GREY, lw=0.5, alpha=0.6)
+    lower, upper = (_clip(end, y_limits) for end in data.interval(confidence))
+    axes.vlines(data.f, lower, upper, color=GREY, lw=0.5, alpha=0.6)
     axes.plot(data.f, data.psd, ls="", **DOTS)
     f = np.geomspace(x_limits[0], min(x_limits[1], 0.5 / tau0), 300)
     _draw_models(axes, f, y_limits, fit, others, lambda c, _: c.psd(f, tau0, form=fit.form),

@@ -152,7 +152,7 @@ def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]], duration_s: float 
             limit = f"{symbol(row['parameter'])} < {typeset(float(upper))} {unit(row['parameter'])}"
             kind = limit_class(row)
             absent.append(f"{limit} ({kind})" if kind else limit)
-    form = rows[0]["model"] if rows else "sampled"
+    form: Form = rows[0]["model"] if rows else "sampled"
     finite = {r["parameter"]: r for r in rows if np.isfinite(_number(r["value"]))}
     found = deterministic_of(finite.values())
     names = [n for n in DETERMINISTIC if getattr(found, n)]
@@ -213,8 +213,9 @@ def _value(name: str, row: Mapping[str, Any] | None, component: Component | Dete
     attribute = {"h_": "h"}.get(name[:2], name.rstrip("0123456789") if name != "f_0" else "f_0")
     value = float(getattr(component, attribute))
     error = _number(row.get("std_error")) if row else np.nan
-    odd = row and row["status"] in ("at_bound", "not_converged", "misfit")
-    status = f" ({row['status'].replace('_', ' ')})" if odd else ""
+    status = row["status"] if row else ""
+    odd = status in ("at_bound", "not_converged", "misfit")
+    status = f" ({status.replace('_', ' ')})" if odd else ""
     if name == "f_0" and error > 0:
         return f"{symbol(name)} {_frequency(value, error)}{status}"
     spread = f" ±{_percent(error / abs(value))}" if value and np.isfinite(error) else ""

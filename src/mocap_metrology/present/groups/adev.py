@@ -22,6 +22,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     Sheet,
     blank_sheet,
@@ -139,19 +140,17 @@ def _draw_ratios(
     for order, (name, (x, ratio)) in enumerate(found.items()):
         look, every = looks[name], max(x.size // 8, 1)
         marks = 1 if x.size <= 15 else (every * order // 3 % every, every)
-        how = {"color": look.colour, "ls": look.dashes, "marker": look.marker, "lw": 1.2}
+        how: Keywords = {"color": look.colour, "ls": look.dashes, "marker": look.marker, "lw": 1.2}
         axes.plot(x, ratio, markevery=marks, markerfacecolor="white", **how)
 
 
 def _slopes(sheet: Sheet, corner: tuple[float, float], limits: tuple[Limits, Limits]) -> None:
     width, height = FAN_MM
     canvas = sheet.canvas(corner[0] + 2.0, corner[1] + LABELS_MM, width, height)
-    decade_mm = tuple(
-        size / float(np.log10(high / low))
-        for size, (low, high) in zip((PANEL_MM, ADEV_MM), limits, strict=True)
-    )
+    across, up = (float(np.log10(high / low)) for low, high in limits)
+    decade_mm = PANEL_MM / across, ADEV_MM / up
     line = lines_mm(1, SMALL_PT)
-    how = {"size": SMALL_PT, "va": "center_baseline", "color": GREY}
+    how: Keywords = {"size": SMALL_PT, "va": "center_baseline", "color": GREY}
     canvas.text(0.0, height - line / 2, "slopes of Allan deviation", **how)
     slope_fan(canvas, (0.0, 0.0, width, height - line - 1.5), decade_mm, ALLAN_SLOPES)
 

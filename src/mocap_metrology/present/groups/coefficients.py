@@ -18,6 +18,7 @@ from mocap_metrology.present.drawing.style import (
     OTHER_LOOKS,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     Sheet,
     blank_sheet,
@@ -134,7 +135,7 @@ def slot_panels(
         if lowest:
             _label_groups(axes, family)
         if not of_it:
-            how = {"transform": axes.transAxes, "ha": "center", "va": "center"}
+            how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center"}
             axes.text(0.5, 0.5, "not found in any recording", color=GREY, **how)
 
 
@@ -207,11 +208,11 @@ def correlated_figure(family: Family, noise: Noise, title: str, note: str = "") 
     return sheet.figure
 
 
-def _dot(look: Look) -> dict[str, object]:
+def _dot(look: Look) -> Keywords:
     return {"color": look.colour, "marker": look.marker, "markersize": 3.4, "mew": 0}
 
 
-def _scatter(axes: Axes, terms: Sequence[Term], looks: dict[str, Look]) -> None:
+def _scatter(axes: Axes, terms: Sequence[Term], looks: Mapping[str, Look]) -> None:
     values = {
         name: np.array([term[name][DEFAULT_ESTIMATOR] for _, term in terms], dtype=np.float64)
         for name in ("T_c", "q_c")
@@ -221,7 +222,7 @@ def _scatter(axes: Axes, terms: Sequence[Term], looks: dict[str, Look]) -> None:
     decade_axis(axes, "y", (limits["q_c"][0] / 4, limits["q_c"][1] * 2), SCATTER_MM)
     slots.shade_classes(axes, limits["T_c"])
     if not terms:
-        how = {"transform": axes.transAxes, "ha": "center", "va": "center"}
+        how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center"}
         axes.text(0.5, 0.5, "no correlated noise was found", **how)
     for label, look in looks.items() or ((None, ANY),):
         own = [k for k, (of, _) in enumerate(terms) if label is None or of == label]

@@ -19,6 +19,7 @@ from mocap_metrology.present.drawing.style import (
     OTHER_LOOKS,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     Sheet,
     coordinate_of,
@@ -48,9 +49,9 @@ LIKELIHOOD = {"marker": "_", "color": INK, "markersize": 5.6, "mew": 1.1, "ls": 
 COLOURED = {"markersize": 4.2, "mew": 0, "ls": ""}
 LIMIT = {"marker": "v", "color": INK, "markersize": 3.6, "markerfacecolor": "white", "mew": 0.7,
          "ls": ""}  # fmt: skip
-INTERVAL = {"color": INK, "lw": 0.7}
+INTERVAL: Keywords = {"color": INK, "lw": 0.7}
 DOWN, UP = 7, 6  # carets of matplotlib, their tips where they stand
-CUT = {"markersize": 3.4, "mew": 0, "ls": ""}  # arrow of a bar or number that goes on
+CUT: Keywords = {"markersize": 3.4, "mew": 0, "ls": ""}  # arrow of a bar or number that goes on
 LONGEST = 100.0  # factor below its number, after which a bar on a logarithmic axis is cut
 
 Scale = Callable[[np.ndarray], np.ndarray]
@@ -98,15 +99,15 @@ def series_entries(names: Sequence[str]) -> list[Entry]:
     return [Entry(k, dot=_dot(look, markersize=3.5, mew=0)) for k, look in looks.items()]
 
 
-def _arrow() -> dict[str, Any]:
+def _arrow() -> Keywords:
     return {k: v for k, v in LIMIT.items() if k != "ls"}
 
 
-def _cut() -> dict[str, Any]:
+def _cut() -> Keywords:
     return {"marker": DOWN, "color": INK, "markersize": CUT["markersize"], "mew": 0}
 
 
-def _dot(look: Look, **how: Any) -> dict[str, Any]:
+def _dot(look: Look, **how: Any) -> Keywords:
     return {"color": look.colour, "marker": look.marker, "markersize": 4.8, "mew": 0.8} | how
 
 
@@ -126,14 +127,14 @@ def block_axes(sheet: Sheet, top: float, row_mm: float, label: str) -> list[Axes
     found = []
     for k, name in enumerate(TYPES):
         axes = sheet.axes(LEFT_MM, top + k * (row_mm + CLOSE_MM), WIDE_MM, row_mm)
-        how = {"transform": axes.transAxes, "va": "top", "weight": "bold"}
+        how: Keywords = {"transform": axes.transAxes, "va": "top", "weight": "bold"}
         axes.text(1 + 1.5 / WIDE_MM, 1.0, name, **how)
         label_axes(axes, y=label if k == 1 else "", y_mm=14.0)
         found.append(axes)
     return found
 
 
-def camera_axis(axes: Axes, cameras: Sequence[int], labels: bool) -> None:
+def camera_axis(axes: Axes, cameras: Sequence[int | str], labels: bool) -> None:
     """A group for each number of cameras, every second one shaded."""
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
@@ -154,7 +155,7 @@ def shade_classes(axes: Axes, limits: Limits) -> None:
         if low >= high:
             continue
         axes.axvspan(low, high, color=FAINT, alpha=0.9 if name == "medium" else 0.5, lw=0, zorder=0)
-        how = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "bottom"}
+        how: Keywords = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "bottom"}
         place = axes.get_xaxis_transform()
         axes.text(float(np.sqrt(low * high)), 0.02, name, transform=place, **how)
 
@@ -187,10 +188,12 @@ def log_axis(axes: Axes, limits: Limits, height: float, labels: bool) -> None:
     decade_axis(axes, "y", limits, height)
     if limits[0] < FLOOR:
         axes.axhspan(limits[0], FLOOR, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
-        ticks = axes.yaxis.get_major_locator().locs
-        axes.yaxis.set_major_locator(FixedLocator(ticks[ticks > FLOOR * 10]))  # room for its label
+        ticks = np.asarray(axes.get_yticks())
+        axes.yaxis.set_major_locator(
+            FixedLocator(ticks[ticks > FLOOR * 10].tolist())
+        )  # room for its label
         if labels:
-            how = {"size": SMALL_PT - 1, "color": GREY, "ha": "right", "va": "center"}
+            how: Keywords = {"size": SMALL_PT - 1, "color": GREY, "ha": "right", "va": "center"}
             place = axes.get_yaxis_transform()
             axes.text(-1.5 / size_mm(axes)[0], IN_BAND, "< 10⁻²⁰", transform=place, **how)
     axes.tick_params(labelleft=labels)
@@ -204,7 +207,7 @@ def raised(values: np.ndarray) -> np.ndarray:
 def draw(
     axes: Axes,
     rows: Sequence[Row],
-    cameras: Sequence[int],
+    cameras: Sequence[int | str],
     scale: Scale,
     names: Sequence[str] = SERIES,
     coloured: bool = False,

@@ -78,7 +78,8 @@ def paper_setup(setup: str) -> str | None:
 
 def pose_of(record: Record, variant: Variant) -> Mapping[str, Any] | None:
     """The pose by a variant that has errors against a reference."""
-    for pose in record["pose"]["poses"]:
+    poses: Sequence[Mapping[str, Any]] = record["pose"]["poses"]
+    for pose in poses:
         same = Variant(pose["estimator"], pose["stage"], pose["optics"]) == variant
         if same and pose.get("errors_mm") is not None:
             return pose

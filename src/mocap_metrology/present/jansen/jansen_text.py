@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -64,6 +65,7 @@ ANGLES = (
     " part of J's angle errors is of the mounts: one turned on its housing makes such errors and"
     " moves nothing. The twins' mounts are straight."
 )
+K = TypeVar("K")
 
 
 def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: str = "") -> str:
@@ -103,8 +105,8 @@ def _variant(row: Row) -> Variant:
     return Variant(row["estimator"], row["stage"], row["optics"])
 
 
-def _grouped(rows: Iterable[Row], key: Callable[[Row], object]) -> list[tuple[object, list[Row]]]:
-    groups: dict[object, list[Row]] = {}
+def _grouped(rows: Iterable[Row], key: Callable[[Row], K]) -> list[tuple[K, list[Row]]]:
+    groups: dict[K, list[Row]] = {}
     for row in rows:
         groups.setdefault(key(row), []).append(row)
     return list(groups.items())
@@ -216,14 +218,14 @@ def reason(variant: Variant, mirrored: float, ideal_rotors: bool = False) -> str
 def gain(records: Sequence[Record], estimator: str = "paper-lm", stage: str = "final") -> str:
     """By what factor the factory values cut the errors, over calibrations that have both."""
     ideal, factory = (Variant(estimator, stage, optics) for optics in ("ideal", "factory"))
-    pairs = [(pose_of(r, ideal), pose_of(r, factory)) for r in records]
-    pairs = [(a, b) for a, b in pairs if a is not None and b is not None]
+    each = [(pose_of(r, ideal), pose_of(r, factory)) for r in records]
+    pairs = [(a, b) for a, b in each if a is not None and b is not None]
     if not pairs:
         return ""
     optical = all("truth_errors_mm" in pose for pair in pairs for pose in pair)
     before = "truth_" if optical else ""
     mm, deg = (
-        [np.mean([np.linalg.norm(pair[k][name]) for pair in pairs]) for k in (0, 1)]
+        [float(np.mean([np.linalg.norm(pair[k][name]) for pair in pairs])) for k in (0, 1)]
         for name in (f"{before}errors_mm", f"{before}errors_deg")
     )
     frame = "between the optical frames of the twins" if optical else "against the reference"

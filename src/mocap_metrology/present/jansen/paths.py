@@ -25,6 +25,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     size_mm,
     styled,
 )
@@ -43,7 +44,7 @@ BEFORE = DOTS | {"color": "#e39a86", "marker": "s", "markersize": 1.5}
 BETWEEN = DOTS | {"color": PALE, "marker": "s", "markersize": 1.5}
 AFTER = DOTS | {"color": COLOURS[SLAVE], "marker": "s", "markersize": 1.6}
 OWN = DOTS | {"color": COLOURS[MASTER], "marker": "o", "markersize": 2.4}
-GHOST = {"color": INK, "lw": 0.8, "ls": (0, (2, 1.4))}
+GHOST: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (2, 1.4))}
 AXES_MM, REFERENCE_MM = 16.0, 21.0
 BOLD: dict[str, Any] = {"weight": "bold", "bbox": BOX}
 CORE, ROOM = (5, 95), 0.2  # percentiles of a path, and what is added of their distance
@@ -276,7 +277,8 @@ def _core(points: np.ndarray) -> np.ndarray:
     round them."""
     low, high = np.percentile(points, CORE, axis=0)
     room = ROOM * (high - low).max()
-    return ((points >= low - room) & (points <= high + room)).all(axis=1)
+    near: np.ndarray = ((points >= low - room) & (points <= high + room)).all(axis=1)
+    return near
 
 
 def _floor(points: list[np.ndarray]) -> float:

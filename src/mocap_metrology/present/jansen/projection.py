@@ -18,6 +18,7 @@ from mocap_metrology.present.drawing.style import (
     POINT_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Sheet,
     blank_sheet,
     head,
@@ -74,7 +75,8 @@ class Ground:
         apart = np.abs(places[:, None] - points[None])
         covered = ((apart < half + CLEAR_MM).all(axis=2) * weights).sum(axis=1)
         beyond = np.maximum(half - places, places + half - self.size_mm).max(axis=1)
-        return places[np.argmin(covered + FAR * away + 1e3 * np.maximum(beyond, 0.0))]
+        best: np.ndarray = places[np.argmin(covered + FAR * away + 1e3 * np.maximum(beyond, 0.0))]
+        return best
 
 
 ARROW = {"arrowstyle": "-|>,head_width=0.18,head_length=0.36", "shrinkA": 0, "shrinkB": 0}
@@ -102,7 +104,8 @@ class Projection:
         a, e = np.radians([self.azimuth_deg, self.elevation_deg])
         right = [-np.sin(a), np.cos(a), 0.0]
         up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
-        return np.asarray(points) @ np.array([right, up]).T
+        flat: np.ndarray = np.asarray(points) @ np.array([right, up]).T
+        return flat
 
 
 def widest(points: np.ndarray) -> Projection:
@@ -128,12 +131,14 @@ class Stage:
     def mm(self, points: np.ndarray) -> np.ndarray:
         """Where points (..., 3) are on the page, in mm from the lower left corner of the axes."""
         low = np.array([self.axes.get_xlim()[0], self.axes.get_ylim()[0]])
-        return (self.projection.flat(points) - low) / self.per_mm
+        mm: np.ndarray = (self.projection.flat(points) - low) / self.per_mm
+        return mm
 
     def inside(self, points: np.ndarray, margin_mm: float = 1.2) -> np.ndarray:
         """Which of the points (n, 3) are on the axes, none of them at the edge."""
         at = self.mm(points)
-        return ((at > margin_mm) & (at < self.ground.size_mm - margin_mm)).all(axis=1)
+        inside = (at > margin_mm) & (at < self.ground.size_mm - margin_mm)
+        return np.asarray(inside.all(axis=1))
 
     def line(self, points: np.ndarray, weight: float = 1.0, **how: Any) -> None:
         """weight: how much names have to keep off it."""
@@ -164,7 +169,7 @@ class Stage:
         """A name at the freest place near one of the points (3,) or (k, 3): so far off it (2,) or
         (m, 2), or to its left or right, above or below. Names come after all that they have to keep
         off."""
-        options: dict[str, Any] = {"size": SMALL_PT, "zorder": 6, "ha": "center"} | how
+        options: Keywords = {"size": SMALL_PT, "zorder": 6, "ha": "center"} | how
         height = HEIGHT_PT * options["size"] * POINT_MM
         width = text_mm(text, options["size"], options.get("weight", "normal"))
         if off_mm is None:
@@ -174,7 +179,8 @@ class Stage:
         at = self.ground.free(wished.reshape(-1, 2), width, height)
         self.ground.box(at, width, height)
         low = np.array([self.axes.get_xlim()[0], self.axes.get_ylim()[0]])
-        self.axes.text(*(low + at * self.per_mm), text, va="center_baseline", **options)
+        x, y = low + at * self.per_mm
+        self.axes.text(x, y, text, va="center_baseline", **options)
 
     def frame(self, R: np.ndarray, t: np.ndarray, length_m: float, **how: Any) -> None:
         """Axes x, y, z of a frame."""
@@ -194,7 +200,8 @@ class Stage:
         step = _step(float((high - low)[:2].max()))
         start, stop = np.floor(low[:2] / step) * step, np.ceil(high[:2] / step) * step
         lines = [np.arange(a, b + step / 2, step) for a, b in zip(start, stop, strict=True)]
-        z, how = low[2], {"color": FAINT, "lw": 0.6, "zorder": 0, "weight": 0.1}
+        z = low[2]
+        how: Keywords = {"color": FAINT, "lw": 0.6, "zorder": 0, "weight": 0.1}
         for x in lines[0]:
             self.line(np.array([[x, start[1], z], [x, stop[1], z]]), **how)
         for y in lines[1]:
@@ -210,19 +217,19 @@ class Stage:
         along = (flat[-1] - flat[0]) / max(np.linalg.norm(flat[-1] - flat[0]), 1e-12)
         down = np.array([along[1], -along[0]])
         down *= -np.sign(down[1] or 1.0)
-        how = {"size": SMALL_PT, "ha": "center", "va": "center", "color": GREY}
+        how: Keywords = {"size": SMALL_PT, "ha": "center", "va": "center", "color": GREY}
         inwards = np.zeros(len(flat))  # ends give way to those of the other edge
         inwards[[0, -1]] = 1.8, -1.8
         for at, value, off in zip(flat, values, inwards, strict=True):
             place = at + (3.2 * down + off * along) * self.per_mm
             text = tick_text(round(value, 6))
-            self.axes.text(*place, text, **how)
+            self.axes.text(place[0], place[1], text, **how)
             self._keep(place, text_mm(text, SMALL_PT))
         ticks = max(text_mm(tick_text(round(value, 6)), SMALL_PT) for value in values)
         deep = (abs(down[0]) * ticks + abs(down[1]) * 3.0) / 2  # half of a tick's text, across
         middle = (flat[0] + flat[-1]) / 2 + (5.6 + deep) * self.per_mm * down
         turn = (np.degrees(np.arctan2(along[1], along[0])) + 90) % 180 - 90
-        self.axes.text(*middle, name, rotation=turn, rotation_mode="anchor", **how)
+        self.axes.text(middle[0], middle[1], name, rotation=turn, rotation_mode="anchor", **how)
         for share in (-0.3, 0.0, 0.3):
             self._keep(middle + share * text_mm(name, SMALL_PT) * self.per_mm * along, 3.0)
 
@@ -317,7 +324,7 @@ def magnified(
     left, middle = made.ground.free(np.array(corners), wide, 3.0) - [wide / 2, 0.0]
     start, level = low + np.array([left, middle]) * per_mm
     axes.plot([start, start + bar], [level] * 2, color=INK, lw=1.6)
-    how = {"size": SMALL_PT, "va": "center"}
+    how: Keywords = {"size": SMALL_PT, "va": "center"}
     axes.text(start + bar + 1.5 * per_mm, level, text, **how)
     return made
 
@@ -334,7 +341,8 @@ def outline(board: np.ndarray) -> np.ndarray:
     axes = np.linalg.svd(board - centre, full_matrices=False)[2][:2]
     within = (board - centre) @ axes.T
     (a, c), (b, d) = within.min(axis=0), within.max(axis=0)
-    return centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes
+    corners: np.ndarray = centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes
+    return corners
 
 
 def arc(start: np.ndarray, turn: np.ndarray, n: int = 40) -> np.ndarray:
@@ -342,4 +350,5 @@ def arc(start: np.ndarray, turn: np.ndarray, n: int = 40) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     vector = Rotation.from_matrix(turn).as_rotvec()
-    return Rotation.from_rotvec(np.linspace(0, 1, n)[:, None] * vector).apply(start)
+    points: np.ndarray = Rotation.from_rotvec(np.linspace(0, 1, n)[:, None] * vector).apply(start)
+    return points

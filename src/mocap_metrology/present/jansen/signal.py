@@ -24,6 +24,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     blank_sheet,
     label_axes,
     size_mm,
@@ -103,7 +104,7 @@ def _candidates(sweeps: Columns) -> np.ndarray:
         own = (np.asarray(sweeps["station"]) == station) & (np.asarray(sweeps["axis"]) == axis)
         shifted = code[own] - 4096 * k
         common = shifted if common is None else np.intersect1d(common, shifted)
-    codes = np.unique(common)
+    codes = np.unique(np.zeros(0, np.int64) if common is None else common)
     return np.column_stack([codes // 4096, codes % 4096])
 
 
@@ -167,7 +168,7 @@ def signal_figure(signal: Signal, title: str, note: str = "") -> Figure:
 
 
 def _light(axes: Axes, start: float, length: float, station: int, width: float = 0.9) -> None:
-    how = {"color": COLOURS[station], "lw": width, "zorder": 3, "joinstyle": "miter"}
+    how: Keywords = {"color": COLOURS[station], "lw": width, "zorder": 3, "joinstyle": "miter"}
     axes.fill_between([start, start + length], 0, 1, **how)
 
 
@@ -196,7 +197,7 @@ def _overview(axes: Axes, signal: Signal) -> None:
         arrow = {"arrowstyle": "<|-|>,head_width=0.14,head_length=0.3", "color": INK, "lw": 0.8}
         arrow |= {"shrinkA": 0, "shrinkB": 0}
         axes.annotate("", (middle, 0.62), (flash, 0.62), arrowprops=arrow, zorder=4)
-        how = {"size": SMALL_PT, "ha": "center", "va": "bottom", "zorder": 4}
+        how: Keywords = {"size": SMALL_PT, "ha": "center", "va": "bottom", "zorder": 4}
         axes.text((flash + middle) / 2 + 0.2, 0.66, "Δt", **how)
         begin = 1e3 * k * CYCLE_S
         centre = begin + 1e3 * CYCLE_S / 2
@@ -222,7 +223,12 @@ def _flashes(axes: Axes, signal: Signal) -> None:
     for start, length, station in signal.flashes[:2]:
         at = 1e6 * (start - first)
         _light(axes, at, 1e6 * length, station)
-        how = {"size": SMALL_PT, "ha": "center", "va": "bottom", "color": COLOURS[station]}
+        how: Keywords = {
+            "size": SMALL_PT,
+            "ha": "center",
+            "va": "bottom",
+            "color": COLOURS[station],
+        }
         text = f"{ROLES[station]}'s flash\n{1e6 * length:.1f} µs"
         axes.text(at + 0.5e6 * length, 1.06, text, linespacing=1.25, **how)
     arrow = {"arrowstyle": "<|-|>,head_width=0.14,head_length=0.3", "color": INK, "lw": 0.8}
@@ -246,7 +252,12 @@ def _one_sweep(axes: Axes, signal: Signal) -> None:
     _light(axes, -0.5e6 * sweep.length_s, 1e6 * sweep.length_s, sweep.station)
     axes.plot([0, 0], [0, 1.0], color="white", lw=1.0, ls=(0, (2, 1)), zorder=4)
     text = f"{ROLES[sweep.station]}'s sweep\n{1e6 * sweep.length_s:.1f} µs"
-    how = {"size": SMALL_PT, "ha": "center", "va": "bottom", "color": COLOURS[sweep.station]}
+    how: Keywords = {
+        "size": SMALL_PT,
+        "ha": "center",
+        "va": "bottom",
+        "color": COLOURS[sweep.station],
+    }
     axes.text(0, 1.06, text, linespacing=1.25, **how)
 
 
@@ -272,12 +283,13 @@ def clearest_point(paths: tuple[Path, Path], board: np.ndarray) -> np.ndarray:
     """Of the diodes at some moments, in the frame of a station: the one farthest off both axes."""
     points = []
     for path in paths:
-        few = path.take(slice(None, None, max(len(path) // MOST_MOMENTS, 1)))
+        few = path.take(np.arange(0, len(path), max(len(path) // MOST_MOMENTS, 1)))
         points.append((few.R @ board.T).transpose(0, 2, 1) + few.t_m[:, None])
     every = np.concatenate(points).reshape(-1, 3)
     every = every[every[:, 0] > 0]
     seen = np.abs(angles(np.ascontiguousarray(every), rotor_parameters()))
-    return every[int(np.argmax(seen.min(axis=1)))]
+    clearest: np.ndarray = every[int(np.argmax(seen.min(axis=1)))]
+    return clearest
 
 
 @styled()
@@ -304,8 +316,8 @@ def angles_figure(point: np.ndarray, title: str, note: str = "") -> Figure:
     for tip in tips:
         drawing.arrow(np.zeros(3), tip, color=GREY, lw=1.0)
     origin = np.zeros(3)
-    solid, dashed = {"lw": 1.3}, {"lw": 1.0, "ls": (0, (4, 1.6))}
-    drawing.line(np.array([origin, P]), color=INK, **solid)
+    dashed: Keywords = {"lw": 1.0, "ls": (0, (4, 1.6))}
+    drawing.line(np.array([origin, P]), color=INK, lw=1.3)
     drawing.line(np.array([origin, behind]), color=ELEVATION, **dashed)
     drawing.line(np.array([origin, flat]), color=AZIMUTH, **dashed)
     for foot in (flat, behind):
@@ -326,11 +338,11 @@ def angles_figure(point: np.ndarray, title: str, note: str = "") -> Figure:
     drawing.line(np.zeros((1, 3)), marker="s", color=INK, ms=6.0, zorder=5, weight=5.0)
     _names(drawing, point, P, behind, side)
     for way, text, colour in said:
-        how = {"weight": "bold", "color": colour, "size": BODY_PT, "bbox": BOX}
+        how: Keywords = {"weight": "bold", "color": colour, "size": BODY_PT, "bbox": BOX}
         drawing.name(way, text, **how)
     for tip, name in zip(tips, ("x, forward", "y, left", "z, up"), strict=True):
         drawing.name(tip, name, color=GREY)
-    inside = [[x, 0.0, z] for z in (0.85, 0.7, 0.97) for x in (0.3, 0.5, 0.2, 0.7, 0.9)]
+    inside = np.array([[x, 0.0, z] for z in (0.85, 0.7, 0.97) for x in (0.3, 0.5, 0.2, 0.7, 0.9)])
     drawing.name(inside * P, "XZ plane", (0, 0), color=ELEVATION)
     return sheet.figure
 
@@ -372,7 +384,7 @@ def _angle(
     a, b = start / np.linalg.norm(start), end / np.linalg.norm(end)
     whole = np.arccos(np.clip(a @ b, -1, 1))
     s = np.linspace(0, 1, 40)[:, None]
-    way = (np.sin((1 - s) * whole) * a + np.sin(s * whole) * b) / np.sin(whole)
+    way: np.ndarray = (np.sin((1 - s) * whole) * a + np.sin(s * whole) * b) / np.sin(whole)
     way = share * np.linalg.norm(start) * way
     drawing.curve(way, color=colour, lw=1.2)
     return way

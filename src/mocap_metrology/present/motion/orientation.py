@@ -109,7 +109,7 @@ def orientation_figure(
     if found.range_rad > TURNS_RAD:
         degrees = np.degrees(found.range_rad)
         note += f" It turns by {degrees:.3g} degrees: what is shown is motion, not noise."
-    bands = [edge for curve in curves for edge in curve.band]
+    bands = [edge for curve in curves for edge in curve.band or ()]
     band = f"{100 * origin['allan']['confidence']:.3g} % interval"
     key = Key(ALLAN_SLOPES, "Allan deviation", band)
     return curves_figure(

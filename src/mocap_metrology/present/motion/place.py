@@ -16,6 +16,7 @@ from mocap_metrology.present.drawing.style import (
     GREY,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     blank_sheet,
     head,
     label_axes,
@@ -66,8 +67,10 @@ def place_figure(rows: Sequence[Row], title: str, note: str) -> Figure:
         return words_figure(note, title, "")
     sheet = blank_sheet(HEIGHT_MM + 16.0, title, note)
     width = (WIDTH_MM - LEFT_MM - GAP_MM - 18.0) / 2
-    panels = (("Noise of one frame (µm)", "sigma_mm", "viridis"),)
-    panels += (("Mean less overall mean (µm)", "deviation_mm", "coolwarm"),)
+    panels = (
+        ("Noise of one frame (µm)", "sigma_mm", "viridis"),
+        ("Mean less overall mean (µm)", "deviation_mm", "coolwarm"),
+    )
     for k, (name, column, colours) in enumerate(panels):
         left = LEFT_MM + k * (width + GAP_MM)
         axes = sheet.axes(left, 5.0, width, HEIGHT_MM)
@@ -91,7 +94,7 @@ def _map(
         1e3 * np.average([r[column] for r in own], weights=[r["n_frames"] for r in own])
         for own in cells.values()
     ]
-    limits = {}
+    limits: Keywords = {}
     if column == "deviation_mm":
         reach = float(np.abs(value).max()) or 1.0
         limits = {"vmin": -reach, "vmax": reach}

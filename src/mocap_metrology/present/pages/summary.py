@@ -82,7 +82,7 @@ def _row(row: Row, flat: Row, address: Callable[[str], str]) -> list[Any]:
     ]
 
 
-def _pose(values: Sequence[float]) -> list[str]:
+def _pose(values: Sequence[float] | np.ndarray) -> list[str]:
     if np.isnan(values).any():
         return [EMPTY] * 6
     return [f"{v:.{digits}f}" for v, digits in zip(values, (1, 1, 1, 3, 3, 3), strict=True)]
@@ -120,7 +120,8 @@ def spread(values: np.ndarray) -> tuple[np.ndarray, float, float]:
     if len(values) < 2:
         return pose, np.nan, np.nan
     vectors = np.degrees([log(turn @ centre.T) for turn in turns])
-    return pose, *(float(v.std(axis=0, ddof=1).max()) for v in (values[:, :3], vectors))
+    mm, deg = (float(v.std(axis=0, ddof=1).max()) for v in (values[:, :3], vectors))
+    return pose, mm, deg
 
 
 Row = Mapping[str, Any]
@@ -254,7 +255,7 @@ def sentence(kind: str, rows: Sequence[Row]) -> str:
 
 
 def _word(row: Row) -> str:
-    return row["pose"]["verdict"]["word"] if "pose" in row else row["word"]
+    return str(row["pose"]["verdict"]["word"] if "pose" in row else row["word"])
 
 
 def recording_row(row: Row, address: Address) -> list[Any]:
@@ -294,7 +295,8 @@ def _greatest(values: Iterable[float | None]) -> float | None:
 def _mean(series: Row, duration_s: float) -> float | None:
     """Uncertainty of a mean over this time, if it was asked for."""
     found = (m for m in series.get("means", ()) if m["duration_s"] == duration_s)
-    return next(found, {}).get("uncertainty_mm")
+    mean: Row = next(found, {})
+    return mean.get("uncertainty_mm")
 
 
 def _mostly(series: Iterable[Row]) -> str:

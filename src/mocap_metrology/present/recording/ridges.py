@@ -104,7 +104,7 @@ def _row(
         Trace(one, per_frame, -1 / step, half, place).draw(axes, dot_pt=DOT_PT, mean_as_image=True)
     else:
         axes.text(
-            np.mean(axes.get_xlim()),
+            float(np.mean(axes.get_xlim())),
             place,
             "no valid samples",
             ha="center",
@@ -120,7 +120,10 @@ def _row_names(axes: Axes, names: Sequence[str], row: float, numbered: bool) -> 
 
     every = next(k for k in (1, 2, 5, 10, 20, 50) if k * row >= 2.9 or k == 50)
     shown = [k for k in range(len(names)) if k == 0 or (k + 1) % every == 0 or every == 1]
-    texts = [coordinate_of(n)[1] if numbered else shorten(n, SMALL_PT, 12) for n in names]
+    texts = [
+        found[1] if numbered and (found := coordinate_of(n)) else shorten(n, SMALL_PT, 12)
+        for n in names
+    ]
     axes.yaxis.set_major_locator(FixedLocator(shown))
     axes.yaxis.set_major_formatter(FixedFormatter([str(texts[k]) for k in shown]))
     axes.tick_params(axis="y", length=0, labelsize=SMALL_PT, pad=2)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.present.drawing.decimate import Columns, columns, runs, standouts
 from mocap_metrology.present.drawing.legend import Entry
-from mocap_metrology.present.drawing.style import INK
+from mocap_metrology.present.drawing.style import INK, Keywords
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -109,7 +109,8 @@ def _beyond(
     with np.errstate(invalid="ignore"):
         over = np.flatnonzero((ranges.low < limits[0]) | (ranges.high > limits[1]))
         samples = [raw[ranges.first[k] : ranges.stop[k]] for k in over]
-        outside = np.concatenate([s[(s < limits[0]) | (s > limits[1])] for s in samples] or [[]])
+        beyond = (s[(s < limits[0]) | (s > limits[1])] for s in samples)
+        outside = np.concatenate([raw[:0], *beyond])
     outside = outside[np.isfinite(outside)]
     if not outside.size:
         return 0, np.nan
@@ -140,7 +141,7 @@ def axis_limits(raw: Columns, clean: Columns) -> tuple[tuple[float, float], floa
 RAW, CLEAN, MEAN, OUTLIER, GAP = "#949494", "#b4d3ee", "#10307a", "#cf4a2c", "#ececec"
 CLEAN_EDGE = "#5f9bd1"  # darker, that a column of its own is seen
 FEW = 150  # samples up to which each is marked
-DOTS = {"marker": "o", "ms": 2.2, "mew": 0, "color": OUTLIER}
+DOTS: Keywords = {"marker": "o", "ms": 2.2, "mew": 0, "color": OUTLIER}
 EDGES = {"ms": 3.4, "mew": 0, "color": INK}
 UP, DOWN = "^", "v"
 
@@ -177,12 +178,13 @@ class Trace:
         at, values = one.outliers
         inside = (values >= self.limits[0]) & (values <= self.limits[1])
         time = (at[inside] + 0.5) * self.per_frame
-        dots = {**DOTS, "ms": dot_pt, **dense}
+        dots: Keywords = {**DOTS, "ms": dot_pt, **dense}
         axes.plot(time, self._place(values[inside]), ls="", zorder=2.3, **dots)
         self._beyond(axes, zorder=2.4, **dense)
 
     def _place(self, values: np.ndarray) -> np.ndarray:
-        return self.scale * np.clip(values, *self.limits) + self.offset
+        place: np.ndarray = self.scale * np.clip(values, *self.limits) + self.offset
+        return place
 
     def _line(self, axes: Axes, columns: Columns, **how: Any) -> None:
         """Through the means of the columns; dots where a line would not show."""

@@ -16,6 +16,7 @@ from mocap_metrology.present.drawing.style import (
     MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     blank_sheet,
     label_axes,
     shorten,
@@ -104,7 +105,7 @@ def _panels_figure(series: Sequence[Prepared], time: TimeAxis, title: str, note:
 def _nothing(axes: Axes) -> None:
     axes.set_facecolor(GAP)
     axes.set_yticks([])
-    middle = {"transform": axes.transAxes, "ha": "center", "va": "center"}
+    middle: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center"}
     axes.text(0.5, 0.5, "no valid samples", color=GREY, **middle)
 
 

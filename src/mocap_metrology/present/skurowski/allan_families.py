@@ -18,6 +18,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     OTHER_LOOKS,
     WIDTH_MM,
+    Keywords,
     Look,
     Sheet,
     blank_sheet,
@@ -42,8 +43,8 @@ LEFT_MM, GAP_MM, SLICE_GAP_MM, RIGHT_MM = 16.5, 4.0, 6.0, 3.0
 PANEL_MM = (WIDTH_MM - LEFT_MM - RIGHT_MM - 2 * GAP_MM - SLICE_GAP_MM) / 4
 TITLE_MM, ROW_MM, BETWEEN_MM, LABELS_MM = 5.5, 45.0, 2.5, 11.0
 CAMERA_LIMITS = 1.4, 10.6
-LAW = {"color": GREY, "lw": 0.8, "ls": (0, (1.2, 1.2))}
-DROP = {"color": FAINT, "alpha": 0.8, "lw": 0}
+LAW: Keywords = {"color": GREY, "lw": 0.8, "ls": (0, (1.2, 1.2))}
+DROP: Keywords = {"color": FAINT, "alpha": 0.8, "lw": 0}
 SLICE_LOOKS = {
     "x1": look_of("x1"),
     "x2": Look("#cf4a2c", (0, (5, 1.6)), "s"),
@@ -111,8 +112,8 @@ def _draw_row(sheet: Sheet, k: int, row: TypeRow, looks: Mapping[str, Look], low
         axes.tick_params(labelleft=column == 0, labelbottom=lowest)
         labels = axes.get_xticklabels()
         if len(labels) > 1:  # those of neighbours would touch
-            labels[0].set_ha("left")
-            labels[-1].set_ha("right")
+            labels[0].set_horizontalalignment("left")
+            labels[-1].set_horizontalalignment("right")
         draw_panel(axes, Panel(series, list(curves), looks), row.limits[1])
         head(axes, f"{row.name}: {series}" if column == 0 else series)
         label_axes(axes, x="τ (s)" if lowest else "")
@@ -177,9 +178,9 @@ def subsets_of(rows: Rows) -> dict[str, dict[int, str]]:
     """Recordings of Figure 12 by camera type and number of cameras, without the failing camera."""
     return {
         kind: {
-            n: standing_for(rows, kind, n)
+            n: name
             for n in sorted({r["n_cameras"] for r in rows.values() if r["camera_type"] == kind})
-            if n <= TABLE_4[kind]
+            if n <= TABLE_4[kind] and (name := standing_for(rows, kind, n)) is not None
         }
         for kind in TYPES
     }
@@ -196,14 +197,12 @@ def numbers_figure(rows: Rows, allan: Allan, note: str) -> Figure:
 
 def failing_figure(rows: Rows, allan: Allan, note: str, confidence: float) -> Figure | None:
     """S Figure 8: ten Vantage cameras, one of them failing, against nine; None without both."""
-    names = {n: standing_for(rows, "Vantage", n) for n in (10, 9)}
-    if None in names.values():
+    ten, nine = (standing_for(rows, "Vantage", n) for n in (10, 9))
+    if ten is None or nine is None:
         return None
     shown = {
-        f"{n} cameras, {how}": (allan[name], look)
-        for (n, name), how, look in zip(
-            names.items(), ("one failing", "without it"), (LOOKS["y"], LOOKS["x"]), strict=True
-        )
+        "10 cameras, one failing": (allan[ten], LOOKS["y"]),
+        "9 cameras, without it": (allan[nine], LOOKS["x"]),
     }
     return compared_figure(shown, SERIES, TITLES[8], note, confidence)
 

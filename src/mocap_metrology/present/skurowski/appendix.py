@@ -107,14 +107,14 @@ def table_a(
             "camera_type": camera_type,
             "n_cameras": n_cameras,
             "printed_row": "All" if n_cameras == 10 else str(n_cameras),
-            "source": source_of(recordings.get(name)),
+            "source": source_of(recordings.get(name or "")),
             "recording": name,
         }
         notes, of_all = notes_by_coefficient(camera_type, n_cameras)
         used = published_row(camera_type, n_cameras)
         for series, printed in printed_row(camera_type, n_cameras).items():
-            found = by_estimator(noise.get(name, ()), series)
-            curve = by_estimator((expected or {}).get(name, ()), series).get(S_ESTIMATOR, {})
+            found = by_estimator(noise.get(name or "", ()), series)
+            curve = by_estimator((expected or {}).get(name or "", ()), series).get(S_ESTIMATOR, {})
             fits = {
                 "regenerated": found.get(S_ESTIMATOR, {}),
                 "plain": found.get(PLAIN_ESTIMATOR, {}),
@@ -176,7 +176,7 @@ def _series_rows(
         remarks = []
         for column in FROM:
             other = partner[column].get(parameter)
-            found = fits[column].get(other) or _class_limit(fits[column], parameter, printed)
+            found = fits[column].get(other or "") or _class_limit(fits[column], parameter, printed)
             row |= _cells(column, found, bool(fits[column]))
             remarks.append(_remark(OWN.get(column, column), parameter, other, row, column))
         yield row | {"note": "; ".join(filter(None, remarks))}

@@ -89,7 +89,7 @@ def table_3(recordings: Mapping[str, Mapping[str, Any]]) -> list[Row]:
     """S Table 3: the cameras of every subset, as published and as in the sheet."""
     rows = []
     for (camera_type, n_cameras), ids in published_subsets().items():
-        row = recordings.get(standing_for(recordings, camera_type, n_cameras))
+        row = recordings.get(standing_for(recordings, camera_type, n_cameras) or "")
         rows.append(
             {
                 "camera_type": camera_type,
@@ -121,7 +121,7 @@ def table_4(
                     "quantity": quantity,
                     "published": published,
                     "regenerated": found.get(quantity),
-                    "source": source_of(recordings.get(name)),
+                    "source": source_of(recordings.get(name or "")),
                     "recording": name,
                 }
             )

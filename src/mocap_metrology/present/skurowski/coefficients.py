@@ -19,6 +19,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     blank_sheet,
     head,
@@ -109,7 +110,7 @@ NOTE = (
     f"{slots.LONGEST:g} below their number. Dashed: ends of the range searched for T_c by "
     f"{S_ESTIMATOR}, where terms pile up that no T_c within it suits."
 )
-END = {"color": INK, "lw": 0.7, "ls": (0, (4, 2)), "zorder": 0.8}
+END: Keywords = {"color": INK, "lw": 0.7, "ls": (0, (4, 2)), "zorder": 0.8}
 CAMERAS = dict(zip(slots.TYPES, LOOKS.values(), strict=True))
 SOURCES = (
     ("published", "published"),
@@ -154,17 +155,17 @@ def correlated_figure(rows: Sequence[Row], title: str, note: str = "") -> Figure
     pairs = {source: term_pairs(rows, source) for source, _ in SOURCES}
     every = [pair for some in pairs.values() for pair in some]
     x_limits, (low, high) = (log_limits([np.array([p[k] for p in every])]) for k in (0, 1))
-    limits = x_limits, (low / 30, high * 10)  # room for the words
+    of_scatter = x_limits, (low / 30, high * 10)  # room for the words
     for column, (source, name) in enumerate(SOURCES):
         axes = slots.panel_axes(sheet, column, second, SCATTER_MM)
         at_end = _at_end(rows, source) if source == "regenerated" else 0
         for end in ends if at_end else ():
             axes.axvline(end, 0.07, 0.91, **END)
-        _scatter(axes, pairs[source], limits, hollow=source == "published")
+        _scatter(axes, pairs[source], of_scatter, hollow=source == "published")
         axes.tick_params(labelleft=column == 0)
         label_axes(axes, x="T_c (s)", y=f"q_c ({unit('q_c')})" if column == 0 else "", y_mm=13.5)
         head(axes, f"(b) {name}" if column == 0 else name)
-        how = {"transform": axes.transAxes, "ha": "right", "va": "top", "size": SMALL_PT}
+        how: Keywords = {"transform": axes.transAxes, "ha": "right", "va": "top", "size": SMALL_PT}
         text = f"{len(pairs[source])} terms" + (f", {at_end} at an end" if at_end else "")
         axes.text(0.98, 0.98, text, color=GREY, **how)
     strip(sheet, MARGIN_MM, last, width, types)
@@ -178,7 +179,7 @@ def searched_ends(rows: Sequence[Row]) -> list[float]:
 
 
 def _ended(row: Row, source: str) -> bool:
-    return row["parameter"].startswith("T_c") and row[f"{source}_status"] == "at_bound"
+    return str(row["parameter"]).startswith("T_c") and bool(row[f"{source}_status"] == "at_bound")
 
 
 def _at_end(rows: Sequence[Row], source: str) -> int:
@@ -213,7 +214,7 @@ def _type_entries() -> list[Entry]:
     return [*entries, Entry("classes of T_c (S 4.6)", patch=band)]
 
 
-def _dot(look: Look, **how: Any) -> dict[str, Any]:
+def _dot(look: Look, **how: Any) -> Keywords:
     return {"color": look.colour, "marker": look.marker, "markersize": 3.2, "mew": 0.7} | how
 
 
@@ -227,6 +228,6 @@ def _scatter(
         for fine in (False, True):
             own = [p for p in pairs if p[2] == camera_type and p[3] == fine]
             if own:
-                how = {"markerfacecolor": "none"} if hollow else {"mew": 0}
+                how: Keywords = {"markerfacecolor": "none"} if hollow else {"mew": 0}
                 how |= {"markersize": 3.6 if hollow else 3.0, "alpha": 1.0 if fine else slots.PALE}
                 axes.plot(*np.array([p[:2] for p in own]).T, ls="", **_dot(look, **how))

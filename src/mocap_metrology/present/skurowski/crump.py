@@ -18,6 +18,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     OTHER_LOOKS,
     WIDTH_MM,
+    Keywords,
     Look,
     blank_sheet,
     head,
@@ -55,13 +56,14 @@ def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock 
     """
     lag = max(round(LAG_S * frame_rate_hz), 1)
     window = max(round(WINDOW_S * frame_rate_hz), 1)
-    total, count = 0.0, 0
+    total, count = np.zeros(0), 0
     for values in series.values():
         moved = np.square(values[lag:] - values[:-lag])
         known = moved[np.isfinite(moved)]
         usual = float(np.median(known)) if known.size else 0.0
         if usual > 0:
-            total, count = total + np.nan_to_num(moved / usual), count + 1
+            shaken = np.nan_to_num(moved / usual)
+            total, count = (total + shaken if count else shaken), count + 1
     if not count or total.size < 2 * window:
         return None
     level = np.convolve(total / count, np.full(window, 1 / window), mode="same")
@@ -78,8 +80,8 @@ def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock 
 BEFORE_S, AFTER_S = 5.0, 25.0  # shown round the shock
 LEFT_MM, MIDDLE_MM, RIGHT_MM, TITLE_MM, LABELS_MM = 17.0, 20.0, 3.0, 5.5, 11.0
 TRACE_MM, ADEV_MM, HEIGHT_MM, GAP_MM = 72.0, 58.0, 78.0, 3.0
-RAW = {"color": GREY, "lw": 0.5}
-CLEAN = {"color": LOOKS["x"].colour, "lw": 0.6}
+RAW: Keywords = {"color": GREY, "lw": 0.5}
+CLEAN: Keywords = {"color": LOOKS["x"].colour, "lw": 0.6}
 AXES = ("x1", "y1", "z1")
 RECORDED, CLEANED, CUT = "as recorded", "after the Hampel filter", "shock cut out"
 CURVES = {
@@ -115,7 +117,10 @@ class Shaken:
         return [*found, Curve(CUT, cleaned.x, self._adev(cut, m))] if shock else found
 
     def _adev(self, values: np.ndarray, m: np.ndarray) -> np.ndarray:
-        return np.sqrt(allan_variance(values, m, min_coverage=self.min_coverage).variance)
+        adev: np.ndarray = np.sqrt(
+            allan_variance(values, m, min_coverage=self.min_coverage).variance
+        )
+        return adev
 
 
 @styled()

@@ -19,6 +19,7 @@ from mocap_metrology.present.drawing.style import (
     OTHER_LOOKS,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     Sheet,
     blank_sheet,
@@ -105,7 +106,7 @@ def locations_figure(
     return sheet.figure
 
 
-def _line(look: Look) -> dict[str, object]:
+def _line(look: Look) -> Keywords:
     return {"color": look.colour, "ls": look.dashes, "lw": 1.2}
 
 
@@ -208,7 +209,12 @@ def _far_mean(axes: Axes, x: float, value: float, limits: tuple[float, float], l
     up = value > limits[1]
     y = limits[0] + (0.86 if up else 0.03) * (limits[1] - limits[0])
     axes.plot(x, y, marker=6 if up else 7, color=look.colour, markersize=5)
-    how = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "size": SMALL_PT}
+    how: Keywords = {
+        "xytext": (4, 0),
+        "textcoords": "offset points",
+        "va": "center",
+        "size": SMALL_PT,
+    }
     axes.annotate(f"{value:.2f}", (x, y), color=look.colour, **how)
 
 
@@ -243,7 +249,7 @@ def _means(sheet: Sheet, top: float, height: float, means: Sequence[Mean]) -> No
     axes.tick_params(axis="x", length=0)
     for mean, place in at.items():
         look = SETS.get(mean.camera_type, OTHER_LOOKS[1])
-        how = {"color": look.colour, "marker": look.marker, "markersize": 3.6, "lw": 0.9}
+        how: Keywords = {"color": look.colour, "marker": look.marker, "markersize": 3.6, "lw": 0.9}
         if not limits[0] <= mean.value <= limits[1]:
             _far_mean(axes, place, mean.value, limits, look)
             continue

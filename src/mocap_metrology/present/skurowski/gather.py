@@ -56,7 +56,7 @@ EXPECTED = {"sigma_1_mm": "sigma_1", "sigma_2_mm": "sigma_2", "sigma_L_mm": "sig
 def length_s(origin: Mapping[str, Any]) -> float:
     """Length of a recording in s, with its gaps, by the metadata of one of its tables."""
     frames = sum(s["n_frames"] + max(s["gap_before"], 0) for s in origin["segments"])
-    return frames / origin["frame_rate_hz"]
+    return float(frames / origin["frame_rate_hz"])
 
 
 def filter_sentence(origin: Mapping[str, Any]) -> str:

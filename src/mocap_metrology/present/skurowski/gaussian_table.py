@@ -128,7 +128,7 @@ def _band(row: Row, bands: tuple[Chance, Chance] | None) -> Row:
     error = bands[0].rms[quantity] if mean else None
     if found is None:
         inside = None
-    elif mean:
+    elif error is not None:
         inside = abs(found - published) <= MU_ERRORS * error
     else:
         inside = here[0] <= found <= here[2]

@@ -26,6 +26,7 @@ from mocap_metrology.present.drawing.style import (
     OTHER_LOOKS,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     Sheet,
     blank_sheet,
@@ -66,7 +67,8 @@ KINDS = dict(zip(("T40", "Bonita", "Vantage"), LOOKS.values(), strict=True))
 
 def normal(x: np.ndarray, sigma: float) -> np.ndarray:
     """Density of N(0, sigma)."""
-    return np.exp(-0.5 * (x / sigma) ** 2) / (sigma * np.sqrt(2 * np.pi))
+    density: np.ndarray = np.exp(-0.5 * (x / sigma) ** 2) / (sigma * np.sqrt(2 * np.pi))
+    return density
 
 
 @styled()
@@ -103,13 +105,18 @@ def model_figure(row: Mapping[str, float] | None = None, title: str = TITLE_1) -
         head(axes, name)
         lines = [f"μ{'₂₁ₑ'[k]} = {means[k]:.4f} mm"]
         lines += [f"σ{'₂₁'[k]} = {1000 * of[''][0]:.1f} µm"] if k < 2 else []
-        how = {"transform": axes.transAxes, "va": "top", "ha": "right", "linespacing": 1.4}
+        how: Keywords = {
+            "transform": axes.transAxes,
+            "va": "top",
+            "ha": "right",
+            "linespacing": 1.4,
+        }
         axes.text(0.97, 0.97, "\n".join(lines), size=SMALL_PT, color=GREY, **how)
     strip(sheet, MARGIN_MM, key_top, width, entries)
     return sheet.figure
 
 
-def _line(look: Look) -> dict[str, object]:
+def _line(look: Look) -> Keywords:
     return {"color": look.colour, "ls": look.dashes, "lw": 1.3}
 
 
@@ -164,7 +171,8 @@ def white_roots() -> dict[str, tuple[np.ndarray, np.ndarray]]:
 def standard_error_figure(title: str = TITLE_2) -> Figure:
     """S Figure 2, with the printed white noise beside the law."""
     height = 68.0
-    fits = {kind: fit_scaling(*pair) for kind, pair in white_roots().items()}
+    found = {kind: fit_scaling(*pair) for kind, pair in white_roots().items()}
+    fits = {kind: fit for kind, fit in found.items() if fit is not None}
     entries = [Entry("σ/√N", line={"color": INK, "lw": 1.4})]
     for kind, look in KINDS.items():
         fit = fits[kind]
@@ -179,12 +187,12 @@ def standard_error_figure(title: str = TITLE_2) -> Figure:
     return sheet.figure
 
 
-def _dot(look: Look) -> dict[str, object]:
+def _dot(look: Look) -> Keywords:
     return {"color": look.colour, "marker": look.marker, "markersize": 4.2, "mew": 0.8,
             "markerfacecolor": "white"}  # fmt: skip
 
 
-def _standard_error(axes: Axes, fits: Mapping[str, Scaling | None]) -> None:
+def _standard_error(axes: Axes, fits: Mapping[str, Scaling]) -> None:
     linear_axis(axes, "x", (0.5, MOST_N + 0.5), MOST_N)
     points = {kind: (n, roots / fits[kind].one) for kind, (n, roots) in white_roots().items()}
     linear_axis(axes, "y", (0, 1.08 * max(1.0, *(y.max() for _, y in points.values()))), 8)

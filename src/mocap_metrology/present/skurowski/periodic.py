@@ -18,6 +18,7 @@ from mocap_metrology.present.drawing.style import (
     OTHER_LOOKS,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     Sheet,
     blank_sheet,
@@ -36,7 +37,7 @@ WHOLE_MM, CLOSE_GAP_MM, LEAST_CLOSE_MM = 82.0, 6.5, 24.0
 CLOSE_MM = WIDTH_MM - LEFT_MM - WHOLE_MM - BETWEEN_MM - RIGHT_MM
 HALF_WIDTH_HZ = 2.0  # of the close view
 BINS_PER_DECADE = 40
-MARK = {"color": INK, "lw": 0.8, "ls": (0, (1.2, 1.2))}
+MARK: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (1.2, 1.2))}
 Spectra = Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 
@@ -66,7 +67,7 @@ def periodic_figure(spectra: Spectra, line_hz: float, title: str, note: str = ""
     return sheet.figure
 
 
-def _line(look: Look) -> dict[str, object]:
+def _line(look: Look) -> Keywords:
     return {"color": look.colour, "ls": look.dashes, "lw": 1.2}
 
 
@@ -87,7 +88,7 @@ def _whole(
     head(axes, "Power spectral density")
     label_axes(axes, x="Frequency (Hz)", y="PSD (mm²/Hz)", y_mm=12.5)
     if not any(b.centre.size for b in bins.values()):
-        how = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
+        how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
         axes.text(0.5, 0.5, "no spectrum", **how)
 
 
@@ -118,7 +119,7 @@ def _close(
     if greatest > 0:
         remark = f"peak {three_digits(greatest / float(np.median(psd)))} × median"
         text = f"×{power_of_ten(exponent)} mm²/Hz"
-        how = {"transform": axes.transAxes, "va": "top", "size": SMALL_PT, "color": GREY}
+        how: Keywords = {"transform": axes.transAxes, "va": "top", "size": SMALL_PT, "color": GREY}
         axes.text(0.02, 0.95, text, **how)
     head(axes, name, remark)
     label_axes(axes, x="Frequency (Hz)" if lowest else "")

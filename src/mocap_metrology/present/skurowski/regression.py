@@ -11,14 +11,15 @@ from mocap_metrology.noise.model.components import Form, NoiseModel
 from mocap_metrology.present.drawing.axes import decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
-    GREY,
     INK,
     LOOKS,
     MARGIN_MM,
     WIDTH_MM,
+    Keywords,
     blank_sheet,
     head,
     label_axes,
+    say,
     styled,
 )
 from mocap_metrology.present.fits.parts import drawn_m, model_avar
@@ -30,10 +31,10 @@ if TYPE_CHECKING:
 LEFT_MM, RIGHT_MM, TITLE_MM, GAP_MM, LABELS_MM = 16.5, 3.0, 5.5, 3.0, 11.5
 PANEL_MM = WIDTH_MM - LEFT_MM - RIGHT_MM, 72.0
 RESIDUAL_MM = 34.0
-DATA = {"color": INK, "marker": "o", "markersize": 2.6, "markerfacecolor": "white"}
-START = {"color": "#9a9a9a", "lw": 0.7, "ls": "-"}
-FINAL = {"color": LOOKS["x"].colour, "lw": 1.5, "ls": "-"}
-ORDINARY = {"color": LOOKS["y"].colour, "lw": 1.3, "ls": (0, (5, 1.6))}
+DATA: Keywords = {"color": INK, "marker": "o", "markersize": 2.6, "markerfacecolor": "white"}
+START: Keywords = {"color": "#9a9a9a", "lw": 0.7, "ls": "-"}
+FINAL: Keywords = {"color": LOOKS["x"].colour, "lw": 1.5, "ls": "-"}
+ORDINARY: Keywords = {"color": LOOKS["y"].colour, "lw": 1.3, "ls": (0, (5, 1.6))}
 QUANTILE, PERCENT = 0.9, (5.0, 10.0, 20.0, 50.0, 100.0)  # axis of the residuals: one of these
 
 
@@ -82,8 +83,7 @@ def regression_figure(
     label_axes(axes, y="Allan deviation (mm)", y_mm=13.0)
     label_axes(below, x="Averaging time τ (s)", y="Data/model − 1 (%)", y_mm=13.0)
     if not tau.size:
-        how = {"transform": axes.transAxes, "ha": "center", "va": "center", "color": GREY}
-        axes.text(0.5, 0.5, "no valid samples", **how)
+        say(axes, "no valid samples")
     strip(sheet, MARGIN_MM, key_top, width, entries)
     return sheet.figure
 
@@ -98,7 +98,8 @@ def _entries(n_starts: int) -> list[Entry]:
 
 
 def _adev(model: NoiseModel, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
-    return np.sqrt(model_avar(model, m, tau0, form))
+    adev: np.ndarray = np.sqrt(model_avar(model, m, tau0, form))
+    return adev
 
 
 def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:

@@ -20,6 +20,7 @@ from mocap_metrology.present.drawing.style import (
     MARGIN_MM,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     blank_sheet,
     head,
     label_axes,
@@ -142,15 +143,15 @@ def _entries(subsets: Sequence[Subset]) -> list[Entry]:
     return entries
 
 
-def _dot(how: Mapping[str, Any]) -> dict[str, Any]:
+def _dot(how: Mapping[str, Any]) -> Keywords:
     return {"markersize": 3.8, "mew": 0.9, **how}
 
 
-def _bar(colour: str) -> dict[str, Any]:
+def _bar(colour: str) -> Keywords:
     return {"marker": "_", "color": colour, "markersize": 7.0, "mew": 1.1, "alpha": 0.75}
 
 
-def _star(colour: str) -> dict[str, Any]:
+def _star(colour: str) -> Keywords:
     return {"marker": "*", "color": colour, "markersize": 8.0, "mew": 0.8,
             "markerfacecolor": "none"}  # fmt: skip
 
@@ -212,7 +213,7 @@ def _deviations(
         axes.plot(n, found, ls="", **_dot(how))
     lines = [("exponent of n", GREY), *lines] if lines else []
     for k, (text, colour) in enumerate(lines):
-        place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
+        place: Keywords = {"transform": axes.transAxes, "ha": "right", "va": "top"}
         axes.text(0.97, 0.97 - 0.075 * k, text, size=SMALL_PT, color=colour, **place)
 
 

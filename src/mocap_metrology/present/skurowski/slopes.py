@@ -17,6 +17,7 @@ from mocap_metrology.present.drawing.style import (
     OTHER_LOOKS,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Look,
     blank_sheet,
     head,
@@ -79,7 +80,8 @@ def deviation(components: Sequence[PowerLaw | GaussMarkov | Sinusoid]) -> np.nda
     for line in (c for c in components if isinstance(c, Sinusoid)):
         exact = line.avar(TAU / TAU0, TAU0, "continuous")
         avar = avar + np.where(line.f_0 * TAU > RESOLVED, 3 / 8 * envelope(line) ** 2, exact)
-    return np.sqrt(avar)
+    adev: np.ndarray = np.sqrt(avar)
+    return adev
 
 
 def slope_at(curve: np.ndarray, tau: float) -> float:
@@ -143,5 +145,5 @@ def _draw(axes: Axes, parts: Sequence[Part], size: tuple[float, float]) -> None:
             y = float(np.interp(np.log(tau), np.log(TAU), smooth))
             shift = ScaledTranslation(right / 25.4, up / 25.4, axes.figure.dpi_scale_trans)
             text = slope_text(slope_at(smooth, tau))
-            how = {"ha": "center", "va": "center", "size": SMALL_PT + 1, "weight": "bold"}
+            how: Keywords = {"ha": "center", "va": "center", "size": SMALL_PT + 1, "weight": "bold"}
             axes.text(tau, y, text, color=part.look.colour, transform=axes.transData + shift, **how)

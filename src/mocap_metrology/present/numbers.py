@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any
 
 from mocap_metrology.noise.fit.estimates import unit_key, unit_of
 from mocap_metrology.present.text.sentence import duration_words
@@ -117,7 +116,7 @@ def unit(parameter: str) -> str:
     return text.replace("^2", "²").replace("^3", "³")
 
 
-def with_interval(value: float | None, lower: Any, upper: Any) -> str:
+def with_interval(value: float | None, lower: float | None, upper: float | None) -> str:
     """`9.26 (9.25…9.27)e-07`: value and interval over one power of ten; what is unknown is left
     out. Three digits of the value, or as many as the interval's first."""
     if value is None or math.isnan(value):

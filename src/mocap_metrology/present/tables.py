@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from mocap_metrology.present.numbers import (
     readable,
 )
 
-Row = dict[str, Any]
+Row = dict[str, Any]  # of a table: numbers, words, gaps
+Record = Mapping[str, Any]  # a row as read from CSV, or what a JSON file holds
 BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
 
@@ -41,7 +42,7 @@ def write_with(path: str | Path, rows: Sequence[Row], text: str, head: Sequence[
     write_text(path.with_name(f"{path.name}.md"), text)
 
 
-def aligned(lines: Sequence[Sequence[Any]]) -> list[str]:
+def aligned(lines: Sequence[Sequence[object]]) -> list[str]:
     """Lines of a Markdown table, the first its head, columns of equal width."""
     cells = [[_shown(cell) for cell in line] for line in lines]
     width = [max(len(line[k]) for line in cells) for k in range(len(cells[0]))]
@@ -58,7 +59,7 @@ def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     return "\n".join([f"# {title}", "", caption, "", *lines, ""])
 
 
-def _cell(row: Row, name: str) -> Any:
+def _cell(row: Row, name: str) -> object:
     """What a table to read shows of a row in a column: a number as text, all else as it is."""
     value = row[name]
     if not _is_number(value):
@@ -73,7 +74,7 @@ def _cell(row: Row, name: str) -> Any:
     return readable(float(value), own, None if published is None else float(published))
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, (float, np.floating)) and not math.isnan(value)
 
 
@@ -81,7 +82,7 @@ def _line(cells: Sequence[str], width: Sequence[int]) -> str:
     return "| " + " | ".join(c.ljust(w) for c, w in zip(cells, width, strict=True)) + " |"
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, (float, np.floating)):
@@ -113,6 +114,6 @@ def _length(duration_s: float | None) -> str:
     return f" of {duration_text(duration_s)}{of_paper}"
 
 
-def source_of(recording: Mapping[str, Any] | None) -> str:
+def source_of(recording: Record | None) -> str:
     """`twin`, `measured`, or `cited` where no recording stands for the published row."""
     return "cited" if recording is None else "twin" if recording["twin"] else "measured"

@@ -6,7 +6,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from mocap_metrology.lighthouse.calibrate.board_pose import Path as BoardPath
 from mocap_metrology.lighthouse.calibrate.superpose import at_times
 from mocap_metrology.lighthouse.records import MASTER, SLAVE
 from mocap_metrology.lighthouse.rotation import from_angles
+from mocap_metrology.present.tables import Record, Row
 
 Pose = tuple[np.ndarray, np.ndarray]  # R (3, 3), t (3,) in metres
 
@@ -32,15 +32,15 @@ class CalibrationFiles:
 
     name: str
     twin: str | None
-    pose: Mapping[str, Any]  # pose.json
-    stations: Sequence[Mapping[str, Any]]  # stations.json, master first
+    pose: Record  # pose.json
+    stations: Sequence[Record]  # stations.json, master first
     board: np.ndarray  # (n, 3), m
     sweeps: Mapping[str, np.ndarray]
     poses: Mapping[str, np.ndarray]
     duration_s: float
 
     @property
-    def chosen(self) -> dict[str, Any] | None:
+    def chosen(self) -> Row | None:
         """The estimate to use, None if there is none."""
         return chosen_pose(self.pose)
 
@@ -67,7 +67,7 @@ class CalibrationFiles:
         names = (np.asarray(self.poses.get(k, ())).astype(str) for k in ("estimator", "optics"))
         return sorted(set(zip(*(own.tolist() for own in names), strict=True)))
 
-    def estimate(self, estimator: str, stage: str, optics: str) -> dict[str, Any] | None:
+    def estimate(self, estimator: str, stage: str, optics: str) -> Row | None:
         """One of the estimates in pose.json."""
         kind = estimator, stage, optics
         every = (p for p in self.pose["poses"] if _kind(p) == kind)
@@ -83,7 +83,7 @@ class CalibrationFiles:
         return from_angles(*angles), np.array(given["translation_mm"]) / 1e3
 
 
-def _kind(entry: Mapping[str, Any]) -> tuple[str, str, str]:
+def _kind(entry: Record) -> tuple[str, str, str]:
     return entry["estimator"], entry["stage"], entry["optics"]
 
 
@@ -163,7 +163,7 @@ def agreement(paths: tuple[BoardPath, BoardPath], pose: Pose) -> Agreement:
     )
 
 
-def pose_of(entry: Mapping[str, Any]) -> Pose:
+def pose_of(entry: Record) -> Pose:
     """R, t in metres of one of the estimates."""
     return matrix_and_metres(entry)
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.present.numbers import three_digits
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Record, Row, aligned
 
 CAPTION = (
     "Pose of the slave in the master's frame, p_master = R p_slave + t, R = Rz(γ) Ry(β) Rx(α); the"
@@ -21,7 +20,7 @@ CAPTION = (
 CHOSEN = ("estimator", "stage", "optics")
 
 
-def calibration_rows(records: Sequence[Mapping[str, Any]]) -> list[Row]:
+def calibration_rows(records: Sequence[Record]) -> list[Row]:
     """One row a calibration with the pose chosen in its pose.json.
 
     records: `calibration`, `setup`, `source` and `pose` (contents of pose.json).
@@ -29,7 +28,7 @@ def calibration_rows(records: Sequence[Mapping[str, Any]]) -> list[Row]:
     return [_row(record) for record in records]
 
 
-def _row(record: Mapping[str, Any]) -> Row:
+def _row(record: Record) -> Row:
     given = record["pose"]
     pose = {} if given["chosen"] is None else given["poses"][given["chosen"]]
     row: Row = {name: record[name] for name in ("calibration", "setup", "source")}
@@ -91,12 +90,12 @@ def _cells(row: Row) -> list[str]:
     return [*map(_text, [*cells, *shown]), _mm_deg(row, "error", math.hypot), row["verdict"]]
 
 
-def _mm_deg(row: Row, kind: str, together: Any) -> str:
+def _mm_deg(row: Row, kind: str, together: Callable[..., float]) -> str:
     """`0.52 mm, 0.011°`; empty for what is unknown."""
     mm = together(*(row[f"{kind}_{axis}_mm"] for axis in "xyz"))
     deg = together(*(row[f"{kind}_r{axis}_deg"] for axis in "xyz"))
     return "" if math.isnan(mm) else f"{three_digits(mm)} mm, {three_digits(deg)}°"
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return "" if value is None else str(value)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from mocap_metrology.present.drawing.style import (
     wrap,
 )
 from mocap_metrology.present.numbers import number
+from mocap_metrology.present.tables import Record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,28 +36,28 @@ BEYOND_SIGMA = (
 )
 
 
-def residual_limit(pose: Mapping[str, Any]) -> str:
+def residual_limit(pose: Record) -> str:
     """`good below 577`, or where it is not good `usable below 2164`: limit of the residual in µrad;
     empty where none is known."""
     limit, good = _limit(pose, "residual")
     return "" if limit is None else f"{'good' if good else 'usable'} below {limit:.0f}"
 
 
-def expected_urad(pose: Mapping[str, Any]) -> float:
+def expected_urad(pose: Record) -> float:
     """Noise of one angle that the checks went by, in µrad."""
     limit, good = _limit(pose, "board poses")
     return EXPECTED_URAD if limit is None else limit / BOARD[0 if good else 1]
 
 
-def _limit(pose: Mapping[str, Any], name: str) -> tuple[float | None, bool]:
+def _limit(pose: Record, name: str) -> tuple[float | None, bool]:
     """Limit of a check and whether it is that of the word good; None where it has none."""
     named = (check for check in pose.get("checks", ()) if check["name"] == name)
-    check: Mapping[str, Any] = next(named, {})
+    check: Record = next(named, {})
     limit = check.get("limit")
     return (limit if isinstance(limit, int | float) else None), bool(check.get("ok"))
 
 
-def beyond_sigma(entry: Mapping[str, Any]) -> bool:
+def beyond_sigma(entry: Record) -> bool:
     """Whether the error of an estimate against its reference is more than three standard deviations
     in a coordinate or about an axis."""
     if entry.get("covariance") is None or entry.get("errors_mm") is None:
@@ -72,7 +73,7 @@ TABLE_MM = LABEL_MM + 3 * COLUMN_MM
 LINE_MM = lines_mm(1, SMALL_PT)
 
 
-def pose_rows(entry: Mapping[str, Any]) -> list[tuple[str, list[str]]]:
+def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
     """Rows of the pose: a label with its unit, and three numbers.
 
     The pose has as many decimals as its standard deviation, or its error against the reference
@@ -107,7 +108,7 @@ def _decimals(values: Sequence[float], usual: int) -> int:
     return int(np.clip(1 - np.floor(np.log10(max(known))), 0, 3)) if known else usual
 
 
-def _cells(values: Any, digits: int, sign: bool = False) -> list[str]:
+def _cells(values: Iterable[float], digits: int, sign: bool = False) -> list[str]:
     return [number(float(value), digits, sign) for value in values]
 
 
@@ -129,7 +130,7 @@ def facts(given: CalibrationFiles) -> list[str]:
     return lines + [_station(station) for station in given.stations]
 
 
-def _station(station: Mapping[str, Any]) -> str:
+def _station(station: Record) -> str:
     """One station in a line: id, mode, where its factory values come from."""
     known = "id unknown" if station.get("id") is None else f"id {station['id']}"
     if station.get("factory") is None:
@@ -152,7 +153,7 @@ def _n_lines(given: CalibrationFiles, width_mm: float) -> int:
     return max(rows, len(_wrapped_facts(given, width_mm)))
 
 
-def _remark(entry: Mapping[str, Any]) -> list[str]:
+def _remark(entry: Record) -> list[str]:
     """What to know of sigma where the error is beyond it."""
     return wrap(BEYOND_SIGMA, SMALL_PT, TABLE_MM) if beyond_sigma(entry) else []
 
@@ -203,7 +204,7 @@ def _draw_verdict(canvas: Axes, height: float, width: float, given: CalibrationF
     canvas.text(BADGE_MM + 3.0, height - 0.6, lines, **how)
 
 
-def _draw_table(canvas: Axes, top: float, entry: Mapping[str, Any]) -> None:
+def _draw_table(canvas: Axes, top: float, entry: Record) -> None:
     rows = pose_rows(entry)
     how: Keywords = {"size": SMALL_PT, "va": "center_baseline"}
     for k, line in enumerate(_remark(entry), start=len(rows)):

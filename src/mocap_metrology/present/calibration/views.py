@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLOURS = LOOKS["x"].colour, LOOKS["y"].colour  # of master and slave
-PATHS: tuple[dict[str, Any], ...] = (
+PATHS: tuple[Keywords, ...] = (
     {"color": COLOURS[MASTER], "lw": 1.2, "ls": "-"},
     {"color": COLOURS[SLAVE], "lw": 0.8, "ls": (0, (3, 1.5))},
 )

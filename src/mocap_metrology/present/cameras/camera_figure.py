@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from mocap_metrology.present.drawing.style import (
     styled,
     text_mm,
 )
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Record, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,7 +58,7 @@ CAMERA_NOTE = (
 @styled()
 def camera_figure(
     rows: Sequence[Row],
-    sigma_mm: Mapping[str, Mapping[str, Mapping[str, Any]]],
+    sigma_mm: Mapping[str, Mapping[str, Record]],
     settings: Mapping[str, float],
     title: str,
     note: str = "",
@@ -90,7 +90,7 @@ def _block(
     place: tuple[float, float, float],
     kind: str,
     rows: Sequence[Row],
-    sigma_mm: Mapping[str, Mapping[str, Any]],
+    sigma_mm: Mapping[str, Record],
     settings: Mapping[str, float],
     told: bool,
 ) -> None:
@@ -117,7 +117,7 @@ def _block(
 
 
 def _noise_panel(
-    axes: Axes, sigma_mm: Mapping[str, Mapping[str, Any]], up: Sequence[Row], width: float
+    axes: Axes, sigma_mm: Mapping[str, Record], up: Sequence[Row], width: float
 ) -> None:
     """Against the number of cameras; or, where recordings have equally many, side by side."""
     names = sorted(sigma_mm, key=lambda name: sigma_mm[name]["n"])

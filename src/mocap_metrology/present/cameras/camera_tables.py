@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -193,9 +192,7 @@ def noisy(rows: Sequence[Row], limit: float) -> list[Row]:
     return sorted(kept, key=lambda row: -row["camera_noise"])
 
 
-def summary(
-    rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, float]
-) -> dict[str, Any]:
+def summary(rows: Sequence[Row], laws: Sequence[Row], settings: Mapping[str, float]) -> Row:
     """What <group>_cameras.json holds: `words`, sentences for a reader; `short`, one a camera type;
     `apart`: whether subsets do not share their frames; `raised` and `noisy`."""
     found, named = raised(rows), noisy(rows, settings["noisy"])

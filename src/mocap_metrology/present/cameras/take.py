@@ -6,7 +6,6 @@ import logging
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -109,7 +108,7 @@ def one_frame(covariance: pd.DataFrame) -> dict[str, float]:
 
 def levels_of(
     camera_ids: Mapping[str, Sequence[int | str]], sigma_mm: Mapping[str, Mapping[str, float]]
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, Row]:
     """What `camera_figure` needs of each recording: number of cameras, ids that the largest subset
     has and this one lacks, deviations."""
     largest = max(camera_ids.values(), key=len)

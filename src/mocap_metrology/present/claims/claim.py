@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from mocap_metrology.noise.twins.published import (
     published_gaussian,
     published_row,
 )
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Record, Row
 
 HOLDS, DOES_NOT, UNKNOWN = "holds", "does not", "cannot be told"
 COLUMNS = (
@@ -28,6 +28,9 @@ COLUMNS = (
     *("published", "published_word", "regenerated", "realisations", "regenerated_word"),
     *("source", "note"),
 )
+
+
+T = TypeVar("T")  # what a claim is decided by: a source of numbers of S, or of J
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Claim:
+class Claim(Generic[T]):
     """A claim of `section`, in the paper's sense; `statistic` and `criterion` say how it is
     decided; `find` does, of published numbers and of regenerated ones alike. `by_chance`: it is
     moments of whole recordings that decide, mostly random walk, so more realisations are asked."""
@@ -51,7 +54,7 @@ class Claim:
     claim: str
     statistic: str
     criterion: str
-    find: Callable[[Any], Finding]
+    find: Callable[[T], Finding]
     note: str = ""
     by_chance: bool = False
 
@@ -103,7 +106,7 @@ def unknown(why: str, there: bool = True) -> Finding:
 
 
 def row(
-    claim: Claim,
+    claim: Claim[T],
     paper: str,
     published: Finding,
     regenerated: Finding,
@@ -191,17 +194,28 @@ class Published:
 
 
 @dataclass(frozen=True)
+class ShockEffect:
+    """What a shock did: greatest ratio of the Allan deviations of L with it and without its frames,
+    and at which tau (s); by coordinate the noise after it over that before, in so many frames."""
+
+    raised: float
+    tau_s: float
+    sides: Mapping[str, float]
+    frames: int
+
+
+@dataclass(frozen=True)
 class Regenerated:
     """Recordings of group skurowski2019: by (camera type, cameras) their columns of allan.parquet,
-    rows of noise.csv and of gaussian.csv. shock: `remedies.Shock` of the recording that has one;
+    rows of noise.csv and of gaussian.csv. shock: what it did, of the recording that has one;
     repaired: rows of noise.csv after the repair, by recording. Coefficients are those of
     `annealing-ant-colony`, lines those of `likelihood`."""
 
     allan: Mapping[Key, Mapping[str, np.ndarray]]
-    noise: Mapping[Key, Sequence[Mapping[str, Any]]]
-    gaussians: Mapping[Key, Sequence[Mapping[str, Any]]]
-    shock: Any = None
-    repaired: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+    noise: Mapping[Key, Sequence[Record]]
+    gaussians: Mapping[Key, Sequence[Record]]
+    shock: ShockEffect | None = None
+    repaired: Mapping[str, Sequence[Record]] = field(default_factory=dict)
 
     def adev(self, key: Key, series: str, tau_s: Sequence[float] | np.ndarray) -> np.ndarray:
         """Interpolated in logarithms; refused with `Missing` beyond the longest tau."""
@@ -248,7 +262,7 @@ class Regenerated:
             if row["value"] is not None and np.isfinite(float(row["value"]))
         }
 
-    def _rows(self, key: Key, series: str, estimator: str) -> list[Mapping[str, Any]]:
+    def _rows(self, key: Key, series: str, estimator: str) -> list[Record]:
         if key not in self.noise:
             raise Missing(key)
         wanted = series, estimator

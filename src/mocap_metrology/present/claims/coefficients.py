@@ -246,7 +246,7 @@ def _reverse_of_quality(study: Study) -> Finding:
     return decided(f"noisiest first, {text}", counts == sorted(counts, reverse=True))
 
 
-CLAIMS = (
+CLAIMS: Sequence[Claim[Study]] = (
     Claim(
         "S-4.6-independent",
         "4.6",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,6 @@ from mocap_metrology.present.claims.claim import (
 )
 from mocap_metrology.present.jansen.jansen_tables import (
     QUANTISED,
-    Record,
     Variant,
     by_setup,
     mean_over,
@@ -36,6 +34,7 @@ from mocap_metrology.present.jansen.jansen_tables import (
     setup_errors,
     simulated,
 )
+from mocap_metrology.present.tables import Record
 
 SPAN = (0.05, 0.95)  # of a circumstance within its groups: from here to there it was tried
 
@@ -120,7 +119,7 @@ class Calibrations:
     `reconstructions`: way -> (n, 2) errors in mm and deg of the same n recordings."""
 
     records: Sequence[Record]
-    motion: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    motion: Mapping[str, Record] = field(default_factory=dict)
     reconstructions: Mapping[str, np.ndarray] = field(default_factory=dict)
     seconds: float = math.nan  # that `paper` took for one recording, from sweeps to pose
 
@@ -294,7 +293,7 @@ def _cycle(source: Source) -> Finding:
     return decided(text, abs(most - 13.8) < 0.05 and 13 <= most <= 14)
 
 
-CLAIMS = (
+CLAIMS: Sequence[Claim[Source]] = (
     Claim(
         "J-IV-time",
         "IV",

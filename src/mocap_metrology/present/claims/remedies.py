@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from mocap_metrology.present.claims.claim import (
     Claim,
     Finding,
     Published,
+    ShockEffect,
     Study,
     by_count,
     decided,
@@ -41,18 +41,7 @@ NODES = 400
 ORDINARY = "levenberg-marquardt"
 
 
-@dataclass(frozen=True)
-class Shock:
-    """What a shock did: greatest ratio of the Allan deviations of L with it and without its frames,
-    and at which tau (s); by coordinate the noise after it over that before, in so many frames."""
-
-    raised: float
-    tau_s: float
-    sides: Mapping[str, float]
-    frames: int
-
-
-def shock_of(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock | None:
+def shock_of(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> ShockEffect | None:
     """Of cleaned coordinates and L (n,) in mm; None where nothing shakes, or near an end.
 
     The noise of a side is the root mean square of the frames about means of one second, so that a
@@ -75,7 +64,7 @@ def shock_of(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock | 
         for s in COORDINATES
     }
     best = int(np.nanargmax(ratio))
-    return Shock(float(ratio[best]), float(m[best] / frame_rate_hz), sides, frames)
+    return ShockEffect(float(ratio[best]), float(m[best] / frame_rate_hz), sides, frames)
 
 
 def _noise(values: np.ndarray, frame_rate_hz: float) -> float:
@@ -84,8 +73,8 @@ def _noise(values: np.ndarray, frame_rate_hz: float) -> float:
     return float(np.sqrt(np.nanmean((blocks - np.nanmean(blocks, axis=1, keepdims=True)) ** 2)))
 
 
-def _shock(study: Study) -> Shock | Finding:
-    if not hasattr(study, "shock"):
+def _shock(study: Study) -> ShockEffect | Finding:
+    if isinstance(study, Published):
         return unknown("Figure 7 is not in numbers")
     return study.shock or unknown("no recording with a shock")
 
@@ -197,7 +186,7 @@ def _band_stop(study: Study) -> Finding:
 
 
 GUESS = "the twin's shock is a guess, as S prints no numbers of it"
-CLAIMS: Sequence[Claim] = (
+CLAIMS: Sequence[Claim[Study]] = (
     Claim(
         "S-3.4-weighted",
         "3.4",

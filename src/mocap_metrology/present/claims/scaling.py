@@ -266,7 +266,7 @@ ROUGHLY = (
     f"1/2 within {NEAR} or Student's 95 % interval; cannot be told where it is, and two standard "
     f"errors exceed {WIDE}"
 )
-CLAIMS = (
+CLAIMS: Sequence[Claim[Study]] = (
     *(
         Claim(
             f"S-4.2-law-{kind}",

@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from mocap_metrology.present.claims import coefficients, curves, jansen, remedies, scaling
-from mocap_metrology.present.claims.claim import Claim, Drawn, Finding, Published, row, unknown
+from mocap_metrology.present.claims.claim import (
+    Claim,
+    Drawn,
+    Finding,
+    Published,
+    Regenerated,
+    T,
+    row,
+    unknown,
+)
 from mocap_metrology.present.claims.curves import of_realisations
 from mocap_metrology.present.tables import Row, aligned
 
@@ -27,7 +35,10 @@ SHOWN = ("claim", "decided by", "published", "regenerated")
 
 
 def claim_rows(
-    study: Any, calibrations: Any, sources: tuple[str, str], draws: Sequence[Drawn] = ()
+    study: Regenerated | None,
+    calibrations: jansen.Calibrations | None,
+    sources: tuple[str, str],
+    draws: Sequence[Drawn] = (),
 ) -> list[Row]:
     """Rows of all claims; `sources` of S's and J's regenerated numbers (`twin`, `measured`, ...).
 
@@ -51,7 +62,7 @@ def claim_rows(
     return rows
 
 
-def _found(claim: Claim, study: Any) -> Finding:
+def _found(claim: Claim[T], study: T | None) -> Finding:
     """A claim whose recordings are not there, or are too short, cannot be told."""
     if study is None:
         return unknown("no recordings")

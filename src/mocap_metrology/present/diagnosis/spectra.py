@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -43,10 +43,10 @@ FILTER_LOOKS = (
 )
 LINE: Keywords = {"color": GREY, "lw": 0.7, "ls": (0, (1.2, 1.2))}
 ROUNDING: Keywords = {"color": INK, "lw": 0.8, "ls": ":"}
-Looks = Mapping[str, Mapping[str, Any]]
+Looks = Mapping[str, Keywords]
 
 
-def filter_looks(filtered: Sequence[Filtered], series: str) -> dict[str, dict[str, Any]]:
+def filter_looks(filtered: Sequence[Filtered], series: str) -> dict[str, Keywords]:
     """How every filter of a series is drawn: none, two low-passes, the notch of its main line."""
     names = [f.filter.name for f in filtered if f.series == series]
     passes = [n for n in names if not n.startswith("notch")]

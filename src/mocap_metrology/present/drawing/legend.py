@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from mocap_metrology.present.drawing.style import SMALL_PT, Look, Sheet, lines_mm, text_mm
+from mocap_metrology.present.drawing.style import SMALL_PT, Keywords, Look, Sheet, lines_mm, text_mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,9 +23,9 @@ class Entry:
     or a `look`."""
 
     text: str
-    patch: Mapping[str, Any] | None = None
-    line: Mapping[str, Any] | None = None
-    dot: Mapping[str, Any] | None = None
+    patch: Keywords | None = None
+    line: Keywords | None = None
+    dot: Keywords | None = None
     look: Look | None = None
 
     @property

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, correlation_class
-from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.components import Form, GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.present.drawing.axes import Limits, decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
@@ -38,6 +38,7 @@ from mocap_metrology.present.fits.parts import (
     fit_of,
     recorded_s,
 )
+from mocap_metrology.present.tables import Record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,7 +99,7 @@ def fit_figure(
     title: str,
     allan: Mapping[str, np.ndarray],
     periodogram: Mapping[str, np.ndarray],
-    estimates: Mapping[str, Sequence[Mapping[str, Any]]],
+    estimates: Mapping[str, Sequence[Record]],
     tau0: float,
     note: str = "",
     *,
@@ -323,9 +324,7 @@ def _psd_column(
     _sigma_panel(below, data, fit, tau0)
 
 
-def _stem(
-    axes: Axes, line: Sinusoid, data: Spectrum, fit: Fit, how: Mapping[str, Any], tau0: float
-) -> None:
+def _stem(axes: Axes, line: Sinusoid, data: Spectrum, fit: Fit, how: Keywords, tau0: float) -> None:
     """The sinusoid at f_0: from the continuum up to what it makes of its bin's density."""
     base = float(fit.model.psd(np.array([line.f_0]), tau0)[0])
     top = base + float(data.share(line, tau0, fit.form).max(initial=0.0))
@@ -363,7 +362,8 @@ def _beyond(data: Spectrum, fit: Fit, tau0: float) -> str:
 
 def _draw_models(
     axes: Axes, x: np.ndarray, y_limits: Limits, fit: Fit, others: Sequence[Fit],
-    of_component: Any, of_fit: Any, power: float,
+    of_component: Callable[[Any, Form], np.ndarray],
+    of_fit: Callable[[Fit], np.ndarray], power: float,
 ) -> None:  # fmt: skip
     """Components, other estimators and the model; `power` of what the functions return."""
     for other, how in zip(others, OTHERS, strict=False):

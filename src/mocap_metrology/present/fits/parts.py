@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -23,15 +22,14 @@ from mocap_metrology.noise.model.components import (
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
 from mocap_metrology.present.numbers import symbol, typeset, unit
+from mocap_metrology.present.tables import Record
 
 LIMIT = 10.0  # correlation times that differ by a greater factor are of different components
 
 
-def by_estimator(
-    rows: Iterable[Mapping[str, Any]], series: str
-) -> dict[str, dict[str, Mapping[str, Any]]]:
+def by_estimator(rows: Iterable[Record], series: str) -> dict[str, dict[str, Record]]:
     """Rows of one series of noise.csv: estimator -> parameter -> row, in their order."""
-    found: dict[str, dict[str, Mapping[str, Any]]] = {}
+    found: dict[str, dict[str, Record]] = {}
     for row in rows:
         if row["series"] == series:
             found.setdefault(row["estimator"], {})[row["parameter"]] = row
@@ -84,7 +82,7 @@ def partners(published: Mapping[str, float], fitted: Mapping[str, float]) -> dic
     return found
 
 
-def limit_class(row: Mapping[str, Any]) -> str | None:
+def limit_class(row: Record) -> str | None:
     """Class of T_c (S 4.6) that a limit of q_c is for, as its note says (`class long: ...`)."""
     note = row.get("note") or ""
     if row["status"] != "not_detected" or not str(note).startswith("class "):
@@ -139,7 +137,7 @@ def recorded_s(allan: Mapping[str, np.ndarray], tau0: float) -> float:
     return tau0 * float(np.max(terms + 2 * m - 1, initial=0.0))
 
 
-def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]], duration_s: float = 0.0) -> Fit:
+def fit_of(estimator: str, rows: Sequence[Record], duration_s: float = 0.0) -> Fit:
     """A fit out of rows of noise.csv of one series and estimator; duration_s: of the series, on
     which the Allan variance of a warm-up depends."""
     rows = [row for row in rows if row["estimator"] == estimator]
@@ -165,11 +163,11 @@ def fit_of(estimator: str, rows: Sequence[Mapping[str, Any]], duration_s: float 
     return Fit(estimator, form, model, tuple(parts), tuple(absent), under)
 
 
-def _number(value: Any) -> float:
+def _number(value: float | str | None) -> float:
     return math.nan if value in (None, "") else float(value)
 
 
-def _usable(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+def _usable(rows: Sequence[Record]) -> list[Record]:
     """Rows of the components all of whose numbers are there and can be drawn."""
     bad = set()
     for row in rows:
@@ -188,7 +186,7 @@ def _component(parameter: str) -> str:
     return "line" if parameter in ("A_s", "f_0", "width_f") else parameter
 
 
-def _parts(model: NoiseModel, rows: Mapping[str, Mapping[str, Any]]) -> list[Part]:
+def _parts(model: NoiseModel, rows: Mapping[str, Record]) -> list[Part]:
     """Power laws by alpha, Gauss-Markov terms as they are numbered, the sinusoid."""
     own = sorted(int(name[3:]) for name in rows if name.startswith("T_c"))
     parts, seen = [], 0
@@ -209,7 +207,7 @@ def _parts(model: NoiseModel, rows: Mapping[str, Mapping[str, Any]]) -> list[Par
     return parts
 
 
-def _value(name: str, row: Mapping[str, Any] | None, component: Component | Deterministic) -> str:
+def _value(name: str, row: Record | None, component: Component | Deterministic) -> str:
     attribute = {"h_": "h"}.get(name[:2], name.rstrip("0123456789") if name != "f_0" else "f_0")
     value = float(getattr(component, attribute))
     error = _number(row.get("std_error")) if row else np.nan

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from mocap_metrology.present.drawing.style import (
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.groups.members import Family, left_out, shown_series
 from mocap_metrology.present.numbers import symbol, unit
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Record, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,7 +47,7 @@ NO_MODEL = (
     "why. Every group has this figure, so it stands here as a sentence."
 )
 MOST_SLOTS = 260  # across a panel; with more recordings only the distance is shown
-Noise = Mapping[str, Sequence[Mapping[str, Any]]]  # rows of noise.csv by recording
+Noise = Mapping[str, Sequence[Record]]  # rows of noise.csv by recording
 
 
 def group_rows(family: Family, noise: Noise) -> list[Row]:

@@ -6,7 +6,6 @@ import csv
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.present.fits.parts import limit_class
 from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
-from mocap_metrology.present.tables import Row, aligned, source_of
+from mocap_metrology.present.tables import Record, Row, aligned, source_of
 
 FROM_CSV = (
     "series",
@@ -53,9 +52,7 @@ def read_noise(path: str | Path) -> list[Row]:
         ]
 
 
-def noise_table(
-    noise: Mapping[str, Sequence[Mapping[str, Any]]], sources: Mapping[str, str]
-) -> list[Row]:
+def noise_table(noise: Mapping[str, Sequence[Record]], sources: Mapping[str, str]) -> list[Row]:
     """Rows of noise.csv of every recording, long form: `COLUMNS`.
 
     noise: rows of noise.csv, sources: `twin` or `measured`, both by recording.
@@ -170,7 +167,7 @@ ALLAN = (
 CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
 
 
-def subsets(recordings: Sequence[Mapping[str, Any]]) -> list[Row]:
+def subsets(recordings: Sequence[Record]) -> list[Row]:
     """One row a recording: what the sheet says of it."""
     return [
         {

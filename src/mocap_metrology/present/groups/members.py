@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from mocap_metrology.present.drawing.curves import Curve
 from mocap_metrology.present.drawing.style import LOOKS, OTHER_LOOKS, Look, coordinate_of
+from mocap_metrology.present.tables import Record
 
-Rows = Mapping[str, Mapping[str, Any]]
+Rows = Mapping[str, Record]
 
 CAMERAS, RECORDING = "Number of cameras", "Recording"
 NAMED_LOOKS = (*LOOKS.values(), *OTHER_LOOKS)  # so many recordings can be told apart by name

@@ -247,7 +247,7 @@ def offsets(names: Sequence[str]) -> dict[str, float]:
 
 
 def _draw_default(
-    axes: Axes, x: np.ndarray, rows: Sequence[Row], scale: Scale, how: dict[str, Any]
+    axes: Axes, x: np.ndarray, rows: Sequence[Row], scale: Scale, how: Keywords
 ) -> None:
     value = _values(rows, DEFAULT_ESTIMATOR)
     low, high = (_values(rows, f"{DEFAULT_ESTIMATOR}_{end}") for end in ("lower_95", "upper_95"))

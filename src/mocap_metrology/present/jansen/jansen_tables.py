@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -22,9 +21,8 @@ from mocap_metrology.lighthouse.published import (
     SETUPS,
     published_value,
 )
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Record, Row
 
-Record = Mapping[str, Any]  # calibration, setup, source, pose (contents of pose.json)
 ESTIMATORS = ("paper", "paper-tight", "paper-lm")
 STAGES = ("kabsch", "final")
 OPTICS = ("ideal", "factory")
@@ -76,9 +74,9 @@ def paper_setup(setup: str) -> str | None:
     return found[1] if found and found[1] in SETUPS else None
 
 
-def pose_of(record: Record, variant: Variant) -> Mapping[str, Any] | None:
+def pose_of(record: Record, variant: Variant) -> Record | None:
     """The pose by a variant that has errors against a reference."""
-    poses: Sequence[Mapping[str, Any]] = record["pose"]["poses"]
+    poses: Sequence[Record] = record["pose"]["poses"]
     for pose in poses:
         same = Variant(pose["estimator"], pose["stage"], pose["optics"]) == variant
         if same and pose.get("errors_mm") is not None:

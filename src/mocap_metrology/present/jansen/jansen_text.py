@@ -19,9 +19,9 @@ from mocap_metrology.lighthouse.published import (
     RECORDINGS,
     SETUPS,
 )
-from mocap_metrology.present.jansen.jansen_tables import Record, Variant, paper_setup, pose_of
+from mocap_metrology.present.jansen.jansen_tables import Variant, paper_setup, pose_of
 from mocap_metrology.present.numbers import three_digits
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Record, Row, aligned
 
 PHASES, SHORT_PATH = "phases of the rotors left out", "short path"
 MEANINGS = {

@@ -46,7 +46,7 @@ AFTER = DOTS | {"color": COLOURS[SLAVE], "marker": "s", "markersize": 1.6}
 OWN = DOTS | {"color": COLOURS[MASTER], "marker": "o", "markersize": 2.4}
 GHOST: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (2, 1.4))}
 AXES_MM, REFERENCE_MM = 16.0, 21.0
-BOLD: dict[str, Any] = {"weight": "bold", "bbox": BOX}
+BOLD: Keywords = {"weight": "bold", "bbox": BOX}
 CORE, ROOM = (5, 95), 0.2  # percentiles of a path, and what is added of their distance
 STAGES = {
     "kabsch": "from the superposition of both paths (Kabsch)",
@@ -300,7 +300,7 @@ def _inset(drawing: Stage, which: int) -> tuple[float, float, float, float]:
     return left, top, width, INSETS_MM - 8.0
 
 
-def _large(how: dict[str, Any]) -> dict[str, Any]:
+def _large(how: Keywords) -> Keywords:
     return how | {"markersize": 4.5}
 
 

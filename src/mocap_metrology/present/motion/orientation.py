@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from mocap_metrology.present.drawing.axes import log_limits
 from mocap_metrology.present.drawing.curves import Curve, Key, Panel, curves_figure
 from mocap_metrology.present.drawing.style import LOOKS, styled, words_figure
 from mocap_metrology.present.recording.recording_figures import ALLAN_SLOPES, source_words
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Record, Row
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -79,7 +79,7 @@ def _rms(values: np.ndarray) -> float | None:
 def orientation_figure(
     allan: Mapping[str, np.ndarray],
     found: Orientation,
-    origin: Mapping[str, Any],
+    origin: Record,
     cluster: Sequence[str],
     refused: str = "",
 ) -> Figure:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,10 +23,11 @@ from mocap_metrology.present.drawing.style import (
     styled,
     words_figure,
 )
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Record, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import PathCollection
     from matplotlib.figure import Figure
 
 LEFT_MM, GAP_MM, HEIGHT_MM, BAR_MM = 16.0, 26.0, 56.0, 3.0
@@ -84,7 +85,7 @@ def place_figure(rows: Sequence[Row], title: str, note: str) -> Figure:
 
 def _map(
     axes: Axes, rows: Sequence[Row], column: str, colours: str, size_mm: tuple[float, float]
-) -> Any:
+) -> PathCollection:
     """Cells of all heights over x and y: the mean over the heights, weighted by frames."""
     cells: dict[tuple[float, float], list[Row]] = {}
     for row in rows:
@@ -114,7 +115,7 @@ def _map(
 
 
 def places_rows(
-    recordings: Sequence[Mapping[str, Any]],
+    recordings: Sequence[Record],
     allan: Mapping[str, Mapping[str, np.ndarray]],
     means: Mapping[str, Mapping[str, float]],
 ) -> list[Row]:

@@ -11,7 +11,6 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from itertools import groupby
-from typing import Any
 
 from mocap_metrology.present.drawing.style import UNKNOWN_WORD, VERDICT_WORDS
 
@@ -111,7 +110,7 @@ def download(name: str, content: bytes, text: str) -> str:
 
 def table(
     head: Sequence[str],
-    rows: Iterable[Sequence[Any]],
+    rows: Iterable[Sequence[object]],
     html: Sequence[int] = (),
     long: Sequence[int] = (),
     words: Sequence[int] = (),

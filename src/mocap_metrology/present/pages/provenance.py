@@ -6,12 +6,10 @@ import csv
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.pages.html_page import heading, paragraph, table
-
-Row = dict[str, Any]
+from mocap_metrology.present.tables import Record, Row
 
 INPUTS = ("name", "kind", "source", "file", "seed", "sha256")
 TIMES = ("rule", "jobs", "total_s", "longest_s", "max_rss_mb")
@@ -52,7 +50,7 @@ def _benchmark(path: str | Path) -> tuple[float, float]:
     return seconds, memory
 
 
-def flat(settings: Mapping[str, Any], before: str = "") -> list[tuple[str, str]]:
+def flat(settings: Record, before: str = "") -> list[tuple[str, str]]:
     """`hampel.n_sigma`, `3.0`: the keys of a nested configuration as README names them."""
     rows = []
     for name, value in settings.items():
@@ -64,7 +62,7 @@ def flat(settings: Mapping[str, Any], before: str = "") -> list[tuple[str, str]]
     return rows
 
 
-def body(found: Mapping[str, Any]) -> str:
+def body(found: Record) -> str:
     """HTML of provenance.json."""
     code = found["code"]
     commit = code["commit"] or "not in a repository"
@@ -88,10 +86,10 @@ def body(found: Mapping[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def _shown(row: Mapping[str, Any]) -> Row:
+def _shown(row: Record) -> Row:
     """A row of `run_times` with numbers of three digits, and jobs as they are."""
     return {k: three_digits(v) if isinstance(v, float) else v for k, v in row.items()}
 
 
-def _rows(head: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
+def _rows(head: Sequence[str], rows: Sequence[Record]) -> str:
     return table(head, [[row[name] for name in head] for row in rows])

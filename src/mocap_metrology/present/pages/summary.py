@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from mocap_metrology.present.pages.html_page import (
     table,
     word,
 )
+from mocap_metrology.present.tables import Record
 from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR
 
 MM = ("x_mm", "y_mm", "z_mm")
@@ -51,7 +51,7 @@ SETUP_NOTE = (
 )
 
 
-def calibrations(rows: Sequence[Row], address: Callable[[str], str]) -> list[str]:
+def calibrations(rows: Sequence[Record], address: Callable[[str], str]) -> list[str]:
     """Table of the calibrations of a group and a note, as HTML.
 
     rows: `calibration`, `setup`, `source`, `pose` (contents of pose.json); address: of a name.
@@ -66,11 +66,11 @@ def calibrations(rows: Sequence[Row], address: Callable[[str], str]) -> list[str
     return [table(HEAD, cells, html=(0, 1), long=(10,)), paragraph(note)]
 
 
-def _flat(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
+def _flat(rows: Sequence[Record]) -> list[tuple[Record, Record]]:
     return list(zip(rows, calibration_rows(rows), strict=True))
 
 
-def _row(row: Row, flat: Row, address: Callable[[str], str]) -> list[Any]:
+def _row(row: Record, flat: Record, address: Callable[[str], str]) -> list[object]:
     name = row["calibration"]
     sigma = [max(flat[f"sigma_{axis}"] for axis in axes) for axes in (MM, DEG)]
     return [
@@ -88,7 +88,7 @@ def _pose(values: Sequence[float] | np.ndarray) -> list[str]:
     return [f"{v:.{digits}f}" for v, digits in zip(values, (1, 1, 1, 3, 3, 3), strict=True)]
 
 
-def setup_row(name: str, rows: Sequence[Row]) -> list[Any]:
+def setup_row(name: str, rows: Sequence[Record]) -> list[object]:
     """Cells of a setup: how many of each verdict, mean pose, scatter, and what was not right."""
     flat = calibration_rows(rows)
     words = Counter(row["verdict"] for row in flat)
@@ -124,7 +124,6 @@ def spread(values: np.ndarray) -> tuple[np.ndarray, float, float]:
     return pose, mm, deg
 
 
-Row = Mapping[str, Any]
 Address = Callable[[str, str], str]  # kind (recording, calibration), name -> address or nothing
 
 DURATIONS_S = (1, 10, 60)
@@ -162,10 +161,10 @@ class Found:
     by group, what <group>_cameras.json holds: `short`, a line a camera type, and `apart`.
     """
 
-    recordings: Sequence[Row] = ()
-    calibrations: Sequence[Row] = ()
-    refused: Sequence[Row] = ()
-    cameras: Mapping[str, Row] = field(default_factory=dict)
+    recordings: Sequence[Record] = ()
+    calibrations: Sequence[Record] = ()
+    refused: Sequence[Record] = ()
+    cameras: Mapping[str, Record] = field(default_factory=dict)
 
 
 def body(found: Found, address: Address = lambda kind, name: "") -> str:
@@ -188,7 +187,7 @@ def body(found: Found, address: Address = lambda kind, name: "") -> str:
     return "\n".join(parts)
 
 
-def _quick(rows: Sequence[Row]) -> Iterator[str]:
+def _quick(rows: Sequence[Record]) -> Iterator[str]:
     """That twins stand for recordings of nine hours, where they are shorter."""
     lengths = _lengths(rows)
     if lengths and round(max(lengths)) < NINE_HOURS_S:
@@ -200,7 +199,7 @@ def _quick(rows: Sequence[Row]) -> Iterator[str]:
         )
 
 
-def _lengths(rows: Sequence[Row]) -> list[float]:
+def _lengths(rows: Sequence[Record]) -> list[float]:
     """Durations of the twins among recordings, in s, each once and rising."""
     known = (row.get("duration_s") for row in rows if row["source"] == "twin" and "pose" not in row)
     return sorted({float(seconds) for seconds in known if seconds is not None})
@@ -211,11 +210,11 @@ def _texts(lengths: Sequence[float]) -> str:
     return " to ".join(dict.fromkeys(duration_text(k) for k in (lengths[0], lengths[-1])))
 
 
-def _groups(rows: Sequence[Row]) -> list[str]:
+def _groups(rows: Sequence[Record]) -> list[str]:
     return list(dict.fromkeys(row["group"] for row in rows))
 
 
-def _cameras(group: str, rows: Sequence[Row], told: Row) -> list[str]:
+def _cameras(group: str, rows: Sequence[Record], told: Record) -> list[str]:
     """A line a camera type, and once how little subsets tell that share no frames."""
     lines = [*told.get("short", ())]
     if told.get("apart") and all(row["source"] == "twin" for row in rows):
@@ -230,14 +229,14 @@ def _cameras(group: str, rows: Sequence[Row], told: Row) -> list[str]:
     return [f"<p>{'<br>'.join(map(inline, lines))}</p>"] if lines else []
 
 
-def _refused(rows: Sequence[Row]) -> Iterator[str]:
+def _refused(rows: Sequence[Record]) -> Iterator[str]:
     if rows:
         yield heading("Refused", 2)
         cells = [(row["name"], row["kind"], word("refused"), row["why"]) for row in rows]
         yield table(("name", "kind", "verdict", "why"), cells, html=(2,), long=(3,))
 
 
-def sentence(kind: str, rows: Sequence[Row]) -> str:
+def sentence(kind: str, rows: Sequence[Record]) -> str:
     """`23 recordings, all simulated (twins of 10 min): 20 good, 3 usable.`"""
     words = Counter(_word(row) for row in rows)
     order = [w for w in (*VERDICT_WORDS, *words) if w in words]
@@ -254,11 +253,11 @@ def sentence(kind: str, rows: Sequence[Row]) -> str:
     return paragraph(f"{len(rows)} {kind}{plural}, {source}: {counts}.")
 
 
-def _word(row: Row) -> str:
+def _word(row: Record) -> str:
     return str(row["pose"]["verdict"]["word"] if "pose" in row else row["word"])
 
 
-def recording_row(row: Row, address: Address) -> list[Any]:
+def recording_row(row: Record, address: Address) -> list[object]:
     """Cells of a recording: in every column of numbers the worst of its coordinates."""
     series = {k: v for k, v in row["series"].items() if COORDINATE.fullmatch(k)}
     numbers = [[one.get(key) for one in series.values()] for key in ("sigma_frame_mm", "frame_mm")]
@@ -272,7 +271,7 @@ def recording_row(row: Row, address: Address) -> list[Any]:
     ]
 
 
-def why(row: Row) -> list[str]:
+def why(row: Record) -> list[str]:
     """What the word of a recording rests on, what else allows no better one, and warnings."""
     checks = [row["reason"], *(cap["reason"] for cap in row.get("caps", ()))]
     found = row.get("sentences", ())
@@ -292,14 +291,14 @@ def _greatest(values: Iterable[float | None]) -> float | None:
     return max((value for value in values if value is not None), default=None)
 
 
-def _mean(series: Row, duration_s: float) -> float | None:
+def _mean(series: Record, duration_s: float) -> float | None:
     """Uncertainty of a mean over this time, if it was asked for."""
     found = (m for m in series.get("means", ()) if m["duration_s"] == duration_s)
-    mean: Row = next(found, {})
+    mean: Record = next(found, {})
     return mean.get("uncertainty_mm")
 
 
-def _mostly(series: Iterable[Row]) -> str:
+def _mostly(series: Iterable[Record]) -> str:
     """`random walk 70 %` of the coordinate whose frames are worst."""
     known = [one for one in series if one.get("frame_mm") is not None and one.get("shares")]
     if not known:
@@ -309,7 +308,7 @@ def _mostly(series: Iterable[Row]) -> str:
     return f"{name.partition(' (')[0]} {100 * shares[name]:.0f} %"
 
 
-def _told(sentences: Sequence[Row]) -> list[str]:
+def _told(sentences: Sequence[Record]) -> list[str]:
     """What was found that is worth a warning, up to its first semicolon; the rest is in the
     figures."""
     found = [one["words"] for one in sentences if one["severity"] == "warning"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from mocap_metrology.present.drawing.axes import log_limits
 from mocap_metrology.present.drawing.curves import Curve, Key, arrange, curves_figure
 from mocap_metrology.present.drawing.decimate import log_bins
 from mocap_metrology.present.drawing.style import styled
+from mocap_metrology.present.tables import Record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +21,7 @@ MOST_NAMED = 2  # files
 UNITS = (("mm", 1.0), ("µm", 1e3), ("nm", 1e6))
 
 
-def source_words(origin: Mapping[str, Any]) -> str:
+def source_words(origin: Record) -> str:
     """`twin T40-10: simulated`; `measured, take.c3d`; of many segments the first and their number.
 
     origin: what a table of the recording says of itself.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from mocap_metrology.present.groups.members import count_looks, curve_of
 from mocap_metrology.present.groups.slots import look_of
 from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
 from mocap_metrology.present.skurowski.gather import PAPER
+from mocap_metrology.present.tables import Record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -170,7 +171,7 @@ ALL_NOTE = (
     "No coefficients were published of all cameras: their twin is T40-10 with x1 and x2 made to "
     "meet Table 4, y and z as they are."
 )
-Rows = Mapping[str, Mapping[str, Any]]
+Rows = Mapping[str, Record]
 Allan = Mapping[str, Mapping[str, np.ndarray]]  # columns of allan.parquet by recording
 
 
@@ -259,5 +260,5 @@ def guess_a1(limits_s: Sequence[float]) -> str:
     )
 
 
-def _label(row: Mapping[str, Any]) -> str:
+def _label(row: Record) -> str:
     return f"{row['camera_type']} ({row['n_cameras']})"

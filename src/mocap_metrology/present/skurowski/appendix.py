@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from mocap_metrology.noise.fit.estimates import (
     DEFAULT_ESTIMATOR,
@@ -23,7 +22,7 @@ from mocap_metrology.noise.twins.published import (
 )
 from mocap_metrology.present.fits.parts import LIMIT, by_estimator, limit_class, partners
 from mocap_metrology.present.skurowski.camera_tables import standing_for
-from mocap_metrology.present.tables import Row, source_of
+from mocap_metrology.present.tables import Record, Row, source_of
 
 TABLES = {"T40": "A1", "Bonita": "A2", "Vantage": "A3"}
 EXPECTED = "expected"
@@ -87,9 +86,9 @@ OWN = {"regenerated": S_ESTIMATOR, "plain": PLAIN_ESTIMATOR}
 
 def table_a(
     camera_type: str,
-    recordings: Mapping[str, Mapping[str, Any]],
-    noise: Mapping[str, Sequence[Mapping[str, Any]]],
-    expected: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
+    recordings: Mapping[str, Record],
+    noise: Mapping[str, Sequence[Record]],
+    expected: Mapping[str, Sequence[Record]] | None = None,
     crlb: Mapping[tuple[int, str], Mapping[str, float]] | None = None,
 ) -> list[Row]:
     """Rows of Table A1 (T40), A2 (Bonita) or A3 (Vantage) of S, with the columns `COLUMNS`.
@@ -132,9 +131,9 @@ def table_a(
 
 
 def tables_a(
-    recordings: Mapping[str, Mapping[str, Any]],
-    noise: Mapping[str, Sequence[Mapping[str, Any]]],
-    expected: Mapping[str, Sequence[Mapping[str, Any]]],
+    recordings: Mapping[str, Record],
+    noise: Mapping[str, Sequence[Record]],
+    expected: Mapping[str, Sequence[Record]],
 ) -> dict[str, list[Row]]:
     """`table_a` of every camera type, by the number of its table.
 
@@ -163,7 +162,7 @@ def _support(std_error: float | None, value: float) -> Row:
 
 
 def _series_rows(
-    printed: Mapping[str, float], fits: Mapping[str, Mapping[str, Mapping[str, Any]]]
+    printed: Mapping[str, float], fits: Mapping[str, Mapping[str, Record]]
 ) -> Iterator[Row]:
     """Rows of one series: the printed coefficients with their partners, then the leftovers."""
     partner = {
@@ -193,8 +192,8 @@ def _series_rows(
 
 
 def _class_limit(
-    fit: Mapping[str, Mapping[str, Any]], parameter: str, printed: Mapping[str, float]
-) -> Mapping[str, Any] | None:
+    fit: Mapping[str, Record], parameter: str, printed: Mapping[str, float]
+) -> Record | None:
     """The limit of q_c that an estimate has for the class of this term's T_c, if it has one."""
     if not parameter.startswith("q_c"):
         return None
@@ -202,7 +201,7 @@ def _class_limit(
     return next((row for row in fit.values() if limit_class(row) == kind), None)
 
 
-def _cells(column: str, found: Mapping[str, Any] | None, fitted: bool) -> Row:
+def _cells(column: str, found: Record | None, fitted: bool) -> Row:
     """The cells of one estimate: value and status, and the interval of the default one."""
     value = None if found is None else _number(found["value"])
     cells: Row = {column: value}
@@ -215,7 +214,7 @@ def _cells(column: str, found: Mapping[str, Any] | None, fitted: bool) -> Row:
     return cells
 
 
-def _number(value: Any) -> float | None:
+def _number(value: float | str | None) -> float | None:
     """A float, or None for what is missing or NaN."""
     if value is None or value == "" or math.isnan(float(value)):
         return None

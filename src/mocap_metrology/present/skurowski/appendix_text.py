@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from mocap_metrology.noise.fit.estimates import (
     DEFAULT_ESTIMATOR,
@@ -20,7 +19,7 @@ from mocap_metrology.present.skurowski.appendix import (
     notes_by_coefficient,
     support_counts,
 )
-from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.tables import Record, Row, aligned
 
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (
@@ -153,7 +152,7 @@ CAPTION = (
 )
 
 
-def white_levels(rows: Sequence[Mapping[str, Any]]) -> list[Row]:
+def white_levels(rows: Sequence[Record]) -> list[Row]:
     """One row a published series, from the rows of `appendix.table_a`."""
     made = []
     for row in rows:

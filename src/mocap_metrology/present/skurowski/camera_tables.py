@@ -4,14 +4,13 @@ cameras, and the Gaussian model, published beside regenerated."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from mocap_metrology.noise.twins.published import (
     published_cameras,
     published_gaussian,
     published_subsets,
 )
-from mocap_metrology.present.tables import Row, source_of
+from mocap_metrology.present.tables import Record, Row, source_of
 
 TYPES = ("T40", "Bonita", "Vantage")
 TABLE_2_CAPTION = (
@@ -73,9 +72,7 @@ TABLE_4_CAPTION = (
 )
 
 
-def standing_for(
-    recordings: Mapping[str, Mapping[str, Any]], camera_type: str, n_cameras: int
-) -> str | None:
+def standing_for(recordings: Mapping[str, Record], camera_type: str, n_cameras: int) -> str | None:
     """Name of the recording of that subset: a measured one before a twin, then the first."""
     names = [
         name
@@ -85,7 +82,7 @@ def standing_for(
     return min(names, key=lambda name: recordings[name]["twin"] is not None, default=None)
 
 
-def table_3(recordings: Mapping[str, Mapping[str, Any]]) -> list[Row]:
+def table_3(recordings: Mapping[str, Record]) -> list[Row]:
     """S Table 3: the cameras of every subset, as published and as in the sheet."""
     rows = []
     for (camera_type, n_cameras), ids in published_subsets().items():
@@ -104,7 +101,7 @@ def table_3(recordings: Mapping[str, Mapping[str, Any]]) -> list[Row]:
 
 
 def table_4(
-    recordings: Mapping[str, Mapping[str, Any]], gaussian: Mapping[str, Mapping[str, float]]
+    recordings: Mapping[str, Record], gaussian: Mapping[str, Mapping[str, float]]
 ) -> list[Row]:
     """S Table 4, long form: every number as published and as regenerated along x.
 

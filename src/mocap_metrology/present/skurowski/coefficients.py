@@ -190,7 +190,7 @@ def term_pairs(rows: Sequence[Row], source: str) -> list[Pair]:
     """(T_c, q_c, camera type, supported) of every Gauss-Markov term that `source`, a column of
     `table_a`, has both numbers of; `supported` is False where one is less than its least standard
     error."""
-    found: dict[tuple[Any, ...], dict[str, Row]] = {}
+    found: dict[tuple[str, int, str, str], dict[str, Row]] = {}
     for row in (r for r in rows if r["parameter"][1:3] == "_c"):
         key = row["camera_type"], row["n_cameras"], row["series"], row["parameter"][3:]
         found.setdefault(key, {})[row["parameter"][:3]] = row

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_level_kept
 from mocap_metrology.noise.gaussian.moments import expected_moments
@@ -15,7 +14,7 @@ from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text
 from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset
-from mocap_metrology.present.tables import Row, source_of, source_sentence
+from mocap_metrology.present.tables import Record, Row, source_of, source_sentence
 
 PAPER = "Skurowski & Pawlyta 2019"
 TITLES = {
@@ -34,7 +33,7 @@ NOTE_17 = (
 SERIES = "z1"  # of Figures 6 and 17; S names none for 6, this one has a line and three bumps
 
 
-def largest(recordings: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+def largest(recordings: Mapping[str, Record]) -> dict[str, str]:
     """Label (camera type, cameras) and recording of the largest sound subset of each type."""
     found = {}
     for kind in ("T40", "Bonita", "Vantage"):
@@ -44,7 +43,7 @@ def largest(recordings: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     return found
 
 
-def of_regression(recordings: Mapping[str, Mapping[str, Any]]) -> str:
+def of_regression(recordings: Mapping[str, Record]) -> str:
     """The recording of Figure 6: all T40 cameras, or else the first there is."""
     return standing_for(recordings, "T40", 10) or next(iter(recordings))
 
@@ -53,13 +52,13 @@ NOT_FITTED = ("Vantage", 10)  # with the failing camera (S 3.5)
 EXPECTED = {"sigma_1_mm": "sigma_1", "sigma_2_mm": "sigma_2", "sigma_L_mm": "sigma_L"}
 
 
-def length_s(origin: Mapping[str, Any]) -> float:
+def length_s(origin: Record) -> float:
     """Length of a recording in s, with its gaps, by the metadata of one of its tables."""
     frames = sum(s["n_frames"] + max(s["gap_before"], 0) for s in origin["segments"])
     return float(frames / origin["frame_rate_hz"])
 
 
-def filter_sentence(origin: Mapping[str, Any]) -> str:
+def filter_sentence(origin: Record) -> str:
     """What cleaning as in S took from the Allan deviations of a table with these metadata."""
     given, half = origin["hampel"], origin["window_frames"] // 2
     if given["action"] == "off":
@@ -74,7 +73,7 @@ def filter_sentence(origin: Mapping[str, Any]) -> str:
 
 
 def source_and_length(
-    rows: Mapping[str, Mapping[str, Any]],
+    rows: Mapping[str, Record],
     lengths_s: Mapping[str, float],
     paper: bool = True,
 ) -> str:
@@ -121,13 +120,13 @@ def gaussian_row(rows: Sequence[Row], axis: str) -> Row:
     return next((row for row in rows if row["axis"] == axis), rows[0] if rows else {})
 
 
-def of_locations(sheet: Mapping[str, Mapping[str, Any]], names: Sequence[str]) -> str:
+def of_locations(sheet: Mapping[str, Record], names: Sequence[str]) -> str:
     """The recording of Figure 9 among some: the T40 cameras, as in S, or else the first."""
     return next((name for name in names if sheet[name]["camera_type"] == "T40"), names[0])
 
 
 def means(
-    sheet: Mapping[str, Mapping[str, Any]],
+    sheet: Mapping[str, Record],
     gaussian: Mapping[str, Mapping[str, float]],
     twins: Mapping[str, Twin],
 ) -> list[Mean]:
@@ -145,7 +144,7 @@ def means(
 
 
 def subsets(
-    sheet: Mapping[str, Mapping[str, Any]],
+    sheet: Mapping[str, Record],
     gaussian: Mapping[str, Mapping[str, float]],
     twins: Mapping[str, Twin],
 ) -> list[Subset]:
@@ -164,7 +163,7 @@ def subsets(
 
 
 def subsets_of_group(
-    sheet: Mapping[str, Mapping[str, Any]], gaussian: Mapping[str, Mapping[str, float]]
+    sheet: Mapping[str, Record], gaussian: Mapping[str, Mapping[str, float]]
 ) -> list[Subset]:
     """The same of any group, without what only the paper has."""
     return _several(

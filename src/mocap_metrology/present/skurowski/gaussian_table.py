@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_row
 from mocap_metrology.noise.twins.simulate import stream
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.present.numbers import NINE_HOURS_S
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Record, Row
 
 REPEATS = 200
 LEVELS = (0.05, 0.5, 0.95)
@@ -58,7 +57,7 @@ class Chance:
     rms: dict[str, float]
 
 
-def cleaning_of(hampel: Mapping[str, Any]) -> Cleaning:
+def cleaning_of(hampel: Record) -> Cleaning:
     """What the configured filter (`half_window_s`, `n_sigma`, `action`) leaves at 120 Hz."""
     half_window_s = float(hampel["half_window_s"])
     half_window = round(half_window_s * FRAME_RATE_HZ)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -107,7 +107,9 @@ def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
 
 
 def _residuals(
-    axes: Axes, data: tuple[np.ndarray, np.ndarray], curves: Sequence[tuple[np.ndarray, Any]]
+    axes: Axes,
+    data: tuple[np.ndarray, np.ndarray],
+    curves: Sequence[tuple[np.ndarray, Keywords]],
 ) -> None:
     """In per cent; the axis holds 90 % of each curve, of the final one all."""
     tau, adev = data

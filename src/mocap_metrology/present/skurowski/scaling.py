@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -59,7 +59,7 @@ GAP_MM, BETWEEN_MM, COLUMNS = 15.5, 6.5, 3
 CAMERA_MM = 4.4  # from label to label
 BOLD = 1.15  # width of bold text, in that of the same in normal weight
 SD_MM, COVARIANCE_MM = 54.0, 36.0
-SERIES: dict[str, dict[str, Any]] = {
+SERIES: dict[str, Keywords] = {
     "marker 1": {"color": LOOKS["x"].colour, "marker": "o", "markerfacecolor": LOOKS["x"].colour},
     "marker 2": {"color": LOOKS["z"].colour, "marker": "^", "markerfacecolor": "white"},
     "distance": {"color": INK, "marker": "D", "markerfacecolor": INK},
@@ -143,7 +143,7 @@ def _entries(subsets: Sequence[Subset]) -> list[Entry]:
     return entries
 
 
-def _dot(how: Mapping[str, Any]) -> Keywords:
+def _dot(how: Keywords) -> Keywords:
     return {"markersize": 3.8, "mew": 0.9, **how}
 
 

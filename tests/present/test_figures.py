@@ -63,7 +63,8 @@ DRAW = """
 import sys
 sys.path.insert(0, {folder!r})
 from figure_data import allan_columns, recording, RATE
-from mocap_metrology.present.recording.recording_figures import allan_figure, trajectory_figure
+from mocap_metrology.present.recording.recording_figures import allan_figure
+from mocap_metrology.present.recording.trajectory import trajectory_figure
 from mocap_metrology.present.drawing.style import save_figure
 save_figure(allan_figure(allan_columns(["x1", "y1", "L"]), "t", "n"), "allan")
 save_figure(trajectory_figure(*recording(9000, 1, pairs=False), RATE, "t", "n"), "trajectory")

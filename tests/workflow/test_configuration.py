@@ -11,10 +11,11 @@ from typing import Any
 import pytest
 import yaml
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.configuration import checked, leaves, load_schema
+from mocap_workflow.configuration import choices_of, fields
 from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.rows import NAME, Cell, Row
+from mocap_workflow.settings import Hampel, Noise, Settings, checked
 from mocap_workflow.startup import any_of, configuration
 from snakemake.io import PeriodicityDetector
 
@@ -24,7 +25,6 @@ from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
 
 ROOT = Path(__file__).resolve().parents[2]
-SCHEMA = load_schema(ROOT / "workflow/schemas/config.schema.yaml")
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 
 
@@ -39,15 +39,18 @@ def changed(**values: Any) -> dict[str, Any]:
 
 def faults(config: dict[str, Any]) -> list[str]:
     with pytest.raises(Faults) as caught:
-        checked(config, SCHEMA)
+        checked(config)
     return caught.value.lines
 
 
 def test_the_projects_own_configuration_is_right_and_whole() -> None:
-    config = checked(CONFIG, SCHEMA)
-    assert config["hampel"] == {"half_window_s": 1.0, "n_sigma": 3.0, "action": "replace"}
-    assert config["duration_s"] == 32400.0
-    assert list(config) == list(SCHEMA["properties"])
+    settings = checked(CONFIG)
+    assert settings.hampel == Hampel(half_window_s=1.0, n_sigma=3.0, action="replace")
+    assert settings.duration_s == 32400.0
+
+
+def test_the_defaults_of_the_models_are_those_of_the_projects_own_configuration() -> None:
+    assert checked(CONFIG) == Settings()
 
 
 @pytest.mark.parametrize(
@@ -79,7 +82,7 @@ def test_the_projects_own_configuration_is_right_and_whole() -> None:
     ],
 )
 def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> None:
-    config = checked(changed(**{name: value}), SCHEMA)
+    config = checked(changed(**{name: value})).model_dump(mode="json")
     section, _, key = name.rpartition("__")
     found = (config[section] if section else config)[key]
     assert (found, type(found)) == (expected, type(expected))
@@ -168,7 +171,7 @@ def test_the_manual_has_the_defaults() -> None:
         f"{name}.{key}": v for name, section in sections.items() for key, v in section.items()
     }
     assert said == flat | nested
-    allowed = SCHEMA["properties"]["noise"]["properties"]["estimators"]["items"]["enum"]
+    allowed = choices_of(Noise.model_fields["estimators"].annotation)
     assert set(allowed) - set(CONFIG["noise"]["estimators"]) == {"annealing-ant-colony-plain"}
 
 
@@ -178,7 +181,7 @@ def plain(settings: Any) -> dict[str, Any]:
 
 
 def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
-    config = checked(CONFIG, SCHEMA)
+    config = Settings().model_dump(mode="json")
     moving = config["still"]["range_mm"]
     limits = {k: v for k, v in config["verdict"].items() if k not in ("horizon_s", "window_s")}
     assert plain(Thresholds()) == limits
@@ -191,7 +194,7 @@ def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
 
 def test_every_key_and_column_is_described_for_users() -> None:
     manual = (ROOT / "config/README.md").read_text(encoding="utf-8")
-    for name in leaves(SCHEMA):
+    for name, _ in fields(Settings):
         assert f"| `{name}` |" in manual, name
     for column in (*RecordingRow.columns(), *CalibrationRow.columns()):
         assert f"| `{column}` |" in manual, column
@@ -203,7 +206,7 @@ def test_quick_changes_known_keys_only() -> None:
     laid = {
         k: CONFIG[k] | v if isinstance(v, dict) else v for k, v in quick.items()
     }  # as Snakemake
-    assert checked(CONFIG | laid, SCHEMA)["duration_s"] == 600.0
+    assert checked(CONFIG | laid).duration_s == 600.0
 
 
 NAMES = [
@@ -259,7 +262,7 @@ def test_pnp_without_opencv_is_refused_before_the_first_job(
         " to install it type: make peers"
     ]
     monkeypatch.setattr(pnp, "find_spec", lambda name: object())
-    assert configuration(config, ROOT)["lighthouse"]["estimators"] == ["paper-lm", "pnp"]
+    assert configuration(config, ROOT).lighthouse.estimators == ("paper-lm", "pnp")
 
 
 def test_names_become_patterns_of_themselves() -> None:

@@ -1,130 +1,121 @@
-"""The configuration: config/config.yaml with what the command line lays over it.
+"""What sections of settings have in common: how values are read, and how wrong ones are told.
 
 Values from `--config key='{inner: value}'` arrive as text, `results=2024` as a number, an empty
-value as None. So every value is first turned into what the schema asks for, then checked.
+value as None. So every value is first turned into the type its setting asks for, then checked.
 """
 
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Iterator, Mapping
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import NoneType, UnionType
+from typing import Literal, TypeGuard, get_args, get_origin
 
-import jsonschema
-import yaml
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
 
-from mocap_workflow.faults import Faults, meant, shown, unknown
+from mocap_workflow.checking import Loc, misfits
+from mocap_workflow.faults import meant, shown, unknown
 
 WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
+UNITS = {"s": "seconds", "mm": "mm", "m": "m", "hz": "Hz", "mrad": "mrad"}
+WHOLE = "whole"  # context in which every key must be there
+ABSENT = object()
 
 
-def load_schema(path: str | Path) -> dict[str, Any]:
-    """A schema of workflow/schemas."""
-    return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+@dataclass(frozen=True)
+class Words:
+    """What a user reads of a setting where its type does not say it: on an error, in the manual."""
+
+    expected: str
+    range: str = ""
 
 
-def checked(config: Mapping[str, Any], schema: Mapping[str, Any]) -> dict[str, Any]:
-    """The configuration with every value of its schema's type; `Faults` names all wrong ones."""
-    faults: list[str] = []
-    result = _section(config, schema, "", faults)
-    faults += [] if faults else _crossed(result)
-    if faults:
-        raise Faults(faults)
-    result["results"] = os.path.normpath(result["results"])
-    return result
+class Section(BaseModel):
+    """Settings by name."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _every_key(cls, values: object, info: ValidationInfo[str | None]) -> object:
+        if info.context == WHOLE and isinstance(values, Mapping):
+            return dict.fromkeys(cls.model_fields, ABSENT) | dict(values)
+        return values
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _of_text(cls, value: object, info: ValidationInfo[str | None]) -> object:
+        return coerced(value, cls.model_fields[str(info.field_name)].annotation)
 
 
-def _crossed(result: Mapping[str, Any]) -> list[str]:
-    """Limits of the verdict that leave no room for `usable`."""
-    limits, faults = result.get("verdict", {}), []
-    for key, good in limits.items():
-        other = key.replace("good_", "usable_")
-        if other != key and other in limits and good > limits[other]:
-            most = f"verdict.{other} ({limits[other]:g})"
-            faults.append(f"config, key verdict.{key}: {shown(good)}; expected at most {most}")
-    return faults
+def is_section(kind: object) -> TypeGuard[type[Section]]:
+    """Whether a setting is a section of its own."""
+    return isinstance(kind, type) and issubclass(kind, Section)
 
 
-def _section(
-    values: Mapping[str, Any], schema: Mapping[str, Any], prefix: str, faults: list[str]
-) -> dict[str, Any]:
-    properties = schema["properties"]
-    result: dict[str, Any] = {}
-    faults += [
-        f"config, key {prefix}{key}: {_unknown_key(str(key), prefix, schema)}"
-        for key in values
-        if key not in properties
-    ]
-    for key, inner in properties.items():
-        where = f"config, key {prefix}{key}"
-        if inner.get("type") == "object":
-            keys = ", ".join(inner["properties"])
-            if isinstance(values.get(key), Mapping):
-                result[key] = _section(values[key], inner, f"{prefix}{key}.", faults)
-            else:
-                faults.append(f"{where}: {shown(values.get(key))}; expected a section with {keys}")
-        elif key not in values:
-            faults.append(f"{where}: missing; expected {inner['expected']}")
+def fields(section: type[Section], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
+    """All settings that hold a value, by dotted name."""
+    for key, field in section.model_fields.items():
+        if is_section(field.annotation):
+            yield from fields(field.annotation, f"{prefix}{key}.")
         else:
-            result[key] = coerced(values[key], inner)
-            if not fits(result[key], inner):
-                faults.append(f"{where}: {shown(values[key])}; expected {inner['expected']}")
-    return result
+            yield f"{prefix}{key}", field
 
 
-def _unknown_key(key: str, prefix: str, schema: Mapping[str, Any]) -> str:
-    if not prefix and meant(key, schema["properties"]) is None:
-        inner = {name.rpartition(".")[2]: name for name in leaves(schema)}
-        guess = meant(key, inner)
-        if guess is not None:
-            return f"unknown; did you mean {inner[guess]}?"
-    return unknown(key, schema["properties"])
+@dataclass(frozen=True)
+class Once:
+    """Check of a list: no value stands there twice, and this one or so many at least do."""
+
+    always: str = ""
+    least: int = 0
+
+    def __call__(self, values: tuple[object, ...]) -> tuple[object, ...]:
+        few = len(values) < self.least or (self.always and self.always not in values)
+        if few or len(set(values)) < len(values):
+            raise ValueError("too few, or one twice")
+        return values
 
 
-def leaves(schema: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
-    """Dotted names of all keys that hold a value."""
-    for key, inner in schema["properties"].items():
-        if inner.get("type") == "object":
-            yield from leaves(inner, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}"
-
-
-def fits(value: Any, schema: Mapping[str, Any]) -> bool:
-    """Whether the value keeps to its schema; infinite and not-a-number never do."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return False
-    return jsonschema.Draft202012Validator(schema).is_valid(value)
-
-
-def coerced(value: Any, schema: Mapping[str, Any]) -> Any:
-    """The value as the type its schema asks for where that is possible, else unchanged."""
-    kinds = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
+def coerced(value: object, kind: object) -> object:
+    """The value as the type asked for where that is possible, else unchanged."""
     if isinstance(value, str):
         value = value.strip()
-    if value in (None, "", "null") and "null" in kinds:
-        return None
-    if "array" in kinds:
+    if isinstance(kind, UnionType):
+        if value in (None, "", "null"):
+            return None
+        (kind,) = (one for one in get_args(kind) if one is not NoneType)
+    if get_origin(kind) is tuple:
         items = value.split(",") if isinstance(value, str) else value
-        if not isinstance(items, list):
-            return value
-        return [coerced(item, schema["items"]) for item in items]
-    if "boolean" in kinds:
-        return WORDS.get(value.casefold(), value) if isinstance(value, str) else value
-    if "string" in kinds:
-        return _text(value, schema)
-    return _number(value, whole="integer" in kinds)
-
-
-def _text(value: Any, schema: Mapping[str, Any]) -> Any:
-    if value is False and "off" in schema.get("enum", ()):
+        of = get_args(kind)[0]
+        return tuple(coerced(i, of) for i in items) if isinstance(items, list | tuple) else value
+    choices = get_args(kind) if get_origin(kind) is Literal else ()
+    if choices and value is False and "off" in choices:
         return "off"  # YAML reads a bare off as false
-    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+    if kind is bool:
+        return WORDS.get(value.casefold(), value) if isinstance(value, str) else value
+    if kind is str or isinstance(next(iter(choices), None), str):
+        return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+    return value if is_section(kind) else _number(value, whole=kind is not float)
 
 
-def _number(value: Any, whole: bool) -> Any:
+def _number(value: object, whole: bool) -> object:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return value
     try:
@@ -136,3 +127,100 @@ def _number(value: Any, whole: bool) -> Any:
     if isinstance(value, int):
         return value
     return int(number) if math.isfinite(number) and number.is_integer() else value
+
+
+def words_of(field: FieldInfo) -> Words | None:
+    """What a setting says of itself."""
+    return next((own for own in field.metadata if isinstance(own, Words)), None)
+
+
+def choices_of(kind: object) -> tuple[str, ...]:
+    """Values that a setting, or each of a list, may have; none where it is not one of a few."""
+    inner = get_args(kind)[0] if get_origin(kind) is tuple else kind
+    return tuple(map(str, get_args(inner))) if get_origin(inner) is Literal else ()
+
+
+def either(choices: Sequence[object]) -> str:
+    """`a, b or c`."""
+    *most, last = map(str, choices)
+    return f"{', '.join(most)} or {last}"
+
+
+def limits(field: FieldInfo) -> str:
+    """`from 0 to 4`, `> 0 and <= 1`, or nothing."""
+    low: str | None = None
+    words = []
+    for limit in field.metadata:
+        match limit:
+            case Ge(ge=value):
+                low = f"{value:.15g}"
+                words.append(f">= {low}")
+            case Gt(gt=value):
+                words.append(f"> {value:.15g}")
+            case Lt(lt=value):
+                words.append(f"< {value:.15g}")
+            case Le(le=value) if low is not None:
+                words = [f"from {low} to {value:.15g}"]
+            case Le(le=value):
+                words.append(f"<= {value:.15g}")
+    return " and ".join(words)
+
+
+def expected(name: str, field: FieldInfo) -> str:
+    """What a value of a setting should be, in words."""
+    kind = field.annotation
+    words = words_of(field)
+    if words is not None:
+        return words.expected
+    for own in field.metadata:
+        if isinstance(own, AfterValidator) and isinstance(own.func, Once):
+            choices = ", ".join(choices_of(kind))
+            among = f", {own.func.always} among them" if own.func.always else ""
+            return f"a list of {choices}, each at most once{among}"
+    if kind is bool:
+        return "true or false"
+    if get_origin(kind) is Literal:
+        return either(get_args(kind))
+    unit = UNITS.get(name.rpartition("_")[2], "") if "_" in name else ""
+    noun = "a whole number" if kind is int else f"a number of {unit}" if unit else "a number"
+    return f"{noun} {limits(field)}"
+
+
+def faults(
+    error: ValidationError, section: type[Section], config: Mapping[str, object]
+) -> list[str]:
+    """A line for each wrong key, in the order of the settings; unknown ones come first."""
+    places = dict(_fault(loc, section, config) for loc, _ in misfits(error))
+    return [f"config, key {line}" for line in sorted(places, key=lambda line: places[line])]
+
+
+def _fault(
+    loc: Loc, section: type[Section], config: Mapping[str, object]
+) -> tuple[str, tuple[int, ...]]:
+    """What is wrong with a key, and where it stands among the settings."""
+    name, of = "", section
+    place: tuple[int, ...] = ()
+    value: object = config
+    for key in map(str, loc):
+        name, known = f"{name}.{key}" if name else key, list(of.model_fields)
+        if key not in known:
+            return f"{name}: {_unknown_key(key, of, section)}", (*place, -1)
+        place = (*place, known.index(key))
+        is_there = isinstance(value, Mapping) and key in value
+        value = value[key] if isinstance(value, Mapping) and is_there else None
+        field = of.model_fields[key]
+        if not is_section(field.annotation):
+            what = shown(value) if is_there else "missing"
+            return f"{name}: {what}; expected {expected(key, field)}", place
+        of = field.annotation
+    keys = ", ".join(of.model_fields)
+    return f"{name}: {shown(value)}; expected a section with {keys}", place
+
+
+def _unknown_key(key: str, of: type[Section], whole: type[Section]) -> str:
+    if of is whole and meant(key, of.model_fields) is None:
+        inner = {name.rpartition(".")[2]: name for name, _ in fields(whole)}
+        guess = meant(key, inner)
+        if guess is not None:
+            return f"unknown; did you mean {inner[guess]}?"
+    return unknown(key, of.model_fields)

@@ -9,24 +9,24 @@ from typing import Any
 
 from mocap_workflow import files, rows
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.configuration import checked, load_schema
 from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.settings import Settings, checked
 
 Rows = dict[str, dict[str, Any]]
 
 
-def configuration(config: Mapping[str, Any], root: Path) -> dict[str, Any]:
+def configuration(config: Mapping[str, object], root: Path) -> Settings:
     """The checked configuration; paths of its sheets as seen from the working folder."""
-    result = checked(config, _schema(root, "config"))
-    for key in ("recordings", "calibrations", "twins"):
-        result[key] = files.found(result[key], root)
-    if "pnp" in result["lighthouse"]["estimators"]:
+    settings = checked(config)
+    sheets = ("recordings", "calibrations", "twins")
+    found = {key: files.found(getattr(settings, key), root) for key in sheets}
+    if "pnp" in settings.lighthouse.estimators:
         from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
 
         if why := opencv_is_missing():
             raise Faults([f"config, key lighthouse.estimators: {why}"])
-    return result
+    return settings.model_copy(update=found)
 
 
 def sheets(
@@ -136,7 +136,3 @@ def refuse_containers(deployment: Any) -> None:
 def any_of(names: Iterable[str]) -> str:
     """Regular expression of exactly these names; of nothing when there is none."""
     return "|".join(re.escape(name) for name in dict.fromkeys(names)) or "(?!)"
-
-
-def _schema(root: Path, name: str) -> dict[str, Any]:
-    return load_schema(root / f"workflow/schemas/{name}.schema.yaml")

@@ -18,7 +18,8 @@ configfile: "config/config.yaml" if Path("config/config.yaml").is_file() else f"
 try:
     startup.refuse_containers(workflow.deployment_settings)
     package = installed("mocap_metrology", ROOT)
-    config.update(startup.configuration(config, ROOT))
+    SETTINGS = startup.configuration(config, ROOT)
+    config.update(SETTINGS.model_dump(mode="json"))
     twins = files.load_twins(config["twins"])
     RECORDINGS, CALIBRATIONS = startup.sheets(config, twins["twins"])
     TWINS = startup.recording_twins(RECORDINGS, twins, config["duration_s"], config["twin_form"])

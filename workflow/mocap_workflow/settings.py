@@ -1,0 +1,377 @@
+"""Every setting of config.yaml: type, range, default and help."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, ValidationError
+
+from mocap_workflow.configuration import WHOLE, Once, Section, Words, faults
+from mocap_workflow.faults import Faults, shown
+
+Sheet = Annotated[str | None, Words("the path of a sheet, or nothing", "a path or nothing")]
+Share = Annotated[float, Words("a share from 0 to 1")]
+Frequency = Annotated[float, Field(gt=0, le=1e6)]
+Millimetres = Annotated[float, Field(ge=-200, le=200)]
+
+
+class Hampel(Section):
+    """Cleaning of outliers."""
+
+    half_window_s: float = Field(1.0, gt=0)
+    """Half length of the sliding window of the Hampel filter, in s."""
+    n_sigma: float = Field(3.0, gt=0)
+    """A value further than this many 1.4826 MAD from the window's median is an outlier. The MAD
+    counts as half a step of the file at least."""
+    action: Literal["replace", "mask", "off"] = "replace"
+    """Outliers become the median, or gaps, or are left alone."""
+
+
+class Allan(Section):
+    """Allan variances."""
+
+    n_taus: Annotated[int, Words("a whole number >= 2 and <= 10000")] = Field(100, ge=2, le=10000)
+    """How many averaging times, evenly spaced in log tau."""
+    min_m: int = Field(1, ge=1)
+    """Shortest averaging time, in frames."""
+    max_fraction: float = Field(0.3333333, gt=0, le=0.5)
+    """Longest averaging time, as a share of the recording."""
+    estimators: Annotated[
+        tuple[Literal["oadev", "mdev", "hdev"], ...], AfterValidator(Once("oadev"))
+    ] = ("oadev",)
+    """Overlapping Allan (always), modified Allan and Hadamard deviation."""
+    confidence: float = Field(0.683, gt=0, lt=1)
+    """Level of the confidence intervals."""
+    min_coverage: float = Field(0.5, gt=0, le=1)
+    """A window counts when at least this share of its frames is valid."""
+
+
+class Spectrum(Section):
+    """Spectra."""
+
+    segment_s: float = Field(600.0, gt=0, le=1000000)
+    """Length of the segments of Welch's method, in s."""
+    overlap: float = Field(0.5, ge=0, lt=1)
+    """Overlap of these segments, as a share of their length."""
+
+
+class Still(Section):
+    """What counts as standing still."""
+
+    range_mm: float = Field(2.0, gt=0)
+    """A marker that covers more than this within `verdict.horizon_s`, and not as noise does, moves;
+    so does one that suddenly stands elsewhere by four standard deviations of a frame or more.
+    Random walk, drift and warm-up below this are none."""
+
+
+class Verdict(Section):
+    """Limits of the verdict."""
+
+    horizon_s: float = Field(3600.0, gt=0)
+    """Uncertainties are about the mean of so long (of the recording, if it is shorter): measure
+    now, and the next hour may say something else."""
+    window_s: float = Field(1.0, gt=0)
+    """The scatter of single frames is taken within so long."""
+    good_mm: float = Field(0.1, gt=0)
+    """The verdict is `good` up to this uncertainty of one frame in the worst coordinate. A
+    reference should be 10, at least 4 times better than the device under test (S 2.2): the defaults
+    are that for a device of 1 mm."""
+    usable_mm: float = Field(0.25, gt=0)
+    """It is `usable` up to this, and `bad` beyond. No `usable_` limit is below its `good_` one."""
+    good_drift_mm: float = Field(0.35, gt=0)
+    """The same for the drift over the horizon. A drift by d scatters d/√12 about its mean: 0.1
+    mm."""
+    usable_drift_mm: float = Field(0.85, gt=0)
+    """Likewise: 0.25 mm."""
+    good_missing: Share = Field(0.01, ge=0, le=1)
+    """The same for the share of missing frames."""
+    usable_missing: Share = Field(0.1, ge=0, le=1)
+    """Likewise."""
+    good_outliers: Share = Field(0.01, ge=0, le=1)
+    """The same for the share of outliers, less that of clean noise; the least share that goes with
+    their number, as some are chance in a short recording."""
+    usable_outliers: Share = Field(0.05, ge=0, le=1)
+    """Likewise."""
+    good_duration_s: float = Field(60.0, ge=0)
+    """A shorter recording is `usable` at best, and `bad` below 100 frames or one second, which are
+    too few to judge. In any that is shorter than the horizon, the upper end of the interval must
+    keep to `good_mm`, too."""
+    good_markers: int = Field(2, ge=0)
+    """With fewer markers it is `usable` at best."""
+    misfit: Literal["good", "usable", "bad"] = "usable"
+    """The best word where the noise of a coordinate fits no model. A marker that moves
+    (`still.range_mm`) is `bad`, whatever its noise."""
+
+
+class Compare(Section):
+    """Comparisons of recordings of different days."""
+
+    margin: float = Field(0.05, ge=0)
+    """A change of the Allan deviation by a smaller share counts for none."""
+    alpha: float = Field(0.01, gt=0, lt=1)
+    """Of unchanged recordings this share is called changed, or of unrelated series related to a
+    covariate, by chance."""
+    confidence: float = Field(0.95, gt=0, lt=1)
+    """Level of the intervals of ratios and trends."""
+
+
+class Place(Section):
+    """Noise by place."""
+
+    cell_mm: float = Field(250.0, gt=0)
+    """Edge of the cubes in which the length of a moving pair is compared, in mm."""
+
+
+class Cameras(Section):
+    """Subsets of the cameras of one take."""
+
+    rise: float = Field(0.05, ge=0)
+    """A step to more cameras is reported if it raises the noise by more than this share in any
+    direction. Of 100 systems without a bad camera at most one is reported if the cameras differ by
+    10 %, and up to 11 if they differ by 15 % (`benchmarks/failing_camera.py`)."""
+    noisy: float = Field(1.5, gt=1)
+    """A camera this many times as noisy as the median of all (or the set that was added at once and
+    holds it) is named. Needs subsets of the same frames."""
+
+
+class Gaussian(Section):
+    """Moments and their tests."""
+
+    n_bins: Annotated[int, Words("a whole number >= 4 and <= 100000")] = Field(30, ge=4, le=100000)
+    """Bins of the chi-squared test for a normal distribution."""
+
+
+class Diagnosis(Section):
+    """Events, lines and filters."""
+
+    false_alarm: Annotated[float, Words("a probability > 0 and <= 0.5")] = Field(0.01, gt=0, le=0.5)
+    """Greatest probability that an event is reported in an undisturbed recording: one half for
+    bursts, one half for lasting changes."""
+    side_s: float = Field(300.0, ge=10)
+    """Noise before and after an event is compared over so many seconds, or what there is."""
+    spike_sigma: float = Field(6.0, ge=4)
+    """One or two frames farther than this from their neighbours, of one marker alone, are outliers
+    and no event."""
+    cutoffs_hz: Annotated[
+        tuple[Frequency, ...],
+        AfterValidator(Once()),
+        Words(
+            "a list of frequencies in Hz > 0 and <= 1000000, each at most once, or []",
+            "each > 0, <= 1000000",
+        ),
+    ] = (6.0, 10.0)
+    """Butterworth low-passes that are tried: second order, both ways, half the amplitude at this
+    frequency."""
+    notch_width_hz: float = Field(1.0, gt=0)
+    """Width of the notch that is tried at each line, between its half-power points."""
+    max_lines: int = Field(10, ge=0)
+    """Periodic disturbances that are named, at most, a series."""
+
+
+class Noise(Section):
+    """Estimates of noise coefficients."""
+
+    estimators: Annotated[
+        tuple[
+            Literal[
+                "likelihood",
+                "weighted",
+                "annealing-ant-colony",
+                "annealing-ant-colony-plain",
+                "levenberg-marquardt",
+                "slopes",
+            ],
+            ...,
+        ],
+        AfterValidator(Once("likelihood")),
+    ] = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marquardt", "slopes")
+    """Estimators of noise coefficients, `likelihood` among them; what each does stands in
+    `docs/noise.md`. `annealing-ant-colony-plain` takes some 10 s a series."""
+    mask_sigma: float = Field(6.0, ge=3)
+    """`likelihood` and `weighted` get the series as recorded, without what a Hampel filter of this
+    threshold takes for outliers."""
+    criterion: Literal["bic", "aicc"] = "bic"
+    """Decides which components are there."""
+    max_gauss_markov: int = Field(4, ge=0, le=4)
+    """Most Gauss-Markov terms that are tried."""
+    sinusoid: bool = True
+    """Whether periodic disturbances are looked for."""
+    form: Literal["sampled", "continuous"] = "continuous"
+    """Allan variances that `annealing-ant-colony` and `levenberg-marquardt` fit; S used the
+    continuous ones."""
+    gauss_markov: int = Field(3, ge=0, le=4)
+    """Gauss-Markov terms these two fit where the paper prints no panel."""
+
+
+class Annealing(Section):
+    """Search of `annealing-ant-colony`, and -plain."""
+
+    starts: int = Field(10, ge=1)
+    """Runs of simulated annealing, each from a random point."""
+    iterations: int = Field(3, ge=1)
+    """Length of a run, in twice the number of coefficients."""
+    temperature: float = Field(5230.0, gt=0.01, le=50000)
+    """Temperature at its start."""
+    descent: int = Field(20, ge=1)
+    """Steps of Levenberg-Marquardt each trial of `annealing-ant-colony` is taken down;
+    `annealing-ant-colony-plain` takes none."""
+    archive: int = Field(50, ge=2)
+    """Ant colony: solutions it keeps."""
+    ants: int = Field(10, ge=1)
+    """New solutions an iteration."""
+    q: float = Field(0.1, gt=0)
+    """How much the best solutions count: the smaller, the more."""
+    xi: float = Field(0.85, gt=0)
+    """How widely new solutions are spread round old ones."""
+    colony_iterations: int = Field(100, ge=0)
+    """Iterations of the colony."""
+    jitter: float = Field(0.1, gt=0)
+    """Spread of the first archive round the annealing's result, in natural logarithms."""
+    plain_iterations: int = Field(1000, ge=1)
+    """`annealing.iterations` of `annealing-ant-colony-plain`."""
+    plain_colony_iterations: int = Field(2000, ge=0)
+    """Its `annealing.colony_iterations`."""
+    negligible: float = Field(1e-05, gt=0, lt=0.1)
+    """Least share of a component: root mean square over tau of its part of the relative Allan
+    variance. What ends there is absent (`at_bound`)."""
+    largest: float = Field(1.5, ge=1)
+    """Greatest share; above 1 none can pay."""
+    shortest_frames: float = Field(2.0, ge=0.1)
+    """Shortest T_c that is searched, in frames. The shortest in S's tables is 10 ms, 1.2 frames.
+    Allan variances cannot distinguish so short a term from white noise."""
+    longest_share: float = Field(0.1, gt=0, le=1)
+    """Longest T_c that is searched, as a share of the recording."""
+    lowest_hz: float = Field(0.01, gt=0)
+    """Lowest f_0 that is searched, or one period in the recording where that is more; slower ones
+    fit chance. The highest is half of the frame rate."""
+    longest_tau_share: float = Field(0.03, gt=0, le=1)
+    """Longest tau that `annealing-ant-colony` and `-plain` fit, as a share of the recording:
+    relative residuals weigh longer ones, which are chance, like short ones."""
+
+
+class Lighthouse(Section):
+    """Calibration of base stations."""
+
+    sample_rate_hz: float = Field(2000000.0, ge=100000, le=100000000)
+    """Words a second of a GPIO dump."""
+    active_level: Annotated[int, Words("0 or 1", "`0`, `1`")] = Field(1, ge=0, le=1)
+    """Value of a bit while its diode sees light."""
+    gate_mrad: float = Field(1.5, gt=0)
+    """A hit is an outlier when it is off the others of its sweep by more than this and more than
+    `gate_mad`."""
+    gate_mad: float = Field(8.0, ge=3)
+    """The same in MAD of the sweep."""
+    still_half_window: int = Field(15, ge=2)
+    """Hampel filter of each diode while the board is at rest: sweeps to each side."""
+    still_n_sigma: float = Field(4.0, ge=3)
+    """Its threshold, in 1.4826 MAD."""
+    estimators: Annotated[
+        tuple[Literal["paper", "paper-tight", "paper-lm", "pnp", "geometric"], ...],
+        AfterValidator(Once("paper-lm")),
+    ] = ("paper", "paper-tight", "paper-lm")
+    """How the pose is estimated, `paper-lm` always; what each does stands below."""
+    optics: Annotated[tuple[Literal["ideal", "factory"], ...], AfterValidator(Once(least=1))] = (
+        "ideal",
+        "factory",
+    )
+    """`ideal` is J's; `factory` takes the maker's values out of the flashes."""
+    simplex_optics: Annotated[tuple[Literal["ideal", "factory"], ...], AfterValidator(Once())] = (
+        "ideal",
+    )
+    """Optics of `paper` and `paper-tight`, which take a second each."""
+    reconstruction: Literal["full-interpolation", "dominant-axis", "pairs"] = "full-interpolation"
+    """How both angles come to one moment (J section IV)."""
+    lm_interpolation: Literal["linear", "cubic"] = "cubic"
+    """Interpolation of `paper-lm`; the others are linear, as J."""
+    lm_weights: Literal["path", "none"] = "path"
+    """Whether the last stage of `paper-lm` weighs in that the board's path is uncertain; J takes it
+    as exact."""
+    start_distance_m: float = Field(3.0, ge=0.1, le=20)
+    """Distance of the board in the first guess of `paper`, in m; J does not state it."""
+    variant: Literal["auto", "crazyflie", "libsurvive", "astrobee"] = "auto"
+    """What factory values mean, where open-source drivers differ (sign of curve, argument of the
+    gibbous term). `auto` fits each and takes the one that leaves the smallest residual of both
+    stations; what the recording cannot rule out is added to the covariance. `pose.json` has all of
+    them under `variants`."""
+    pnp_method: Literal["auto", "epnp", "ippe", "sqpnp"] = "auto"
+    """Method of `pnp`; `auto` is `ippe` on flat boards."""
+    lasers_mm: Annotated[
+        tuple[Millimetres, ...] | None,
+        Field(min_length=12, max_length=12),
+        Words(
+            "nothing, or twelve numbers of mm, x, y and z of the lasers of axis 0 and 1 of the "
+            "master, then of the slave",
+            "twelve numbers",
+        ),
+    ] = None
+    """Where the lasers sit in their housings: x, y, z of axis 0 and axis 1 of the master, then of
+    the slave. Poses are then of the housings, else of the optics."""
+
+
+class Settings(Section):
+    """config.yaml."""
+
+    recordings: Sheet = "config/recordings.tsv"
+    """Sheet of recordings. Nothing (`recordings=`) is an empty sheet."""
+    calibrations: Sheet = "config/calibrations.tsv"
+    """Sheet of Lighthouse calibrations."""
+    twins: Annotated[
+        str | None, Words("the path of a file of twins, or nothing", "a path or nothing")
+    ] = "config/twins.yaml"
+    """Simulated recordings and calibrations by name, with every parameter of theirs."""
+    results: Annotated[
+        str,
+        Field(pattern=r"^[^<>{}]*[^<>{}./][^<>{}]*$"),
+        AfterValidator(os.path.normpath),
+        Words(
+            "a folder of its own, without any of < > { } "
+            "(and not a name that reads as 1.5 or True)",
+            "a folder",
+        ),
+    ] = "results"
+    """Where everything is written. It is made when missing."""
+    duration_s: float = Field(32400.0, ge=1)
+    """Length of twin recordings, in s, unless a twin names a shorter one of its own. It changes
+    nothing else."""
+    seed: int = Field(2019, ge=0)
+    """Added to the seed of every twin: another one draws all recordings anew."""
+    twin_form: Literal["continuous", "sampled"] = "continuous"
+    """What a frame of a twin is: an average over the frame period, whose Allan variance is that of
+    the textbook formulas, in which the paper gives its coefficients; or a point, as with cameras,
+    whose exposure is far shorter than a frame. A twin of its own `form` keeps it (give `sampled`
+    where the coefficients come from `likelihood` on a camera's recording); subsets of a take are
+    points."""
+    hampel: Hampel = Hampel()
+    allan: Allan = Allan()
+    psd: Spectrum = Spectrum()
+    still: Still = Still()
+    verdict: Verdict = Verdict()
+    compare: Compare = Compare()
+    place: Place = Place()
+    cameras: Cameras = Cameras()
+    second_opinion: bool = True
+    """Whether C3D files short enough for it are read by ezc3d too."""
+    gaussian: Gaussian = Gaussian()
+    diagnosis: Diagnosis = Diagnosis()
+    noise: Noise = Noise()
+    annealing: Annealing = Annealing()
+    lighthouse: Lighthouse = Lighthouse()
+
+
+def checked(config: Mapping[str, object]) -> Settings:
+    """The configuration with every value of its type; `Faults` names all wrong ones."""
+    try:
+        settings = Settings.model_validate(config, context=WHOLE)
+    except ValidationError as error:
+        raise Faults(faults(error, Settings, config)) from None
+    limits, lines = settings.verdict.model_dump(), []
+    for key, good in limits.items():
+        other = key.replace("good_", "usable_")
+        if other != key and other in limits and good > limits[other]:
+            most = f"verdict.{other} ({limits[other]:g})"
+            lines.append(f"config, key verdict.{key}: {shown(good)}; expected at most {most}")
+    if lines:
+        raise Faults(lines)
+    return settings

@@ -28,9 +28,14 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from mocap_metrology.noise.allan.confidence import equivalent_dof
-from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, diagnose
-from mocap_metrology.noise.cameras.moments import moments
-from mocap_metrology.noise.cameras.subsets import Addition, additions
+from mocap_metrology.noise.cameras.diagnosis import (
+    N_BLOCKS,
+    Addition,
+    Moments,
+    additions,
+    diagnose,
+    moments,
+)
 from mocap_metrology.noise.twins.triangulation import (
     Facility,
     joint_covariance,

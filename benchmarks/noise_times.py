@@ -21,8 +21,7 @@ from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_ant_colony
-from mocap_metrology.noise.fit.allan.levenberg import levenberg_marquardt
-from mocap_metrology.noise.fit.allan.slopes import slopes
+from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
 from mocap_metrology.noise.fit.allan.weighted import weighted
 from mocap_metrology.noise.fit.estimators import panel
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood

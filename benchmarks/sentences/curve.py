@@ -17,8 +17,8 @@ import numpy as np
 from mocap_metrology.common.hampel import hampel, taken_at_most
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.columns import allan_columns
 from mocap_metrology.noise.fit.estimators import NoiseSettings, masked_curve
+from mocap_metrology.noise.series import allan_columns
 from mocap_metrology.noise.twins.published import published_keys, published_row
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.noise.twins.twin import COORDINATES, Twin

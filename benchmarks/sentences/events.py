@@ -95,12 +95,11 @@ def recorded(kind: kinds.Kind, seed: Iterable[int]) -> np.ndarray:
 def found_in(position: np.ndarray, step: float = STEP) -> tuple[list, list, list]:
     """Events, slow changes of level and heavy tails, as in a diagnosis; fills are left out."""
     from mocap_metrology.noise.diagnosis.events import inside_events
-    from mocap_metrology.noise.diagnosis.fills import filled_frames
+    from mocap_metrology.noise.diagnosis.export import filled_frames
     from mocap_metrology.noise.diagnosis.levels import trends
+    from mocap_metrology.noise.diagnosis.outliers import heavy_tails, isolated, off_frames, without
     from mocap_metrology.noise.diagnosis.recording import searched
-    from mocap_metrology.noise.diagnosis.spikes import isolated, off_frames, without
-    from mocap_metrology.noise.diagnosis.tails import heavy_tails
-    from mocap_metrology.noise.gaussian.series import all_series
+    from mocap_metrology.noise.series import all_series
 
     position = position.astype(np.float32).reshape(2, 3, -1)
     for own, mask in zip(position, filled_frames(position, step), strict=True):

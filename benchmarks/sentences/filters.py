@@ -28,7 +28,7 @@ def rows(n: int) -> list[tuple[Any, ...]]:
 
 
 def unfiltered(n: int) -> list[tuple[Any, ...]]:
-    from mocap_metrology.noise.diagnosis.lowpass import low_pass
+    from mocap_metrology.noise.diagnosis.export import low_pass
 
     names, hits = list(kinds.PLAIN), 0
     runs = 5 * n
@@ -44,8 +44,8 @@ def unfiltered(n: int) -> list[tuple[Any, ...]]:
 
 def published() -> list[tuple[Any, ...]]:
     """Every published series once, ten minutes at its rate."""
-    from mocap_metrology.noise.diagnosis.lowpass import low_pass
-    from mocap_metrology.noise.gaussian.series import all_series
+    from mocap_metrology.noise.diagnosis.export import low_pass
+    from mocap_metrology.noise.series import all_series
     from mocap_metrology.noise.twins.published import published_keys
     from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 
@@ -62,7 +62,7 @@ def published() -> list[tuple[Any, ...]]:
 
 
 def filtered(n: int) -> list[tuple[Any, ...]]:
-    from mocap_metrology.noise.diagnosis.lowpass import low_pass
+    from mocap_metrology.noise.diagnosis.export import low_pass
 
     told = []
     for name, apply in kinds.FILTERS.items():

@@ -8,8 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, diagnose
-from mocap_metrology.noise.cameras.subsets import additions
+from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose
 from mocap_metrology.noise.twins.triangulation import (
     joint_covariance,
     random_facility,

@@ -8,7 +8,7 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.columns import allan_columns
+from mocap_metrology.noise.series import allan_columns
 from mocap_metrology.present.changes import compare
 from mocap_metrology.present.changes.compare_figure import Comparison, compare_figure
 from mocap_metrology.present.changes.trend_figure import trend_figure

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from figure_data import check_saved, every_text
 
-from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-from mocap_metrology.noise.diagnosis.sides import Sides
+from mocap_metrology.noise.diagnosis.levels import Sides
+from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings, Recording, diagnose
 from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
 from mocap_metrology.present.diagnosis.spectra import FILTER_LOOKS, ROUNDING, _size
 from mocap_metrology.present.diagnosis.time import moment, view_of

@@ -12,15 +12,14 @@ import pytest
 
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.findings import findings_of
+from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.periodic import Found, Mains
-from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-from mocap_metrology.noise.diagnosis.sides import Sides
+from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings, Recording, diagnose
 from mocap_metrology.noise.fit.estimates import rows
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.lines import Line
-from mocap_metrology.noise.gaussian.series import all_series
 from mocap_metrology.noise.model.deterministic import Deterministic
+from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import (

@@ -22,7 +22,7 @@ from snakemake.io import PeriodicityDetector
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.assess.checks import Thresholds
-from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))

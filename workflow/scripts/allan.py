@@ -7,7 +7,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.hampel import taken_at_most
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
-    from mocap_metrology.noise.columns import ALLAN, allan_columns, joined
+    from mocap_metrology.noise.series import ALLAN, allan_columns, joined
 
     path, settings = snakemake.input[0], snakemake.params.allan
     origin = read_metadata(path)

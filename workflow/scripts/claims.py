@@ -18,7 +18,7 @@ with step(snakemake) as log:
     from mocap_metrology.lighthouse.assess.reconstructions import reconstruction_errors
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
-    from mocap_metrology.noise.gaussian.series import all_series
+    from mocap_metrology.noise.series import all_series
     from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present import tables
     from mocap_metrology.present.claims.claim import COLUMNS, Regenerated

@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import versions, write_csv, write_table
     from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, white_level_kept
-    from mocap_metrology.noise.gaussian.series import all_series
+    from mocap_metrology.noise.series import all_series
 
     frame, raw, origin = read_coordinates(snakemake.input[0])
     settings = snakemake.params.hampel

@@ -9,8 +9,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.diagnosis.findings import findings_of
-    from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-    from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+    from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings, Recording, diagnose
     from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
     from mocap_metrology.present.diagnosis.tables import write_diagnosis
     from mocap_metrology.present.drawing.style import save_figure

@@ -9,13 +9,6 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_table, versions, write_csv, write_table
-    from mocap_metrology.noise.columns import (
-        ALLAN,
-        PERIODOGRAM,
-        allan_columns,
-        joined,
-        periodogram_columns,
-    )
     from mocap_metrology.noise.fit import estimates
     from mocap_metrology.noise.fit.estimators import (
         estimate_series,
@@ -23,7 +16,14 @@ with step(snakemake) as log:
         panel,
         settings_of,
     )
-    from mocap_metrology.noise.gaussian.series import all_series
+    from mocap_metrology.noise.series import (
+        ALLAN,
+        PERIODOGRAM,
+        all_series,
+        allan_columns,
+        joined,
+        periodogram_columns,
+    )
 
     given, recording = snakemake.params, snakemake.wildcards.recording
     _, raw, origin = read_coordinates(snakemake.input.raw)

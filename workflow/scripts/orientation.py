@@ -13,9 +13,8 @@ with step(snakemake) as log:
     from mocap_metrology.io.read import bodies_of, orientation_of
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
-    from mocap_metrology.noise.columns import ALLAN, allan_columns, joined
-    from mocap_metrology.noise.gaussian.series import position
     from mocap_metrology.noise.motion.orientation import AXES, of_cluster, of_poses, unknown
+    from mocap_metrology.noise.series import ALLAN, allan_columns, joined, position
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.motion.orientation import (
         in_radians,

@@ -7,8 +7,8 @@ with step(snakemake) as log:
 
     from coordinates import read_coordinates
 
-    from mocap_metrology.noise.gaussian.series import pair_name, position
     from mocap_metrology.noise.motion.place import by_place, evenness
+    from mocap_metrology.noise.series import pair_name, position
     from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.motion import place

@@ -9,7 +9,7 @@ with step(snakemake) as log:
     from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.noise.gaussian.series import all_series
+    from mocap_metrology.noise.series import all_series
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.recording.recording_figures import (
         allan_figure,

@@ -11,8 +11,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import versions, write_table
     from mocap_metrology.io.read import labels_of, read_recording
-    from mocap_metrology.noise.diagnosis.fills import filled_frames
-    from mocap_metrology.noise.gaussian.series import coordinate_names, pair_numbers
+    from mocap_metrology.noise.diagnosis.export import filled_frames
+    from mocap_metrology.noise.series import coordinate_names, pair_numbers
 
     row = snakemake.params.row
     paths = list(snakemake.input.files)

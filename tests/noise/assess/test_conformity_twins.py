@@ -13,9 +13,9 @@ from mocap_metrology.noise.assess.checks import Code
 from mocap_metrology.noise.assess.recording import Assessment, Inputs, assess_recording
 from mocap_metrology.noise.assess.uncertainty import Span
 from mocap_metrology.noise.diagnosis.findings import Finding
-from mocap_metrology.noise.gaussian.series import all_series
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.motion.movement import movement
+from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.noise.twins.twin import Outliers, Twin

@@ -7,10 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, diagnose
-from mocap_metrology.noise.cameras.law import law
-from mocap_metrology.noise.cameras.moments import moments
-from mocap_metrology.noise.cameras.subsets import additions
+from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose, moments
+from mocap_metrology.noise.cameras.scaling import law
 from mocap_metrology.noise.twins.published import published_row, published_subsets
 from mocap_metrology.noise.twins.triangulation import (
     joint_covariance,

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
+from mocap_metrology.noise.diagnosis.levels import blocks, compare
+from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
-from mocap_metrology.noise.diagnosis.sides import blocks, compare
-from mocap_metrology.noise.diagnosis.spikes import isolated, off_frames, without
-from mocap_metrology.noise.gaussian.series import all_series
+from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
 
 RATE = 120.0

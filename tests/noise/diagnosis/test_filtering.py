@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, filtfilt, sosfreqz
 
+from mocap_metrology.noise.diagnosis.export import resolution
 from mocap_metrology.noise.diagnosis.filtering import (
     averaging,
     filtered_avar,
@@ -16,7 +17,6 @@ from mocap_metrology.noise.diagnosis.filtering import (
     predicted,
     tried,
 )
-from mocap_metrology.noise.diagnosis.resolution import resolution
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping

@@ -13,8 +13,7 @@ from scipy import signal
 
 from mocap_metrology.common.files import write_json
 from mocap_metrology.noise.diagnosis.findings import CODES, Finding, findings_of
-from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
-from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings, Recording, diagnose
 from mocap_metrology.present.text.diagnosis import sentences
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "findings.md"

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.levels import changes, trends
-from mocap_metrology.noise.diagnosis.sides import blocks
-from mocap_metrology.noise.diagnosis.tails import heavy_tails
+from mocap_metrology.noise.diagnosis.levels import blocks, changes, trends
+from mocap_metrology.noise.diagnosis.outliers import heavy_tails
 
 RATE, N = 100.0, 60_000
 TIME = np.linspace(0, 1, N)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from mocap_metrology.noise.diagnosis.lowpass import low_pass, low_passes, wander
+from mocap_metrology.noise.diagnosis.export import low_pass, low_passes, wander
 
 RATE, N = 100.0, 30_000
 

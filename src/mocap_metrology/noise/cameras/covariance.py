@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.noise.allan.confidence import equivalent_dof, noise_exponents
-from mocap_metrology.noise.gaussian.series import coordinate_names
+from mocap_metrology.noise.series import coordinate_names
 
 COLUMNS = ("series_1", "series_2", "m", "tau_s", "covariance_mm2", "n_terms", "edf")
 TAUS_S = (0.1, 1.0, 10.0)  # beside one frame

@@ -12,7 +12,7 @@ of the window's n differences and ratio r to its mean,
 edf = (tr R)^2 / tr R^2, kappa = the greatest eigenvalue of R / tr R. The bound holds for every x,
 where a chi-squared distribution with edf degrees is too light in the far tail.
 
-Noise with heavier tails than a Gaussian's (of which `spikes.drawn_in` leaves little) is met by what
+Noise with heavier tails than a Gaussian's (of which `drawn_in` leaves little) is met by what
 the recording itself shows: half of its 24 parts hold a window beyond ln w + 0.37 by chance, w being
 the windows of a part, and no event lasts for half of a recording; x is divided by what they hold.
 """
@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.noise.allan.variance import running_sum
-from mocap_metrology.noise.diagnosis.spikes import spread
+from mocap_metrology.noise.diagnosis.outliers import spread
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 LONGEST_S = 0.5  # longest averaging time: slower events hide in slow noise

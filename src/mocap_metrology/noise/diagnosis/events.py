@@ -10,9 +10,8 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.levels import Change, changes
-from mocap_metrology.noise.diagnosis.sides import Blocks, Sides, compare
-from mocap_metrology.noise.diagnosis.spikes import spread
+from mocap_metrology.noise.diagnosis.levels import Blocks, Change, Sides, changes, compare
+from mocap_metrology.noise.diagnosis.outliers import spread
 
 JOIN_S = 1.0  # alarms so close are one event
 CONTEXT_S = 10.0  # round an event: its level and noise

@@ -1,4 +1,5 @@
-"""Levels of fast noise: did one become another at once, or slowly over the recording?
+"""Levels of fast noise: five minutes before and after an event (S 3.5), and over the recording: did
+one become another at once, or slowly?
 
 A point is the mean logarithm of the variances of ten blocks of a second. A change at once is a step
 between two straight lines that fits better than a smooth curve of as many parameters; all else that
@@ -15,8 +16,10 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
-from mocap_metrology.noise.diagnosis.sides import Blocks
 
+BLOCK_S = 1.0  # fast noise is what is left about means so long
+FEWEST = 5  # blocks a side can be judged by
+TOLD = 1.5  # an interval that reaches beyond this factor tells nothing
 JOINED = 10  # blocks whose logarithmic mean is one point
 LEAST_POINTS = 6  # a side, or of a trend
 SHORTER = (1, 2, 4)  # parts of the reach that a step is looked at over, until lines describe it
@@ -26,6 +29,115 @@ DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
 TREND_CHANCE = 0.005  # that any series of a recording is said to change and does not
 LEAST_CHANGE = 0.02  # that is told
 MATTERS = 0.1  # relative change from which a reader is warned
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Means and variances about them of blocks of about a second, (k,), NaN with less than half."""
+
+    mean: np.ndarray
+    variance: np.ndarray
+    length_s: float
+
+    @property
+    def start_s(self) -> np.ndarray:
+        return np.arange(self.mean.size) * self.length_s
+
+    def between(self, start_s: float, stop_s: float, out_of: np.ndarray | None = None) -> Blocks:
+        """Those that lie within, and not in `out_of` (k,)."""
+        keep = (self.start_s >= start_s - 1e-9) & (self.start_s + self.length_s <= stop_s + 1e-9)
+        keep &= np.isfinite(self.mean) & (True if out_of is None else ~out_of)
+        return Blocks(self.mean[keep], self.variance[keep], self.length_s)
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation of all samples: within blocks and between them."""
+        if self.mean.size < 2:
+            return math.nan
+        return math.sqrt(self.variance.mean() + self.mean.var())
+
+    @property
+    def fast_sd(self) -> float:
+        """Of the noise about the blocks' means."""
+        return math.sqrt(self.variance.mean()) if self.mean.size else math.nan
+
+
+@dataclass(frozen=True)
+class Sides:
+    """One series around an event, mm: sd of everything (S's descriptor; slow noise makes it
+    wander), sd of what is faster than a second, and the ratio of the latter, after to before, with
+    its interval."""
+
+    series: str
+    sd_before: float
+    sd_after: float
+    fast_before: float
+    fast_after: float
+    ratio: float
+    lower: float
+    upper: float
+
+    @property
+    def changed(self) -> bool:
+        return self.lower > 1 or self.upper < 1
+
+    @property
+    def word(self) -> Literal["changed", "alike", "cannot be told", "unknown"]:
+        """`changed`, `alike`, or `cannot be told` where the interval holds 1 and more than a factor
+        of 1.5; `unknown` without one."""
+        if not math.isfinite(self.ratio):
+            return "unknown"
+        if self.changed:
+            return "changed"
+        return "alike" if self.lower >= 1 / TOLD and self.upper <= TOLD else "cannot be told"
+
+
+def blocks(series: np.ndarray, rate_hz: float) -> Blocks:
+    """Of (n,) series with NaN in gaps; the variance is unbiased for white noise."""
+    size = max(round(BLOCK_S * rate_hz), 2)
+    rows = series[: series.size // size * size].reshape(-1, size)
+    count = np.isfinite(rows).sum(axis=1)
+    enough = count >= size / 2
+    mean, variance = np.full(len(rows), np.nan), np.full(len(rows), np.nan)
+    whole = count == size
+    mean[whole] = rows[whole].mean(axis=1)
+    variance[whole] = rows[whole].var(axis=1, ddof=1)
+    for k in np.flatnonzero(enough & ~whole):
+        known = rows[k][np.isfinite(rows[k])]
+        mean[k], variance[k] = known.mean(), known.var(ddof=1)
+    return Blocks(mean, variance, size / rate_hz)
+
+
+def compare(series: str, before: Blocks, after: Blocks, tail: float) -> Sides:
+    """Both sides; tail: probability that the ratio's interval misses the truth on either side.
+
+    The variances of blocks are averaged, and the error of the mean of k of them is taken from their
+    own scatter and correlation with the next: var (1 + 2 r_1) / k, r_1 >= 0; the logarithm of the
+    ratio is taken for t-distributed with as many degrees of freedom as the smaller side has.
+    """
+    from scipy.special import stdtrit
+
+    fast = before.fast_sd, after.fast_sd
+    few = min(before.mean.size, after.mean.size)
+    if few < FEWEST or not min(fast) > 0:
+        return Sides(series, before.sd, after.sd, *fast, math.nan, math.nan, math.nan)
+    error = math.sqrt(_relative(before.variance) + _relative(after.variance)) / 2
+    reach = float(stdtrit(few - 1, 1 - tail / 2)) * error
+    ratio = fast[1] / fast[0]
+    return Sides(
+        series, before.sd, after.sd, *fast,
+        ratio, ratio * math.exp(-reach), ratio * math.exp(reach),
+    )  # fmt: skip
+
+
+def _relative(variance: np.ndarray) -> float:
+    """Relative variance of the mean of these."""
+    z = variance - variance.mean()
+    power = float(z @ z)
+    if not power > 0:
+        return 0.0
+    r_1 = max(float(z[1:] @ z[:-1]) / power, 0.0)
+    return power / (variance.size - 1) * (1 + 2 * r_1) / variance.size / variance.mean() ** 2
 
 
 @dataclass(frozen=True)

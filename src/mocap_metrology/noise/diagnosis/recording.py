@@ -12,15 +12,24 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
+from mocap_metrology.noise.diagnosis.export import (
+    LowPass,
+    Resolution,
+    low_passes,
+    resolution,
+    wander,
+)
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
-from mocap_metrology.noise.diagnosis.levels import Trend, trends
-from mocap_metrology.noise.diagnosis.lowpass import LowPass, low_passes, wander
+from mocap_metrology.noise.diagnosis.levels import Blocks, Trend, blocks, trends
+from mocap_metrology.noise.diagnosis.outliers import (
+    Tails,
+    drawn_in,
+    heavy_tails,
+    isolated,
+    off_frames,
+    without,
+)
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
-from mocap_metrology.noise.diagnosis.resolution import Resolution, resolution
-from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
-from mocap_metrology.noise.diagnosis.spikes import drawn_in, isolated, off_frames, without
-from mocap_metrology.noise.diagnosis.tails import Tails, heavy_tails
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.likelihood import (
     LONGEST_GAP,
@@ -28,15 +37,34 @@ from mocap_metrology.noise.fit.spectral.likelihood import (
     likelihood,
 )
 from mocap_metrology.noise.fit.spectral.welch import welch
-from mocap_metrology.noise.gaussian.series import all_series
 from mocap_metrology.noise.gaussian.two_markers import Drift, drift
 from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 from mocap_metrology.noise.motion.movement import Movement, movement
+from mocap_metrology.noise.series import all_series
 
 NOTCHES = 3  # of a series: its strongest lines
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
 Columns = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class DiagnosisSettings:
+    """false_alarm: probability that a sound recording gets any event; side_s: what is compared
+    before and after an event (S 3.5: five minutes); spike_sigma: frames farther off than this are
+    outliers and no events; cutoffs_hz: low-pass filters; notch_width_hz: between its half-power
+    points, one pass; max_lines: a series; still_range_mm, horizon_s: of
+    `movement`.
+    """
+
+    false_alarm: float = 0.01
+    side_s: float = 300.0
+    spike_sigma: float = 6.0
+    cutoffs_hz: tuple[float, ...] = (6.0, 10.0)
+    notch_width_hz: float = 1.0
+    max_lines: int = 10
+    still_range_mm: float = 2.0
+    horizon_s: float = 3600.0
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,7 @@ from mocap_metrology.noise.fit.allan.annealing import (
     annealing_ant_colony,
     annealing_run,
 )
-from mocap_metrology.noise.fit.allan.levenberg import levenberg_marquardt
-from mocap_metrology.noise.fit.allan.slopes import slopes
+from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
 from mocap_metrology.noise.fit.allan.weighted import weighted
 from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.fit.spectral.fisher import crlb

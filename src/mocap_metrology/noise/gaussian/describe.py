@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.noise.gaussian.series import pair_name, position
 from mocap_metrology.noise.gaussian.two_markers import (
     ChiSquared,
     Drift,
@@ -20,6 +19,7 @@ from mocap_metrology.noise.gaussian.two_markers import (
     gaussian_model,
     gaussian_sample,
 )
+from mocap_metrology.noise.series import pair_name, position
 
 LONG_S = 60.0  # a recording from which a drift per hour is told of
 

@@ -8,7 +8,7 @@ tau0 the frame period in s. Two forms of each:
   the Allan transfer function; Walter, IEEE Trans. Instrum. Meas. 43, 1994). Exact at every m.
 * `continuous`: the textbook forms, as Skurowski & Pawlyta 2019 (Table 1 and the two formulas after
   it) print them, with lost signs and brackets restored: averages over continuous time. Frames that
-  are averages over the frame period have exactly these, and `psd` is then theirs (`averaging`).
+  are averages over the frame period have exactly these, and `psd` is then theirs (`sampling`).
 
 Sampled flicker, blue and violet noise are h f^alpha band-limited at Nyquist; so are blue and violet
 in continuous form. A coefficient is the one of the spectrum, so both forms share it.
@@ -26,8 +26,13 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.model.averaging import correlated_means, power_law_means
-from mocap_metrology.noise.model.transfer import band_limited, correlated_bracket, sinh_minus
+from mocap_metrology.noise.model.sampling import (
+    band_limited,
+    correlated_bracket,
+    correlated_means,
+    power_law_means,
+    sinh_minus,
+)
 
 Form = Literal["sampled", "continuous"]
 FORMS: tuple[Form, ...] = ("sampled", "continuous")
@@ -61,7 +66,7 @@ class PowerLaw:
         """Spectrum of point samples. Random walk is the sum of all aliases of h/f^2 in closed form,
         h (pi tau0)^2 / sin^2(pi f tau0): steps of variance 2 pi^2 tau0 h. The others are h f^alpha
         up to Nyquist. `gain`: `four_sin2(f, tau0)` where the caller has it. `form` continuous:
-        of frames that are averages over the frame period (`averaging`)."""
+        of frames that are averages over the frame period (`sampling`)."""
         if form == "continuous":
             gain = four_sin2(f, tau0) if gain is None else gain
             return self.h * power_law_means(self.alpha, f, tau0, gain)
@@ -75,7 +80,7 @@ class PowerLaw:
         return self.h * np.asarray(f, float) ** float(self.alpha)
 
     def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
-        """Closed forms; sampled flicker, blue and violet by `transfer.band_limited`."""
+        """Closed forms; sampled flicker, blue and violet by `sampling.band_limited`."""
         m = np.asarray(m, float)
         tau = m * tau0
         if self.alpha == 0:
@@ -123,7 +128,7 @@ class GaussMarkov:
     ) -> np.ndarray:
         """Spectrum of point samples, that of an AR(1) series with phi = exp(-tau0/T_c):
         2 tau0 var (1 - phi^2) / (1 - 2 phi cos(2 pi f tau0) + phi^2). `form` continuous: of frames
-        that are averages over the frame period, ARMA(1, 1) (`averaging`)."""
+        that are averages over the frame period, ARMA(1, 1) (`sampling`)."""
         gain = four_sin2(f, tau0) if gain is None else gain
         a = tau0 / self.T_c
         if form == "continuous":

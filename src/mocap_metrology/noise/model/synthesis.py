@@ -1,5 +1,5 @@
 """Random series whose Allan variance is a noise model's, alone or as correlated pairs: of frames
-that are points (`sampled`) or averages over the frame period (`continuous`, see `averaging`).
+that are points (`sampled`) or averages over the frame period (`continuous`, see `sampling`).
 
 Drawn are first differences D, which are stationary even where the series is not (random walk,
 correlation times beyond the recording), on a circle of M >= 2n frames (circulant embedding, after
@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mocap_metrology.noise.model.averaging import correlated_gain
 from mocap_metrology.noise.model.components import (
     Form,
     GaussMarkov,
@@ -25,6 +24,7 @@ from mocap_metrology.noise.model.components import (
     PowerLaw,
     four_sin2,
 )
+from mocap_metrology.noise.model.sampling import correlated_gain
 
 CORRECTED_BINS = 1024  # beyond, the correction is below 1e-7 of the spectrum
 BLOCK = 1 << 15  # bins at a time: stays in the processor's cache

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
-from mocap_metrology.noise.gaussian.series import AXES
+from mocap_metrology.noise.series import AXES
 
 LEAST_BLOCKS = 100
 BLOCK_S = 0.25

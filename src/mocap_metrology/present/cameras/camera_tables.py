@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mocap_metrology.noise.cameras.diagnosis import NAMING_S, SURE, Diagnosis, Estimate
-from mocap_metrology.noise.cameras.law import Law, law
-from mocap_metrology.noise.cameras.subsets import Addition
+from mocap_metrology.noise.cameras.diagnosis import NAMING_S, SURE, Addition, Diagnosis, Estimate
+from mocap_metrology.noise.cameras.scaling import Law, law
 from mocap_metrology.present.tables import Row
 
 CAPTION = (

@@ -13,11 +13,9 @@ import pandas as pd
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_metadata, read_table
 from mocap_metrology.common.hampel import SHORT_WINDOW, hampel
-from mocap_metrology.noise.cameras.diagnosis import diagnose
-from mocap_metrology.noise.cameras.moments import moments
-from mocap_metrology.noise.cameras.subsets import additions
+from mocap_metrology.noise.cameras.diagnosis import additions, diagnose, moments
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
-from mocap_metrology.noise.gaussian.series import AXES
+from mocap_metrology.noise.series import AXES
 from mocap_metrology.present.cameras.camera_tables import addition_rows, law_rows
 from mocap_metrology.present.tables import Row
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.changes.compare import Curve, adev_ratio, adev_trend, words_of
-from mocap_metrology.noise.diagnosis.resolution import MOST, rounding_share
+from mocap_metrology.noise.diagnosis.export import MOST, rounding_share
 from mocap_metrology.present.tables import Row, aligned
 
 Columns = Mapping[str, np.ndarray]
@@ -58,7 +58,7 @@ def series_of(columns: Columns) -> list[str]:
 def coarse_steps(columns: Columns, step_mm: float | None) -> dict[str, float]:
     """The step by series whose noise it hides, by the Allan variance at one frame.
 
-    Where in a step a marker is then decides on its Allan deviations (`noise.diagnosis.resolution`).
+    Where in a step a marker is then decides on its Allan deviations (`noise.diagnosis.export`).
     """
     if not (step_mm and math.isfinite(step_mm)):
         return {}

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.levels import Sides, compare
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.noise.diagnosis.sides import Sides, compare
 from mocap_metrology.present.diagnosis.spectra import (
     ROUNDING,
     draw_deviations,

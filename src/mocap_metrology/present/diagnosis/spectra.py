@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.common.words import three
+from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.noise.diagnosis.resolution import Resolution
 from mocap_metrology.present.drawing.axes import decade_axis, log_limits
 from mocap_metrology.present.drawing.decimate import Bins, log_bins
 from mocap_metrology.present.drawing.style import (

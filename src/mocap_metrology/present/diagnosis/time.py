@@ -15,8 +15,8 @@ import numpy as np
 
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
+from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.present.drawing.axes import LengthUnit, length_unit, linear_axis, time_axis
 from mocap_metrology.present.drawing.style import (
     FAINT,

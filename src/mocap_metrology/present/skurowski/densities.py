@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mocap_metrology.noise.gaussian.density import kernel_density
+from mocap_metrology.noise.gaussian.two_markers import kernel_density
 from mocap_metrology.present.drawing.axes import decade_axis, linear_axis
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.model.power_laws import (
+from mocap_metrology.noise.model.scale_factors import (
     MU,
     PRINTED_D,
     camera_avar,

@@ -7,19 +7,22 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from mocap_metrology.common.words import three
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
+from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, Left
 from mocap_metrology.noise.diagnosis.findings import approach, deterministic_parts
-from mocap_metrology.noise.diagnosis.levels import JOINED, LEAST_POINTS
+from mocap_metrology.noise.diagnosis.levels import BLOCK_S, JOINED, LEAST_POINTS
+from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
 from mocap_metrology.noise.diagnosis.periodic import Disturbance, Found, disturbances
-from mocap_metrology.noise.diagnosis.recording import MANY_GAPS, Diagnosis, Recording
-from mocap_metrology.noise.diagnosis.resolution import Resolution
-from mocap_metrology.noise.diagnosis.settings import DiagnosisSettings
-from mocap_metrology.noise.diagnosis.sides import BLOCK_S
-from mocap_metrology.noise.diagnosis.spikes import MANY_OUTLIERS
+from mocap_metrology.noise.diagnosis.recording import (
+    MANY_GAPS,
+    Diagnosis,
+    DiagnosisSettings,
+    Recording,
+)
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
-from mocap_metrology.noise.gaussian.series import AXES
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.motion.movement import Movement, most_moving
+from mocap_metrology.noise.series import AXES
 from mocap_metrology.present.text.movement import movement_words
 from mocap_metrology.present.text.recording_states import (
     filled_words,

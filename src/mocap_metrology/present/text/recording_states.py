@@ -7,12 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mocap_metrology.noise.diagnosis.fills import MANY_FILLED
+from mocap_metrology.noise.diagnosis.export import MANY_FILLED, LowPass
 from mocap_metrology.noise.diagnosis.levels import Trend
-from mocap_metrology.noise.diagnosis.lowpass import LowPass
+from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.recording import Recording
-from mocap_metrology.noise.diagnosis.tails import Tails
-from mocap_metrology.noise.gaussian.series import AXES
+from mocap_metrology.noise.series import AXES
 from mocap_metrology.present.text.sentence import Sentence, percent, severity, signed
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import solve
-from mocap_metrology.noise.model.transfer import correlated_bracket
+from mocap_metrology.noise.model.sampling import correlated_bracket
 
 # Table of F(x) = G(x) / x^2 (see `model.GaussMarkov.avar`): e^-23 <= x <= e^23, 128 steps an e-fold
 FIRST, LAST, STEPS = -23, 23, 128

@@ -3,7 +3,7 @@
 Searched on the unbinned periodogram, between its frequencies too; amplitude, frequency and phase
 by least squares on the Fourier coefficients next to the line, which is maximum likelihood where
 the noise is flat over some 16/T Hz. Where one sinusoid does not take a line away, as its frequency
-wanders, the line is the whole band that it fills (`wide_line`).
+wanders, the line is the whole band that it fills (`line`).
 """
 
 from __future__ import annotations
@@ -15,10 +15,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.noise.fit.spectral.line_fit import NEAR, kernel, refined, without_ramp
-from mocap_metrology.noise.fit.spectral.line_level import beside, level
-from mocap_metrology.noise.fit.spectral.line_of import Line, line_errors
-from mocap_metrology.noise.fit.spectral.wide_line import MARGIN, grown, measured
+from mocap_metrology.noise.fit.spectral.line import (
+    MARGIN,
+    NEAR,
+    Line,
+    beside,
+    grown,
+    kernel,
+    level,
+    line_errors,
+    measured,
+    refined,
+    without_ramp,
+)
 
 __all__ = [
     "Line",

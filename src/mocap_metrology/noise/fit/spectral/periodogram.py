@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.noise.model.averaging import power_law_means
 from mocap_metrology.noise.model.components import Form, four_sin2
+from mocap_metrology.noise.model.sampling import power_law_means
 
 BINS_PER_DECADE = 64  # 3.7 % wide: the widest spectra here, f^2 and f^-2, bend by 2e-4 in one
 LEAST_SHARE = 1e-6  # of the degrees of freedom of a bin without coefficients
@@ -257,7 +257,7 @@ def gauss_markov_unit(bins: Bins, T_c: float) -> np.ndarray:
     1 - S / (T var (1 + c)) with c = coth(T / 2 T_c) for even and tanh for odd coefficients, T the
     duration, var = T_c / 2: the process is the one with reflecting ends, whose covariance the DCT
     diagonalises, conditioned by one rank-one term at each end (Sherman-Morrison). Of averages over
-    the frame period, `averaging.correlated_means`, with the correction of the points.
+    the frame period, `sampling.correlated_means`, with the correction of the points.
     """
     out = np.empty(bins.n.size)
     unit_into(T_c, bins.where, out)
@@ -294,7 +294,7 @@ def unit_into(T_c: float, where: tuple, out: np.ndarray) -> None:
 @njit
 def _shape(a: float, averaged: bool) -> tuple[float, float, float]:
     """c of (c_0 + c_1 gain) / ((1 - phi)^2 + phi gain) + c_2, the spectrum over 2 tau0 variance of
-    points or, as `averaging.correlated_means`, of averages; a = tau0/T_c."""
+    points or, as `sampling.correlated_means`, of averages; a = tau0/T_c."""
     falling = -math.expm1(-2 * a)
     if not averaged:
         return falling, 0.0, 0.0

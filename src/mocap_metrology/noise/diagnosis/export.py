@@ -1,0 +1,357 @@
+"""What an export may have done to a recording: rounded it, low-pass filtered it, filled gaps.
+
+Filtered. White noise, flicker, random walk, Gauss-Markov noise (of any correlation time, at any
+frame rate), blue and violet noise and all their sums share one property: the spectrum of the
+differences from frame to frame, W(f) = 4 sin^2(pi f tau0) S(f), never falls with f. Behind a
+low-pass it falls. So nothing is assumed of how strong each kind of noise is; a smoothing of first
+order, which has the spectrum of Gauss-Markov noise, cannot be told from it. Movement, too, makes W
+fall, to the white noise of the system: behind a filter it falls to the rounding of the file, or
+never levels.
+
+Filled. A polynomial of order p, or a spline between the same two samples, has differences of order
+p + 1 that are zero up to the rounding of the file; those of noise are small only by chance. One
+value of the k-th differences lies within +-delta s with a probability of 0.8 delta at most,
+whatever came before, where s is the standard deviation of what the past does not tell of a frame
+(its innovation); so a run of a few is no chance. How often runs go on is counted, too. Straight
+lines (k = 2), cubic (4) and quintic (6) polynomials and splines are told, and values that are held.
+Copies of another marker's noise are as loud as noise, and are not told; nor is what is filled where
+the rounding of the file hides it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, Literal
+
+import numpy as np
+
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
+
+# Rounded
+FINE, MOST = 0.01, 0.2  # shares of the Allan variance at one frame
+DOMINATES: Final = "dominates"
+
+# Low-pass filtered
+SEGMENT_S = 32.0
+SEGMENTS = 256  # at most, evenly over the recording
+LEAST_SEGMENT = 256  # frames
+LONGEST_GAP = 2  # frames that are bridged
+OCTAVE = 4  # bands an octave
+LEAST_ORDINATES = 8  # of the periodograms, a band
+MIDDLE, TOP = (0.50, 0.70), (0.70, 0.95)  # of Nyquist: at the top a filter has left little
+FALLS = 0.4  # W at most, of that of a whole octave below
+QUIET = 0.2  # S of the top at most, of that of the same octave
+ROUNDED = 4.0  # times the white level of rounding that is no noise of the system
+COARSE = 0.02  # of S at the edge, in rounding, from which no cutoff is told
+FLAT = 0.7  # S of the middle and of the top differ by less where a stop band has levelled
+FILTER_ORDERS = (1, 2, 3, 4, 6)  # of amplitudes 1 / (1 + (f/f_c)^2n) that are tried
+FOLLOWED = 0.01  # of the greatest W, down to which a cutoff is fitted
+
+# Filled
+DIFFERENCES = (2, 4, 6)  # orders of those that a fill makes vanish
+NARROW, WIDEST = 0.02, 0.65  # delta: without rounding, and at most
+DENSER = 1.25  # than a Gaussian's at zero
+CHANCE = 1e-13  # that a frame begins a run which is none
+LIKELIEST = 0.7  # chance of one, from which nothing is told
+SHORT, ENOUGH, MARGIN = 4, 200, 1.5  # runs that chance makes, and how many of them tell its rate
+PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, that s is taken of
+CHUNK = 1 << 20
+MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """One series: rounding_h0, white level that rounding adds, mm^2/Hz; noise_mm: Allan deviation
+    at one frame, all together; share: of its square that rounding makes."""
+
+    series: str
+    step_mm: float
+    kind: str
+    rounding_mm: float
+    rounding_h0: float
+    noise_mm: float
+    share: float
+
+    @property
+    def word(self) -> Literal["fine", "noticeable", "dominates", "unknown"]:
+        """What it does to the noise; `unknown` without any."""
+        if math.isnan(self.share):
+            return "unknown"
+        if self.share > MOST:
+            return DOMINATES
+        return "fine" if self.share < FINE else "noticeable"
+
+    def share_of(self, step_mm: float) -> float:
+        """What steps of another size would add to the noise, of its square."""
+        return step_mm**2 / 12 / self.noise_mm**2 if self.noise_mm > 0 else math.inf
+
+
+def resolution(
+    series: str, step_mm: float, kind: str, avar_1: float, tau0: float, distance: bool = False
+) -> Resolution:
+    """Rounding to steps q adds white noise of variance q^2/12, one-sided density h_0 = q^2 tau0/6
+    [Widrow, 1956], as long as the noise moves values from step to step; a distance has that of both
+    its ends, q^2/6. avar_1: Allan variance at one frame, mm^2, that of white noise its variance.
+
+    Of Gaussian noise sigma = s q, what is stored has, beside sigma^2 + q^2/12, a variance of
+    (q^2/pi^2 + 4 sigma^2) exp(-2 pi^2 s^2) cos(2 pi x/q), x being where in a step the marker is;
+    and slow noise passes 1 + 2 exp(-2 pi^2 s^2) cos(2 pi x/q) times. From s = 0.58 on, a share of a
+    fifth, either moves an Allan deviation by 0.3 % at most; at s = 0.4 by 6 and 8 %, and below that
+    the place within a step decides. A share above a fifth therefore `dominates`: the largest that
+    sigma < 0.42 q can seem, just between two steps, is q^2/4, a share of a third.
+    """
+    variance = step_mm**2 / 12 * (2 if distance else 1)
+    share = rounding_share(step_mm, avar_1, distance)
+    noise = math.sqrt(avar_1) if avar_1 >= 0 else math.nan
+    return Resolution(series, step_mm, kind, math.sqrt(variance), 2 * tau0 * variance, noise, share)
+
+
+def rounding_share(step_mm: float, avar_1: float, distance: bool = False) -> float:
+    """Share of the Allan variance at one frame that rounding to steps makes; 1 of a constant."""
+    if not avar_1 >= 0:
+        return math.nan
+    if not step_mm:
+        return 0.0
+    variance = step_mm**2 / 12 * (2 if distance else 1)
+    return min(variance / avar_1, 1.0) if avar_1 > 0 else 1.0
+
+
+@dataclass(frozen=True)
+class LowPass:
+    """A filter that ran: cutoff_hz, where it halves the amplitude, NaN in coarse files; ratio: S of
+    the top (0.70 to 0.95 Nyquist) to S of the pass band."""
+
+    series: str
+    cutoff_hz: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Spectrum in bands, four an octave: f_hz their centres, psd medians of the ordinates (of the
+    mean they are ln 2 times as much), middle and top those of 0.5 to 0.7 and of 0.7 to 0.95
+    Nyquist; mm^2/Hz."""
+
+    f_hz: np.ndarray
+    psd: np.ndarray
+    middle: float
+    top: float
+
+
+def bands(series: np.ndarray, rate_hz: float) -> Bands | None:
+    """Of (n,) values, NaN in gaps: medians over Hann segments of half a minute and over the band,
+    which no event and no line decides. None where too little is left."""
+    size = min(round(SEGMENT_S * rate_hz), series.size)
+    parts = stretches(series, LONGEST_GAP, LEAST_SEGMENT)
+    if not parts:
+        return None
+    size = min(size, max(p.stop - p.start for p in parts))
+    starts = [k for p in parts for k in range(p.start, p.stop - size + 1, size // 2)]
+    starts = starts[:: len(starts) // SEGMENTS + 1]
+    if size < LEAST_SEGMENT or not starts:
+        return None
+    window = np.hanning(size + 1)[:-1]
+    scale = 2 / (rate_hz * float(window @ window))
+    rows = np.array([_periodogram(bridged(series[k : k + size]), window) for k in starts]) * scale
+    f = np.arange(rows.shape[1]) * rate_hz / size
+    edges = [TOP[1] * rate_hz / 2]
+    while True:
+        low = edges[-1] / 2 ** (1 / OCTAVE)
+        width = (edges[-1] - low) * size / rate_hz
+        if width < 2 or width * (len(starts) + 1) / 2 < LEAST_ORDINATES:
+            break
+        edges.append(low)
+    edges = edges[::-1]
+    if len(edges) < 3 * OCTAVE // 2:
+        return None
+    psd = [float(np.median(rows[:, _inside(f, *pair)])) for pair in pairwise(edges)]
+    ends = [
+        float(np.median(rows[:, _inside(f, low * rate_hz / 2, high * rate_hz / 2)]))
+        for low, high in (MIDDLE, TOP)
+    ]
+    return Bands(np.sqrt(np.array(edges[:-1]) * edges[1:]), np.array(psd), *ends)
+
+
+def _periodogram(values: np.ndarray, window: np.ndarray) -> np.ndarray:
+    line = np.linspace(values[0], values[-1], values.size)  # a walk's ends meet
+    values = values - line
+    spectrum = np.fft.rfft((values - values.mean()) * window)
+    return spectrum.real**2 + spectrum.imag**2
+
+
+def _inside(f: np.ndarray, low: float, high: float) -> np.ndarray:
+    return (f >= low) & (f < high)
+
+
+def low_pass(
+    name: str, series: np.ndarray, rate_hz: float, resolution_mm: float = 0.0
+) -> LowPass | None:
+    """Of (n,) values, NaN in gaps; resolution_mm: step of the file."""
+    found = bands(series, rate_hz)
+    if found is None or not found.psd.min() > 0:
+        return None
+    steps = 4 * np.sin(np.pi * found.f_hz / rate_hz) ** 2
+    w = found.psd * steps
+    below = np.array([np.median(w[max(k - OCTAVE, 0) : k]) for k in range(OCTAVE, w.size)])
+    level = np.array([np.median(found.psd[k - OCTAVE : k]) for k in range(OCTAVE, w.size)])
+    high = int(np.argmax(below))
+    after = w[high + OCTAVE + 1 :]
+    if after.size < 2:
+        return None
+    after = np.maximum(after[:-1], after[1:])  # of two neighbours: no notch
+    lowest = float(after.min())
+    ratio = found.top / float(level[high])
+    if lowest > FALLS * below[high] or ratio > QUIET:
+        return None
+    rounding = 2 * resolution_mm**2 / 12 / rate_hz * math.log(2)
+    levelled = FLAT < found.middle / found.top < 1 / FLAT
+    if levelled and found.top > ROUNDED * rounding:
+        return None
+    fallen = high + OCTAVE + 1 + int(np.argmin(after))
+    return LowPass(name, _cutoff(found, steps, fallen, rounding), ratio)
+
+
+def low_passes(
+    series: Mapping[str, np.ndarray], rate_hz: float, resolution_mm: float
+) -> list[LowPass]:
+    """Of still series, where most of their coordinates agree: an export filters all of them."""
+    step = resolution_mm if math.isfinite(resolution_mm) else 0.0
+    found = {k: low_pass(k, v, rate_hz, step) for k, v in series.items()}
+    coordinates = [v is not None for k, v in found.items() if not k.startswith("L")]
+    agree = 2 * sum(coordinates) >= len(coordinates)
+    return [v for v in found.values() if v is not None] if agree else []
+
+
+def wander(means: np.ndarray, of: int = 10) -> float:
+    """Median range of `of` consecutive means of a second: of what moves, not of what wanders."""
+    means = means[np.isfinite(means)]
+    if means.size < 2:
+        return 0.0
+    rows = means[: means.size // of * of].reshape(-1, of) if means.size >= of else means[None]
+    return float(np.median(np.ptp(rows, axis=1)))
+
+
+def _cutoff(found: Bands, steps: np.ndarray, fallen: int, rounding: float) -> float:
+    """Of the best fit of (a + b / f + c / f^2) |H|^2 + d round the edge: from three octaves below
+    it to where W is least, or a hundredth of its greatest; least squares of logarithms."""
+    from scipy.optimize import nnls
+
+    w = found.psd * steps
+    greatest = w[:fallen].max()
+    edge = int(np.flatnonzero(w[:fallen] >= greatest / 2)[-1])
+    if rounding > COARSE * found.psd[edge]:
+        return math.nan
+    low = np.flatnonzero(w[edge:] < FOLLOWED * greatest)
+    last = min(edge + int(low[0]) if low.size else w.size, fallen + 2)
+    near = slice(max(edge - 3 * OCTAVE, 0), last)
+    f, psd, steps = found.f_hz[near], found.psd[near], steps[near]
+    best = (math.inf, math.nan)
+    for cutoff in np.geomspace(f[0], f[-1], 100):
+        for order in FILTER_ORDERS:
+            gain = 1 / (1 + (f / cutoff) ** (2 * order)) ** 2
+            terms = np.stack([gain, gain / np.sqrt(steps), gain / steps, np.ones_like(f)]) / psd
+            size = nnls(terms.T, np.ones(f.size))[0]
+            off = np.log(np.maximum(size @ terms, 1e-9))
+            best = min(best, (float(off @ off), float(cutoff)))
+    return best[1]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Of one order: limit of the differences, mm, and the probability of one within it."""
+
+    order: int
+    limit: float
+    chance: float
+
+    @property
+    def least(self) -> int:
+        """Frames on one polynomial that are told."""
+        return self.run(self.chance) + self.order - 2
+
+    @staticmethod
+    def run(chance: float) -> int:
+        return math.ceil(math.log(CHANCE) / math.log(chance))
+
+
+def innovation(series: np.ndarray) -> float:
+    """s of (n,) values in their unit, at most: the least that differences of order 1 to 8 allow,
+    by medians over pieces, of which a quarter may be quieter; NaN left out."""
+    size = min(SAMPLED, max(series.size // PIECES, 64))
+    starts = np.linspace(0, max(series.size - size, 0), PIECES).astype(int)
+    scales = [_scale(series[k : k + size].astype(np.float64)) for k in np.unique(starts)]
+    known = [scale for scale in scales if math.isfinite(scale)]
+    return float(np.quantile(known, 0.25)) if known else math.nan
+
+
+def _scale(values: np.ndarray) -> float:
+    found = math.nan
+    for order in range(1, 9):
+        values = np.diff(values)
+        known = np.abs(values[np.isfinite(values)])
+        if known.size < 16:
+            return found
+        scale = MAD_TO_SIGMA * float(np.median(known)) / math.sqrt(math.comb(2 * order, order))
+        found = scale if math.isnan(found) else min(found, scale)
+    return found
+
+
+def rules(innovation_mm: float, resolution_mm: float) -> list[Rule]:
+    """Of the orders that can be told in a file of these steps."""
+    found = []
+    for order in DIFFERENCES if innovation_mm > 0 else ():
+        # Each of the 2^order parts of a difference is rounded by half a step at most
+        rounding = 1.05 * 2 ** (order - 1) * resolution_mm
+        delta = max(NARROW, rounding / innovation_mm)
+        if delta <= WIDEST:
+            found.append(Rule(order, delta * innovation_mm, 0.8 * DENSER * delta))
+    return found
+
+
+def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
+    """(n,) whether a frame was filled, of (n,) values in mm, NaN in gaps."""
+    resolution_mm = resolution_mm if math.isfinite(resolution_mm) else 0.0
+    mask = np.zeros(series.size, bool)
+    for rule in rules(innovation(series), resolution_mm):
+        smooth = _smooth(series, rule)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], smooth.view(np.int8), [0]])))
+        edges = edges.reshape(-1, 2)
+        lengths = edges[:, 1] - edges[:, 0]
+        chance = max(rule.chance, _seen(lengths))
+        if chance > LIKELIEST:
+            continue
+        for first, last in edges[lengths >= Rule.run(chance)]:  # both ends were measured
+            mask[first + 1 : last + rule.order - 1] = True
+    return mask
+
+
+def _seen(lengths: np.ndarray) -> float:
+    """How often a run of chance goes on, of the lengths of all; values that repeat, as in files
+    with hidden steps, go on more often than noise."""
+    count = np.bincount(np.minimum(lengths, SHORT + 1), minlength=SHORT + 2)
+    pairs = [(count[k], count[k + 1]) for k in range(1, SHORT)]
+    return max(
+        (MARGIN * (more + 2 * math.sqrt(more)) / some for some, more in pairs if some >= ENOUGH),
+        default=0.0,
+    )
+
+
+def _smooth(series: np.ndarray, rule: Rule) -> np.ndarray:
+    """(n - order,) whether the differences that begin there are within the limit."""
+    flags = [
+        np.abs(np.diff(series[k : k + CHUNK + rule.order].astype(np.float64), rule.order))
+        <= rule.limit
+        for k in range(0, max(series.size - rule.order, 0), CHUNK)
+    ]
+    return np.concatenate(flags) if flags else np.zeros(0, bool)
+
+
+def filled_frames(position_mm: np.ndarray, resolution_mm: float) -> np.ndarray:
+    """(markers, n) of (markers, 3, n): where any coordinate of a marker was filled, all were."""
+    return np.array([
+        np.any([filled(axis, resolution_mm) for axis in marker], axis=0) for marker in position_mm
+    ])  # fmt: skip

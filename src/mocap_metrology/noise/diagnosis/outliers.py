@@ -1,0 +1,175 @@
+"""Frames that are off: isolated ones, the business of the Hampel filter and not events, and tails
+heavier than those of Gaussian noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.noise.fit.spectral.gaps import bridged
+
+BLOCK = 1000  # differences whose kurtosis is taken at once, so no change of level makes any
+FEWEST = 8  # blocks
+CHANCE = 0.005  # that any series of a Gaussian recording is said to have heavy tails
+LEAST = 0.2  # excess that is told
+LONGEST = 2  # frames; what is off for longer is an event
+NEAR = 2  # frames between markers that were struck by the same thing
+DRAWN_IN = 3.0  # scales that a frame may be off the median of the five round it
+TOGETHER = (1, 3, 9)  # frames
+ALONE = 1e-3  # number of times that so many are off among them by chance in a recording
+SAMPLED = 1 << 18  # values a scale is taken of
+MANY_OUTLIERS = 1e-3  # share of the frames from which a reader is warned
+
+
+@dataclass(frozen=True)
+class Tails:
+    """Excess kurtosis of the differences of frames of a series, with its 95 % interval."""
+
+    series: str
+    excess: float
+    lower: float
+    upper: float
+
+
+def heavy_tails(series: Mapping[str, np.ndarray], resolution_mm: float) -> list[Tails]:
+    """Of (n,) values in mm, NaN in gaps, those with surely more than a Gaussian's."""
+    step = resolution_mm if math.isfinite(resolution_mm) else 0.0
+    chance = CHANCE / max(len(series), 1)
+    found = [_tails(name, values, step, chance) for name, values in series.items()]
+    return [one for one in found if one]
+
+
+def _tails(name: str, series: np.ndarray, step: float, chance: float) -> Tails | None:
+    """m_4 / m_2^2 - 3 + 6/n of blocks [unbiased for Gaussian noise to 1/n], and Student's t of
+    their mean. Frames that repeat the one before tell nothing; steps as large as the noise, less.
+    """
+    from scipy.special import stdtrit
+
+    d = np.diff(series.astype(np.float64))
+    d = d[np.isfinite(d)]
+    size = float(d.std()) if d.size else 0.0
+    if size > 10 * step:
+        d = d[d != 0]
+    if d.size < FEWEST * BLOCK or size < step or not size > 0:
+        return None
+    rows = d[: d.size // BLOCK * BLOCK].reshape(-1, BLOCK)
+    squares = (rows - rows.mean(axis=1, keepdims=True)) ** 2
+    power = squares.mean(axis=1)
+    squares = squares[power > 0]
+    if len(squares) < FEWEST:
+        return None
+    excess = (squares**2).mean(axis=1) / squares.mean(axis=1) ** 2 - 3 + 6 / BLOCK
+    mean, error = float(excess.mean()), float(excess.std(ddof=1) / math.sqrt(excess.size))
+    if mean < LEAST or mean < -float(stdtrit(excess.size - 1, chance)) * error:
+        return None
+    reach = float(stdtrit(excess.size - 1, 0.975)) * error
+    return Tails(name, mean, mean - reach, mean + reach)
+
+
+def spread(values: np.ndarray) -> float:
+    """1.4826 MAD of (n,) values, of every k-th of long ones; NaN left out."""
+    known = values[:: max(values.size // SAMPLED, 1)]
+    known = known[np.isfinite(known)]
+    return MAD_TO_SIGMA * float(np.median(np.abs(known - np.median(known)))) if known.size else 0.0
+
+
+def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> np.ndarray:
+    """Frames of (n,) that are farther than n_sigma scales from the median of the five round them;
+    the scale is that of all these distances, or of steps from frame to frame over sqrt(2) if that
+    is more (smoothed tracks lie on their medians), half a step of the file at least."""
+    from scipy.ndimage import median_filter
+
+    distance = series - median_filter(series, 5)
+    scale = max(spread(distance), spread(np.diff(series)) / np.sqrt(2), resolution / 2)
+    with np.errstate(invalid="ignore"):
+        return np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
+
+
+def isolated(off: Mapping[str, np.ndarray], markers: Mapping[str, int]) -> dict[str, np.ndarray]:
+    """Those of the `off_frames` of every coordinate that are spikes: one or two frames long while
+    no other marker was off within two frames.
+
+    off: coordinate -> frames, ascending; markers: coordinate -> number of its marker.
+    """
+    found = {}
+    for name, frames in off.items():
+        others = [off[k] for k in off if markers[k] != markers[name]]
+        elsewhere = np.unique(np.concatenate(others)) if others else np.empty(0, int)
+        groups = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
+        kept = [g for g in groups if 0 < g.size <= LONGEST and not _near(g, elsewhere)]
+        found[name] = np.concatenate(kept) if kept else np.empty(0, int)
+    return found
+
+
+def _near(group: np.ndarray, frames: np.ndarray) -> bool:
+    first, last = np.searchsorted(frames, (group[0] - NEAR, group[-1] + NEAR + 1))
+    return bool(last > first)
+
+
+def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """The series with straight lines over these frames; gaps stay."""
+    if not frames.size:
+        return series
+    out = series.copy()
+    missing = np.isnan(series)
+    out[frames] = np.nan
+    near = np.unique(frames[:, None] + np.arange(-4, 5))
+    near = near[(near >= 0) & (near < series.size)]
+    pieces = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
+    for piece in pieces:
+        if np.isfinite(out[piece]).any():
+            out[piece] = bridged(out[piece])
+    out[missing] = np.nan
+    return out
+
+
+def drawn_in(series: Mapping[str, np.ndarray], resolution: float = 0.0) -> dict[str, np.ndarray]:
+    """(n,) coordinates with no frame farther than three scales from the median of the five round
+    it: heavy tails made light.
+
+    The scale is that of these distances, half a step of the file at least. Where more are off, of
+    all coordinates among one, three or nine frames, than so many would be by chance, something
+    happened, and all stays.
+    """
+    away = {k: _away(v, max(resolution, 0.0)) for k, v in series.items()}
+    off = np.sum([np.abs(d) > reach for d, reach in away.values()], axis=0)
+    alone = ~_together(off, len(series))
+    found = {}
+    for name, values in series.items():
+        distance, reach = away[name]
+        excess = np.where(alone, distance - np.clip(distance, -reach, reach), 0.0)
+        found[name] = (values - excess).astype(values.dtype)
+    return found
+
+
+def _away(series: np.ndarray, resolution: float) -> tuple[np.ndarray, float]:
+    """Distances from the median of five, 0 in gaps, and three of their scales."""
+    from scipy.ndimage import median_filter
+
+    with np.errstate(invalid="ignore"):
+        distance = series - median_filter(series, 5)
+    reach = DRAWN_IN * max(spread(distance), resolution / 2)
+    distance[~np.isfinite(distance)] = 0.0
+    return distance, reach if reach > 0 else math.inf
+
+
+def _together(off: np.ndarray, n_series: int) -> np.ndarray:
+    """Where more are off among a few frames than chance explains. off: (n,) how many are."""
+    from scipy.ndimage import binary_dilation
+    from scipy.special import bdtrc
+
+    share = float(off.mean()) / n_series
+    found = np.zeros(off.size, bool)
+    for frames in TOGETHER:
+        many = np.arange(1, frames * n_series + 1)
+        chance = bdtrc(many - 1, frames * n_series, share) * off.size
+        enough = many[chance < ALONE]
+        if enough.size:
+            dense = np.convolve(off, np.ones(frames, int), "same") >= enough[0]
+            found |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense
+    return found

@@ -1,0 +1,101 @@
+"""The series that are analysed (coordinates of markers, distances of pairs), and the columns in
+which their results are stored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:  # what makes them takes a second to import
+    from mocap_metrology.noise.allan.confidence import AllanCurve
+    from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
+
+AXES = ("x", "y", "z")
+ALLAN = (
+    *("series", "estimator", "m", "tau_s", "avar_mm2", "adev_mm", "n_terms", "alpha", "edf"),
+    *("adev_lower_mm", "adev_upper_mm"),
+)
+PERIODOGRAM = ("series", "f_hz", "f_lower_hz", "f_upper_hz", "psd_mm2_hz", "dof", "stretch_s")
+
+
+def coordinate_names(n_markers: int) -> list[str]:
+    """`x1, y1, z1, x2, ...`, markers numbered from 1 as in S."""
+    return [f"{axis}{k}" for k in range(1, n_markers + 1) for axis in AXES]
+
+
+def pair_name(pair: tuple[int, int], pairs: Sequence[tuple[int, int]]) -> str:
+    """`L` for the first pair (S 3.3), `L_1_3` for further ones; markers numbered from 1."""
+    return "L" if pair == pairs[0] else f"L_{pair[0]}_{pair[1]}"
+
+
+def position(series: Mapping[str, np.ndarray], marker: int) -> np.ndarray:
+    """(3, n) float64 coordinates of one marker (numbered from 1) out of named series."""
+    return np.array([series[f"{axis}{marker}"] for axis in AXES], dtype=np.float64)
+
+
+def distance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(n,) Euclidean distance of two markers, each (3, n); NaN where either is missing.
+
+    S Eq. 12 with differences inside the squares (printed there as sums).
+    """
+    return np.sqrt(np.sum((np.asarray(first, float) - np.asarray(second, float)) ** 2, axis=0))
+
+
+def all_series(
+    coordinates: Mapping[str, np.ndarray], pairs: Sequence[tuple[int, int]]
+) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and (n,) float64 values of every coordinate, then of every pair's distance.
+
+    Distances come from these coordinates: give the raw ones, and clean L as a series of its own.
+    """
+    for name, values in coordinates.items():
+        yield name, np.asarray(values, dtype=np.float64)
+    for pair in pairs:
+        yield (
+            pair_name(pair, pairs),
+            distance(position(coordinates, pair[0]), position(coordinates, pair[1])),
+        )
+
+
+def pair_numbers(
+    labels: Sequence[str], pairs: Sequence[Sequence[str]] | None
+) -> list[tuple[int, int]]:
+    """Numbers (from 1) of the markers of each pair; without pairs, the first two markers."""
+    if not pairs:
+        return [(1, 2)] if len(labels) > 1 else []
+    place = {label: number for number, label in enumerate(labels, start=1)}
+    return [(place[first], place[second]) for first, second in pairs]
+
+
+def allan_columns(series: str, curve: AllanCurve, estimator: str = "oadev") -> dict[str, Any]:
+    """Columns of allan.parquet of one series and estimator."""
+    k = curve.m.size
+    values = (
+        *(np.full(k, series, dtype=object), np.full(k, estimator, dtype=object)),
+        *(curve.m, curve.tau_s, curve.variance, curve.deviation, curve.n_terms, curve.alpha),
+        *(curve.edf, curve.lower, curve.upper),
+    )
+    return dict(zip(ALLAN, values, strict=True))
+
+
+def periodogram_columns(series: str, found: Periodogram | None) -> dict[str, Any]:
+    """Columns of periodogram.parquet of one series: what the likelihood was fitted to, lines
+    subtracted; stretch_s is the duration of the stretch without long gaps a bin comes from."""
+    if found is None:
+        return {name: np.array([]) for name in PERIODOGRAM}
+    bins = found.bins
+    values = (
+        *(np.full(bins.n.size, series, dtype=object), bins.centre_hz, bins.f_lower_hz),
+        *(bins.f_upper_hz, found.psd, found.weight, bins.duration_s),
+    )
+    return dict(zip(PERIODOGRAM, values, strict=True))
+
+
+def joined(parts: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str, Any]:
+    """The parts one below the other; columns `names` even without a part."""
+    return {
+        name: np.concatenate([p[name] for p in parts]) if parts else np.array([]) for name in names
+    }

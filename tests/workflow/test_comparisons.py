@@ -5,11 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from mocap_workflow import comparisons
+from mocap_workflow.recordings import RecordingRow
 
 
-def row(name: str, date: str | None = None, reference: str | None = None, **other: Any) -> dict:
-    same = {"camera_type": "T40", "n_cameras": 2, "camera_ids": [1, 2], "markers": ["A", "B"]}
-    return same | {"recording": name, "date": date, "compare_with": reference} | other
+def row(
+    name: str, date: str | None = None, reference: str | None = None, **other: Any
+) -> RecordingRow:
+    same = {"camera_type": "T40", "n_cameras": 2, "camera_ids": (1, 2), "markers": ("A", "B")}
+    own = {"recording": name, "date": date, "compare_with": reference}
+    return RecordingRow.model_construct(**same | own | other)
 
 
 def test_the_one_before_by_date_of_the_same_cameras() -> None:
@@ -17,10 +21,10 @@ def test_the_one_before_by_date_of_the_same_cameras() -> None:
         row("march", "2026-03-01"),
         row("january", "2026-01-01"),
         row("february", "2026-02-01T08:00:00"),
-        row("others", "2026-02-15", camera_ids=[1, 3]),
+        row("others", "2026-02-15", camera_ids=(1, 3)),
         row("undated"),
     ]
-    names = [r["recording"] for r in rows]
+    names = [r.recording for r in rows]
     assert comparisons.pairs(rows, names) == [("march", "february"), ("february", "january")]
     assert comparisons.series_over_dates(rows) == [["january", "february", "march"]]
     assert comparisons.series_over_dates(rows[1:]) == []

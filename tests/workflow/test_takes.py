@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from mocap_workflow.cameras import takes
+from mocap_workflow.recordings import RecordingRow
 
 
-def row(name: str, ids: str, kind: str = "T40", date: str | None = None) -> dict:
-    return {
-        "recording": name,
-        "camera_ids": [int(i) for i in ids],
-        "camera_type": kind,
-        "date": date,
-        "markers": ["a", "b"],
-    }
+def row(name: str, ids: str, kind: str = "T40", date: str | None = None) -> RecordingRow:
+    return RecordingRow.model_construct(
+        recording=name,
+        camera_ids=tuple(map(int, ids)),
+        camera_type=kind,
+        date=date,
+        markers=("a", "b"),
+    )
 
 
 def test_takes_are_nested_subsets_of_one_type_and_day() -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from operator import attrgetter
 
-Rows = Sequence[Mapping[str, Any]]
+from mocap_workflow.recordings import RecordingRow
+
+Rows = Sequence[RecordingRow]
 
 
 def pairs(rows: Rows, accepted: Iterable[str]) -> list[tuple[str, str]]:
@@ -13,12 +15,12 @@ def pairs(rows: Rows, accepted: Iterable[str]) -> list[tuple[str, str]]:
     same cameras and markers. Recordings of one moment are subsets of one take, and not compared."""
     known, found = set(accepted), []
     for row in rows:
-        reference = row["compare_with"]
-        if reference is None and row["date"]:
-            earlier = [r for r in _alike(rows, row) if r["date"] < row["date"]]
-            reference = max(earlier, key=lambda r: r["date"])["recording"] if earlier else None
+        reference = row.compare_with
+        if reference is None and row.date:
+            earlier = [r for r in _dated_alike(rows, row) if _date(r) < row.date]
+            reference = max(earlier, key=_date).recording if earlier else None
         if reference in known:
-            found.append((row["recording"], reference))
+            found.append((row.recording, reference))
     return found
 
 
@@ -26,14 +28,18 @@ def series_over_dates(rows: Rows) -> list[list[str]]:
     """Recordings of the same cameras and markers on three days or more, in order of date."""
     found: list[list[str]] = []
     for row in rows:
-        own = sorted(_alike(rows, row), key=lambda r: r["date"])
-        names = [r["recording"] for r in own]
-        if row["date"] and len({r["date"][:10] for r in own}) >= 3 and names not in found:
+        own = sorted(_dated_alike(rows, row), key=_date)
+        names = [r.recording for r in own]
+        if row.date and len({_date(r)[:10] for r in own}) >= 3 and names not in found:
             found.append(names)
     return found
 
 
-def _alike(rows: Rows, row: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+def _date(row: RecordingRow) -> str:
+    return row.date or ""
+
+
+def _dated_alike(rows: Rows, row: RecordingRow) -> list[RecordingRow]:
     """Dated rows of the same cameras and markers, the row itself included."""
-    same = ("camera_type", "n_cameras", "camera_ids", "markers")
-    return [r for r in rows if r["date"] and all(r[key] == row[key] for key in same)]
+    same = attrgetter("camera_type", "n_cameras", "camera_ids", "markers")
+    return [r for r in rows if r.date and same(r) == same(row)]

@@ -142,6 +142,11 @@ class Row(BaseModel):
 
     twin: Twin
 
+    @property
+    def name(self) -> str:
+        """What the recording or calibration is called."""
+        return str(getattr(self, self.KIND))
+
     @computed_field  # type: ignore[prop-decorator]
     @property
     def source(self) -> Literal["twin", "measured"]:

@@ -117,15 +117,6 @@ def calibration_twins(
     return settings
 
 
-def printed(twin: Mapping[str, Any], row: Mapping[str, Any]) -> bool:
-    """Whether a twin is made of the row of the paper's tables its recording stands for."""
-    source = twin.get("published") or {}
-    return (source.get("camera_type"), source.get("n_cameras")) == (
-        row["camera_type"],
-        row["n_cameras"],
-    )
-
-
 def refuse_containers(deployment: Any) -> None:
     """No image can run the workflow; the one it names is there for lint."""
     chosen = {str(method) for method in getattr(deployment, "deployment_method", None) or ()}

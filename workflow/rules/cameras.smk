@@ -3,9 +3,16 @@
 
 rule cameras:
     input:
-        raw=of_subsets("trajectories.parquet"),
-        covariance=of_subsets("covariance.csv"),
-        noise=of_subsets("noise.csv"),
+        raw=collect(
+            "<results>/recordings/{row.recording}/trajectories.parquet",
+            row=accepted(selection.subsets),
+        ),
+        covariance=collect(
+            "<results>/recordings/{row.recording}/covariance.csv", row=accepted(selection.subsets)
+        ),
+        noise=collect(
+            "<results>/recordings/{row.recording}/noise.csv", row=accepted(selection.subsets)
+        ),
     output:
         csv="<results>/tables/{group}_cameras.csv",
         md="<results>/tables/{group}_cameras.md",
@@ -24,16 +31,14 @@ rule cameras:
         "<logs>/cameras/{group}.log",
     benchmark:
         "<benchmarks>/cameras/{group}.tsv"
-    threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=memory(1500),
+        runtime=minutes(10),
     params:
         code=source("cameras.py", "noise", "present"),
-        takes=lambda wildcards: camera_takes(wildcards.group),
-        rows=lambda wildcards: columns_of(
-            map(row, subsets_of(wildcards.group)), "recording", "camera_type", "camera_ids"
-        ),
-        sources=lambda wildcards: sources_of(subsets_of(wildcards.group)),
+        takes=accepted(cameras.takes),
+        rows=columns("recording", "camera_type", "camera_ids", of=accepted(selection.subsets)),
+        sources=column("source", of=accepted(selection.subsets)),
         cameras=config["cameras"],
         mask_sigma=config["noise"]["mask_sigma"],
         half_window_s=config["hampel"]["half_window_s"],
@@ -41,3 +46,20 @@ rule cameras:
         "{wildcards.group}: noise with each camera added"
     script:
         "../scripts/cameras.py"
+
+
+rule cameras_results:
+    input:
+        tables=collect(
+            [
+                "<results>/tables/{group}_cameras.csv",
+                "<results>/tables/{group}_cameras.md",
+                "<results>/tables/{group}_cameras.json",
+                "<results>/tables/{group}_camera_law.csv",
+                "<results>/tables/{group}_camera_law.md",
+                "<results>/figures/{group}_cameras.svg",
+                "<results>/figures/{group}_cameras.png",
+            ],
+            group=groups(selection.subsets),
+        ),
+    localrule: True

@@ -1,11 +1,15 @@
-# Configuration, sheets, and what rules ask about them. Functions only: rules are in other files.
+# Configuration, sheets, and what rules select by. Functions only: rules are in other files.
+import functools
 import json
+import operator
 import sys
 from pathlib import Path
 
-from mocap_workflow import alive, cameras, comparisons as compared, files, startup
+from mocap_workflow import alive, cameras, comparisons, files, selection, startup
 from mocap_workflow import report as reporting
+from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults, stop
+from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.sources import Sources, installed
 
 ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
@@ -21,9 +25,9 @@ try:
     SETTINGS = startup.configuration(config, ROOT)
     config.update(SETTINGS.model_dump(mode="json"))
     twins = files.load_twins(config["twins"])
-    RECORDINGS, CALIBRATIONS = startup.sheets(config, twins["twins"])
-    TWINS = startup.recording_twins(RECORDINGS, twins, config["duration_s"], config["twin_form"])
-    CALIBRATION_TWINS = startup.calibration_twins(CALIBRATIONS, twins)
+    recordings, calibrations = startup.sheets(config, twins["twins"])
+    TWINS = startup.recording_twins(recordings, twins, config["duration_s"], config["twin_form"])
+    CALIBRATION_TWINS = startup.calibration_twins(calibrations, twins)
     if alive.runs_jobs(sys.argv):
         alive.take(Path(".snakemake"))
 except Faults as faults:
@@ -37,9 +41,8 @@ onstart:
         workflow.scheduler.job_rate_limiter = None
 
 
-ROWS, CALIBRATION_ROWS = (
-    {name: row.model_dump() for name, row in rows.items()} for rows in (RECORDINGS, CALIBRATIONS)
-)
+RECORDINGS = selection.Sheet(RecordingRow, recordings)
+CALIBRATIONS = selection.Sheet(CalibrationRow, calibrations)
 
 
 # `source("allan.py", "noise")` in the params of a rule: its scripts, and all packages they import.
@@ -53,255 +56,287 @@ pathvars:
 
 
 wildcard_constraints:
-    recording=startup.any_of(RECORDINGS),
-    calibration=startup.any_of(CALIBRATIONS),
-    group=startup.any_of(row.group for row in [*RECORDINGS.values(), *CALIBRATIONS.values()]),
+    recording=startup.any_of(RECORDINGS.rows),
+    calibration=startup.any_of(CALIBRATIONS.rows),
+    group=startup.any_of([*RECORDINGS.groups, *CALIBRATIONS.groups]),
     target="all|recordings|calibrations|tables|figures",
 
 
-# What `params:` hold of the sheets: the columns that the script reads and no other, as a job runs
-# again when any of them changes. A comment or a date is often added years later.
+# Queries of a sheet, for `lookup` and `accepted`.
+OF_GROUP = "group == '{group}'"  # of the rule's wildcard
+EVERY = "index >= 0"
+SKUROWSKI = "group == 'skurowski2019'"
+CRUMP = "group == 'skurowski2019-crump'"
+REPAIRED = "group == 'skurowski2019-repaired'"
+JANSEN = "group == 'jansen2019'"
+
+# Columns of a recording that most tables and figures show; see `columns`.
 SUBSET = ("recording", "twin", "camera_type", "n_cameras")
 
+# Endings of what programs read and what people read.
+TABLE, FIGURE = ("csv", "md"), ("svg", "png")
 
-def columns(*names):
-    """Function for `params`: these columns of the recording or calibration of the rule."""
+
+def memory(mb):
+    """`mem_mb` of a job: more at each attempt, where the profile has failed jobs tried again."""
+    return lambda wildcards, attempt: mb * attempt
+
+
+def minutes(count):
+    """`runtime` of a job, likewise."""
+    return lambda wildcards, attempt: count * attempt
+
+
+# What a rule asks of its own row of a sheet.
+
+
+def of_row(ask):
+    """What `ask` returns for the row of the recording or calibration."""
 
     def of(wildcards):
-        rule_row = row if hasattr(wildcards, "recording") else calibration_row
-        return columns_of([rule_row(wildcards)], *names)[0]
+        if "recording" in wildcards.keys():
+            return ask(RECORDINGS.rows[wildcards.recording])
+        return ask(CALIBRATIONS.rows[wildcards.calibration])
 
     return of
 
 
-def columns_of(rows, *names):
-    """These columns of several rows."""
-    return [{name: row[name] for name in names} for row in rows]
+def cell(*columns):
+    """One column of the row, or several as a tuple."""
+    return of_row(operator.attrgetter(*columns))
 
 
-# Recordings. `recording` is a name or the wildcards of a rule, so that each serves as input function.
+# The files of a recording, and its check, which a twin does not need.
+FILES = branch(
+    cell("twin"), then="<results>/recordings/{recording}/twin.c3d", otherwise=cell("paths")
+)
+CHECK = branch(cell("twin"), otherwise=["<results>/recordings/{recording}/check.json"])
 
 
-def recording_names(group=None):
-    """Names in the order of the sheet, of one group or of all."""
-    return [name for name, row in RECORDINGS.items() if group in (None, row.group)]
+# Acceptance. A refusal is a result: a check always succeeds, and says in check.json why not.
 
 
-def row(recording):
-    """The row of a recording as plain values, see mocap_workflow/recordings.py."""
-    return ROWS[getattr(recording, "recording", recording)]
+@functools.cache
+def verdict(kind, name):
+    """check.json of a real recording or calibration: `ok`, `why`, `warnings`."""
+    check = getattr(checkpoints, f"check_{kind}").get(**{kind: name})
+    return json.loads(Path(check.output[0]).read_text(encoding="utf-8"))
 
 
-def twin_of(recording):
-    """Name of the twin that stands in for a recording, None for a real one."""
-    return row(recording)["twin"]
+def is_accepted(row):
+    """A twin is, without being checked."""
+    return row.twin is not None or verdict(row.KIND, row.name)["ok"]
 
 
-def twin_settings(recording):
-    """Everything the twin is made of, see config/twins.yaml."""
-    return TWINS[twin_of(recording)]
+def accepted(choose=list, query=OF_GROUP, sheet=RECORDINGS):
+    """Function of the wildcards: the accepted rows that the query selects, or what `choose` makes
+    of them."""
+    select = lookup(query=query, within=sheet.table, cols=sheet.kind.KIND)
+
+    def of(wildcards):
+        names = select(wildcards) if callable(select) else select
+        return choose([row for row in map(sheet.rows.get, names) if is_accepted(row)])
+
+    return of
 
 
-def form_of(recording):
+accepted_calibrations = functools.partial(accepted, sheet=CALIBRATIONS)
+EVERY_RECORDING = accepted(query=EVERY)
+EVERY_CALIBRATION = accepted_calibrations(query=EVERY)
+
+
+def groups(choose=list, query=EVERY, sheet=RECORDINGS):
+    """Function of the wildcards: groups of whose accepted rows `choose` takes some."""
+    every = accepted(query=query, sheet=sheet)
+
+    def of(wildcards):
+        rows = {}
+        for row in every(wildcards):
+            rows.setdefault(row.group, []).append(row)
+        return [group for group in rows if choose(rows[group])]
+
+    return of
+
+
+# What `choose` can be, besides the functions of mocap_workflow/selection.py.
+
+
+def pairs(rows):
+    """Names of recordings and of their references, see mocap_workflow/comparisons.py."""
+    return comparisons.pairs(rows, [row.name for row in EVERY_RECORDING(None)])
+
+
+def paired(rows):
+    """The recordings of these pairs."""
+    return selection.named(RECORDINGS.rows.values(), sum(pairs(rows), ()))
+
+
+def references(rows):
+    """The accepted recordings that these are compared with."""
+    return selection.references(rows, EVERY_RECORDING(None))
+
+
+def with_references(rows):
+    """These, then what they are compared with."""
+    return [*rows, *references(rows)]
+
+
+def shaken(rows):
+    """The recording with a shock that the first paper's Figure 7 shows, then its reference."""
+    return with_references(rows[:1])
+
+
+def has_bodies(row):
+    """Whether a label that was chosen is a body, with an orientation beside its position."""
+    return not row.twin and bool(verdict("recording", row.name).get("bodies"))
+
+
+def turned(rows):
+    """Recordings with an orientation: of a cluster of markers or of a body."""
+    return [row for row in rows if row.cluster or has_bodies(row)]
+
+
+def moved(rows):
+    """Real recordings of a pair that moves."""
+    real = [row for row in rows if not row.twin and len(row.markers) > 1]
+    return [row for row in real if verdict("recording", row.name).get("moving")]
+
+
+def printed(rows):
+    """Twins made of the row of the first paper's tables that their recording stands for."""
+    return selection.printed(rows, TWINS)
+
+
+def half_circle(rows):
+    """The calibration that the second paper's figures show."""
+    return selection.half_circle(rows, CALIBRATION_TWINS)
+
+
+# What `params:` hold of the sheets: the columns that the script reads and no other, as a job runs
+# again when any of them changes. A comment or a date is often added years later.
+
+
+def columns(*names, of=None):
+    """Function of the wildcards: these columns of the rule's row, or of each row of a selection."""
+
+    def cells(row):
+        return {name: getattr(row, name) for name in names}
+
+    return of_row(cells) if of is None else lambda wildcards: list(map(cells, of(wildcards)))
+
+
+def column(name, of):
+    """Function of the wildcards: this column of the rows of a selection, by their names."""
+    return lambda wildcards: {row.name: getattr(row, name) for row in of(wildcards)}
+
+
+def twin_settings(row):
+    """Everything the twin of a row is made of, see config/twins.yaml."""
+    return (TWINS if row.KIND == "recording" else CALIBRATION_TWINS)[row.twin]
+
+
+def settings_by_name(rows):
+    """The same of the twins among some recordings."""
+    return {row.name: TWINS[row.twin] for row in rows if row.twin}
+
+
+def twin_values(rows, setting):
+    """One of these settings, of the twins among some recordings that have it."""
+    return selection.twin_values(rows, TWINS, setting)
+
+
+def form(row):
     """Whether the frames of a twin are points or averages; None for a real recording."""
-    return twin_settings(recording).get("form", "sampled") if is_twin(recording) else None
+    return twin_settings(row).get("form", "sampled") if row.twin else None
 
 
-def is_twin(recording):
-    return twin_of(recording) is not None
+def subset_of_paper(row):
+    """Camera type and number of cameras, by which the first paper names its recordings; None for
+    a recording of another group."""
+    return (row.camera_type, row.n_cameras) if row.group == "skurowski2019" else None
 
 
-def inputs_of(recording):
-    """The files of a recording in order; for a twin the file that simulate_recording makes."""
-    name = row(recording)["recording"]
-    return [f"<results>/recordings/{name}/twin.c3d"] if is_twin(name) else row(name)["paths"]
+# Targets. A rule `<subject>_results` in the file of each subject names what it makes for each.
 
 
-def check_of(recording):
-    """The check.json of a real recording, nothing for a twin."""
-    name = row(recording)["recording"]
-    return [] if is_twin(name) else [f"<results>/recordings/{name}/check.json"]
+def together(*parts):
+    """Function of the wildcards: what is in the lists, and what the functions return."""
+
+    def of(wildcards):
+        lists = [part(wildcards) if callable(part) else part for part in parts]
+        return [item for found in lists for item in found]
+
+    return of
 
 
-def groups():
-    """Groups in the order in which the sheet first names them."""
-    return list(dict.fromkeys(row.group for row in RECORDINGS.values()))
+def results_of(*targets):
+    """Function of the wildcards: what all subjects name for these targets."""
+    return lambda wildcards: together(
+        *(subject.input.get(target, []) for target in targets for subject in SUBJECTS)
+    )(wildcards)
 
 
-# Calibrations, the same.
+def gate(target):
+    """What a target asks for: its gate, or nothing at all when the sheets are empty."""
+    return [f"<results>/gate/{target}.json"] if RECORDINGS.rows or CALIBRATIONS.rows else []
 
 
-def calibration_names(group=None, twin=None):
-    """Names in the order of the sheet, of one group or of all; twins, real ones, or both."""
-    return [
-        name
-        for name, row in CALIBRATIONS.items()
-        if group in (None, row.group) and twin in (None, bool(row.twin))
-    ]
+def checks(sheet, query=EVERY):
+    """check.json of the real recordings or calibrations that the query selects. Beside `accepted`
+    in a rule's input it lets all checks run at once."""
+    kind = sheet.kind.KIND
+    names = lookup(query=f"{query} and source == 'measured'", within=sheet.table, cols=kind)
+    return collect(f"<results>/{kind}s/{{name}}/check.json", name=names)
 
 
-def calibration_row(calibration):
-    """The row of a calibration as plain values, see mocap_workflow/calibrations.py."""
-    return CALIBRATION_ROWS[getattr(calibration, "calibration", calibration)]
+# What the report says.
 
 
-def records(calibrations):
-    """What a table of calibrations says of each beside its pose."""
-    return columns_of(map(calibration_row, calibrations), "calibration", "setup", "source")
+def figure_of_skurowski(number):
+    """SVG of a figure of the first paper."""
+    caption, shows = SKUROWSKI_FIGURES[number]
+    return report(
+        f"<results>/figures/skurowski_fig{number:02d}.svg",
+        caption=f"../report/{caption}.rst",
+        category="2 Skurowski & Pawlyta 2019",
+        labels={"result": f"Figure {number:2d}: {shows}"},
+    )
 
 
-def calibration_twin_settings(calibration):
-    """Everything the twin is made of, see config/twins.yaml."""
-    return CALIBRATION_TWINS[calibration_row(calibration)["twin"]]
+def entry(key):
+    """Function of the wildcards: category, subcategory or labels of the page of a table."""
+    tables = f"{config['results']}/tables"
+    return lambda wildcards: reporting.entry(f"{tables}/{wildcards.table}.md")[key]
 
 
-def calibration_files(calibration):
-    """What a real calibration is decoded from: recording, board, factory calibration, by name."""
-    row = calibration_row(calibration)
-    files = {"dump": row["path"], "factory": row["factory"]}
-    if row["format"] != "libsurvive-rec":
-        files["board"] = row["board"]
-    return {name: path for name, path in files.items() if path}
-
-
-def reference_files(calibration):
-    """What the sheet compares a calibration with, by name: reference, mount, earlier pose."""
-    row = calibration_row(calibration)
-    files = {name: row[name] for name in ("reference", "mount")} | {"earlier": row["check_against"]}
-    return {name: path for name, path in files.items() if path}
-
-
-def check_of_calibration(calibration):
-    """The check.json of a real calibration, nothing for a twin."""
-    row = calibration_row(calibration)
-    return [] if row["twin"] else [f"<results>/calibrations/{row['calibration']}/check.json"]
-
-
-def calibration_groups():
-    """Groups of calibrations in the order in which the sheet first names them."""
-    return list(dict.fromkeys(row.group for row in CALIBRATIONS.values()))
-
-
-# Acceptance. A refusal is a result: check_recording always succeeds and says so in check.json.
-
-
-def calibration_checks(group=None):
-    """Every check.json of calibrations."""
-    return [path for name in calibration_names(group) for path in check_of_calibration(name)]
-
-
-def accepted_calibrations(group=None):
-    """Names of accepted calibrations; a twin is one without being checked."""
-    return [
-        name
-        for name in calibration_names(group)
-        if calibration_row(name)["twin"] or calibration_verdict(name)["ok"]
-    ]
-
-
-def calibration_verdict(calibration):
-    """check.json of a real calibration: `ok`, `why`, `warnings`."""
-    path = checkpoints.check_calibration.get(calibration=calibration).output[0]
-    return json.loads(Path(path).read_text(encoding="utf-8"))
-
-
-def of_calibrations(file, group=None):
-    """Input function: a file of every accepted calibration of a group, or of the rule's own."""
-    return lambda wildcards: [
-        f"<results>/calibrations/{name}/{file}"
-        for name in accepted_calibrations(group or wildcards.group)
-    ]
-
-
-def example_calibration():
-    """The calibration that the figures of the second paper show: its first twin on a half circle,
-    or just its first."""
-    names = accepted_calibrations("jansen2019")
-    motions = {
-        name: calibration_twin_settings(name)["motion"].get("pattern")
-        for name in names
-        if calibration_row(name)["twin"]
+def links_of_report(wildcards):
+    """Where names on the front page lead: `recording T40-10` -> an address within the report."""
+    links = {
+        f"recording {row.name}": reporting.link("5 Recordings", row.name, f"{row.name}/verdict.svg")
+        for row in EVERY_RECORDING(wildcards)
     }
-    return next((name for name, pattern in motions.items() if pattern == "arc"), names[0])
+    for row in selection.shown(EVERY_CALIBRATION(wildcards)):
+        link = reporting.link("6 Calibrations", "Other", f"{row.name}/calibration.svg")
+        links[f"calibration {row.name}"] = link
+    return links
 
 
-def of_example(file):
-    """Input function: a file of the calibration that the figures show."""
-    return lambda wildcards: f"<results>/calibrations/{example_calibration()}/{file}"
-
-
-def checks(group=None):
-    """Every check.json. Beside `accepted` in a rule's input it lets all checks run at once."""
-    return [path for name in recording_names(group) for path in check_of(name)]
-
-
-def verdict(recording):
-    """check.json of a real recording: `ok`, `why`, `warnings`."""
-    path = checkpoints.check_recording.get(recording=recording).output[0]
-    return json.loads(Path(path).read_text(encoding="utf-8"))
-
-
-def accepted(group=None):
-    """Names of accepted recordings; a twin is one without being checked."""
-    return [name for name in recording_names(group) if is_twin(name) or verdict(name)["ok"]]
-
-
-def accepted_groups():
-    """Groups with an accepted recording."""
-    return [group for group in groups() if accepted(group)]
-
-
-def accepted_rows(group):
-    """Rows of the accepted recordings of a group."""
-    return [row(name) for name in accepted(group)]
-
-
-def of_accepted(pattern):
-    """Input function: the pattern for every accepted recording, of the rule's group if it has one."""
-
-    def paths(wildcards):
-        names = accepted(getattr(wildcards, "group", None))
-        return [pattern.replace("{recording}", name) for name in names]
-
-    return paths
-
-
-def of_paper(file):
-    """Input function: a file of every accepted recording of the first paper's group."""
-    return lambda wildcards: [
-        f"<results>/recordings/{name}/{file}" for name in accepted("skurowski2019")
-    ]
-
-
-def of_paper_twins(file):
-    """The same of the twins that stand for a row of the paper's tables of coefficients."""
+def inputs_of_report(wildcards):
+    """Name, kind, source and seed of every accepted recording and calibration."""
+    rows = together(EVERY_RECORDING, EVERY_CALIBRATION)(wildcards)
     return [
-        f"<results>/recordings/{name}/{file}"
-        for name in recording_names("skurowski2019")
-        if is_twin(name) and startup.printed(twin_settings(name), row(name))
+        {
+            "name": row.name,
+            "kind": row.KIND,
+            "source": row.source,
+            "seed": twin_settings(row)["seed"] if row.twin else None,
+        }
+        for row in rows
     ]
 
 
-def camera_subset(recording):
-    """Camera type and number of cameras, by which the first paper names its recordings."""
-    return row(recording)["camera_type"], row(recording)["n_cameras"]
-
-
-def subset_of_paper(recording):
-    """The same; None for a recording of another group."""
-    return camera_subset(recording) if row(recording)["group"] == "skurowski2019" else None
-
-
-def twins_of_paper():
-    """Settings of the twins among the accepted recordings of the first paper's group, by name."""
-    return {name: twin_settings(name) for name in accepted("skurowski2019") if is_twin(name)}
-
-
-def full_sets_of_paper():
-    """Recordings that stand for the rows of its Table 4: of the largest sound set of each type.
-    If none is there, the first recording."""
-    from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
-
-    rows = {name: row(name) for name in accepted("skurowski2019")}
-    found = [standing_for(rows, *subset) for subset in TABLE_4.items()]
-    return [name for name in found if name] or list(rows)[:1]
+def configuration_of_report():
+    """The configuration without folders of this machine: sheets by name."""
+    sheets = ("recordings", "calibrations", "twins")
+    plain = {key: Path(config[key]).name if config[key] else None for key in sheets}
+    return {key: value for key, value in (config | plain).items() if key != "results"}

@@ -3,8 +3,8 @@
 
 rule compare:
     input:
-        new=lambda wildcards: [allan_of(a) for a, _ in comparisons(wildcards.group)],
-        old=lambda wildcards: [allan_of(b) for _, b in comparisons(wildcards.group)],
+        new=collect("<results>/recordings/{pair[0]}/allan_masked.parquet", pair=accepted(pairs)),
+        old=collect("<results>/recordings/{pair[1]}/allan_masked.parquet", pair=accepted(pairs)),
     output:
         csv="<results>/tables/{group}_compare.csv",
         md="<results>/tables/{group}_compare.md",
@@ -21,11 +21,13 @@ rule compare:
         "<logs>/compare/{group}.log",
     benchmark:
         "<benchmarks>/compare/{group}.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("compare.py", "noise", "present"),
-        pairs=lambda wildcards: comparisons(wildcards.group),
-        sources=lambda wildcards: sources_of(sum(comparisons(wildcards.group), ())),
+        pairs=accepted(pairs),
+        sources=column("source", of=accepted(paired)),
         compare=config["compare"],
     message:
         "{wildcards.group}: what has changed"
@@ -35,7 +37,10 @@ rule compare:
 
 rule trend:
     input:
-        lambda wildcards: [allan_of(name) for name in sum(dated_series(wildcards.group), [])],
+        collect(
+            "<results>/recordings/{row.recording}/allan_masked.parquet",
+            row=accepted(selection.over_dates),
+        ),
     output:
         csv="<results>/tables/{group}_trend.csv",
         md="<results>/tables/{group}_trend.md",
@@ -51,14 +56,14 @@ rule trend:
         "<logs>/trend/{group}.log",
     benchmark:
         "<benchmarks>/trend/{group}.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("trend.py", "noise", "present"),
-        series_over_dates=lambda wildcards: dated_series(wildcards.group),
-        dates=lambda wildcards: {
-            name: row(name)["date"] for name in sum(dated_series(wildcards.group), [])
-        },
-        sources=lambda wildcards: sources_of(sum(dated_series(wildcards.group), [])),
+        series_over_dates=accepted(comparisons.series_over_dates),
+        dates=column("date", of=accepted(selection.over_dates)),
+        sources=column("source", of=accepted(selection.over_dates)),
         compare=config["compare"],
     message:
         "{wildcards.group}: change over dates"
@@ -68,13 +73,11 @@ rule trend:
 
 rule coherence:
     input:
-        clean=lambda wildcards: [
-            f"<results>/recordings/{name}/clean.parquet"
-            for name in with_covariate(wildcards.group)
-        ],
-        covariate=lambda wildcards: [
-            row(name)["covariate"] for name in with_covariate(wildcards.group)
-        ],
+        clean=collect(
+            "<results>/recordings/{row.recording}/clean.parquet",
+            row=accepted(selection.with_covariate),
+        ),
+        covariate=collect("{row.covariate}", row=accepted(selection.with_covariate)),
     output:
         csv="<results>/tables/{group}_coherence.csv",
         md="<results>/tables/{group}_coherence.md",
@@ -82,14 +85,45 @@ rule coherence:
         "<logs>/coherence/{group}.log",
     benchmark:
         "<benchmarks>/coherence/{group}.tsv"
-    threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("coherence.py", "io", "noise", "present"),
-        sources=lambda wildcards: sources_of(with_covariate(wildcards.group)),
+        sources=column("source", of=accepted(selection.with_covariate)),
         compare=config["compare"],
     message:
         "{wildcards.group}: what noise goes with"
     script:
         "../scripts/coherence.py"
+
+
+rule compare_results:
+    input:
+        tables=together(
+            collect(
+                [
+                    "<results>/tables/{group}_compare.csv",
+                    "<results>/tables/{group}_compare.md",
+                    "<results>/tables/{group}_compare.json",
+                    "<results>/figures/{group}_compare.svg",
+                    "<results>/figures/{group}_compare.png",
+                ],
+                group=groups(pairs),
+            ),
+            collect(
+                [
+                    "<results>/tables/{group}_trend.csv",
+                    "<results>/tables/{group}_trend.md",
+                    "<results>/figures/{group}_trend.svg",
+                    "<results>/figures/{group}_trend.png",
+                ],
+                group=groups(selection.over_dates),
+            ),
+            collect(
+                "<results>/tables/{group}_coherence.{kind}",
+                group=groups(selection.with_covariate),
+                kind=TABLE,
+            ),
+        ),
+    localrule: True

@@ -23,9 +23,9 @@ rule diagnosis:
         "<logs>/diagnosis/{recording}.log",
     benchmark:
         "<benchmarks>/diagnosis/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=memory(2000),
+        runtime=minutes(10),
     params:
         code=source("diagnosis.py", "coordinates.py", "noise", "present"),
         diagnosis=config["diagnosis"],
@@ -35,3 +35,18 @@ rule diagnosis:
         "{wildcards.recording}: diagnosis"
     script:
         "../scripts/diagnosis.py"
+
+
+rule diagnosis_results:
+    input:
+        recordings=collect(
+            "<results>/recordings/{row.recording}/{file}",
+            row=EVERY_RECORDING,
+            file=["diagnosis.json", "events.csv", "periodic.csv", "filters.csv"],
+        ),
+        figures=collect(
+            "<results>/recordings/{row.recording}/diagnosis.{kind}",
+            row=EVERY_RECORDING,
+            kind=FIGURE,
+        ),
+    localrule: True

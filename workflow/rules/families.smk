@@ -1,11 +1,50 @@
-# Recordings side by side, of every group of two recordings or more.
+# Recordings side by side: tables of every group, figures of groups of two recordings or more.
+
+OTHERS = "group != 'skurowski2019'"  # the figures of the paper itself are in skurowski.smk
+
+
+rule group_tables:
+    input:
+        checks=checks(RECORDINGS, OF_GROUP),
+        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=accepted()),
+        outliers=collect("<results>/recordings/{row.recording}/outliers.csv", row=accepted()),
+        allan=collect("<results>/recordings/{row.recording}/allan_masked.parquet", row=accepted()),
+        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=accepted()),
+    output:
+        multiext(
+            "<results>/tables/{group}",
+            "_subsets.csv",
+            "_subsets.md",
+            "_gaussian.csv",
+            "_gaussian.md",
+            "_outliers.csv",
+            "_outliers.md",
+            "_allan.csv",
+            "_allan.md",
+            "_noise.csv",
+            "_noise.md",
+        ),
+    log:
+        "<logs>/group_tables/{group}.log",
+    benchmark:
+        "<benchmarks>/group_tables/{group}.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("group_tables.py", "noise", "present"),
+        rows=columns(*SUBSET, "camera_ids", "comment", of=accepted()),
+    message:
+        "{wildcards.group}: tables of the group"
+    script:
+        "../scripts/group_tables.py"
 
 
 rule families:
     input:
-        checks=lambda wildcards: checks(wildcards.group),
-        allan=of_accepted("<results>/recordings/{recording}/allan_masked.parquet"),
-        noise=of_accepted("<results>/recordings/{recording}/noise.csv"),
+        checks=checks(RECORDINGS, OF_GROUP),
+        allan=collect("<results>/recordings/{row.recording}/allan_masked.parquet", row=accepted()),
+        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=accepted()),
     output:
         report(
             "<results>/figures/{group}_adev.svg",
@@ -35,10 +74,12 @@ rule families:
         "<logs>/families/{group}.log",
     benchmark:
         "<benchmarks>/families/{group}.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("families.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(accepted_rows(wildcards.group), *SUBSET),
+        rows=columns(*SUBSET, of=accepted()),
     message:
         "{wildcards.group}: recordings side by side"
     script:
@@ -48,8 +89,8 @@ rule families:
 # The paper's Figure 11 for any group with subsets of cameras.
 rule scaling:
     input:
-        checks=lambda wildcards: checks(wildcards.group),
-        gaussian=of_accepted("<results>/recordings/{recording}/gaussian.csv"),
+        checks=checks(RECORDINGS, OF_GROUP),
+        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=accepted()),
     output:
         report(
             "<results>/figures/{group}_scaling.svg",
@@ -63,11 +104,37 @@ rule scaling:
         "<logs>/scaling/{group}.log",
     benchmark:
         "<benchmarks>/scaling/{group}.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("scaling.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(accepted_rows(wildcards.group), *SUBSET),
+        rows=columns(*SUBSET, of=accepted()),
     message:
         "{wildcards.group}: spread over the number of cameras"
     script:
         "../scripts/scaling.py"
+
+
+rule families_results:
+    input:
+        tables=collect(
+            "<results>/tables/{group}_{table}.{kind}",
+            group=groups(),
+            table=["subsets", "gaussian", "outliers", "allan", "noise"],
+            kind=TABLE,
+        ),
+        figures=together(
+            collect(
+                "<results>/figures/{group}_{figure}.{kind}",
+                group=groups(selection.several, OTHERS),
+                figure=["adev", "coefficients", "correlated"],
+                kind=FIGURE,
+            ),
+            collect(
+                "<results>/figures/{group}_scaling.{kind}",
+                group=groups(selection.scaled, OTHERS),
+                kind=FIGURE,
+            ),
+        ),
+    localrule: True

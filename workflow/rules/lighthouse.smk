@@ -6,7 +6,7 @@ LABELS = ("reference_labels_master", "reference_labels_slave")
 # Of a twin, in one job: two seconds of work a step are less than another start of Python takes.
 rule calibrate_twin:
     input:
-        unpack(reference_files),
+        unpack(of_row(selection.compared_with)),
     output:
         dump=temp("<results>/calibrations/{calibration}/twin.dump"),
         twin_board="<results>/calibrations/{calibration}/twin_board.csv",
@@ -24,16 +24,18 @@ rule calibrate_twin:
     benchmark:
         "<benchmarks>/calibrate_twin/{calibration}.tsv"
     wildcard_constraints:
-        calibration=startup.any_of(calibration_names(twin=True)),
-    threads: 1
+        calibration=startup.any_of(
+            lookup(query="source == 'twin'", within=CALIBRATIONS.table, cols="calibration")
+        ),
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source(
             "calibrate_twin.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"
         ),
         row=columns("calibration", "twin", "format", "board", *LABELS),
-        twin=calibration_twin_settings,
+        twin=of_row(twin_settings),
         lighthouse=config["lighthouse"],
         seed=config["seed"],
     message:
@@ -45,16 +47,16 @@ rule calibrate_twin:
 # A refusal is a result: this rule succeeds, and check.json says why not. Twins need no check.
 checkpoint check_calibration:
     input:
-        unpack(calibration_files),
+        unpack(of_row(selection.decoded_from)),
     output:
         "<results>/calibrations/{calibration}/check.json",
     log:
         "<logs>/check_calibration/{calibration}.log",
     benchmark:
         "<benchmarks>/check_calibration/{calibration}.tsv"
-    threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=memory(1500),
+        runtime=minutes(10),
     params:
         code=source("check_calibration.py", "lighthouse_steps.py", "io", "lighthouse"),
         row=columns("path", "sha256", "format", "board"),
@@ -67,8 +69,8 @@ checkpoint check_calibration:
 
 rule decode:
     input:
-        unpack(calibration_files),
-        check=check_of_calibration,
+        unpack(of_row(selection.decoded_from)),
+        check="<results>/calibrations/{calibration}/check.json",
     output:
         pulses="<results>/calibrations/{calibration}/pulses.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
@@ -79,10 +81,12 @@ rule decode:
     benchmark:
         "<benchmarks>/decode/{calibration}.tsv"
     wildcard_constraints:
-        calibration=startup.any_of(calibration_names(twin=False)),
-    threads: 1
+        calibration=startup.any_of(
+            lookup(query="source == 'measured'", within=CALIBRATIONS.table, cols="calibration")
+        ),
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("decode.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"),
         row=columns("calibration", "twin", "path", "format", "board"),
@@ -95,7 +99,7 @@ rule decode:
 
 rule calibrate:
     input:
-        unpack(reference_files),
+        unpack(of_row(selection.compared_with)),
         sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
         board="<results>/calibrations/{calibration}/board.csv",
@@ -107,11 +111,13 @@ rule calibrate:
     benchmark:
         "<benchmarks>/calibrate/{calibration}.tsv"
     wildcard_constraints:
-        calibration=startup.any_of(calibration_names(twin=False)),
+        calibration=startup.any_of(
+            lookup(query="source == 'measured'", within=CALIBRATIONS.table, cols="calibration")
+        ),
     priority: 5
-    threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source(
             "calibrate.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"
@@ -122,3 +128,79 @@ rule calibrate:
         "{wildcards.calibration}: calibrating"
     script:
         "../scripts/calibrate.py"
+
+
+rule calibration_figures:
+    input:
+        pose="<results>/calibrations/{calibration}/pose.json",
+        poses="<results>/calibrations/{calibration}/poses.parquet",
+        sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
+        stations="<results>/calibrations/{calibration}/stations.json",
+        board="<results>/calibrations/{calibration}/board.csv",
+    output:
+        png="<results>/calibrations/{calibration}/calibration.png",
+        svg=report(
+            "<results>/calibrations/{calibration}/calibration.svg",
+            caption="../report/calibration.rst",
+            category="6 Calibrations",
+            labels={"result": "{calibration}: paths, residuals, pose, verdict"},
+        ),
+    log:
+        "<logs>/calibration_figures/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_figures/{calibration}.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("calibration_figures.py", "lighthouse", "present"),
+        name=cell("calibration"),
+        twin=cell("twin"),
+    message:
+        "{wildcards.calibration}: figure"
+    script:
+        "../scripts/calibration_figures.py"
+
+
+rule calibration_tables:
+    input:
+        checks=checks(CALIBRATIONS, OF_GROUP),
+        poses=collect(
+            "<results>/calibrations/{row.calibration}/pose.json", row=accepted_calibrations()
+        ),
+    output:
+        multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
+    log:
+        "<logs>/calibration_tables/{group}.log",
+    benchmark:
+        "<benchmarks>/calibration_tables/{group}.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source(
+            "calibration_tables.py", "calibration_records.py", "noise", "lighthouse", "present"
+        ),
+        rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
+    message:
+        "{wildcards.group}: table of calibrations"
+    script:
+        "../scripts/calibration_tables.py"
+
+
+rule lighthouse_results:
+    input:
+        calibrations=collect(
+            "<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION
+        ),
+        tables=collect(
+            "<results>/tables/{group}_calibrations.{kind}",
+            group=groups(sheet=CALIBRATIONS),
+            kind=TABLE,
+        ),
+        figures=collect(
+            "<results>/calibrations/{row.calibration}/calibration.{kind}",
+            row=accepted_calibrations(selection.shown, EVERY),
+            kind=FIGURE,
+        ),
+    localrule: True

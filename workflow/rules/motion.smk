@@ -4,7 +4,7 @@
 rule orientation:
     input:
         trajectories="<results>/recordings/{recording}/trajectories.parquet",
-        poses=lambda wildcards: row(wildcards)["paths"] if has_poses(wildcards) else [],
+        poses=branch(of_row(has_bodies), then=cell("paths")),
     output:
         series="<results>/recordings/{recording}/orientation.parquet",
         allan="<results>/recordings/{recording}/allan_orientation.parquet",
@@ -21,13 +21,13 @@ rule orientation:
         "<logs>/orientation/{recording}.log",
     benchmark:
         "<benchmarks>/orientation/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=2500,
+        mem_mb=memory(2500),
+        runtime=minutes(10),
     params:
         code=source("orientation.py", "io", "noise", "present"),
-        cluster=lambda wildcards: row(wildcards)["cluster"],
-        accept_truncated=lambda wildcards: row(wildcards)["accept_truncated"],
+        cluster=cell("cluster"),
+        accept_truncated=cell("accept_truncated"),
         allan=config["allan"],
         hampel=config["hampel"],
         mask_sigma=config["noise"]["mask_sigma"],
@@ -55,9 +55,9 @@ rule place:
         "<logs>/place/{recording}.log",
     benchmark:
         "<benchmarks>/place/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=memory(1500),
+        runtime=minutes(10),
     params:
         code=source("place.py", "coordinates.py", "noise", "present"),
         place=config["place"],
@@ -69,10 +69,14 @@ rule place:
 
 rule places:
     input:
-        allan=lambda wildcards: [allan_of(name) for name in with_place(wildcards.group)],
-        clean=lambda wildcards: [
-            f"<results>/recordings/{name}/clean.parquet" for name in with_place(wildcards.group)
-        ],
+        allan=collect(
+            "<results>/recordings/{row.recording}/allan_masked.parquet",
+            row=accepted(selection.with_place),
+        ),
+        clean=collect(
+            "<results>/recordings/{row.recording}/clean.parquet",
+            row=accepted(selection.with_place),
+        ),
     output:
         csv="<results>/tables/{group}_places.csv",
         md="<results>/tables/{group}_places.md",
@@ -80,16 +84,42 @@ rule places:
         "<logs>/places/{group}.log",
     benchmark:
         "<benchmarks>/places/{group}.tsv"
-    threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("places.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(
-            map(row, with_place(wildcards.group)), "recording", "place", "markers"
-        ),
-        sources=lambda wildcards: sources_of(with_place(wildcards.group)),
+        rows=columns("recording", "place", "markers", of=accepted(selection.with_place)),
+        sources=column("source", of=accepted(selection.with_place)),
     message:
         "{wildcards.group}: noise by place"
     script:
         "../scripts/places.py"
+
+
+rule motion_results:
+    input:
+        tables=collect(
+            "<results>/tables/{group}_places.{kind}",
+            group=groups(selection.with_place),
+            kind=TABLE,
+        ),
+        figures=together(
+            collect(
+                "<results>/recordings/{row.recording}/{file}",
+                row=accepted(turned, EVERY),
+                file=[
+                    "orientation.parquet",
+                    "allan_orientation.parquet",
+                    "orientation.csv",
+                    "orientation.svg",
+                    "orientation.png",
+                ],
+            ),
+            collect(
+                "<results>/recordings/{row.recording}/{file}",
+                row=accepted(moved, EVERY),
+                file=["place.csv", "place.md", "place.svg", "place.png"],
+            ),
+        ),
+    localrule: True

@@ -4,16 +4,16 @@
 # A refusal is a result: this rule succeeds, and check.json says why not. Twins need no check.
 checkpoint check_recording:
     input:
-        inputs_of,
+        FILES,
     output:
         "<results>/recordings/{recording}/check.json",
     log:
         "<logs>/check_recording/{recording}.log",
     benchmark:
         "<benchmarks>/check_recording/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=4000,
+        mem_mb=memory(4000),
+        runtime=minutes(30),
     params:
         code=source("check.py", "io", "noise"),
         row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated"),
@@ -29,8 +29,8 @@ checkpoint check_recording:
 # Before other simulations: so no more than two raw twins lie on the disk at any time.
 rule trajectories:
     input:
-        files=inputs_of,
-        check=check_of,
+        files=FILES,
+        check=CHECK,
     output:
         "<results>/recordings/{recording}/trajectories.parquet",
     log:
@@ -38,9 +38,9 @@ rule trajectories:
     benchmark:
         "<benchmarks>/trajectories/{recording}.tsv"
     priority: 10
-    threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("trajectories.py", "io", "noise"),
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
@@ -48,7 +48,7 @@ rule trajectories:
             *("recording", "twin", "source", "paths", "markers", "pairs"),
             *("frame_rate_hz", "accept_truncated"),
         ),
-        form=form_of,
+        form=of_row(form),
     message:
         "{wildcards.recording}: reading"
     script:
@@ -65,9 +65,9 @@ rule clean:
         "<logs>/clean/{recording}.log",
     benchmark:
         "<benchmarks>/clean/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=memory(1500),
+        runtime=minutes(10),
     params:
         code=source("clean.py", "coordinates.py", "noise"),
         hampel=config["hampel"],
@@ -86,9 +86,9 @@ rule allan:
         "<logs>/allan/{recording}.log",
     benchmark:
         "<benchmarks>/allan/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("allan.py", "noise"),
         allan=config["allan"],
@@ -107,9 +107,9 @@ rule psd:
         "<logs>/psd/{recording}.log",
     benchmark:
         "<benchmarks>/psd/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("psd.py", "noise"),
         psd=config["psd"],
@@ -129,9 +129,9 @@ rule gaussian:
         "<logs>/gaussian/{recording}.log",
     benchmark:
         "<benchmarks>/gaussian/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=2000,
+        mem_mb=memory(2000),
+        runtime=minutes(10),
     params:
         code=source("gaussian.py", "coordinates.py", "noise"),
         gaussian=config["gaussian"],
@@ -155,12 +155,12 @@ rule noise:
     benchmark:
         "<benchmarks>/noise/{recording}.tsv"
     priority: 5
-    threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=memory(1500),
+        runtime=minutes(60),
     params:
         code=source("noise.py", "coordinates.py", "noise"),
-        subset=subset_of_paper,
+        subset=of_row(subset_of_paper),
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],
@@ -182,14 +182,14 @@ rule expected_noise:
         "<logs>/expected_noise/{recording}.log",
     benchmark:
         "<benchmarks>/expected_noise/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("expected_noise.py", "noise"),
-        subset=camera_subset,
-        twin=twin_settings,
-        form=form_of,
+        subset=cell("camera_type", "n_cameras"),
+        twin=of_row(twin_settings),
+        form=of_row(form),
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],
@@ -199,3 +199,87 @@ rule expected_noise:
         "{wildcards.recording}: noise coefficients as expected"
     script:
         "../scripts/expected_noise.py"
+
+
+rule recording_figures:
+    input:
+        raw="<results>/recordings/{recording}/trajectories.parquet",
+        clean="<results>/recordings/{recording}/clean.parquet",
+        allan="<results>/recordings/{recording}/allan_masked.parquet",
+        psd="<results>/recordings/{recording}/psd.parquet",
+    output:
+        report(
+            "<results>/recordings/{recording}/adev.svg",
+            caption="../report/recording.rst",
+            category="5 Recordings",
+            subcategory="{recording}",
+            labels={"result": "Allan deviation: every series, with intervals"},
+        ),
+        report(
+            "<results>/recordings/{recording}/psd.svg",
+            caption="../report/recording.rst",
+            category="5 Recordings",
+            subcategory="{recording}",
+            labels={"result": "spectrum: power spectral density of every series"},
+        ),
+        # In its folder only: as large as all other figures of the recording together
+        "<results>/recordings/{recording}/trajectory.svg",
+        multiext("<results>/recordings/{recording}/", "adev.png", "psd.png", "trajectory.png"),
+    log:
+        "<logs>/recording_figures/{recording}.log",
+    benchmark:
+        "<benchmarks>/recording_figures/{recording}.tsv"
+    resources:
+        mem_mb=memory(2000),
+        runtime=minutes(10),
+    params:
+        code=source("recording_figures.py", "coordinates.py", "noise", "present"),
+    message:
+        "{wildcards.recording}: figures"
+    script:
+        "../scripts/recording_figures.py"
+
+
+rule noise_figures:
+    input:
+        noise="<results>/recordings/{recording}/noise.csv",
+        allan="<results>/recordings/{recording}/allan_masked.parquet",
+        periodogram="<results>/recordings/{recording}/periodogram.parquet",
+    output:
+        directory("<results>/recordings/{recording}/fit"),
+    log:
+        "<logs>/noise_figures/{recording}.log",
+    benchmark:
+        "<benchmarks>/noise_figures/{recording}.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("noise_figures.py", "noise", "present"),
+    message:
+        "{wildcards.recording}: figures of the noise model"
+    script:
+        "../scripts/noise_figures.py"
+
+
+rule motion_capture_results:
+    input:
+        recordings=collect(
+            "<results>/recordings/{row.recording}/{file}",
+            row=EVERY_RECORDING,
+            file=["allan.parquet", "psd.parquet", "gaussian.csv", "covariance.csv", "noise.csv"],
+        ),
+        figures=collect(
+            "<results>/recordings/{row.recording}/{file}",
+            row=EVERY_RECORDING,
+            file=[
+                "adev.svg",
+                "adev.png",
+                "psd.svg",
+                "psd.png",
+                "trajectory.svg",
+                "trajectory.png",
+                "fit",
+            ],
+        ),
+    localrule: True

@@ -9,13 +9,13 @@ rule simulate_recording:
         "<logs>/simulate_recording/{recording}.log",
     benchmark:
         "<benchmarks>/simulate_recording/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=memory(1500),
+        runtime=minutes(20),
     params:
         code=source("simulate.py", "io", "noise"),
-        name=twin_of,
-        twin=twin_settings,
+        name=cell("twin"),
+        twin=of_row(twin_settings),
         seed=config["seed"],
     message:
         "{wildcards.recording}: simulating {params.name}"

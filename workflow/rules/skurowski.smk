@@ -30,13 +30,15 @@ rule skurowski_theory:
                 for kind in ("csv", "md")
             ),
         ),
-        [of_figure(n) for n in (1, 2, 3)],
+        [figure_of_skurowski(n) for n in (1, 2, 3)],
         [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (1, 2, 3)],
     log:
         "<logs>/skurowski_theory.log",
     benchmark:
         "<benchmarks>/skurowski_theory.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("skurowski_theory.py", "noise", "present"),
     message:
@@ -47,8 +49,10 @@ rule skurowski_theory:
 
 rule skurowski_tables:
     input:
-        checks=checks("skurowski2019"),
-        gaussian=of_paper("gaussian.csv"),
+        checks=checks(RECORDINGS, SKUROWSKI),
+        gaussian=collect(
+            "<results>/recordings/{row.recording}/gaussian.csv", row=accepted(query=SKUROWSKI)
+        ),
     output:
         multiext(
             "<results>/tables/skurowski_table",
@@ -61,11 +65,13 @@ rule skurowski_tables:
         "<logs>/skurowski_tables.log",
     benchmark:
         "<benchmarks>/skurowski_tables.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("skurowski_tables.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET, "camera_ids"),
-        twins=lambda wildcards: twins_of_paper(),
+        rows=columns(*SUBSET, "camera_ids", of=accepted(query=SKUROWSKI)),
+        twins=accepted(settings_by_name, SKUROWSKI),
         hampel=config["hampel"],
     message:
         "Tables 3 and 4 of Skurowski & Pawlyta 2019"
@@ -75,25 +81,28 @@ rule skurowski_tables:
 
 rule skurowski_gaussian_figures:
     input:
-        checks=checks("skurowski2019"),
-        gaussian=of_paper("gaussian.csv"),
-        clean=lambda wildcards: [
-            f"<results>/recordings/{name}/clean.parquet" for name in full_sets_of_paper()
-        ],
+        checks=checks(RECORDINGS, SKUROWSKI),
+        gaussian=collect(
+            "<results>/recordings/{row.recording}/gaussian.csv", row=accepted(query=SKUROWSKI)
+        ),
+        clean=collect(
+            "<results>/recordings/{row.recording}/clean.parquet",
+            row=accepted(selection.full_sets, SKUROWSKI),
+        ),
     output:
-        [of_figure(n) for n in (9, 10, 11)],
+        [figure_of_skurowski(n) for n in (9, 10, 11)],
         [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (9, 10, 11)],
     log:
         "<logs>/skurowski_gaussian_figures.log",
     benchmark:
         "<benchmarks>/skurowski_gaussian_figures.tsv"
-    threads: 1
     resources:
-        mem_mb=2000,
+        mem_mb=memory(2000),
+        runtime=minutes(10),
     params:
         code=source("skurowski_gaussian_figures.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
-        twins=lambda wildcards: twins_of_paper(),
+        rows=columns(*SUBSET, of=accepted(query=SKUROWSKI)),
+        twins=accepted(settings_by_name, SKUROWSKI),
     message:
         "Figures 9-11 of Skurowski & Pawlyta 2019"
     script:
@@ -102,9 +111,13 @@ rule skurowski_gaussian_figures:
 
 rule skurowski_noise:
     input:
-        checks=checks("skurowski2019"),
-        noise=of_paper("noise.csv"),
-        expected=of_paper_twins("expected.csv"),
+        checks=checks(RECORDINGS, SKUROWSKI),
+        noise=collect(
+            "<results>/recordings/{row.recording}/noise.csv", row=accepted(query=SKUROWSKI)
+        ),
+        expected=collect(
+            "<results>/recordings/{row.recording}/expected.csv", row=accepted(printed, SKUROWSKI)
+        ),
     output:
         multiext(
             "<results>/tables/skurowski_",
@@ -123,10 +136,12 @@ rule skurowski_noise:
         "<logs>/skurowski_noise.log",
     benchmark:
         "<benchmarks>/skurowski_noise.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("skurowski_noise.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
+        rows=columns(*SUBSET, of=accepted(query=SKUROWSKI)),
     message:
         "Tables A1-A3 of Skurowski & Pawlyta 2019"
     script:
@@ -135,24 +150,32 @@ rule skurowski_noise:
 
 rule skurowski_noise_figures:
     input:
-        checks=checks("skurowski2019"),
-        noise=of_paper("noise.csv"),
-        expected=of_paper_twins("expected.csv"),
-        allan=of_paper("allan.parquet"),
-        psd=of_paper("psd.parquet"),
+        checks=checks(RECORDINGS, SKUROWSKI),
+        noise=collect(
+            "<results>/recordings/{row.recording}/noise.csv", row=accepted(query=SKUROWSKI)
+        ),
+        expected=collect(
+            "<results>/recordings/{row.recording}/expected.csv", row=accepted(printed, SKUROWSKI)
+        ),
+        allan=collect(
+            "<results>/recordings/{row.recording}/allan.parquet", row=accepted(query=SKUROWSKI)
+        ),
+        psd=collect(
+            "<results>/recordings/{row.recording}/psd.parquet", row=accepted(query=SKUROWSKI)
+        ),
     output:
-        [of_figure(n) for n in (6, 14, 15, 16, 17)],
+        [figure_of_skurowski(n) for n in (6, 14, 15, 16, 17)],
         [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (6, 14, 15, 16, 17)],
     log:
         "<logs>/skurowski_noise_figures.log",
     benchmark:
         "<benchmarks>/skurowski_noise_figures.tsv"
-    threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=memory(1500),
+        runtime=minutes(10),
     params:
         code=source("skurowski_noise_figures.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
+        rows=columns(*SUBSET, of=accepted(query=SKUROWSKI)),
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],
@@ -166,23 +189,31 @@ rule skurowski_noise_figures:
 
 rule skurowski_crump:
     input:
-        raw=of_shock("trajectories.parquet"),
-        clean=of_shock("clean.parquet"),
-        allan=lambda wildcards: [cleaned_allan_of(name) for name in [*shocked(), *unshocked()]],
+        raw=collect(
+            "<results>/recordings/{row.recording}/trajectories.parquet",
+            row=accepted(selection.first, CRUMP),
+        ),
+        clean=collect(
+            "<results>/recordings/{row.recording}/clean.parquet",
+            row=accepted(selection.first, CRUMP),
+        ),
+        allan=collect(
+            "<results>/recordings/{row.recording}/allan.parquet", row=accepted(shaken, CRUMP)
+        ),
     output:
-        of_figure(7),
+        figure_of_skurowski(7),
         "<results>/figures/skurowski_fig07.png",
     log:
         "<logs>/skurowski_crump.log",
     benchmark:
         "<benchmarks>/skurowski_crump.tsv"
-    threads: 1
     resources:
-        mem_mb=2500,
+        mem_mb=memory(2500),
+        runtime=minutes(10),
     params:
         code=source("skurowski_crump.py", "coordinates.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(map(row, [*shocked(), *unshocked()]), "recording", "twin"),
-        crumps=lambda wildcards: twin_values(shocked(), "crump"),
+        rows=columns("recording", "twin", of=accepted(shaken, CRUMP)),
+        crumps=accepted(lambda rows: twin_values(rows[:1], "crump"), CRUMP),
     message:
         "Figure 7 of Skurowski & Pawlyta 2019"
     script:
@@ -191,18 +222,23 @@ rule skurowski_crump:
 
 rule skurowski_failing:
     input:
-        allan=lambda wildcards: [cleaned_allan_of(name) for name in with_and_without_failing()],
+        allan=collect(
+            "<results>/recordings/{row.recording}/allan.parquet",
+            row=accepted(selection.with_and_without_failing, SKUROWSKI),
+        ),
     output:
-        of_figure(8),
+        figure_of_skurowski(8),
         "<results>/figures/skurowski_fig08.png",
     log:
         "<logs>/skurowski_failing.log",
     benchmark:
         "<benchmarks>/skurowski_failing.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(map(row, with_and_without_failing()), *SUBSET),
+        rows=columns(*SUBSET, of=accepted(selection.with_and_without_failing, SKUROWSKI)),
     message:
         "Figure 8 of Skurowski & Pawlyta 2019"
     script:
@@ -211,21 +247,25 @@ rule skurowski_failing:
 
 rule skurowski_families:
     input:
-        checks=checks("skurowski2019"),
-        allan=of_paper("allan.parquet"),
+        checks=checks(RECORDINGS, SKUROWSKI),
+        allan=collect(
+            "<results>/recordings/{row.recording}/allan.parquet", row=accepted(query=SKUROWSKI)
+        ),
     output:
-        of_figure(12),
+        figure_of_skurowski(12),
         "<results>/figures/skurowski_fig12.png",
-        of_figure(13),
+        figure_of_skurowski(13),
         "<results>/figures/skurowski_fig13.png",
     log:
         "<logs>/skurowski_families.log",
     benchmark:
         "<benchmarks>/skurowski_families.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(accepted_rows("skurowski2019"), *SUBSET),
+        rows=columns(*SUBSET, of=accepted(query=SKUROWSKI)),
     message:
         "Figures 12 and 13 of Skurowski & Pawlyta 2019"
     script:
@@ -234,8 +274,11 @@ rule skurowski_families:
 
 rule skurowski_repaired:
     input:
-        checks=checks("skurowski2019-repaired"),
-        allan=lambda wildcards: [cleaned_allan_of(name) for name in [*repaired(), *unrepaired()]],
+        checks=checks(RECORDINGS, REPAIRED),
+        allan=collect(
+            "<results>/recordings/{row.recording}/allan.parquet",
+            row=accepted(with_references, REPAIRED),
+        ),
     output:
         report(
             "<results>/figures/skurowski_figA1.svg",
@@ -248,13 +291,69 @@ rule skurowski_repaired:
         "<logs>/skurowski_repaired.log",
     benchmark:
         "<benchmarks>/skurowski_repaired.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
-        rows=lambda wildcards: columns_of(map(row, repaired()), *SUBSET, "compare_with", "comment"),
-        others=lambda wildcards: columns_of(map(row, unrepaired()), "recording", "twin"),
-        left_out=lambda wildcards: twin_values(repaired(), "without_T_c_below_s"),
+        rows=columns(*SUBSET, "compare_with", "comment", of=accepted(query=REPAIRED)),
+        others=columns("recording", "twin", of=accepted(references, REPAIRED)),
+        left_out=accepted(lambda rows: twin_values(rows, "without_T_c_below_s"), REPAIRED),
     message:
         "Figure A1 of Skurowski & Pawlyta 2019"
     script:
         "../scripts/skurowski_families.py"
+
+
+# The first tables depend on no recording; they stand beside the results of both papers.
+rule skurowski_results:
+    input:
+        tables=together(
+            branch(
+                together(accepted(query=SKUROWSKI), accepted_calibrations(query=JANSEN)),
+                then=collect(
+                    "<results>/tables/{table}.{kind}",
+                    table=["skurowski_table1", "skurowski_table2", "left_out"],
+                    kind=TABLE,
+                ),
+            ),
+            branch(
+                accepted(query=SKUROWSKI),
+                then=collect(
+                    "<results>/tables/skurowski_{table}.{kind}",
+                    table=[
+                        "table3",
+                        "table4",
+                        "tableA1",
+                        "tableA2",
+                        "tableA3",
+                        "support",
+                        "white_levels",
+                    ],
+                    kind=TABLE,
+                ),
+            ),
+        ),
+        figures=together(
+            branch(
+                accepted(query=SKUROWSKI),
+                then=collect(
+                    "<results>/figures/skurowski_fig{n:02d}.{kind}",
+                    n=[1, 2, 3, 6, 9, 10, 11, 12, 13, 14, 15, 16, 17],
+                    kind=FIGURE,
+                ),
+            ),
+            branch(
+                accepted(query=CRUMP),
+                then=collect("<results>/figures/skurowski_fig07.{kind}", kind=FIGURE),
+            ),
+            branch(
+                accepted(selection.with_and_without_failing, SKUROWSKI),
+                then=collect("<results>/figures/skurowski_fig08.{kind}", kind=FIGURE),
+            ),
+            branch(
+                accepted(query=REPAIRED),
+                then=collect("<results>/figures/skurowski_figA1.{kind}", kind=FIGURE),
+            ),
+        ),
+    localrule: True

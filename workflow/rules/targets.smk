@@ -1,11 +1,25 @@
-# What can be asked for. Each target ends at a gate, and what it asks for is in WANTED.
+# What can be asked for. Each target ends at a gate; see SUBJECTS for what it asks for.
 
 
 # Last of all: one line for each refused recording, and a failure if there is any.
 rule gate:
     input:
-        checks=lambda wildcards: checks_of_target(wildcards.target),
-        results=lambda wildcards: wanted(wildcards.target),
+        # Recordings and calibrations ask nothing of each other
+        checks=branch(
+            lambda wildcards: wildcards.target,
+            cases={"recordings": checks(RECORDINGS), "calibrations": checks(CALIBRATIONS)},
+            otherwise=checks(RECORDINGS) + checks(CALIBRATIONS),
+        ),
+        results=branch(
+            lambda wildcards: wildcards.target,
+            cases={
+                "recordings": results_of("recordings"),
+                "calibrations": results_of("calibrations"),
+                "tables": results_of("tables"),
+                "figures": results_of("figures"),
+                "all": results_of("recordings", "calibrations", "tables", "figures", "report"),
+            },
+        ),
     output:
         "<results>/gate/{target}.json",
     log:
@@ -13,7 +27,9 @@ rule gate:
     benchmark:
         "<benchmarks>/gate/{target}.tsv"
     localrule: True
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("gate.py"),
     message:
@@ -24,19 +40,19 @@ rule gate:
 
 rule recordings:
     input:
-        gate_of("recordings"),
+        gate("recordings"),
 
 
 rule calibrations:
     input:
-        gate_of("calibrations"),
+        gate("calibrations"),
 
 
 rule tables:
     input:
-        gate_of("tables"),
+        gate("tables"),
 
 
 rule figures:
     input:
-        gate_of("figures"),
+        gate("figures"),

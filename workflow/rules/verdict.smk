@@ -7,7 +7,7 @@ rule verdict:
         outliers="<results>/recordings/{recording}/outliers.csv",
         allan="<results>/recordings/{recording}/allan_masked.parquet",
         noise="<results>/recordings/{recording}/noise.csv",
-        check=check_of,
+        check=CHECK,
         diagnosis="<results>/recordings/{recording}/diagnosis.json",
     output:
         json="<results>/recordings/{recording}/verdict.json",
@@ -23,9 +23,9 @@ rule verdict:
         "<logs>/verdict/{recording}.log",
     benchmark:
         "<benchmarks>/verdict/{recording}.tsv"
-    threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("verdict.py", "noise", "present"),
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
@@ -39,8 +39,8 @@ rule verdict:
 
 rule summary:
     input:
-        checks=lambda wildcards: checks(wildcards.group),
-        verdicts=of_accepted("<results>/recordings/{recording}/verdict.json"),
+        checks=checks(RECORDINGS, OF_GROUP),
+        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=accepted()),
     output:
         csv="<results>/tables/{group}_summary.csv",
         md="<results>/tables/{group}_summary.md",
@@ -48,10 +48,24 @@ rule summary:
         "<logs>/summary/{group}.log",
     benchmark:
         "<benchmarks>/summary/{group}.tsv"
-    threads: 1
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
     params:
         code=source("summary.py", "noise", "present"),
     message:
         "{wildcards.group}: verdicts"
     script:
         "../scripts/summary.py"
+
+
+rule verdict_results:
+    input:
+        recordings=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
+        tables=collect("<results>/tables/{group}_summary.{kind}", group=groups(), kind=TABLE),
+        figures=collect(
+            "<results>/recordings/{row.recording}/verdict.{kind}",
+            row=EVERY_RECORDING,
+            kind=FIGURE,
+        ),
+    localrule: True

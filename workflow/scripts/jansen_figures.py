@@ -10,10 +10,10 @@ with step(snakemake) as log:
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.jansen.jansen_figures import jansen_figures
 
-    given, params = snakemake.input, snakemake.params
-    files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}
-    calibration = read_calibration(files, params.name, params.twin)
-    pulses, _ = read_table(given.pulses, ["start_s", "length_us", "diode"])
+    given, (row,) = snakemake.input, snakemake.params.rows
+    files = {key: given[key][0] for key in ("pose", "poses", "sweeps", "stations", "board")}
+    calibration = read_calibration(files, row["calibration"], row["twin"])
+    pulses, _ = read_table(given.pulses[0], ["start_s", "length_us", "diode"])
     for number, figure in jansen_figures(calibration, pulses).items():
         save_figure(figure, Path(snakemake.output[0]).parent / f"jansen_fig{number:02d}")
         log.info("Figure %d", number)

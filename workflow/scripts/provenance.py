@@ -50,7 +50,9 @@ with step(snakemake) as log:
         "configuration": params.configuration,
         "inputs": inputs,
         "run_times": provenance.run_times(times),
-        "tables": {Path(path).name: sha256(path) for path in sorted(given.tables)},
+        "tables": {
+            Path(path).name: sha256(path) for path in sorted(given.tables) if path.endswith(".csv")
+        },
         "packages": dict(
             sorted({d.name.lower(): d.version for d in metadata.distributions()}.items())
         ),

@@ -15,12 +15,12 @@ with step(snakemake) as log:
     from mocap_metrology.present.skurowski.crump import Shaken, crump_figure, guessed
 
     given, rows = snakemake.input, snakemake.params.rows
-    _, raw, origin = read_coordinates(given.raw)
+    _, raw, origin = read_coordinates(given.raw[0])
     raw = dict(all_series(raw, [tuple(pair) for pair in origin["pairs"]]))
     (allan, settings), *other = [read_table(path) for path in given.allan]
     shaken = Shaken(
         raw,
-        read_coordinates(given.clean)[1],
+        read_coordinates(given.clean[0])[1],
         allan,
         origin["frame_rate_hz"],
         settings["allan"]["min_coverage"],

@@ -6,24 +6,22 @@ rule simulate_recording:
         "<logs>/simulate_recording/{recording}.log",
     benchmark:
         "<benchmarks>/simulate_recording/{recording}.tsv"
-    threads: 1
     params:
         code=source("toy.py"),
-        twin=twin_of,
+        twin=cell("twin"),
     script:
         "../scripts/toy.py"
 
 
 checkpoint check_recording:
     input:
-        files=inputs_of,
+        files=FILES,
     output:
         "<results>/recordings/{recording}/check.json",
     log:
         "<logs>/check_recording/{recording}.log",
     benchmark:
         "<benchmarks>/check_recording/{recording}.tsv"
-    threads: 1
     params:
         code=source("toy.py"),
     script:
@@ -32,8 +30,8 @@ checkpoint check_recording:
 
 rule trajectories:
     input:
-        files=inputs_of,
-        check=check_of,
+        files=FILES,
+        check=CHECK,
     output:
         "<results>/recordings/{recording}/trajectories.parquet",
     log:
@@ -41,7 +39,6 @@ rule trajectories:
     benchmark:
         "<benchmarks>/trajectories/{recording}.tsv"
     priority: 10
-    threads: 1
     params:
         code=source("toy.py"),
     script:
@@ -57,7 +54,6 @@ rule noise:
         "<logs>/noise/{recording}.log",
     benchmark:
         "<benchmarks>/noise/{recording}.tsv"
-    threads: 1
     params:
         code=source("toy.py"),
         hampel=config["hampel"],
@@ -67,15 +63,21 @@ rule noise:
 
 rule group_table:
     input:
-        files=of_accepted("<results>/recordings/{recording}/noise.csv"),
+        files=collect("<results>/recordings/{row.recording}/noise.csv", row=accepted()),
     output:
         "<results>/tables/{group}_noise.csv",
     log:
         "<logs>/group_table/{group}.log",
     benchmark:
         "<benchmarks>/group_table/{group}.tsv"
-    threads: 1
     params:
         code=source("toy.py"),
     script:
         "../scripts/toy.py"
+
+
+rule toy_results:
+    input:
+        recordings=collect("<results>/recordings/{row.recording}/noise.csv", row=EVERY_RECORDING),
+        tables=collect("<results>/tables/{group}_noise.csv", group=groups()),
+    localrule: True

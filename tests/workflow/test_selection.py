@@ -1,0 +1,153 @@
+"""What rules select from the rows of a sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from mocap_workflow import selection
+from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.selection import names
+
+
+def recording(name: str, kind: str = "", count: int | None = None, **cells: Any) -> RecordingRow:
+    given = {"recording": name, "camera_type": kind, "n_cameras": count, "group": "lab"}
+    return RecordingRow.model_construct().model_copy(update={"twin": None} | given | cells)
+
+
+def calibration(name: str, setup: str = "sim-1", **cells: Any) -> CalibrationRow:
+    given = {"calibration": name, "setup": setup, "group": "lab", "twin": None}
+    return CalibrationRow.model_construct().model_copy(update=given | cells)
+
+
+def test_a_sheet_as_a_table_to_look_up_in() -> None:
+    rows = {"a": recording("a"), "b": recording("b", twin="T", group="2"), "c": recording("c")}
+    sheet = selection.Sheet(RecordingRow, rows)
+    assert sheet.groups == ["lab", "2"]
+    assert sheet.table.to_dict("list") == {
+        "recording": ["a", "b", "c"],
+        "group": ["lab", "2", "lab"],
+        "source": ["measured", "twin", "measured"],
+    }
+    nothing = selection.Sheet(RecordingRow, {})
+    assert nothing.table.query("group == 'lab' and source == 'twin'").empty
+
+
+@pytest.mark.parametrize(
+    "select, rows, expected",
+    [
+        (selection.first, [recording("a"), recording("b")], ["a"]),
+        (selection.first, [], []),
+        (selection.several, [recording("a"), recording("b")], ["a", "b"]),
+        (selection.several, [recording("a")], []),
+        (
+            selection.with_covariate,
+            [recording("a", covariate=None), recording("b", covariate="t.csv")],
+            ["b"],
+        ),
+        (
+            selection.with_place,
+            [
+                recording("a", place="door"),
+                recording("b", place=None),
+                recording("c", place="wall"),
+            ],
+            ["a", "c"],
+        ),
+        (selection.with_place, [recording("a", place="door"), recording("b", place="door")], []),
+        (
+            selection.scaled,
+            [recording("a", "V", 2), recording("b", "V", 3), recording("c")],
+            ["a", "b", "c"],
+        ),
+        (
+            selection.scaled,
+            [recording("a", "V", 2), recording("b", "T", 3), recording("c", "V")],
+            [],
+        ),
+        (
+            selection.with_and_without_failing,
+            [
+                *(recording("few", "Vantage", 9), recording("again", "Vantage", 9)),
+                *(recording("all", "Vantage", 10), recording("other", "T40", 10)),
+            ],
+            ["all", "few"],
+        ),
+        (selection.with_and_without_failing, [recording("all", "Vantage", 10)], []),
+        (
+            selection.full_sets,
+            [
+                *(recording("twin", "T40", 10, twin="T"), recording("real", "T40", 10)),
+                recording("few", "Bonita", 8),
+            ],
+            ["real"],
+        ),
+        (selection.full_sets, [recording("few", "T40", 8), recording("fewer", "T40", 6)], ["few"]),
+    ],
+)
+def test_recordings(select: Callable, rows: list[RecordingRow], expected: list[str]) -> None:
+    assert names(select(rows)) == expected
+
+
+def test_over_dates_and_subsets_come_series_by_series() -> None:
+    same = {"markers": ("A",), "camera_ids": (1, 2)}
+    dated = [recording(f"day{d}", date=f"2026-01-0{d}", **same) for d in (3, 1, 2)]
+    assert names(selection.over_dates(dated)) == ["day1", "day2", "day3"]
+    take = {"date": None, "markers": ("A",)}
+    rows = [
+        recording("few", camera_ids=(1,), **take),
+        recording("other", "T40", camera_ids=(1, 2), **take),
+        recording("many", camera_ids=(1, 2), **take),
+    ]
+    assert names(selection.subsets(rows)) == ["few", "many"]
+
+
+def test_references_are_the_accepted_ones_each_once() -> None:
+    rows = [recording(name, compare_with=other) for name, other in zip("abcd", "xyxx", strict=True)]
+    rows += [recording("e", compare_with=None)]
+    assert names(selection.references(rows, [recording("w"), recording("x")])) == ["x"]
+
+
+def test_twins_and_what_they_are_made_of() -> None:
+    twins = {
+        "same": {"published": {"camera_type": "T40", "n_cameras": 10}, "crump": 1},
+        "scaled": {"published": {"camera_type": "T40", "n_cameras": 8}},
+        "own": {},
+    }
+    rows = [recording(twin, "T40", 10, twin=twin) for twin in twins] + [
+        recording("real", "T40", 10)
+    ]
+    assert names(selection.printed(rows, twins)) == ["same"]
+    assert selection.twin_values(rows, twins, "crump") == [1]
+
+
+def test_calibrations_shown_in_figures() -> None:
+    rows = [
+        calibration("a1", "a", twin="T"),
+        calibration("a2", "a", twin="T"),
+        calibration("b1", "b"),
+        calibration("b2", "b", twin="T"),
+        calibration("b3", "b"),
+    ]
+    assert names(selection.shown(rows)) == ["a1", "b1", "b3"]
+    rows = [calibration("x", "room"), calibration("y"), calibration("z"), calibration("w", "sim-2")]
+    assert names(selection.first_of_setups(rows)) == ["y", "w"]
+
+
+def test_the_example_is_the_first_half_circle_or_the_first() -> None:
+    twins = {"line": {"motion": {"pattern": "line"}}, "arc": {"motion": {"pattern": "arc"}}}
+    rows = [calibration("real"), *(calibration(name, twin=name) for name in twins)]
+    assert names(selection.half_circle(rows, twins)) == ["arc"]
+    assert names(selection.half_circle(rows[:2], twins)) == ["real"]
+    assert selection.half_circle([], twins) == []
+
+
+def test_files_of_a_calibration_by_name() -> None:
+    row = calibration("a", path="a.dump", factory=None, board="board.csv", format="gpio-dump")
+    assert selection.decoded_from(row) == {"dump": "a.dump", "board": "board.csv"}
+    row = row.model_copy(update={"format": "libsurvive-rec", "factory": "stations.json"})
+    assert selection.decoded_from(row) == {"dump": "a.dump", "factory": "stations.json"}
+    row = calibration("a", reference="pose.json", mount=None, check_against="old.json")
+    assert selection.compared_with(row) == {"reference": "pose.json", "earlier": "old.json"}

@@ -1,0 +1,170 @@
+"""What rules ask of a row, or select from the rows of accepted recordings and calibrations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from operator import attrgetter
+from typing import Any, Generic, TypeVar
+
+import pandas as pd
+
+from mocap_workflow import cameras, comparisons
+from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.recordings import RecordingRow
+
+OfSheet = TypeVar("OfSheet", RecordingRow, CalibrationRow)
+Twins = Mapping[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Sheet(Generic[OfSheet]):
+    """Checked rows of one kind, by name."""
+
+    kind: type[OfSheet]
+    rows: Mapping[str, OfSheet]
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """What rules select by, for `lookup`: name, `group` and `source` of each row."""
+        lines = [(name, row.group, row.source) for name, row in self.rows.items()]
+        return pd.DataFrame(lines, columns=[self.kind.KIND, "group", "source"], dtype=str)
+
+    @property
+    def groups(self) -> list[str]:
+        """In the order in which the sheet first names them."""
+        return list(dict.fromkeys(row.group for row in self.rows.values()))
+
+
+def names(rows: Iterable[OfSheet]) -> list[str]:
+    return [row.name for row in rows]
+
+
+def named(rows: Iterable[OfSheet], names: Iterable[str]) -> list[OfSheet]:
+    """Those of the rows that have these names, in the order of the names."""
+    by_name = {row.name: row for row in rows}
+    return [by_name[name] for name in dict.fromkeys(names) if name in by_name]
+
+
+# Recordings.
+
+subset = attrgetter("camera_type", "n_cameras")  # by it the first paper names its recordings
+
+
+def first(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
+    """The first alone."""
+    return rows[:1]
+
+
+def several(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
+    """Two recordings or more; one alone has nothing to be drawn beside."""
+    return rows if len(rows) > 1 else []
+
+
+def with_covariate(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """Recordings with something recorded beside them."""
+    return [row for row in rows if row.covariate]
+
+
+def with_place(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """Recordings whose place in the volume has a name; none if it is the same for all."""
+    found = [row for row in rows if row.place]
+    return found if len({row.place for row in found}) > 1 else []
+
+
+def over_dates(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """Recordings of the same cameras on three days or more, see comparisons.py."""
+    return named(rows, chain(*comparisons.series_over_dates(rows)))
+
+
+def subsets(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """Recordings of subsets of the same cameras, take by take, see cameras.py."""
+    return named(rows, chain(*cameras.takes(rows)))
+
+
+def scaled(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
+    """All of them, if two are of one camera type and different numbers of cameras."""
+    found = {(row.camera_type, row.n_cameras) for row in rows if row.n_cameras}
+    return rows if len(found) > len({kind for kind, _ in found}) else []
+
+
+def references(rows: Iterable[RecordingRow], others: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """Those of the others that these are compared with."""
+    return named(others, (row.compare_with for row in rows if row.compare_with))
+
+
+def with_and_without_failing(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
+    """The first paper's ten Vantage cameras, of which one failed, and the others without it."""
+    first_of = {subset(row): row for row in reversed(rows)}
+    pair = [first_of.get(("Vantage", count)) for count in (10, 9)]
+    found = [row for row in pair if row]
+    return found if len(found) == len(pair) else []
+
+
+def full_sets(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
+    """Recordings that stand for the rows of the first paper's Table 4: of the largest sound set of
+    each type. If none is there, the first recording."""
+    from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
+
+    columns = ("camera_type", "n_cameras", "twin")
+    known = {row.recording: {name: getattr(row, name) for name in columns} for row in rows}
+    names = [standing_for(known, *subset) for subset in TABLE_4.items()]
+    return named(rows, filter(None, names)) or first(rows)
+
+
+def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
+    """Twins that are made of the row of the first paper's tables their recording stands for."""
+    found = []
+    for row in rows:
+        source = twins[row.twin].get("published") if row.twin else None
+        if source and (source.get("camera_type"), source.get("n_cameras")) == subset(row):
+            found.append(row)
+    return found
+
+
+def twin_values(rows: Iterable[RecordingRow], twins: Twins, setting: str) -> list[Any]:
+    """A setting of the twins among them that have it."""
+    found = [twins[row.twin] for row in rows if row.twin]
+    return [twin[setting] for twin in found if setting in twin]
+
+
+# Calibrations.
+
+
+def decoded_from(row: CalibrationRow) -> dict[str, str]:
+    """What a real calibration is decoded from: recording, board, factory calibration, by name."""
+    files = {"dump": row.path, "factory": row.factory}
+    if row.format != "libsurvive-rec":
+        files["board"] = row.board
+    return {name: path for name, path in files.items() if path}
+
+
+def compared_with(row: CalibrationRow) -> dict[str, str]:
+    """What the sheet compares a calibration with, by name: reference, mount, earlier pose."""
+    files = {"reference": row.reference, "mount": row.mount, "earlier": row.check_against}
+    return {name: path for name, path in files.items() if path}
+
+
+def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
+    """Calibrations with a figure; of twins only the first of each setup, unless asked for by name:
+    they are many, and look alike."""
+    first_of: dict[str, CalibrationRow] = {}
+    return [row for row in rows if first_of.setdefault(row.setup, row) is row or not row.twin]
+
+
+def first_of_setups(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
+    """The first calibration of each simulated setup of the second paper."""
+    first_of: dict[str, CalibrationRow] = {}
+    for row in rows:
+        if row.setup.startswith("sim-"):
+            first_of.setdefault(row.setup, row)
+    return list(first_of.values())
+
+
+def half_circle(rows: Sequence[CalibrationRow], twins: Twins) -> Sequence[CalibrationRow]:
+    """The one that the figures of the second paper show: its first twin on a half circle, or just
+    its first."""
+    arcs = (row for row in rows if row.twin and twins[row.twin]["motion"].get("pattern") == "arc")
+    return [*arcs, *rows][:1]

@@ -1,0 +1,107 @@
+# Jansen et al. 2019: tables and figures that stand for the paper's own.
+
+JANSEN_FIGURES = {
+    3: "what a photodiode sees",
+    5: "angles of a photodiode",
+    6: "paths as both stations see them",
+    7: "one path laid on the other",
+    8: "pose of the slave",
+}
+
+
+rule jansen_tables:
+    input:
+        checks=checks(CALIBRATIONS, JANSEN),
+        poses=collect(
+            "<results>/calibrations/{row.calibration}/pose.json",
+            row=accepted_calibrations(query=JANSEN),
+        ),
+    output:
+        multiext(
+            "<results>/tables/jansen_table",
+            *(f"{n}.{kind}" for n in (1, 2, 3) for kind in ("csv", "md")),
+        ),
+    log:
+        "<logs>/jansen_tables.log",
+    benchmark:
+        "<benchmarks>/jansen_tables.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("jansen_tables.py", "calibration_records.py", "noise", "lighthouse", "present"),
+        rows=columns("calibration", "setup", "source", of=accepted_calibrations(query=JANSEN)),
+    message:
+        "Tables I-III of Jansen et al. 2019"
+    script:
+        "../scripts/jansen_tables.py"
+
+
+# The paper shows a half circle.
+rule jansen_figures:
+    input:
+        checks=checks(CALIBRATIONS, JANSEN),
+        pulses=collect(
+            "<results>/calibrations/{row.calibration}/pulses.parquet",
+            row=accepted_calibrations(half_circle, JANSEN),
+        ),
+        sweeps=collect(
+            "<results>/calibrations/{row.calibration}/sweeps.parquet",
+            row=accepted_calibrations(half_circle, JANSEN),
+        ),
+        stations=collect(
+            "<results>/calibrations/{row.calibration}/stations.json",
+            row=accepted_calibrations(half_circle, JANSEN),
+        ),
+        poses=collect(
+            "<results>/calibrations/{row.calibration}/poses.parquet",
+            row=accepted_calibrations(half_circle, JANSEN),
+        ),
+        pose=collect(
+            "<results>/calibrations/{row.calibration}/pose.json",
+            row=accepted_calibrations(half_circle, JANSEN),
+        ),
+        board=collect(
+            "<results>/calibrations/{row.calibration}/board.csv",
+            row=accepted_calibrations(half_circle, JANSEN),
+        ),
+    output:
+        [
+            report(
+                f"<results>/figures/jansen_fig{n:02d}.svg",
+                caption="../report/jansen.rst",
+                category="3 Jansen et al. 2019",
+                labels={"result": f"Figure {n:2d}: {shows}"},
+            )
+            for n, shows in JANSEN_FIGURES.items()
+        ],
+        [f"<results>/figures/jansen_fig{n:02d}.png" for n in JANSEN_FIGURES],
+    log:
+        "<logs>/jansen_figures.log",
+    benchmark:
+        "<benchmarks>/jansen_figures.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("jansen_figures.py", "lighthouse", "present"),
+        rows=columns("calibration", "twin", of=accepted_calibrations(half_circle, JANSEN)),
+    message:
+        "Figures 3 and 5-8 of Jansen et al. 2019"
+    script:
+        "../scripts/jansen_figures.py"
+
+
+rule jansen_results:
+    input:
+        tables=branch(
+            accepted_calibrations(query=JANSEN),
+            then=collect("<results>/tables/jansen_table{n}.{kind}", n=[1, 2, 3], kind=TABLE),
+        ),
+        figures=branch(
+            accepted_calibrations(query=JANSEN),
+            then=collect(
+                "<results>/figures/jansen_fig{n:02d}.{kind}", n=JANSEN_FIGURES, kind=FIGURE
+            ),
+        ),
+    localrule: True

@@ -1,18 +1,13 @@
 # Does the noise fall with each camera, and which one raises it? From the subsets of a take.
 
+SUBSETS = accepted(selection.subsets)
+
 
 rule cameras:
     input:
-        raw=collect(
-            "<results>/recordings/{row.recording}/trajectories.parquet",
-            row=accepted(selection.subsets),
-        ),
-        covariance=collect(
-            "<results>/recordings/{row.recording}/covariance.csv", row=accepted(selection.subsets)
-        ),
-        noise=collect(
-            "<results>/recordings/{row.recording}/noise.csv", row=accepted(selection.subsets)
-        ),
+        raw=collect("<results>/recordings/{row.recording}/trajectories.parquet", row=SUBSETS),
+        covariance=collect("<results>/recordings/{row.recording}/covariance.csv", row=SUBSETS),
+        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=SUBSETS),
     output:
         csv="<results>/tables/{group}_cameras.csv",
         md="<results>/tables/{group}_cameras.md",
@@ -37,8 +32,8 @@ rule cameras:
     params:
         code=source("cameras.py", "noise", "present"),
         takes=accepted(cameras.takes),
-        rows=columns("recording", "camera_type", "camera_ids", of=accepted(selection.subsets)),
-        sources=column("source", of=accepted(selection.subsets)),
+        rows=columns("recording", "camera_type", "camera_ids", of=SUBSETS),
+        sources=column("source", of=SUBSETS),
         cameras=config["cameras"],
         mask_sigma=config["noise"]["mask_sigma"],
         half_window_s=config["hampel"]["half_window_s"],

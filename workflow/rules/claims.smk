@@ -1,46 +1,22 @@
 # What both papers say, held against their own tables and against what was regenerated.
 
-JANSEN_TWINS = f"{JANSEN} and source == 'twin'"
+JANSEN_TWINS = f"{JANSEN} and source == 'twin'"  # how they were moved is known
+TWINS_OF_JANSEN = accepted_calibrations(query=JANSEN_TWINS)
+SETUPS = accepted_calibrations(selection.first_of_setups, JANSEN_TWINS)
 
 
 rule claims:
     input:
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet", row=accepted(query=SKUROWSKI)
-        ),
-        noise=collect(
-            "<results>/recordings/{row.recording}/noise.csv", row=accepted(query=SKUROWSKI)
-        ),
-        gaussian=collect(
-            "<results>/recordings/{row.recording}/gaussian.csv", row=accepted(query=SKUROWSKI)
-        ),
-        shocked=collect(
-            "<results>/recordings/{row.recording}/clean.parquet",
-            row=accepted(selection.first, CRUMP),
-        ),
-        repaired=collect(
-            "<results>/recordings/{row.recording}/noise.csv", row=accepted(query=REPAIRED)
-        ),
-        poses=collect(
-            "<results>/calibrations/{row.calibration}/pose.json",
-            row=accepted_calibrations(query=JANSEN),
-        ),
-        truth=collect(
-            "<results>/calibrations/{row.calibration}/truth.json",
-            row=accepted_calibrations(query=JANSEN_TWINS),
-        ),
-        sweeps=collect(
-            "<results>/calibrations/{row.calibration}/sweeps.parquet",
-            row=accepted_calibrations(selection.first_of_setups, JANSEN_TWINS),
-        ),
-        boards=collect(
-            "<results>/calibrations/{row.calibration}/board.csv",
-            row=accepted_calibrations(selection.first_of_setups, JANSEN_TWINS),
-        ),
-        truth_of_first=collect(
-            "<results>/calibrations/{row.calibration}/truth.json",
-            row=accepted_calibrations(selection.first_of_setups, JANSEN_TWINS),
-        ),
+        allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
+        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
+        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
+        shocked=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHAKEN),
+        repaired=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_REPAIRED),
+        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=OF_JANSEN),
+        truth=collect("<results>/calibrations/{row.calibration}/truth.json", row=TWINS_OF_JANSEN),
+        sweeps=collect("<results>/calibrations/{row.calibration}/sweeps.parquet", row=SETUPS),
+        boards=collect("<results>/calibrations/{row.calibration}/board.csv", row=SETUPS),
+        truth_of_first=collect("<results>/calibrations/{row.calibration}/truth.json", row=SETUPS),
     output:
         csv="<results>/tables/claims.csv",
         md="<results>/tables/claims.md",
@@ -60,13 +36,9 @@ rule claims:
             "lighthouse",
             "present",
         ),
-        recordings=columns(
-            "recording", "source", "camera_type", "n_cameras", of=accepted(query=SKUROWSKI)
-        ),
-        repaired=columns("recording", of=accepted(query=REPAIRED)),
-        calibrations=columns(
-            "calibration", "setup", "source", of=accepted_calibrations(query=JANSEN)
-        ),
+        recordings=columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),
+        repaired=columns("recording", of=OF_REPAIRED),
+        calibrations=columns("calibration", "setup", "source", of=OF_JANSEN),
         moved=accepted_calibrations(selection.names, JANSEN_TWINS),
         twins=accepted(settings_by_name, SKUROWSKI),
         hampel=config["hampel"],
@@ -80,7 +52,7 @@ rule claims:
 rule claims_results:
     input:
         tables=branch(
-            together(accepted(query=SKUROWSKI), accepted_calibrations(query=JANSEN)),
+            together(OF_SKUROWSKI, OF_JANSEN),
             then=["<results>/tables/claims.csv", "<results>/tables/claims.md"],
         ),
     localrule: True

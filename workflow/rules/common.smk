@@ -141,8 +141,14 @@ def accepted(choose=list, query=OF_GROUP, sheet=RECORDINGS):
 
 
 accepted_calibrations = functools.partial(accepted, sheet=CALIBRATIONS)
+
+# Selections of several subjects.
 EVERY_RECORDING = accepted(query=EVERY)
 EVERY_CALIBRATION = accepted_calibrations(query=EVERY)
+OF_SKUROWSKI = accepted(query=SKUROWSKI)
+OF_REPAIRED = accepted(query=REPAIRED)
+SHAKEN = accepted(selection.first, CRUMP)
+OF_JANSEN = accepted_calibrations(query=JANSEN)
 
 
 def groups(choose=list, query=EVERY, sheet=RECORDINGS):

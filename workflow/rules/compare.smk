@@ -1,5 +1,8 @@
 # Has the system changed? Recordings against their reference, over dates, and beside a covariate.
 
+DATED = accepted(selection.over_dates)
+WITH_COVARIATE = accepted(selection.with_covariate)
+
 
 rule compare:
     input:
@@ -37,10 +40,7 @@ rule compare:
 
 rule trend:
     input:
-        collect(
-            "<results>/recordings/{row.recording}/allan_masked.parquet",
-            row=accepted(selection.over_dates),
-        ),
+        collect("<results>/recordings/{row.recording}/allan_masked.parquet", row=DATED),
     output:
         csv="<results>/tables/{group}_trend.csv",
         md="<results>/tables/{group}_trend.md",
@@ -62,8 +62,8 @@ rule trend:
     params:
         code=source("trend.py", "noise", "present"),
         series_over_dates=accepted(comparisons.series_over_dates),
-        dates=column("date", of=accepted(selection.over_dates)),
-        sources=column("source", of=accepted(selection.over_dates)),
+        dates=column("date", of=DATED),
+        sources=column("source", of=DATED),
         compare=config["compare"],
     message:
         "{wildcards.group}: change over dates"
@@ -73,11 +73,8 @@ rule trend:
 
 rule coherence:
     input:
-        clean=collect(
-            "<results>/recordings/{row.recording}/clean.parquet",
-            row=accepted(selection.with_covariate),
-        ),
-        covariate=collect("{row.covariate}", row=accepted(selection.with_covariate)),
+        clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=WITH_COVARIATE),
+        covariate=collect("{row.covariate}", row=WITH_COVARIATE),
     output:
         csv="<results>/tables/{group}_coherence.csv",
         md="<results>/tables/{group}_coherence.md",
@@ -90,7 +87,7 @@ rule coherence:
         runtime=minutes(10),
     params:
         code=source("coherence.py", "io", "noise", "present"),
-        sources=column("source", of=accepted(selection.with_covariate)),
+        sources=column("source", of=WITH_COVARIATE),
         compare=config["compare"],
     message:
         "{wildcards.group}: what noise goes with"

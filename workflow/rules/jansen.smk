@@ -1,5 +1,6 @@
 # Jansen et al. 2019: tables and figures that stand for the paper's own.
 
+EXAMPLE = accepted_calibrations(half_circle, JANSEN)  # of the figures; the paper shows one as well
 JANSEN_FIGURES = {
     3: "what a photodiode sees",
     5: "angles of a photodiode",
@@ -12,10 +13,7 @@ JANSEN_FIGURES = {
 rule jansen_tables:
     input:
         checks=checks(CALIBRATIONS, JANSEN),
-        poses=collect(
-            "<results>/calibrations/{row.calibration}/pose.json",
-            row=accepted_calibrations(query=JANSEN),
-        ),
+        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=OF_JANSEN),
     output:
         multiext(
             "<results>/tables/jansen_table",
@@ -30,41 +28,22 @@ rule jansen_tables:
         runtime=minutes(10),
     params:
         code=source("jansen_tables.py", "calibration_records.py", "noise", "lighthouse", "present"),
-        rows=columns("calibration", "setup", "source", of=accepted_calibrations(query=JANSEN)),
+        rows=columns("calibration", "setup", "source", of=OF_JANSEN),
     message:
         "Tables I-III of Jansen et al. 2019"
     script:
         "../scripts/jansen_tables.py"
 
 
-# The paper shows a half circle.
 rule jansen_figures:
     input:
         checks=checks(CALIBRATIONS, JANSEN),
-        pulses=collect(
-            "<results>/calibrations/{row.calibration}/pulses.parquet",
-            row=accepted_calibrations(half_circle, JANSEN),
-        ),
-        sweeps=collect(
-            "<results>/calibrations/{row.calibration}/sweeps.parquet",
-            row=accepted_calibrations(half_circle, JANSEN),
-        ),
-        stations=collect(
-            "<results>/calibrations/{row.calibration}/stations.json",
-            row=accepted_calibrations(half_circle, JANSEN),
-        ),
-        poses=collect(
-            "<results>/calibrations/{row.calibration}/poses.parquet",
-            row=accepted_calibrations(half_circle, JANSEN),
-        ),
-        pose=collect(
-            "<results>/calibrations/{row.calibration}/pose.json",
-            row=accepted_calibrations(half_circle, JANSEN),
-        ),
-        board=collect(
-            "<results>/calibrations/{row.calibration}/board.csv",
-            row=accepted_calibrations(half_circle, JANSEN),
-        ),
+        pulses=collect("<results>/calibrations/{row.calibration}/pulses.parquet", row=EXAMPLE),
+        sweeps=collect("<results>/calibrations/{row.calibration}/sweeps.parquet", row=EXAMPLE),
+        stations=collect("<results>/calibrations/{row.calibration}/stations.json", row=EXAMPLE),
+        poses=collect("<results>/calibrations/{row.calibration}/poses.parquet", row=EXAMPLE),
+        pose=collect("<results>/calibrations/{row.calibration}/pose.json", row=EXAMPLE),
+        board=collect("<results>/calibrations/{row.calibration}/board.csv", row=EXAMPLE),
     output:
         [
             report(
@@ -85,7 +64,7 @@ rule jansen_figures:
         runtime=minutes(10),
     params:
         code=source("jansen_figures.py", "lighthouse", "present"),
-        rows=columns("calibration", "twin", of=accepted_calibrations(half_circle, JANSEN)),
+        rows=columns("calibration", "twin", of=EXAMPLE),
     message:
         "Figures 3 and 5-8 of Jansen et al. 2019"
     script:
@@ -95,11 +74,11 @@ rule jansen_figures:
 rule jansen_results:
     input:
         tables=branch(
-            accepted_calibrations(query=JANSEN),
+            OF_JANSEN,
             then=collect("<results>/tables/jansen_table{n}.{kind}", n=[1, 2, 3], kind=TABLE),
         ),
         figures=branch(
-            accepted_calibrations(query=JANSEN),
+            OF_JANSEN,
             then=collect(
                 "<results>/figures/jansen_fig{n:02d}.{kind}", n=JANSEN_FIGURES, kind=FIGURE
             ),

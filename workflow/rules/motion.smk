@@ -1,5 +1,7 @@
 # What S leaves to the future: noise of an orientation, of a pair that moves, and by place.
 
+WITH_PLACE = accepted(selection.with_place)
+
 
 rule orientation:
     input:
@@ -69,14 +71,8 @@ rule place:
 
 rule places:
     input:
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan_masked.parquet",
-            row=accepted(selection.with_place),
-        ),
-        clean=collect(
-            "<results>/recordings/{row.recording}/clean.parquet",
-            row=accepted(selection.with_place),
-        ),
+        allan=collect("<results>/recordings/{row.recording}/allan_masked.parquet", row=WITH_PLACE),
+        clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=WITH_PLACE),
     output:
         csv="<results>/tables/{group}_places.csv",
         md="<results>/tables/{group}_places.md",
@@ -89,8 +85,8 @@ rule places:
         runtime=minutes(10),
     params:
         code=source("places.py", "noise", "present"),
-        rows=columns("recording", "place", "markers", of=accepted(selection.with_place)),
-        sources=column("source", of=accepted(selection.with_place)),
+        rows=columns("recording", "place", "markers", of=WITH_PLACE),
+        sources=column("source", of=WITH_PLACE),
     message:
         "{wildcards.group}: noise by place"
     script:

@@ -68,8 +68,7 @@ rule provenance:
         tables=results_of("tables"),
         origins=together(
             collect(
-                "<results>/recordings/{row.recording}/trajectories.parquet",
-                row=EVERY_RECORDING,
+                "<results>/recordings/{row.recording}/trajectories.parquet", row=EVERY_RECORDING
             ),
             collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
         ),

@@ -50,9 +50,7 @@ rule skurowski_theory:
 rule skurowski_tables:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
-        gaussian=collect(
-            "<results>/recordings/{row.recording}/gaussian.csv", row=accepted(query=SKUROWSKI)
-        ),
+        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
     output:
         multiext(
             "<results>/tables/skurowski_table",
@@ -70,7 +68,7 @@ rule skurowski_tables:
         runtime=minutes(10),
     params:
         code=source("skurowski_tables.py", "noise", "present"),
-        rows=columns(*SUBSET, "camera_ids", of=accepted(query=SKUROWSKI)),
+        rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
         twins=accepted(settings_by_name, SKUROWSKI),
         hampel=config["hampel"],
     message:
@@ -82,9 +80,7 @@ rule skurowski_tables:
 rule skurowski_gaussian_figures:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
-        gaussian=collect(
-            "<results>/recordings/{row.recording}/gaussian.csv", row=accepted(query=SKUROWSKI)
-        ),
+        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
         clean=collect(
             "<results>/recordings/{row.recording}/clean.parquet",
             row=accepted(selection.full_sets, SKUROWSKI),
@@ -101,7 +97,7 @@ rule skurowski_gaussian_figures:
         runtime=minutes(10),
     params:
         code=source("skurowski_gaussian_figures.py", "noise", "present"),
-        rows=columns(*SUBSET, of=accepted(query=SKUROWSKI)),
+        rows=columns(*SUBSET, of=OF_SKUROWSKI),
         twins=accepted(settings_by_name, SKUROWSKI),
     message:
         "Figures 9-11 of Skurowski & Pawlyta 2019"
@@ -112,9 +108,7 @@ rule skurowski_gaussian_figures:
 rule skurowski_noise:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
-        noise=collect(
-            "<results>/recordings/{row.recording}/noise.csv", row=accepted(query=SKUROWSKI)
-        ),
+        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
         expected=collect(
             "<results>/recordings/{row.recording}/expected.csv", row=accepted(printed, SKUROWSKI)
         ),
@@ -141,7 +135,7 @@ rule skurowski_noise:
         runtime=minutes(10),
     params:
         code=source("skurowski_noise.py", "noise", "present"),
-        rows=columns(*SUBSET, of=accepted(query=SKUROWSKI)),
+        rows=columns(*SUBSET, of=OF_SKUROWSKI),
     message:
         "Tables A1-A3 of Skurowski & Pawlyta 2019"
     script:
@@ -151,18 +145,12 @@ rule skurowski_noise:
 rule skurowski_noise_figures:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
-        noise=collect(
-            "<results>/recordings/{row.recording}/noise.csv", row=accepted(query=SKUROWSKI)
-        ),
+        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
         expected=collect(
             "<results>/recordings/{row.recording}/expected.csv", row=accepted(printed, SKUROWSKI)
         ),
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet", row=accepted(query=SKUROWSKI)
-        ),
-        psd=collect(
-            "<results>/recordings/{row.recording}/psd.parquet", row=accepted(query=SKUROWSKI)
-        ),
+        allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
+        psd=collect("<results>/recordings/{row.recording}/psd.parquet", row=OF_SKUROWSKI),
     output:
         [figure_of_skurowski(n) for n in (6, 14, 15, 16, 17)],
         [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (6, 14, 15, 16, 17)],
@@ -175,7 +163,7 @@ rule skurowski_noise_figures:
         runtime=minutes(10),
     params:
         code=source("skurowski_noise_figures.py", "noise", "present"),
-        rows=columns(*SUBSET, of=accepted(query=SKUROWSKI)),
+        rows=columns(*SUBSET, of=OF_SKUROWSKI),
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],
@@ -189,14 +177,8 @@ rule skurowski_noise_figures:
 
 rule skurowski_crump:
     input:
-        raw=collect(
-            "<results>/recordings/{row.recording}/trajectories.parquet",
-            row=accepted(selection.first, CRUMP),
-        ),
-        clean=collect(
-            "<results>/recordings/{row.recording}/clean.parquet",
-            row=accepted(selection.first, CRUMP),
-        ),
+        raw=collect("<results>/recordings/{row.recording}/trajectories.parquet", row=SHAKEN),
+        clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHAKEN),
         allan=collect(
             "<results>/recordings/{row.recording}/allan.parquet", row=accepted(shaken, CRUMP)
         ),
@@ -248,9 +230,7 @@ rule skurowski_failing:
 rule skurowski_families:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet", row=accepted(query=SKUROWSKI)
-        ),
+        allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
     output:
         figure_of_skurowski(12),
         "<results>/figures/skurowski_fig12.png",
@@ -265,7 +245,7 @@ rule skurowski_families:
         runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
-        rows=columns(*SUBSET, of=accepted(query=SKUROWSKI)),
+        rows=columns(*SUBSET, of=OF_SKUROWSKI),
     message:
         "Figures 12 and 13 of Skurowski & Pawlyta 2019"
     script:
@@ -296,7 +276,7 @@ rule skurowski_repaired:
         runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
-        rows=columns(*SUBSET, "compare_with", "comment", of=accepted(query=REPAIRED)),
+        rows=columns(*SUBSET, "compare_with", "comment", of=OF_REPAIRED),
         others=columns("recording", "twin", of=accepted(references, REPAIRED)),
         left_out=accepted(lambda rows: twin_values(rows, "without_T_c_below_s"), REPAIRED),
     message:
@@ -310,7 +290,7 @@ rule skurowski_results:
     input:
         tables=together(
             branch(
-                together(accepted(query=SKUROWSKI), accepted_calibrations(query=JANSEN)),
+                together(OF_SKUROWSKI, OF_JANSEN),
                 then=collect(
                     "<results>/tables/{table}.{kind}",
                     table=["skurowski_table1", "skurowski_table2", "left_out"],
@@ -318,7 +298,7 @@ rule skurowski_results:
                 ),
             ),
             branch(
-                accepted(query=SKUROWSKI),
+                OF_SKUROWSKI,
                 then=collect(
                     "<results>/tables/skurowski_{table}.{kind}",
                     table=[
@@ -336,7 +316,7 @@ rule skurowski_results:
         ),
         figures=together(
             branch(
-                accepted(query=SKUROWSKI),
+                OF_SKUROWSKI,
                 then=collect(
                     "<results>/figures/skurowski_fig{n:02d}.{kind}",
                     n=[1, 2, 3, 6, 9, 10, 11, 12, 13, 14, 15, 16, 17],
@@ -352,7 +332,7 @@ rule skurowski_results:
                 then=collect("<results>/figures/skurowski_fig08.{kind}", kind=FIGURE),
             ),
             branch(
-                accepted(query=REPAIRED),
+                OF_REPAIRED,
                 then=collect("<results>/figures/skurowski_figA1.{kind}", kind=FIGURE),
             ),
         ),

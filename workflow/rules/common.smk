@@ -108,7 +108,7 @@ def cell(*columns):
 
 # The files of a recording, and its check, which a twin does not need.
 FILES = branch(
-    cell("twin"), then="<results>/recordings/{recording}/twin.c3d", otherwise=cell("paths")
+    cell("twin"), then=["<results>/recordings/{recording}/twin.c3d"], otherwise=cell("paths")
 )
 CHECK = branch(cell("twin"), otherwise=["<results>/recordings/{recording}/check.json"])
 

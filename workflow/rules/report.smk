@@ -102,11 +102,14 @@ rule provenance:
 
 rule report_results:
     input:
-        report=[
-            "<results>/pages",
-            "<results>/summary.html",
-            "<results>/report_front.html",
-            "<results>/provenance.html",
-            "<results>/provenance.json",
-        ],
+        report=branch(
+            EVERY_RECORDING,
+            then=[
+                "<results>/pages",
+                "<results>/summary.html",
+                "<results>/report_front.html",
+                "<results>/provenance.html",
+                "<results>/provenance.json",
+            ],
+        ),
     localrule: True

@@ -14,7 +14,7 @@ def test_refusal_rerun_mending_and_a_new_row(toy: Path, snakemake) -> None:
     old.parent.mkdir(parents=True)
     old.write_text("from an earlier run\n")
 
-    first = snakemake(toy, "--cores", "2")
+    first = snakemake(toy, "--cores", "2", "--retries", "1")  # of failures, not of refusals
     assert first.returncode == 1, first.stdout
     lines = first.stdout.splitlines()
     assert lines.count("recording b refused: it is bad") == 1

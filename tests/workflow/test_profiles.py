@@ -23,7 +23,7 @@ def test_slurm_adds_to_ci() -> None:
     slurm, ci = keys("slurm"), keys("ci")
     assert slurm.items() >= ci.items()
     assert {key.partition("-")[0] for key in slurm.keys() - ci.keys()} <= {
-        "executor", "jobs", "latency", "slurm", "default"
+        "executor", "jobs", "latency", "slurm", "retries"
     }  # fmt: skip
 
 

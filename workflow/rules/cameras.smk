@@ -57,4 +57,3 @@ rule cameras_results:
             ],
             group=groups(selection.subsets),
         ),
-    localrule: True

@@ -55,4 +55,3 @@ rule claims_results:
             together(OF_SKUROWSKI, OF_JANSEN),
             then=["<results>/tables/claims.csv", "<results>/tables/claims.md"],
         ),
-    localrule: True

@@ -123,4 +123,3 @@ rule compare_results:
                 kind=TABLE,
             ),
         ),
-    localrule: True

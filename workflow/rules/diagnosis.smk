@@ -49,4 +49,3 @@ rule diagnosis_results:
             row=EVERY_RECORDING,
             kind=FIGURE,
         ),
-    localrule: True

@@ -137,4 +137,3 @@ rule families_results:
                 kind=FIGURE,
             ),
         ),
-    localrule: True

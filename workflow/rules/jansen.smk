@@ -83,4 +83,3 @@ rule jansen_results:
                 "<results>/figures/jansen_fig{n:02d}.{kind}", n=JANSEN_FIGURES, kind=FIGURE
             ),
         ),
-    localrule: True

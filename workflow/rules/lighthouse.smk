@@ -203,4 +203,3 @@ rule lighthouse_results:
             row=accepted_calibrations(selection.shown, EVERY),
             kind=FIGURE,
         ),
-    localrule: True

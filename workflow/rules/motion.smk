@@ -118,4 +118,3 @@ rule motion_results:
                 file=["place.csv", "place.md", "place.svg", "place.png"],
             ),
         ),
-    localrule: True

@@ -282,4 +282,3 @@ rule motion_capture_results:
                 "fit",
             ],
         ),
-    localrule: True

@@ -112,4 +112,3 @@ rule report_results:
                 "<results>/provenance.json",
             ],
         ),
-    localrule: True

@@ -336,4 +336,3 @@ rule skurowski_results:
                 then=collect("<results>/figures/skurowski_figA1.{kind}", kind=FIGURE),
             ),
         ),
-    localrule: True

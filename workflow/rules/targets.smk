@@ -26,6 +26,7 @@ rule gate:
         "<logs>/gate/{target}.log",
     benchmark:
         "<benchmarks>/gate/{target}.tsv"
+    retries: 0  # what is refused stays so
     localrule: True
     resources:
         mem_mb=memory(1000),

@@ -68,4 +68,3 @@ rule verdict_results:
             row=EVERY_RECORDING,
             kind=FIGURE,
         ),
-    localrule: True

@@ -80,4 +80,3 @@ rule toy_results:
     input:
         recordings=collect("<results>/recordings/{row.recording}/noise.csv", row=EVERY_RECORDING),
         tables=collect("<results>/tables/{group}_noise.csv", group=groups()),
-    localrule: True

@@ -149,8 +149,11 @@ def length(facts: Facts) -> Check:
     by_frames = few and facts.duration_s >= LEAST_S
     value, limit = (facts.n_frames, LEAST_FRAMES) if by_frames else (facts.duration_s, LEAST_S)
     unit = "" if by_frames else "s"
-    lengths = {"n_frames": facts.n_frames, "duration_s": facts.duration_s}
-    return LengthCheck(Code.TOO_SHORT, word, value, limit, unit, **lengths)
+    return LengthCheck(
+        *(Code.TOO_SHORT, word, value, limit, unit),
+        n_frames=facts.n_frames,
+        duration_s=facts.duration_s,
+    )
 
 
 def measured(coordinates: Series, facts: Facts) -> Series:
@@ -176,8 +179,11 @@ def uncertainty(series: Series, facts: Facts, limits: Thresholds) -> Check:
         return Check(Code.NO_SAMPLES if none else Code.FEW_SAMPLES, "bad", value, limit, "mm", key)
     word, key, limit = _graded(value, limits.good_mm, limits.usable_mm, "mm")
     low, high = series[name].frame_lower_mm, series[name].frame_upper_mm
-    times = {"over_s": facts.horizon_s, "asked_s": facts.asked_s if facts.short else math.nan}
-    return Check(Code.FRAME, word, value, limit, "mm", key, name, low, high, **times)
+    return Check(
+        *(Code.FRAME, word, value, limit, "mm", key, name, low, high),
+        over_s=facts.horizon_s,
+        asked_s=facts.asked_s if facts.short else math.nan,
+    )
 
 
 def upper_end(series: Series, facts: Facts, limits: Thresholds, main: Check) -> Check:

@@ -165,9 +165,9 @@ def expected_spread(
     if not total > 0:
         return Spread(0.0, 0.0, 0.0, {})
     shares = {part.name: still / total} if still else {}
-    for component, part in zip(model.components, parts, strict=True):
+    for component, own in zip(model.components, parts, strict=True):
         name = kind(component, tau0)
-        shares[name] = shares.get(name, 0.0) + part / total
+        shares[name] = shares.get(name, 0.0) + own / total
     error = math.sqrt(_variance(model, n, N, tau0, recorded, A_error)) / total / 2  # of ln u
     wide = float(ndtri((1 + confidence) / 2)) * min(error, 50.0)
     value = math.sqrt(total)
@@ -191,8 +191,8 @@ def _variance(
     gradient = [spread(PowerLaw(alpha, 1.0), n, N, tau0, form) for alpha in spectrum.h]
     for q2, T_c in zip(spectrum.q2, spectrum.T_c, strict=True):
         term = GaussMarkov(math.sqrt(q2), float(T_c))
-        low, high = (replace(term, T_c=T_c * math.exp(sign * STEP)) for sign in (-1, 1))
-        ends = [spread(end, n, N, tau0, form) for end in (low, high)]
+        near = [replace(term, T_c=T_c * math.exp(sign * STEP)) for sign in (-1, 1)]
+        ends = [spread(one, n, N, tau0, form) for one in near]
         gradient += [spread(term, n, N, tau0, form), (ends[1] - ends[0]) / (2 * STEP)]
     bins = bins_of(recorded, tau0, form=form)
     weight = bins.n.astype(float)
@@ -302,8 +302,9 @@ def _smoothed(power: np.ndarray, count: int) -> np.ndarray:
         near = slice(first, first + width)
         curve = np.polyfit(at[near], logs[near], min(2, width - 1), w=weight[near])
         levels[octave] = np.polyval(curve, at[octave])
-    fitted = np.interp(np.log(k), at, levels)
-    return np.exp(fitted - fitted.max())
+    fitted: np.ndarray = np.interp(np.log(k), at, levels)
+    level: np.ndarray = np.exp(fitted - fitted.max())
+    return level
 
 
 def _means(series: np.ndarray, n: int) -> np.ndarray:

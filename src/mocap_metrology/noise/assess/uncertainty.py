@@ -172,19 +172,21 @@ def assess_series(
     floor = span.step_mm / math.sqrt(12) if near.value < span.step_mm / 2 else 0.0
     frame = _uncertainty(series, fitted, 1, span, floor)
     moved = drift(series, span.frame_rate_hz)
+    sigma, sigma_lower, sigma_upper = _sigma_frame(fitted, near, series.size, span)
+    least, still_falls = _minimum(curve)
     return SeriesNumbers(
         status,
         "measured" if fitted[0] is None else "model",
         reason,
-        *_sigma_frame(fitted, near, series.size, span),
-        float(np.nanstd(series, ddof=1)),
+        *(sigma, sigma_lower, sigma_upper, float(np.nanstd(series, ddof=1))),
         *(frame.uncertainty_mm, frame.lower_mm, frame.upper_mm),
-        *_minimum(curve),
-        tuple(_mean(series, fitted, T, span, floor, curve) for T in MEANS_S),
-        frame.shares,
-        floor,
-        moved.per_hour,
-        moved.range,
+        *least,
+        adev_still_falls=still_falls,
+        means=tuple(_mean(series, fitted, T, span, floor, curve) for T in MEANS_S),
+        shares=frame.shares,
+        floor_mm=floor,
+        drift_mm_per_h=moved.per_hour,
+        range_mm=moved.range,
     )
 
 
@@ -338,13 +340,15 @@ def _adev_at(curve: Mapping[str, np.ndarray], tau_s: float) -> float:
     return float(np.exp(np.interp(math.log(tau_s), np.log(tau), np.log(adev))))
 
 
-def _minimum(curve: Mapping[str, np.ndarray]) -> tuple[float, float, float, float, bool]:
-    """The lowest Allan deviation, its interval, its tau, and whether the curve still falls."""
+def _minimum(
+    curve: Mapping[str, np.ndarray],
+) -> tuple[tuple[float, float, float, float], bool]:
+    """The lowest Allan deviation, its interval and its tau; whether the curve still falls."""
     k, falls = lowest(np.asarray(curve["adev_mm"]), np.asarray(curve["edf"]))
     if k is None:
-        return math.nan, math.nan, math.nan, math.nan, falls
+        return (math.nan, math.nan, math.nan, math.nan), falls
     adev, low, high = (float(curve[c][k]) for c in ("adev_mm", "adev_lower_mm", "adev_upper_mm"))
-    return adev, low, high, float(curve["tau_s"][k]), falls
+    return (adev, low, high, float(curve["tau_s"][k])), falls
 
 
 def lowest(adev: np.ndarray, edf: np.ndarray) -> tuple[int | None, bool]:

@@ -106,7 +106,7 @@ def event_rows(events: Sequence[Event], labels: Sequence[str]) -> list[Row]:
 
 def periodic_rows(lines: Sequence[Found], rate_hz: float) -> list[Row]:
     """One row a line and series."""
-    rows = []
+    rows: list[Row] = []
     for one in lines:
         number, fundamental = one.harmonic or (None, None)
         values = (

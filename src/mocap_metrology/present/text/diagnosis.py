@@ -231,23 +231,26 @@ def _filters(filtered: Sequence[Filtered]) -> list[Sentence]:
     before = {f.series: f.measured for f in filtered if f.filter.sos is None and f.measured}
     told = []
     for name in dict.fromkeys(f.filter.name for f in filtered if f.filter.sos is not None):
-        own = {f.series: f for f in filtered if f.filter.name == name and f.measured}
-        own = {k: f for k, f in own.items() if k in before and before[k].sigma > 0}
-        if not own:
+        own = [f for f in filtered if f.filter.name == name]
+        after = {f.series: f.measured for f in own if f.measured}
+        after = {k: f for k, f in after.items() if k in before and before[k].sigma > 0}
+        if not after:
             continue
-        share = {k: (f.measured.sigma / before[k].sigma) ** 2 for k, f in own.items()}
-        slow = {k: _slow(f.measured, before[k]) for k, f in own.items()}
+        share = {k: (f.sigma / before[k].sigma) ** 2 for k, f in after.items()}
+        slow = {k: _slow(f, before[k]) for k, f in after.items()}
         words = f"{name} leaves {span(share.values(), percent)} of the variance of a frame"
         slow_known = [v for v in slow.values() if v == v]
         if slow_known:
             words += f" and {span(slow_known, percent)} of the Allan deviation at 1 s"
         numbers = {
             "filter": name, "share_left": share, "adev_1s_ratio": slow,
-            "sigma_mm": {k: f.measured.sigma for k, f in own.items()},
-            "least_adev_mm": {k: f.measured.least for k, f in own.items()},
-            "predicted_sigma_mm": {k: f.predicted.sigma for k, f in own.items() if f.predicted},
+            "sigma_mm": {k: f.sigma for k, f in after.items()},
+            "least_adev_mm": {k: f.least for k, f in after.items()},
+            "predicted_sigma_mm": {
+                f.series: f.predicted.sigma for f in own if f.predicted and f.series in after
+            },
         }  # fmt: skip
-        told.append(Sentence("filter", "info", tuple(own), words + ".", numbers))
+        told.append(Sentence("filter", "info", tuple(after), words + ".", numbers))
     return told
 
 

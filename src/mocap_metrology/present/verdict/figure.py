@@ -48,7 +48,7 @@ FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many ti
 ROW_MM = 10.5
 NAMES_MM, GAP_MM, RIGHT_MM, BARS_MM = 13.0, 8.0, 4.0, 56.0
 BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
-MARKS = (
+MARKS: tuple[tuple[str, str | int, dict[str, Any]], ...] = (
     (FRAME, "frame", {"marker": "o", "color": INK, "mfc": INK, "ms": 4.2}),
     (NEAR, "near", {"marker": "o", "color": GREY, "mfc": "white", "ms": 4.0}),
     (MEANS[0], 0, {"marker": "s", "color": "#10307a", "mfc": "#10307a", "ms": 3.4}),
@@ -252,7 +252,7 @@ def _uncertainties(
             at = row - 0.5 + place * step
             axes.plot(np.clip(point[1:], low, high), [at, at], color=look["color"], lw=1.0)
             axes.plot([point[0]], [at], ls="", **look)
-            arrow = {"color": look["color"], "ms": 3.5, "ls": "", "clip_on": False}
+            arrow: dict[str, Any] = {"color": look["color"], "ms": 3.5, "ls": "", "clip_on": False}
             if point[1] < low:
                 axes.plot([low], [at], marker="<", **arrow)
             if point[2] > high:
@@ -333,8 +333,14 @@ def _bars(axes: Axes, series: Mapping[str, Found]) -> None:
     axes.set_yticks([])
     for side in ("top", "right", "left"):
         axes.spines[side].set_visible(False)
-    where = {"transform": axes.transAxes, "ha": "center", "size": BODY_PT}
-    axes.text(0.5, -8.0 / height, "Share of the variance of one frame (%)", **where)
+    axes.text(
+        0.5,
+        -8.0 / height,
+        "Share of the variance of one frame (%)",
+        transform=axes.transAxes,
+        ha="center",
+        size=BODY_PT,
+    )
 
 
 def _keys(series: Mapping[str, Found]) -> tuple[list[Entry], list[Entry]]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.io.c3d.structure import inspect
-from mocap_metrology.io.c3d.write import C3DWriter, write_c3d
+from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import read_recording
 
 
@@ -115,9 +115,5 @@ def test_whole_or_absent(tmp_path, chunks, message):
 def test_refuses_to_start(tmp_path, change):
     keys = {"labels": ["A", "B"], "frame_rate_hz": 120, "n_frames": 10} | change
     with pytest.raises(ValueError):
-        C3DWriter(tmp_path / "a.c3d", **keys)
-
-
-def test_needs_with(tmp_path):
-    with pytest.raises(ValueError, match="use `with`"):
-        C3DWriter(tmp_path / "a.c3d", ["A", "B"], 120, 10).append(frames(10))
+        write_c3d(tmp_path / "a.c3d", chunks=[frames(10)], **keys)
+    assert list(tmp_path.iterdir()) == []

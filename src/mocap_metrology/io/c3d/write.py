@@ -9,10 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
-from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -27,75 +24,6 @@ FLOAT_SCALE = -0.1  # negative = floats; the size is what the fourth word's resi
 Value = int | float | str | Sequence[int] | Sequence[float] | Sequence[str]
 
 
-class C3DWriter:
-    """Context manager: `append` frames until `n_frames` are written.
-
-    The file is there, whole, when the block ends; on an error, or with too few frames, it is not.
-    """
-
-    def __init__(
-        self,
-        path: str | Path,
-        labels: Sequence[str],
-        frame_rate_hz: float,
-        n_frames: int,
-        units: str = "mm",
-        description: str = "",
-        first_frame: int = 1,
-        manufacturer: str = "mocap-metrology",
-    ):
-        if not labels or len(set(labels)) < len(labels) or not all(map(_is_label, labels)):
-            raise ValueError("labels must be different, printable ASCII, at most 127 characters")
-        if not (math.isfinite(frame_rate_hz) and frame_rate_hz > 0):
-            raise ValueError(f"frame_rate_hz is {frame_rate_hz}, expected a positive number")
-        if n_frames < 1 or first_frame < 1 or first_frame + n_frames > 2**31:
-            raise ValueError(f"{n_frames} frames from frame {first_frame} cannot be written")
-        self._path, self._n_points, self._n_frames = path, len(labels), n_frames
-        self._written = 0
-        groups = _groups(
-            list(labels), frame_rate_hz, n_frames, units, description, first_frame, manufacturer
-        )
-        self._start = _front(groups, len(labels), frame_rate_hz, n_frames, first_frame)
-        self._stack = ExitStack()
-        self._stream: BinaryIO | None = None
-
-    def __enter__(self) -> C3DWriter:
-        part = self._stack.enter_context(whole(self._path))
-        self._stream = self._stack.enter_context(part.open("wb"))
-        self._stream.write(self._start)
-        return self
-
-    def append(self, frames: npt.NDArray[np.floating]) -> None:
-        """Add frames: (n, n_points, 3) in the file's unit, NaN = not measured; or (n, n_points, 4)
-        with the fourth word as it is to be stored, negative = not measured."""
-        frames = np.asarray(frames)
-        if frames.ndim != 3 or frames.shape[1] != self._n_points or frames.shape[2] not in (3, 4):
-            raise ValueError(f"frames of shape {frames.shape}, expected (n, {self._n_points}, 3)")
-        if self._stream is None:
-            raise ValueError("the file is not open: use `with`")
-        self._written += len(frames)
-        if self._written > self._n_frames:
-            raise ValueError(f"more than the {self._n_frames} frames announced")
-        stored = np.zeros((len(frames), self._n_points, 4), "<f4")
-        with np.errstate(over="ignore"):  # beyond float32: infinite, hence missing
-            stored[..., : frames.shape[2]] = frames
-        missing = ~np.isfinite(stored[..., :3]).all(axis=2)
-        stored[missing] = (0, 0, 0, -1)
-        self._stream.write(stored.data)
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> bool | None:
-        if error is None and self._written < self._n_frames:
-            error = ValueError(f"{self._written} frames written, {self._n_frames} announced")
-            self._stack.__exit__(ValueError, error, None)
-            raise error
-        return self._stack.__exit__(kind, error, trace)
-
-
 def write_c3d(
     path: str | Path,
     labels: Sequence[str],
@@ -107,16 +35,44 @@ def write_c3d(
     first_frame: int = 1,
     manufacturer: str = "mocap-metrology",
 ) -> None:
-    """Write `n_frames` frames, given in `chunks` of (n, n_points, 3 | 4), see `C3DWriter.append`.
+    """Write `n_frames` frames, given in `chunks` of (n, n_points, 3): coordinates in `units`, NaN =
+    not measured; or of (n, n_points, 4), with the fourth word as it is to be stored, negative = not
+    measured.
 
-    Frame rate in Hz; coordinates in `units`. The file is whole or absent; ValueError where the
-    chunks do not make up the file.
+    Frame rate in Hz. The file is whole or absent; ValueError where the chunks do not make it up.
     """
-    with C3DWriter(
-        path, labels, frame_rate_hz, n_frames, units, description, first_frame, manufacturer
-    ) as writer:
+    if not labels or len(set(labels)) < len(labels) or not all(map(_is_label, labels)):
+        raise ValueError("labels must be different, printable ASCII, at most 127 characters")
+    if not (math.isfinite(frame_rate_hz) and frame_rate_hz > 0):
+        raise ValueError(f"frame_rate_hz is {frame_rate_hz}, expected a positive number")
+    if n_frames < 1 or first_frame < 1 or first_frame + n_frames > 2**31:
+        raise ValueError(f"{n_frames} frames from frame {first_frame} cannot be written")
+    groups = _groups(
+        list(labels), frame_rate_hz, n_frames, units, description, first_frame, manufacturer
+    )
+    written = 0
+    with whole(path) as part, part.open("wb") as stream:
+        stream.write(_front(groups, len(labels), frame_rate_hz, n_frames, first_frame))
         for chunk in chunks:
-            writer.append(chunk)
+            stored = _stored(np.asarray(chunk), len(labels))
+            written += len(stored)
+            if written > n_frames:
+                raise ValueError(f"more than the {n_frames} frames announced")
+            stream.write(stored.data)
+        if written < n_frames:
+            raise ValueError(f"{written} frames written, {n_frames} announced")
+
+
+def _stored(frames: npt.NDArray[np.floating], n_points: int) -> npt.NDArray[np.float32]:
+    """Frames as they stand in the file, (n, n_points, 4)."""
+    if frames.ndim != 3 or frames.shape[1] != n_points or frames.shape[2] not in (3, 4):
+        raise ValueError(f"frames of shape {frames.shape}, expected (n, {n_points}, 3)")
+    stored = np.zeros((len(frames), n_points, 4), "<f4")
+    with np.errstate(over="ignore"):  # beyond float32: infinite, hence missing
+        stored[..., : frames.shape[2]] = frames
+    missing = ~np.isfinite(stored[..., :3]).all(axis=2)
+    stored[missing] = (0, 0, 0, -1)
+    return stored
 
 
 def _is_label(label: str) -> bool:

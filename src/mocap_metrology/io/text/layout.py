@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -156,6 +156,6 @@ def named(labels: Sequence[str]) -> tuple[str, ...]:
     return complete_labels(stripped, len(stripped))
 
 
-def triples(first: int, n: int) -> tuple[Triple, ...]:
-    """Columns of `n` labels that follow each other from column `first`."""
-    return tuple((i, i + 1, i + 2) for i in range(first, first + 3 * n, 3))
+def triples(starts: Iterable[int]) -> tuple[Triple, ...]:
+    """Columns of x, y, z that begin at `starts`."""
+    return tuple((i, i + 1, i + 2) for i in starts)

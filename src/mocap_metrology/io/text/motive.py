@@ -28,6 +28,7 @@ from mocap_metrology.io.text.layout import (
     lines,
     named,
     rate,
+    triples,
 )
 
 WHAT = "a Motive export (CSV with its header)"
@@ -209,7 +210,7 @@ def _positions(
     rotations = {k: columns.rotation(i, rotation_type) for k, i in enumerate(bodies, start=after)}
     return (
         named([columns.names[i] for i in chosen]),
-        tuple((i, i + 1, i + 2) for i in chosen),
+        triples(chosen),
         remarks,
         {k: rotation for k, rotation in rotations.items() if rotation is not None},
     )

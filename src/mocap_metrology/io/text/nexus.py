@@ -16,7 +16,16 @@ from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import read_unit
-from mocap_metrology.io.text.layout import Layout, Line, Triple, check_text, lines, named, rate
+from mocap_metrology.io.text.layout import (
+    Layout,
+    Line,
+    Triple,
+    check_text,
+    lines,
+    named,
+    rate,
+    triples,
+)
 
 WHAT = "a Vicon Nexus export (CSV)"
 SECTION = b"Trajectories"
@@ -131,5 +140,4 @@ def _markers(axes: list[str], names: list[str]) -> tuple[tuple[Triple, ...], tup
     """Columns and labels of positions: velocities (X') and counts have other titles."""
     starts = [i for i in range(2, len(axes) - 2) if axes[i : i + 3] == ["X", "Y", "Z"]]
     padded = [*names, *[""] * len(axes)]
-    columns = tuple((i, i + 1, i + 2) for i in starts)
-    return columns, named([padded[i] for i in starts])
+    return triples(starts), named([padded[i] for i in starts])

@@ -18,7 +18,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import find_points, number
-from mocap_metrology.io.text.layout import Layout, RotationColumns, Triple, check_text, lines, rate
+from mocap_metrology.io.text.layout import Layout, RotationColumns, check_text, lines, rate
 from mocap_metrology.io.text.read import read_text
 from mocap_metrology.io.text.rows import Floats
 
@@ -66,7 +66,7 @@ def layout(path: Path) -> Layout:
 
 
 def read_orientation(
-    layout: Callable[[Path], Layout],
+    header: Callable[[Path], Layout],
     paths: Sequence[Path],
     marker: str,
     frame_rate_hz: float | None = None,
@@ -81,7 +81,7 @@ def read_orientation(
     kinds = set()
 
     def parts(path: Path) -> Layout:
-        found = layout(path)
+        found = header(path)
         place = find_points(found.labels, [marker], found.name)[0]
         if place not in found.rotations:
             raise Refusal(f"{found.name}: {marker!r} is a marker, which has no orientation")
@@ -89,10 +89,9 @@ def read_orientation(
         kinds.add(rotation.kind)
         cells = [*found.columns[place], *rotation.columns]
         cells += cells[-1:] * (3 * PARTS - len(cells))
-        three: list[Triple] = [(a, b, c) for a, b, c in zip(*[iter(cells)] * 3, strict=True)]
-        return replace(
-            found, labels=tuple(names), columns=tuple(three), mm_per_unit=1.0, remarks={}
-        )
+        starts = range(0, 3 * PARTS, 3)
+        three = tuple((cells[i], cells[i + 1], cells[i + 2]) for i in starts)
+        return replace(found, labels=tuple(names), columns=three, mm_per_unit=1.0, remarks={})
 
     recording = read_text(parts, paths, names, frame_rate_hz, accept_truncated)
     values = recording.position_mm.reshape(3 * PARTS, -1).astype(np.float64, copy=False)

@@ -26,6 +26,7 @@ from mocap_metrology.io.text.layout import (
     lines,
     named,
     rate,
+    triples,
 )
 
 WHAT = "a Qualisys export (TSV with its header)"
@@ -58,7 +59,7 @@ def layout(path: Path) -> Layout:
         path=path,
         encoding="Qualisys text",
         labels=labels,
-        columns=tuple((i, i + 1, i + 2) for i in starts),
+        columns=triples(starts),
         frame_rate_hz=rate(fields.get("FREQUENCY", [""])[0]),
         units="mm",
         mm_per_unit=1.0,

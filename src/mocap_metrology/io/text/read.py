@@ -45,18 +45,18 @@ class Frames:
 
 
 def read_text(
-    layout: Callable[[Path], Layout],
+    header: Callable[[Path], Layout],
     paths: Sequence[Path],
     markers: Sequence[str],
     frame_rate_hz: float | None = None,
     accept_truncated: bool = False,
 ) -> Recording:
-    """Positions of `markers` in text files whose headers `layout` reads.
+    """Positions of `markers` in text files whose headers `header` reads.
 
     Arguments as of `io.read.read_recording`. `n_invalid` by `empty`, `zero`, `not_finite`; frames
     whose numbers are missing count as `n_gap_frames`.
     """
-    files = [layout(path) for path in paths]
+    files = [header(path) for path in paths]
     choice = choose(files, markers, frame_rate_hz)
     rows = [read_rows(file, choice.points, accept_truncated) for file in files]
     frames = [

@@ -56,7 +56,7 @@ def layout(path: Path) -> Layout:
         path=path,
         encoding="TRC text",
         labels=labels,
-        columns=triples(2, len(labels)),
+        columns=triples(range(2, 2 + 3 * len(labels), 3)),
         frame_rate_hz=rate(fields.get("DataRate", "")),
         units=units,
         mm_per_unit=mm_per_unit,

@@ -22,10 +22,11 @@ import numpy as np
 import yaml
 
 from mocap_metrology.common.files import write_csv
-from mocap_metrology.lighthouse.calibrate import jansen, nelder_mead
-from mocap_metrology.lighthouse.calibrate.board_pose import first_guesses
-from mocap_metrology.lighthouse.calibrate.cost import BOARD
+from mocap_metrology.lighthouse.calibrate import jansen
 from mocap_metrology.lighthouse.decode.chain import decode
+from mocap_metrology.lighthouse.fit import simplex
+from mocap_metrology.lighthouse.fit.board_pose import first_guesses
+from mocap_metrology.lighthouse.fit.simplex import BOARD
 from mocap_metrology.lighthouse.rotation import from_angles, to_angles
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
@@ -52,7 +53,7 @@ def steps(name: str, folder: Path) -> list[tuple[str, float]]:
     twin = twin_from_mapping(twin_entry(document, name), name)
     made = simulate(twin)
     dump, board = folder / "dump", folder / "board.csv"
-    write_dump(dump, made)
+    write_dump(dump, made.pulses)
     write_csv(board, [dict(zip(("x_m", "y_m", "z_m"), p, strict=True)) for p in made.truth.board])
     found = decode(dump, "gpio-dump", board)
     factories = [station.factory for station in found.stations]
@@ -63,7 +64,7 @@ def steps(name: str, folder: Path) -> list[tuple[str, float]]:
 
     rows = [
         ("simulate", cpu(lambda: simulate(twin))),
-        ("write 64 MB", cpu(lambda: write_dump(dump, made))),
+        ("write 64 MB", cpu(lambda: write_dump(dump, made.pulses))),
         ("64 MB dump to cleaned sweeps, OOTX", cpu(lambda: decode(dump, "gpio-dump", board))),
     ]
     lm = cpu(calibrated("paper-lm"))
@@ -79,7 +80,7 @@ def simplex_beside_scipy(n: int = 10) -> tuple[float, float, float]:
     from scipy.optimize import minimize
 
     from mocap_metrology.lighthouse.board import flat_board
-    from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
+    from mocap_metrology.lighthouse.records import Measurements
     from mocap_metrology.lighthouse.rotor import angles
 
     rng, board, ideal = np.random.default_rng(1), flat_board(), rotor_parameters()
@@ -96,7 +97,7 @@ def simplex_beside_scipy(n: int = 10) -> tuple[float, float, float]:
 
     def ours() -> list[np.ndarray]:
         pairs = zip(starts, seen, strict=True)
-        return [nelder_mead.search(x, BOARD, board, m, ideal)[0] for x, m in pairs]
+        return [simplex.search(x, BOARD, board, m, ideal)[0] for x, m in pairs]
 
     options = {"xatol": 1e-4, "fatol": 1e-4, "maxfev": 1200, "maxiter": 1200}
 

@@ -18,11 +18,11 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.outside_checks import apart, gravity_angle_deg
 from mocap_metrology.lighthouse.assess.summary import summary
-from mocap_metrology.lighthouse.calibrate.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution, solution_pose
+from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory, PoseEstimate
 from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameters
 

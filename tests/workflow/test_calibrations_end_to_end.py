@@ -21,9 +21,8 @@ from mocap_metrology.lighthouse.assess.verdict import Verdict
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Pulses
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate, truth_json
+from mocap_metrology.lighthouse.simulate.recording import Made, simulate, truth_json, write_dump
 from mocap_metrology.lighthouse.simulate.twin import twin_entry, twin_from_mapping
-from mocap_metrology.lighthouse.simulate.words import write_dump
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 HEADER = [

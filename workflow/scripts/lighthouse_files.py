@@ -37,7 +37,7 @@ def write_twin(row: Row, settings: Mapping[str, Any], seed: int, files: Paths) -
     write_mounts(files["mount"], seen.mounts)
     _write_board(files["twin_board"], made.truth.board)
     write_json(files["truth"], truth_json(made))
-    write_dump(files["dump"], made)
+    write_dump(files["dump"], made.pulses)
     return f"{twin.name}: {made.pulses.start_s.size} pulses in {twin.duration_s:g} s"
 
 

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.lighthouse.calibrate.board_pose import Path
-from mocap_metrology.lighthouse.records import Hits, Pulses
+from mocap_metrology.lighthouse.records import Hits, Path, Pulses
 
 # Few distinct values, or long runs of one.
 PULSES_CODED = ("diode", "length_us")

@@ -70,6 +70,49 @@ class Hits:
 
 
 @dataclass(frozen=True)
+class Measurements:
+    """M_t of J Eq. 2 at n moments, of one station.
+
+    time_s (n,); angles_rad (n, diodes, 2): azimuth and elevation, NaN where either is missing.
+    """
+
+    time_s: np.ndarray
+    angles_rad: np.ndarray
+
+    def __len__(self) -> int:
+        return int(self.time_s.size)
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Diodes with both angles, (n, diodes)."""
+        return np.isfinite(self.angles_rad).all(axis=2)
+
+
+@dataclass(frozen=True)
+class Path:
+    """Board poses of n measurements in a station's frame.
+
+    time_s (n,), R (n, 3, 3), t_m (n, 3); epsilon (n,) the remaining K_1 in rad^2; n_angles (n,);
+    ambiguity (n,): K_1 of the mirrored minimum over that of the one taken, infinite where there is
+    none, NaN if not sought.
+    """
+
+    time_s: np.ndarray
+    R: np.ndarray
+    t_m: np.ndarray
+    epsilon: np.ndarray
+    n_angles: np.ndarray
+    ambiguity: np.ndarray
+
+    def __len__(self) -> int:
+        return int(self.time_s.size)
+
+    def take(self, chosen: np.ndarray) -> Path:
+        """The chosen poses, by a mask or by indices."""
+        return Path(**{name: getattr(self, name)[chosen] for name in self.__dataclass_fields__})
+
+
+@dataclass(frozen=True)
 class Factory:
     """Calibration of a station as written by its maker; each has one value an axis."""
 

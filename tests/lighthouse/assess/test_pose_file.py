@@ -12,9 +12,10 @@ from scipy.stats import f
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
-from mocap_metrology.lighthouse.assess.against import _significance, compare_with_earlier
 from mocap_metrology.lighthouse.assess.pose_file import (
+    _significance,
     chosen_pose,
+    compare_with_earlier,
     matrix_and_metres,
     pose_json,
     read_pose_json,

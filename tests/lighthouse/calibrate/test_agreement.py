@@ -10,8 +10,8 @@ from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate.agreement import agree, choose, hypotheses, minima
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, reconstruct
-from mocap_metrology.lighthouse.records import Station
+from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
+from mocap_metrology.lighthouse.records import Measurements, Station
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 from .scenes import Scene, pose_at, scene

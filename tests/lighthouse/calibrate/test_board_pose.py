@@ -7,20 +7,18 @@ import pytest
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.calibrate import board_pose
-from mocap_metrology.lighthouse.calibrate.board_pose import (
+from mocap_metrology.lighthouse.fit import board_pose
+from mocap_metrology.lighthouse.fit.board_pose import (
     MIRRORED_RAD,
-    Path,
     apart,
     by_levenberg_marquardt,
     by_nelder_mead,
     facing,
     first_guesses,
 )
-from mocap_metrology.lighthouse.calibrate.cost import BOARD
-from mocap_metrology.lighthouse.calibrate.levenberg import normal_equations
-from mocap_metrology.lighthouse.calibrate.nelder_mead import TIGHT
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import normal_equations
+from mocap_metrology.lighthouse.fit.simplex import BOARD, TIGHT
+from mocap_metrology.lighthouse.records import Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 SIGMA = 4e-5

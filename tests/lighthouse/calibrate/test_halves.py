@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.calibrate.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.calibrate.halves import halves
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
-from mocap_metrology.lighthouse.calibrate.weighted_station import by_gauss_newton, evidence
+from mocap_metrology.lighthouse.calibrate.weighted_station import by_gauss_newton, evidence, halves
+from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
+from mocap_metrology.lighthouse.records import Measurements
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 

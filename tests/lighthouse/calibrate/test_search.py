@@ -8,18 +8,13 @@ from scipy.optimize import least_squares, minimize
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.calibrate.cost import BOARD, STATION, evaluate
-from mocap_metrology.lighthouse.calibrate.levenberg import (
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
     damped_step,
     minimise,
     normal_equations,
     turn,
 )
-from mocap_metrology.lighthouse.calibrate.nelder_mead import (
-    MATLAB,
-    TIGHT,
-    search,
-)
+from mocap_metrology.lighthouse.fit.simplex import BOARD, MATLAB, STATION, TIGHT, evaluate, search
 from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 

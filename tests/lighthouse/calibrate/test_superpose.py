@@ -8,10 +8,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.calibrate.board_pose import Path
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
 from mocap_metrology.lighthouse.calibrate.static import static_pose
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch, superpose
+from mocap_metrology.lighthouse.records import Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 

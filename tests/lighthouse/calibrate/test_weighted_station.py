@@ -8,15 +8,15 @@ import pytest
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate import station_pose
-from mocap_metrology.lighthouse.calibrate.board_pose import Path, by_levenberg_marquardt
-from mocap_metrology.lighthouse.calibrate.levenberg import turn
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
     _blocks,
     _equations,
     by_gauss_newton,
     evidence,
 )
+from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import turn
+from mocap_metrology.lighthouse.records import Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 BOARD = flat_board()

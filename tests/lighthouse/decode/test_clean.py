@@ -7,8 +7,12 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import flat_board
-from mocap_metrology.lighthouse.decode.clean import clean_hits, still_outliers, sweep_outliers
-from mocap_metrology.lighthouse.decode.pose_gate import pose_outliers
+from mocap_metrology.lighthouse.decode.clean import (
+    clean_hits,
+    pose_outliers,
+    still_outliers,
+    sweep_outliers,
+)
 from mocap_metrology.lighthouse.records import Hits
 
 SHARED_RAD, OWN_RAD = 53e-6, 30e-6

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.decode.codes import pattern_of
-from mocap_metrology.lighthouse.decode.comb import begin_of_cycles
+from mocap_metrology.lighthouse.decode.comb import begin_of_cycles, pattern_of
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.records import Flashes, Pulses
 

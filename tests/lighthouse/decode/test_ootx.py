@@ -17,13 +17,14 @@ from mocap_metrology.lighthouse.decode.libsurvive import (
     read_solution,
 )
 from mocap_metrology.lighthouse.decode.ootx import (
+    ACCEL_TO_STATION,
     accel_of,
     bit_line,
     decode_station,
     encode_frame,
     frame_bits,
+    frame_of,
 )
-from mocap_metrology.lighthouse.decode.ootx_frame import ACCEL_TO_STATION, frame_of
 from mocap_metrology.lighthouse.records import Clock, Factory, Flashes, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
 

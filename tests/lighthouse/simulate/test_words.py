@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.records import Pulses
-from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
+from mocap_metrology.lighthouse.simulate.recording import simulate, words_of, write_dump
 from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
-from mocap_metrology.lighthouse.simulate.words import words_of
 
 TWIN = {
     "seed": 9,
@@ -47,7 +46,7 @@ def expected_runs(pulses, diode, n):
 
 def test_words_are_the_pulses_bit_by_bit(tmp_path):
     made = simulate(twin_from_mapping(TWIN))
-    write_dump(tmp_path / "dump.bin", made)
+    write_dump(tmp_path / "dump.bin", made.pulses)
     words = np.fromfile(tmp_path / "dump.bin", dtype="<u4")
     assert words.size == 400_000
     for diode in (0, 13, 31):

@@ -4,6 +4,8 @@ A reference is a pose file (JSON) or the markers on mounts of both housings, see
 capture system: Kabsch's algorithm on the known geometry of a mount gives the pose of its housing,
 and R = R_m^T R_s, t = R_m^T (t_s - t_m) the slave in the master's frame. It is the pose of the
 housings; an estimate is of the optical frames, whose origin is where the lasers are taken to be.
+
+Stations are known by the id in their flashes: poses of different ones are never compared.
 """
 
 from __future__ import annotations
@@ -15,12 +17,12 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.identity import check_same_ids, station_id
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 from mocap_metrology.lighthouse.records import ROLES, Station
 
@@ -30,6 +32,7 @@ LARGEST_MOTION_MM = 5.0  # standard deviation of a marker that ought to be at re
 LONGEST_M, SHORTEST_M = 30.0, 0.1  # baselines outside are given in the wrong unit
 LARGEST_MOUNT_M = 1.0
 NARROWEST_M = 3e-3  # spread of markers off their line, root of the sum of squares
+Ids = tuple[int | None, int | None]  # of master and slave, None where unknown
 
 
 @dataclass(frozen=True)
@@ -280,3 +283,44 @@ def _residuals(known: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndar
     """Kabsch, and the distance (k,) in m of each marker from where the mount has it."""
     R, t = kabsch(known, seen)
     return R, t, np.linalg.norm(known @ R.T + t - seen, axis=1)
+
+
+def station_id(given: Any, where: str) -> int | None:
+    """Id from a number, a text of one (decimal, or hexadecimal after 0x), or an entry with `id`."""
+    if isinstance(given, Mapping):
+        given = given.get("id")
+    if given is None:
+        return None
+    try:
+        if isinstance(given, (bool, float)):
+            raise ValueError
+        return int(given, 0) if isinstance(given, str) else int(given)
+    except (TypeError, ValueError):
+        raise Refusal(f"{where}: id is {given!r}; expected a whole number") from None
+
+
+def check_same_ids(theirs: Ids, own: Ids, what: str, where: str) -> str:
+    """Refuse `what` when its stations are not those of `where`, or have their roles swapped.
+
+    Returns a sentence that says which ids are unknown and so unchecked; empty if both are known.
+    """
+    swapped = own[::-1]
+    if None not in own and own[0] != own[1] and theirs == swapped:
+        raise Refusal(
+            f"{what}: master and slave are swapped: it names {theirs[0]} as master and {theirs[1]}"
+            f" as slave, {where} the other way round; expected the pose of {own[1]} in {own[0]}"
+            " (exchange the ids and invert the pose: R^T, -R^T t)"
+        )
+    for role, its, known in zip(("master", "slave"), theirs, own, strict=True):
+        if its is not None and known is not None and its != known:
+            raise Refusal(
+                f"{what}: its {role} is station {its}, that of {where} is {known};"
+                " expected a pose of the same two stations"
+            )
+    unknown = [
+        f"{role} of {source}"
+        for source, ids in ((what, theirs), (where, own))
+        for role, one in zip(("master", "slave"), ids, strict=True)
+        if one is None
+    ]
+    return f"Station ids not compared: unknown for {', '.join(unknown)}." if unknown else ""

@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.lighthouse.assess.against import compare_with_earlier
 from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad
-from mocap_metrology.lighthouse.assess.pose_file import pose_json, read_pose_json
+from mocap_metrology.lighthouse.assess.pose_file import (
+    compare_with_earlier,
+    pose_json,
+    read_pose_json,
+)
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
 from mocap_metrology.lighthouse.assess.verdict import verdict
-from mocap_metrology.lighthouse.calibrate.board_pose import Path
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
-from mocap_metrology.lighthouse.records import MASTER, Station
+from mocap_metrology.lighthouse.records import MASTER, Path, Station
 
 
 def span_of(path: Path) -> float:

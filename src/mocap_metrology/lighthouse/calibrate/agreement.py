@@ -20,8 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.calibrate.board_pose import Path, both_minima
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
     Evidence,
@@ -30,6 +29,8 @@ from mocap_metrology.lighthouse.calibrate.weighted_station import (
     evidence,
     residuals,
 )
+from mocap_metrology.lighthouse.fit.board_pose import both_minima
+from mocap_metrology.lighthouse.records import Measurements, Path
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 PAIR_S = 2.5 * CYCLE_S  # between measurements of both stations that are one moment
@@ -287,6 +288,17 @@ def _sample(
     rows = np.arange(0, len(then), max(len(then) // TRIED, 1))
     own = Measurements(slave.time_s[kept][rows], slave.angles_rad[kept][rows])
     return evidence(then.take(rows), own, master, board, rotors)
+
+
+def agreed_paths(
+    optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None = None
+) -> Agreed:
+    """Board poses in the frames of both stations, the mirror decided by both."""
+    both = (
+        minima(own, board, rotors)
+        for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
+    )
+    return agree(*both, board, optics.rotors, order, near)
 
 
 def warm_up() -> None:

@@ -25,25 +25,31 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.calibrate import board_pose, station_pose
-from mocap_metrology.lighthouse.calibrate.agreement import Agreed
-from mocap_metrology.lighthouse.calibrate.board_pose import MIRRORED_RAD, START_M, Path, apart
-from mocap_metrology.lighthouse.calibrate.final import agreed_paths, last_step, seen_on_path
-from mocap_metrology.lighthouse.calibrate.halves import halves
-from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, TIGHT
-from mocap_metrology.lighthouse.calibrate.optics import Optics, optics_of
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements, reconstruct
+from mocap_metrology.lighthouse.calibrate import station_pose
+from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of, reconstruct
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
+from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
-from mocap_metrology.lighthouse.calibrate.variant_fits import best_variant
-from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, Weighed, widened
-from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, residuals
+from mocap_metrology.lighthouse.calibrate.variants import (
+    AUTO,
+    COVARIANCE_UNITS,
+    Weighed,
+    best_variant,
+    widened,
+)
+from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, halves, residuals
+from mocap_metrology.lighthouse.fit import board_pose
+from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
+from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
 from mocap_metrology.lighthouse.records import (
     MASTER,
     ROLES,
     SLAVE,
     Factory,
     Hits,
+    Measurements,
+    Path,
     PoseEstimate,
 )
 from mocap_metrology.lighthouse.rotation import mean

@@ -1,38 +1,22 @@
-"""Both angles of every diode at one moment, out of sweeps that measure one at a time (J IV)."""
+"""Both angles of every diode at one moment, out of sweeps that measure one at a time (J IV); and
+these as an optics sees them: ideal, or with factory values.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.records import Factory, Hits, Measurements
+from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 METHODS = ("full-interpolation", "dominant-axis", "pairs")
 FEWEST_DIODES = 4
 LONGEST_GAP_S = 8.5 * CYCLE_S  # one sweep of an axis (each 4 cycles) may be missing, not two
 PAIR_GAP_S = 1.5 * CYCLE_S
-
-
-@dataclass(frozen=True)
-class Measurements:
-    """M_t of J Eq. 2 at n moments, of one station.
-
-    time_s (n,); angles_rad (n, diodes, 2): azimuth and elevation, NaN where either is missing.
-    """
-
-    time_s: np.ndarray
-    angles_rad: np.ndarray
-
-    def __len__(self) -> int:
-        return int(self.time_s.size)
-
-    @property
-    def seen(self) -> np.ndarray:
-        """Diodes with both angles, (n, diodes)."""
-        return np.isfinite(self.angles_rad).all(axis=2)
 
 
 @dataclass(frozen=True)
@@ -154,3 +138,39 @@ def _pairs(sweeps: list[_Sweeps]) -> tuple[np.ndarray, np.ndarray]:
     known, follower = known[near], follower[near]
     time = (first.middle_s[known] + second.middle_s[follower]) / 2
     return time, np.stack([first.angle_rad[known], second.angle_rad[follower]], axis=2)
+
+
+@dataclass(frozen=True)
+class Optics:
+    """Measurements of both stations as an optics sees them, and the rotors that go with these."""
+
+    name: str
+    measurements: tuple[Measurements, Measurements]
+    rotors: tuple[np.ndarray, np.ndarray]
+    frame: str  # optical, or housing where the lasers' places are named
+
+
+def optics_of(
+    name: str,
+    measured: Sequence[Measurements],
+    factories: Sequence[Factory | None],
+    lasers_m: np.ndarray | None,
+    variant: str,
+) -> Optics:
+    """With lasers in the origin, factory values are taken off the angles once and for all (to
+    1e-12 rad); with lasers elsewhere they stay in the model."""
+    lasers = [None, None] if lasers_m is None else lasers_m
+    frame = "optical" if lasers_m is None else "housing"
+    if name == "ideal":
+        rotors = tuple(rotor_parameters(None, own) for own in lasers)
+        return Optics(name, tuple(measured), rotors, frame)
+    model = VARIANTS[variant]
+    if lasers_m is not None:
+        both = zip(factories, lasers, strict=True)
+        rotors = tuple(rotor_parameters(factory, own, model) for factory, own in both)
+        return Optics(name, tuple(measured), rotors, frame)
+    corrected = tuple(
+        Measurements(own.time_s, directions(own.angles_rad, rotor_parameters(f, None, model)))
+        for own, f in zip(measured, factories, strict=True)
+    )
+    return Optics(name, corrected, (rotor_parameters(), rotor_parameters()), frame)

@@ -11,14 +11,11 @@ from itertools import combinations
 
 import numpy as np
 
-from mocap_metrology.lighthouse.calibrate.board_pose import (
-    Path,
-    by_levenberg_marquardt,
-)
-from mocap_metrology.lighthouse.calibrate.cost import BOARD
-from mocap_metrology.lighthouse.calibrate.levenberg import normal_equations
-from mocap_metrology.lighthouse.calibrate.reconstruction import FEWEST_DIODES, Measurements
-from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.calibrate.reconstruction import FEWEST_DIODES
+from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import normal_equations
+from mocap_metrology.lighthouse.fit.simplex import BOARD
+from mocap_metrology.lighthouse.records import Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles
 
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still

@@ -1,4 +1,6 @@
-"""Pose of the slave from its own angles of a board whose path is known (J V-B, Eq. 5 and 6)."""
+"""Pose of the slave from its own angles of a board whose path is known (J V-B, Eq. 5 and 6), and
+the last step of `paper-lm`, which weighs in that the path is not exactly known.
+"""
 
 from __future__ import annotations
 
@@ -7,17 +9,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.calibrate.board_pose import Path
-from mocap_metrology.lighthouse.calibrate.cost import STATION
-from mocap_metrology.lighthouse.calibrate.levenberg import (
+from mocap_metrology.lighthouse.calibrate import station_pose
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
+from mocap_metrology.lighthouse.calibrate.superpose import at_times, blocks_of, jackknife
+from mocap_metrology.lighthouse.calibrate.weighted_station import (
+    Evidence,
+    by_gauss_newton,
+    residuals,
+)
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import (
     ITERATIONS,
     damped_step,
     minimise,
     normal_equations,
 )
-from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, SimplexSettings, search
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
-from mocap_metrology.lighthouse.calibrate.superpose import blocks_of, jackknife
+from mocap_metrology.lighthouse.fit.simplex import MATLAB, STATION, SimplexSettings, search
+from mocap_metrology.lighthouse.records import MASTER, SLAVE, Measurements, Path
+
+# Of the plain residual by weighting it: lasers 15 mm off make 2, a last step that runs away 10.
+RISE = 3.0
+
+Pose = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -100,3 +112,36 @@ def residual_rms(R: np.ndarray, t: np.ndarray, given: Scene, rotors: np.ndarray)
 
     points = np.ascontiguousarray((given.points - t) @ R)
     return float(np.sqrt(np.mean((angles(points, rotors) - given.angles) ** 2)))
+
+
+def seen_on_path(paths: tuple[Path, Path], optics: Optics, order: int) -> tuple[Path, Measurements]:
+    """The slave's measurements that have the master's path on both sides, and the path then."""
+    own = optics.measurements[SLAVE]
+    then, kept = at_times(paths[MASTER], own.time_s, order)
+    return then, Measurements(own.time_s[kept], own.angles_rad[kept])
+
+
+def last_step(
+    starts: list[Pose],
+    given: station_pose.Scene,
+    weighed: Evidence,
+    rotors: np.ndarray,
+    weights: str = "path",
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """From the start of the least cost: R, t (m), covariance (6, 6) in m and rad.
+
+    The weighted K_2 is taken down from there. If that makes the plain residual rise by more than
+    weights can, it has run away: then the least plain K_2 stays. weights `none` stops at that, too.
+    """
+    plain = min(starts, key=lambda pose: station_pose.residual_rms(*pose, given, rotors))
+    R, t, _ = station_pose.by_levenberg_marquardt(*plain, given, rotors)
+    if weights == "path":
+        starts = [*starts, (R, t)]
+        found = [residuals(*start, weighed, rotors) for start in starts]
+        limit = min(one.limit() for one in found)
+        best = min(range(len(starts)), key=lambda k: found[k].total(limit))
+        R2, t2, spread = by_gauss_newton(*starts[best], weighed, rotors)
+        before = station_pose.residual_rms(R, t, given, rotors)
+        if station_pose.residual_rms(R2, t2, given, rotors) <= RISE * before:
+            return R2, t2, spread
+    return R, t, station_pose.covariance(R, t, given, rotors)

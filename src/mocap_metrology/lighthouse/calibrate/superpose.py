@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocap_metrology.lighthouse.calibrate.board_pose import Path
+from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 LONGEST_GAP_S = 12.5 * CYCLE_S  # between the two poses a third is interpolated from

@@ -23,9 +23,16 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.lighthouse.calibrate import station_pose
+from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
+from mocap_metrology.lighthouse.calibrate.static import is_still, residuals_by_diode, static_pose
+from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
-from mocap_metrology.lighthouse.records import PoseEstimate
+from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, residuals
+from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory, Measurements, PoseEstimate
 from mocap_metrology.lighthouse.rotation import error
+from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
 
 AUTO = "auto"
 FALLBACK = "libsurvive"  # where nothing can be fitted: 14 of 16 real recordings prefer it
@@ -35,9 +42,10 @@ HIT_RAD = 49e-6  # of an angle beyond its sweep, at most: 30 urad of a hit, 38 o
 # Of the 53 urad of a sweep an uncertain path takes about half the square: sound recordings of decks
 # and boards leave 30 to 38.
 SWEEP_RAD = 53e-6 / np.sqrt(2)
-SURE = 0.995  # of the t distribution, one-sided
+RULED_OUT = 0.995  # quantile of the t distribution: by chance one variant in 200
 OUTLIER = 25.0  # times the median loss an angle
 COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
+FEWEST = 20  # moments of both stations
 
 
 @dataclass(frozen=True)
@@ -121,7 +129,7 @@ def weigh(fits: Sequence[Fit]) -> list[Weighed]:
         sure = False
         if k != best and units.size > 2:
             value = float(gap.mean() / max(gap.std(ddof=1) / np.sqrt(units.size), 1e-30))
-            sure = value > student.ppf(SURE, units.size - 1) and gap.sum() > beyond_noise
+            sure = value > student.ppf(RULED_OUT, units.size - 1) and gap.sum() > beyond_noise
         standing = "chosen" if k == best else "worse" if sure else "open"
         rms = 1e6 * float(np.sqrt(total[k] / angles.sum()))
         found.append(Weighed(fit.variant, standing, rms, value, fit.R, fit.t_m))
@@ -145,3 +153,65 @@ def widened(estimate: PoseEstimate, weighed: Sequence[Weighed]) -> PoseEstimate:
     if estimate.covariance is None or not len(off):
         return estimate
     return replace(estimate, covariance=estimate.covariance + off.T @ off / (len(off) + 1))
+
+
+def best_variant(
+    measured: Sequence[Measurements],
+    middle: Sequence[Measurements],
+    board: np.ndarray,
+    factories: Sequence[Factory],
+    lasers_m: np.ndarray | None,
+    order: int,
+) -> tuple[str, list[Weighed]]:
+    """The variant that leaves least of the recording, and how all of them stand.
+
+    measured: of master and slave; middle: the median angles of each diode, which count where the
+    board keeps its place. `FALLBACK` and no list where all are one or none can be fitted.
+    """
+    names = [FALLBACK, *(name for name in VARIANTS if name != FALLBACK)]
+    models = [[rotor_parameters(f, None, VARIANTS[name]) for f in factories] for name in names]
+    if all(np.array_equal(models[0], model) for model in models):  # as of ideal rotors
+        return FALLBACK, []
+    fits, near = [], None
+    for name in names:
+        optics = optics_of("factory", measured, factories, lasers_m, name)
+        agreed = agreed_paths(optics, board, order, near)
+        near = agreed.R
+        if all(is_still(path) for path in agreed.paths):
+            still = optics_of("factory", middle, factories, lasers_m, name)
+            fit = _at_rest(name, still, board)
+        else:
+            fit = _moving(name, optics, agreed, board, order)
+        if fit is None:
+            return FALLBACK, []
+        fits.append(fit)
+    if len({fit.loss.size for fit in fits}) > 1:  # still by one variant, moving by another
+        return FALLBACK, []
+    weighed = weigh(fits)
+    return next(w.variant for w in weighed if w.standing == "chosen"), weighed
+
+
+def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:
+    """K_1 of the master's board poses and the weighted K_2 of the slave's angles, by stretches."""
+    then, own = seen_on_path(agreed.paths, optics, order)
+    if agreed.R is None or len(then) < FEWEST:
+        return None
+    given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
+    weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
+    R, t, _ = last_step([(agreed.R, agreed.t_m)], given, weighed, rotors)
+    left, master = residuals(R, t, weighed, rotors), agreed.paths[MASTER]
+    time = np.concatenate([master.time_s, then.time_s])
+    angles = np.concatenate([master.n_angles, left.count])
+    loss = np.concatenate([master.epsilon / np.maximum(master.n_angles, 1), left.cost])
+    noise = expected_loss(master.epsilon, master.n_angles, len(left.count))
+    return Fit(name, R, t, loss, angles, units_of(time, time.min(), time.max()), noise)
+
+
+def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
+    """K_1 of both stations by diode."""
+    pose = static_pose(list(optics.measurements), board, list(optics.rotors))
+    if pose is None:
+        return None
+    loss = residuals_by_diode(list(optics.measurements), board, list(optics.rotors))
+    noise = np.full(loss.size, NOISE_RAD**2)
+    return Fit(name, pose.R, pose.t_m, loss, np.full(loss.size, 2), np.arange(loss.size), noise)

@@ -8,20 +8,24 @@ H_n = J^T J of the master's own angles is the information about P_n. By Woodbury
     e^T W e = e^T e - (J_P^T e)^T (H_n + J_P^T J_P)^-1 (J_P^T e),
 
 so what a shift or turn of the board within its uncertainty can explain does not count.
+
+Two parts of a recording are held against each other so: a station that is bumped by millimetres
+leaves a pose between both, with a residual like that of sound recordings; but what came before and
+what came after then have poses of their own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.lighthouse.calibrate.board_pose import Path
-from mocap_metrology.lighthouse.calibrate.cost import BOARD
-from mocap_metrology.lighthouse.calibrate.levenberg import damped_step, normal_equations, turn
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
+from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import blocks_of, jackknife
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import damped_step, normal_equations, turn
+from mocap_metrology.lighthouse.fit.simplex import BOARD
+from mocap_metrology.lighthouse.records import Halves, Measurements, Path
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
 ITERATIONS, ROUNDS = 20, 5
@@ -29,6 +33,7 @@ LARGEST_DAMPING = 1e10
 RIDGE = 1e-12  # rad^2/m^2, rad^2/rad^2
 SMALLEST_STEP = 1e-8  # m, rad: far below what angles can tell
 OUTLIER = 25.0  # times the median cost a measurement: a mirrored pose, left out
+SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
 
 
 @dataclass(frozen=True)
@@ -247,3 +252,34 @@ def warm_up() -> None:
     path = Path(zero, np.eye(3)[None], t[None], zero, zero, zero)
     _information(path.R, path.t_m, given.seen, board, rotors)
     _blocks(np.eye(3), np.zeros(3), path.R, path.t_m, board, given.angles_rad, rotors)
+
+
+def halves(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Halves | None:
+    """Poses of the slave from the measurements before and after each of `SPLITS`, both from near
+    the pose R, t (m) of all: the two that are farthest apart by m2; None where no part tells its
+    uncertainty. rotors: of the slave."""
+    time = given.path.time_s
+    found = []
+    for split in SPLITS:
+        early = time < time.min() + split * np.ptp(time)
+        parts = [by_gauss_newton(R, t, _part(given, own), rotors) for own in (early, ~early)]
+        if all(covariance is not None for *_, covariance in parts):
+            found.append(_apart(*parts))
+    return max(found, key=lambda one: one.m2, default=None)
+
+
+def _part(given: Evidence, own: np.ndarray) -> Evidence:
+    return replace(
+        given,
+        path=given.path.take(own),
+        angles=given.angles[own],
+        information=given.information[own],
+    )
+
+
+def _apart(
+    a: tuple[np.ndarray, np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> Halves:
+    d = np.r_[a[1] - b[1], rotation.error(a[0], b[0])]
+    m2 = float(d @ np.linalg.pinv(a[2] + b[2], rcond=1e-12) @ d)
+    return Halves(1e3 * float(np.linalg.norm(d[:3])), float(np.degrees(np.linalg.norm(d[3:]))), m2)

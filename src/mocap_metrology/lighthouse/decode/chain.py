@@ -13,12 +13,11 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import check_count, read_board
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles
 from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.decode.dump import read_dump
+from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive
 from mocap_metrology.lighthouse.decode.ootx import decode_station
-from mocap_metrology.lighthouse.decode.order import check_byte_order
 from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.records import (
     MASTER,

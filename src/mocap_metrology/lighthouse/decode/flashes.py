@@ -12,16 +12,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.decode.codes import (
-    DECIDED_STEPS,
-    codes_of,
-    data_residual,
-    find_pattern,
-)
 from mocap_metrology.lighthouse.decode.comb import (
+    DECIDED_STEPS,
     FEWEST_FLASHES,
     MAD_TO_SIGMA,
+    codes_of,
+    data_residual,
     drift,
+    find_pattern,
     find_period,
     find_phases,
     fit_clock,

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocap_metrology.lighthouse.decode.codes import pattern_of
-from mocap_metrology.lighthouse.decode.comb import begin_of_cycles
+from mocap_metrology.lighthouse.decode.comb import begin_of_cycles, pattern_of
 from mocap_metrology.lighthouse.records import Flashes, Hits, Pulses
 from mocap_metrology.lighthouse.timing import axis_of, skip_of
 

@@ -1,30 +1,42 @@
-"""A simulated recording: flashes and sweeps of two base stations on a moving board, and the truth.
+"""A simulated recording: flashes and sweeps of two base stations on a moving board, its dump, and
+the truth.
 
 Cycle k of the master begins at (k - start_cycle) cycle_s, its flash with it, the slave's 416.67 us
 later. Cycles count from a period of four: 0, 1 the slave's sweeps of azimuth and elevation, 2, 3
-the master's.
+the master's. A dump has 2 million words of 32 bit a second, bit d set where diode d sees light.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.files import whole
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
 from mocap_metrology.lighthouse.records import ROLES, Clock, Factory, Hits, Pulses, Station
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.rotor import rotor_parameters
-from mocap_metrology.lighthouse.simulate import faults, words
+from mocap_metrology.lighthouse.simulate.light import (
+    FROM_S,
+    TO_S,
+    blocked_intervals,
+    false_flashes,
+    is_open,
+    reflections,
+    swept_board,
+)
 from mocap_metrology.lighthouse.simulate.motion import Motion, motion_of
-from mocap_metrology.lighthouse.simulate.optics import FROM_S, TO_S, swept_board
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, twin_from_mapping
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
 # Streams of random numbers, so that a twin with more noise keeps its motion and its dropouts.
 NOISE, FAULTS, FLASHES, BITS = range(1, 5)
+SAMPLES_PER_S = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -68,7 +80,7 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> Made:
     told = _stations(twin)
     cycles = _cycles(twin, told, np.random.default_rng([seed, BITS]))
     rng = np.random.default_rng([seed, FAULTS])
-    intervals = faults.blocked_intervals(twin, rng)
+    intervals = blocked_intervals(twin, rng)
     truth = _truth(twin, told, board, motion, cycles)
     exact, noisy, other = _sweeps(twin, truth, cycles, intervals, rng, seed)
     flashes = _flashes(twin, truth, cycles, intervals, np.random.default_rng([seed, FLASHES]))
@@ -97,11 +109,6 @@ def truth_json(made: Made) -> dict[str, Any]:
         "clocks": [vars(clock) for clock in truth.clocks],
         "twin": asdict(twin),
     }
-
-
-def write_dump(path: str | Path, made: Made) -> None:
-    """Write the raw dump of a simulated recording, whole or not at all."""
-    words.write_dump(path, made.pulses)
 
 
 def _stations(twin: LighthouseTwin) -> tuple[Station, ...]:
@@ -164,7 +171,7 @@ def _sweeps(
         time_s=exact.time_s + off * twin.cycle_s / np.pi,
         angle_rad=exact.angle_rad + off,
     )
-    middle, length, diode = faults.reflections(twin, noisy.time_s, noisy.width_s, noisy.diode, rng)
+    middle, length, diode = reflections(twin, noisy.time_s, noisy.width_s, noisy.diode, rng)
     rows = np.flatnonzero(kept[lit])
     rows = rows[np.argsort(exact.time_s[rows], kind="stable")]
     return exact.take(rows), noisy.take(rows), (middle - length / 2, length, diode)
@@ -188,7 +195,7 @@ def _lit_sweeps(
     lit = (since >= FROM_S) & (since <= TO_S)
     lit &= swept.cos_incidence > np.cos(np.radians(twin.incidence_deg))
     lit &= (swept.time_s - width / 2 >= 0) & (swept.time_s + width / 2 <= twin.duration_s)
-    lit &= faults.is_open(intervals, station[:, None], swept.time_s)
+    lit &= is_open(intervals, station[:, None], swept.time_s)
     n = lit.shape[1]
     hits = Hits(
         np.repeat(station.astype(np.int8), n),
@@ -222,12 +229,12 @@ def _flashes(
     length = flash_length(code) + 1e-6 * (twin.flash_bias_us - twin.flash_shortfall_us)
     start = cycles.start_s + 1e-6 * twin.sync_jitter_us * rng.standard_normal(shape)
     station = np.arange(shape[0])[:, None]
-    lit = faults.is_open(intervals, station, start) & (rng.random(shape) >= twin.missed_flashes)
+    lit = is_open(intervals, station, start) & (rng.random(shape) >= twin.missed_flashes)
     lit &= (start + length > 0) & (start < twin.duration_s)
     faces = _faces(twin, truth, np.nonzero(lit)[0], start[lit])
     flash, diode = np.nonzero(faces)
     spread = 1e-6 * twin.flash_spread_us * rng.standard_normal(flash.size)
-    false_start, false_length = faults.false_flashes(twin, rng)
+    false_start, false_length = false_flashes(twin, rng)
     n = len(truth.board)
     return (
         np.concatenate([start[lit][flash], np.repeat(false_start, n)]),
@@ -249,9 +256,37 @@ def _faces(
     return (toward > limit) & (np.einsum("nij,nj->ni", way, ahead) < 0)
 
 
+def words_of(pulses: Pulses) -> np.ndarray:
+    """Samples k at k/2e6 s, uint32 (duration * 2e6,): bit d is set where start <= t < start +
+    length of a pulse on diode d, so that an edge is seen at the next sample. Pulses that overlap
+    merge; what lies before or after the recording is cut off."""
+    words = np.zeros(round(pulses.duration_s * SAMPLES_PER_S), dtype=np.uint32)
+    _set_bits(words, pulses.start_s, pulses.length_s, pulses.diode.astype(np.int64))
+    return words
+
+
+def write_dump(path: str | Path, pulses: Pulses) -> None:
+    """Write the words as a raw dump, little-endian, whole or not at all."""
+    words = words_of(pulses).astype("<u4", copy=False)
+    with whole(path) as part:
+        words.tofile(part)
+
+
+@njit
+def _set_bits(
+    words: np.ndarray, start_s: np.ndarray, length_s: np.ndarray, diode: np.ndarray
+) -> None:
+    for i in range(start_s.size):
+        first = max(math.ceil(start_s[i] * SAMPLES_PER_S), 0)
+        end = min(math.ceil((start_s[i] + length_s[i]) * SAMPLES_PER_S), words.size)
+        bit = np.uint32(1) << np.uint32(diode[i])
+        for k in range(first, end):
+            words[k] |= bit
+
+
 def warm_up() -> None:
     """Compile the kernels."""
     station = {"id": 1, "mode": "A"}
     motion = {"centre_m": [2, 0, 0]}
     mapping = {"seed": 0, "master": station, "motion": motion, "duration_s": 0.05}
-    words.words_of(simulate(twin_from_mapping(mapping, "warm-up")).pulses)
+    words_of(simulate(twin_from_mapping(mapping, "warm-up")).pulses)

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mocap_metrology.lighthouse.calibrate.board_pose import Path
+    from mocap_metrology.lighthouse.records import Path
 
 DENSE = 500  # so many dots are an image in an SVG
 DEAD, SELDOM = 0.01, 0.5  # share of sweeps seen; SELDOM of the median diode's

@@ -16,10 +16,10 @@ from mocap_metrology.lighthouse.assess.pose_file import (
     read_pose_json,
 )
 from mocap_metrology.lighthouse.board import read_board
-from mocap_metrology.lighthouse.calibrate.board_pose import MIRRORED_RAD
-from mocap_metrology.lighthouse.calibrate.board_pose import Path as BoardPath
 from mocap_metrology.lighthouse.calibrate.superpose import at_times
+from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
 from mocap_metrology.lighthouse.records import MASTER, SLAVE
+from mocap_metrology.lighthouse.records import Path as BoardPath
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.present.tables import Record, Row
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.calibrate.board_pose import Path
-from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
+from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE, Path
 from mocap_metrology.present.calibration.calibration_files import (
     CalibrationFiles,
     Pose,

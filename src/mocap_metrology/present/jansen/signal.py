@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.calibrate.board_pose import Path
-from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES, SLAVE
+from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES, SLAVE, Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S
 from mocap_metrology.present.calibration.views import COLOURS

@@ -9,10 +9,17 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.calibrate.cost import BOARD, cost, evaluate, trig_of
-from mocap_metrology.lighthouse.calibrate.levenberg import ITERATIONS, minimise
-from mocap_metrology.lighthouse.calibrate.nelder_mead import MATLAB, SimplexSettings, nelder_mead
-from mocap_metrology.lighthouse.calibrate.reconstruction import Measurements
+from mocap_metrology.lighthouse.fit.levenberg_marquardt import ITERATIONS, minimise
+from mocap_metrology.lighthouse.fit.simplex import (
+    BOARD,
+    MATLAB,
+    SimplexSettings,
+    cost,
+    evaluate,
+    nelder_mead,
+    trig_of,
+)
+from mocap_metrology.lighthouse.records import Measurements, Path
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 
 START_M = 3.0
@@ -20,30 +27,6 @@ NARROW = 0.2  # of the board's own width, to its second side
 SOLID_DIODES, SOLID_DEPTH = 6, 0.2  # a board at least so deep has no mirrored pose
 SAME_TRACE = 1.0 + 2.0 * math.cos(math.radians(1.0))  # of R R2^T: less than 1 deg apart
 MIRRORED_RAD = math.radians(8.0)  # a pose further off than this is in the other minimum
-
-
-@dataclass(frozen=True)
-class Path:
-    """Board poses of n measurements in a station's frame.
-
-    time_s (n,), R (n, 3, 3), t_m (n, 3); epsilon (n,) the remaining K_1 in rad^2; n_angles (n,);
-    ambiguity (n,): K_1 of the mirrored minimum over that of the one taken, infinite where there is
-    none, NaN if not sought.
-    """
-
-    time_s: np.ndarray
-    R: np.ndarray
-    t_m: np.ndarray
-    epsilon: np.ndarray
-    n_angles: np.ndarray
-    ambiguity: np.ndarray
-
-    def __len__(self) -> int:
-        return int(self.time_s.size)
-
-    def take(self, chosen: np.ndarray) -> Path:
-        """The chosen poses, by a mask or by indices."""
-        return Path(**{name: getattr(self, name)[chosen] for name in self.__dataclass_fields__})
 
 
 def well_posed(measurements: Measurements, board: np.ndarray) -> Measurements:

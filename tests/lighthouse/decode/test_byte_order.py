@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.decode.dump import pulses_of_words
+from mocap_metrology.lighthouse.decode.dump import check_byte_order, pulses_of_words
 from mocap_metrology.lighthouse.decode.flashes import find_flashes
-from mocap_metrology.lighthouse.decode.order import check_byte_order
 from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.records import Hits
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import solve
-from mocap_metrology.lighthouse.calibrate.cost import BOARD, STATION
+from mocap_metrology.lighthouse.fit.simplex import BOARD, STATION
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
 N = 6

@@ -1,0 +1,295 @@
+"""K_1 and K_2 of J, compiled, and their minimum by the simplex of Nelder and Mead as MATLAB's
+fminsearch takes it (J V-A, Eq. 3 and 5).
+
+Both sum (C - M)^2 over diodes and axes: how far predicted angles are from measured ones. In K_1
+(J Eq. 4) the unknown is the board's pose and the points are its diodes; in K_2 (J Eq. 6) the
+unknown is the station's pose and the points are diodes of all measurements in the master's frame.
+A pose is x = (x, y, z, alpha, beta, gamma) in m and rad.
+
+J names the algorithm and neither its settings nor its program; the defaults here are those of
+fminsearch: the first simplex is the start and, for each unknown, the start with 5 % more of it
+(0.00025 where it is zero); reflection 1, expansion 2, contraction 1/2, shrinking 1/2; the end is
+where the simplex is below TolX in every coordinate and below TolFun in cost, or after 200
+evaluations an unknown. scipy's `Nelder-Mead` takes the same steps, and a test compares.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse.rotor import IMPERFECT, X, Y, angle
+
+BOARD, STATION = 0, 1  # whose pose is unknown
+N = 6
+
+
+@njit
+def matrix(x: np.ndarray, R: np.ndarray) -> None:
+    """R = Rz(gamma) Ry(beta) Rx(alpha) of the angles x[3:6], written to R (3, 3)."""
+    ca, cb, cg = math.cos(x[3]), math.cos(x[4]), math.cos(x[5])
+    sa, sb, sg = math.sin(x[3]), math.sin(x[4]), math.sin(x[5])
+    R[0, 0], R[0, 1], R[0, 2] = cg * cb, cg * sb * sa - sg * ca, cg * sb * ca + sg * sa
+    R[1, 0], R[1, 1], R[1, 2] = sg * cb, sg * sb * sa + cg * ca, sg * sb * ca - cg * sa
+    R[2, 0], R[2, 1], R[2, 2] = -sb, cb * sa, cb * ca
+
+
+@njit
+def _turns(
+    room: np.ndarray,
+    axis: int,
+    side_0: float,
+    ahead_0: float,
+    measured: np.ndarray,
+    trig: np.ndarray,
+) -> float:
+    """Sum of squares of atan2(side, ahead) about a laser, less the measured angle m.
+
+    Points are in room[:3], room[3] is written over. Differences are in (-pi, pi], and need no
+    arctangent where they are small: with q = (s cos m - a sin m) / (a cos m + s sin m), the tangent
+    of the difference, below 0.1 the series of atan q, cut after q^13, is exact to 1e-16. Loops
+    without a branch, so that several elements are computed at a time.
+    """
+    n, k, c = measured.shape[1], 1 + axis, 2 * axis
+    for i in range(n):
+        s, a = room[k, i] - side_0, room[0, i] - ahead_0
+        room[3, i] = (s * trig[c, i] - a * trig[c + 1, i]) / (a * trig[c, i] + s * trig[c + 1, i])
+    far = 0
+    for i in range(n):
+        under = (room[0, i] - ahead_0) * trig[c, i] + (room[k, i] - side_0) * trig[c + 1, i]
+        far += 0 if (abs(room[3, i]) < 0.1) & (under > 0.0) else 1
+    if far > 0:
+        for i in range(n):
+            e = math.atan2(room[k, i] - side_0, room[0, i] - ahead_0) - measured[axis, i]
+            room[3, i] = e - 2.0 * math.pi * math.floor(0.5 + e / (2.0 * math.pi))
+    else:
+        for i in range(n):
+            q = room[3, i]
+            s = q * q
+            series = 1 / 5 - s * (1 / 7 - s * (1 / 9 - s * (1 / 11 - s / 13)))
+            room[3, i] = q * (1.0 - s * (1 / 3 - s * series))
+    return _sum_of_squares(room)
+
+
+@njit
+def _sum_of_squares(room: np.ndarray) -> float:
+    """Of room[3], in four parts, of which a processor adds several at a time."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    n = room.shape[1]
+    whole = n - n % 4
+    for i in range(0, whole, 4):
+        a += room[3, i] * room[3, i]
+        b += room[3, i + 1] * room[3, i + 1]
+        c += room[3, i + 2] * room[3, i + 2]
+        d += room[3, i + 3] * room[3, i + 3]
+    for i in range(whole, n):
+        a += room[3, i] * room[3, i]
+    return (a + b) + (c + d)
+
+
+@njit
+def _place(
+    R: np.ndarray, tx: float, ty: float, tz: float, points: np.ndarray, room: np.ndarray
+) -> None:
+    """R p + t of points (3, n), into room[:3]."""
+    for k, t in ((0, tx), (1, ty), (2, tz)):
+        rx, ry, rz = R[k, 0], R[k, 1], R[k, 2]
+        for i in range(points.shape[1]):
+            room[k, i] = rx * points[0, i] + ry * points[1, i] + rz * points[2, i] + t
+
+
+@njit
+def cost(
+    x: np.ndarray,
+    unknown: int,
+    points: np.ndarray,
+    measured: np.ndarray,
+    trig: np.ndarray,
+    rotors: np.ndarray,
+    R: np.ndarray,
+    room: np.ndarray,
+) -> float:
+    """K_1 or K_2 in rad^2.
+
+    points (3, n): diodes in the board's frame (BOARD) or in the master's (STATION); measured (2, n)
+    rad, azimuth and elevation; trig (4, n): cos and sin of both; rotors (2, 10); R (3, 3)
+    and room (4, n) to work in.
+    """
+    matrix(x, R)
+    if unknown == STATION:  # p = R^T (w - t)
+        R[0, 1], R[1, 0] = R[1, 0], R[0, 1]
+        R[0, 2], R[2, 0] = R[2, 0], R[0, 2]
+        R[1, 2], R[2, 1] = R[2, 1], R[1, 2]
+        tx = -(R[0, 0] * x[0] + R[0, 1] * x[1] + R[0, 2] * x[2])
+        ty = -(R[1, 0] * x[0] + R[1, 1] * x[1] + R[1, 2] * x[2])
+        tz = -(R[2, 0] * x[0] + R[2, 1] * x[1] + R[2, 2] * x[2])
+    else:
+        tx, ty, tz = x[0], x[1], x[2]
+    _place(R, tx, ty, tz, points, room)
+    total = 0.0
+    if rotors[0, IMPERFECT] == 0.0 and rotors[1, IMPERFECT] == 0.0:
+        for axis in range(2):
+            total += _turns(room, axis, rotors[axis, Y + axis], rotors[axis, X], measured, trig)
+        return total
+    for i in range(points.shape[1]):
+        for axis in range(2):
+            e = angle(axis, room[0, i], room[1, i], room[2, i], rotors[axis]) - measured[axis, i]
+            total += e * e
+    return total
+
+
+def trig_of(measured: np.ndarray) -> np.ndarray:
+    """cos and sin of azimuth, cos and sin of elevation, (4, ...), of angles (2, ...) in rad."""
+    return np.stack([f(m) for m in np.asarray(measured) for f in (np.cos, np.sin)])
+
+
+def evaluate(
+    x: np.ndarray, unknown: int, points: np.ndarray, measured: np.ndarray, rotors: np.ndarray
+) -> float:
+    """K_1 (unknown BOARD) or K_2 (STATION) at a pose; points (n, 3), measured (n, 2)."""
+    points = np.ascontiguousarray(np.transpose(points), dtype=np.float64)
+    measured = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
+    room = np.empty((4, points.shape[1]))
+    x = np.asarray(x, dtype=np.float64)
+    return cost(x, unknown, points, measured, trig_of(measured), rotors, np.empty((3, 3)), room)
+
+
+@dataclass(frozen=True)
+class SimplexSettings:
+    """Where a search ends: TolX in m and rad, TolFun in rad^2, evaluations of the cost."""
+
+    tol_x: float = 1e-4
+    tol_fun: float = 1e-4
+    evaluations: int = 200 * N
+
+
+MATLAB = SimplexSettings()
+TIGHT = SimplexSettings(tol_x=1e-6, tol_fun=1e-14, evaluations=1000 * N)
+
+
+@njit
+def _sort(simplex: np.ndarray, f: np.ndarray) -> None:
+    """Insertion sort by cost; equal costs keep their order."""
+    for i in range(1, N + 1):
+        j = i
+        while j > 0 and f[j - 1] > f[j]:
+            f[j - 1], f[j] = f[j], f[j - 1]
+            for k in range(N):
+                simplex[j - 1, k], simplex[j, k] = simplex[j, k], simplex[j - 1, k]
+            j -= 1
+
+
+@njit
+def _along(middle: np.ndarray, simplex: np.ndarray, share: float, x: np.ndarray) -> None:
+    """x = middle + share (middle - worst point)."""
+    for j in range(N):
+        x[j] = (1.0 + share) * middle[j] - share * simplex[N, j]
+
+
+@njit
+def _put(simplex: np.ndarray, f: np.ndarray, x: np.ndarray, fx: float) -> None:
+    """In place of the worst point."""
+    f[N] = fx
+    for j in range(N):
+        simplex[N, j] = x[j]
+
+
+@njit
+def _small(simplex: np.ndarray, f: np.ndarray, tol_x: float, tol_fun: float) -> bool:
+    for i in range(1, N + 1):
+        if abs(f[i] - f[0]) > tol_fun:
+            return False
+        for j in range(N):
+            if abs(simplex[i, j] - simplex[0, j]) > tol_x:
+                return False
+    return True
+
+
+@njit
+def nelder_mead(
+    x0: np.ndarray,
+    unknown: int,
+    points: np.ndarray,
+    measured: np.ndarray,
+    trig: np.ndarray,
+    rotors: np.ndarray,
+    tol_x: float,
+    tol_fun: float,
+    evaluations: int,
+) -> tuple[np.ndarray, float, int]:
+    """Minimise K_1 or K_2 (see `cost`) from x0: the pose (6,), its cost in rad^2, evaluations."""
+    R, room = np.empty((3, 3)), np.empty((4, points.shape[1]))
+    simplex, f = np.empty((N + 1, N)), np.empty(N + 1)
+    middle, x, y = np.empty(N), np.empty(N), np.empty(N)
+    for i in range(N + 1):
+        simplex[i] = x0
+        if i > 0:
+            simplex[i, i - 1] = 1.05 * x0[i - 1] if x0[i - 1] != 0.0 else 0.00025
+        f[i] = cost(simplex[i], unknown, points, measured, trig, rotors, R, room)
+    used = N + 1
+    _sort(simplex, f)
+    while used < evaluations and not _small(simplex, f, tol_x, tol_fun):
+        for j in range(N):
+            total = 0.0
+            for i in range(N):
+                total += simplex[i, j]
+            middle[j] = total / N
+        _along(middle, simplex, 1.0, x)
+        fx = cost(x, unknown, points, measured, trig, rotors, R, room)
+        used += 1
+        if f[0] <= fx < f[N - 1]:
+            _put(simplex, f, x, fx)
+        elif fx < f[0]:
+            _along(middle, simplex, 2.0, y)
+            fy = cost(y, unknown, points, measured, trig, rotors, R, room)
+            used += 1
+            if fy < fx:
+                _put(simplex, f, y, fy)
+            else:
+                _put(simplex, f, x, fx)
+        else:
+            _along(middle, simplex, 0.5 if fx < f[N] else -0.5, y)
+            fy = cost(y, unknown, points, measured, trig, rotors, R, room)
+            used += 1
+            if (fx < f[N] and fy <= fx) or (fx >= f[N] and fy < f[N]):
+                _put(simplex, f, y, fy)
+            else:
+                for i in range(1, N + 1):
+                    simplex[i] = simplex[0] + 0.5 * (simplex[i] - simplex[0])
+                    f[i] = cost(simplex[i], unknown, points, measured, trig, rotors, R, room)
+                used += N
+        _sort(simplex, f)
+    return simplex[0].copy(), f[0], used
+
+
+def search(
+    x0: np.ndarray,
+    unknown: int,
+    points: np.ndarray,
+    measured: np.ndarray,
+    rotors: np.ndarray,
+    settings: SimplexSettings = MATLAB,
+) -> tuple[np.ndarray, float, int]:
+    """`nelder_mead` for callers outside kernels: points (n, 3), measured (n, 2)."""
+    measured = np.ascontiguousarray(np.transpose(measured), dtype=np.float64)
+    return nelder_mead(
+        np.asarray(x0, dtype=np.float64),
+        unknown,
+        np.ascontiguousarray(np.transpose(points), dtype=np.float64),
+        measured,
+        trig_of(measured),
+        rotors,
+        settings.tol_x,
+        settings.tol_fun,
+        settings.evaluations,
+    )
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    from mocap_metrology.lighthouse.rotor import rotor_parameters
+
+    search(np.ones(N), 0, np.ones((4, 3)), np.ones((4, 2)), rotor_parameters())

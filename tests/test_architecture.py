@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+from collections import defaultdict
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -47,6 +49,46 @@ def test_imports_point_down(path: Path) -> None:
         assert first != "ezc3d" or own == "io", f"{path} imports {name}; only io may"
         if first == "mocap_metrology" and rest and own in BELOW:
             assert rest[0] in BELOW[own] | {own}, f"{path} imports {name}"
+
+
+def imported_modules(path: Path) -> Iterator[tuple[str, ...]]:
+    """The modules of the package that one of its files imports, as parts of their path."""
+    for name in imports(path):
+        first, *parts = name.split(".")
+        if first == "mocap_metrology":
+            place = PACKAGE.joinpath(*parts)
+            is_module = place.is_dir() or place.with_suffix(".py").is_file()
+            yield tuple(parts if is_module else parts[:-1])
+
+
+def arrows() -> dict[tuple[str, ...], dict[str, set[str]]]:
+    """Within each folder of the package, at every depth: what each module or folder imports of
+    those beside it."""
+    found: dict[tuple[str, ...], dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
+    for path in MODULES:
+        own = path.relative_to(PACKAGE).with_suffix("").parts
+        for other in imported_modules(path):
+            same = [a == b for a, b in zip(own, other, strict=False)]
+            depth = same.index(False) if False in same else len(same)
+            if depth < min(len(own), len(other)):
+                found[own[:depth]][own[depth]].add(other[depth])
+    return found
+
+
+ARROWS = arrows()
+
+
+@pytest.mark.parametrize("folder", sorted(ARROWS), ids=lambda folder: ".".join(folder) or "all")
+def test_no_circles_at_any_depth(folder: tuple[str, ...]) -> None:
+    """Neither folders nor modules beside each other import each other, directly or by others."""
+    TopologicalSorter(ARROWS[folder]).prepare()  # CycleError names the circle
+
+
+def test_a_circle_is_found() -> None:
+    with pytest.raises(CycleError):
+        TopologicalSorter({"a": {"b"}, "b": {"c"}, "c": {"a"}}).prepare()
+    assert {"noise", "present"} <= ARROWS[()].keys()
+    assert "fit" in ARROWS[("noise",)]["assess"]
 
 
 def test_every_part_has_its_place() -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from mocap_metrology.common.words import three
 from mocap_metrology.noise.motion.movement import Movement
+from mocap_metrology.present.numbers import three
 from mocap_metrology.present.text.movement import movement_words
 
 TAIL = ", which noise does not; the Allan variance supposes still markers"

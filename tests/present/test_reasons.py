@@ -14,8 +14,8 @@ from mocap_metrology.noise.assess.checks import (
     MovementCheck,
 )
 from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
+from mocap_metrology.present.numbers import duration_words
 from mocap_metrology.present.text.reasons import quantity, reason, why_measured
-from mocap_metrology.present.text.sentence import duration_words
 
 FRAME = {"series": "y1", "lower": 0.0255, "upper": 0.02641, "over_s": 3600.0}
 SHORT = Unmodelled(Why.TOO_SHORT, 700, 1000)

@@ -1,12 +1,14 @@
-"""Numbers and names of coefficients as people read them."""
+"""How numbers, durations, lengths, shares and names of coefficients are written."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Iterable
+
+import numpy as np
 
 from mocap_metrology.noise.fit.estimates import unit_key, unit_of
-from mocap_metrology.present.text.sentence import duration_words
 
 # What stands behind a coefficient that is not simply right, and what it means
 MARKS = {"at_bound": "§", "not_converged": "¶", "misfit": "#"}
@@ -22,6 +24,9 @@ NOTHING = 1e-9  # a percentage, or a number published as 0, below this is an err
 # What S Table 4 prints with four decimals
 FOUR_DECIMALS = re.compile(r"(mu|sigma)_(1|2|L|e|A1|A2|B|C)_mm|rho_12")
 PROBABILITY = re.compile(r"(.+_)?p")
+MINUTES_S = 120.0  # times from which minutes are said
+MINUTES_FROM_S = 180.0  # moments are in s up to here, as the axis of the whole recording
+FAST_MM_H = 10_000.0
 SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
 SUBSCRIPT = str.maketrans("0123456789-", "₀₁₂₃₄₅₆₇₈₉₋")
@@ -31,11 +36,30 @@ def three_digits(value: float | None) -> str:
     """`0.225`, `5.86`, `2000`; `9.26e-07` beyond 0.001 ... 9999; empty for nothing."""
     if value is None or math.isnan(value):
         return ""
-    value = float(f"{value:.2e}")
-    if value == 0 or 1e-3 <= abs(value) < 1e4:
-        decimals = 0 if value == 0 else max(2 - math.floor(math.log10(abs(value))), 0)
-        return f"{value:.{decimals}f}"
-    return f"{value:.2e}"
+    rounded = float(f"{value:.2e}")
+    return three_fixed(value) if rounded == 0 or 1e-3 <= abs(rounded) < 1e4 else f"{value:.2e}"
+
+
+def three_fixed(value: float) -> str:
+    """Three digits, zeros too, so that a value and its interval have as many: 0.0260, 693."""
+    rounded = float(f"{value:.3g}")
+    if not math.isfinite(rounded) or rounded == 0:
+        return f"{value:g}"
+    return f"{rounded:.{max(2 - math.floor(math.log10(abs(rounded))), 0)}f}"
+
+
+def three(value: float, sign: str = "") -> str:
+    """Three digits without a power of ten above 0.0001: `0.246`, `2020`; sign: `+` or nothing.
+
+    `%.3g` alone makes 2.02e+03 of 2020.
+    """
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:{sign}.0f}" if abs(rounded) >= 1000 else f"{rounded:{sign}g}"
+
+
+def two(value: float) -> str:
+    """The same with two digits."""
+    return three(float(f"{value:.2g}"))
 
 
 def readable(value: float, name: str = "", published: float | None = None) -> str:
@@ -79,6 +103,76 @@ def as_printed(value: float, name: str = "") -> str:
 def duration_text(seconds: float) -> str:
     """`nine hours`, `10 min`, `20 s`."""
     return "nine hours" if round(seconds) == NINE_HOURS_S else duration_words(seconds)
+
+
+def duration_words(seconds: float) -> str:
+    """`an hour`, `10 min`, `5.2 s`."""
+    if abs(seconds / 3600 - 1) < 0.005:
+        return "an hour"
+    if seconds >= 5400:
+        return f"{seconds / 3600:.3g} h"
+    return f"{seconds / 60:.3g} min" if seconds >= 120 else f"{seconds:.3g} s"
+
+
+def minutes_words(seconds: float) -> str:
+    """`90 s`, `18 minutes`, `2.5 h`."""
+    if seconds < MINUTES_S:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} minutes" if seconds < 2 * 3600 else f"{three(seconds / 3600)} h"
+
+
+def time_words(seconds: float) -> str:
+    """150.2 s, or 2:30:12.0 beyond ten minutes."""
+    seconds = round(seconds, 1)
+    if seconds < 600:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(seconds, 60)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02d}:{rest:04.1f}"
+
+
+def moment(seconds: float) -> str:
+    """`98.5 s`, `4 min 58.5 s`, `4 h 29 min 58.5 s`."""
+    tenths = round(10 * seconds)
+    if tenths < 10 * MINUTES_FROM_S:
+        return f"{tenths / 10:.1f} s"
+    minutes, rest = divmod(tenths, 600)
+    hours, minutes = divmod(minutes, 60)
+    return f"{f'{hours} h ' if hours else ''}{minutes} min {rest / 10:.1f} s"
+
+
+def length(mm: float) -> str:
+    """Three digits, in m from a metre on."""
+    return f"{three(mm / 1000)} m" if mm >= 1000 else f"{three(mm)} mm"
+
+
+def mm(value: float) -> str:
+    """Three digits, in µm below 0.1 mm."""
+    if value != value:
+        return "an unknown length"
+    return f"{three(1000 * value)} µm" if abs(value) < 0.1 else f"{three(value)} mm"
+
+
+def speed(mm_per_h: float) -> str:
+    """`+360 mm/h`, and `+928 m/h` from 10 m/h on: of what moves, not of what wanders."""
+    if abs(mm_per_h) >= FAST_MM_H:
+        return f"{three(mm_per_h / 1000, '+')} m/h"
+    return f"{three(mm_per_h, '+')} mm/h"
+
+
+def percent(share: float) -> str:
+    return f"{100 * share:.3g} %" if share >= 1e-5 else "less than 0.001 %"
+
+
+def signed(share: float) -> str:
+    return f"{100 * share:+.2g} %"
+
+
+def span(values: Iterable[float], shown: Callable[[float], str]) -> str:
+    """`3 %` or `3 % to 5 %`."""
+    known = np.asarray(list(values), float)
+    low, high = shown(float(known.min())), shown(float(known.max()))
+    return low if low == high else f"{low} to {high}"
 
 
 def typeset(value: float) -> str:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.common.words import three
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
 from mocap_metrology.present.calibration import views
 from mocap_metrology.present.calibration.calibration_files import (
@@ -39,7 +38,7 @@ from mocap_metrology.present.drawing.style import (
     size_mm,
     styled,
 )
-from mocap_metrology.present.numbers import number
+from mocap_metrology.present.numbers import number, two
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,7 +105,7 @@ def draw_residuals(
         nothing(axes, why)
         return
     values = [residuals_urad(path) for path in paths]
-    medians = [three(float(f"{np.median(v):.2g}")) for v in values]
+    medians = [two(float(np.median(v))) for v in values]
     head(axes, title, f"medians {', '.join(medians)} µrad")
     shown = [np.maximum(v, np.median(v) / 100) for v in values]
     linear_axis(axes, "x", (0.0, duration_s), 10)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.common.words import three
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
@@ -26,6 +25,7 @@ from mocap_metrology.present.drawing.style import (
     size_mm,
     text_mm,
 )
+from mocap_metrology.present.numbers import two
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -141,7 +141,7 @@ def _name_lines(
 def _size(mm: float) -> str:
     """Two digits, in µm below a millimetre."""
     value, unit = (mm, "mm") if mm >= 1 else (1000 * mm, "µm")
-    return f"{three(float(f'{value:.2g}'))} {unit}"
+    return f"{two(value)} {unit}"
 
 
 def _free(used: Sequence[tuple[float, float, int]], centre: float, half: float) -> int:

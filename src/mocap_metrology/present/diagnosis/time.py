@@ -32,7 +32,7 @@ from mocap_metrology.present.drawing.style import (
     label_axes,
     say,
 )
-from mocap_metrology.present.numbers import number, three_digits
+from mocap_metrology.present.numbers import moment, number, three_digits
 from mocap_metrology.present.text.diagnosis import outcome
 
 if TYPE_CHECKING:
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 LEAST_S_SHOWN, MOST_S_SHOWN = 3.0, 60.0
 SHADE: Keywords = {"facecolor": FAINT, "alpha": 0.45, "lw": 0}
 LIKELY = 0.5  # chance from which noise explains a window
-MINUTES_FROM_S = 180.0  # moments are in s up to here, as the axis of the whole recording
 
 
 @dataclass(frozen=True)
@@ -161,16 +160,6 @@ def _head(
     most = max(spans, key=lambda k: spans[k], default="")
     size = f"{three_digits(spans[most] * unit.per_mm)} {unit.symbol}" if most else ""
     return title, f"{most} spans {size}" if most else ""
-
-
-def moment(seconds: float) -> str:
-    """`98.5 s`, `4 min 58.5 s`, `4 h 29 min 58.5 s`."""
-    tenths = round(10 * seconds)
-    if tenths < 10 * MINUTES_FROM_S:
-        return f"{tenths / 10:.1f} s"
-    minutes, rest = divmod(tenths, 600)
-    hours, minutes = divmod(minutes, 60)
-    return f"{f'{hours} h ' if hours else ''}{minutes} min {rest / 10:.1f} s"
 
 
 COLUMNS = 600  # of the image

@@ -8,7 +8,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from mocap_metrology.common.words import three
 from mocap_metrology.lighthouse.published import (
     AVERAGE,
     AVERAGE_SD,
@@ -20,7 +19,7 @@ from mocap_metrology.lighthouse.published import (
     SETUPS,
 )
 from mocap_metrology.present.jansen.jansen_tables import Variant, paper_setup, pose_of
-from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.numbers import three, three_digits
 from mocap_metrology.present.tables import Record, Row, aligned
 
 PHASES, SHORT_PATH = "phases of the rotors left out", "short path"

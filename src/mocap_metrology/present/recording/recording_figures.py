@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.common.words import three
 from mocap_metrology.present.drawing.axes import log_limits
 from mocap_metrology.present.drawing.curves import Curve, Key, arrange, curves_figure
 from mocap_metrology.present.drawing.decimate import log_bins
 from mocap_metrology.present.drawing.style import styled
+from mocap_metrology.present.numbers import two
 from mocap_metrology.present.tables import Record
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def step_words(resolution_mm: float, kind: str) -> str:
     if not resolution_mm > 0:
         return "step unknown"
     unit, per_mm = next((u, f) for u, f in UNITS if resolution_mm * f >= 0.1 or u == "nm")
-    return f"step {three(float(f'{resolution_mm * per_mm:.2g}'))} {unit} ({kind})"
+    return f"step {two(resolution_mm * per_mm)} {unit} ({kind})"
 
 
 # What the slope of each figure tells of the noise (S Table 1, Figure 3)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from mocap_metrology.common.words import three
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, Left
@@ -23,6 +22,15 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.motion.movement import Movement, most_moving
 from mocap_metrology.noise.series import AXES
+from mocap_metrology.present.numbers import (
+    minutes_words,
+    mm,
+    percent,
+    span,
+    speed,
+    three,
+    time_words,
+)
 from mocap_metrology.present.text.movement import movement_words
 from mocap_metrology.present.text.recording_states import (
     filled_words,
@@ -30,16 +38,7 @@ from mocap_metrology.present.text.recording_states import (
     low_pass_words,
     tail_words,
 )
-from mocap_metrology.present.text.sentence import (
-    Sentence,
-    minutes_words,
-    mm,
-    percent,
-    severity,
-    span,
-    speed,
-    time_words,
-)
+from mocap_metrology.present.text.sentence import Sentence, severity
 
 NAMED_EVENTS = NAMED_LINES = 10
 LEVELS_S = 2 * LEAST_POINTS * JOINED * BLOCK_S

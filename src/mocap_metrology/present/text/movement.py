@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from mocap_metrology.common.words import three
 from mocap_metrology.noise.motion.movement import Movement
-from mocap_metrology.present.text.sentence import length
+from mocap_metrology.present.numbers import length, three
 
 MOST_NAMED = 6
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from mocap_metrology.common.words import three
 from mocap_metrology.noise.assess.checks import (
     LEAST_FRAMES,
     LEAST_S,
@@ -15,7 +14,7 @@ from mocap_metrology.noise.assess.checks import (
     MovementCheck,
 )
 from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
-from mocap_metrology.present.text.sentence import digits, duration_words
+from mocap_metrology.present.numbers import duration_words, three, three_fixed
 
 # What the value of a check is, as verdict.json names it
 QUANTITIES = {
@@ -76,8 +75,8 @@ def reason(check: Check) -> str:
         case Code.UPPER_END:
             return (
                 f"Over {duration_words(check.over_s)} only, one frame of {check.series} may be "
-                f"uncertain by {digits(value)} mm, the upper end of its interval; good is up to "
-                f"{float(check.limit):g} mm."
+                f"uncertain by {three_fixed(value)} mm, the upper end of its interval; good is up "
+                f"to {float(check.limit):g} mm."
             )
         case Code.STEP:
             return (
@@ -130,13 +129,13 @@ def _length(check: LengthCheck) -> str:
 def _frame(check: Check, value: float) -> str:
     low, high, limit = check.lower, check.upper, float(check.limit)
     close = " (the interval reaches across)" if low <= limit < high else ""
-    interval = f" ({digits(low)} to {digits(high)})" if math.isfinite(low + high) else ""
+    interval = f" ({three_fixed(low)} to {three_fixed(high)})" if math.isfinite(low + high) else ""
     unknown = ""
     if math.isfinite(check.asked_s):
         reached, asked = duration_words(check.over_s), duration_words(check.asked_s)
         unknown = f"; over {reached} only, nothing is known of {asked}"
     return (
-        f"One frame of {check.series} is uncertain by {digits(value)} mm{interval} about "
+        f"One frame of {check.series} is uncertain by {three_fixed(value)} mm{interval} about "
         f"the mean of {duration_words(check.over_s)}; {_against(check)}{close}{unknown}."
     )
 
@@ -150,7 +149,7 @@ def _movement(check: MovementCheck) -> str:
     verb = "moves" if len(check.names) == 1 else "move"
     if check.distance:
         counts = f"what still counts is the distance {check.distance}, one frame uncertain by "
-        counts += f"{digits(check.distance_mm)} mm"
+        counts += f"{three_fixed(check.distance_mm)} mm"
     elif check.still:
         counts = f"what still counts are the numbers of {', '.join(check.still)}"
     else:

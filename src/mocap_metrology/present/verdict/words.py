@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mocap_metrology.noise.assess.checks import COORDINATE, worst
-from mocap_metrology.present.numbers import three_digits
+from mocap_metrology.present.numbers import duration_words, three_digits, three_fixed
 from mocap_metrology.present.tables import Row
-from mocap_metrology.present.text.sentence import duration_words
 
 Found = Mapping[str, Any]  # contents of verdict.json
 
@@ -178,9 +177,8 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 def mm(value: float | None) -> str:
     """Three digits without a power of ten down to a nanometre, or a dash for nothing."""
-    if value and value == value and (value >= 1e4 or 1e-6 <= value < 1e-3):
-        value = float(f"{value:.3g}")
-        return f"{value:.{max(2 - math.floor(math.log10(value)), 0)}f}"
+    if value and (value >= 1e4 or 1e-6 <= value < 1e-3):
+        return three_fixed(value)
     return three_digits(value) or "-"
 
 

@@ -1,0 +1,66 @@
+"""How the format of a file is told, and how one is added."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.io.read import FORMATS, bodies_of, labels_of, read_recording, text_format
+from mocap_metrology.io.text.layout import Layout, check_text, lines, rate, triples
+
+POSITIONS = np.round(np.random.default_rng(1).normal(100, 1, (50, 2, 3)), 3)
+
+
+def layout(path: Path) -> Layout:
+    """Line 1: rate in Hz and labels; then a frame number and x y z of each label, in mm."""
+    check_text(path, "a recording of this test")
+    first, second = islice(lines(path), 2)
+    told, *labels = first.cells(" ")
+    return Layout(
+        path=path,
+        encoding="text of this test",
+        labels=tuple(labels),
+        columns=triples(range(1, 1 + 3 * len(labels), 3)),
+        frame_rate_hz=rate(told),
+        units="mm",
+        mm_per_unit=1.0,
+        delimiter=" ",
+        data_line=second.number,
+        data_offset=second.start,
+        n_columns=1 + 3 * len(labels),
+        frame_column=0,
+    )
+
+
+def write(path: Path, first: int, stop: int) -> Path:
+    rows = [f"{i} " + " ".join(map(str, POSITIONS[i].ravel())) for i in range(first, stop)]
+    path.write_text("\n".join(["100 A B", *rows, ""]))
+    return path
+
+
+def test_a_format_is_added_by_the_reader_of_its_header(tmp_path, monkeypatch):
+    """Segments, gaps, units and resolution are then those of every format."""
+    monkeypatch.setitem(FORMATS, ".xyz", text_format(layout))
+    later, sooner = write(tmp_path / "2.XYZ", 30, 50), write(tmp_path / "1.xyz", 0, 20)
+    assert labels_of(later) == ("A", "B") and bodies_of(later) == ()
+    recording = read_recording([later, sooner], ["B"])
+    expected = POSITIONS[:, 1].T.copy()
+    expected[:, 20:30] = np.nan
+    assert np.array_equal(recording.position_mm[0], expected, equal_nan=True)
+    assert recording.n_gap_frames == 10 and recording.segments[1].gap_before == 10
+    assert (recording.resolution_mm, recording.resolution_kind) == (1e-3, "text")
+    assert recording.encoding == "text of this test"
+
+
+def test_what_has_no_other_suffix_is_read_as_c3d(tmp_path):
+    path = tmp_path / "take.xyz"
+    write_c3d(path, ["A", "B"], 100, [POSITIONS], 50)
+    assert labels_of(path) == ("A", "B") and bodies_of(path) == ()
+    assert read_recording([path], ["A"]).encoding == "Intel float"
+    with pytest.raises(Refusal, match=r"^take\.xyz: is not a C3D file: it looks like text$"):
+        labels_of(write(path, 0, 50))

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
+
+from mocap_workflow.rows import Row
 
 CATEGORIES = (  # numbered, as the menu of a report is in order of the alphabet
     "1 Summary",
@@ -55,3 +58,23 @@ def link(category: str, subcategory: str, figure: str) -> str:
     # The menu first: the list of one subcategory does not turn into that of another.
     steps = f"app.setView({{navbarMode:'menu'}}),setTimeout(()=>app.setView({{{view}}}))"
     return f"javascript:void(path=>path&&({steps}))({found})"
+
+
+def inputs(rows: Iterable[Row], twins: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What the page of provenance says of each row beside its files."""
+    return [
+        {
+            "name": row.name,
+            "kind": row.KIND,
+            "source": row.source,
+            "seed": twins[row.twin]["seed"] if row.twin else None,
+        }
+        for row in rows
+    ]
+
+
+def plain_configuration(config: Mapping[str, Any]) -> dict[str, Any]:
+    """The configuration without folders of this machine: sheets by name."""
+    sheets = ("recordings", "calibrations", "twins")
+    plain = {key: Path(config[key]).name if config[key] else None for key in sheets}
+    return {key: value for key, value in {**config, **plain}.items() if key != "results"}

@@ -124,10 +124,25 @@ def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
     return found
 
 
+def settings_by_name(rows: Iterable[RecordingRow], twins: Twins) -> dict[str, Mapping[str, Any]]:
+    """Everything that the twins among them are made of."""
+    return {row.name: twins[row.twin] for row in rows if row.twin}
+
+
 def twin_values(rows: Iterable[RecordingRow], twins: Twins, setting: str) -> list[Any]:
     """A setting of the twins among them that have it."""
     found = [twins[row.twin] for row in rows if row.twin]
     return [twin[setting] for twin in found if setting in twin]
+
+
+def form(row: RecordingRow, twins: Twins) -> str | None:
+    """Whether the frames of a twin are points or averages; None for a real recording."""
+    return str(twins[row.twin].get("form", "sampled")) if row.twin else None
+
+
+def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:
+    """The subset that a recording of the first paper stands for; None for any other recording."""
+    return subset(row) if row.group == "skurowski2019" else None
 
 
 # Calibrations.

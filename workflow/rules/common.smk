@@ -1,8 +1,8 @@
 # Configuration, sheets, and what rules select by. Functions only: rules are in other files.
-import functools
 import json
 import operator
 import sys
+from functools import cache, partial
 from pathlib import Path
 
 from mocap_workflow import alive, cameras, comparisons, files, selection, startup
@@ -116,7 +116,7 @@ CHECK = branch(cell("twin"), otherwise=["<results>/recordings/{recording}/check.
 # Acceptance. A refusal is a result: a check always succeeds, and says in check.json why not.
 
 
-@functools.cache
+@cache
 def verdict(kind, name):
     """check.json of a real recording or calibration: `ok`, `why`, `warnings`."""
     check = getattr(checkpoints, f"check_{kind}").get(**{kind: name})
@@ -140,14 +140,13 @@ def accepted(choose=list, query=OF_GROUP, sheet=RECORDINGS):
     return of
 
 
-accepted_calibrations = functools.partial(accepted, sheet=CALIBRATIONS)
+accepted_calibrations = partial(accepted, sheet=CALIBRATIONS)
 
 # Selections of several subjects.
 EVERY_RECORDING = accepted(query=EVERY)
 EVERY_CALIBRATION = accepted_calibrations(query=EVERY)
 OF_SKUROWSKI = accepted(query=SKUROWSKI)
 OF_REPAIRED = accepted(query=REPAIRED)
-SHAKEN = accepted(selection.first, CRUMP)
 OF_JANSEN = accepted_calibrations(query=JANSEN)
 
 
@@ -164,7 +163,7 @@ def groups(choose=list, query=EVERY, sheet=RECORDINGS):
     return of
 
 
-# What `choose` can be, besides the functions of mocap_workflow/selection.py.
+# What `choose` can be, besides functions of mocap_workflow/selection.py.
 
 
 def pairs(rows):
@@ -182,16 +181,6 @@ def references(rows):
     return selection.references(rows, EVERY_RECORDING(None))
 
 
-def with_references(rows):
-    """These, then what they are compared with."""
-    return [*rows, *references(rows)]
-
-
-def shaken(rows):
-    """The recording with a shock that the first paper's Figure 7 shows, then its reference."""
-    return with_references(rows[:1])
-
-
 def has_bodies(row):
     """Whether a label that was chosen is a body, with an orientation beside its position."""
     return not row.twin and bool(verdict("recording", row.name).get("bodies"))
@@ -206,16 +195,6 @@ def moved(rows):
     """Real recordings of a pair that moves."""
     real = [row for row in rows if not row.twin and len(row.markers) > 1]
     return [row for row in real if verdict("recording", row.name).get("moving")]
-
-
-def printed(rows):
-    """Twins made of the row of the first paper's tables that their recording stands for."""
-    return selection.printed(rows, TWINS)
-
-
-def half_circle(rows):
-    """The calibration that the second paper's figures show."""
-    return selection.half_circle(rows, CALIBRATION_TWINS)
 
 
 # What `params:` hold of the sheets: the columns that the script reads and no other, as a job runs
@@ -236,30 +215,14 @@ def column(name, of):
     return lambda wildcards: {row.name: getattr(row, name) for row in of(wildcards)}
 
 
-def twin_settings(row):
-    """Everything the twin of a row is made of, see config/twins.yaml."""
-    return (TWINS if row.KIND == "recording" else CALIBRATION_TWINS)[row.twin]
+def settings_of_twin(twins):
+    """Function of the wildcards: everything the twin of the row is made of, see config/twins.yaml."""
+    return of_row(lambda row: twins[row.twin])
 
 
-def settings_by_name(rows):
-    """The same of the twins among some recordings."""
-    return {row.name: TWINS[row.twin] for row in rows if row.twin}
-
-
-def twin_values(rows, setting):
-    """One of these settings, of the twins among some recordings that have it."""
-    return selection.twin_values(rows, TWINS, setting)
-
-
-def form(row):
-    """Whether the frames of a twin are points or averages; None for a real recording."""
-    return twin_settings(row).get("form", "sampled") if row.twin else None
-
-
-def subset_of_paper(row):
-    """Camera type and number of cameras, by which the first paper names its recordings; None for
-    a recording of another group."""
-    return (row.camera_type, row.n_cameras) if row.group == "skurowski2019" else None
+def column_of_twins(setting, of):
+    """Function of the wildcards: a setting of the twins among some recordings that have it."""
+    return lambda wildcards: selection.twin_values(of(wildcards), TWINS, setting)
 
 
 # Targets. A rule `<subject>_results` in the file of each subject names what it makes for each.
@@ -325,24 +288,3 @@ def links_of_report(wildcards):
         link = reporting.link("6 Calibrations", "Other", f"{row.name}/calibration.svg")
         links[f"calibration {row.name}"] = link
     return links
-
-
-def inputs_of_report(wildcards):
-    """Name, kind, source and seed of every accepted recording and calibration."""
-    rows = together(EVERY_RECORDING, EVERY_CALIBRATION)(wildcards)
-    return [
-        {
-            "name": row.name,
-            "kind": row.KIND,
-            "source": row.source,
-            "seed": twin_settings(row)["seed"] if row.twin else None,
-        }
-        for row in rows
-    ]
-
-
-def configuration_of_report():
-    """The configuration without folders of this machine: sheets by name."""
-    sheets = ("recordings", "calibrations", "twins")
-    plain = {key: Path(config[key]).name if config[key] else None for key in sheets}
-    return {key: value for key, value in (config | plain).items() if key != "results"}

@@ -1,6 +1,8 @@
 # Jansen et al. 2019: tables and figures that stand for the paper's own.
 
-EXAMPLE = accepted_calibrations(half_circle, JANSEN)  # of the figures; the paper shows one as well
+# The first on a half circle, as in the paper's figures.
+EXAMPLE = accepted_calibrations(partial(selection.half_circle, twins=CALIBRATION_TWINS), JANSEN)
+
 JANSEN_FIGURES = {
     3: "what a photodiode sees",
     5: "angles of a photodiode",

@@ -35,7 +35,7 @@ rule calibrate_twin:
             "calibrate_twin.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"
         ),
         row=columns("calibration", "twin", "format", "board", *LABELS),
-        twin=of_row(twin_settings),
+        twin=settings_of_twin(CALIBRATION_TWINS),
         lighthouse=config["lighthouse"],
         seed=config["seed"],
     message:

@@ -48,7 +48,7 @@ rule trajectories:
             *("recording", "twin", "source", "paths", "markers", "pairs"),
             *("frame_rate_hz", "accept_truncated"),
         ),
-        form=of_row(form),
+        form=of_row(partial(selection.form, twins=TWINS)),
     message:
         "{wildcards.recording}: reading"
     script:
@@ -160,7 +160,7 @@ rule noise:
         runtime=minutes(60),
     params:
         code=source("noise.py", "coordinates.py", "noise"),
-        subset=of_row(subset_of_paper),
+        subset=of_row(selection.subset_of_paper),
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],
@@ -188,8 +188,8 @@ rule expected_noise:
     params:
         code=source("expected_noise.py", "noise"),
         subset=cell("camera_type", "n_cameras"),
-        twin=of_row(twin_settings),
-        form=of_row(form),
+        twin=settings_of_twin(TWINS),
+        form=of_row(partial(selection.form, twins=TWINS)),
         noise=config["noise"],
         annealing=config["annealing"],
         allan=config["allan"],

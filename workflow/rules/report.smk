@@ -89,8 +89,11 @@ rule provenance:
         runtime=minutes(10),
     params:
         code=source("provenance.py", "noise", "present"),
-        configuration=configuration_of_report(),
-        inputs=inputs_of_report,
+        configuration=reporting.plain_configuration(config),
+        inputs=together(
+            accepted(partial(reporting.inputs, twins=TWINS), EVERY),
+            accepted_calibrations(partial(reporting.inputs, twins=CALIBRATION_TWINS), EVERY),
+        ),
         names=[*RECORDINGS.rows, *CALIBRATIONS.rows, *RECORDINGS.groups, *CALIBRATIONS.groups],
         pages=["report_pages", "summary_page", "provenance"],
         benchmarks=f"{config['results']}/benchmarks",

@@ -15,7 +15,7 @@ rule simulate_recording:
     params:
         code=source("simulate.py", "io", "noise"),
         name=cell("twin"),
-        twin=of_row(twin_settings),
+        twin=settings_of_twin(TWINS),
         seed=config["seed"],
     message:
         "{wildcards.recording}: simulating {params.name}"

@@ -1,5 +1,12 @@
 # Skurowski & Pawlyta 2019: tables and figures that stand for one of the paper's own.
 
+SHAKEN = accepted(selection.first, CRUMP)
+WITHOUT_SHOCK = accepted(lambda rows: references(rows[:1]), CRUMP)
+BEFORE_REPAIR = accepted(references, REPAIRED)
+TWIN_SETTINGS = accepted(partial(selection.settings_by_name, twins=TWINS), SKUROWSKI)
+# Twins made of the row of the paper's tables that their recording stands for.
+PRINTED = accepted(partial(selection.printed, twins=TWINS), SKUROWSKI)
+
 SKUROWSKI_FIGURES = {
     1: ("skurowski_theory", "Gaussian model"),
     2: ("skurowski_theory", "standard error"),
@@ -69,7 +76,7 @@ rule skurowski_tables:
     params:
         code=source("skurowski_tables.py", "noise", "present"),
         rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
-        twins=accepted(settings_by_name, SKUROWSKI),
+        twins=TWIN_SETTINGS,
         hampel=config["hampel"],
     message:
         "Tables 3 and 4 of Skurowski & Pawlyta 2019"
@@ -98,7 +105,7 @@ rule skurowski_gaussian_figures:
     params:
         code=source("skurowski_gaussian_figures.py", "noise", "present"),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
-        twins=accepted(settings_by_name, SKUROWSKI),
+        twins=TWIN_SETTINGS,
     message:
         "Figures 9-11 of Skurowski & Pawlyta 2019"
     script:
@@ -109,9 +116,7 @@ rule skurowski_noise:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
         noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
-        expected=collect(
-            "<results>/recordings/{row.recording}/expected.csv", row=accepted(printed, SKUROWSKI)
-        ),
+        expected=collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
     output:
         multiext(
             "<results>/tables/skurowski_",
@@ -146,9 +151,7 @@ rule skurowski_noise_figures:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
         noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
-        expected=collect(
-            "<results>/recordings/{row.recording}/expected.csv", row=accepted(printed, SKUROWSKI)
-        ),
+        expected=collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
         allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
         psd=collect("<results>/recordings/{row.recording}/psd.parquet", row=OF_SKUROWSKI),
     output:
@@ -180,7 +183,8 @@ rule skurowski_crump:
         raw=collect("<results>/recordings/{row.recording}/trajectories.parquet", row=SHAKEN),
         clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHAKEN),
         allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet", row=accepted(shaken, CRUMP)
+            "<results>/recordings/{row.recording}/allan.parquet",
+            row=together(SHAKEN, WITHOUT_SHOCK),
         ),
     output:
         figure_of_skurowski(7),
@@ -194,8 +198,8 @@ rule skurowski_crump:
         runtime=minutes(10),
     params:
         code=source("skurowski_crump.py", "coordinates.py", "noise", "present"),
-        rows=columns("recording", "twin", of=accepted(shaken, CRUMP)),
-        crumps=accepted(lambda rows: twin_values(rows[:1], "crump"), CRUMP),
+        rows=columns("recording", "twin", of=together(SHAKEN, WITHOUT_SHOCK)),
+        crumps=column_of_twins("crump", of=SHAKEN),
     message:
         "Figure 7 of Skurowski & Pawlyta 2019"
     script:
@@ -257,7 +261,7 @@ rule skurowski_repaired:
         checks=checks(RECORDINGS, REPAIRED),
         allan=collect(
             "<results>/recordings/{row.recording}/allan.parquet",
-            row=accepted(with_references, REPAIRED),
+            row=together(OF_REPAIRED, BEFORE_REPAIR),
         ),
     output:
         report(
@@ -277,8 +281,8 @@ rule skurowski_repaired:
     params:
         code=source("skurowski_families.py", "noise", "present"),
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_REPAIRED),
-        others=columns("recording", "twin", of=accepted(references, REPAIRED)),
-        left_out=accepted(lambda rows: twin_values(rows, "without_T_c_below_s"), REPAIRED),
+        others=columns("recording", "twin", of=BEFORE_REPAIR),
+        left_out=column_of_twins("without_T_c_below_s", of=OF_REPAIRED),
     message:
         "Figure A1 of Skurowski & Pawlyta 2019"
     script:

@@ -48,6 +48,9 @@ CALIBRATIONS = selection.Sheet(CalibrationRow, calibrations)
 # `source("allan.py", "noise")` in the params of a rule: its scripts, and all packages they import.
 source = Sources(ROOT / "workflow/scripts", package, ROOT / "requirements/requirements.txt")
 
+# How noise is estimated, for the rules that fit a model (`NoiseSettings.of`).
+NOISE_SETTINGS = {name: config[name] for name in ("noise", "annealing", "allan", "hampel", "seed")}
+
 
 pathvars:
     results=config["results"],

@@ -161,11 +161,7 @@ rule noise:
     params:
         code=source("noise.py", "coordinates.py", "noise"),
         subset=of_row(selection.subset_of_paper),
-        noise=config["noise"],
-        annealing=config["annealing"],
-        allan=config["allan"],
-        hampel=config["hampel"],
-        seed=config["seed"],
+        settings=NOISE_SETTINGS,
     message:
         "{wildcards.recording}: noise coefficients"
     script:
@@ -190,11 +186,7 @@ rule expected_noise:
         subset=cell("camera_type", "n_cameras"),
         twin=settings_of_twin(TWINS),
         form=of_row(partial(selection.form, twins=TWINS)),
-        noise=config["noise"],
-        annealing=config["annealing"],
-        allan=config["allan"],
-        hampel=config["hampel"],
-        seed=config["seed"],
+        settings=NOISE_SETTINGS,
     message:
         "{wildcards.recording}: noise coefficients as expected"
     script:

@@ -167,11 +167,7 @@ rule skurowski_noise_figures:
     params:
         code=source("skurowski_noise_figures.py", "noise", "present"),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
-        noise=config["noise"],
-        annealing=config["annealing"],
-        allan=config["allan"],
-        hampel=config["hampel"],
-        seed=config["seed"],
+        settings=NOISE_SETTINGS,
     message:
         "Figures 6 and 14-17 of Skurowski & Pawlyta 2019"
     script:

@@ -13,10 +13,9 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table, write_csv
     from mocap_metrology.noise.fit import estimates
     from mocap_metrology.noise.fit.estimators import (
+        NoiseSettings,
         expected_estimate,
-        panel,
         published_estimate,
-        settings_of,
     )
     from mocap_metrology.noise.twins.published import published_row
 
@@ -24,13 +23,12 @@ with step(snakemake) as log:
     allan, origin = read_table(snakemake.input[0])
     rate = origin["frame_rate_hz"]
     n = round(given.twin["duration_s"] * rate)
-    settings = settings_of(given.noise, given.annealing, given.allan, given.hampel, rate)
+    settings = NoiseSettings.of(given.settings, rate, subset=given.subset)
     table = []
     for name, model in published_row(*given.subset).items():
         m = allan["m"][(allan["series"] == name) & (allan["estimator"] == "oadev")]
         model = replace(model, form=given.form)
-        asked = panel(*given.subset, name)
-        found = expected_estimate(model, m, n, 1 / rate, settings, asked, given.seed)
+        found = expected_estimate(model, m, n, 1 / rate, settings, name)
         table += estimates.rows(name, published_estimate(model, n, 1 / rate))
         table += estimates.rows(name, found)
         log.info("%s: cost %.6g %s", name, found.cost, found.note)

@@ -10,12 +10,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_table, versions, write_csv, write_table
     from mocap_metrology.noise.fit import estimates
-    from mocap_metrology.noise.fit.estimators import (
-        estimate_series,
-        masked_curve,
-        panel,
-        settings_of,
-    )
+    from mocap_metrology.noise.fit.estimators import NoiseSettings, estimate_series, masked_curve
     from mocap_metrology.noise.series import (
         ALLAN,
         PERIODOGRAM,
@@ -29,10 +24,8 @@ with step(snakemake) as log:
     _, raw, origin = read_coordinates(snakemake.input.raw)
     allan, _ = read_table(snakemake.input.allan)
     rate = origin["frame_rate_hz"]
-    settings = settings_of(
-        *(given.noise, given.annealing, given.allan, given.hampel),
-        rate,
-        origin.get("form", "sampled"),
+    settings = NoiseSettings.of(
+        given.settings, rate, origin.get("form", "sampled"), given.subset or None
     )
     table, curves, periodograms, refused = [], [], [], {}
 
@@ -42,10 +35,10 @@ with step(snakemake) as log:
     for name, series in all_series(raw, [tuple(pair) for pair in origin["pairs"]]):
         own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
         cleaned = allan["m"][own], allan["avar_mm2"][own]
-        asked = panel(*given.subset, name) if given.subset else None
-        others = [e for e in given.allan["estimators"] if e != "oadev"]
+        asked = settings.components(name)
+        others = [e for e in settings.curves if e != "oadev"]
         curves += [allan_columns(name, shown(series, e), e) for e in others]
-        number = crc32(f"{recording} {name}".encode()) + given.seed
+        number = crc32(f"{recording} {name}".encode()) + settings.seed
         try:
             found = estimate_series(
                 series, cleaned, 1 / rate, settings, asked, number, origin["resolution_mm"]
@@ -65,7 +58,7 @@ with step(snakemake) as log:
         periodograms.append(periodogram_columns(name, found.periodogram))
     for why, names in refused.items():
         log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
-    origin |= {"noise": given.noise, "allan": given.allan, "seed": given.seed}
+    origin |= {name: given.settings[name] for name in ("noise", "allan", "seed")}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     write_csv(snakemake.output.noise, table)
     write_table(snakemake.output.allan, joined(curves, ALLAN), origin)

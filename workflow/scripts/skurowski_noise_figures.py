@@ -6,7 +6,7 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_metadata, read_table
-    from mocap_metrology.noise.fit.estimators import regression, settings_of
+    from mocap_metrology.noise.fit.estimators import NoiseSettings, regression
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.group_tables import read_noise
     from mocap_metrology.present.skurowski import appendix, gather
@@ -29,12 +29,9 @@ with step(snakemake) as log:
     allan, origin = read_table(allan_of[name])
     own = (allan["series"] == series) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
     tau0 = 1 / origin["frame_rate_hz"]
-    settings = settings_of(
-        given.noise, given.annealing, given.allan, given.hampel, origin["frame_rate_hz"]
-    )
-    run, ordinary = regression(
-        allan["m"][own], allan["avar_mm2"][own], tau0, settings, rows[name], series, given.seed
-    )
+    subset = rows[name]["camera_type"], rows[name]["n_cameras"]
+    settings = NoiseSettings.of(given.settings, origin["frame_rate_hz"], subset=subset)
+    run, ordinary = regression(allan["m"][own], allan["avar_mm2"][own], tau0, settings, series)
     spectra = {}
     for label, other in gather.largest(rows).items():
         psd, _ = read_table(psd_of[other])

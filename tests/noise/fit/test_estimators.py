@@ -29,7 +29,6 @@ from mocap_metrology.noise.fit.estimators import (
     expected_estimate,
     panel,
     published_estimate,
-    settings_of,
 )
 from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
@@ -168,12 +167,10 @@ def test_panel_is_the_printed_one():
 def test_expected_needs_no_chance_and_published_is_the_truth():
     truth = published_row("Bonita", 8)["y2"]
     m = averaging_factors(N, 60, 1, 1 / 3)
-    asked = panel("Bonita", 8, "y2")
-    once, again = (
-        expected_estimate(truth, m, N, TAU0, QUICK, asked, seed).values for seed in (1, 1)
-    )
+    settings = replace(QUICK, subset=("Bonita", 8), seed=1)
+    once, again = (expected_estimate(truth, m, N, TAU0, settings, "y2").values for _ in (1, 2))
     assert once == again
-    assert {*once} == {*asked.names}
+    assert {*once} == {*settings.components("y2").names}
     own = published_estimate(truth, N, TAU0)
     assert own.values == truth.coefficients()
 
@@ -191,10 +188,12 @@ def test_settings_come_from_the_configuration(root):
     import yaml
 
     config = yaml.safe_load((root / "config/config.yaml").read_text())
-    sections = (config[k] for k in ("noise", "annealing", "allan", "hampel"))
-    found = settings_of(*sections, 120.0)
+    found = NoiseSettings.of(config, 120.0, subset=["T40", 10])
     assert found.half_window == 120
     default = NoiseSettings()
     for name in ("estimators", "mask_sigma", "criterion", "max_gauss_markov", "form", "n_taus"):
         assert getattr(found, name) == getattr(default, name), name
     assert found.annealing == default.annealing
+    assert (found.seed, found.subset) == (config["seed"], ("T40", 10))
+    assert found.components("x1") == panel("T40", 10, "x1")
+    assert found.components("L_1_3") == default.components()

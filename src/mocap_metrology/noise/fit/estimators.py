@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -41,13 +41,25 @@ ESTIMATORS = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marqu
 ASKED_FOR = ("annealing-ant-colony-plain",)  # twenty times as slow as all of these
 
 
+class NoiseSections(TypedDict):
+    """The sections of the configuration that say how noise is estimated, and the seed."""
+
+    noise: Mapping[str, Any]
+    annealing: Mapping[str, Any]
+    allan: Mapping[str, Any]
+    hampel: Mapping[str, Any]
+    seed: int
+
+
 @dataclass(frozen=True)
 class NoiseSettings:
     """estimators: which are run; mask_sigma, half_window: of the Hampel filter that masks gross
     outliers (samples to each side); criterion, max_gauss_markov, sinusoid: of the choice of order;
     form: of the model the estimators of S fit; gauss_markov: terms they fit where the paper prints
-    no panel; n_taus, min_m, max_fraction, min_coverage, confidence: of the Allan variances; frames:
-    form of the recording's, for `likelihood` and `weighted` (a camera's are points)."""
+    no panel; n_taus, min_m, max_fraction, min_coverage, confidence: of the Allan variances; curves:
+    kinds of these; frames: form of the recording's, for `likelihood` and `weighted` (a camera's are
+    points); seed: of all draws; subset: type and number of cameras whose panel of Tables A1-A3 S's
+    estimators fit."""
 
     estimators: tuple[str, ...] = ESTIMATORS
     mask_sigma: float = 6.0
@@ -62,38 +74,42 @@ class NoiseSettings:
     max_fraction: float = 1 / 3
     min_coverage: float = 0.5
     confidence: float = 0.683
+    curves: tuple[str, ...] = ("oadev",)
     annealing: AnnealingSettings = field(default_factory=AnnealingSettings)
     frames: Form = "sampled"
+    seed: int = 0
+    subset: tuple[str, int] | None = None
 
-    @property
-    def components(self) -> Components:
-        """What S's estimators fit where the paper prints no panel."""
-        return Components(gauss_markov=self.gauss_markov, sinusoid=self.sinusoid)
+    @classmethod
+    def of(
+        cls,
+        sections: NoiseSections,
+        frame_rate_hz: float,
+        frames: Form = "sampled",
+        subset: tuple[str, int] | None = None,
+    ) -> NoiseSettings:
+        """Out of the configuration; frames: of the recording, `form` in its metadata where it has
+        one."""
+        noise, allan = sections["noise"], sections["allan"]
+        half_window_s = sections["hampel"]["half_window_s"]
+        same = ("mask_sigma", "criterion", "max_gauss_markov", "sinusoid", "form", "gauss_markov")
+        averaging = ("n_taus", "min_m", "max_fraction", "min_coverage", "confidence")
+        return cls(
+            estimators=tuple(noise["estimators"]),
+            half_window=max(round(half_window_s * frame_rate_hz), SHORT_WINDOW),
+            **{name: noise[name] for name in same},
+            **{name: allan[name] for name in averaging},
+            curves=tuple(allan["estimators"]),
+            annealing=AnnealingSettings(**sections["annealing"]),
+            frames=frames,
+            seed=sections["seed"],
+            subset=subset and (subset[0], subset[1]),
+        )
 
-
-def settings_of(
-    noise: Mapping[str, Any],
-    annealing: Mapping[str, Any],
-    allan: Mapping[str, Any],
-    hampel: Mapping[str, Any],
-    frame_rate_hz: float,
-    frames: Form = "sampled",
-) -> NoiseSettings:
-    """The settings of the estimators out of the sections of the configuration; frames: of the
-    recording, `form` in its metadata where it has one."""
-    return NoiseSettings(
-        estimators=tuple(noise["estimators"]),
-        mask_sigma=noise["mask_sigma"],
-        half_window=max(round(hampel["half_window_s"] * frame_rate_hz), SHORT_WINDOW),
-        criterion=noise["criterion"],
-        max_gauss_markov=noise["max_gauss_markov"],
-        sinusoid=noise["sinusoid"],
-        form=noise["form"],
-        gauss_markov=noise["gauss_markov"],
-        **{k: allan[k] for k in ("n_taus", "min_m", "max_fraction", "min_coverage", "confidence")},
-        annealing=AnnealingSettings(**annealing),
-        frames=frames,
-    )
+    def components(self, series: str = "") -> Components:
+        """What S's estimators fit: the series' panel, where the paper prints one."""
+        printed = panel(*self.subset, series) if self.subset else None
+        return printed or Components(gauss_markov=self.gauss_markov, sinusoid=self.sinusoid)
 
 
 @dataclass(frozen=True)
@@ -152,7 +168,7 @@ def estimate_series(
     masked, curve = masked_curve(raw, tau0, settings, resolution)
     check_series(masked, resolution)
     n = raw.size
-    components = components or settings.components
+    components = components or settings.components()
     order = LikelihoodSettings(
         settings.criterion, settings.max_gauss_markov, settings.sinusoid, form=settings.frames
     )
@@ -210,17 +226,11 @@ def _coarse(estimate: Estimate, series: np.ndarray, resolution: float) -> Estima
 
 
 def regression(
-    m: np.ndarray,
-    avar: np.ndarray,
-    tau0: float,
-    settings: NoiseSettings,
-    row: Mapping[str, Any],
-    series: str,
-    seed: int,
+    m: np.ndarray, avar: np.ndarray, tau0: float, settings: NoiseSettings, series: str
 ) -> tuple[AnnealingRun, Estimate]:
     """What S Figure 6 compares: every start of annealing with its result, and ordinary least
-    squares, of one series; row: of the sheet (`camera_type`, `n_cameras`)."""
-    asked = panel(row["camera_type"], row["n_cameras"], series) or settings.components
+    squares, of one series."""
+    asked, seed = settings.components(series), settings.seed
     run = annealing_run(m, avar, tau0, asked, settings.annealing, seed, settings.form)
     return run, levenberg_marquardt(
         m, avar, tau0, asked, seed, settings.form, within=settings.annealing.every_tau
@@ -233,16 +243,16 @@ def expected_estimate(
     n: int,
     tau0: float,
     settings: NoiseSettings,
-    components: Components,
-    seed: int,
+    series: str,
 ) -> Estimate:
     """S's estimator on the Allan variances the model has in frames of its form, without chance.
 
     Of point samples it differs from the truth where S's formulas, for continuous time, do.
     """
     avar = truth.avar(m, tau0)
+    asked, duration = settings.components(series), n * tau0
     found = annealing_ant_colony(
-        m, avar, tau0, components, settings.annealing, seed, settings.form, n * tau0
+        m, avar, tau0, asked, settings.annealing, settings.seed, settings.form, duration
     )
     return with_crlb(found, n, tau0, truth.form)
 

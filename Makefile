@@ -16,11 +16,11 @@ RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PAT
 .PHONY: run check report env warm test study lint peers benchmark accuracy lock graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
-	@$(RUN) snakemake --cores $(CORES)
+	@$(RUN) python workflow/run.py --cores $(CORES)
 
 # A refusal ends a run with status 1 and is in the report; what a crash left out cannot be.
 report: warm  ## run, then write the report: $(RESULTS)/report.html (quick: make report ARGS="--profile profiles/quick")
-	@status=0; $(RUN) snakemake --cores $(CORES) $(ARGS) || status=$$?; \
+	@status=0; $(RUN) python workflow/run.py --cores $(CORES) $(ARGS) || status=$$?; \
 	$(RUN) python workflow/write_report.py $(RESULTS)/report.html $(ARGS) || exit 1; exit $$status
 
 # Names as they were typed: through the environment neither make nor the shell reads a $ or a ` in them.
@@ -62,7 +62,7 @@ study: warm  ## run the long Monte Carlo studies
 
 lint: env  ## check style of code and workflow
 	@$(RUN) sh -ec 'ruff check .; ruff format --check .; \
-		snakefmt --check Snakefile workflow; snakemake --lint'
+		snakefmt --check Snakefile workflow; python workflow/lint.py'
 
 peers: env  ## install what else can be run: OpenCV for the estimator pnp, and the peers of make benchmark
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/peers.txt

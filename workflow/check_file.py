@@ -182,7 +182,7 @@ def _run(folder: Path, name: str, cores: int) -> int:
     """Run the workflow in the folder; say why where there is no verdict."""
     own = folder / "recordings" / name
     files = ("verdict.json", "diagnosis.json", "adev.png")
-    command = [sys.executable, "-m", "snakemake", "-s", str(ROOT / "Snakefile")]
+    command = [sys.executable, str(ROOT / "workflow/run.py"), "-s", str(ROOT / "Snakefile")]
     command += ["--workflow-profile", str(ROOT / "profiles/ci"), "--cores", str(cores)]
     command += [str(own / file) for file in files]
     command += ["--config", f"recordings={folder / 'check.tsv'}", "calibrations="]

@@ -117,13 +117,6 @@ def calibration_twins(
     return settings
 
 
-def refuse_containers(deployment: Any) -> None:
-    """No image can run the workflow; the one it names is there for lint."""
-    chosen = {str(method) for method in getattr(deployment, "deployment_method", None) or ()}
-    if "apptainer" in chosen:
-        raise Faults(["--software-deployment-method apptainer: expected the .venv of `make env`"])
-
-
 def any_of(names: Iterable[str]) -> str:
     """Regular expression of exactly these names; of nothing when there is none."""
     return "|".join(re.escape(name) for name in dict.fromkeys(names)) or "(?!)"

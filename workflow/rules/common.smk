@@ -1,11 +1,10 @@
 # Configuration, sheets, and what rules select by. Functions only: rules are in other files.
 import json
 import operator
-import sys
 from functools import cache, partial
 from pathlib import Path
 
-from mocap_workflow import alive, cameras, comparisons, files, selection, startup
+from mocap_workflow import cameras, comparisons, files, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults, stop
@@ -20,7 +19,6 @@ configfile: "config/config.yaml" if Path("config/config.yaml").is_file() else f"
 
 
 try:
-    startup.refuse_containers(workflow.deployment_settings)
     package = installed("mocap_metrology", ROOT)
     SETTINGS = startup.configuration(config, ROOT)
     config.update(SETTINGS.model_dump(mode="json"))
@@ -28,17 +26,21 @@ try:
     recordings, calibrations = startup.sheets(config, twins["twins"])
     TWINS = startup.recording_twins(recordings, twins, config["duration_s"], config["twin_form"])
     CALIBRATION_TWINS = startup.calibration_twins(calibrations, twins)
-    if alive.runs_jobs(sys.argv):
-        alive.take(Path(".snakemake"))
 except Faults as faults:
     stop(faults)
 
 
-# Snakemake 9.27 starts another one-second timer at every look at the queue; with 165 jobs they
-# keep a core busy. The limit they serve is for submissions to a cluster.
+# Who works here, for workflow/run.py: it clears what a killed run leaves.
 onstart:
-    if workflow.local_exec:
-        workflow.scheduler.job_rate_limiter = None
+    runs.began()
+
+
+onsuccess:
+    runs.ended()
+
+
+onerror:
+    runs.ended()
 
 
 RECORDINGS = selection.Sheet(RecordingRow, recordings)

@@ -1,0 +1,145 @@
+"""One run at a time in a folder; what a killed one left is cleared, and nothing else."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from mocap_workflow import runs
+from mocap_workflow.faults import Faults
+from running import command, environment
+
+PLAIN = command()[3:]
+
+
+@pytest.fixture
+def record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv(runs.MARK, "")
+    path = tmp_path / runs.RECORD
+    path.parent.mkdir()
+    return path
+
+
+@pytest.fixture
+def sleeper() -> Iterator[subprocess.Popen]:
+    """A process with the mark of a run, as a job that its death left alive."""
+    marked = os.environ | {runs.MARK: "abc"}
+    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"], env=marked)
+    yield process
+    process.kill()
+    process.wait()
+
+
+def write(record: Path, **other) -> None:
+    """A run of this host whose process is gone, or with other values."""
+    gone = runs.Run(socket.gethostname(), 2**22 + 1, 1.0, "abc")
+    record.write_text(json.dumps(dataclasses.asdict(gone) | other))
+
+
+def unlocked(record: Path) -> bool:
+    """Whether `clear` would have Snakemake's lock cleared."""
+    asked = []
+    runs.clear(lambda: asked.append("unlock") or True, record)
+    return bool(asked)
+
+
+def test_a_run_that_ends_leaves_nothing(record: Path) -> None:
+    runs.began(record)
+    own = runs.read(record)
+    assert own.alive()
+    assert own.pid == os.getpid()
+    assert os.environ[runs.MARK] == own.mark
+    runs.ended(record)
+    assert not list(record.parent.iterdir())
+    assert not unlocked(record)
+
+
+def test_the_lock_of_a_process_that_is_gone_is_cleared_once(record: Path, capsys) -> None:
+    write(record)
+    assert unlocked(record)
+    assert "was killed\n" in capsys.readouterr().err
+    assert not unlocked(record)
+
+
+def test_a_run_that_is_alive_is_left_alone(record: Path, sleeper: subprocess.Popen) -> None:
+    process = psutil.Process(sleeper.pid)
+    write(record, pid=process.pid, began_s=process.create_time())
+    before = record.read_text()
+    with pytest.raises(Faults, match=f"another run works here \\(process {process.pid}\\)"):
+        unlocked(record)
+    runs.began(record)
+    runs.ended(record)
+    assert record.read_text() == before
+    assert sleeper.poll() is None
+
+
+def test_a_later_process_of_the_same_number_is_not_the_run(
+    record: Path, sleeper: subprocess.Popen
+) -> None:
+    process = psutil.Process(sleeper.pid)
+    write(record, pid=process.pid, began_s=process.create_time() - 60, mark="of another")
+    assert unlocked(record)
+    assert sleeper.poll() is None
+
+
+def test_jobs_of_a_killed_run_are_ended(record: Path, sleeper: subprocess.Popen, capsys) -> None:
+    write(record)
+    assert unlocked(record)
+    assert sleeper.poll() is not None
+    assert "1 processes of it were ended" in capsys.readouterr().err
+
+
+def test_another_host_keeps_its_lock(record: Path, sleeper: subprocess.Popen, capsys) -> None:
+    write(record, host="elsewhere")
+    assert not unlocked(record)
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "a run of host elsewhere" in said
+    assert said.endswith("snakemake --unlock\n")
+    assert record.is_file()
+    assert sleeper.poll() is None
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"pid": 1}'])
+def test_what_is_no_record_says_nothing(record: Path, text: str) -> None:
+    record.write_text(text)
+    assert not unlocked(record)
+
+
+def test_kill_and_run_again(toy: Path, snakemake, root: Path) -> None:
+    start = [sys.executable, str(root / "workflow/run.py"), *PLAIN, "--cores", "2", "tables"]
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    (toy / "config/a.c3d").write_text("a waits: wait\n")
+    run = subprocess.Popen(start, cwd=toy, env=environment(), **silent)
+    try:
+        until = time.monotonic() + 600  # it takes seconds, unless other work has the cores
+        while not (toy / "waiting").exists() and time.monotonic() < until:
+            assert run.poll() is None
+            time.sleep(0.1)
+        assert (toy / "waiting").exists()
+        own = runs.read(toy / runs.RECORD)
+        assert own.pid == run.pid
+    finally:
+        run.kill()
+        run.wait()
+    assert own.jobs()
+    how = {"cwd": toy, "env": environment(), "capture_output": True, "text": True, "timeout": 900}
+    typed = snakemake(toy, "--cores", "2", "tables")
+    (toy / "config/a.c3d").write_text("a is well\n")
+    after = subprocess.run(start, check=False, **how)
+    assert typed.returncode == 1
+    assert "LockException" in typed.stdout
+    assert after.returncode == 0, after.stderr
+    assert f"the last run (process {run.pid}) was killed" in after.stderr
+    assert not own.jobs()
+    assert (toy / "results/tables/g_noise.csv").read_text() == "a is well\nb is good\n"
+    assert not (toy / runs.RECORD).exists()

@@ -1,0 +1,117 @@
+"""What a killed run left in a folder: its jobs and its lock.
+
+Snakemake's lock is a file, so it outlives a killed run and refuses the next. A run writes down who
+it is while it has the lock, and takes that away when it ends: where the record stays and its
+process is gone, the run was killed. Processes of another host are not seen from here: there
+Snakemake's lock has the last word.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import sys
+import uuid
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import psutil
+
+from mocap_workflow.faults import Faults
+
+RECORD = Path(".snakemake/run.json")
+MARK = "MOCAP_METROLOGY_RUN"  # names the run in the environment of its jobs
+SAME_S = 2.0  # what two readings of the start of one process may differ by, as the clock is set
+PATIENCE_S = 10.0  # for a job to end when it is asked to
+
+
+@dataclass(frozen=True)
+class Run:
+    """Host and process of a run, when that began (s since 1970), and the mark of its jobs."""
+
+    host: str
+    pid: int
+    began_s: float
+    mark: str
+
+    def here(self) -> bool:
+        return self.host == socket.gethostname()
+
+    def alive(self) -> bool:
+        """Whether its process, and no later one of the same number, works on this host."""
+        with contextlib.suppress(psutil.Error):
+            process = psutil.Process(self.pid)
+            same = abs(process.create_time() - self.began_s) < SAME_S
+            return self.here() and same and process.status() != psutil.STATUS_ZOMBIE
+        return False
+
+    def jobs(self) -> list[psutil.Process]:
+        """Processes that carry its mark."""
+        found = []
+        for process in psutil.process_iter():
+            with contextlib.suppress(psutil.Error):  # it ended, or is another user's
+                if process.environ().get(MARK) == self.mark:
+                    found.append(process)
+        return found
+
+
+def read(record: Path = RECORD) -> Run | None:
+    """The run that a folder was left with; None where the last one ended, or what is there is no
+    record."""
+    try:
+        return Run(**json.loads(record.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def began(record: Path = RECORD) -> None:
+    """Record this process, and mark the jobs that it will start; a run that is alive stays."""
+    other = read(record)
+    if other is not None and other.alive():
+        return
+    process = psutil.Process()
+    run = Run(socket.gethostname(), process.pid, process.create_time(), uuid.uuid4().hex)
+    os.environ[MARK] = run.mark
+    part = record.with_suffix(f".{run.pid}")
+    part.write_text(json.dumps(asdict(run)), encoding="utf-8")
+    part.replace(record)
+
+
+def ended(record: Path = RECORD) -> None:
+    """Take the record of this process away."""
+    run = read(record)
+    if run is not None and run.here() and run.pid == os.getpid():
+        record.unlink()
+
+
+def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:
+    """End the jobs of a killed run of this host and clear its lock by `unlock`, which tells whether
+    it did; `Faults` where the run is alive. What there was to say goes to stderr."""
+    run, folder = read(record), record.resolve().parents[1]
+    if run is None:
+        return
+    process = f"process {run.pid}"
+    if run.alive():
+        raise Faults([f"{folder}: another run works here ({process}); expected none"])
+    if not run.here():
+        print(
+            f"{folder}: a run of host {run.host} ({process}) works here or was killed; "
+            "if Snakemake finds it locked, and no run works there: snakemake --unlock",
+            file=sys.stderr,
+        )
+        return
+    jobs = run.jobs()
+    for job in jobs:
+        with contextlib.suppress(psutil.Error):
+            job.terminate()
+    for job in psutil.wait_procs(jobs, PATIENCE_S)[1]:
+        with contextlib.suppress(psutil.Error):
+            job.kill()
+    psutil.wait_procs(jobs, PATIENCE_S)
+    if unlock():
+        record.unlink(missing_ok=True)
+        ending = f"; {len(jobs)} processes of it were ended" if jobs else ""
+        print(f"{folder}: the last run ({process}) was killed{ending}", file=sys.stderr)

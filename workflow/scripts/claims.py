@@ -3,7 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    import csv
     import json
     import math
     import time
@@ -36,16 +35,6 @@ with step(snakemake) as log:
         keys = [(row["camera_type"], row["n_cameras"]) for row in given.recordings]
         return {key: read(path) for key, path in zip(keys, paths, strict=True)}
 
-    def numbers(path):
-        with Path(path).open(encoding="utf-8", newline="") as stream:
-            return [{k: number(v) for k, v in line.items()} for line in csv.DictReader(stream)]
-
-    def number(text):
-        try:
-            return float(text) if text else math.nan
-        except ValueError:
-            return text
-
     def truth_of(path):
         truth = json.loads(Path(path).read_text(encoding="utf-8"))
         return np.array(truth["R"]), np.array(truth["t_m"]), truth["twin"]["motion"]
@@ -60,7 +49,7 @@ with step(snakemake) as log:
         study = Regenerated(
             of_subsets(files.allan, lambda path: read_table(path)[0]),
             of_subsets(files.noise, read_noise),
-            of_subsets(files.gaussian, numbers),
+            of_subsets(files.gaussian, lambda path: tables.read(path).to_dict("records")),
             shock,
             {row["recording"]: read_noise(path) for row, path in of_repaired},
         )

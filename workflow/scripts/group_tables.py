@@ -16,15 +16,10 @@ with step(snakemake) as log:
     sentence = tables.source_sentence(source, snakemake.config["duration_s"])
     stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
 
-    def read(path):
-        return pd.read_csv(
-            path, keep_default_na=False, na_values=[""], float_precision="round_trip"
-        )
-
     def gathered(paths):
         parts = []
         for name, path in zip(source, paths, strict=True):
-            part = read(path).drop(columns="recording", errors="ignore")
+            part = tables.read(path).drop(columns="recording", errors="ignore")
             part.insert(0, "recording", name)
             part.insert(1, "source", source[name])
             parts.append(part)
@@ -39,7 +34,7 @@ with step(snakemake) as log:
     summary = []
     paths = zip(source, snakemake.input.allan, snakemake.input.outliers, strict=True)
     for name, path, series in paths:
-        expected = read(series)["series"].tolist()
+        expected = tables.read(series)["series"].tolist()
         summary += group_tables.allan_summary(name, source[name], read_table(path)[0], expected)
     write("allan", summary, "Allan deviations", group_tables.ALLAN)
     found = dict(zip(source, map(group_tables.read_noise, snakemake.input.noise), strict=True))

@@ -5,8 +5,6 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    import pandas as pd
-
     from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
@@ -16,9 +14,7 @@ with step(snakemake) as log:
     rows = {row["recording"]: row for row in snakemake.params.rows}
     source = tables.source_sentence({name: tables.source_of(row) for name, row in rows.items()})
     gaussian = {
-        name: gather.gaussian_row(
-            pd.read_csv(path, float_precision="round_trip").to_dict("records"), "pair"
-        )
+        name: gather.gaussian_row(tables.read(path).to_dict("records"), "pair")
         for name, path in zip(rows, snakemake.input.gaussian, strict=True)
     }
     found = gather.subsets_of_group(rows, gaussian)

@@ -5,11 +5,10 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    import pandas as pd
-
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.twins.published import published_gaussian
     from mocap_metrology.noise.twins.twin import twin_from_mapping
+    from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.skurowski.camera_tables import TABLE_4
@@ -22,9 +21,7 @@ with step(snakemake) as log:
     lengths = {name: twin.duration_s for name, twin in twins.items()}
     source = gather.source_and_length(rows, lengths)
     gaussian = {
-        name: gather.gaussian_row(
-            pd.read_csv(path, float_precision="round_trip").to_dict("records"), "x"
-        )
+        name: gather.gaussian_row(tables.read(path).to_dict("records"), "x")
         for name, path in zip(rows, files.gaussian, strict=True)
     }
     clean = {Path(path).parent.name: read_table(path)[0] for path in files.clean}

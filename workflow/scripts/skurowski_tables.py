@@ -5,8 +5,6 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    import pandas as pd
-
     from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present import tables
     from mocap_metrology.present.skurowski import camera_tables, gaussian_table
@@ -15,7 +13,7 @@ with step(snakemake) as log:
     rows = {row["recording"]: row for row in given.rows}
     gaussian = {}
     for name, path in zip(rows, snakemake.input.gaussian, strict=True):
-        table = pd.read_csv(path, float_precision="round_trip")
+        table = tables.read(path)
         gaussian[name] = table[table["axis"] == "x"].iloc[0].to_dict()
     length = snakemake.config["duration_s"]  # of twins
     sources = {name: tables.source_of(row) for name, row in rows.items()}

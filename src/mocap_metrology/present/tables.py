@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -18,10 +18,21 @@ from mocap_metrology.present.numbers import (
     readable,
 )
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 Row = dict[str, Any]  # of a table: numbers, words, gaps
 Record = Mapping[str, Any]  # a row as read from CSV, or what a JSON file holds
 BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
+
+
+def read(path: str | Path) -> pd.DataFrame:
+    """A CSV file of results, numbers as they were written; only an empty cell is a gap, so that a
+    recording may be called NA."""
+    import pandas as pd
+
+    return pd.read_csv(path, keep_default_na=False, na_values=[""])
 
 
 def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> None:

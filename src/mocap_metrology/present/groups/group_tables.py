@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.present.fits.parts import limit_class
 from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
-from mocap_metrology.present.tables import Record, Row, aligned, source_of
+from mocap_metrology.present.tables import Record, Row, aligned, read, source_of
 
 FROM_CSV = (
     "series",
@@ -42,14 +41,11 @@ MOST_SERIES = 7  # columns of a table to read
 
 
 def read_noise(path: str | Path) -> list[Row]:
-    """Rows of a noise.csv with numbers as numbers; NaN where a cell is empty."""
-    with Path(path).open(encoding="utf-8", newline="") as stream:
-        return [
-            row
-            | {k: float(row[k]) if row[k] else math.nan for k in NUMBERS}
-            | {"detected": row["detected"] == "True"}
-            for row in csv.DictReader(stream)
-        ]
+    """Rows of a noise.csv with numbers as numbers; NaN where a number is missing."""
+    table = read(path)
+    words = table.columns.difference([*NUMBERS, "detected"])
+    table[words] = table[words].astype(object).fillna("")
+    return [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
 
 
 def noise_table(noise: Mapping[str, Sequence[Record]], sources: Mapping[str, str]) -> list[Row]:

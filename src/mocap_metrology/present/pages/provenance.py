@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -43,11 +42,10 @@ def run_times(files: Mapping[str, Iterable[str | Path]]) -> list[Row]:
 
 def _benchmark(path: str | Path) -> tuple[float, float]:
     """Seconds and MB of a benchmark; Snakemake writes NA or - for what it could not see."""
-    with Path(path).open(encoding="utf-8", newline="") as stream:
-        row = next(csv.DictReader(stream, delimiter="\t"))
-    known = (row[name] if row[name] not in ("NA", "-") else "nan" for name in ("s", "max_rss"))
-    seconds, memory = map(float, known)
-    return seconds, memory
+    import pandas as pd
+
+    row = pd.read_csv(path, sep="\t", na_values=["-"]).iloc[0]
+    return float(row["s"]), float(row["max_rss"])
 
 
 def flat(settings: Record, before: str = "") -> list[tuple[str, str]]:

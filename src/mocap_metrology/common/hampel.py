@@ -115,7 +115,7 @@ def taken_at_most(n_sigma: float, half_window: int, action: str = "replace") -> 
 
 
 @njit
-def _exchange(window, result, old, new):
+def _exchange(window: np.ndarray, result: np.ndarray, old: float, new: float) -> None:
     """Write to `result` the sorted `window` without one `old` and with one `new`.
 
     Both hold -inf, the sorted samples, and +inf to the end; so `old = inf` takes nothing out and
@@ -131,13 +131,13 @@ def _exchange(window, result, old, new):
 
 
 @njit
-def _median(window, count):
+def _median(window: np.ndarray, count: int) -> float:
     half = count // 2
-    return window[half + 1] if count % 2 else (window[half] + window[half + 1]) / 2
+    return float(window[half + 1] if count % 2 else (window[half] + window[half + 1]) / 2)
 
 
 @njit
-def _least_mad(window, count, median):
+def _least_mad(window: np.ndarray, count: int, median: float) -> float:
     """A lower bound of the MAD, from the quartiles alone: of the deviations, at most quarter - 1
     to the left of the median and half - quarter - 1 to its right are smaller."""
     half = count // 2
@@ -146,11 +146,11 @@ def _least_mad(window, count, median):
         return 0.0
     below = median - window[half - quarter + 1]
     above = window[count % 2 + 2 * half - quarter] - median
-    return min(below, above)
+    return float(min(below, above))
 
 
 @njit
-def _mad(window, count, median):
+def _mad(window: np.ndarray, count: int, median: float) -> float:
     """MAD of a sorted window: its deviations are two sorted runs, left and right of the median, of
     which the smaller half takes `split` and `half - split`."""
     half = count // 2
@@ -180,7 +180,14 @@ def _mad(window, count, median):
 
 
 @njit
-def _filter(series, half_window, threshold, least_mad, values, outlier):
+def _filter(
+    series: np.ndarray,
+    half_window: int,
+    threshold: float,
+    least_mad: float,
+    values: np.ndarray,
+    outlier: np.ndarray,
+) -> None:
     """`series` holds +inf in its gaps: entering or leaving the window, those change nothing."""
     n = series.size
     window = np.full(2 * half_window + 3, np.inf)

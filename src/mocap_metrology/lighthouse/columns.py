@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -47,11 +46,11 @@ def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:
     )
 
 
-def poses(paths: Mapping[tuple[str, str], tuple[Path, Path]]) -> dict[str, Any]:
+def poses(paths: Mapping[tuple[str, str], tuple[Path, Path]]) -> dict[str, np.ndarray]:
     """poses.parquet: board poses in the frame of each station, of every estimator and optics."""
     from scipy.spatial.transform import Rotation
 
-    parts: dict[str, list] = {}
+    parts: dict[str, list[np.ndarray]] = {}
     for (estimator, optics), both in paths.items():
         for station, path in enumerate(both):
             n = len(path)

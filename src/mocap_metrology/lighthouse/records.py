@@ -85,7 +85,8 @@ class Measurements:
     @property
     def seen(self) -> np.ndarray:
         """Diodes with both angles, (n, diodes)."""
-        return np.isfinite(self.angles_rad).all(axis=2)
+        found: np.ndarray = np.isfinite(self.angles_rad).all(axis=2)
+        return found
 
 
 @dataclass(frozen=True)

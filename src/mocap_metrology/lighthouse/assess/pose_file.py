@@ -118,7 +118,7 @@ def read_pose_json(path: str | Path) -> dict[str, Any]:
     """A pose.json as written by this project. Raises `Refusal` for anything else."""
     path = Path(path)
     try:
-        given = json.loads(path.read_text(encoding="utf-8"))
+        given: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise Refusal(f"{path.name}: cannot be read ({error}); expected a pose.json") from None
     try:
@@ -212,7 +212,7 @@ def _ids(given: Mapping[str, Any]) -> tuple[int | None, int | None]:
 
 
 def _significance(
-    difference: np.ndarray, first: list | None, second: list | None
+    difference: np.ndarray, first: list[list[float]] | None, second: list[list[float]] | None
 ) -> tuple[float, float]:
     """T^2 = d^T (C_1 + C_2)^-1 d and the probability of more, NaN without both covariances.
 

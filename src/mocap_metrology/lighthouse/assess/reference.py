@@ -101,11 +101,12 @@ def pose_reference(path: str | Path) -> Reference:
     stations = given.get("stations", given)
     if not isinstance(stations, dict) or not all(role in stations for role in ROLES):
         raise Refusal(f'{name}: no station ids; expected "stations": {{"master": id, "slave": id}}')
-    ids = tuple(station_id(stations[role], f"{name}: {role}") for role in ROLES)
-    return Reference(_rotation(given, name), _translation(given, name), ids, f"pose file {name}")
+    master, slave = (station_id(stations[role], f"{name}: {role}") for role in ROLES)
+    R, t_m = _rotation(given, name), _translation(given, name)
+    return Reference(R, t_m, (master, slave), f"pose file {name}")
 
 
-def _numbers(given: Mapping, key: str, shape: tuple[int, ...], name: str) -> np.ndarray:
+def _numbers(given: Mapping[str, Any], key: str, shape: tuple[int, ...], name: str) -> np.ndarray:
     try:
         values = np.array(given[key], dtype=np.float64)
     except (TypeError, ValueError):
@@ -116,7 +117,7 @@ def _numbers(given: Mapping, key: str, shape: tuple[int, ...], name: str) -> np.
     return values
 
 
-def _rotation(given: Mapping, name: str) -> np.ndarray:
+def _rotation(given: Mapping[str, Any], name: str) -> np.ndarray:
     if "R" in given:
         R = _numbers(given, "R", (3, 3), name)
         off = float(np.abs(R @ R.T - np.eye(3)).max())
@@ -124,7 +125,8 @@ def _rotation(given: Mapping, name: str) -> np.ndarray:
             kind = "a mirror image" if off <= 1e-3 else f"{off:.2g} off at most in R R^T"
             raise Refusal(f"{name}: R is no rotation ({kind}); expected R R^T = 1, det R = 1")
         U, _, Vt = np.linalg.svd(R)
-        return U @ Vt
+        nearest: np.ndarray = U @ Vt
+        return nearest
     if "quaternion_xyzw" not in given:
         raise Refusal(f"{name}: no rotation; expected R (3 x 3) or quaternion_xyzw")
     q = _numbers(given, "quaternion_xyzw", (4,), name)
@@ -132,10 +134,11 @@ def _rotation(given: Mapping, name: str) -> np.ndarray:
         raise Refusal(f"{name}: quaternion_xyzw has norm {np.linalg.norm(q):.4g}; expected 1")
     from scipy.spatial.transform import Rotation
 
-    return Rotation.from_quat(q).as_matrix()
+    found: np.ndarray = Rotation.from_quat(q).as_matrix()
+    return found
 
 
-def _translation(given: Mapping, name: str) -> np.ndarray:
+def _translation(given: Mapping[str, Any], name: str) -> np.ndarray:
     key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
     if key is None:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")
@@ -254,7 +257,8 @@ def _place(positions_mm: np.ndarray, labels: Sequence[str], label: str, where: s
             f"{where}: marker {label} moves by {motion:.1f} mm rms; expected a housing at rest"
             f" (below {LARGEST_MOTION_MM:g} mm)"
         )
-    return 1e-3 * mean
+    found: np.ndarray = 1e-3 * mean
+    return found
 
 
 def _fit(

@@ -116,7 +116,10 @@ def _distance(turn: np.ndarray, spread: np.ndarray) -> np.ndarray:
     shape = turn.shape[:-2]
     v = log(turn.reshape(-1, 3, 3)).reshape(*shape, 3)
     S = spread + FLOOR_RAD**2 * np.eye(3)
-    return np.minimum(np.einsum("...i,...i->...", v, np.linalg.solve(S, v[..., None])[..., 0]), CAP)
+    found: np.ndarray = np.minimum(
+        np.einsum("...i,...i->...", v, np.linalg.solve(S, v[..., None])[..., 0]), CAP
+    )
+    return found
 
 
 def _disagreement(own: Minima, other: Minima, R: np.ndarray) -> np.ndarray:
@@ -184,7 +187,7 @@ def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
     variance = np.trace(spread, axis1=3, axis2=4).transpose(2, 0, 1).reshape(-1, 4) / 3
     proposed = np.arange(0, len(pairs), max(len(pairs) // PROPOSERS, 1))
     candidates = pairs[proposed].reshape(-1, 3, 3)[excess[proposed].ravel() < IMPOSSIBLE]
-    found = []
+    found: list[np.ndarray] = []
     if len(candidates):
         angle = _angles(candidates, pairs.reshape(-1, 3, 3)).reshape(-1, *excess.shape)
         cost = np.minimum(angle**2 / (variance + FLOOR_RAD**2), CAP) + np.minimum(excess, CAP)
@@ -209,7 +212,8 @@ def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
 def _angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Angles in rad between rotations (n, 3, 3) and (m, 3, 3), (n, m)."""
     trace = a.reshape(len(a), 9) @ b.reshape(len(b), 9).T
-    return np.arccos(np.clip((trace - 1) / 2, -1, 1))
+    found: np.ndarray = np.arccos(np.clip((trace - 1) / 2, -1, 1))
+    return found
 
 
 @dataclass(frozen=True)
@@ -233,8 +237,8 @@ def agree(
     ways = hypotheses(master, slave) if near is None else [near]
     if master.clear and slave.clear:
         ways = ways[:1]
-    tried = [_tried(R, master, slave, board, rotors, order) for R in ways]
-    tried = [one for one in tried if one is not None]
+    starts = (_tried(R, master, slave, board, rotors, order) for R in ways)
+    tried = [one for one in starts if one is not None]
     if not tried:
         return Agreed((master.paths[0], slave.paths[0]), None, None)
     limit = min(np.median(cost) for _, _, cost in tried) * CAP
@@ -294,11 +298,11 @@ def agreed_paths(
     optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None = None
 ) -> Agreed:
     """Board poses in the frames of both stations, the mirror decided by both."""
-    both = (
+    master, slave = (
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
-    return agree(*both, board, optics.rotors, order, near)
+    return agree(master, slave, board, optics.rotors, order, near)
 
 
 def warm_up() -> None:

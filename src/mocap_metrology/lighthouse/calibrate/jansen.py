@@ -122,10 +122,10 @@ def calibrate(
     smooth = INTERPOLATIONS[settings.lm_interpolation]
     orders = {smooth} if set(settings.estimators) == {"paper-lm"} else {1, smooth}
     measured = {order: _measured(hits, board, settings, order) for order in orders}
-    for role, own in zip(ROLES, measured[smooth], strict=True):
-        if len(own) < FEWEST_POSES:
+    for role, moments in zip(ROLES, measured[smooth], strict=True):
+        if len(moments) < FEWEST_POSES:
             raise Refusal(
-                f"{role}: {len(own)} moments with both angles of four diodes;"
+                f"{role}: {len(moments)} moments with both angles of four diodes;"
                 f" expected at least {FEWEST_POSES}"
             )
     found = Calibration()
@@ -135,7 +135,8 @@ def calibrate(
             continue
         own, near = settings, None
         if name == "factory" and settings.variant == AUTO:
-            variant, ways = _variant(hits, measured[smooth], board, factories, settings, smooth)
+            middle, lasers = _middle(hits, len(board)), settings.lasers_m
+            variant, ways = best_variant(measured[smooth], middle, board, factories, lasers, smooth)
             own = replace(settings, variant=variant)
             near = next((way.R for way in ways if way.standing == "chosen"), None)
             found = replace(found, variants=ways)
@@ -165,45 +166,35 @@ def calibrate(
     )
 
 
-def _variant(
-    hits: Hits,
-    measured: Sequence[Measurements],
-    board: np.ndarray,
-    factories: Sequence[Factory],
-    settings: CalibrationSettings,
-    order: int,
-) -> tuple[str, list[Weighed]]:
-    """The variant of the rotor model that the recording prefers."""
-    middle = [median_angles(hits, station, len(board)) for station in (MASTER, SLAVE)]
-    return best_variant(measured, middle, board, factories, settings.lasers_m, order)
+def _middle(hits: Hits, n_diodes: int) -> tuple[Measurements, Measurements]:
+    """Median angles of each diode, of master and slave."""
+    return median_angles(hits, MASTER, n_diodes), median_angles(hits, SLAVE, n_diodes)
 
 
 def _measured(
     hits: Hits, board: np.ndarray, settings: CalibrationSettings, order: int
 ) -> tuple[Measurements, Measurements]:
     """Measurements of master and slave (J IV)."""
-    both = (
+    master, slave = (
         reconstruct(hits, station, len(board), settings.reconstruction, order)
         for station in (MASTER, SLAVE)
     )
-    return tuple(board_pose.well_posed(own, board) for own in both)
+    return board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
 
 
 def _paths(
     estimator: str, optics: Optics, board: np.ndarray, settings: CalibrationSettings
 ) -> tuple[Path, Path]:
     """Board poses in the frames of both stations (J VI-A, VI-B) by another than `paper-lm`."""
-    paths = []
-    for own, rotors in zip(optics.measurements, optics.rotors, strict=True):
-        if estimator in JANSEN:
-            tight = estimator == "paper-tight"
-            path = board_pose.by_nelder_mead(
-                own, board, rotors, TIGHT if tight else MATLAB, tight, settings.start_distance_m
-            )
-        else:
-            path = _peer(estimator, own, board, settings)
-        paths.append(path)
-    return tuple(paths)
+    tight = estimator == "paper-tight"
+    tolerances, start_m = TIGHT if tight else MATLAB, settings.start_distance_m
+    master, slave = (
+        board_pose.by_nelder_mead(own, board, rotors, tolerances, tight, start_m)
+        if estimator in JANSEN
+        else _peer(estimator, own, board, settings)
+        for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
+    )
+    return master, slave
 
 
 def _peer(
@@ -211,13 +202,13 @@ def _peer(
 ) -> Path:
     """Board poses by the peers; they take both lasers to be at one point."""
     if estimator == "pnp":
-        from mocap_metrology.lighthouse.calibrate.pnp import board_poses
+        from mocap_metrology.lighthouse.calibrate import pnp
 
-        R, t, cost = board_poses(own.angles_rad, board, settings.pnp_method)
+        R, t, cost = pnp.board_poses(own.angles_rad, board, settings.pnp_method)
     elif estimator == "geometric":
-        from mocap_metrology.lighthouse.calibrate.geometric import board_poses
+        from mocap_metrology.lighthouse.calibrate import geometric
 
-        R, t, cost = board_poses(own.angles_rad, board)
+        R, t, cost = geometric.board_poses(own.angles_rad, board)
     else:
         raise ValueError(f"estimator is {estimator!r}; expected one of {', '.join(ESTIMATORS)}")
     n_angles = 2 * own.seen.sum(axis=1)
@@ -277,7 +268,7 @@ def _one(
         )
 
     found.estimates.append(estimate("kabsch", R, t, spread))
-    if estimator == "paper-lm":
+    if weighed is not None:
         moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
         # On a straight path positions leave the turn about it open, the board's rotations do not.
         starts = [(R, t), (turned, moved)]
@@ -330,8 +321,9 @@ def _static(
     settings: CalibrationSettings,
 ) -> list[PoseEstimate]:
     """Stage `static` from the median angles of each diode."""
-    middle = [median_angles(hits, station, len(board)) for station in (MASTER, SLAVE)]
-    still = optics_of(name, middle, factories, settings.lasers_m, settings.variant)
+    still = optics_of(
+        name, _middle(hits, len(board)), factories, settings.lasers_m, settings.variant
+    )
     pose = static_pose(list(still.measurements), board, list(still.rotors))
     if pose is None:
         return []

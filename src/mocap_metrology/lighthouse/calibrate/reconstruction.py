@@ -4,13 +4,13 @@ these as an optics sees them: ideal, or with factory values.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mocap_metrology.lighthouse.records import Factory, Hits, Measurements
-from mocap_metrology.lighthouse.rotor import VARIANTS, directions, rotor_parameters
+from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 METHODS = ("full-interpolation", "dominant-axis", "pairs")
@@ -54,17 +54,17 @@ def reconstruct(
     if method not in METHODS:
         raise ValueError(f"reconstruction is {method!r}; expected one of {', '.join(METHODS)}")
     sweeps = [_sweeps(hits, station, axis, n_diodes) for axis in (0, 1)]
-    parts: list[Callable[[], tuple[np.ndarray, np.ndarray]]] = {
-        "full-interpolation": lambda: [_interpolated(sweeps, axis, order) for axis in (0, 1)],
-        "dominant-axis": lambda: [_interpolated(sweeps, _dominant(sweeps), order)],
-        "pairs": lambda: [_pairs(sweeps)],
-    }[method]()
+    if method == "pairs":
+        parts = [_pairs(sweeps)]
+    else:
+        axes = (0, 1) if method == "full-interpolation" else (_dominant(sweeps),)
+        parts = [_interpolated(sweeps, axis, order) for axis in axes]
     time = np.concatenate([part[0] for part in parts])
     angles = np.concatenate([part[1] for part in parts])
     angles[~np.isfinite(angles).all(axis=2)] = np.nan
     enough = np.isfinite(angles[:, :, 0]).sum(axis=1) >= FEWEST_DIODES
-    order = np.flatnonzero(enough)[np.argsort(time[enough], kind="stable")]
-    return Measurements(time[order], angles[order])
+    rows = np.flatnonzero(enough)[np.argsort(time[enough], kind="stable")]
+    return Measurements(time[rows], angles[rows])
 
 
 def _interpolated(sweeps: list[_Sweeps], axis: int, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -152,7 +152,7 @@ class Optics:
 
 def optics_of(
     name: str,
-    measured: Sequence[Measurements],
+    measured: tuple[Measurements, Measurements],
     factories: Sequence[Factory | None],
     lasers_m: np.ndarray | None,
     variant: str,
@@ -161,16 +161,15 @@ def optics_of(
     1e-12 rad); with lasers elsewhere they stay in the model."""
     lasers = [None, None] if lasers_m is None else lasers_m
     frame = "optical" if lasers_m is None else "housing"
-    if name == "ideal":
-        rotors = tuple(rotor_parameters(None, own) for own in lasers)
-        return Optics(name, tuple(measured), rotors, frame)
-    model = VARIANTS[variant]
-    if lasers_m is not None:
-        both = zip(factories, lasers, strict=True)
-        rotors = tuple(rotor_parameters(factory, own, model) for factory, own in both)
-        return Optics(name, tuple(measured), rotors, frame)
-    corrected = tuple(
-        Measurements(own.time_s, directions(own.angles_rad, rotor_parameters(f, None, model)))
-        for own, f in zip(measured, factories, strict=True)
+    ideal = name == "ideal"
+    factories, model = ([None, None], CRAZYFLIE) if ideal else (factories, VARIANTS[variant])
+    master, slave = (
+        rotor_parameters(f, own, model) for f, own in zip(factories, lasers, strict=True)
     )
-    return Optics(name, corrected, (rotor_parameters(), rotor_parameters()), frame)
+    if ideal or lasers_m is not None:
+        return Optics(name, measured, (master, slave), frame)
+    first, second = (
+        Measurements(own.time_s, directions(own.angles_rad, rotors))
+        for own, rotors in zip(measured, (master, slave), strict=True)
+    )
+    return Optics(name, (first, second), (rotor_parameters(), rotor_parameters()), frame)

@@ -98,7 +98,8 @@ def static_pose(
     n_angles = int(master.n_angles[0] + slave.n_angles[0])
     rms = float(np.sqrt((master.epsilon[0] + slave.epsilon[0]) / n_angles))
     ambiguity = float(min(master.ambiguity[0], slave.ambiguity[0]))
-    left_out = tuple(out for _, out in cleaned)
+    (_, of_master), (_, of_slave) = cleaned
+    left_out = of_master, of_slave
     return StaticPose(R, t, covariance, rms, n_angles, ambiguity, left_out)
 
 
@@ -175,4 +176,5 @@ def _covariance(
         g,
     )
     freedom = max(int(path.n_angles[0]) - 6, 1)
-    return path.epsilon[0] / freedom * np.linalg.inv(H)
+    found: np.ndarray = path.epsilon[0] / freedom * np.linalg.inv(H)
+    return found

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, blocks_of, jackknife
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
@@ -123,7 +122,7 @@ def seen_on_path(paths: tuple[Path, Path], optics: Optics, order: int) -> tuple[
 
 def last_step(
     starts: list[Pose],
-    given: station_pose.Scene,
+    given: Scene,
     weighed: Evidence,
     rotors: np.ndarray,
     weights: str = "path",
@@ -133,15 +132,15 @@ def last_step(
     The weighted K_2 is taken down from there. If that makes the plain residual rise by more than
     weights can, it has run away: then the least plain K_2 stays. weights `none` stops at that, too.
     """
-    plain = min(starts, key=lambda pose: station_pose.residual_rms(*pose, given, rotors))
-    R, t, _ = station_pose.by_levenberg_marquardt(*plain, given, rotors)
+    plain = min(starts, key=lambda pose: residual_rms(pose[0], pose[1], given, rotors))
+    R, t, _ = by_levenberg_marquardt(*plain, given, rotors)
     if weights == "path":
         starts = [*starts, (R, t)]
         found = [residuals(*start, weighed, rotors) for start in starts]
         limit = min(one.limit() for one in found)
         best = min(range(len(starts)), key=lambda k: found[k].total(limit))
         R2, t2, spread = by_gauss_newton(*starts[best], weighed, rotors)
-        before = station_pose.residual_rms(R, t, given, rotors)
-        if station_pose.residual_rms(R2, t2, given, rotors) <= RISE * before:
+        before = residual_rms(R, t, given, rotors)
+        if residual_rms(R2, t2, given, rotors) <= RISE * before:
             return R2, t2, spread
-    return R, t, station_pose.covariance(R, t, given, rotors)
+    return R, t, covariance(R, t, given, rotors)

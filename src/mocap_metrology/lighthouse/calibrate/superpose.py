@@ -77,7 +77,9 @@ def kabsch(
     """R, t of the least weighted sum of |fixed - (R moved + t)|^2 [Kabsch 1976].
 
     moved, fixed (n, 3); weight (n,), default 1. The centroids are brought together, then R = V U^T
-    of the singular value decomposition of the weighted covariance, never a reflection.
+    of the singular value decomposition of the weighted covariance, never a reflection. As J VI-D
+    has it; scipy's `Rotation.align_vectors` is equal to 4e-15, takes three times as long, which
+    `geometric` and the jackknife would feel, and warns of the straight paths that boards go.
     """
     w = np.ones(len(moved)) if weight is None else weight
     w = w / w.sum()
@@ -94,7 +96,8 @@ def jackknife(values: np.ndarray) -> np.ndarray:
     (B - 1)/B sum (v_b - mean)(v_b - mean)^T: blocks of time, as neighbouring poses err together.
     """
     d = values - values.mean(axis=0)
-    return (len(values) - 1) / len(values) * d.T @ d
+    found: np.ndarray = (len(values) - 1) / len(values) * d.T @ d
+    return found
 
 
 def blocks_of(time_s: np.ndarray, n_blocks: int = BLOCKS) -> np.ndarray:

@@ -93,7 +93,8 @@ class Weighed:
 def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
     """Stretch of the recording, 0 to `BLOCKS` - 1, of each time."""
     share = (time_s - start_s) / max(end_s - start_s, 1e-9)
-    return np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
+    found: np.ndarray = np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
+    return found
 
 
 def expected_loss(epsilon: np.ndarray, n_angles: np.ndarray, n_slave: int) -> np.ndarray:
@@ -138,9 +139,10 @@ def weigh(fits: Sequence[Fit]) -> list[Weighed]:
 
 def steps(weighed: Sequence[Weighed]) -> np.ndarray:
     """From the chosen pose to those left open: (k, 6) in mm and deg, as a covariance counts."""
-    taken = next((w for w in weighed if w.standing == "chosen"), None)
     rows = [
         np.r_[w.t_m - taken.t_m, error(w.R, taken.R)] * COVARIANCE_UNITS
+        for taken in weighed
+        if taken.standing == "chosen"
         for w in weighed
         if w.standing == "open"
     ]
@@ -156,10 +158,10 @@ def widened(estimate: PoseEstimate, weighed: Sequence[Weighed]) -> PoseEstimate:
 
 
 def best_variant(
-    measured: Sequence[Measurements],
-    middle: Sequence[Measurements],
+    measured: tuple[Measurements, Measurements],
+    middle: tuple[Measurements, Measurements],
     board: np.ndarray,
-    factories: Sequence[Factory],
+    factories: Sequence[Factory | None],
     lasers_m: np.ndarray | None,
     order: int,
 ) -> tuple[str, list[Weighed]]:
@@ -194,7 +196,7 @@ def best_variant(
 def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:
     """K_1 of the master's board poses and the weighted K_2 of the slave's angles, by stretches."""
     then, own = seen_on_path(agreed.paths, optics, order)
-    if agreed.R is None or len(then) < FEWEST:
+    if agreed.R is None or agreed.t_m is None or len(then) < FEWEST:
         return None
     given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
     weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])

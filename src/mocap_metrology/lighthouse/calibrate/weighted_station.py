@@ -263,8 +263,9 @@ def halves(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) ->
     for split in SPLITS:
         early = time < time.min() + split * np.ptp(time)
         parts = [by_gauss_newton(R, t, _part(given, own), rotors) for own in (early, ~early)]
-        if all(covariance is not None for *_, covariance in parts):
-            found.append(_apart(*parts))
+        told = [(R, t, spread) for R, t, spread in parts if spread is not None]
+        if len(told) == 2:
+            found.append(_apart(*told))
     return max(found, key=lambda one: one.m2, default=None)
 
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
@@ -61,11 +65,11 @@ def read_angles(path: str | Path) -> Hits:
     ).take(order)
 
 
-def _numbers(cells: object, column: str, name: str) -> np.ndarray:
+def _numbers(cells: pd.Series, column: str, name: str) -> np.ndarray:
     """A column as finite float64."""
     import pandas as pd
 
-    values = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64)
+    values: np.ndarray = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64)
     bad = ~np.isfinite(values)
     if bad.any():
         row = int(np.argmax(bad))

@@ -79,9 +79,12 @@ def decode(
 
     Raises `Refusal` for a recording that is none, one station only, or fewer than four diodes.
     """
-    name, pulses, clocks = Path(path).name, None, []
+    name = Path(path).name
+    pulses: Pulses | None = None
+    clocks: list[Clock] = []
+    report: dict[str, list[int]] = {}
     if kind == "angles-csv":
-        places, hits, report = read_board(board), read_angles(path), {}
+        places, hits = read_board(board), read_angles(path)
         stations = [Station(role, why="a file of angles holds no flashes") for role in ROLES]
         _check_diodes(places, hits, max(len(places), int(hits.diode.max(initial=-1)) + 1), name)
     else:

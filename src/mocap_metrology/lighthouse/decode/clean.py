@@ -52,6 +52,7 @@ def clean_hits(
     `still_outliers`), `kept`.
     """
     n_diodes = int(hits.diode.max(initial=-1)) + 1
+    wrong = np.zeros(len(hits), np.bool_)
     if board is not None:
         if n_diodes > len(board):
             raise Refusal(
@@ -60,11 +61,9 @@ def clean_hits(
             )
         n_diodes = len(board)
         wrong = sweep_outliers(hits, board, gate_rad, gate_mad)
-        passed = np.flatnonzero(~wrong)
+        left = np.flatnonzero(~wrong)
         few = fewest_for_perspective(board)
-        wrong[passed] = pose_outliers(hits.take(passed), board, few, gate_rad, gate_mad)
-    else:
-        wrong = np.zeros(len(hits), np.bool_)
+        wrong[left] = pose_outliers(hits.take(left), board, few, gate_rad, gate_mad)
     passed = hits.take(~wrong)
     late = still_outliers(passed, half_window, n_sigma, still_rad, resolution_rad)
     kept = passed.take(~late)
@@ -104,7 +103,8 @@ def sweep_outliers(
 
 def fewest_for_perspective(board: np.ndarray) -> int:
     """Hits from which `sweep_outliers` fits more than the affine part: 8, of a deep board 10."""
-    return 1 + 2 * _directions(board).shape[1] + 3
+    found: int = 1 + 2 * _directions(board).shape[1] + 3
+    return found
 
 
 def _by_sweep(hits: Hits) -> tuple[np.ndarray, np.ndarray]:
@@ -164,11 +164,12 @@ def _still(table: np.ndarray, half_window: int) -> np.ndarray:
     padded = np.pad(offset, half_window, mode="reflect" if offset.size > half_window else "edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * half_window + 1)
     middle = np.median(windows, axis=1, keepdims=True)
-    return MAD_TO_SIGMA * np.median(np.abs(windows - middle), axis=1)
+    found: np.ndarray = MAD_TO_SIGMA * np.median(np.abs(windows - middle), axis=1)
+    return found
 
 
 @njit
-def _fit(design, value, weight):
+def _fit(design: np.ndarray, value: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Weighted least squares; returns the coefficients."""
     n_hits, n = design.shape
     normal = np.zeros((n, n))
@@ -186,7 +187,9 @@ def _fit(design, value, weight):
 
 
 @njit
-def _predict(design, coefficients, n_linear, predicted):
+def _predict(
+    design: np.ndarray, coefficients: np.ndarray, n_linear: int, predicted: np.ndarray
+) -> None:
     """tan(angle) of the model; the columns past n_linear are made anew from it, -tan(angle) X, so
     that a wrong hit bends none of its own columns."""
     n_hits, n = design.shape
@@ -203,7 +206,14 @@ def _predict(design, coefficients, n_linear, predicted):
 
 
 @njit
-def _least_absolute(design, tangent, n_linear, residual, weight, predicted):
+def _least_absolute(
+    design: np.ndarray,
+    tangent: np.ndarray,
+    n_linear: int,
+    residual: np.ndarray,
+    weight: np.ndarray,
+    predicted: np.ndarray,
+) -> None:
     """Iterated weights; leaves the residuals in rad, to first order."""
     for _ in range(7):
         _predict(design, _fit(design, tangent, weight), n_linear, predicted)
@@ -213,7 +223,9 @@ def _least_absolute(design, tangent, n_linear, residual, weight, predicted):
 
 
 @njit
-def _gate_sweep(tangent, where, gate_rad, gate_mad):
+def _gate_sweep(
+    tangent: np.ndarray, where: np.ndarray, gate_rad: float, gate_mad: float
+) -> np.ndarray:
     """Wrong hits of one sweep."""
     n_hits, n_directions = where.shape
     n_linear = 1 + n_directions
@@ -241,11 +253,14 @@ def _gate_sweep(tangent, where, gate_rad, gate_mad):
             weight[h] = 1.0 if abs(residual[h]) <= limit else 1e-9
         _predict(design, _fit(design, tangent, weight), n_linear, predicted)
         residual = np.arctan(tangent) - np.arctan(predicted)
-    return np.abs(residual) > max(gate_rad, gate_mad * np.median(np.abs(residual)))
+    wrong: np.ndarray = np.abs(residual) > max(gate_rad, gate_mad * np.median(np.abs(residual)))
+    return wrong
 
 
 @njit
-def _gate(tangent, where, first, gate_rad, gate_mad):
+def _gate(
+    tangent: np.ndarray, where: np.ndarray, first: np.ndarray, gate_rad: float, gate_mad: float
+) -> np.ndarray:
     wrong = np.zeros(tangent.size, np.bool_)
     for sweep in range(first.size - 1):
         low, high = first[sweep], first[sweep + 1]
@@ -320,7 +335,8 @@ def _predicted(path: Path, board: np.ndarray) -> np.ndarray:
 
 
 def _residuals(table: np.ndarray, board: np.ndarray) -> np.ndarray:
-    return table - _predicted(_board_poses(table, board), board)
+    found: np.ndarray = table - _predicted(_board_poses(table, board), board)
+    return found
 
 
 def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray:
@@ -334,7 +350,8 @@ def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray
     best, second = np.argsort(worst)[:2]
     if not fits.any() and worst[best] < 0.5 * worst[second]:
         fits[best] = True
-    return seen[fits]
+    found: np.ndarray = seen[fits]
+    return found
 
 
 def warm_up() -> None:

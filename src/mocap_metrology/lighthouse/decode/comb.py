@@ -71,7 +71,8 @@ def _differences(times: np.ndarray, lag: float, tolerance: float) -> np.ndarray:
     count = np.searchsorted(times, times + lag + tolerance, side="right") - low
     i = np.repeat(np.arange(times.size), count)
     j = np.arange(i.size) - np.repeat(np.cumsum(count) - count, count) + np.repeat(low, count)
-    return times[j] - times[i]
+    found: np.ndarray = times[j] - times[i]
+    return found
 
 
 def find_phases(start_s: np.ndarray, period_s: float) -> list[float]:
@@ -207,7 +208,8 @@ def _curve(
 
     def inside(values: np.ndarray) -> np.ndarray:
         total = np.concatenate([[0.0], np.cumsum(values)])
-        return total[high] - total[low]
+        found: np.ndarray = total[high] - total[low]
+        return found
 
     x = (turn - turn[0]).astype(np.float64)
     here = (at - turn[0]).astype(np.float64)
@@ -219,7 +221,8 @@ def _curve(
     det = n * sxx - sx * sx
     straight = (n >= 4) & (det > 1e-9)
     mean = np.divide(sy, n, out=np.zeros(at.size), where=n > 0)
-    return np.divide(sxx * sy - sx * sxy, det, out=mean, where=straight)
+    found: np.ndarray = np.divide(sxx * sy - sx * sxy, det, out=mean, where=straight)
+    return found
 
 
 def steps_of(length_s: np.ndarray) -> np.ndarray:
@@ -259,11 +262,12 @@ def _fit_bias(above: np.ndarray) -> tuple[float, float]:
     bias = np.arange(BIAS_STEPS[0], BIAS_STEPS[1], 0.02)
 
     def within(reach: float) -> np.ndarray:
-        return sum(
+        short, long = (
             np.searchsorted(above, bias + data + reach)
             - np.searchsorted(above, bias + data - reach)
             for data in (0, 2)
         )
+        return short + long
 
     score = (within(0.3) + within(0.1)) / (2 * max(above.size, 1))
     score = score - 0.01 * np.abs(bias - USUAL_BIAS_STEPS)  # decides where all bits are the same
@@ -277,7 +281,8 @@ def _fit_bias(above: np.ndarray) -> tuple[float, float]:
 def data_residual(cycle: np.ndarray, length_s: np.ndarray, pattern: np.ndarray) -> np.ndarray:
     """Steps between a length (bias taken off) and the nearer of the two of its data bit."""
     above = steps_of(length_s) - pattern[cycle % 4]
-    return above - 2 * (above > 1)
+    found: np.ndarray = above - 2 * (above > 1)
+    return found
 
 
 def codes_of(cycle: np.ndarray, length_s: np.ndarray, pattern: np.ndarray) -> np.ndarray:

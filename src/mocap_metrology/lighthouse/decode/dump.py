@@ -173,7 +173,7 @@ def _check_word_size(words: np.ndarray, length_s: np.ndarray, name: str) -> None
 
 
 @njit
-def _survey(words, idle):
+def _survey(words: np.ndarray, idle: np.uint32) -> tuple[int, np.ndarray, np.ndarray]:
     """Words that differ from the one before; rising edges and lit samples of each bit."""
     rises = np.zeros(32, np.int64)
     lit = np.zeros(32, np.int64)
@@ -202,7 +202,9 @@ def _survey(words, idle):
 
 
 @njit
-def _pulses(words, idle, n_rises):
+def _pulses(
+    words: np.ndarray, idle: np.uint32, n_rises: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """First sample, samples and diode of each pulse by its start; 0 samples if it never ends."""
     start = np.empty(n_rises, np.int64)
     length = np.zeros(n_rises, np.int64)
@@ -228,7 +230,7 @@ def _pulses(words, idle, n_rises):
 
 
 @njit
-def _differences(words):
+def _differences(words: np.ndarray) -> tuple[int, int]:
     """Words whose halves of 16 bits differ, and runs of such words."""
     differing = 0
     runs = 0

@@ -204,7 +204,9 @@ def _crazyflie_station(key: int, given: Any, where: str) -> Station:
 
 def _pair(sweeps: list[Any], value: str, where: str) -> np.ndarray:
     """A value of both sweeps."""
-    found = [sweep.get(value) if isinstance(sweep, Mapping) else None for sweep in sweeps]
+    found: list[Any] = [
+        sweep.get(value) if isinstance(sweep, Mapping) else None for sweep in sweeps
+    ]
     for axis, number in enumerate(found):
         fits = isinstance(number, int | float) and not isinstance(number, bool)
         if not fits or not np.isfinite(number):

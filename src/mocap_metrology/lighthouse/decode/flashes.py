@@ -93,7 +93,7 @@ def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list
     end = max(run[-1] for run in runs) + CYCLE_S
     kept = (pulses.start_s >= begin) & (pulses.start_s <= end)
     n_out = int(np.count_nonzero(~kept))
-    told = ()
+    told: tuple[str, ...] = ()
     if n_out:
         told = (
             f"{n_out} pulses before or after the stations' flashes left out, of"
@@ -135,12 +135,14 @@ class _Comb:
     @property
     def off(self) -> np.ndarray:
         """Of each flash from the clock."""
-        return self.time - self.clock.start(self.cycle)
+        found: np.ndarray = self.time - self.clock.start(self.cycle)
+        return found
 
     def over_diodes(self) -> np.ndarray:
         """Upper median of the lengths of the pulses of each flash: of two, the longer."""
         ranked = self.length[np.lexsort((self.length, self.flash))]
-        return ranked[self.first + self.count // 2]
+        found: np.ndarray = ranked[self.first + self.count // 2]
+        return found
 
 
 def _comb(

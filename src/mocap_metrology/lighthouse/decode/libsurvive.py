@@ -47,7 +47,7 @@ class _Seen:
     """What one pass over a recording keeps."""
 
     pulses: list[np.ndarray] = field(default_factory=list)  # channel, start, length of the object
-    raw: Counter = field(default_factory=Counter)  # C lines by object
+    raw: Counter[bytes] = field(default_factory=Counter)  # C lines by object
     configs: dict[str, bytes] = field(default_factory=dict)
     second_generation: bool = False
     processed: bool = False
@@ -119,7 +119,7 @@ def _blocks(path: str | Path) -> Iterator[bytes]:
 
 
 @contextmanager
-def _opened(path: str | Path) -> Iterator[IO[bytes]]:
+def _opened(path: str | Path) -> Iterator[IO[bytes] | gzip.GzipFile]:
     """The file, unpacked where its first bytes are those of gzip, whatever its name."""
     with Path(path).open("rb") as raw:
         packed = raw.read(2) == b"\x1f\x8b"
@@ -238,13 +238,13 @@ def read_solution(path: str | Path) -> list[SolvedStation]:
     if re.search(r'"(?:configed-)?lighthouse-gen"\s*:\s*"2"', text):
         raise Refusal(f"{name}: of second-generation (V2) stations; expected first-generation ones")
     try:
-        stations = [_solved(int(i), block) for i, block in BLOCK.findall(text)]
+        found = [_solved(int(i), block) for i, block in BLOCK.findall(text)]
     except (ValueError, KeyError) as error:
         raise Refusal(
             f"{name}: a lighthouse block lacks or garbles an entry ({error}); expected id, mode,"
             " pose, fcal*"
         ) from None
-    stations = [station for station in stations if station is not None]
+    stations = [station for station in found if station is not None]
     if not stations:
         raise Refusal(f"{name}: no calibrated station; expected blocks lighthouse0, lighthouse1")
     return stations

@@ -85,7 +85,7 @@ def bit_line(flashes: Flashes) -> np.ndarray:
         return np.empty(0, np.int8)
     cycle, code = flashes.cycle - flashes.cycle[0], flashes.code
     known = code >= 0
-    in_turn = axis_of(code) == (flashes.cycle & 1)
+    in_turn: np.ndarray = axis_of(code) == (flashes.cycle & 1)
     share = in_turn[known].mean() if known.any() else 0.5
     if max(share, 1.0 - share) >= IN_TURN:
         known &= in_turn if share > 0.5 else ~in_turn
@@ -215,7 +215,7 @@ def _by_cost(cost: np.ndarray, columns: list[int], syndrome: int) -> Iterator[tu
     weights = [float(c) for c in cost]
     if syndrome == 0:
         yield ()
-    heap = [(weights[0], (0,), syndrome ^ columns[0])]
+    heap: list[tuple[float, tuple[int, ...], int]] = [(weights[0], (0,), syndrome ^ columns[0])]
     for _ in range(TRIES - 1):
         if not heap:
             return
@@ -315,7 +315,8 @@ def up_of(accel: tuple[int, int, int]) -> np.ndarray | None:
 def accel_of(up: np.ndarray) -> tuple[int, int, int]:
     """The accelerometer's three numbers, largest +-127, for the way up in the station's frame."""
     v = ACCEL_TO_STATION.T @ np.asarray(up, dtype=np.float64)
-    return tuple(int(n) for n in np.round(127 * v / np.abs(v).max()))
+    x, y, z = (int(n) for n in np.round(127 * v / np.abs(v).max()))
+    return x, y, z
 
 
 def encode_frame(
@@ -332,7 +333,7 @@ def encode_frame(
 
     gravity_int8 are the accelerometer's x, y, z as in `accel_of`; mode is A, b or c.
     """
-    values = Payload(id, 6, firmware, hardware, unlock, mode, faults, tuple(gravity_int8), factory)
+    values = Payload(id, 6, firmware, hardware, unlock, mode, faults, gravity_int8, factory)
     return frame_of(pack(values))
 
 

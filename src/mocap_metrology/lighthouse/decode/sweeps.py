@@ -46,8 +46,8 @@ def find_hits(pulses: Pulses, flashes: list[Flashes]) -> tuple[Hits, dict[str, l
     hits = hits.take(np.argsort(hits.time_s, kind="stable"))
     number = fate.astype(np.int64) * pulses.n_diodes + pulses.diode
     count = np.bincount(number, minlength=len(FATES) * pulses.n_diodes)
-    count = count.reshape(len(FATES), -1).tolist()
-    return hits, dict(zip(FATES, count, strict=True))
+    by_fate = count.reshape(len(FATES), -1).tolist()
+    return hits, dict(zip(FATES, by_fate, strict=True))
 
 
 def _sweeps_of(
@@ -88,7 +88,8 @@ def _longest_of_each(
         np.diff(pulses.diode[chosen].astype(np.int64), prepend=-1) == 0
     )
     fate[chosen[again]] = SECOND
-    return chosen[~again]
+    found: np.ndarray = chosen[~again]
+    return found
 
 
 def _gate_width(
@@ -107,4 +108,5 @@ def _gate_width(
     high = np.maximum(WIDTH_GATE[1] * median, 2 * ENOUGH_S)
     good = (count < 3) | ((width >= low) & (width <= high))
     fate[chosen[~good]] = WIDTH
-    return chosen[good]
+    found: np.ndarray = chosen[good]
+    return found

@@ -153,7 +153,9 @@ def by_nelder_mead(
 
 
 @njit
-def _mirrored(R: np.ndarray, t: np.ndarray, centre: np.ndarray, normal: np.ndarray) -> tuple:
+def _mirrored(
+    R: np.ndarray, t: np.ndarray, centre: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The other pose in which a flat board looks nearly the same: normal mirrored at the ray.
 
     R' = (I - 2 d d^T) R (I - 2 n n^T) with d the ray to the board's centre, which stays in place.
@@ -302,9 +304,10 @@ def both_minima(
         (start.R, start.t, start.centre, start.normal),
     )
     count = 2 * seen.sum(axis=1)
-    return tuple(
+    first, second = (
         Path(measurements.time_s, R[k], t[k], epsilon[k], count, ambiguity) for k in (0, 1)
     )
+    return first, second
 
 
 def by_levenberg_marquardt(
@@ -317,7 +320,8 @@ def by_levenberg_marquardt(
 def apart(path: Path, other: Path) -> np.ndarray:
     """Angle in rad between the rotations of two paths of the same measurements."""
     trace = np.einsum("nij,nij->n", path.R, other.R)
-    return np.arccos(np.clip((trace - 1) / 2, -1, 1))
+    found: np.ndarray = np.arccos(np.clip((trace - 1) / 2, -1, 1))
+    return found
 
 
 def warm_up() -> None:

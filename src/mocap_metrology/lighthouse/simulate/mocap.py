@@ -6,8 +6,6 @@ system sees them in a frame of its own, with noise, and perhaps the mount is not
 
 from __future__ import annotations
 
-import csv
-import io
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.common.files import write_text
+from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, StationTwin
 
@@ -88,17 +86,15 @@ def _in_world(
     axis = rng.normal(size=3)
     turned = exp(np.radians(error_deg) * axis / np.linalg.norm(axis))
     in_master = mount.positions_m @ (station.R @ turned).T + station.t
-    return in_master @ world[0].T + world[1]
+    found: np.ndarray = in_master @ world[0].T + world[1]
+    return found
 
 
 def write_mounts(path: str | Path, mounts: Sequence[Mount]) -> None:
     """Write the known geometry of mounts as CSV: label, x_m, y_m, z_m in the housing's frame."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("label", "x_m", "y_m", "z_m"))
-    writer.writerows(
-        (label, *map(float, place))
+    rows = [
+        {"label": label, **dict(zip(("x_m", "y_m", "z_m"), place.tolist(), strict=True))}
         for mount in mounts
         for label, place in zip(mount.labels, mount.positions_m, strict=True)
-    )
-    write_text(path, text.getvalue())
+    ]
+    write_csv(path, rows)

@@ -14,6 +14,8 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.simulate.twin import MotionTwin
 
+Sine = tuple[int, float, float, float]  # coordinate, amplitude, rad/s, phase
+
 SCALED_OVER_S = 8.0  # a hand's path keeps its speed and extent over this time
 JITTER_HZ, TREMOR_HZ, SLOW_HZ = (3.0, 5.0), (8.0, 10.0), (0.1, 0.5)
 SINES = 3  # of each coordinate of a hand, and of each angle
@@ -64,7 +66,9 @@ def facing_to(centre: np.ndarray, stations: np.ndarray) -> np.ndarray:
     return np.column_stack([x, y, np.cross(x, y)])
 
 
-def _path(twin: MotionTwin, axes: np.ndarray, rng: np.random.Generator) -> tuple[list, np.ndarray]:
+def _path(
+    twin: MotionTwin, axes: np.ndarray, rng: np.random.Generator
+) -> tuple[list[Sine], np.ndarray]:
     """Sines and arc of the path; `axes` are random and orthonormal, in columns."""
     arc, radius = np.zeros(10), twin.extent_m / 2
     start, omega = rng.uniform(0, 2 * np.pi), twin.speed_m_s / radius
@@ -80,7 +84,7 @@ def _path(twin: MotionTwin, axes: np.ndarray, rng: np.random.Generator) -> tuple
     return sines, arc
 
 
-def _hand(twin: MotionTwin, rng: np.random.Generator) -> list:
+def _hand(twin: MotionTwin, rng: np.random.Generator) -> list[Sine]:
     """Three sines a coordinate, scaled until speed and extent are the twin's."""
     amplitude = rng.uniform(0.3, 1.0, (3, SINES)) * twin.extent_m / 2
     omega = rng.uniform(0.3, 1.0, (3, SINES)) * 2 * twin.speed_m_s / twin.extent_m
@@ -97,7 +101,7 @@ def _hand(twin: MotionTwin, rng: np.random.Generator) -> list:
 
 def _band(
     coordinate: int, rms: float, band: tuple[float, float], count: int, rng: np.random.Generator
-) -> list:
+) -> list[Sine]:
     """Sines of one coordinate with this rms together, frequencies drawn from a band in Hz."""
     share = rng.uniform(0.3, 1.0, count)
     amplitude = math.sqrt(2) * rms * share / np.linalg.norm(share)
@@ -105,11 +109,11 @@ def _band(
     return [(coordinate, a, w, p) for a, w, p in zip(amplitude, omega, phase, strict=True)]
 
 
-def _slow(coordinates: range, rms: float, rng: np.random.Generator) -> list:
+def _slow(coordinates: range, rms: float, rng: np.random.Generator) -> list[Sine]:
     return [sine for i in coordinates for sine in _band(i, rms, SLOW_HZ, SINES, rng)]
 
 
-def _tremor(twin: MotionTwin, rng: np.random.Generator) -> list:
+def _tremor(twin: MotionTwin, rng: np.random.Generator) -> list[Sine]:
     sines = []
     for coordinate in range(6):
         rms = 1e-3 * twin.tremor_mm if coordinate < 3 else math.radians(twin.tremor_deg)

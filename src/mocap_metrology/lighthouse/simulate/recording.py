@@ -78,7 +78,7 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> Made:
     places = np.array([station.t for station in twin.stations])
     board, motion = twin.board.positions(), motion_of(twin.motion, places, seed)
     told = _stations(twin)
-    cycles = _cycles(twin, told, np.random.default_rng([seed, BITS]))
+    cycles = _cycles(twin, np.random.default_rng([seed, BITS]))
     rng = np.random.default_rng([seed, FAULTS])
     intervals = blocked_intervals(twin, rng)
     truth = _truth(twin, told, board, motion, cycles)
@@ -113,24 +113,33 @@ def truth_json(made: Made) -> dict[str, Any]:
 
 def _stations(twin: LighthouseTwin) -> tuple[Station, ...]:
     """What each station tells; the way up follows from the tilt of the master in the room."""
-    up = from_angles(*np.radians([*twin.tilt_deg, 0.0])).T @ [0.0, 0.0, 1.0]
+    up = _up(twin)
     return tuple(
         Station(role, s.id, s.mode, s.factory or Factory(), s.R.T @ up)
         for role, s in zip(ROLES, twin.stations, strict=False)
     )
 
 
-def _cycles(twin: LighthouseTwin, told: tuple[Station, ...], rng: np.random.Generator) -> _Cycles:
+def _up(twin: LighthouseTwin) -> np.ndarray:
+    """The way up in the master's frame, which is tilted in the room."""
+    found: np.ndarray = from_angles(*np.radians([*twin.tilt_deg, 0.0])).T @ [0.0, 0.0, 1.0]
+    return found
+
+
+def _cycles(twin: LighthouseTwin, rng: np.random.Generator) -> _Cycles:
     first = int(np.floor(twin.start_cycle))
     last = int(np.ceil(twin.start_cycle + twin.duration_s / twin.cycle_s))
     number = np.arange(first, last)
     master = (number - twin.start_cycle) * twin.cycle_s
     after = SLAVE_OFFSET_S * (twin.cycle_s / CYCLE_S) + 1e-6 * twin.slave_offset_us
     own = (number & 2) == 0  # cycles of the slave's sweeps
-    skip = np.array([own, ~own]) if len(told) == 2 else np.zeros((1, number.size))
-    frames = [encode_frame(s.factory, s.id, s.mode, accel_of(s.gravity)) for s in told]
+    stations, up = twin.stations, _up(twin)
+    skip = np.array([own, ~own]) if len(stations) == 2 else np.zeros((1, number.size))
+    frames = [
+        encode_frame(s.factory or Factory(), s.id, s.mode, accel_of(s.R.T @ up)) for s in stations
+    ]
     bit = [frame[(number + rng.integers(frame.size)) % frame.size] for frame in frames]
-    start = np.array([master, master + after][: len(told)])
+    start = np.array([master, master + after][: len(stations)])
     return _Cycles(number, start, skip.astype(np.int64), np.array(bit, dtype=np.int64))
 
 
@@ -253,7 +262,8 @@ def _faces(
     way = places[:, None] - (truth.board @ R.transpose(0, 2, 1) + p[:, None])
     toward = np.einsum("nij,ni->nj", way.transpose(0, 2, 1), R[:, :, 0])
     limit = np.cos(np.radians(twin.incidence_deg)) * np.linalg.norm(way, axis=2)
-    return (toward > limit) & (np.einsum("nij,nj->ni", way, ahead) < 0)
+    found: np.ndarray = (toward > limit) & (np.einsum("nij,nj->ni", way, ahead) < 0)
+    return found
 
 
 def words_of(pulses: Pulses) -> np.ndarray:

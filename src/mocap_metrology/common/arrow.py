@@ -7,12 +7,16 @@ in turn); most jobs need pandas for nothing else.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+if TYPE_CHECKING:
+    import pyarrow as pa
 
-def to_arrow(values: Any) -> Any:
+
+def to_arrow(values: np.ndarray | Sequence[object]) -> pa.Array:
     """An Arrow array of the values: the same numbers, or texts; NaN stays NaN."""
     import pyarrow as pa
 
@@ -22,15 +26,15 @@ def to_arrow(values: Any) -> Any:
         data = pa.py_buffer(np.ascontiguousarray(found))
         return pa.Array.from_buffers(pa.from_numpy_dtype(found.dtype), found.size, [None, data])
     listed = found.tolist() if found.dtype.kind == "U" else list(values)
-    if listed and all(isinstance(value, str) for value in listed):
-        texts = [value.encode() for value in listed]
+    texts = [value.encode() for value in listed if isinstance(value, str)]
+    if texts and len(texts) == len(listed):
         ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)
         buffers = pa.py_buffer(ends), pa.py_buffer(b"".join(texts))
         return pa.StringArray.from_buffers(len(texts), *buffers)
     return pa.array(values)
 
 
-def to_numpy(column: Any) -> np.ndarray:
+def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
     """What `column.to_numpy()` returns."""
     import pyarrow as pa
 

@@ -54,12 +54,12 @@ def write_text(path: str | Path, text: str) -> None:
         part.write_text(text, encoding="utf-8")
 
 
-def write_json(path: str | Path, value: Any) -> None:
+def write_json(path: str | Path, value: object) -> None:
     """Write `value` as readable JSON (NaN becomes null, as JSON has none)."""
     write_text(path, json.dumps(_jsonable(value), indent=2, ensure_ascii=False) + "\n")
 
 
-def write_csv(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> None:
+def write_csv(path: str | Path, rows: Sequence[Mapping[str, object]]) -> None:
     """Write rows with equal keys as CSV; NaN and None become empty cells."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
@@ -68,7 +68,7 @@ def write_csv(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> None:
     write_text(path, text.getvalue())
 
 
-def _jsonable(value: Any) -> Any:
+def _jsonable(value: object) -> object:
     if isinstance(value, Mapping):
         return {str(key): _jsonable(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -93,8 +93,8 @@ def versions(*packages: str) -> dict[str, str]:
 
 def write_table(
     path: str | Path,
-    columns: Mapping[str, Any],
-    metadata: Mapping[str, Any],
+    columns: Mapping[str, np.ndarray | Sequence[object]],
+    metadata: Mapping[str, object],
     dictionary: Sequence[str] = (),
 ) -> None:
     """Write columns of equal length as Parquet (zstd 1), with `metadata` as JSON in the schema.

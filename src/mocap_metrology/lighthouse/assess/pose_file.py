@@ -47,7 +47,7 @@ def pose_json(
     stations: Sequence[Station],
     chosen: int | None,
     verdict: Verdict,
-    diagnostics: Mapping[str, Any] | None = None,
+    diagnostics: Mapping[str, object] | None = None,
     reference: Reference | None = None,
 ) -> dict[str, Any]:
     """Contents of pose.json. stations: master first; chosen: index into `poses`, None if none.
@@ -76,7 +76,7 @@ def pose_json(
     }
 
 
-def _reference(reference: Reference) -> dict[str, Any]:
+def _reference(reference: Reference) -> dict[str, object]:
     alpha, beta, gamma = np.degrees(rotation.to_angles(reference.R)).tolist()
     return {
         "source": reference.source,
@@ -87,7 +87,7 @@ def _reference(reference: Reference) -> dict[str, Any]:
     }
 
 
-def _entry(pose: PoseEstimate, reference: Reference | None) -> dict[str, Any]:
+def _entry(pose: PoseEstimate, reference: Reference | None) -> dict[str, object]:
     from scipy.spatial.transform import Rotation
 
     alpha, beta, gamma = np.degrees(rotation.to_angles(pose.R)).tolist()

@@ -106,7 +106,9 @@ def pose_reference(path: str | Path) -> Reference:
     return Reference(R, t_m, (master, slave), f"pose file {name}")
 
 
-def _numbers(given: Mapping[str, Any], key: str, shape: tuple[int, ...], name: str) -> np.ndarray:
+def _numbers(
+    given: Mapping[str, object], key: str, shape: tuple[int, ...], name: str
+) -> np.ndarray:
     try:
         values = np.array(given[key], dtype=np.float64)
     except (TypeError, ValueError):
@@ -117,7 +119,7 @@ def _numbers(given: Mapping[str, Any], key: str, shape: tuple[int, ...], name: s
     return values
 
 
-def _rotation(given: Mapping[str, Any], name: str) -> np.ndarray:
+def _rotation(given: Mapping[str, object], name: str) -> np.ndarray:
     if "R" in given:
         R = _numbers(given, "R", (3, 3), name)
         off = float(np.abs(R @ R.T - np.eye(3)).max())
@@ -138,7 +140,7 @@ def _rotation(given: Mapping[str, Any], name: str) -> np.ndarray:
     return found
 
 
-def _translation(given: Mapping[str, Any], name: str) -> np.ndarray:
+def _translation(given: Mapping[str, object], name: str) -> np.ndarray:
     key = next((k for k in ("t_m", "t", "translation_mm") if k in given), None)
     if key is None:
         raise Refusal(f"{name}: no translation; expected t_m (metres) or translation_mm")

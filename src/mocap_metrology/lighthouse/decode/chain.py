@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -183,7 +182,7 @@ def _with_factory(
     return result, notes
 
 
-def dropped_share(report: Mapping[str, Any]) -> dict[str, float]:
+def dropped_share(report: Mapping[str, Sequence[int]]) -> dict[str, float]:
     """Share of sweep pulses dropped, by reason; all diodes together."""
     reasons = ("too_long", "second_on_diode", "width", "sweep", "still")
     counts = {reason: sum(report.get(reason, [])) for reason in reasons}

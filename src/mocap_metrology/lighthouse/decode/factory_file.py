@@ -84,7 +84,7 @@ def by_id(stations: Sequence[Station]) -> dict[int, Station]:
     return {s.id: s for s in stations if s.id is not None and s.factory is not None}
 
 
-def stations_to_json(stations: Sequence[Station]) -> list[dict[str, Any]]:
+def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
     """What `stations.json` holds: a list, master first; null for what is not known."""
     return [
         {
@@ -103,7 +103,7 @@ def stations_to_json(stations: Sequence[Station]) -> list[dict[str, Any]]:
     ]
 
 
-def stations_from_json(entries: Any, name: str = "stations.json") -> list[Station]:
+def stations_from_json(entries: object, name: str = "stations.json") -> list[Station]:
     """Stations from parsed JSON; the reverse of `stations_to_json`, which only needs the role."""
     if not isinstance(entries, list) or not all(isinstance(e, Mapping) for e in entries):
         raise Refusal(f"{name}: expected a list of stations, each with role, id, mode, factory")
@@ -142,7 +142,7 @@ def _check(factory: Factory, where: str) -> None:
         raise Refusal(f"{where}: {refusal}") from None
 
 
-def _numbers(value: Any, count: int, where: str) -> np.ndarray:
+def _numbers(value: object, count: int, where: str) -> np.ndarray:
     try:
         numbers = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
@@ -188,7 +188,7 @@ def _of_crazyflie(text: str, name: str) -> list[Station]:
     return [_crazyflie_station(key, calibs[key], f"{name}: calibs.{key}") for key in sorted(calibs)]
 
 
-def _crazyflie_station(key: int, given: Any, where: str) -> Station:
+def _crazyflie_station(key: int, given: object, where: str) -> Station:
     """One entry of `calibs`."""
     if not isinstance(given, Mapping):
         raise Refusal(f"{where} is {given!r}; expected uid and sweeps")

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -93,7 +92,7 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> Made:
     return Made(twin, pulses, noisy, replace(truth, hits=exact))
 
 
-def truth_json(made: Made) -> dict[str, Any]:
+def truth_json(made: Made) -> dict[str, object]:
     """What an estimator should find, as a pose file that a calibration can be compared with.
 
     R and t_m: the slave's housing in the master's; t_optical_m: between the origins of the optics;

@@ -11,7 +11,7 @@ from mocap_metrology.common.errors import Refusal
 
 COLUMNS = ("x_m", "y_m", "z_m")
 LARGEST_M = 2.0  # a board is carried by hand: beyond this it is in mm
-FEWEST = 4  # diodes a calibration needs; tracking needs three
+FEWEST_DIODES = 4  # a calibration needs; tracking needs three
 
 
 def flat_board(
@@ -52,8 +52,8 @@ def check_board(board: np.ndarray, name: str) -> np.ndarray:
     """Refuse a board that is no board: too few diodes, two at one place, or in mm."""
     if board.ndim != 2 or board.shape[1] != 3 or not np.isfinite(board).all():
         raise Refusal(f"{name}: expected three finite numbers a diode: x_m,y_m,z_m")
-    if len(board) < FEWEST:
-        raise Refusal(f"{name}: {len(board)} diodes; a calibration needs at least {FEWEST}")
+    if len(board) < FEWEST_DIODES:
+        raise Refusal(f"{name}: {len(board)} diodes; a calibration needs at least {FEWEST_DIODES}")
     extent = float(np.ptp(board, axis=0).max())
     if extent > LARGEST_M:
         raise Refusal(

@@ -7,7 +7,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.reconstructions import WAYS, reconstruction_errors
+from mocap_metrology.lighthouse.assess.reconstructions import reconstruction_errors
 from mocap_metrology.lighthouse.calibrate.jansen import (
     Calibration,
     CalibrationSettings,
@@ -15,6 +15,7 @@ from mocap_metrology.lighthouse.calibrate.jansen import (
     chosen,
 )
 from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
+from mocap_metrology.lighthouse.calibrate.reconstruction import METHODS
 from mocap_metrology.lighthouse.records import Factory, Hits, PoseEstimate
 from mocap_metrology.lighthouse.rotor import angles, directions, rotor_parameters
 
@@ -204,6 +205,6 @@ def test_ways_to_complete_measurements_are_compared_against_the_truth() -> None:
     own = scene(5)
     found = reconstruction_errors(own.hits, own.board, own.R, own.t_m)
     errors = {one.way: one.error_mm for one in found}
-    assert list(errors) == list(WAYS)
+    assert list(errors) == list(METHODS)
     assert errors["full-interpolation"] < errors["pairs"] / 2 < 20
     assert all(one.error_deg < 2 for one in found)

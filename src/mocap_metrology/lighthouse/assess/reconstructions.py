@@ -9,9 +9,8 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.reconstruction import METHODS
 from mocap_metrology.lighthouse.records import Hits
-
-WAYS = ("full-interpolation", "dominant-axis", "pairs")
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,7 @@ def reconstruction_errors(
     the truth R (3, 3), t (3,) in m. By `paper-lm`, which finds the minimum of J's cost: his simplex
     would add its own error. A way that is refused is left out."""
     found = []
-    for way in WAYS:
+    for way in METHODS:
         settings = CalibrationSettings(
             estimators=("paper-lm",),
             optics=("ideal",),

@@ -40,8 +40,8 @@ FLOOR_RAD = np.radians(1.5)  # of a rotation: optics, and what the board turns b
 RATE_RAD_S = 3.0  # a board turns no faster, as a rule
 CLEAR = 0.95  # of the poses of a board that needs no second station
 CAP = 20.0  # of a squared distance over its variance: beyond it a pose is wrong
-IMPOSSIBLE = 1e6
-VOTERS, PROPOSERS, HYPOTHESES = 150, 40, 6
+IMPOSSIBLE = 1e6  # cost of a pose behind the station, or too far
+VOTERS, PROPOSERS, HYPOTHESES = 150, 40, 6  # moments, moments, rotations, at most
 ALIKE_RAD = np.radians(12.0)  # hypotheses nearer than this are one
 TRIED, ROUNDS = 150, 4  # measurements a hypothesis is tried on
 

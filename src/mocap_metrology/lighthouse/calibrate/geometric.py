@@ -20,10 +20,11 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import solve
-from mocap_metrology.lighthouse.calibrate.pnp import FEWEST, angle_cost
+from mocap_metrology.lighthouse.board import FEWEST_DIODES
+from mocap_metrology.lighthouse.calibrate.pnp import angle_cost
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 
-ITERATIONS = 50
+ITERATIONS = 50  # at most
 CONVERGED = 1e-10  # largest step of a range over the range
 LEAST_PIVOT = 1e-30  # m^2: of equations that are all zero
 LARGEST_COST = 1.0  # rad^2: such a root is no pose
@@ -43,7 +44,7 @@ def board_poses(
     squared = ((board[:, None] - board[None]) ** 2).sum(axis=-1)
     for i, measured in enumerate(np.asarray(directions, dtype=np.float64)):
         seen = np.isfinite(measured).all(axis=1)
-        if seen.sum() < FEWEST:
+        if seen.sum() < FEWEST_DIODES:
             continue
         rays = unit_directions(measured[seen])
         own, wanted = board[seen], np.ascontiguousarray(squared[np.ix_(seen, seen)])

@@ -59,8 +59,8 @@ SIMPLEX = ("paper", "paper-tight")
 PEERS = ("pnp", "geometric")
 ESTIMATORS = (*JANSEN, *PEERS)
 OPTICS = ("ideal", "factory")
-INTERPOLATIONS = {"linear": 1, "cubic": 3}
-FEWEST_POSES = 20
+INTERPOLATIONS = {"linear": 1, "cubic": 3}  # degree of the polynomial
+FEWEST_POSES = 20  # moments of a station, and of both
 LEAST_EPSILON = 1e-14  # rad^2: K_1 of noise-free angles, so that no weight is infinite
 
 

@@ -17,9 +17,9 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.board import FEWEST_DIODES
 
 METHODS = ("auto", "epnp", "ippe", "sqpnp")
-FEWEST = 4  # diodes a pose is sought for
 FLAT = 1e-3  # thickness of a flat board over its width
 CAMERA = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # station axes -> camera axes
 
@@ -103,7 +103,7 @@ def _solve_all(
         local[:, 2] = 0.0
     for i, measured in enumerate(directions):
         seen = np.isfinite(measured).all(axis=1)
-        if seen.sum() < FEWEST:
+        if seen.sum() < FEWEST_DIODES:
             continue
         own = np.where(seen[:, None], measured, np.nan)
         found = []

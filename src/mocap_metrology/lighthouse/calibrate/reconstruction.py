@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.records import Factory, Hits, Measurements
 from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 METHODS = ("full-interpolation", "dominant-axis", "pairs")
-FEWEST_DIODES = 4
 LONGEST_GAP_S = 8.5 * CYCLE_S  # one sweep of an axis (each 4 cycles) may be missing, not two
 PAIR_GAP_S = 1.5 * CYCLE_S
 

@@ -11,7 +11,8 @@ from itertools import combinations
 
 import numpy as np
 
-from mocap_metrology.lighthouse.calibrate.reconstruction import FEWEST_DIODES
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import normal_equations
 from mocap_metrology.lighthouse.fit.simplex import BOARD
@@ -21,7 +22,7 @@ from mocap_metrology.lighthouse.rotor import angles
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
 STILL_RAD = np.radians(0.3)
 FEWEST_LEFT = 5  # diodes; with four, nearly any pose fits
-BY_CHANCE = 0.01
+BY_CHANCE = 0.01  # probability that a diode is left out of a measurement without a bad one
 NO_NOISE = 1e-14  # rad^2: angles computed, not measured
 FEWEST_HITS = 10  # of a diode in one axis, so that its median means something
 
@@ -47,12 +48,13 @@ def is_still(path: Path) -> bool:
     from mocap_metrology.lighthouse.rotation import log, mean
 
     spread = np.median(np.abs(path.t_m - np.median(path.t_m, axis=0)), axis=0)
-    if 1.4826 * np.linalg.norm(spread) >= STILL_M:
+    if MAD_TO_SIGMA * np.linalg.norm(spread) >= STILL_M:
         return False
     turns = log(path.R @ mean(path.R).T)
     noise = np.median(np.abs(np.diff(turns, axis=0)), axis=0) / np.sqrt(2)
     turned = np.median(np.abs(turns - np.median(turns, axis=0)), axis=0)
-    return bool(1.4826 * np.linalg.norm(turned) < STILL_RAD + 2 * 1.4826 * np.linalg.norm(noise))
+    limit = STILL_RAD + 2 * MAD_TO_SIGMA * np.linalg.norm(noise)
+    return bool(MAD_TO_SIGMA * np.linalg.norm(turned) < limit)
 
 
 def median_angles(hits: Hits, station: int, n_diodes: int) -> Measurements:

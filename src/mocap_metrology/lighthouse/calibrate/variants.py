@@ -44,7 +44,7 @@ SWEEP_RAD = 53e-6 / np.sqrt(2)
 RULED_OUT = 0.995  # quantile of the t distribution: by chance one variant in 200
 OUTLIER = 25.0  # times the median loss an angle
 COVARIANCE_UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
-FEWEST = 20  # moments of both stations
+FEWEST_MOMENTS = 20  # of both stations
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ def best_variant(
 def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:
     """K_1 of the master's board poses and the weighted K_2 of the slave's angles, by stretches."""
     then, own = seen_on_path(agreed.paths, optics, order)
-    if agreed.R is None or agreed.t_m is None or len(then) < FEWEST:
+    if agreed.R is None or agreed.t_m is None or len(then) < FEWEST_MOMENTS:
         return None
     given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
     weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])

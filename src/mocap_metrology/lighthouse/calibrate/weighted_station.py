@@ -28,8 +28,8 @@ from mocap_metrology.lighthouse.fit.simplex import BOARD
 from mocap_metrology.lighthouse.records import Halves, Measurements, Path
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
-ITERATIONS, ROUNDS = 20, 5
-LARGEST_DAMPING = 1e10
+ITERATIONS, ROUNDS = 20, 5  # of one descent; of descents, each with its own outliers
+LARGEST_DAMPING = 1e10  # of the diagonal; beyond, the descent ends
 RIDGE = 1e-12  # rad^2/m^2, rad^2/rad^2
 SMALLEST_STEP = 1e-8  # m, rad: far below what angles can tell
 OUTLIER = 25.0  # times the median cost a measurement: a mirrored pose, left out

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.board import check_count, read_board
+from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
@@ -30,7 +30,6 @@ from mocap_metrology.lighthouse.records import (
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
-FEWEST_DIODES = 4
 
 
 @dataclass(frozen=True)

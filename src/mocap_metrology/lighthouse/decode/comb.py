@@ -12,15 +12,15 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.records import Clock, Flashes
 from mocap_metrology.lighthouse.timing import CODE_0_S, CODE_STEP_S, CYCLE_S, SLAVE_OFFSET_S
 
-PERIOD_TOLERANCE = 0.01
+PERIOD_TOLERANCE = 0.01  # of the nominal period: farther off, none is sought
 OFFSET_TOLERANCE_S = 100e-6  # of the slave's flash about its nominal place
 EVENT_S = 42e-6  # late edges of dim diodes belong to the flash before; the other station is later
 BIN_S = 25e-6
 FEWEST_FLASHES = 12  # in a row, at which libsurvive believes a station; here in all
-MAD_TO_SIGMA = 1.4826
 MEDIAN_OF = 9  # flashes of one rotor
 HALF_WINDOWS = (2, 3, 5, 8, 13, 21, 34, 55, 89)  # turns to each side of a rotor
 # Codes without data bit, of a master's four cycles; a slave has the laser on where the master's is
@@ -29,7 +29,7 @@ TIME_SHARING = np.array([4, 5, 0, 1])
 ALONE = np.array([0, 1, 0, 1])
 SKIP = 4
 BIAS_STEPS = (-1.5, 0.5)  # 500 ticks below to 0 above, and 4 us to either side: -1.38 to 0.38
-USUAL_BIAS_STEPS = -0.25
+USUAL_BIAS_STEPS = -0.25  # preferred where the lengths leave it open
 DECIDED_STEPS = 0.7  # from one of the two lengths of the data bit; halfway is 1
 
 

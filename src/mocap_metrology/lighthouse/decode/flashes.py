@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.decode.comb import (
     DECIDED_STEPS,
     FEWEST_FLASHES,
-    MAD_TO_SIGMA,
     codes_of,
     data_residual,
     drift,

@@ -15,8 +15,8 @@ from mocap_metrology.common.linear import solve
 from mocap_metrology.lighthouse.fit.simplex import BOARD, STATION
 from mocap_metrology.lighthouse.rotor import angle_gradient
 
-N = 6
-ITERATIONS = 40
+N = 6  # unknowns of a pose
+ITERATIONS = 40  # at most
 SINGULAR = 1e-14  # what is left of a diagonal element, over it
 
 

@@ -24,7 +24,7 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse.rotor import IMPERFECT, X, Y, angle
 
 BOARD, STATION = 0, 1  # whose pose is unknown
-N = 6
+N = 6  # unknowns of a pose
 
 
 @njit

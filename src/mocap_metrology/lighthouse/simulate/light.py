@@ -20,7 +20,7 @@ FROM_S, TO_S = 1222.2e-6, 6777.8e-6
 REFLECTED_LATER_S = (30e-6, 800e-6)  # before or after the direct hit
 REFLECTED_WIDTH = (0.3, 0.9)  # of the direct pulse
 FALSE_FLASH_S = (50e-6, 150e-6)
-MOST_FALSE = 100_000
+MOST_FALSE = 100_000  # of a recording, whatever its twin asks for
 
 
 @dataclass(frozen=True)

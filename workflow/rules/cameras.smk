@@ -28,7 +28,7 @@ rule cameras:
         "<benchmarks>/cameras/{group}.tsv"
     resources:
         mem_mb=memory(1500),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("cameras.py", "noise", "present"),
         takes=accepted(cameras.takes),

@@ -26,7 +26,7 @@ rule claims:
         "<benchmarks>/claims.tsv"
     resources:
         mem_mb=memory(1500),
-        runtime=minutes(60),
+        runtime=minutes(30),
     params:
         code=source(
             "claims.py",

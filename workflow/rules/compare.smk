@@ -25,7 +25,7 @@ rule compare:
     benchmark:
         "<benchmarks>/compare/{group}.tsv"
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(500),
         runtime=minutes(10),
     params:
         code=source("compare.py", "noise", "present"),

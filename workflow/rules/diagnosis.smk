@@ -24,8 +24,8 @@ rule diagnosis:
     benchmark:
         "<benchmarks>/diagnosis/{recording}.tsv"
     resources:
-        mem_mb=memory(2000),
-        runtime=minutes(10),
+        mem_mb=memory(2500),
+        runtime=minutes(30),
     params:
         code=source("diagnosis.py", "coordinates.py", "noise", "present"),
         diagnosis=config["diagnosis"],

@@ -29,7 +29,7 @@ rule group_tables:
     benchmark:
         "<benchmarks>/group_tables/{group}.tsv"
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(500),
         runtime=minutes(10),
     params:
         code=source("group_tables.py", "noise", "present"),

@@ -29,7 +29,7 @@ rule calibrate_twin:
         ),
     resources:
         mem_mb=memory(1000),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source(
             "calibrate_twin.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"
@@ -56,7 +56,7 @@ checkpoint check_calibration:
         "<benchmarks>/check_calibration/{calibration}.tsv"
     resources:
         mem_mb=memory(1500),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("check_calibration.py", "lighthouse_steps.py", "io", "lighthouse"),
         row=columns("path", "sha256", "format", "board"),
@@ -86,7 +86,7 @@ rule decode:
         ),
     resources:
         mem_mb=memory(1000),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("decode.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"),
         row=columns("calibration", "twin", "path", "format", "board"),
@@ -117,7 +117,7 @@ rule calibrate:
     priority: 5
     resources:
         mem_mb=memory(1000),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source(
             "calibrate.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"
@@ -153,7 +153,7 @@ rule calibration_figures:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("calibration_figures.py", "lighthouse", "present"),
+        code=source("calibration_figures.py", "noise", "lighthouse", "present"),
         name=cell("calibration"),
         twin=cell("twin"),
     message:
@@ -175,7 +175,7 @@ rule calibration_tables:
     benchmark:
         "<benchmarks>/calibration_tables/{group}.tsv"
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(500),
         runtime=minutes(10),
     params:
         code=source(

@@ -25,7 +25,7 @@ rule orientation:
         "<benchmarks>/orientation/{recording}.tsv"
     resources:
         mem_mb=memory(2500),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("orientation.py", "io", "noise", "present"),
         cluster=cell("cluster"),
@@ -59,7 +59,7 @@ rule place:
         "<benchmarks>/place/{recording}.tsv"
     resources:
         mem_mb=memory(1500),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("place.py", "coordinates.py", "noise", "present"),
         place=config["place"],

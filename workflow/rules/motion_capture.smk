@@ -15,7 +15,7 @@ checkpoint check_recording:
         mem_mb=memory(4000),
         runtime=minutes(30),
     params:
-        code=source("check.py", "io", "noise"),
+        code=source("check.py", "io", "noise", "present"),
         row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated"),
         second_opinion=config["second_opinion"],
         still=config["still"],
@@ -40,7 +40,7 @@ rule trajectories:
     priority: 10
     resources:
         mem_mb=memory(1000),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("trajectories.py", "io", "noise"),
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
@@ -66,8 +66,8 @@ rule clean:
     benchmark:
         "<benchmarks>/clean/{recording}.tsv"
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(10),
+        mem_mb=memory(2000),
+        runtime=minutes(30),
     params:
         code=source("clean.py", "coordinates.py", "noise"),
         hampel=config["hampel"],
@@ -156,8 +156,8 @@ rule noise:
         "<benchmarks>/noise/{recording}.tsv"
     priority: 5
     resources:
-        mem_mb=memory(1500),
-        runtime=minutes(60),
+        mem_mb=memory(2000),
+        runtime=minutes(120),
     params:
         code=source("noise.py", "coordinates.py", "noise"),
         subset=of_row(selection.subset_of_paper),
@@ -223,7 +223,7 @@ rule recording_figures:
         "<benchmarks>/recording_figures/{recording}.tsv"
     resources:
         mem_mb=memory(2000),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("recording_figures.py", "coordinates.py", "noise", "present"),
     message:
@@ -245,7 +245,7 @@ rule noise_figures:
         "<benchmarks>/noise_figures/{recording}.tsv"
     resources:
         mem_mb=memory(1000),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("noise_figures.py", "noise", "present"),
     message:

@@ -19,7 +19,7 @@ rule report_pages:
     benchmark:
         "<benchmarks>/report_pages.tsv"
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(500),
         runtime=minutes(10),
     params:
         code=source("report_pages.py", "present"),
@@ -48,7 +48,7 @@ rule summary_page:
     benchmark:
         "<benchmarks>/summary_page.tsv"
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(500),
         runtime=minutes(10),
     params:
         code=source("summary_page.py", "noise", "lighthouse", "present"),
@@ -85,7 +85,7 @@ rule provenance:
     benchmark:
         "<benchmarks>/provenance.tsv"
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(500),
         runtime=minutes(10),
     params:
         code=source("provenance.py", "noise", "present"),

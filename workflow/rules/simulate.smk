@@ -11,7 +11,7 @@ rule simulate_recording:
         "<benchmarks>/simulate_recording/{recording}.tsv"
     resources:
         mem_mb=memory(1500),
-        runtime=minutes(20),
+        runtime=minutes(30),
     params:
         code=source("simulate.py", "io", "noise"),
         name=cell("twin"),

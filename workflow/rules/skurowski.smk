@@ -163,7 +163,7 @@ rule skurowski_noise_figures:
         "<benchmarks>/skurowski_noise_figures.tsv"
     resources:
         mem_mb=memory(1500),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("skurowski_noise_figures.py", "noise", "present"),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),

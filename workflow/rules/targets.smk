@@ -29,7 +29,7 @@ rule gate:
     retries: 0  # what is refused stays so
     localrule: True
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(500),
         runtime=minutes(10),
     params:
         code=source("gate.py"),

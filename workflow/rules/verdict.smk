@@ -25,7 +25,7 @@ rule verdict:
         "<benchmarks>/verdict/{recording}.tsv"
     resources:
         mem_mb=memory(1000),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
         code=source("verdict.py", "noise", "present"),
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
@@ -49,7 +49,7 @@ rule summary:
     benchmark:
         "<benchmarks>/summary/{group}.tsv"
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(500),
         runtime=minutes(10),
     params:
         code=source("summary.py", "noise", "present"),

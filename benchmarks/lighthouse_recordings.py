@@ -8,6 +8,7 @@ diodes, and by 30 urad a hit.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ import yaml
 from mocap_metrology.lighthouse.rotation import from_angles, to_angles
 from mocap_metrology.lighthouse.simulate.motion import facing_to
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
-from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "workflow"))
+from mocap_workflow.calibration_twins import twin_from_mapping
 
 ROOT = Path(__file__).resolve().parents[1]
 BASELINE_M = 4.3

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -30,7 +31,9 @@ from mocap_metrology.lighthouse.fit.simplex import BOARD
 from mocap_metrology.lighthouse.rotation import from_angles, to_angles
 from mocap_metrology.lighthouse.rotor import rotor_parameters
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
-from mocap_metrology.lighthouse.simulate.twin import twin_entry, twin_from_mapping
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "workflow"))
+from mocap_workflow.calibration_twins import calibration_twin
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -49,8 +52,7 @@ def cpu(work: Callable[[], object], times: int = 3) -> float:
 def steps(name: str, folder: Path) -> list[tuple[str, float]]:
     """Name and CPU seconds of each step for one twin."""
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    document["defaults"] = document["defaults"]["calibration"]
-    twin = twin_from_mapping(twin_entry(document, name), name)
+    twin = calibration_twin(document, name).made(name)
     made = simulate(twin)
     dump, board = folder / "dump", folder / "board.csv"
     write_dump(dump, made.pulses)

@@ -16,6 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from mocap_workflow.recording_twins import recording_twin, twin_from_mapping
 
 from benchmarks.sentences import _kinds
 from mocap_metrology.common.hampel import hampel
@@ -25,7 +26,6 @@ from mocap_metrology.noise.fit.estimators import panel, published_estimate
 from mocap_metrology.noise.gaussian.two_markers import chi_squared_normal
 from mocap_metrology.noise.twins.published import SERIES, printed_row, published_keys, published_row
 from mocap_metrology.noise.twins.simulate import simulate
-from mocap_metrology.noise.twins.twin import twin_from_mapping, twins_from_document
 
 RATE, TAU0 = 120.0, 1 / 120
 QUARTER_S, NINE_HOURS_S = 900.0, 32400.0
@@ -127,7 +127,12 @@ def curves() -> Iterator[tuple[int, str, np.ndarray, np.ndarray]]:
     import yaml
 
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    twins = twins_from_document(document)
+    common = document["defaults"]["recording"]
+    twins = {
+        name: recording_twin(entry, name, common).made(name)
+        for name, entry in document["twins"].items()
+        if "published" in entry
+    }
     frames = round(NINE_HOURS_S * RATE)
     m = averaging_factors(frames, 100, 1, 1 / 3)
     for _, n in (key for key in published_keys() if key[0] == "T40"):

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from mocap_workflow.calibration_twins import twin_from_mapping
 
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.board import flat_board
@@ -22,7 +23,7 @@ from mocap_metrology.lighthouse.decode.ootx import decode_station
 from mocap_metrology.lighthouse.decode.sweeps import find_hits
 from mocap_metrology.lighthouse.records import Hits, Pulses
 from mocap_metrology.lighthouse.simulate.recording import simulate
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, twin_from_mapping
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 SAMPLE_S = 0.5e-6

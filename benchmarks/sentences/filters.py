@@ -44,10 +44,12 @@ def unfiltered(n: int) -> list[tuple[Any, ...]]:
 
 def published() -> list[tuple[Any, ...]]:
     """Every published series once, ten minutes at its rate."""
+    from mocap_workflow.recording_twins import twin_from_mapping
+
     from mocap_metrology.noise.diagnosis.export import low_pass
     from mocap_metrology.noise.series import all_series
     from mocap_metrology.noise.twins.published import published_keys
-    from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
+    from mocap_metrology.noise.twins.simulate import simulate
 
     total = hits = 0
     for kind, count in published_keys():

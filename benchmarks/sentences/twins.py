@@ -13,12 +13,13 @@ import time
 from collections.abc import Iterator
 
 import numpy as np
+from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.model.components import FORMS, NoiseModel, Sinusoid
 from mocap_metrology.noise.model.synthesis import circle_length, increment_spectrum
 from mocap_metrology.noise.twins.published import published_keys, published_row
-from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.twins.simulate import simulate
 
 TAU0, HOUR, TEN_MINUTES = 1 / 120, 432_000, 72_000
 M = (1, 2, 5, 10, 100, 1000)

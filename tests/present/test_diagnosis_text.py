@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.findings import findings_of
@@ -20,7 +21,7 @@ from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.lines import Line
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.numbers import time_words
 from mocap_metrology.present.text.diagnosis import (

@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 import yaml
+from mocap_workflow.calibration_twins import calibration_twin
 from rule_graph import shipped, write_shipped
 from running import finished, planned, write_sheet
 
@@ -22,7 +23,6 @@ from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Pulses
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate, truth_json, write_dump
-from mocap_metrology.lighthouse.simulate.twin import twin_entry, twin_from_mapping
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 HEADER = [
@@ -88,7 +88,7 @@ REFUSED = {  # row: board, what its line says
 
 def made(name: str) -> Made:
     """A twin of `TWINS`, drawn with a seed of its own."""
-    return simulate(twin_from_mapping(twin_entry(yaml.safe_load(TWINS), name), name), 77)
+    return simulate(calibration_twin(yaml.safe_load(TWINS), name).made(name), 77)
 
 
 def write_board(path: Path, places: np.ndarray) -> None:

@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 from mocap_workflow import selection
+from mocap_workflow.calibration_twins import CalibrationTwin, Motion
 from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.recording_twins import recording_twin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.selection import names
 
@@ -111,16 +113,18 @@ def test_references_are_the_accepted_ones_each_once() -> None:
 
 
 def test_twins_and_what_they_are_made_of() -> None:
-    twins = {
-        "same": {"published": {"camera_type": "T40", "n_cameras": 10}, "crump": 1},
+    crump = {"time_s": 1.0, "amplitude_mm": 1.0, "decay_s": 1.0, "frequency_hz": 3.0}
+    entries = {
+        "same": {"published": {"camera_type": "T40", "n_cameras": 10}, "crump": crump},
         "scaled": {"published": {"camera_type": "T40", "n_cameras": 8}},
-        "own": {},
+        "own": {"coefficients": {"all": {}}},
     }
+    twins = {name: recording_twin({"seed": 1} | entry, name) for name, entry in entries.items()}
     rows = [recording(twin, "T40", 10, twin=twin) for twin in twins] + [
         recording("real", "T40", 10)
     ]
     assert names(selection.printed(rows, twins)) == ["same"]
-    assert selection.twin_values(rows, twins, "crump") == [1]
+    assert selection.twin_values(rows, twins, "crump") == [crump]
 
 
 def test_calibrations_shown_in_figures() -> None:
@@ -137,7 +141,10 @@ def test_calibrations_shown_in_figures() -> None:
 
 
 def test_the_example_is_the_first_half_circle_or_the_first() -> None:
-    twins = {"line": {"motion": {"pattern": "line"}}, "arc": {"motion": {"pattern": "arc"}}}
+    twins = {
+        pattern: CalibrationTwin.model_construct(motion=Motion.model_construct(pattern=pattern))
+        for pattern in ("line", "arc")
+    }
     rows = [calibration("real"), *(calibration(name, twin=name) for name in twins)]
     assert names(selection.half_circle(rows, twins)) == ["arc"]
     assert names(selection.half_circle(rows[:2], twins)) == ["real"]

@@ -316,7 +316,7 @@ def test_a_twin_is_no_longer_than_the_configuration_says() -> None:
     twins = {"defaults": {}, "twins": {"usual": common, "own": common | {"duration_s": 7200}}}
     for asked, own in ((600.0, 600.0), (32400.0, 7200.0)):
         found = startup.recording_twins(used, twins, asked)
-        assert [found[name]["duration_s"] for name in used] == [asked, own]
+        assert [found[name].duration_s for name in used] == [asked, own]
 
 
 def test_a_twin_has_the_form_of_the_configuration_unless_it_has_one_of_its_own() -> None:
@@ -324,7 +324,7 @@ def test_a_twin_has_the_form_of_the_configuration_unless_it_has_one_of_its_own()
     used = {name: simulated(name) for name in ("usual", "own")}
     twins = {"defaults": {}, "twins": {"usual": common, "own": common | {"form": "sampled"}}}
     found = startup.recording_twins(used, twins, 600.0, "continuous")
-    assert [found[name]["form"] for name in used] == ["continuous", "sampled"]
+    assert [found[name].form for name in used] == ["continuous", "sampled"]
     wrong = {"defaults": {"recording": {"form": "both"}}, "twins": {"usual": common}}
     with pytest.raises(Faults) as caught:
         startup.recording_twins({"usual": simulated("usual")}, wrong, 600.0)

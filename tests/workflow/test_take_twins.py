@@ -25,8 +25,7 @@ def rows(camera_ids: list[int]) -> dict[str, RecordingRow]:
 def test_a_take_has_defaults_of_its_kind_and_the_shorter_duration() -> None:
     for duration, expected in ((9000.0, 600.0), (60.0, 60.0)):
         made = recording_twins(rows([1, 4]), twins(), duration)["hall"]
-        assert made["duration_s"] == expected and made["labels"] == ["a", "b"]
-        assert "distance_line" not in made
+        assert made.duration_s == expected and made.labels == ("a", "b")
     assert recording_twins(rows([]), twins(), 60.0)
 
 

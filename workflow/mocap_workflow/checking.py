@@ -10,16 +10,19 @@ Loc = tuple[int | str, ...]
 
 
 class Unfit(ValueError):
-    """A value is not what was expected; `value`, where only a part of it is meant."""
+    """A value is not what was expected; `value`, where only a part of it is meant, and `at`, where
+    this is."""
 
-    def __init__(self, expected: str, value: object = None, also: tuple[Unfit, ...] = ()):
+    def __init__(
+        self, expected: str, value: object = None, at: str = "", also: tuple[Unfit, ...] = ()
+    ):
         super().__init__(expected)
-        self.expected, self.value, self.also = expected, value, also
+        self.expected, self.value, self.at, self.also = expected, value, at, also
 
 
 def unfit(found: list[Unfit]) -> Unfit:
     """Several at once."""
-    return Unfit(found[0].expected, found[0].value, tuple(found[1:]))
+    return Unfit(found[0].expected, found[0].value, also=tuple(found[1:]))
 
 
 def misfits(error: ValidationError) -> Iterator[tuple[Loc, Unfit | None]]:

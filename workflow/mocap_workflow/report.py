@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from mocap_workflow.calibration_twins import CalibrationTwin
+from mocap_workflow.recording_twins import AnyTwin
 from mocap_workflow.rows import Row
 
 CATEGORIES = (  # numbered, as the menu of a report is in order of the alphabet
@@ -60,14 +62,16 @@ def link(category: str, subcategory: str, figure: str) -> str:
     return f"javascript:void(path=>path&&({steps}))({found})"
 
 
-def inputs(rows: Iterable[Row], twins: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+def inputs(
+    rows: Iterable[Row], twins: Mapping[str, AnyTwin | CalibrationTwin]
+) -> list[dict[str, Any]]:
     """What the page of provenance says of each row beside its files."""
     return [
         {
             "name": row.name,
             "kind": row.KIND,
             "source": row.source,
-            "seed": twins[row.twin]["seed"] if row.twin else None,
+            "seed": twins[row.twin].seed if row.twin else None,
         }
         for row in rows
     ]

@@ -7,16 +7,20 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from operator import attrgetter
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import pandas as pd
 
+from mocap_metrology.noise.twins.take import TakeTwin
+from mocap_metrology.noise.twins.twin import Twin
 from mocap_workflow import cameras, comparisons
+from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.recording_twins import AnyTwin, RecordingTwin
 from mocap_workflow.recordings import RecordingRow
 
 OfSheet = TypeVar("OfSheet", RecordingRow, CalibrationRow)
-Twins = Mapping[str, Mapping[str, Any]]
+Twins = Mapping[str, AnyTwin]
 
 
 @dataclass(frozen=True)
@@ -118,26 +122,27 @@ def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
     """Twins that are made of the row of the first paper's tables their recording stands for."""
     found = []
     for row in rows:
-        source = twins[row.twin].get("published") if row.twin else None
-        if source and (source.get("camera_type"), source.get("n_cameras")) == subset(row):
+        twin = twins[row.twin] if row.twin else None
+        source = twin.published if isinstance(twin, RecordingTwin) else None
+        if source and (source.camera_type, source.n_cameras) == subset(row):
             found.append(row)
     return found
 
 
-def settings_by_name(rows: Iterable[RecordingRow], twins: Twins) -> dict[str, Mapping[str, Any]]:
-    """Everything that the twins among them are made of."""
-    return {row.name: twins[row.twin] for row in rows if row.twin}
+def twins_by_name(rows: Iterable[RecordingRow], twins: Twins) -> dict[str, Twin | TakeTwin]:
+    """What the twins among them are made of."""
+    return {row.name: twins[row.twin].made(row.name) for row in rows if row.twin}
 
 
-def twin_values(rows: Iterable[RecordingRow], twins: Twins, setting: str) -> list[Any]:
+def twin_values(rows: Iterable[RecordingRow], twins: Twins, setting: str) -> list[object]:
     """A setting of the twins among them that have it."""
-    found = [twins[row.twin] for row in rows if row.twin]
-    return [twin[setting] for twin in found if setting in twin]
+    found = [twins[row.twin].model_dump(exclude_unset=True) for row in rows if row.twin]
+    return [values[setting] for values in found if setting in values]
 
 
 def form(row: RecordingRow, twins: Twins) -> str | None:
     """Whether the frames of a twin are points or averages; None for a real recording."""
-    return str(twins[row.twin].get("form", "sampled")) if row.twin else None
+    return twins[row.twin].form if row.twin else None
 
 
 def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:
@@ -178,8 +183,10 @@ def first_of_setups(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
     return list(first_of.values())
 
 
-def half_circle(rows: Sequence[CalibrationRow], twins: Twins) -> Sequence[CalibrationRow]:
+def half_circle(
+    rows: Sequence[CalibrationRow], twins: Mapping[str, CalibrationTwin]
+) -> Sequence[CalibrationRow]:
     """The one that the figures of the second paper show: its first twin on a half circle, or just
     its first."""
-    arcs = (row for row in rows if row.twin and twins[row.twin]["motion"].get("pattern") == "arc")
+    arcs = (row for row in rows if row.twin and twins[row.twin].motion.pattern == "arc")
     return [*arcs, *rows][:1]

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from mocap_workflow import files, rows
+from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults
+from mocap_workflow.recording_twins import AnyTwin, SubsetTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.settings import Settings, checked
-
-Rows = dict[str, dict[str, Any]]
 
 
 def configuration(config: Mapping[str, object], root: Path) -> Settings:
@@ -51,44 +51,46 @@ def sheets(
 
 def recording_twins(
     recordings: Mapping[str, RecordingRow],
-    twins: Mapping[str, Any],
+    document: Mapping[str, Mapping[str, Any]],
     duration_s: float,
     form: str = "sampled",
-) -> dict[str, dict[str, Any]]:
-    """Settings of every twin that the sheet of recordings uses, defaults filled in and checked.
+) -> dict[str, AnyTwin]:
+    """Every twin that the sheet of recordings uses, defaults filled in and checked.
 
     The shorter `duration_s` holds, a twin's own or that of the configuration: a quick look at
     everything is quick. `form` is that of the twins that have none of their own.
     """
-    from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.noise.twins import take_twin
-    from mocap_metrology.noise.twins.twin import twin_from_mapping
-
-    common = {"duration_s": duration_s, "form": form} | (twins["defaults"].get("recording") or {})
-    settings, faults = {}, []
-    for name in dict.fromkeys(row.twin for row in recordings.values() if row.twin):
-        entry = twins["twins"][name]
-        of_take = take_twin.is_take(entry)
-        values = take_twin.with_defaults(entry, common) if of_take else common | entry
+    common = {"duration_s": duration_s, "form": form}
+    common |= document["defaults"].get("recording") or {}
+    twins: dict[str, AnyTwin] = {}
+    faults: list[str] = []
+    for name in _used(recordings):
         try:
-            read = take_twin.take_twin_from_mapping if of_take else twin_from_mapping
-            values["duration_s"] = min(read(values, name).duration_s, duration_s)
-        except Refusal as refusal:
-            faults.append(str(refusal))
-        settings[name] = values
-    faults = faults or _other_cameras(recordings, settings)
+            twin = recording_twin(document["twins"][name], name, common)
+            shorter = {"duration_s": min(twin.duration_s, duration_s)}
+            twins[name] = twin.model_copy(update=shorter)
+        except Faults as found:
+            faults += found.lines
+    faults = faults or _other_cameras(recordings, twins)
     if faults:
         raise Faults(faults)
-    return settings
+    return twins
 
 
-def _other_cameras(rows: Mapping[str, RecordingRow], settings: Rows) -> list[str]:
+def _used(rows: Mapping[str, RecordingRow] | Mapping[str, CalibrationRow]) -> list[str]:
+    """Names of the twins of a sheet."""
+    return list(dict.fromkeys(row.twin for row in rows.values() if row.twin))
+
+
+def _other_cameras(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin]) -> list[str]:
     """Rows that name other cameras than those their twin, a subset of a take, is made of."""
     faults = []
     for name, row in rows.items():
-        made_of = settings.get(row.twin or "", {}).get("camera_ids")
-        if made_of and row.camera_ids and set(row.camera_ids) != set(made_of):
-            shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, made_of))
+        twin = twins.get(row.twin or "")
+        if not isinstance(twin, SubsetTwin) or not row.camera_ids:
+            continue
+        if set(row.camera_ids) != set(twin.camera_ids):
+            shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, twin.camera_ids))
             faults.append(
                 f'recordings, recording "{name}", column camera_ids: "{shown}"; '
                 f"expected those of its twin {row.twin}, {own}"
@@ -97,24 +99,20 @@ def _other_cameras(rows: Mapping[str, RecordingRow], settings: Rows) -> list[str
 
 
 def calibration_twins(
-    rows: Mapping[str, CalibrationRow], twins: Mapping[str, Any]
-) -> dict[str, dict[str, Any]]:
-    """Settings of every twin that the sheet of calibrations uses, merged with its setup's and the
-    defaults, and checked."""
-    from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.lighthouse.simulate.twin import twin_entry, twin_from_mapping
-
-    document = dict(twins) | {"defaults": twins["defaults"].get("calibration") or {}}
-    settings, faults = {}, []
-    for name in dict.fromkeys(row.twin for row in rows.values() if row.twin):
+    rows: Mapping[str, CalibrationRow], document: Mapping[str, Mapping[str, Any]]
+) -> dict[str, CalibrationTwin]:
+    """Every twin that the sheet of calibrations uses, merged with its setup's and the defaults, and
+    checked."""
+    twins: dict[str, CalibrationTwin] = {}
+    faults: list[str] = []
+    for name in _used(rows):
         try:
-            settings[name] = twin_entry(document, name)
-            twin_from_mapping(settings[name], name)
-        except Refusal as refusal:
-            faults.append(str(refusal))
+            twins[name] = calibration_twin(document, name)
+        except Faults as found:
+            faults += found.lines
     if faults:
         raise Faults(faults)
-    return settings
+    return twins
 
 
 def any_of(names: Iterable[str]) -> str:

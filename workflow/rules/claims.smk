@@ -40,7 +40,7 @@ rule claims:
         repaired=columns("recording", of=OF_REPAIRED),
         calibrations=columns("calibration", "setup", "source", of=OF_JANSEN),
         moved=accepted_calibrations(selection.names, JANSEN_TWINS),
-        twins=TWIN_SETTINGS,
+        twins=TWINS_OF_PAPER,
         hampel=config["hampel"],
     message:
         "Claims of both papers"

@@ -220,9 +220,10 @@ def column(name, of):
     return lambda wildcards: {row.name: getattr(row, name) for row in of(wildcards)}
 
 
-def settings_of_twin(twins):
-    """Function of the wildcards: everything the twin of the row is made of, see config/twins.yaml."""
-    return of_row(lambda row: twins[row.twin])
+def twin_of(twins):
+    """Function of the wildcards: the twin of the row by its name, see config/twins.yaml. In a dict,
+    as Snakemake sees no change in a value of a class that it does not know."""
+    return of_row(lambda row: {row.twin: twins[row.twin].made(row.twin)})
 
 
 def column_of_twins(setting, of):

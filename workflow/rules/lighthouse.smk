@@ -35,7 +35,7 @@ rule calibrate_twin:
             "calibrate_twin.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse"
         ),
         row=columns("calibration", "twin", "format", "board", *LABELS),
-        twin=settings_of_twin(CALIBRATION_TWINS),
+        twin=twin_of(CALIBRATION_TWINS),
         lighthouse=config["lighthouse"],
         seed=config["seed"],
     message:

@@ -184,7 +184,7 @@ rule expected_noise:
     params:
         code=source("expected_noise.py", "noise"),
         subset=cell("camera_type", "n_cameras"),
-        twin=settings_of_twin(TWINS),
+        twin=twin_of(TWINS),
         form=of_row(partial(selection.form, twins=TWINS)),
         settings=NOISE_SETTINGS,
     message:

@@ -15,7 +15,7 @@ rule simulate_recording:
     params:
         code=source("simulate.py", "io", "noise"),
         name=cell("twin"),
-        twin=settings_of_twin(TWINS),
+        twin=twin_of(TWINS),
         seed=config["seed"],
     message:
         "{wildcards.recording}: simulating {params.name}"

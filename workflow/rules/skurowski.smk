@@ -3,7 +3,7 @@
 SHAKEN = accepted(selection.first, CRUMP)
 WITHOUT_SHOCK = accepted(lambda rows: references(rows[:1]), CRUMP)
 BEFORE_REPAIR = accepted(references, REPAIRED)
-TWIN_SETTINGS = accepted(partial(selection.settings_by_name, twins=TWINS), SKUROWSKI)
+TWINS_OF_PAPER = accepted(partial(selection.twins_by_name, twins=TWINS), SKUROWSKI)
 # Twins made of the row of the paper's tables that their recording stands for.
 PRINTED = accepted(partial(selection.printed, twins=TWINS), SKUROWSKI)
 
@@ -76,7 +76,7 @@ rule skurowski_tables:
     params:
         code=source("skurowski_tables.py", "noise", "present"),
         rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
-        twins=TWIN_SETTINGS,
+        twins=TWINS_OF_PAPER,
         hampel=config["hampel"],
     message:
         "Tables 3 and 4 of Skurowski & Pawlyta 2019"
@@ -105,7 +105,7 @@ rule skurowski_gaussian_figures:
     params:
         code=source("skurowski_gaussian_figures.py", "noise", "present"),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
-        twins=TWIN_SETTINGS,
+        twins=TWINS_OF_PAPER,
     message:
         "Figures 9-11 of Skurowski & Pawlyta 2019"
     script:

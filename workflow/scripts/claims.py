@@ -18,7 +18,6 @@ with step(snakemake) as log:
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
     from mocap_metrology.noise.series import all_series
-    from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present import tables
     from mocap_metrology.present.claims.claim import COLUMNS, Regenerated
     from mocap_metrology.present.claims.curves import draw
@@ -76,7 +75,7 @@ with step(snakemake) as log:
     kinds = sorted({row["source"] for row in given.recordings})
     sources = " and ".join(kinds), source_of(calibrations.records) if calibrations else ""
     twins = {
-        (row["camera_type"], row["n_cameras"]): twin_from_mapping(given.twins[name], name)
+        (row["camera_type"], row["n_cameras"]): given.twins[name]
         for row in given.recordings
         if (name := row["recording"]) in given.twins
     }

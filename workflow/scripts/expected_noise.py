@@ -22,7 +22,8 @@ with step(snakemake) as log:
     given = snakemake.params
     allan, origin = read_table(snakemake.input[0])
     rate = origin["frame_rate_hz"]
-    n = round(given.twin["duration_s"] * rate)
+    (twin,) = given.twin.values()
+    n = round(twin.duration_s * rate)
     settings = NoiseSettings.of(given.settings, rate, subset=given.subset)
     table = []
     for name, model in published_row(*given.subset).items():

@@ -9,13 +9,16 @@ import json
 import logging
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 
 Paths = Mapping[str, str]
 Row = Mapping[str, Any]
 
 
-def write_twin(row: Row, settings: Mapping[str, Any], seed: int, files: Paths) -> str:
+def write_twin(twin: LighthouseTwin, seed: int, files: Paths) -> str:
     """Simulate a Lighthouse twin; write it as a dump, with what a lab would have beside it.
 
     `files` are named dump, twin_board, truth, reference, mount. Returns what was made, in words.
@@ -26,9 +29,7 @@ def write_twin(row: Row, settings: Mapping[str, Any], seed: int, files: Paths) -
     from mocap_metrology.io.c3d.write import write_c3d
     from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
     from mocap_metrology.lighthouse.simulate.recording import simulate, truth_json, write_dump
-    from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
 
-    twin = twin_from_mapping(settings, row["twin"])
     seed += twin.seed
     made = simulate(twin, seed)
     seen = simulate_mounts(twin, seed)

@@ -7,17 +7,12 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import write_json
     from mocap_metrology.io.c3d.write import write_c3d
-    from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
-    from mocap_metrology.noise.twins.take import simulate_take
-    from mocap_metrology.noise.twins.take_twin import is_take, take_twin_from_mapping
+    from mocap_metrology.noise.twins.simulate import simulate
+    from mocap_metrology.noise.twins.take import TakeTwin, simulate_take
 
-    entry, name = snakemake.params.twin, snakemake.params.name
-    if is_take(entry):
-        twin = take_twin_from_mapping(entry, name)
-        made = simulate_take(twin, snakemake.params.seed + twin.seed)
-    else:
-        twin = twin_from_mapping(entry, name)
-        made = simulate(twin, seed=snakemake.params.seed + twin.seed)
+    (twin,) = snakemake.params.twin.values()
+    simulated = simulate_take if isinstance(twin, TakeTwin) else simulate
+    made = simulated(twin, seed=snakemake.params.seed + twin.seed)
     n_frames = made.position_mm.shape[2]
     log.info("%s: %d frames at %g Hz", twin.name, n_frames, made.frame_rate_hz)
     chunks = (

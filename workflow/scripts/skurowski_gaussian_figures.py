@@ -7,7 +7,6 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.twins.published import published_gaussian
-    from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
@@ -17,7 +16,7 @@ with step(snakemake) as log:
 
     given, files = snakemake.params, snakemake.input
     rows = {row["recording"]: row for row in given.rows}
-    twins = {name: twin_from_mapping(values, name) for name, values in given.twins.items()}
+    twins = given.twins
     lengths = {name: twin.duration_s for name, twin in twins.items()}
     source = gather.source_and_length(rows, lengths)
     gaussian = {

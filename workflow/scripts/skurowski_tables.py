@@ -5,7 +5,6 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.noise.twins.twin import twin_from_mapping
     from mocap_metrology.present import tables
     from mocap_metrology.present.skurowski import camera_tables, gaussian_table
 
@@ -23,9 +22,8 @@ with step(snakemake) as log:
     title = f"{paper}, Table 3: camera subsets"
     caption = f"{camera_tables.TABLE_3_CAPTION} {sentence}"
     tables.write(folder / "skurowski_table3", third, title, caption)
-    twins = {name: twin_from_mapping(values, name) for name, values in given.twins.items()}
     fourth = gaussian_table.with_chance(
-        camera_tables.table_4(rows, gaussian), twins, gaussian_table.cleaning_of(given.hampel)
+        camera_tables.table_4(rows, gaussian), given.twins, gaussian_table.cleaning_of(given.hampel)
     )
     short = [{column: row[column] for column in gaussian_table.SHOWN} for row in fourth]
     caption = f"{gaussian_table.CAPTION} {camera_tables.TABLE_4_CAPTION} {sentence}"

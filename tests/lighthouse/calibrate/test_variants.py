@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.summary import summary
@@ -24,7 +25,6 @@ from mocap_metrology.lighthouse.calibrate.variants import (
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.records import PoseEstimate
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
-from mocap_metrology.lighthouse.simulate.twin import twin_entry, twin_from_mapping
 
 ROOT = Path(__file__).resolve().parents[3]
 UNITS = 20
@@ -167,11 +167,7 @@ def test_lasers_off_their_origin_do_not_rule_out_the_true_variant() -> None:
     """Up to 15 mm of both stations: libsurvive's sign leaves less than the true one, and yet that
     stays open, as even it leaves more than noise."""
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    lighthouse = document | {
-        "defaults": document["defaults"]["calibration"],
-        "twins": document.get("calibrations", document["twins"]),
-    }
-    own = simulate(twin_from_mapping(twin_entry(lighthouse, "real-7-1"), "real-7-1"))
+    own = simulate(calibration_twin(document, "real-7-1").made("real-7-1"))
     hits, _ = clean_hits(own.hits, own.truth.board)
     standing = {w.variant: w.standing for w in calibrated(replace(own, hits=hits)).variants}
     assert standing["libsurvive"] == "chosen" and standing["crazyflie"] == "open"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mocap_workflow.calibration_twins import twin_from_mapping
 
 from mocap_metrology.lighthouse.simulate.recording import simulate
-from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
 
 TWIN = {
     "seed": 21,

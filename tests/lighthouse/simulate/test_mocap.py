@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mocap_workflow.calibration_twins import twin_from_mapping
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.simulate.mocap import MOUNT_M, simulate_mounts, write_mounts
-from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
 
 TWIN = {
     "seed": 21,

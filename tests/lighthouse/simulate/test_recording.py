@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mocap_workflow.calibration_twins import twin_from_mapping
 
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame, up_of
 from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.simulate.recording import simulate, sweep_width
-from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
 
 SITE = {
     "seed": 4,

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
+from mocap_workflow.faults import Faults
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.recording import simulate
-from mocap_metrology.lighthouse.simulate.twin import twin_entry, twin_from_mapping
 
 MASTER = {"id": 1, "mode": "b"}
 SLAVE = {"id": 2, "mode": "c", "position_m": [0, 2, 0]}
@@ -50,7 +50,7 @@ TWIN = {"seed": 1, "master": MASTER, "slave": SLAVE, "motion": {"centre_m": [3, 
     ],
 )
 def test_refused_in_one_line(changes, message):
-    with pytest.raises(Refusal) as refusal:
+    with pytest.raises(Faults) as refusal:
         twin_from_mapping({**TWIN, **changes}, "t")
     text = str(refusal.value)
     assert text.startswith("twin t: ") and message in text and "\n" not in text
@@ -58,7 +58,7 @@ def test_refused_in_one_line(changes, message):
 
 DOCUMENT = {
     "factories": {"one": {"phase": [0.05, 0.02]}},
-    "defaults": {"dropout": 0.1, "motion": {"tremor_mm": 0.05}},
+    "defaults": {"calibration": {"dropout": 0.1, "motion": {"tremor_mm": 0.05}}},
     "setups": {"s": {"master": {**MASTER, "factory": "one"}, "slave": SLAVE, "dropout": 0.2}},
     "twins": {
         "a": {"setup": "s", "seed": 1, "motion": {"centre_m": [3, 1, 0]}},
@@ -68,7 +68,7 @@ DOCUMENT = {
 
 
 def of_document(document, *names):
-    return {n: twin_from_mapping(twin_entry(document, n), n) for n in names or document["twins"]}
+    return {n: calibration_twin(document, n).made(n) for n in names or document["twins"]}
 
 
 def test_keys_of_defaults_setup_and_like_are_merged():
@@ -92,7 +92,7 @@ def test_keys_of_defaults_setup_and_like_are_merged():
     ],
 )
 def test_document_refused(twin, message):
-    with pytest.raises(Refusal, match="twin c") as refusal:
+    with pytest.raises(Faults, match="twin c") as refusal:
         of_document({**DOCUMENT, "twins": {**DOCUMENT["twins"], "c": twin}})
     assert message in str(refusal.value)
 
@@ -101,7 +101,6 @@ def test_document_refused(twin, message):
 def twins(root):
     """Twins of the default sheet, as the default seed draws them."""
     document = yaml.load((root / "config/twins.yaml").read_text(), yaml.CSafeLoader)
-    document["defaults"] = document["defaults"]["calibration"]
     seed = yaml.safe_load((root / "config/config.yaml").read_text())["seed"]
     names = [name for name in document["twins"] if name.split("-")[0] in FAMILIES]
     found = of_document(document, *names)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mocap_workflow.calibration_twins import twin_from_mapping
 
 from mocap_metrology.lighthouse.records import Pulses
 from mocap_metrology.lighthouse.simulate.recording import simulate, words_of, write_dump
-from mocap_metrology.lighthouse.simulate.twin import twin_from_mapping
 
 TWIN = {
     "seed": 9,

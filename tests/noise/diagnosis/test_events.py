@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
 from mocap_metrology.noise.diagnosis.levels import blocks, compare
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
 from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.twins.simulate import simulate
 
 RATE = 120.0
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from mocap_workflow.recording_twins import twin_from_mapping
 from scipy.signal import butter, filtfilt, sosfreqz
 
 from mocap_metrology.noise.diagnosis.export import resolution
@@ -19,7 +20,7 @@ from mocap_metrology.noise.diagnosis.filtering import (
 )
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_row
-from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.twins.simulate import simulate
 
 RATE = 120.0
 AMONG = filters(RATE, (6.0, 10.0), (14.4,), 1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.periodic import (
     Mains,
@@ -16,7 +17,7 @@ from mocap_metrology.noise.fit.spectral.lines import Line
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.model.components import Sinusoid
 from mocap_metrology.noise.twins.published import published_row
-from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.twins.simulate import simulate
 
 RATE = 120.0
 

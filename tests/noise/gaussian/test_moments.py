@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from mocap_workflow.recording_twins import twin_from_mapping
 from scipy.integrate import quad
 
 from mocap_metrology.common.hampel import hampel, white_level_kept
@@ -22,7 +23,7 @@ from mocap_metrology.noise.gaussian.moments import (
 from mocap_metrology.noise.gaussian.two_markers import gaussian_model
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
-from mocap_metrology.noise.twins.twin import Twin, twin_from_mapping
+from mocap_metrology.noise.twins.twin import Twin
 
 TAU0 = 1 / 120
 SIGMAS = ("sigma_1", "sigma_2", "sigma_L", "sigma_12")

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.variance import allan_variance
@@ -17,7 +18,7 @@ from mocap_metrology.noise.model.synthesis import (
     increment_spectrum,
 )
 from mocap_metrology.noise.twins.published import published_keys, published_row
-from mocap_metrology.noise.twins.simulate import Twin, simulate, twin_from_mapping
+from mocap_metrology.noise.twins.simulate import Twin, simulate
 
 TAU0 = 1 / 120
 M = np.array([1, 2, 3, 5, 10, 37, 100, 1000])

@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from mocap_workflow.faults import Faults
+from mocap_workflow.recording_twins import recording_twin, twin_from_mapping
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
@@ -19,12 +21,7 @@ from mocap_metrology.noise.model.synthesis import (
     increment_spectrum,
 )
 from mocap_metrology.noise.twins.published import published_gaussian, published_row
-from mocap_metrology.noise.twins.simulate import (
-    simulate,
-    stream,
-    twin_from_mapping,
-    twins_from_document,
-)
+from mocap_metrology.noise.twins.simulate import simulate, stream
 
 TAU0 = 1 / 120
 T40 = {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 1}
@@ -38,7 +35,9 @@ def document(root):
 
 @pytest.fixture(scope="module")
 def twins(document):
-    return twins_from_document(document)
+    common = document["defaults"]["recording"]
+    own = {k: v for k, v in document["twins"].items() if {"published", "coefficients"} & set(v)}
+    return {name: recording_twin(entry, name, common).made(name) for name, entry in own.items()}
 
 
 def allan_variance(y, m):
@@ -319,7 +318,7 @@ def test_clipped_distance_of_bonita_5_is_12_percent_low():
     ],
 )
 def test_a_wrong_entry_is_refused_in_one_line(entry, words):
-    with pytest.raises(Refusal, match=r"^twin T9: [^\n]*$") as refusal:
+    with pytest.raises(Faults, match=r"^twin T9: [^\n]*$") as refusal:
         twin_from_mapping(entry, "T9")
     assert words in str(refusal.value)
 

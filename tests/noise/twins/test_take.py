@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from mocap_workflow.faults import Faults
+from mocap_workflow.recording_twins import AnyTwin, recording_twin, take_twin_from_mapping
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.cameras.diagnosis import additions, diagnose, moments
 from mocap_metrology.noise.twins.take import (
     Take,
@@ -20,7 +21,6 @@ from mocap_metrology.noise.twins.take import (
     motion,
     simulate_take,
 )
-from mocap_metrology.noise.twins.take_twin import take_twin_from_mapping, with_defaults
 from mocap_metrology.noise.twins.triangulation import (
     jacobians,
     joint_covariance,
@@ -115,19 +115,16 @@ def _errors(made) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def entries(root) -> dict[str, Any]:
+def entries(root) -> dict[str, AnyTwin]:
     text = (root / "config/twins.yaml").read_text(encoding="utf-8")
     document = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     defaults = document["defaults"]["recording"]
     found = {k: v for k, v in document["twins"].items() if "take" in v}
-    return {name: with_defaults(entry, defaults) for name, entry in found.items()}
+    return {name: recording_twin(entry, name, defaults) for name, entry in found.items()}
 
 
 def test_the_failing_camera_of_the_example_is_named_within_two_minutes(entries) -> None:
-    twins = {
-        name: replace(take_twin_from_mapping(entry, name), duration_s=120.0)
-        for name, entry in entries.items()
-    }
+    twins = {name: replace(entry.made(name), duration_s=120.0) for name, entry in entries.items()}
     ids = {name: twin.camera_ids for name, twin in twins.items()}
     assert [len(i) for i in ids.values()] == [4, 5, 6, 7, 8]
     made = {name: simulate_take(t, t.seed + 2019).position_mm for name, t in twins.items()}
@@ -184,6 +181,6 @@ def test_a_wrong_entry_is_one_line(changes: dict[str, Any], message: str) -> Non
     inner = {k.split(".")[1]: v for k, v in changes.items() if "." in k}
     if inner:
         entry["take"] = GOOD["take"] | inner
-    with pytest.raises(Refusal) as refusal:
+    with pytest.raises(Faults) as refusal:
         take_twin_from_mapping(entry, "hall")
     assert str(refusal.value).startswith("twin hall: ") and message in str(refusal.value)

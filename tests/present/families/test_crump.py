@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
+from mocap_workflow.recording_twins import twin_from_mapping
 from noise_data import assert_texts_apart
 
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
 from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.twins.simulate import simulate, twin_from_mapping
+from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.present.skurowski.allan_families import guess_a1
 from mocap_metrology.present.skurowski.crump import Shaken, crump_figure, find_shock, guessed
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
+from mocap_workflow.recording_twins import twin_from_mapping
 from noise_data import assert_texts_apart
 
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian, published_row
-from mocap_metrology.noise.twins.twin import twin_from_mapping
 from mocap_metrology.present.skurowski import gather, slopes
 from mocap_metrology.present.skurowski.densities import Mean, distances_figure, locations_figure
 from mocap_metrology.present.skurowski.model_figures import (

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.gaussian.moments import Cleaning
 from mocap_metrology.noise.twins.published import published_gaussian
-from mocap_metrology.noise.twins.twin import twin_from_mapping
 from mocap_metrology.present.pages import left_out
 from mocap_metrology.present.skurowski import camera_tables, gaussian_table, table_1
 

@@ -30,7 +30,7 @@ from mocap_metrology.lighthouse.simulate.light import (
     swept_board,
 )
 from mocap_metrology.lighthouse.simulate.motion import Motion, motion_of
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, twin_from_mapping
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
 # Streams of random numbers, so that a twin with more noise keeps its motion and its dropouts.
@@ -295,7 +295,7 @@ def _set_bits(
 
 def warm_up() -> None:
     """Compile the kernels."""
-    station = {"id": 1, "mode": "A"}
-    motion = {"centre_m": [2, 0, 0]}
-    mapping = {"seed": 0, "master": station, "motion": motion, "duration_s": 0.05}
-    words_of(simulate(twin_from_mapping(mapping, "warm-up")).pulses)
+    station = StationTwin(id=1, mode="A")
+    motion = MotionTwin(centre_m=(2.0, 0.0, 0.0))
+    twin = LighthouseTwin(name="warm-up", seed=0, master=station, motion=motion, duration_s=0.05)
+    words_of(simulate(twin).pulses)

@@ -1,6 +1,6 @@
 """Simulated recordings ("twins") of two markers, from noise coefficients.
 
-    twin = twins_from_document(yaml.safe_load(text))["T40-10"]
+    twin = Twin("T40-10", 1, **vars(of_published("T40", 10)))
     recording = simulate(twin)                       # nine hours, its own seed
     recording.position_mm                            # (2 markers, 3 axes, n frames)
 
@@ -19,12 +19,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model.synthesis import Cross, Shared, clipped_bands, coherence, draw_pair
-from mocap_metrology.noise.twins.twin import (
-    COORDINATES,
-    Twin,
-    twin_from_mapping,
-    twins_from_document,
-)
+from mocap_metrology.noise.twins.twin import COORDINATES, Twin
 
 __all__ = [
     "SimulatedRecording",
@@ -32,8 +27,6 @@ __all__ = [
     "clipped_bands",
     "coherence",
     "simulate",
-    "twin_from_mapping",
-    "twins_from_document",
 ]
 
 AXES = ("x", "y", "z")

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.entries import Point
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.simulate import AXES, SimulatedRecording, stream
 from mocap_metrology.noise.twins.triangulation import (
@@ -24,6 +23,7 @@ from mocap_metrology.noise.twins.triangulation import (
     joint_covariance,
     random_facility,
 )
+from mocap_metrology.noise.twins.twin import Point
 
 
 @dataclass(frozen=True)

@@ -1,24 +1,13 @@
-"""Twins: what is simulated in place of a recording, and how one is read from the configuration."""
+"""Twins: what is simulated in place of a recording."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.entries import (
-    Point,
-    check_keys,
-    drifts,
-    number,
-    point,
-    section,
-    two_labels,
-    whole,
-)
-from mocap_metrology.noise.model.components import Form, NoiseModel, check_form
+from mocap_metrology.noise.model.components import Form, NoiseModel
 from mocap_metrology.noise.twins.published import (
     SERIES,
     published_gaussian,
@@ -27,6 +16,7 @@ from mocap_metrology.noise.twins.published import (
 )
 
 COORDINATES = SERIES[:6]
+Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -56,7 +46,7 @@ class Crump:
 
     def start_s(self, duration_s: float) -> float:
         """When it begins in a recording of that length, in s."""
-        return self.time_s if self.time_share is None else self.time_share * duration_s
+        return (self.time_s or 0.0) if self.time_share is None else self.time_share * duration_s
 
 
 @dataclass(frozen=True)
@@ -114,70 +104,28 @@ class Twin:
     notes: tuple[str, ...] = ()
 
 
-def twins_from_document(document: Mapping[str, Any]) -> dict[str, Twin]:
-    """The recording twins of `{defaults: {recording: {...}}, twins: {name: {...}}}`: the entries
-    that have `published` or `coefficients`. A twin's keys win over the defaults."""
-    where = "twins"
-    defaults = section(document.get("defaults") or {}, f"{where}: defaults")
-    common = section(defaults.get("recording") or {}, f"{where}: defaults.recording")
-    twins = section(document.get("twins") or {}, f"{where}: twins")
-    return {
-        str(name): twin_from_mapping({**common, **entry}, str(name))
-        for name, entry in twins.items()
-        if {"published", "coefficients"} & set(section(entry, f"twin {name}"))
-    }
+@dataclass(frozen=True)
+class Origin:
+    """What the positions of a twin are drawn from."""
+
+    models: Mapping[str, NoiseModel]
+    source: str = Twin.source
+    start_mm: tuple[Point, Point] = Twin.start_mm
+    notes: tuple[str, ...] = ()
 
 
-def twin_from_mapping(mapping: Mapping[str, Any], name: str = "twin") -> Twin:
-    """A twin of its configuration entry; the entry's keys are those of `Twin` and
-
-    `published: {camera_type, n_cameras, gaussian}` (Tables A1-A3; `gaussian` names the row of
-    Table 4 for the positions, default the camera type), or `coefficients: {series: {h_0: ...}}`
-    (series x1 ... z2, L, or `all` six coordinates); `without: [q_c1, ...]` (components to leave
-    out of every series); `without_T_c_below_s` (leave out faster Gauss-Markov components).
-    Raises `Refusal` naming the twin and the key.
-    """
-    where = f"twin {name}"
-    given = {k: v for k, v in section(mapping, where).items() if v is not None}
-    own = ("published", "coefficients", "without", "without_T_c_below_s")
-    names = [f.name for f in fields(Twin) if f.name not in ("name", "models", "source", "notes")]
-    check_keys(given, (*own, *names), where)
-    if ("published" in given) == ("coefficients" in given):
-        raise Refusal(f"{where}: expected either published or coefficients")
-    build = _published if "published" in given else _from_coefficients
-    values = build(given, where)
-    models, left_out = _left_out(values["models"], given, where)
-    values |= {"models": models, "notes": (*values["notes"], *left_out)}
-    if "seed" not in given:
-        raise Refusal(f"{where}: seed is missing, expected a whole number >= 0")
-    values["seed"] = whole(given["seed"], f"{where}: seed")
-    values |= _settings(given, where)
-    values |= _effects(given, where)
-    return Twin(name=name, **values)
-
-
-def _published(given: Mapping[str, Any], where: str) -> dict[str, Any]:
-    where = f"{where}: published"
-    row = section(given["published"], where)
-    check_keys(row, ("camera_type", "n_cameras", "gaussian"), where)
-    for key in ("camera_type", "n_cameras"):
-        if key not in row:
-            raise Refusal(f"{where}: {key} is missing, as in {{camera_type: T40, n_cameras: 10}}")
-    kind, count = str(row["camera_type"]), row["n_cameras"]
-    if not isinstance(count, int):
-        raise Refusal(f"{where}: n_cameras: {count!r}, expected a whole number")
-    try:
-        table4 = published_gaussian(str(row.get("gaussian", kind)))
-        models, notes = published_row(kind, count), published_notes(kind, count)
-    except Refusal as error:
-        raise Refusal(f"{where}: {error}") from None
-    return {
-        "models": models,
-        "source": f"published coefficients of {kind} with {count} cameras, "
-        f"positions of Table 4 row {row.get('gaussian', kind)}",
-        "start_mm": wand(table4["mu_1_mm"], table4["mu_2_mm"], table4["mu_L_mm"]),
-        "notes": tuple(notes),
-    }
+def of_published(camera_type: str, n_cameras: int, gaussian: str | None = None) -> Origin:
+    """A row of Tables A1-A3; `gaussian` names the row of Table 4 for the positions, by default that
+    of the camera type. Raises `Refusal` for a row that is not printed."""
+    row = camera_type if gaussian is None else gaussian
+    table4 = published_gaussian(row)
+    return Origin(
+        models=published_row(camera_type, n_cameras),
+        source=f"published coefficients of {camera_type} with {n_cameras} cameras, "
+        f"positions of Table 4 row {row}",
+        start_mm=wand(table4["mu_1_mm"], table4["mu_2_mm"], table4["mu_L_mm"]),
+        notes=tuple(published_notes(camera_type, n_cameras)),
+    )
 
 
 def wand(x1: float, x2: float, distance: float) -> tuple[Point, Point]:
@@ -187,128 +135,33 @@ def wand(x1: float, x2: float, distance: float) -> tuple[Point, Point]:
     return (x1, across, across), (x2, 0.0, 0.0)
 
 
-def _from_coefficients(given: Mapping[str, Any], where: str) -> dict[str, Any]:
-    where = f"{where}: coefficients"
-    table = section(given["coefficients"], where)
-    check_keys(table, (*SERIES, "all"), where)
-    models = {}
-    for series in SERIES:
-        entry = table.get(series, table.get("all", {}) if series != "L" else None)
-        if entry is None:
-            continue
-        found = section(entry, f"{where}.{series}")
-        numbers = {k: number(v, f"{where}.{series}.{k}") for k, v in found.items()}
-        try:
-            models[series] = NoiseModel.from_coefficients(numbers)
-        except Refusal as error:
-            raise Refusal(f"{where}.{series}: {error}") from None
-    return {"models": models, "notes": ()}
+def of_coefficients(table: Mapping[str, Mapping[str, float]]) -> Origin:
+    """Coefficients by series; `all` stands for those of the six coordinates that are not named."""
+    found = {name: table.get(name, table.get("all", {})) for name in COORDINATES}
+    found |= {name: table[name] for name in SERIES[6:] if name in table}
+    return Origin({name: NoiseModel.from_coefficients(of) for name, of in found.items()})
 
 
-def _left_out(
-    models: Mapping[str, NoiseModel], given: Mapping[str, Any], where: str
-) -> tuple[dict[str, NoiseModel], tuple[str, ...]]:
-    """Models without what `without` and `without_T_c_below_s` name, and what was left out."""
-    names = given.get("without", [])
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise Refusal(f"{where}: without: {names!r}, expected a list such as [q_c1, h_-2]")
+def leave_out(origin: Origin, names: Sequence[str], T_c_below_s: float) -> Origin:
+    """The same without these components, and without Gauss-Markov terms that are faster; notes say
+    so. Raises `Refusal` for a component that no series has."""
+    models = origin.models
     known = {name for model in models.values() for name in model.coefficients()} - {"f_0"}
     known = {name for name in known if not name.startswith("T_c")}
     for name in names:
         if name not in known:
-            raise Refusal(f"{where}: without: {name!r}, expected one of {', '.join(sorted(known))}")
-    limit = number(given.get("without_T_c_below_s", 0), f"{where}: without_T_c_below_s")
+            raise Refusal(f"without: {name!r}, expected one of {', '.join(sorted(known))}")
     kept, notes = {}, []
     for series, model in models.items():
         found = model.coefficients()
-        fast = [k for k, v in found.items() if k.startswith("T_c") and v < limit]
+        fast = [k for k, v in found.items() if k.startswith("T_c") and v < T_c_below_s]
         gone = [n for n in names if n in found] + [f"q_c{k[3:]}" for k in fast]
         for name in gone:
             partner = {"q_c": f"T_c{name[3:]}", "A_s": "f_0"}.get(name[:3])
             found.pop(name, None)
-            found.pop(partner, None)
+            if partner:
+                found.pop(partner, None)
         kept[series] = NoiseModel.from_coefficients(found)
         if gone:
             notes.append(f"{series}: left out on request: {', '.join(dict.fromkeys(gone))}")
-    return kept, tuple(notes)
-
-
-def _settings(given: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """The plain settings that are given, checked."""
-    values: dict[str, Any] = {}
-    for key in ("duration_s", "frame_rate_hz", "resolution_mm"):
-        if key in given:
-            values[key] = number(given[key], f"{where}: {key}", positive=True)
-    for key, low in (("coherence_factor", 0.0), ("yz_coherence", -1.0)):
-        if key in given:
-            values[key] = number(given[key], f"{where}: {key}", low, 1.0)
-    labels = given.get("labels", list(Twin.labels))
-    values["labels"] = two_labels(labels, f"{where}: labels")
-    if "form" in given:
-        values["form"] = check_form(given["form"], f"{where}: ")
-    if "distance_line" in given:
-        if given["distance_line"] not in ("split", "omit"):
-            raise Refusal(f"{where}: distance_line: {given['distance_line']!r}, split or omit")
-        values["distance_line"] = given["distance_line"]
-    if "start_mm" in given:
-        points = given["start_mm"]
-        if not isinstance(points, list) or len(points) != 2:
-            raise Refusal(f"{where}: start_mm: {points!r}, expected [[x, y, z], [x, y, z]]")
-        values["start_mm"] = tuple(point(p, f"{where}: start_mm") for p in points)
-    if "slow" in given:
-        values["slow"] = _slow(section(given["slow"], f"{where}: slow"), f"{where}: slow")
-    scale = given.get("scale", {})
-    if not isinstance(scale, Mapping):
-        scale = dict.fromkeys(COORDINATES, scale)
-    check_keys(scale, COORDINATES, f"{where}: scale")
-    values["scale"] = {k: number(v, f"{where}: scale.{k}") for k, v in scale.items()}
-    drift = given.get("drift_mm_per_h", {})
-    values["drift_mm_per_h"] = drifts(drift, values["labels"], f"{where}: drift_mm_per_h")
-    return values
-
-
-def _slow(entry: Mapping[str, Any], where: str) -> Slow:
-    check_keys(entry, ("take", "below_hz"), where)
-    missing = [key for key in ("take", "below_hz") if entry.get(key) is None]
-    if missing:
-        raise Refusal(f"{where}: {', '.join(missing)} missing, as in {{take: T40, below_hz: 0.1}}")
-    below = number(entry["below_hz"], f"{where}: below_hz", positive=True)
-    return Slow(str(entry["take"]), below)
-
-
-def _effects(given: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Outliers, crump and gaps that are given, checked."""
-    values: dict[str, Any] = {}
-    for key, kind in (("outliers", Outliers), ("crump", Crump), ("gaps", Gaps)):
-        if key not in given:
-            continue
-        entry = section(given[key], f"{where}: {key}")
-        names = [f.name for f in fields(kind)]
-        check_keys(entry, names, f"{where}: {key}")
-        numbers = {
-            k: number(v, f"{where}: {key}.{k}") for k, v in entry.items() if k != "distribution"
-        }
-        needless = ("distribution", "time_s", "time_share")
-        missing = [n for n in names if n not in entry and n not in needless]
-        if missing:
-            raise Refusal(f"{where}: {key}: {', '.join(missing)} is missing")
-        if "distribution" in entry:
-            if entry["distribution"] not in ("exponential", "normal"):
-                raise Refusal(
-                    f"{where}: {key}.distribution: {entry['distribution']!r}, "
-                    "expected exponential or normal"
-                )
-            numbers["distribution"] = entry["distribution"]
-        values[key] = kind(**numbers)
-    if "crump" in values:
-        _check_crump(values["crump"], f"{where}: crump")
-    return values
-
-
-def _check_crump(crump: Crump, where: str) -> None:
-    if (crump.time_s is None) == (crump.time_share is None):
-        raise Refusal(f"{where}: expected either time_s or time_share")
-    if crump.time_share is not None and crump.time_share > 1:
-        raise Refusal(f"{where}.time_share: {crump.time_share}, expected a number from 0 to 1")
-    if crump.decay_s <= 0:
-        raise Refusal(f"{where}.decay_s: {crump.decay_s}, expected a number > 0")
+    return replace(origin, models=kept, notes=(*origin.notes, *notes))

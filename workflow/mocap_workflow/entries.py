@@ -1,0 +1,209 @@
+"""Entries of the file of twins: how values are read, and how wrong ones are told.
+
+A number may be text (`1e-6` arrives from YAML as text); a key without a value counts as absent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, TypeVar, get_args
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+
+from mocap_workflow.checking import Loc, Unfit
+from mocap_workflow.faults import Faults
+
+
+class Entry(BaseModel):
+    """Keys with values."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", use_attribute_docstrings=True, arbitrary_types_allowed=True
+    )
+    MISSING: ClassVar[str] = "{} is missing"
+    BEFORE_KEY: ClassVar[str] = ": "  # between the name of this entry and a key of it
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_empty(cls, values: object) -> object:
+        if isinstance(values, Mapping):
+            return {str(key): value for key, value in values.items() if value is not None}
+        return values
+
+    @classmethod
+    def fields_by_key(cls) -> dict[str, FieldInfo]:
+        """All fields by their keys."""
+        return {field.alias or name: field for name, field in cls.model_fields.items()}
+
+
+class Read:
+    """How a value is read that is annotated with it: `read` returns it, or raises `Unfit`."""
+
+    def read(self, value: object) -> object:
+        raise NotImplementedError
+
+    def limits(self) -> dict[str, float]:
+        """What JSON Schema calls its range."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.read, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return handler(schema) | self.limits()
+
+
+@dataclass(frozen=True)
+class Number(Read):
+    """A number in a range, both ends included; `positive`: greater than zero."""
+
+    low: float = 0.0
+    high: float = math.inf
+    positive: bool = False
+
+    def read(self, value: object) -> float:
+        expected = f"a number from {self.low:g} to {self.high:g}"
+        expected = "a number > 0" if self.positive else expected
+        expected = expected.replace(" from 0 to inf", " >= 0").replace(" from -inf to inf", "")
+        try:
+            found = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError):
+            found = math.nan
+        if not self.low <= found <= self.high or math.isinf(found) or (self.positive and not found):
+            raise Unfit(expected, value)
+        return found
+
+    def limits(self) -> dict[str, float]:
+        low = {"exclusiveMinimum": 0.0} if self.positive else {"minimum": self.low}
+        return {k: v for k, v in (low | {"maximum": self.high}).items() if math.isfinite(v)}
+
+
+@dataclass(frozen=True)
+class Whole(Read):
+    """A whole number in a range."""
+
+    low: int = 0
+    high: int | None = None
+
+    def read(self, value: object) -> int:
+        high = math.inf if self.high is None else self.high
+        if not isinstance(value, int) or isinstance(value, bool) or not self.low <= value <= high:
+            to = f">= {self.low}" if self.high is None else f"from {self.low} to {self.high}"
+            raise Unfit(f"a whole number {to}", value)
+        return value
+
+    def limits(self) -> dict[str, float]:
+        low: dict[str, float] = {"minimum": self.low}
+        return low if self.high is None else low | {"maximum": self.high}
+
+
+def one_of(choices: Iterable[str], expected: str = "") -> BeforeValidator:
+    """One of these words."""
+    known = tuple(choices)
+
+    def check(value: object) -> object:
+        if value not in known:
+            raise Unfit(expected or f"one of {', '.join(known)}", value)
+        return value
+
+    return BeforeValidator(check, json_schema_input_type=str)
+
+
+def some_of(known: Iterable[str]) -> BeforeValidator:
+    """Some of these keys."""
+    known = tuple(known)
+
+    def check(value: object) -> object:
+        for key in value if isinstance(value, Mapping) else ():
+            if key not in known:
+                raise ValueError(f"unknown key {key!r}, expected one of {', '.join(known)}")
+        return value
+
+    return BeforeValidator(check)
+
+
+def list_of(count: int, expected: str) -> BeforeValidator:
+    """A list of so many values."""
+
+    def check(value: object) -> object:
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise Unfit(expected, value)
+        return tuple(value)
+
+    return BeforeValidator(check)
+
+
+Text = Annotated[str, BeforeValidator(str)]
+NonNegative = Annotated[float, Number()]
+Positive = Annotated[float, Number(positive=True)]
+AnyNumber = Annotated[float, Number(-math.inf)]
+
+
+OfKind = TypeVar("OfKind", bound=Entry)
+
+
+def read_entry(kind: type[OfKind], mapping: object, where: str) -> OfKind:
+    """The entry; `Faults` names everything wrong, each line beginning with `where`."""
+    try:
+        return kind.model_validate(mapping)
+    except ValidationError as error:
+        raise Faults(_lines(error, kind, where)) from None
+
+
+def _lines(error: ValidationError, kind: type[Entry], where: str) -> list[str]:
+    lines: list[str] = []
+    missing: dict[str, list[str]] = {}
+    for one in error.errors(include_url=False):
+        at, between, key, of = _place(one["loc"], kind, where)
+        cause = one.get("ctx", {}).get("error")
+        if one["type"] == "missing" and of:
+            missing.setdefault(f"{at}: {of.MISSING}", []).append(key)
+        elif one["type"] == "extra_forbidden" and of:
+            known = ", ".join(of.fields_by_key())
+            lines.append(f"{at}: unknown key {key!r}, expected one of {known}")
+        elif isinstance(cause, Unfit):
+            what = f"{cause.value!r}, expected {cause.expected}"
+            lines.append(f"{at}{between}{key}{cause.at}: {what}")
+        else:
+            what = cause or f"{one['input']!r}, expected keys with values"
+            lines.append(f"{at}{between}{key}: {what}")
+    return lines + [line.format(", ".join(keys)) for line, keys in missing.items()]
+
+
+def _place(loc: Loc, kind: type[Entry], where: str) -> tuple[str, str, str, type[Entry] | None]:
+    """The entry that a key stands in, with its place in words, what goes between, and the key."""
+    of: type[Entry] | None = kind
+    between, key = "", ""
+    for part in (part for part in loc if isinstance(part, str)):
+        if key:
+            of = _entry_in(of.fields_by_key()[key].annotation) if of else None
+            where, between = f"{where}{between}{key}", of.BEFORE_KEY if of else "."
+        else:
+            between = ": "
+        key = part
+    return where, between, key, of
+
+
+def _entry_in(kind: object) -> type[Entry] | None:
+    """The entry among the types that a value may have."""
+    for one in get_args(kind) or (kind,):
+        if isinstance(one, type) and issubclass(one, Entry):
+            return one
+    return None

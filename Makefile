@@ -13,7 +13,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test study lint peers benchmark accuracy lock graph clean help
+.PHONY: run check report env warm test study lint peers benchmark accuracy lock docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES)
@@ -81,6 +81,9 @@ lock: .venv/.ready  ## compile requirements/*.in anew
 	@cd requirements && for name in requirements uv peers; do \
 		$(CLEAN) ../$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --generate-hashes \
 		--python-version 3.11 --no-header --no-annotate -o $$name.txt $$name.in >/dev/null; done
+
+docs: env  ## make the tables of config/README.md and workflow/schemas anew, out of the models
+	@$(RUN) PYTHONPATH=workflow python -m mocap_workflow.document
 
 graph: env  ## draw the rule graph in README.md anew
 	@$(RUN) python workflow/rule_graph.py

@@ -55,6 +55,11 @@ class Read:
     def read(self, value: object) -> object:
         raise NotImplementedError
 
+    @property
+    def expected(self) -> str:
+        """What a user is told."""
+        raise NotImplementedError
+
     def limits(self) -> dict[str, float]:
         """What JSON Schema calls its range."""
         raise NotImplementedError
@@ -78,16 +83,19 @@ class Number(Read):
     high: float = math.inf
     positive: bool = False
 
+    @property
+    def expected(self) -> str:
+        words = f"a number from {self.low:g} to {self.high:g}"
+        words = words.replace(" from 0 to inf", " >= 0").replace(" from -inf to inf", "")
+        return "a number > 0" if self.positive else words
+
     def read(self, value: object) -> float:
-        expected = f"a number from {self.low:g} to {self.high:g}"
-        expected = "a number > 0" if self.positive else expected
-        expected = expected.replace(" from 0 to inf", " >= 0").replace(" from -inf to inf", "")
         try:
             found = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
             found = math.nan
         if not self.low <= found <= self.high or math.isinf(found) or (self.positive and not found):
-            raise Unfit(expected, value)
+            raise Unfit(self.expected, value)
         return found
 
     def limits(self) -> dict[str, float]:
@@ -102,11 +110,15 @@ class Whole(Read):
     low: int = 0
     high: int | None = None
 
+    @property
+    def expected(self) -> str:
+        to = f">= {self.low}" if self.high is None else f"from {self.low} to {self.high}"
+        return f"a whole number {to}"
+
     def read(self, value: object) -> int:
         high = math.inf if self.high is None else self.high
         if not isinstance(value, int) or isinstance(value, bool) or not self.low <= value <= high:
-            to = f">= {self.low}" if self.high is None else f"from {self.low} to {self.high}"
-            raise Unfit(f"a whole number {to}", value)
+            raise Unfit(self.expected, value)
         return value
 
     def limits(self) -> dict[str, float]:
@@ -193,7 +205,7 @@ def _place(loc: Loc, kind: type[Entry], where: str) -> tuple[str, str, str, type
     between, key = "", ""
     for part in (part for part in loc if isinstance(part, str)):
         if key:
-            of = _entry_in(of.fields_by_key()[key].annotation) if of else None
+            of = entry_in(of.fields_by_key()[key].annotation) if of else None
             where, between = f"{where}{between}{key}", of.BEFORE_KEY if of else "."
         else:
             between = ": "
@@ -201,7 +213,7 @@ def _place(loc: Loc, kind: type[Entry], where: str) -> tuple[str, str, str, type
     return where, between, key, of
 
 
-def _entry_in(kind: object) -> type[Entry] | None:
+def entry_in(kind: object) -> type[Entry] | None:
     """The entry among the types that a value may have."""
     for one in get_args(kind) or (kind,):
         if isinstance(one, type) and issubclass(one, Entry):

@@ -1,0 +1,217 @@
+"""What is made of the models: tables of config/README.md, and JSON Schemas for editors.
+
+PYTHONPATH=workflow python -m mocap_workflow.document     (make docs)
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+from typing import get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic.json_schema import JsonSchemaValue, models_json_schema
+
+from mocap_workflow.calibration_twins import CalibrationTwin, FactoryValues
+from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.configuration import choices_of, fields, limits, words_of
+from mocap_workflow.entries import Entry, Read, entry_in
+from mocap_workflow.recording_twins import RecordingTwin, SubsetTwin
+from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.rows import Cell, Row
+from mocap_workflow.settings import Settings
+
+ROOT = Path(__file__).resolve().parents[2]
+MANUAL = ROOT / "config/README.md"
+SCHEMAS = ROOT / "workflow/schemas"
+TWINS: dict[str, type[Entry]] = {
+    "keys of twins of recordings": RecordingTwin,
+    "keys of subsets of a take": SubsetTwin,
+    "keys of twins of calibrations": CalibrationTwin,
+}
+
+
+def help_of(field: FieldInfo) -> str:
+    """In one line."""
+    return " ".join((field.description or "").split())
+
+
+def value_text(value: object) -> str:
+    """A default as config.yaml writes it."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(value_text, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        text = format(Decimal(repr(value)), "f")
+        return text.removesuffix(".0")
+    return str(value)
+
+
+def range_text(field: FieldInfo) -> str:
+    """What a setting may be, in few words."""
+    words = words_of(field)
+    if words and words.range:
+        return words.range
+    kind = field.annotation
+    choices = ", ".join(f"`{choice}`" for choice in choices_of(kind))
+    if choices:
+        return f"of {choices}" if get_origin(kind) is tuple else choices
+    if kind is bool:
+        return "`true`, `false`"
+    limit = limits(field).replace(" and ", ", ").removeprefix("from ")
+    return f"whole, {limit}" if kind is int else limit
+
+
+def settings_table() -> list[str]:
+    """Every key of config.yaml."""
+    lines = ["| key | default | range | meaning |", "|---|---|---|---|"]
+    for name, field in fields(Settings):
+        default = "nothing" if field.default is None else f"`{value_text(field.default)}`"
+        lines.append(f"| `{name}` | {default} | {range_text(field)} | {help_of(field)} |")
+    return lines
+
+
+def columns_table(kind: type[Row]) -> list[str]:
+    """Every column of a sheet."""
+    rows = [f"| `{name}` | {help_of(field)} |" for name, field in kind.columns().items()]
+    return ["| column | what it holds |", "|---|---|", *rows]
+
+
+def keys_table(kind: type[Entry]) -> list[str]:
+    """Every key of a twin."""
+    return ["| key | default | range | meaning |", "|---|---|---|---|", *_keys(kind, "")]
+
+
+def _keys(kind: type[Entry], prefix: str) -> Iterator[str]:
+    for key, field in kind.fields_by_key().items():
+        name, inner = f"{prefix}{key}", entry_in(field.annotation)
+        value = field.get_default(call_default_factory=True)
+        default = "needed" if field.is_required() else f"`{value_text(value)}`"
+        if value in (None, "", (), {}) or isinstance(value, Entry):
+            default = "none" if not isinstance(value, Entry) else "as below"
+        yield f"| `{name}` | {default} | {_limits(field)} | {help_of(field)} |"
+        if inner is not None and name != "slave":  # which has the keys of the master
+            yield from _keys(inner, f"{name}.")
+
+
+def _limits(field: FieldInfo) -> str:
+    for reader in field.metadata:
+        if isinstance(reader, Read):
+            words = reader.expected.removeprefix("a ").replace("from ", "")
+            return words.replace("whole number", "whole,").removeprefix("number ")
+    return ""
+
+
+def blocks() -> dict[str, list[str]]:
+    """Tables of the manual by the name of their place in it."""
+    return {
+        "settings": settings_table(),
+        "columns of recordings.tsv": columns_table(RecordingRow),
+        "columns of calibrations.tsv": columns_table(CalibrationRow),
+        **{name: keys_table(kind) for name, kind in TWINS.items()},
+    }
+
+
+def manual(text: str) -> str:
+    """The manual with these tables between `<!-- made: name -->` and `<!-- end -->`."""
+    for name, lines in blocks().items():
+        before, start, rest = text.partition(f"<!-- made: {name} -->\n")
+        _, end, after = rest.partition("\n<!-- end -->")
+        assert start and end, name
+        text = "".join((before, start, "\n".join(lines), end, after))
+    return text
+
+
+def _plain(schema: object) -> object:
+    """Without titles that repeat the name, and with descriptions in one line."""
+    if isinstance(schema, list):
+        return [_plain(one) for one in schema]
+    if not isinstance(schema, dict):
+        return " ".join(schema.split()) if isinstance(schema, str) else schema
+    return {k: _plain(v) for k, v in schema.items() if not (k == "title" and isinstance(v, str))}
+
+
+def sheet_schema(kind: type[Row]) -> JsonSchemaValue:
+    """A row as the texts of its cells."""
+    properties: dict[str, dict[str, str]] = {}
+    for name, field in kind.columns().items():
+        properties[name] = {"type": "string", "description": help_of(field)}
+        for cell in field.metadata:
+            if isinstance(cell, Cell):
+                empty = "" if field.is_required() else "?"
+                properties[name]["pattern"] = f"^(?:{cell.pattern}){empty}$"
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": kind.required(),
+        "additionalProperties": False,
+    }
+
+
+def twins_schema() -> JsonSchemaValue:
+    """The file of twins. A key may come from a default, so none is required."""
+    kinds: list[type[BaseModel]] = [RecordingTwin, SubsetTwin, CalibrationTwin, FactoryValues]
+    refs, shared = models_json_schema([(kind, "validation") for kind in kinds])
+    of = {kind: refs[kind, "validation"] for kind in kinds}
+    for definition in shared["$defs"].values():
+        definition.pop("required", None)
+    calibration = shared["$defs"]["CalibrationTwin"]["properties"]
+    calibration["like"] = {"type": "string", "description": "Another twin, whose keys it takes."}
+    factory = shared["$defs"]["Station"]["properties"]["factory"]
+    factory["anyOf"].append({"type": "string"})
+    named = {"type": "object", "additionalProperties": {}}
+    twin = {"anyOf": [of[RecordingTwin], of[SubsetTwin], of[CalibrationTwin]]}
+    defaults = {"recording": of[RecordingTwin], "calibration": of[CalibrationTwin]}
+    return {
+        "type": "object",
+        "properties": {
+            "defaults": {"type": "object", "properties": defaults},
+            "factories": named | {"additionalProperties": of[FactoryValues]},
+            "setups": named | {"additionalProperties": of[CalibrationTwin]},
+            "twins": named | {"additionalProperties": twin},
+        },
+        "required": ["twins"],
+        "additionalProperties": False,
+        "$defs": shared["$defs"],
+    }
+
+
+def schemas() -> dict[str, str]:
+    """Files of workflow/schemas."""
+    made = {
+        "config": Settings.model_json_schema(),
+        "recordings": sheet_schema(RecordingRow),
+        "calibrations": sheet_schema(CalibrationRow),
+        "twins": twins_schema(),
+    }
+    start = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return {f"{name}.schema.json": _text(_plain(start | made[name])) + "\n" for name in made}
+
+
+def _text(value: object, depth: int = 0) -> str:
+    """JSON with a line for each property."""
+    if (
+        depth > 3
+        or not isinstance(value, dict)
+        or not any(isinstance(v, dict) for v in value.values())
+    ):
+        return json.dumps(value, ensure_ascii=False)
+    indent = " " * depth
+    lines = [f"{indent} {json.dumps(k)}: {_text(v, depth + 1)}" for k, v in value.items()]
+    return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
+
+
+def main() -> None:
+    """Write all of it."""
+    MANUAL.write_text(manual(MANUAL.read_text(encoding="utf-8")), encoding="utf-8")
+    SCHEMAS.mkdir(exist_ok=True)
+    for name, text in schemas().items():
+        (SCHEMAS / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

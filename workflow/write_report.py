@@ -13,7 +13,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-STYLE = Path(__file__).resolve().parent / "report/style.css"
 MISSING = re.compile(r"File (\S+) marked for report but does not exist")
 NOTHING = "There is no summary here"  # what report/workflow.rst says then
 FINISH = "the run did not finish; call `make`, mend what it says, and try again"
@@ -22,8 +21,7 @@ FAULT = re.compile(r"\w+(Error|Exception)\b")
 
 def command(target: str, arguments: list[str]) -> list[str]:
     """The call of Snakemake; arguments come last, as `--config` takes all that follows it."""
-    report = ["--report", target, "--report-stylesheet", str(STYLE)]
-    return [sys.executable, "-m", "snakemake", *report, *arguments]
+    return [sys.executable, "-m", "snakemake", "--report", target, *arguments]
 
 
 def why(output: str) -> str:

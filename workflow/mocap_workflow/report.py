@@ -49,19 +49,6 @@ def _title(path: str) -> str:
         return next((line[2:].strip() for line in stream if line.startswith("# ")), path)
 
 
-def link(category: str, subcategory: str, figure: str) -> str:
-    """Address within the report: opens the category at the subcategory, and a figure, which is
-    known by the end of its path. Nothing happens where the report lacks it."""
-    view = (
-        f"navbarMode:'subcategory',category:'{category}',subcategory:'{subcategory}',"
-        "content:'img',contentPath:results[path].data_uri,resultPath:path"
-    )
-    found = f"Object.keys(results).find(path=>path.endsWith('/{figure}'))"
-    # The menu first: the list of one subcategory does not turn into that of another.
-    steps = f"app.setView({{navbarMode:'menu'}}),setTimeout(()=>app.setView({{{view}}}))"
-    return f"javascript:void(path=>path&&({steps}))({found})"
-
-
 def inputs(
     rows: Iterable[Row], twins: Mapping[str, AnyTwin | CalibrationTwin]
 ) -> list[dict[str, Any]]:

@@ -285,12 +285,10 @@ def entry(key):
 
 
 def links_of_report(wildcards):
-    """Where names on the front page lead: `recording T40-10` -> an address within the report."""
-    links = {
-        f"recording {row.name}": reporting.link("5 Recordings", row.name, f"{row.name}/verdict.svg")
-        for row in EVERY_RECORDING(wildcards)
+    """Where names on the summary lead, by name; the report lies beside the results."""
+    verdicts = {
+        row.name: f"recordings/{row.name}/verdict.svg" for row in EVERY_RECORDING(wildcards)
     }
-    for row in selection.shown(EVERY_CALIBRATION(wildcards)):
-        link = reporting.link("6 Calibrations", "Other", f"{row.name}/calibration.svg")
-        links[f"calibration {row.name}"] = link
-    return links
+    shown = selection.shown(EVERY_CALIBRATION(wildcards))
+    figures = {row.name: f"calibrations/{row.name}/calibration.svg" for row in shown}
+    return {"recording": verdicts, "calibration": figures}

@@ -1,6 +1,6 @@
 """Verdicts of recordings and calibrations, and refusals -> the page that is read first.
 
-Twice: by itself, where names lead to files, and for the front of the report.
+Twice: by itself, and as the front of the report. Names lead to figures beside both.
 """
 
 from step import step
@@ -29,13 +29,7 @@ with step(snakemake) as log:
     groups = zip(params.cameras, given.cameras, strict=True)
     cameras = {group: read(path) for group, path in groups}
     found = summary.Found([*map(read, given.verdicts)], calibrations, refused, cameras)
-    figures = {"recording": "verdict.svg", "calibration": "calibration.svg"}
-
-    def beside(kind, name):
-        known = f"{kind} {name}" in params.links
-        return f"{kind}s/{name}/{figures[kind]}" if known else ""
-
-    write_text(snakemake.output.page, html_page.page("Summary", summary.body(found, beside)))
-    front = summary.body(found, lambda kind, name: params.links.get(f"{kind} {name}", ""))
-    write_text(snakemake.output.front, html_page.fragment(front))
+    body = summary.body(found, lambda kind, name: params.links[kind].get(name, ""))
+    write_text(snakemake.output.page, html_page.page("Summary", body))
+    write_text(snakemake.output.front, html_page.fragment(body))
     log.info("%d verdicts, %d refused", len(given.verdicts) + len(calibrations), len(refused))

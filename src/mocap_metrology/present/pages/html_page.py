@@ -76,7 +76,7 @@ def page(title: str, body: str) -> str:
 
 def fragment(body: str) -> str:
     """A body with its style, to stand within another page."""
-    return f'<div class="mm">\n<style>{STYLE}</style>\n{body}\n</div>\n'
+    return f'<div class="mm" style="overflow-x: auto">\n<style>{STYLE}</style>\n{body}\n</div>\n'
 
 
 def heading(text: str, level: int = 1) -> str:

@@ -186,13 +186,31 @@ def test_what_is_not_there_is_no_source(small: Path) -> None:
         Sources(small / "scripts", small / "package", small / "lock.txt")("allan.py", "gone")
 
 
-def test_the_package_of_another_checkout_is_refused(tmp_path: Path) -> None:
-    package = installed("mocap_metrology", ROOT)
-    assert package == PACKAGE.resolve()
-    with pytest.raises(Faults, match=r"mocap_metrology is imported from .*; expected .*make env"):
-        installed("mocap_metrology", tmp_path)
+def test_the_package_is_that_of_the_workflow(tmp_path: Path, monkeypatch) -> None:
+    assert installed("mocap_metrology", ROOT) == PACKAGE.resolve()
     with pytest.raises(Faults, match="not_there is not installed in this Python"):
         installed("not_there", ROOT)
+    assert installed("mocap_metrology", tmp_path) == PACKAGE.resolve()
+    monkeypatch.setattr(sources, "VERSION", "9.9")
+    with pytest.raises(Faults, match=r"mocap_metrology 0\.1\.0 is installed; expected 9\.9"):
+        installed("mocap_metrology", tmp_path)
+
+
+def test_the_environment_of_another_checkout_serves_as_long_as_nothing_differs(
+    tmp_path: Path,
+) -> None:
+    copy = tmp_path / "src/mocap_metrology"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__", ".*"))
+    assert installed("mocap_metrology", tmp_path) == PACKAGE.resolve()
+    (copy / "noise/columns.py").write_text("# a word\n")
+    sources.content.cache_clear()
+    with pytest.raises(Faults, match=r"mocap_metrology is imported from .*; expected .*make env"):
+        installed("mocap_metrology", tmp_path)
+
+
+def test_the_workflow_and_its_package_have_one_version() -> None:
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert f'version = "{sources.VERSION}"' in text
 
 
 @pytest.mark.parametrize("script", sorted(SCRIPTS.glob("*.py")), ids=lambda path: path.stem)

@@ -9,8 +9,10 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 
+from mocap_workflow import VERSION
 from mocap_workflow.faults import Faults
 
 ALWAYS = ("step.py", "common", "reference")
@@ -24,8 +26,8 @@ class Sources:
 
     def __call__(self, *names: str) -> str:
         """Hexadecimal hash of scripts (`noise.py`) and of folders of the package (`noise`) with all
-        below them; what every script needs and the lock file are part of it."""
-        total = hashlib.sha256(self.lock.read_bytes())
+        below them; what every script needs and the lock file of a checkout are part of it."""
+        total = hashlib.sha256(self.lock.read_bytes() if self.lock.is_file() else b"")
         for name in sorted({*ALWAYS, *names}):
             of = self.scripts if name.endswith(".py") else self.package
             total.update(f"{name}\0{content(of / name)}\0".encode())
@@ -48,16 +50,21 @@ def content(path: Path) -> str:
 
 
 def installed(name: str, root: Path) -> Path:
-    """Folder of the package that scripts will import, refused unless it is this checkout's.
+    """Folder of the package that scripts will import, refused unless it is that of this workflow.
 
-    An environment of another checkout would otherwise run that one's code without a word.
+    In a checkout that is what lies in its `src`; an environment of another checkout would otherwise
+    run that one's code without a word. Elsewhere it is what has the workflow's version.
     """
     spec = importlib.util.find_spec(name)
     expected = root / "src" / name
     if spec is None or spec.origin is None:
         raise Faults([f"{name} is not installed in this Python; expected the one of `make env`"])
     package = Path(spec.origin).resolve().parent
-    if package != expected.resolve():
+    if not expected.is_dir():
+        version = metadata.version(name)
+        if version != VERSION:
+            raise Faults([f"{name} {version} is installed; expected {VERSION}, as the workflow is"])
+    elif package != expected.resolve() and content(package) != content(expected):
         wrong = f"{name} is imported from {package}; expected {expected}"
         raise Faults([f"{wrong}: run `make env` here and use its .venv"])
     return package

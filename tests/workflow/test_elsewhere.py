@@ -1,0 +1,81 @@
+"""The workflow in another folder, from another checkout, and in another workflow."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+from running import command, environment, planned
+
+ROOT = Path(__file__).resolve().parents[2]
+SHEET = "recording\tpath\tmarkers\tgroup\nwrong\twrong.c3d\tA;B\tlab\n"
+HOST = """
+configfile: "{root}/config/config.yaml"
+
+
+config |= {{"results": "mocap", "recordings": "sheet.tsv", "calibrations": None}}
+
+
+module mocap:
+    snakefile:
+        "{root}/workflow/Snakefile"
+    config:
+        config
+
+
+use rule * from mocap as mocap_*
+
+
+rule all:
+    default_target: True
+    input:
+        "own.txt",
+        "mocap/gate/recordings.json",
+
+
+rule own:
+    output:
+        "own.txt",
+    shell:
+        "touch {{output}}"
+"""
+
+
+def folder_with_sheet(folder: Path) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "wrong.c3d").write_text("no recording\n")
+    (folder / "sheet.tsv").write_text(SHEET)
+    return folder
+
+
+def test_as_a_module_of_another_workflow(tmp_path: Path, snakemake) -> None:
+    folder_with_sheet(tmp_path)
+    (tmp_path / "profiles").symlink_to(ROOT / "profiles")
+    (tmp_path / "Snakefile").write_text(HOST.format(root=ROOT))
+    done = snakemake(tmp_path, "--cores", "1")
+    assert "recording wrong refused: wrong.c3d: is not a C3D file" in done.stdout
+    assert (tmp_path / "own.txt").is_file()
+    assert (tmp_path / "mocap/recordings/wrong/check.json").is_file()
+
+
+def test_in_another_directory(tmp_path: Path, root: Path, snakemake) -> None:
+    elsewhere = folder_with_sheet(tmp_path / "elsewhere")
+    settings = ("--config", "recordings=sheet.tsv", "calibrations=")
+    done = snakemake(root, "-n", "--directory", str(elsewhere), *settings)
+    assert planned(done.stdout) == {"check_recording": 1, "gate": 1, "default": 1}, done.stdout
+
+
+def test_the_environment_of_a_checkout_that_differs_is_refused(tmp_path: Path) -> None:
+    ignored = shutil.ignore_patterns("__pycache__", ".*")
+    for name in ("workflow", "src", "config", "profiles", "requirements"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
+    shutil.copy(ROOT / "Snakefile", tmp_path)
+    (tmp_path / "src/mocap_metrology/io/__init__.py").write_text("# another state\n")
+    done = subprocess.run(
+        command("-n"), cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=900
+    )
+    assert done.returncode == 1
+    line = done.stderr.splitlines()[-1]
+    assert line.startswith("mocap_metrology is imported from ")
+    assert f"expected {tmp_path}/src/mocap_metrology: run `make env` here" in line

@@ -15,9 +15,11 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from mocap_workflow import sheets
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
+from scipy.sparse import csgraph
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -55,16 +57,13 @@ def write_shipped(folder: Path) -> list[str]:
     return settings
 
 
-def said_already(edge: tuple[str, str], edges: set[tuple[str, str]]) -> bool:
-    """Whether a way through other rules leads from one end of an edge to the other."""
-    start, end = edge
-    ahead, reached = [b for a, b in edges if a == start and b != end], set()
-    while ahead:
-        rule = ahead.pop()
-        if rule not in reached:
-            reached.add(rule)
-            ahead += [b for a, b in edges if a == rule]
-    return end in reached
+def shortest(edges: set[tuple[str, str]]) -> list[tuple[str, str]]:
+    """The edges, in order, without those whose ends a way through other rules joins, too."""
+    names = sorted({name for edge in edges for name in edge})
+    direct = np.array([[(a, b) in edges for b in names] for a in names])
+    away = csgraph.shortest_path(direct, unweighted=True)
+    longer = direct @ (np.isfinite(away) & (away > 0))
+    return [(names[a], names[b]) for a, b in np.argwhere(direct & ~longer)]
 
 
 def graph(mermaid: str) -> str:
@@ -72,7 +71,7 @@ def graph(mermaid: str) -> str:
     names = dict(re.findall(r"^\s*(id\d+)\[(\w+)\]", mermaid, re.M))
     edges = {(names[a], names[b]) for a, b in re.findall(r"(id\d+) --> (id\d+)", mermaid)}
     edges = {edge for edge in edges if not LAST & set(edge)}
-    kept = sorted(edge for edge in edges if not said_already(edge, edges))
+    kept = shortest(edges)
     alone = sorted(set(names.values()) - LAST - {name for edge in kept for name in edge})
     lines = ["```mermaid", "flowchart LR"]
     lines += [f"    {a} --> {b}" for a, b in kept] + [f"    {name}" for name in alone]

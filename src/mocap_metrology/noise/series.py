@@ -41,7 +41,10 @@ def distance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
     S Eq. 12 with differences inside the squares (printed there as sums).
     """
-    return np.sqrt(np.sum((np.asarray(first, float) - np.asarray(second, float)) ** 2, axis=0))
+    found: np.ndarray = np.sqrt(
+        np.sum((np.asarray(first, float) - np.asarray(second, float)) ** 2, axis=0)
+    )
+    return found
 
 
 def all_series(

@@ -43,7 +43,9 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     for k in np.argsort(m):
         if series.size // m[k] >= MIN_MEANS:
             with np.errstate(invalid="ignore", divide="ignore"):
-                means = np.diff(sums[:: m[k]]) / (m[k] if whole else np.diff(counts[:: m[k]]))
+                means = np.diff(sums[:: m[k]]) / (
+                    m[k] if counts is None else np.diff(counts[:: m[k]])
+                )
             found = _lag1_exponent(means, DIFFERENCING[estimator])
             if found is not None and (
                 last is None or abs(found - last) > 0.5 + 4 / np.sqrt(means.size)
@@ -72,7 +74,7 @@ def _lag1_exponent(means: np.ndarray, max_differences: int) -> float | None:
         r1 = (z[1:] @ z[:-1]) / power * (z.size - 1) / n_pairs * n_known / z.size
         delta = r1 / (1 + r1)
         if delta < 0.25 or differences == max_differences:
-            return -2 * (delta + differences)
+            return float(-2 * (delta + differences))
         means = np.diff(means)
     return None
 
@@ -128,11 +130,12 @@ def _averaged(lag: np.ndarray, stride: float, alpha: int, modified: bool) -> np.
     if not modified:
         return _running_sum_covariance(lag, alpha)
     # A mean over m samples is a difference of running sums, and a running sum lowers alpha by 2
-    return (
+    found: np.ndarray = (
         _running_sum_covariance(lag + stride, alpha - 2)
         - 2 * _running_sum_covariance(lag, alpha - 2)
         + _running_sum_covariance(lag - stride, alpha - 2)
     )
+    return found
 
 
 def _running_sum_covariance(lag: np.ndarray, alpha: int) -> np.ndarray:
@@ -150,7 +153,7 @@ def _running_sum_covariance(lag: np.ndarray, alpha: int) -> np.ndarray:
     if alpha == 2:
         return np.where(j == 0, 1.0, 0.0)
     p = 1 - alpha / 2
-    product = np.ones_like(j)
+    product: np.ndarray = np.ones_like(j)
     for root in np.arange(1 - p, p):  # Gamma(j + p) / Gamma(j + 1 - p) for whole 2 p - 1
         product = product * (j + root)
     if alpha % 2:
@@ -191,7 +194,8 @@ class AllanCurve:
     @property
     def deviation(self) -> np.ndarray:
         """Square root of the variance."""
-        return np.sqrt(self.variance)
+        found: np.ndarray = np.sqrt(self.variance)
+        return found
 
     def with_upper_raised(self, taken: float) -> AllanCurve:
         """Of a filtered series: the deviation before the filter was higher, at most by the share

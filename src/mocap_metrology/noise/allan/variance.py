@@ -109,7 +109,7 @@ def running_sum(series: np.ndarray) -> np.ndarray:
     return sums
 
 
-def _full(series, m, n_full, estimator):
+def _full(series: np.ndarray, m: np.ndarray, n_full: np.ndarray, estimator: str) -> np.ndarray:
     sums = running_sum(series)
     total = np.zeros(m.size)
     if estimator == "mdev":
@@ -121,7 +121,14 @@ def _full(series, m, n_full, estimator):
     return total
 
 
-def _gapped(series, valid, m, n_full, estimator, min_coverage):
+def _gapped(
+    series: np.ndarray,
+    valid: np.ndarray,
+    m: np.ndarray,
+    n_full: np.ndarray,
+    estimator: str,
+    min_coverage: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     sums, squares = running_sum(series), running_sum(series * series)
     counts = running_sum(valid)
     # One sample says nothing of the scatter it was drawn from, so a window needs two
@@ -132,7 +139,7 @@ def _gapped(series, valid, m, n_full, estimator, min_coverage):
         _sum_modified_gapped(sums, counts, m, least, n_full, total, n_terms)
         weights = np.array([1.0, 1.0, 0.0])
         # Averaging over m overlapping windows leaves this much of what a single one has
-        kept = (m**2.0 + 1) / (2 * m**2.0)
+        kept: np.ndarray | float = (m**2.0 + 1) / (2 * m**2.0)
     elif estimator == "hdev":
         _sum_hadamard_gapped(sums, counts, m, least, n_full, total, n_terms)
         weights, kept = np.array([1.0, 4.0, 1.0]), 1.0
@@ -148,7 +155,7 @@ REORDER = {"reassoc", "nsz", "contract"}
 
 
 @njit(fastmath=REORDER)
-def _block_allan(near, middle, far):
+def _block_allan(near: np.ndarray, middle: np.ndarray, far: np.ndarray) -> float:
     total = 0.0
     for i in range(near.size):
         difference = far[i] - 2.0 * middle[i] + near[i]
@@ -157,7 +164,7 @@ def _block_allan(near, middle, far):
 
 
 @njit
-def _sum_allan(sums, m, n_full, total):
+def _sum_allan(sums: np.ndarray, m: np.ndarray, n_full: np.ndarray, total: np.ndarray) -> None:
     """Sum of squared differences, block by block of the series and not tau by tau: the block stays
     in the cache while all taus use it."""
     for start in range(0, sums.size, BLOCK):
@@ -174,7 +181,9 @@ def _sum_allan(sums, m, n_full, total):
 
 
 @njit(fastmath=REORDER)
-def _block_hadamard(first, second, third, fourth):
+def _block_hadamard(
+    first: np.ndarray, second: np.ndarray, third: np.ndarray, fourth: np.ndarray
+) -> float:
     total = 0.0
     for i in range(first.size):
         difference = fourth[i] - 3.0 * third[i] + 3.0 * second[i] - first[i]
@@ -183,7 +192,7 @@ def _block_hadamard(first, second, third, fourth):
 
 
 @njit
-def _sum_hadamard(sums, m, n_full, total):
+def _sum_hadamard(sums: np.ndarray, m: np.ndarray, n_full: np.ndarray, total: np.ndarray) -> None:
     for start in range(0, sums.size, BLOCK):
         for k in range(m.size):
             stop = min(start + BLOCK, n_full[k])
@@ -199,7 +208,7 @@ def _sum_hadamard(sums, m, n_full, total):
 
 
 @njit
-def _sum_modified(sums, m, n_full, total):
+def _sum_modified(sums: np.ndarray, m: np.ndarray, n_full: np.ndarray, total: np.ndarray) -> None:
     """The inner mean slides: one difference enters, one leaves. (A second running sum would be
     quicker and, at nine hours of drift, lose all digits of the first taus.)"""
     for k in range(m.size):
@@ -221,7 +230,15 @@ EXCESS_TERMS = 10_000  # and terms at least
 
 
 @njit
-def _gap_excess(sums, squares, counts, m, least, n_full, weights):
+def _gap_excess(
+    sums: np.ndarray,
+    squares: np.ndarray,
+    counts: np.ndarray,
+    m: np.ndarray,
+    least: np.ndarray,
+    n_full: np.ndarray,
+    weights: np.ndarray,
+) -> np.ndarray:
     """Mean over the terms of sum_w weights_w (1/c_w - 1/m) s_w^2: what the gaps of the windows of a
     term add to its square. Taken over evenly spread terms, not all."""
     excess = np.zeros(m.size)
@@ -254,7 +271,15 @@ def _gap_excess(sums, squares, counts, m, least, n_full, weights):
 
 
 @njit(fastmath=REORDER)
-def _block_allan_gapped(s0, s1, s2, c0, c1, c2, least):
+def _block_allan_gapped(
+    s0: np.ndarray,
+    s1: np.ndarray,
+    s2: np.ndarray,
+    c0: np.ndarray,
+    c1: np.ndarray,
+    c2: np.ndarray,
+    least: float,
+) -> tuple[float, float]:
     """Sum of squares and number of terms. Branches as factors 0 and 1: so it runs in lanes."""
     total = 0.0
     n_terms = 0.0
@@ -269,7 +294,17 @@ def _block_allan_gapped(s0, s1, s2, c0, c1, c2, least):
 
 
 @njit(fastmath=REORDER)
-def _block_hadamard_gapped(s0, s1, s2, s3, c0, c1, c2, c3, least):
+def _block_hadamard_gapped(
+    s0: np.ndarray,
+    s1: np.ndarray,
+    s2: np.ndarray,
+    s3: np.ndarray,
+    c0: np.ndarray,
+    c1: np.ndarray,
+    c2: np.ndarray,
+    c3: np.ndarray,
+    least: float,
+) -> tuple[float, float]:
     total = 0.0
     n_terms = 0.0
     for i in range(s0.size):
@@ -284,7 +319,15 @@ def _block_hadamard_gapped(s0, s1, s2, s3, c0, c1, c2, c3, least):
 
 
 @njit
-def _sum_allan_gapped(s, c, m, least, n_full, total, n_terms):
+def _sum_allan_gapped(
+    s: np.ndarray,
+    c: np.ndarray,
+    m: np.ndarray,
+    least: np.ndarray,
+    n_full: np.ndarray,
+    total: np.ndarray,
+    n_terms: np.ndarray,
+) -> None:
     for start in range(0, s.size, BLOCK):
         for k in range(m.size):
             a, stop = m[k], min(start + BLOCK, n_full[k])
@@ -297,7 +340,15 @@ def _sum_allan_gapped(s, c, m, least, n_full, total, n_terms):
 
 
 @njit
-def _sum_hadamard_gapped(s, c, m, least, n_full, total, n_terms):
+def _sum_hadamard_gapped(
+    s: np.ndarray,
+    c: np.ndarray,
+    m: np.ndarray,
+    least: np.ndarray,
+    n_full: np.ndarray,
+    total: np.ndarray,
+    n_terms: np.ndarray,
+) -> None:
     for start in range(0, s.size, BLOCK):
         for k in range(m.size):
             a, stop = m[k], min(start + BLOCK, n_full[k])
@@ -312,7 +363,9 @@ def _sum_hadamard_gapped(s, c, m, least, n_full, total, n_terms):
 
 
 @njit(fastmath=REORDER)
-def _differences_gapped(s, c, factor, least, difference, use):
+def _differences_gapped(
+    s: np.ndarray, c: np.ndarray, factor: int, least: float, difference: np.ndarray, use: np.ndarray
+) -> None:
     for i in range(difference.size):
         first, second = c[i + factor] - c[i], c[i + 2 * factor] - c[i + factor]
         use[i] = 1.0 if (first >= least) & (second >= least) else 0.0
@@ -321,7 +374,15 @@ def _differences_gapped(s, c, factor, least, difference, use):
 
 
 @njit
-def _sum_modified_gapped(s, c, m, least, n_full, total, n_terms):
+def _sum_modified_gapped(
+    s: np.ndarray,
+    c: np.ndarray,
+    m: np.ndarray,
+    least: np.ndarray,
+    n_full: np.ndarray,
+    total: np.ndarray,
+    n_terms: np.ndarray,
+) -> None:
     """As `_sum_modified`, over the differences that exist; a term needs nine tenths of them."""
     differences, uses = np.empty(s.size), np.empty(s.size)
     for k in range(m.size):

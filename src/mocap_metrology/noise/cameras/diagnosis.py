@@ -70,7 +70,8 @@ class Moments:
         if without is not None:
             sums = sums - self.sums[:, :, :, without]
             counts = counts - self.counts[:, :, :, without]
-        return sums / counts[..., None, None]
+        found: np.ndarray = sums / counts[..., None, None]
+        return found
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,8 @@ class Estimate:
 
     @property
     def factor(self) -> np.ndarray:
-        return np.exp(self.ln)
+        found: np.ndarray = np.exp(self.ln)
+        return found
 
     def interval(self, share: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
         from scipy.stats import t
@@ -96,7 +98,8 @@ class Estimate:
         from scipy.stats import t
 
         with np.errstate(invalid="ignore", divide="ignore"):
-            return t.sf(self.ln / self.se, N_BLOCKS - 1)
+            found: np.ndarray = t.sf(self.ln / self.se, N_BLOCKS - 1)
+            return found
 
 
 @dataclass(frozen=True)
@@ -140,9 +143,11 @@ def diagnose(
     size = int(np.prod(shape))
     parts = [estimate[:, :size], estimate[:, size : 2 * size], estimate[:, 2 * size :]]
     noise, last = parts[2][:, : size // shape[0]], parts[2][:, size // shape[0] :]
+    largest, mean = (Estimate(*part.reshape(2, *shape)) for part in parts[:2])
     return Diagnosis(
         moments.tau_s,
-        *(Estimate(*part.reshape(2, *shape)) for part in parts[:2]),
+        largest,
+        mean,
         position_factors(whole)[2],
         Estimate(*noise.reshape(2, *shape[1:])),
         {name: Estimate(*last[:, k]) for k, name in enumerate(firsts)},

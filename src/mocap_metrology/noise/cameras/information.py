@@ -76,14 +76,16 @@ def least_camera_noise(factor: np.ndarray | float) -> np.ndarray:
     """How many times as noisy as the others one camera must be, at least, to raise a standard
     deviation by `factor` >= 1: the inverse of s^2 / (2 sqrt(s^2 - 1)) for s^2 >= 2."""
     squared = np.maximum(np.asarray(factor, dtype=np.float64), 1.0) ** 2
-    return np.sqrt(2 * squared * (1 + np.sqrt(1 - 1 / squared)))
+    found: np.ndarray = np.sqrt(2 * squared * (1 + np.sqrt(1 - 1 / squared)))
+    return found
 
 
 def coherence(joint: np.ndarray) -> np.ndarray:
     """(...) mean squared canonical correlation of p_a and p_b: 0 for different frames."""
     a, b = np.linalg.inv(joint[..., :3, :3]), np.linalg.inv(joint[..., 3:, 3:])
     x = joint[..., 3:, :3]
-    return np.trace(b @ x @ a @ _turned(x), axis1=-2, axis2=-1) / 3
+    found: np.ndarray = np.trace(b @ x @ a @ _turned(x), axis1=-2, axis2=-1) / 3
+    return found
 
 
 def camera_noise(joint: np.ndarray, chain: Chain) -> tuple[np.ndarray, np.ndarray]:
@@ -97,7 +99,8 @@ def camera_noise(joint: np.ndarray, chain: Chain) -> tuple[np.ndarray, np.ndarra
     transfer = shortest[:, 3:, :3] @ np.linalg.inv(shortest[:, :3, :3])
     known = _geometry(shortest, transfer, chain)
     if known is None:
-        before, firsts = shortest[:, :3, :3], np.full(len(chain.firsts), np.nan)
+        before: np.ndarray = shortest[:, :3, :3]
+        firsts: np.ndarray = np.full(len(chain.firsts), np.nan)
     else:
         before = np.array([known[step.smaller] for step in chain.steps])
         firsts = np.array([_of_first(shortest, known, chain, f) for f in chain.firsts])
@@ -208,4 +211,5 @@ def _turned(matrix: np.ndarray) -> np.ndarray:
 
 
 def _even(matrix: np.ndarray) -> np.ndarray:
-    return (matrix + _turned(matrix)) / 2
+    found: np.ndarray = (matrix + _turned(matrix)) / 2
+    return found

@@ -23,7 +23,8 @@ class Scaling:
 
     def law(self, n: np.ndarray) -> np.ndarray:
         """one / sqrt(n)."""
-        return self.one / np.sqrt(n)
+        found: np.ndarray = self.one / np.sqrt(n)
+        return found
 
 
 def fit_scaling(n: np.ndarray, deviation: np.ndarray) -> Scaling | None:
@@ -71,9 +72,9 @@ def law(n_cameras: Sequence[int], sigma: Sequence[float]) -> Law | None:
     n, s = np.asarray(n_cameras, dtype=np.float64), np.asarray(sigma, dtype=np.float64)
     use = np.isfinite(s) & (s > 0)
     n, s = n[use], s[use]
-    if np.unique(n).size < 3 or n.max() < LEAST_RANGE * n.min():
-        return None
     line = fit_scaling(n, s)
+    if line is None or np.unique(n).size < 3 or n.max() < LEAST_RANGE * n.min():
+        return None
     b, error = -line.exponent, line.exponent_error
     p = 2 * t.sf(abs(b - 0.5) / error, n.size - 2) if error > 0 else float("nan")
     scatter = float(np.log(n * s**2).std(ddof=1))

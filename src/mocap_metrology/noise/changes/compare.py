@@ -199,7 +199,8 @@ def adev_trend(
     error = max(scatter, 1.0) / math.sqrt(spread)
     reach = stdtrit(t.size - 2, (1 + confidence) / 2) * error
     p = 2 * stdtr(t.size - 2, -abs(slope) / error)
-    return Trend(*np.exp([slope, slope - reach, slope + reach]).tolist(), float(p), t.size, scatter)
+    a_unit, low, high = np.exp([slope, slope - reach, slope + reach]).tolist()
+    return Trend(a_unit, low, high, float(p), t.size, scatter)
 
 
 @dataclass(frozen=True)

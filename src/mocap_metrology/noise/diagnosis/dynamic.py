@@ -157,7 +157,7 @@ def _squares(
 
 def _differences(sums: np.ndarray, scale: Scale) -> np.ndarray:
     m, step = scale.m, scale.step
-    d = sums[2 * m :: step] - sums[m:-m:step]
+    d: np.ndarray = sums[2 * m :: step] - sums[m:-m:step]
     d -= sums[m:-m:step]
     d += sums[: -2 * m : step]
     d /= m
@@ -179,7 +179,8 @@ def _windows(
 
 def _pairs(values: np.ndarray, half: int) -> np.ndarray:
     parts = values[: values.size // half * half].reshape(-1, half).sum(axis=1)
-    return parts[:-1] + parts[1:]
+    found: np.ndarray = parts[:-1] + parts[1:]
+    return found
 
 
 def _dispersion(sums: np.ndarray, gone: np.ndarray | None, scale: Scale) -> tuple[float, float]:
@@ -214,7 +215,8 @@ def _running_median(avar: np.ndarray, size: int) -> np.ndarray:
     level = float(np.median(avar[known]))
     if size >= avar.size:
         return np.full(avar.size, level)
-    return median_filter(np.where(known, avar, level), size, mode="reflect")
+    found: np.ndarray = median_filter(np.where(known, avar, level), size, mode="reflect")
+    return found
 
 
 def _surprise(

@@ -106,7 +106,9 @@ class Event:
         return [label for k, label in enumerate(labels, start=1) if k in numbers]
 
 
-def alarms(dynamics: Mapping[str, Sequence[Dynamic]], false_alarm: float) -> tuple[list, float]:
+def alarms(
+    dynamics: Mapping[str, Sequence[Dynamic]], false_alarm: float
+) -> tuple[list[Alarm], float]:
     """Windows less likely than false_alarm over the number of all, as `Alarm`s, and that number."""
     n_tests = sum(d.n_tests for own in dynamics.values() for d in own)
     limit = math.log(max(n_tests, 1) / false_alarm)
@@ -148,9 +150,9 @@ def measured(
     width = max(round(surest.tau_s * rate_hz / SMOOTHED), 1)
     moved = {k: _excursion(v, begin, end, rate_hz, width) for k, v in series.items() if k in order}
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
-    seen = [m for m in moved.values() if m.first_s is not None]
-    start = min((m.first_s for m in seen), default=surest.start_s)
-    stop = max((m.last_s for m in seen), default=surest.stop_s)
+    starts = [m.first_s for m in moved.values() if m.first_s is not None]
+    stops = [m.last_s for m in moved.values() if m.last_s is not None]
+    start, stop = min(starts, default=surest.start_s), max(stops, default=surest.stop_s)
     largest = max(sized, key=lambda k: sized[k].size)
     return Event(
         start, stop - start, "burst", tuple(order), largest, sized[largest].size,

@@ -318,8 +318,8 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
     mask = np.zeros(series.size, bool)
     for rule in rules(innovation(series), resolution_mm):
         smooth = _smooth(series, rule)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], smooth.view(np.int8), [0]])))
-        edges = edges.reshape(-1, 2)
+        changes = np.flatnonzero(np.diff(np.concatenate([[0], smooth.view(np.int8), [0]])))
+        edges = changes.reshape(-1, 2)
         lengths = edges[:, 1] - edges[:, 0]
         chance = max(rule.chance, _seen(lengths))
         if chance > LIKELIEST:

@@ -137,7 +137,7 @@ def _relative(variance: np.ndarray) -> float:
     if not power > 0:
         return 0.0
     r_1 = max(float(z[1:] @ z[:-1]) / power, 0.0)
-    return power / (variance.size - 1) * (1 + 2 * r_1) / variance.size / variance.mean() ** 2
+    return float(power / (variance.size - 1) * (1 + 2 * r_1) / variance.size / variance.mean() ** 2)
 
 
 @dataclass(frozen=True)

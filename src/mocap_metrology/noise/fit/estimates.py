@@ -17,6 +17,7 @@ from mocap_metrology.noise.model.components import (
     GaussMarkov,
     NoiseModel,
     PowerLaw,
+    check_form,
 )
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.noise.model.deterministic import UNITS as DETERMINISTIC_UNITS
@@ -183,10 +184,11 @@ def _noise_of(values: Mapping[str, float], form: Form) -> NoiseModel:
     return NoiseModel.from_coefficients(kept, form)
 
 
-def model_of(noise_rows: list[Mapping[str, Any]]) -> NoiseModel:
+def model_of(noise_rows: Sequence[Mapping[str, Any]]) -> NoiseModel:
     """The fitted noise out of rows of noise.csv of one series and estimator (see `rows`), in the
     form that was fitted; what is no noise: `deterministic.deterministic_of`."""
     absent = ("not_detected", "refused")
     found = {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] not in absent}
-    form = next((r["model"] for r in noise_rows if r.get("model") in FORMS), "sampled")
+    named = (check_form(r["model"]) for r in noise_rows if r.get("model") in FORMS)
+    form: Form = next(named, "sampled")
     return _noise_of(found, form)

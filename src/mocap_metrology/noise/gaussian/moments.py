@@ -81,7 +81,7 @@ def expected_moments(twin: Twin) -> dict[str, float]:
 
     With a model of L: sums over the spectra, so right as far as no coherence is clipped.
     """
-    found = {}
+    found: dict[str, float] = {}
     a, b = (twin.scale.get(s, 1.0) for s in ("x1", "x2"))
     for names, of in (
         (("sigma_1", "sigma_2", "sigma_L"), expected_variance),
@@ -159,27 +159,20 @@ def pair_moments(
         v_1, v_12, v_2 = (covariance[:2, :2] - lost)[[0, 0, 1], [0, 1, 1]]
         v_L = weights @ covariance @ weights - lost_L
         found[k] = *means[:2], v_1, v_2, v_12, weights @ means, v_L
-    return _quantities(*found.T, math.copysign(1.0, along))
+    return _quantities(found, math.copysign(1.0, along))
 
 
 def direction(twin: Twin) -> np.ndarray:
     """(3,) unit vector from marker 2 to marker 1 at the start."""
     line = np.subtract(*twin.start_mm)
-    return line / np.linalg.norm(line)
+    found: np.ndarray = line / np.linalg.norm(line)
+    return found
 
 
-def _quantities(
-    mu_1: np.ndarray,
-    mu_2: np.ndarray,
-    v_1: np.ndarray,
-    v_2: np.ndarray,
-    v_12: np.ndarray,
-    mu_L: np.ndarray,
-    v_L: np.ndarray,
-    sign: float,
-) -> dict[str, np.ndarray]:
-    """The columns of S Table 4 (`gaussian.gaussian_model`); `sign` of x1 - x2, as mu_e is never
-    negative."""
+def _quantities(found: np.ndarray, sign: float) -> dict[str, np.ndarray]:
+    """The columns of S Table 4 (`gaussian.gaussian_model`) out of (repeats, 7) means, variances and
+    covariance; `sign` of x1 - x2, as mu_e is never negative."""
+    mu_1, mu_2, v_1, v_2, v_12, mu_L, v_L = found.T
     sigma_c = np.sqrt(np.maximum(v_1 + v_2 - 2 * v_12, 0.0))
     root_2 = math.sqrt(2)
     s_1, s_2, mu_e = np.sqrt(v_1), np.sqrt(v_2), sign * (mu_1 - mu_2)
@@ -223,7 +216,7 @@ def _slow(twin: Twin, slow_samples: int) -> _Slow:
 
 def _across(twin: Twin, spectrum: Callable[[str], np.ndarray]) -> np.ndarray:
     """Spectrum of what y and z add to the distance, given one of any of their series."""
-    total: np.ndarray | float = 0.0
+    total: np.ndarray = np.zeros(())
     for letter, part in zip("yz", direction(twin)[1:], strict=True):
         first, second = (twin.scale.get(f"{letter}{k}", 1.0) ** 2 * spectrum(f"{letter}{k}")
                          for k in (1, 2))  # fmt: skip
@@ -252,7 +245,8 @@ def _coherence(twin: Twin, spectra: np.ndarray) -> np.ndarray:
     """As the simulation has it: clipped, times the twin's factor; none without a model of L."""
     if spectra.shape[0] == 2:
         return np.zeros(spectra.shape[1])
-    return np.clip(implied_coherence(*spectra), -1.0, 1.0) * twin.coherence_factor
+    found: np.ndarray = np.clip(implied_coherence(*spectra), -1.0, 1.0) * twin.coherence_factor
+    return found
 
 
 def _fast_covariance(twin: Twin, edge_hz: float, tau0: float) -> np.ndarray:
@@ -309,4 +303,5 @@ def _draw(slow: _Slow, rng: np.random.Generator) -> np.ndarray:
     amplitude[:, 0] = 0.0
     x = irfft(amplitude, slow.length, axis=1, workers=1)[:, : slow.n_slow]
     x -= x[:, :1].copy()
-    return x + drift[:, None] * np.arange(slow.n_slow)
+    found: np.ndarray = x + drift[:, None] * np.arange(slow.n_slow)
+    return found

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar, Literal
@@ -85,21 +85,24 @@ class PowerLaw:
         tau = m * tau0
         if self.alpha == 0:
             return self.h / (2 * tau)
-        if form == "sampled":
-            if self.alpha == -2:
-                return self.h * np.pi**2 * tau0 * (2 * m**2 + 1) / (3 * m)
-            unit = 2 * tau0 ** -(self.alpha + 1.0) / m**2
-            return self.h * unit * band_limited(self.alpha, m)
         nyquist = 0.5 / tau0
-        if self.alpha == -2:
-            return self.h * 2 * np.pi**2 / 3 * tau
-        if self.alpha == -1:
-            return self.h * 2 * np.log(2) * np.ones_like(tau)
-        if self.alpha == 1:
+        found: np.ndarray
+        if form == "sampled" and self.alpha == -2:
+            found = self.h * np.pi**2 * tau0 * (2 * m**2 + 1) / (3 * m)
+        elif form == "sampled":
+            unit = 2 * tau0 ** -(self.alpha + 1.0) / m**2
+            found = self.h * unit * band_limited(self.alpha, m)
+        elif self.alpha == -2:
+            found = self.h * 2 * np.pi**2 / 3 * tau
+        elif self.alpha == -1:
+            found = self.h * 2 * np.log(2) * np.ones_like(tau)
+        elif self.alpha == 1:
             # 3 gamma - ln 2 = 1.0385, printed 1.038
             bracket = 3 * (np.euler_gamma + np.log(2 * np.pi * nyquist * tau)) - np.log(2)
-            return self.h * bracket / (2 * np.pi * tau) ** 2
-        return self.h * 3 * nyquist / (2 * np.pi * tau) ** 2
+            found = self.h * bracket / (2 * np.pi * tau) ** 2
+        else:
+            found = self.h * 3 * nyquist / (2 * np.pi * tau) ** 2
+        return found
 
 
 @dataclass(frozen=True)
@@ -135,7 +138,8 @@ class GaussMarkov:
             return 2 * tau0 * self.variance * correlated_means(a, gain)
         # 1 - 2 phi cos + phi^2 = (1 - phi)^2 + 4 phi sin^2, which keeps its digits as phi -> 1
         denominator = np.expm1(-a) ** 2 + math.exp(-a) * gain
-        return 2 * tau0 * self.variance * -np.expm1(-2 * a) / denominator
+        found: np.ndarray = 2 * tau0 * self.variance * -np.expm1(-2 * a) / denominator
+        return found
 
     def psd_continuous(self, f: np.ndarray) -> np.ndarray:
         """2 (q_c T_c)^2 / (1 + (2 pi f T_c)^2): one-sided, so twice the form printed in S."""
@@ -154,7 +158,10 @@ class GaussMarkov:
         if a > 300:
             return self.variance / m
         points = 2 * m * sinh_minus(a)
-        return self.variance * (points + correlated_bracket(x)) / (2 * m * math.sinh(a / 2)) ** 2
+        found: np.ndarray = (
+            self.variance * (points + correlated_bracket(x)) / (2 * m * math.sinh(a / 2)) ** 2
+        )
+        return found
 
 
 @dataclass(frozen=True)
@@ -290,6 +297,7 @@ class NoiseModel:
             PowerLaw(a, float(coefficients[f"h_{a}"])) for a in ALPHAS if f"h_{a}" in coefficients
         ]
         numbers = {int(name[3:]) for name in coefficients if name[:3] in ("q_c", "T_c")}
+        pairs: list[tuple[str, str, Callable[[float, float], Component]]]
         pairs = [(f"q_c{n}", f"T_c{n}", GaussMarkov) for n in sorted(numbers)]
         width = float(coefficients.get("width_f", 0.0))
         if {"A_s", "f_0", "width_f"} & set(coefficients):
@@ -304,7 +312,8 @@ class NoiseModel:
 def check_form(form: Any, where: str = "") -> Form:
     """The form, if it is one."""
     _require(form in FORMS, f"{where}form {form!r}, expected {' or '.join(FORMS)}")
-    return form
+    known: Form = form
+    return known
 
 
 def _require(condition: bool, message: str) -> None:

@@ -52,7 +52,10 @@ class Deterministic:
         x = self.drift / HOUR * (start + duration / 2)
         if not self.A_w:
             return x
-        return x + self.A_w * np.exp(-start / self.T_w) * _decay(np.array(duration / self.T_w))
+        found: np.ndarray = x + self.A_w * np.exp(-start / self.T_w) * _decay(
+            np.array(duration / self.T_w)
+        )
+        return found
 
     def avar(self, tau: np.ndarray, duration: float) -> np.ndarray:
         """Allan variance, mm^2, at tau (k,) of a series of `duration` s, overlapping: half the mean
@@ -66,7 +69,8 @@ class Deterministic:
         a = tau / self.T_w
         B = -self.A_w * np.expm1(-a) ** 2 / a
         starts = np.maximum(duration - 2 * tau, 0.0) / self.T_w
-        return (d**2 + 2 * d * B * _decay(starts) + B**2 * _decay(2 * starts)) / 2
+        found: np.ndarray = (d**2 + 2 * d * B * _decay(starts) + B**2 * _decay(2 * starts)) / 2
+        return found
 
     def variance_of_means(self, mean_s: float, horizon_s: float, duration_s: float) -> float:
         """Mean square, mm^2, of what means over `mean_s` are from the mean of `horizon_s`, over all

@@ -61,7 +61,7 @@ def _block(alpha: int, m: np.ndarray) -> np.ndarray:
     weight = np.tile(w / 2, PANELS) * np.sin(np.pi * v) ** 4
     inside = v < m[:, None] / 2  # m = 64 or less: m panels reach u = 1/2
     u = np.where(inside, v / m[:, None], 0.5)
-    total = np.where(inside, u**alpha / np.sin(np.pi * u) ** 2, 0.0) @ weight / m
+    total: np.ndarray = np.where(inside, u**alpha / np.sin(np.pi * u) ** 2, 0.0) @ weight / m
     far = m > PANELS
     if far.any():
         total[far] += _rest(alpha, m[far])
@@ -78,13 +78,16 @@ def _rest(alpha: int, m: np.ndarray) -> np.ndarray:
 
     def slope(u: np.ndarray) -> np.ndarray:
         angle = np.pi * u
-        return u ** (alpha - 1) / np.sin(angle) ** 2 * (alpha - 2 * angle / np.tan(angle))
+        change: np.ndarray = alpha - 2 * angle / np.tan(angle)
+        change *= u ** (alpha - 1) / np.sin(angle) ** 2
+        return change
 
     parity = np.where(m % 2 == 0, 1.0, -1.0)  # cos(2 pi m u) at u = 1/2
     omega2 = (2 * np.pi * m) ** 2
     begin, end = slope(start), slope(np.full_like(m, 0.5))
     single, double = (end * parity - begin) / omega2, (end - begin) / (4 * omega2)
-    return constant - single / 2 + double / 8
+    total: np.ndarray = constant - single / 2 + double / 8
+    return total
 
 
 def correlated_bracket(x: np.ndarray) -> np.ndarray:
@@ -93,7 +96,8 @@ def correlated_bracket(x: np.ndarray) -> np.ndarray:
     small = -np.minimum(x, 1.0)
     coefficients = [(4.0 - 2.0**n) / math.factorial(n) for n in range(3, 25)]
     series = np.polynomial.polynomial.polyval(small, coefficients) * small**3
-    return np.where(x < 1.0, series, 2 * x - 3 + 4 * np.exp(-x) - np.exp(-2 * x))
+    found: np.ndarray = np.where(x < 1.0, series, 2 * x - 3 + 4 * np.exp(-x) - np.exp(-2 * x))
+    return found
 
 
 def sinh_minus(a: float) -> float:
@@ -112,14 +116,18 @@ def power_law_means(alpha: int, f: np.ndarray, tau0: float, gain: np.ndarray) ->
     if alpha == 2:
         return gain / (2 * np.pi * tau0) ** 2
     x = np.asarray(f, float) * tau0
+    found: np.ndarray
     if alpha == -1:
-        return tau0 / (4 * np.pi**2) * gain * (x**-3 + _smooth(-1, x))
-    return gain / (2 * np.pi**2 * tau0) * (0.5 / x + _smooth(1, x))
+        found = tau0 / (4 * np.pi**2) * gain * (x**-3 + _smooth(-1, x))
+    else:
+        found = gain / (2 * np.pi**2 * tau0) * (0.5 / x + _smooth(1, x))
+    return found
 
 
 def _smooth(alpha: int, x: np.ndarray) -> np.ndarray:
     """What is left of the bracket without its pole: even in x."""
-    return polynomial.polyval(x * x, _coefficients(alpha))
+    found: np.ndarray = polynomial.polyval(x * x, _coefficients(alpha))
+    return found
 
 
 @lru_cache(maxsize=2)
@@ -127,10 +135,12 @@ def _coefficients(alpha: int) -> np.ndarray:
     from scipy.special import digamma, zeta
 
     def flicker(u: np.ndarray) -> np.ndarray:
-        return zeta(3, 1 + np.sqrt(u)) + zeta(3, 1 - np.sqrt(u))
+        found: np.ndarray = zeta(3, 1 + np.sqrt(u)) + zeta(3, 1 - np.sqrt(u))
+        return found
 
     def blue(u: np.ndarray) -> np.ndarray:
-        return -math.log(2) - (digamma(1 + np.sqrt(u)) + digamma(1 - np.sqrt(u))) / 2
+        found: np.ndarray = -math.log(2) - (digamma(1 + np.sqrt(u)) + digamma(1 - np.sqrt(u))) / 2
+        return found
 
     of = flicker if alpha == -1 else blue
     fitted = np.polynomial.Chebyshev.interpolate(of, DEGREE, domain=[0.0, 0.25])
@@ -143,9 +153,12 @@ def correlated_means(a: float, gain: np.ndarray) -> np.ndarray:
     squared = np.expm1(-a) ** 2
     denominator = squared + math.exp(-a) * gain
     falling = -np.expm1(-2 * a)
+    found: np.ndarray
     if a > 1:
-        return 2 / a**2 * (a - falling / 2 * gain / denominator)
-    return correlated_gain(a) * falling / denominator - 2 * sinh_minus(a) / a**2
+        found = 2 / a**2 * (a - falling / 2 * gain / denominator)
+    else:
+        found = correlated_gain(a) * falling / denominator - 2 * sinh_minus(a) / a**2
+    return found
 
 
 def correlated_gain(a: float) -> float:

@@ -35,7 +35,7 @@ def circle_length(n: int) -> int:
     """Even, fast for the FFT, at least 2 (n - 1)."""
     from scipy.fft import next_fast_len
 
-    return 2 * next_fast_len(max(n - 1, 4), real=True)
+    return int(2 * next_fast_len(max(n - 1, 4), real=True))
 
 
 def increment_spectrum(
@@ -79,7 +79,8 @@ def _correlated_tail(
     one_minus = -np.expm1(-a)
     denominator = one_minus**2 + np.exp(-a) * 4 * np.sin(np.pi * k / length) ** 2
     beyond = np.exp(-a * (length / 2 - 1)) * -np.expm1(-2 * a)
-    return 2 * tau0 * variance * one_minus**2 * beyond * sign / denominator
+    found: np.ndarray = 2 * tau0 * variance * one_minus**2 * beyond * sign / denominator
+    return found
 
 
 def _flicker_tail(part: PowerLaw, length: int, tau0: float, bins: int) -> np.ndarray:
@@ -89,7 +90,8 @@ def _flicker_tail(part: PowerLaw, length: int, tau0: float, bins: int) -> np.nda
 
     a = np.pi * np.arange(bins)
     integral = np.cos(a) - a * (np.pi / 2 - sici(a)[0])
-    return 8 * tau0 * part.h / length * integral
+    found: np.ndarray = 8 * tau0 * part.h / length * integral
+    return found
 
 
 class Cross(NamedTuple):
@@ -111,7 +113,10 @@ class Shared(NamedTuple):
 def implied_coherence(first: np.ndarray, second: np.ndarray, difference: np.ndarray) -> np.ndarray:
     """(S_1 + S_2 - S_d) / (2 sqrt(S_1 S_2)), 0 where a spectrum is 0."""
     scale = 2 * np.sqrt(first * second)
-    return np.divide(first + second - difference, scale, out=np.zeros_like(scale), where=scale > 0)
+    found: np.ndarray = np.divide(
+        first + second - difference, scale, out=np.zeros_like(scale), where=scale > 0
+    )
+    return found
 
 
 def coherence(
@@ -159,7 +164,7 @@ def draw_pair(
         c = np.full_like(spectra[0], cross.constant)
     else:
         third = increment_spectrum(difference, length, tau0, form=form)
-        c = implied_coherence(*spectra, third)
+        c = implied_coherence(spectra[0], spectra[1], third)
         np.clip(c, -1.0, 1.0, out=c)
         c *= cross.factor
         del third

@@ -192,7 +192,7 @@ def _lasts(level: np.ndarray, at: int, blocks: int, step: float) -> bool:
     """Whether half of a jump is left over so many blocks before and after: a shake returns."""
     start, end = at + SIDE, at + SIDE + BETWEEN
     before, after = level[max(start - blocks, 0) : start], level[end : end + blocks]
-    return float(np.nanmedian(after) - np.nanmedian(before)) * np.sign(step) > abs(step) / 2
+    return bool(float(np.nanmedian(after) - np.nanmedian(before)) * np.sign(step) > abs(step) / 2)
 
 
 def _levels(blocks: np.ndarray, within: int) -> Iterator[tuple[np.ndarray, int]]:

@@ -90,7 +90,7 @@ def _shape(points: np.ndarray, whole: np.ndarray) -> np.ndarray:
     chosen = whole[np.linspace(0, whole.size - 1, min(whole.size, SHAPE_FRAMES)).astype(int)]
     some = points[:, :, chosen]
     some = some - some.mean(axis=0)
-    shape = some[:, :, 0]
+    shape: np.ndarray = some[:, :, 0]
     for _ in range(4):  # each round leaves less than a thousandth of the change of the last
         turns, _ = _turned(some, shape)
         shape = np.einsum("fba,kbf->ka", turns, some) / chosen.size

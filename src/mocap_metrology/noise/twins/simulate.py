@@ -11,6 +11,7 @@ other.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 from zlib import crc32
@@ -86,14 +87,14 @@ def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[dict[str, An
     """Fill `position` with noise that starts at 0; return the sinusoids that went in."""
     n, tau0 = position.shape[2], 1 / twin.frame_rate_hz
     for axis, letter in enumerate(AXES):
-        models = [twin.models[f"{letter}{marker}"] for marker in (1, 2)]
+        first, second = (twin.models[f"{letter}{marker}"] for marker in (1, 2))
         if letter == "x":
             cross = Cross(twin.models.get("L"), twin.coherence_factor)
         else:
             cross = Cross(constant=twin.yz_coherence)
         rng = stream(twin.name, seed, letter)
         position[0, axis], position[1, axis] = draw_pair(
-            *models, cross, n, tau0, rng, twin.form, _shared(twin, seed, letter)
+            first, second, cross, n, tau0, rng, twin.form, _shared(twin, seed, letter)
         )
     lines = _lines(twin, stream(twin.slow.take if twin.slow else twin.name, seed, "phases"))
     t = np.arange(n) * tau0 if lines else None
@@ -189,9 +190,14 @@ def _add_crump(position: np.ndarray, twin: Twin, seed: int) -> dict[str, Any] | 
     return asdict(crump) | {"time_s": start_s, "weights": weights.tolist(), "frames": t.size}
 
 
-def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> dict[str, list]:
+def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> dict[str, Sequence[float | str]]:
     outliers, n = twin.outliers, position.shape[2]
-    found: dict[str, list] = {"frame": [], "marker": [], "axis": [], "amplitude_mm": []}
+    found: dict[str, Sequence[float | str]] = {
+        "frame": [],
+        "marker": [],
+        "axis": [],
+        "amplitude_mm": [],
+    }
     if outliers is None:
         return found
     rng = stream(twin.name, seed, "outliers")
@@ -211,9 +217,9 @@ def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> dict[str, list
     return found
 
 
-def _cut_gaps(position: np.ndarray, twin: Twin, seed: int) -> dict[str, list]:
+def _cut_gaps(position: np.ndarray, twin: Twin, seed: int) -> dict[str, list[int | str]]:
     gaps, n, rate = twin.gaps, position.shape[2], twin.frame_rate_hz
-    found: dict[str, list] = {"marker": [], "first_frame": [], "frames": []}
+    found: dict[str, list[int | str]] = {"marker": [], "first_frame": [], "frames": []}
     if gaps is None:
         return found
     rng = stream(twin.name, seed, "gaps")

@@ -80,7 +80,10 @@ def facility(take: Take) -> tuple[Facility, np.ndarray]:
 def centroid_errors(take: Take, seed: int, camera: int, n_frames: int) -> np.ndarray:
     """(2 markers, 2 directions, n) errors in pixels that one camera, numbered from 1, makes."""
     noise = facility(take)[1][camera - 1]
-    return noise * stream("take", seed, f"camera {camera}").standard_normal((2, 2, n_frames))
+    found: np.ndarray = noise * stream("take", seed, f"camera {camera}").standard_normal(
+        (2, 2, n_frames)
+    )
+    return found
 
 
 def motion(take: Take, labels: tuple[str, str], seed: int, rate_hz: float, n: int) -> np.ndarray:

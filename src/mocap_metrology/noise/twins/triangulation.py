@@ -87,7 +87,8 @@ def _looking(direction: np.ndarray) -> np.ndarray:
 def project(facility: Facility, points_mm: np.ndarray) -> np.ndarray:
     """(n, 2) pixels at which the cameras see one point (3,), or each its own (n, 3)."""
     seen = np.einsum("nij,nj->ni", facility.rotations, points_mm - facility.origins_mm)
-    return facility.focal_px[:, None] * seen[:, :2] / seen[:, 2:]
+    found: np.ndarray = facility.focal_px[:, None] * seen[:, :2] / seen[:, 2:]
+    return found
 
 
 def jacobians(facility: Facility, marker: int) -> np.ndarray:
@@ -97,7 +98,10 @@ def jacobians(facility: Facility, marker: int) -> np.ndarray:
     seen = np.einsum("nij,nj->ni", rotations, offset)
     depth = seen[:, 2, None, None]
     ratio = seen[:, :2, None] / depth
-    return facility.focal_px[:, None, None] * (rotations[:, :2] - ratio * rotations[:, 2:]) / depth
+    found: np.ndarray = (
+        facility.focal_px[:, None, None] * (rotations[:, :2] - ratio * rotations[:, 2:]) / depth
+    )
+    return found
 
 
 def joint_covariance(
@@ -108,9 +112,10 @@ def joint_covariance(
     noise_px: (n,) centroid noise of each camera; subsets: indices of cameras.
     """
     gains = gain_matrices(facility, marker, subsets)
-    return np.einsum("sidk,k,tjdk->sitj", gains, noise_px**2, gains).reshape(
+    found: np.ndarray = np.einsum("sidk,k,tjdk->sitj", gains, noise_px**2, gains).reshape(
         3 * len(subsets), 3 * len(subsets)
     )
+    return found
 
 
 def gain_matrices(facility: Facility, marker: int, subsets: Sequence[Sequence[int]]) -> np.ndarray:
@@ -130,7 +135,8 @@ def positions(
 ) -> np.ndarray:
     """(3, frames) errors of a marker's position from centroid errors (n, 2, frames)."""
     gain = gain_matrices(facility, marker, [subset])[0]
-    return np.einsum("idk,kdt->it", gain, centroids_px)
+    found: np.ndarray = np.einsum("idk,kdt->it", gain, centroids_px)
+    return found
 
 
 def triangulate(
@@ -143,9 +149,13 @@ def triangulate(
     own = list(subset)
 
     def residual(point: np.ndarray) -> np.ndarray:
-        return (project(facility, point)[own] - pixels[own]).ravel()
+        found: np.ndarray = (project(facility, point)[own] - pixels[own]).ravel()
+        return found
 
-    return least_squares(residual, start_mm, x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+    found: np.ndarray = least_squares(
+        residual, start_mm, x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15
+    ).x
+    return found
 
 
 def wishart_blocks(

@@ -38,7 +38,16 @@ def correlated_table() -> np.ndarray:
 
 
 @njit
-def _correlated(m, log_m, log_T, tau0, sampled, table, curve, slope):
+def _correlated(
+    m: np.ndarray,
+    log_m: np.ndarray,
+    log_T: float,
+    tau0: float,
+    sampled: bool,
+    table: np.ndarray,
+    curve: np.ndarray,
+    slope: np.ndarray,
+) -> None:
     """Allan variance of a Gauss-Markov term of variance 1 at m, and its derivative by log T_c.
 
     `model.GaussMarkov.avar`: with a = tau0 / T_c, x = m a, continuous F(x), sampled
@@ -60,7 +69,7 @@ def _correlated(m, log_m, log_T, tau0, sampled, table, curve, slope):
 
 
 @njit
-def _points(a):
+def _points(a: float) -> tuple[float, float, float, float]:
     """Of a sampled Gauss-Markov term: (a / (2 sinh(a/2)))^2 and (sinh a - a) / (2 sinh^2(a/2)),
     and their derivatives by log T_c = -log a + constant."""
     if a > 300:  # white: variance / m
@@ -77,7 +86,9 @@ def _points(a):
 
 
 @njit
-def _line(m, f_0, tau0, sampled, curve, slope):
+def _line(
+    m: np.ndarray, f_0: float, tau0: float, sampled: bool, curve: np.ndarray, slope: np.ndarray
+) -> None:
     """Allan variance of a sinusoid of amplitude 1, and its derivative by log f_0."""
     x = math.pi * f_0 * tau0
     below = math.sin(x) if sampled else x
@@ -89,7 +100,16 @@ def _line(m, f_0, tau0, sampled, curve, slope):
 
 
 @njit
-def _add(x, i, weights, curve, slope, r, jacobian, want):
+def _add(
+    x: np.ndarray,
+    i: int,
+    weights: np.ndarray,
+    curve: np.ndarray,
+    slope: np.ndarray,
+    r: np.ndarray,
+    jacobian: np.ndarray,
+    want: bool,
+) -> None:
     """Add the component of coordinates i, i + 1 at its share: w curve / rms(w curve) * share."""
     squares, product = 0.0, 0.0
     for k in range(r.size):
@@ -109,8 +129,19 @@ def _add(x, i, weights, curve, slope, r, jacobian, want):
 
 @njit
 def residual(
-    x, fixed, m, log_m, weights, target, tau0, gauss_markov, sampled, table, jacobian, want
-):
+    x: np.ndarray,
+    fixed: np.ndarray,
+    m: np.ndarray,
+    log_m: np.ndarray,
+    weights: np.ndarray,
+    target: np.ndarray,
+    tau0: float,
+    gauss_markov: int,
+    sampled: bool,
+    table: np.ndarray,
+    jacobian: np.ndarray,
+    want: bool,
+) -> np.ndarray:
     """(k,) w (model - obs); its derivatives go to `jacobian` (d, k) if wanted."""
     r = -target
     n = fixed.shape[0]
@@ -132,7 +163,18 @@ def residual(
 
 
 @njit
-def cost_at(x, fixed, m, log_m, weights, target, tau0, gauss_markov, sampled, table):
+def cost_at(
+    x: np.ndarray,
+    fixed: np.ndarray,
+    m: np.ndarray,
+    log_m: np.ndarray,
+    weights: np.ndarray,
+    target: np.ndarray,
+    tau0: float,
+    gauss_markov: int,
+    sampled: bool,
+    table: np.ndarray,
+) -> float:
     none = np.empty((1, 1))
     r = residual(
         x, fixed, m, log_m, weights, target, tau0, gauss_markov, sampled, table, none, False
@@ -144,7 +186,18 @@ def cost_at(x, fixed, m, log_m, weights, target, tau0, gauss_markov, sampled, ta
 
 
 @njit
-def costs_at(points, fixed, m, log_m, weights, target, tau0, gauss_markov, sampled, table):
+def costs_at(
+    points: np.ndarray,
+    fixed: np.ndarray,
+    m: np.ndarray,
+    log_m: np.ndarray,
+    weights: np.ndarray,
+    target: np.ndarray,
+    tau0: float,
+    gauss_markov: int,
+    sampled: bool,
+    table: np.ndarray,
+) -> np.ndarray:
     found = np.empty(points.shape[0])
     for i in range(found.size):
         found[i] = cost_at(
@@ -155,20 +208,20 @@ def costs_at(points, fixed, m, log_m, weights, target, tau0, gauss_markov, sampl
 
 @njit
 def descend(
-    start,
-    lower,
-    upper,
-    iterations,
-    fixed,
-    m,
-    log_m,
-    weights,
-    target,
-    tau0,
-    gauss_markov,
-    sampled,
-    table,
-):
+    start: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    iterations: int,
+    fixed: np.ndarray,
+    m: np.ndarray,
+    log_m: np.ndarray,
+    weights: np.ndarray,
+    target: np.ndarray,
+    tau0: float,
+    gauss_markov: int,
+    sampled: bool,
+    table: np.ndarray,
+) -> tuple[np.ndarray, float]:
     """Projected Levenberg-Marquardt: (point, cost) of the local minimum below `start`.
 
     Damped by the diagonal of J'J, so the scale of a coordinate does not matter; a coordinate on

@@ -31,6 +31,7 @@ from mocap_metrology.noise.fit.allan.descent import (
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.model.components import (
     ALPHAS,
+    Component,
     Form,
     GaussMarkov,
     NoiseModel,
@@ -74,6 +75,13 @@ class SearchRange:
             )
 
 
+# What every compiled cost is of besides the point (see `descent.residual`)
+Arguments = tuple[
+    *tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    *tuple[float, int, bool, np.ndarray],
+]
+
+
 @dataclass(frozen=True, eq=False)
 class Misfit:
     """Cost of a point of the search, for one series; d coordinates, k averaging times.
@@ -94,7 +102,7 @@ class Misfit:
     upper: np.ndarray
 
     @cached_property
-    def _arguments(self) -> tuple:
+    def _arguments(self) -> Arguments:
         c = self.components
         sampled = self.form == "sampled"
         target = self.weights * self.avar
@@ -105,11 +113,12 @@ class Misfit:
 
     def cost(self, x: np.ndarray) -> float:
         """Sum of squares at the point x (d,)."""
-        return cost_at(x, *self._arguments)
+        return float(cost_at(x, *self._arguments))
 
     def costs(self, points: np.ndarray) -> np.ndarray:
         """(n,) sums of squares at the points (n, d)."""
-        return costs_at(np.ascontiguousarray(points), *self._arguments)
+        found: np.ndarray = costs_at(np.ascontiguousarray(points), *self._arguments)
+        return found
 
     def residual(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k,) w (model - obs) at x, and its derivatives (d, k) by the coordinates."""
@@ -118,13 +127,16 @@ class Misfit:
 
     def polished(self, x: np.ndarray, iterations: int = 100) -> tuple[np.ndarray, float]:
         """The local minimum below x inside the bounds, and its cost (see `descent.descend`)."""
-        return descend(x, self.lower, self.upper, iterations, *self._arguments)
+        found: tuple[np.ndarray, float] = descend(
+            x, self.lower, self.upper, iterations, *self._arguments
+        )
+        return found
 
     def model(self, x: np.ndarray) -> NoiseModel:
         """The noise model at x, Gauss-Markov terms by rising T_c; T_c and f_0 kept if absent."""
         n = len(self.components.alphas)
         shares = np.exp(x)
-        parts: list = [
+        parts: list[Component] = [
             PowerLaw(alpha, float(shares[i] * self.unit[i]))
             for i, alpha in enumerate(self.components.alphas)
         ]

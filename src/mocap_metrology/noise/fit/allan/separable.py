@@ -102,7 +102,8 @@ def amplitudes(curves: np.ndarray, target: np.ndarray) -> np.ndarray:
         return np.empty(0)
     norm = np.sqrt(np.einsum("ij,ij->j", curves, curves))
     norm = np.where(norm > 0, norm, 1.0)
-    return nnls(curves / norm, target, maxiter=50 * curves.shape[1])[0] / norm
+    found: np.ndarray = nnls(curves / norm, target, maxiter=50 * curves.shape[1])[0] / norm
+    return found
 
 
 def solved(problem: Problem, log_T: np.ndarray, log_f: float | None = None) -> Fit:
@@ -166,7 +167,9 @@ def _newton(problem: Problem, fit: Fit, low: np.ndarray, high: np.ndarray) -> np
     return np.minimum(np.maximum(step, -1.0), 1.0)
 
 
-def _moved(problem: Problem, fit: Fit, step: np.ndarray, low: np.ndarray, high: np.ndarray) -> Fit:
+def _moved(
+    problem: Problem, fit: Fit, step: np.ndarray, low: np.ndarray | float, high: np.ndarray | float
+) -> Fit:
     shapes = np.minimum(np.maximum(fit.shapes + step, low), high)
     return solved(problem, shapes[: fit.log_T.size], None if fit.log_f is None else shapes[-1])
 
@@ -192,7 +195,8 @@ def projected(vectors: np.ndarray, onto_complement_of: np.ndarray) -> np.ndarray
         return vectors
     norm = np.linalg.norm(onto_complement_of, axis=0)
     basis, _ = np.linalg.qr(onto_complement_of / np.where(norm > 0, norm, 1.0))
-    return vectors - basis @ (basis.T @ vectors)
+    found: np.ndarray = vectors - basis @ (basis.T @ vectors)
+    return found
 
 
 def _pruned(fit: Fit) -> Fit:
@@ -235,24 +239,24 @@ def path(problem: Problem, most: int, log_f: float | None = None) -> list[Fit]:
     From the merged dictionary down: the term that is missed least goes, the others are polished.
     Then up: a term is put in where it gains most. The better of both ways stands.
     """
-    best: list[Fit | None] = [None] * (most + 1)
+    best: dict[int, Fit] = {}
     fit = polish(problem, merged(problem, dictionary(problem, log_f)), log_f, rough=True)
     while True:
         size = fit.log_T.size
-        if size <= most and (best[size] is None or fit.cost < best[size].cost):
+        if size <= most and (size not in best or fit.cost < best[size].cost):
             best[size] = fit
         if size == 0:
             break
         fit = _without_one(problem, fit)
     for size in range(1, most + 1):
-        for log_T in best_insertions(problem, best[size - 1]):
-            below = best[size - 1]
+        below = best[size - 1]
+        for log_T in best_insertions(problem, below):
             trial = polish(problem, np.append(below.log_T, log_T), below.log_f, rough=True)
-            if best[size] is None or trial.cost < best[size].cost:
+            if size not in best or trial.cost < best[size].cost:
                 best[size] = trial
-        if best[size] is None or best[size - 1].cost <= best[size].cost:
-            best[size] = best[size - 1]
-    return best
+        if size not in best or below.cost <= best[size].cost:
+            best[size] = below
+    return [best[size] for size in range(most + 1)]
 
 
 def _without_one(problem: Problem, fit: Fit) -> Fit:
@@ -287,7 +291,8 @@ def best_insertions(problem: Problem, fit: Fit, count: int = 2) -> np.ndarray:
     standard error."""
     gained = gains(fit, problem.table.T)
     at = peaks(gained, count)
-    return problem.log_T[at[gained[at] > max(0.01, 0.2 * gained.max())]]
+    found: np.ndarray = problem.log_T[at[gained[at] > max(0.01, 0.2 * gained.max())]]
+    return found
 
 
 def with_line(problem: Problem, fit: Fit, log_f: np.ndarray, columns: np.ndarray) -> Fit | None:

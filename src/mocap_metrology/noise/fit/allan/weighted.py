@@ -142,7 +142,11 @@ def _ceiling(curves: Curves, avar: np.ndarray, edf: np.ndarray) -> Callable[[Com
 
 
 def _pilot(
-    curves: Curves, avar: np.ndarray, edf: np.ndarray, alphas: tuple[int, ...], options: dict
+    curves: Curves,
+    avar: np.ndarray,
+    edf: np.ndarray,
+    alphas: tuple[int, ...],
+    options: Mapping[str, Any],
 ) -> Whitened:
     """The problem with the covariance of a model of as many terms as the data like: first without
     correlations and relative to the data, then twice with the covariance of the fit before."""
@@ -155,7 +159,9 @@ def _pilot(
 
 def _model(alphas: tuple[int, ...], fit: Fit, form: Form) -> NoiseModel:
     a, size = fit.amplitudes, len(alphas)
-    parts: list = [PowerLaw(alpha, float(h)) for alpha, h in zip(alphas, a, strict=False) if h > 0]
+    parts: list[Component] = [
+        PowerLaw(alpha, float(h)) for alpha, h in zip(alphas, a, strict=False) if h > 0
+    ]
     terms = zip(a[size:], fit.log_T, strict=False)
     parts += [GaussMarkov(float(np.sqrt(p)), float(np.exp(x))) for p, x in terms]
     if fit.log_f is not None and a[-1] > 0:
@@ -194,7 +200,9 @@ def _resolved(problem: Problem, fits: list[Fit]) -> Fit:
     return fits[-1]
 
 
-def _chosen(white: Whitened, curves: Curves, options: dict) -> tuple[tuple[int, ...], Fit]:
+def _chosen(
+    white: Whitened, curves: Curves, options: Mapping[str, Any]
+) -> tuple[tuple[int, ...], Fit]:
     """Power laws and fit of least cost plus price."""
     price = 2.0 if options["criterion"] == "aicc" else float(np.log(white.n_effective))
     problem = white.problem

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -59,7 +60,7 @@ def coefficients(found: Found, wanted: Components) -> tuple[tuple[Coefficient, .
         else:
             at = _likeliest(found.table.T, fit.residual, jacobian)
             T_c = float(np.exp(found.log_T[at]))
-            top = _limit(found, jacobian, found.table[at], lambda p, T=T_c: GaussMarkov(p**0.5, T))
+            top = _limit(found, jacobian, found.table[at], partial(_term, T_c))
             lines += [_missing(names[0], np.sqrt(top)), _missing(names[1], np.nan)]
             notes.append(f"limit of {names[0]} is for T_c = {T_c:.3g} s")
     if wanted.sinusoid and fit.log_f is not None and fit.shaped[-1] > 0:
@@ -94,7 +95,8 @@ def _standard_errors(jacobian: np.ndarray) -> np.ndarray:
     norm = np.linalg.norm(jacobian, axis=0)
     _, values, right = np.linalg.svd(jacobian / norm, full_matrices=False)
     with np.errstate(divide="ignore", over="ignore"):
-        return np.sqrt(np.sum((right / values[:, None]) ** 2, axis=0)) / norm
+        found: np.ndarray = np.sqrt(np.sum((right / values[:, None]) ** 2, axis=0)) / norm
+        return found
 
 
 def _likeliest(columns: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> int:
@@ -135,7 +137,7 @@ def _top(column: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> floa
     power = float(new @ new)
     if not power > 0:
         return np.inf
-    return max(float(residual @ new) / power, 0.0) + ONE_SIDED_95 / power**0.5
+    return float(max(float(residual @ new) / power, 0.0) + ONE_SIDED_95 / power**0.5)
 
 
 def _pair(
@@ -156,9 +158,13 @@ def _pair(
     ]
 
 
+def _term(T_c: float, power: float) -> GaussMarkov:
+    return GaussMarkov(power**0.5, T_c)
+
+
 def _detected(name: str, value: float, error: float, status: str) -> Coefficient:
     value, error = float(value), float(error)
-    ends = {}
+    ends: dict[str, float] = {}
     for label, z in (("68", Z_68), ("95", Z_95)):
         relative = error / value
         low = value * np.exp(-min(z * relative, 700.0))
@@ -166,7 +172,17 @@ def _detected(name: str, value: float, error: float, status: str) -> Coefficient
         up = np.exp(z * relative) if relative < 1 else 1 + relative * (np.exp(z) - 1)
         high = value * up
         ends |= {f"lower_{label}": float(low), f"upper_{label}": float(high)}
-    return Coefficient(name, value, error, **ends, status=status)
+    return Coefficient(
+        name,
+        value,
+        error,
+        math.nan,
+        ends["lower_68"],
+        ends["upper_68"],
+        ends["lower_95"],
+        ends["upper_95"],
+        status=status,
+    )
 
 
 def _missing(name: str, upper: float) -> Coefficient:

@@ -51,7 +51,7 @@ def avar_covariance(
     m = np.ascontiguousarray(m, dtype=np.int64)
     f, gain = _nodes(m.tobytes(), n, tau0)
     weighted = gain * model.psd(f, tau0)
-    covariance = weighted @ weighted.T
+    covariance: np.ndarray = weighted @ weighted.T
     for line in model.lines:
         at = np.array([line.f_0])
         high = line.recorded(tau0, model.form)
@@ -61,14 +61,16 @@ def avar_covariance(
     if edf is None:
         return covariance
     scale = np.sqrt(2 * model.avar(m, tau0) ** 2 / np.asarray(edf, float) / np.diag(covariance))
-    return covariance * np.outer(scale, scale)
+    found: np.ndarray = covariance * np.outer(scale, scale)
+    return found
 
 
 def transfer(m: np.ndarray, f: np.ndarray, tau0: float) -> np.ndarray:
     """(k, f) of |H_m(f)|^2 = 2 sin^4(pi f m tau0) / (m sin(pi f tau0))^2."""
     x = np.pi * tau0 * np.asarray(f, float)
     m = np.asarray(m, float)[:, None]
-    return 2 * np.sin(m * x) ** 4 / (m * np.sin(x)) ** 2
+    found: np.ndarray = 2 * np.sin(m * x) ** 4 / (m * np.sin(x)) ** 2
+    return found
 
 
 @lru_cache(maxsize=4)
@@ -99,7 +101,7 @@ def _ends(m_bytes: bytes, n: int) -> np.ndarray:
     variances at lag k, w(k) the number of pairs of terms with that lag, N the numbers of terms.
     """
     m = np.frombuffer(m_bytes, dtype=np.int64).astype(float)
-    factor = n / (n - 2 * np.minimum.outer(m, m) + 1)  # all that matters where a << b
+    factor: np.ndarray = n / (n - 2 * np.minimum.outer(m, m) + 1)  # all that matters where a << b
     for b in np.flatnonzero(m > EDGES_FROM * n):
         shorter = m <= m[b]
         # The lags resolve terms down to a twentieth; below, the loss is proportional to tau
@@ -121,7 +123,8 @@ def _shared(a: np.ndarray, b: float, n: int) -> np.ndarray:
             covariance -= c_i * c_j * np.abs(lag + j * b - i * first)
     pairs = np.maximum(np.minimum(n_a, n_b - lag) - np.maximum(0.0, -lag), 0.0)
     square = covariance**2
-    return n * np.sum(pairs * square, axis=1) / (n_a[:, 0] * n_b * square.sum(axis=1))
+    found: np.ndarray = n * np.sum(pairs * square, axis=1) / (n_a[:, 0] * n_b * square.sum(axis=1))
+    return found
 
 
 @dataclass(frozen=True)
@@ -193,7 +196,8 @@ def whitening_matrix(
     correlation = covariance / np.outer(sigma, sigma) + ridge * np.eye(sigma.size)
     share = kept_share(curves.m, edf, 2 * model_curve(curves, model) ** 2 / variance)
     scale = np.diag(np.sqrt(share) / sigma)
-    return solve_triangular(_cholesky(correlation), scale, lower=True)
+    found: np.ndarray = solve_triangular(_cholesky(correlation), scale, lower=True)
+    return found
 
 
 def model_curve(curves: Curves, model: NoiseModel) -> np.ndarray:
@@ -213,7 +217,8 @@ def kept_share(m: np.ndarray, edf: np.ndarray, edf_model: np.ndarray) -> np.ndar
     decade of tau to either side is taken, and at most 1."""
     ratio = edf / edf_model
     near = np.abs(np.log(m[:, None] / m)) <= np.log(ENVELOPE)
-    return np.minimum(np.max(np.where(near, ratio, 0.0), axis=1), 1.0)
+    found: np.ndarray = np.minimum(np.max(np.where(near, ratio, 0.0), axis=1), 1.0)
+    return found
 
 
 def _cholesky(correlation: np.ndarray) -> np.ndarray:
@@ -237,7 +242,8 @@ def whitened_by(
     def line(log_f: np.ndarray) -> np.ndarray:
         at = curves.m, curves.tau0, curves.form
         tones = [Sinusoid(1.0, float(np.exp(x))).avar(*at) for x in log_f]
-        return matrix @ np.stack(tones, axis=1)
+        found: np.ndarray = matrix @ np.stack(tones, axis=1)
+        return found
 
     fixed = matrix @ curves.power[:, [ALPHAS.index(alpha) for alpha in alphas]]
     table, slope = curves.table @ matrix.T, curves.slope @ matrix.T

@@ -83,7 +83,8 @@ def warm_up_column(slow: Slow, tau0: float, T_w: float) -> np.ndarray:
     sign = np.where(slow.k % 2 == 1, -1.0, 1.0)
     below = math.expm1(-a) ** 2 + 4 * math.exp(-a) * np.sin(half) ** 2
     unit = -math.expm1(-a) * (1 - sign * np.exp(-a * slow.n)) * np.cos(half) / below
-    return unit * np.exp(-slow.start_s / T_w) * np.sqrt(4 * tau0 / slow.n)
+    found: np.ndarray = unit * np.exp(-slow.start_s / T_w) * np.sqrt(4 * tau0 / slow.n)
+    return found
 
 
 def T_w_range(slow: Slow, tau0: float) -> tuple[float, float]:
@@ -185,14 +186,23 @@ class Designs:
         return out + part.values.A_w * self.warm_up(part.values.T_w) if part.values.A_w else out
 
 
+def slow_of(data: Periodogram) -> Slow:
+    """The slow coefficients one by one, which a periodogram must have to be detrended."""
+    if data.slow is None:
+        raise ValueError("periodogram without its slow coefficients")
+    return data.slow
+
+
 def slow_weight(data: Periodogram, density: np.ndarray) -> np.ndarray:
     """(M,) weights of the slow coefficients: the share that was measured over the variance."""
-    return data.slow.share / density[data.slow.bin]
+    slow = slow_of(data)
+    found: np.ndarray = slow.share / density[slow.bin]
+    return found
 
 
 def _left(data: Periodogram, designs: Designs, part: Part, restored: bool) -> Periodogram:
     """The periodogram without the part; restored: with what its estimate took (X V X')."""
-    slow = data.slow
+    slow = slow_of(data)
     power = (slow.value - designs.wave(part)) ** 2
     if restored:
         columns = designs.of(part)

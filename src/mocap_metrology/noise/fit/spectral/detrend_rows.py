@@ -19,6 +19,7 @@ from mocap_metrology.noise.fit.spectral.detrend import (
     Alternative,
     Designs,
     Part,
+    slow_of,
     slow_weight,
 )
 from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood
@@ -63,7 +64,7 @@ class Mixture:
 def deterministic_rows(alternatives: Sequence[Alternative], tau0: float) -> tuple[Coefficient, ...]:
     """drift, A_w and T_w: value, errors and intervals, or limits. alternatives: the best first."""
     best = alternatives[0]
-    designs = Designs(best.data.slow, tau0)
+    designs = Designs(slow_of(best.data), tau0)
     likely = [math.exp((best.score - one.score) / 2) for one in alternatives]
     kept = [(w, one) for w, one in zip(likely, alternatives, strict=True) if w > LEAST_WEIGHT]
     own = [(w, one.part.names, list(_distributions(one, designs))) for w, one in kept]
@@ -106,7 +107,7 @@ def _found(
     value = getattr(values, name)
     size = values.T_w if name == "T_w" else 1.0
     error = size * math.sqrt(best.part.covariance[place, place])
-    whole = designs.of(best.part) / np.sqrt(_density(best, best.fit))[best.data.slow.bin]
+    whole = designs.of(best.part) / np.sqrt(_density(best, best.fit))[slow_of(best.data).bin]
     bound = size * math.sqrt(np.linalg.pinv(whole @ whole.T, hermitian=True)[place, place])
     rows = []
     for likely, names, found in own:
@@ -120,7 +121,18 @@ def _found(
     if name == "T_w":
         ends = {end: math.exp(v) for end, v in ends.items()}
     at_end = name == "T_w" and np.min(np.abs(np.log(value / np.array(designs.bounds)))) < AT_BOUND
-    return Coefficient(name, value, error, bound, **ends, status="at_bound" if at_end else "ok")
+    status = "at_bound" if at_end else "ok"
+    return Coefficient(
+        name,
+        value,
+        error,
+        bound,
+        ends["lower_68"],
+        ends["upper_68"],
+        ends["lower_95"],
+        ends["upper_95"],
+        status=status,
+    )
 
 
 def _distributions(one: Alternative, designs: Designs) -> Iterator[Row]:

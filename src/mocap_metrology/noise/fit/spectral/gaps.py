@@ -45,7 +45,8 @@ def bridged(series: np.ndarray) -> np.ndarray:
     if valid.all():
         return series
     at = np.flatnonzero(valid)
-    return np.interp(np.arange(series.size), at, series[at])
+    found: np.ndarray = np.interp(np.arange(series.size), at, series[at])
+    return found
 
 
 def filled(
@@ -80,12 +81,13 @@ def _covariance(density: Callable[[np.ndarray], np.ndarray], tau0: float, n: int
 
     f = np.arange(1, LAGS + 1) / (2 * LAGS * tau0)
     psd = np.concatenate([[0.0], density(f)])
-    covariance = irfft(psd)[:LAGS] / (2 * tau0)
+    covariance: np.ndarray = irfft(psd)[:LAGS] / (2 * tau0)
     lowest, first = 0.5 / (n * tau0), 0.25 / (LAGS * tau0)
     if lowest >= first:
         return covariance
     edge = np.geomspace(lowest, first, SLOW_BANDS + 1)
-    return covariance + np.sum(density(np.sqrt(edge[:-1] * edge[1:])) * np.diff(edge))
+    found: np.ndarray = covariance + np.sum(density(np.sqrt(edge[:-1] * edge[1:])) * np.diff(edge))
+    return found
 
 
 @njit

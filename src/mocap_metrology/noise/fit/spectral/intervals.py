@@ -87,7 +87,8 @@ def _at_bound(fit: Fit, bounds: tuple[float, float]) -> dict[str, str]:
 
 def _linear(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
     ends = [max(value + sign * z * error, 0.0) for z in (Z_68, Z_95) for sign in (-1, 1)]
-    return Coefficient(name, value, error, bound, *ends, status=status)
+    low_68, high_68, low_95, high_95 = ends
+    return Coefficient(name, value, error, bound, low_68, high_68, low_95, high_95, status=status)
 
 
 def _law(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
@@ -103,7 +104,8 @@ def _law(name: str, value: float, error: float, bound: float, status: str) -> Co
 def _positive(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
     relative = error / value
     ends = [value * _exp(sign * z * relative) for z in (Z_68, Z_95) for sign in (-1, 1)]
-    return Coefficient(name, value, error, bound, *ends, status=status)
+    low_68, high_68, low_95, high_95 = ends
+    return Coefficient(name, value, error, bound, low_68, high_68, low_95, high_95, status=status)
 
 
 def _exp(x: float) -> float:
@@ -164,7 +166,9 @@ def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray, price: flo
     else:
         return math.inf  # something else gives way to it: the spectrum does not limit it
     fall = best[0] + most
-    return brentq(lambda value: deviance(value) - fall, best[1], high, rtol=0.01, xtol=1e-300)
+    return float(
+        brentq(lambda value: deviance(value) - fall, best[1], high, rtol=0.01, xtol=1e-300)
+    )
 
 
 def law_limit(likelihood: Likelihood, fit: Fit, alpha: int, price: float = 0.0) -> float:
@@ -202,9 +206,9 @@ def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coef
         share = float(likelihood.weight.sum() / bins.n.sum())
         errors = [error / math.sqrt(share) for error in line.errors(duration, psd)]
         taken = Sinusoid(1.0, line.f_0).recorded(bins.tau0, bins.form)  # by averages over a frame
-        height = [value / taken for value in (line.A_s, errors[0], bounds[0])]
+        height, height_error, least = (v / taken for v in (line.A_s, errors[0], bounds[0]))
         rows = [
-            _positive("A_s", *height, "ok"),
+            _positive("A_s", height, height_error, least, "ok"),
             _linear("f_0", line.f_0, errors[1], bounds[1], "ok"),
         ]
         width = line.width_f, line.width_error, math.nan, "ok"

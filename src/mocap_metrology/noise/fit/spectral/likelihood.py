@@ -218,7 +218,8 @@ def _without(parts: list[np.ndarray], lines: list[Line], tau0: float, at: int) -
 def _less(whole: np.ndarray, lines: list[Line], kept: Line, tau0: float) -> np.ndarray:
     """A series without its lines but one."""
     others = [line for line in lines if line is not kept]
-    return whole - sum((line.wave(whole.size, tau0) for line in others), np.zeros(1))
+    found: np.ndarray = whole - sum((line.wave(whole.size, tau0) for line in others), np.zeros(1))
+    return found
 
 
 def _rounds(part: np.ndarray, left: float) -> int:

@@ -78,19 +78,20 @@ class Line:
     def wave(self, n: int, tau0: float) -> np.ndarray:
         """(n,) samples; the sine of a sum of a slow and a fast angle, so few sines are taken."""
         if self.parts is not None:
-            return self._band(n)
+            return self._band(self.parts, n)
         step = 2 * np.pi * self.f_0 * tau0
         fast = step * np.arange(ROW)
         slow = step * ROW * np.arange(-(-n // ROW))[:, None] + self.phase
         rows = (self.A_s * np.sin(slow)) * np.cos(fast)
         rows += (self.A_s * np.cos(slow)) * np.sin(fast)
-        return rows.ravel()[:n]
+        found: np.ndarray = rows.ravel()[:n]
+        return found
 
-    def _band(self, n: int) -> np.ndarray:
+    def _band(self, parts: np.ndarray, n: int) -> np.ndarray:
         from scipy.fft import irfft
 
         spectrum = np.zeros(self.period // 2 + 1, complex)
-        spectrum[self.first : self.first + self.parts.size] = self.parts
+        spectrum[self.first : self.first + parts.size] = parts
         wave = irfft(spectrum, self.period, overwrite_x=True)
         return wave if n == self.period else np.resize(wave, n)
 
@@ -117,7 +118,8 @@ def level(power: np.ndarray, k: np.ndarray) -> np.ndarray:
     edge = np.geomspace(k[0] / 1.1, k[-1] + 1, max(round(math.log2(k[-1] / k[0]) * 4), 2) + 1)
     edge = np.unique(edge.astype(np.int64))
     middle = np.sqrt(edge[:-1] * (edge[1:] - 1.0))
-    return np.exp(np.interp(np.log(k), np.log(middle), np.log(_medians(power, edge))))
+    found: np.ndarray = np.exp(np.interp(np.log(k), np.log(middle), np.log(_medians(power, edge))))
+    return found
 
 
 def beside(power: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -180,7 +182,8 @@ def kernel(f_0: float, k: np.ndarray, n: int, tau0: float) -> np.ndarray:
     ends = np.stack([np.cos(angle), np.sin(angle)]).mean(axis=2)
     slope = (ends[:, 1] - ends[:, 0]) / max(n - width, 1)
     ramp = n / np.expm1(-2j * np.pi * k / n)
-    return waves - slope[:, None] * ramp
+    found: np.ndarray = waves - slope[:, None] * ramp
+    return found
 
 
 def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
@@ -230,7 +233,8 @@ def refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float)
 def _slope(place: float, x: np.ndarray, k: np.ndarray, n: int, tau0: float) -> np.ndarray:
     """Change of a line's coefficients with its place in units of 1/T."""
     low, high = (kernel((place + step) / (n * tau0), k, n, tau0) for step in (-STEP, STEP))
-    return x @ (high - low) / (2 * STEP)
+    found: np.ndarray = x @ (high - low) / (2 * STEP)
+    return found
 
 
 def _folded(line: Line, x: np.ndarray, matrix: np.ndarray, n: int, tau0: float) -> Line | None:
@@ -315,7 +319,7 @@ def measured(
     errors[2] = max(errors[2], errors[1])
     step = 1 / duration
     return Line(
-        A_s, f_0, math.nan, psd, gain, width, *errors,
+        A_s, f_0, math.nan, psd, gain, width, errors[0], errors[1], errors[2],
         band_hz=((low - 0.5) * step, (high + 0.5) * step), parts=band, first=low, period=n,
     )  # fmt: skip
 

@@ -129,7 +129,8 @@ class _State:
 
     def ratio(self) -> np.ndarray:
         """Power over what a line must stand out of."""
-        return self.power[self.first : self.first + self.level.size] / self.floor
+        found: np.ndarray = self.power[self.first : self.first + self.level.size] / self.floor
+        return found
 
 
 def _search(

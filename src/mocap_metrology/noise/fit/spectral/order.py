@@ -64,16 +64,14 @@ def choose(likelihood: Likelihood, alphas: Sequence[int], most: int, criterion: 
     bins, 95 of 100 recordings of pure white noise and more show nothing else (a test).
     """
     cost = penalty(criterion, float(likelihood.psd.size))
-    best, best_score = None, math.inf
+    found: list[tuple[float, Fit]] = []
     full: Fit | None = None
     mixture = dictionary(likelihood, alphas)
     for terms in range(most + 1):
         full = fit_order(likelihood, mixture, terms, full)
         pruned = _pruned(likelihood, full, cost)
-        score = pruned.deviance + cost(pruned.spectrum.size)
-        if score < best_score:
-            best, best_score = pruned, score
-    return best
+        found.append((pruned.deviance + cost(pruned.spectrum.size), pruned))
+    return min(found, key=lambda scored: scored[0])[1]
 
 
 def _pruned(likelihood: Likelihood, fit: Fit, cost: Callable[[int], float]) -> Fit:

@@ -29,6 +29,10 @@ SLOWEST = 2048  # coefficients kept one by one, for what is no noise (`detrend`)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
+# gain, parity and duration of every node, frame period (s), whether frames are averages
+Where = tuple[np.ndarray, np.ndarray, np.ndarray, float, bool]
+
+
 @dataclass(frozen=True)
 class Bins:
     """Frequencies of the bins of one or several stretches of a series, one row a bin (B bins).
@@ -54,7 +58,7 @@ class Bins:
         return self.f_hz[:, 1]
 
     @property
-    def where(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, bool]:
+    def where(self) -> Where:
         """What the compiled spectra need."""
         return self.gain, self.parity, self.duration_s, self.tau0, self.form == "continuous"
 
@@ -133,8 +137,8 @@ def joined(parts: Sequence[Bins]) -> Bins:
     if len(parts) == 1:
         return parts[0]
     names = ("f_hz", "gain", "f_lower_hz", "f_upper_hz", "n", "duration_s", "parity")
-    columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-    return Bins(*columns, parts[0].tau0, parts[0].form)
+    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return Bins(**columns, tau0=parts[0].tau0, form=parts[0].form)
 
 
 def binned(series: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
@@ -148,7 +152,8 @@ def binned(series: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
 def _transformed(series: np.ndarray) -> np.ndarray:
     from scipy.fft import dct
 
-    return dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
+    found: np.ndarray = dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
+    return found
 
 
 def _binned(c: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
@@ -202,7 +207,10 @@ def _outside(
 ) -> np.ndarray:
     """Which coefficients of n samples lie in none of the bands."""
     f = k / (2 * n * tau0)
-    return np.all([np.ones(k.size, bool), *((f < low) | (f > high) for low, high in bands)], axis=0)
+    found: np.ndarray = np.all(
+        [np.ones(k.size, bool), *((f < low) | (f > high) for low, high in bands)], axis=0
+    )
+    return found
 
 
 @njit
@@ -265,7 +273,7 @@ def gauss_markov_unit(bins: Bins, T_c: float) -> np.ndarray:
 
 
 @njit
-def unit_into(T_c: float, where: tuple, out: np.ndarray) -> None:
+def unit_into(T_c: float, where: Where, out: np.ndarray) -> None:
     """`gauss_markov_unit`, compiled; where: `Bins.where`."""
     gain, parity, duration, tau0, averaged = where
     a = tau0 / T_c

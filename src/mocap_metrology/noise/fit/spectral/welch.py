@@ -59,7 +59,7 @@ def welch(
     if not valid.all():
         at = np.flatnonzero(valid)
         filled = np.interp(np.arange(n), at, series[at])
-    total = 0.0
+    total = np.zeros(segment // 2 + 1)
     chosen = starts[used]
     for batch in np.array_split(chosen, -(-chosen.size // BATCH)):
         segments = np.stack([filled[start : start + segment] for start in batch])

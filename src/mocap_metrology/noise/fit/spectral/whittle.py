@@ -21,6 +21,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.noise.fit.spectral.periodogram import (
     Periodogram,
+    Where,
     gauss_markov_unit,
     power_law_unit,
     unit_into,
@@ -42,7 +43,7 @@ def spectra(
     p: np.ndarray,
     laws: np.ndarray,
     given: np.ndarray,
-    where: tuple,
+    where: Where,
     density: np.ndarray,
     columns: np.ndarray,
 ) -> None:
@@ -68,7 +69,11 @@ def spectra(
 
 @njit
 def density_at(
-    p: np.ndarray, laws: np.ndarray, given: np.ndarray, where: tuple, density: np.ndarray
+    p: np.ndarray,
+    laws: np.ndarray,
+    given: np.ndarray,
+    where: Where,
+    density: np.ndarray,
 ) -> None:
     """Density (B,) alone."""
     n_h, n_bins = laws.shape
@@ -177,10 +182,10 @@ def ascend(
     p: np.ndarray,
     laws: np.ndarray,
     given: np.ndarray,
-    where: tuple,
+    where: Where,
     psd: np.ndarray,
     weight: np.ndarray,
-    bounds: tuple,
+    bounds: tuple[float, float],
     max_steps: int,
     tolerance: float,
 ) -> tuple[np.ndarray, float, bool]:

@@ -25,6 +25,7 @@ from mocap_metrology.lighthouse.records import Hits, Pulses
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S
+from mocap_metrology.present.text.calibration import pose_document
 
 SAMPLE_S = 0.5e-6
 BUMP_M = 5e-3
@@ -123,7 +124,7 @@ def judged(seed: int, bump_m: float = 0.0) -> dict:
     settings = CalibrationSettings(estimators=("paper-lm",), optics=("factory",))
     factories = [station.factory for station in stations]
     found = calibrate(hits, board, factories, settings)
-    return summary(found, stations, duration_s=8.0, resolution_s=SAMPLE_S)
+    return pose_document(summary(found, stations, duration_s=8.0, resolution_s=SAMPLE_S))
 
 
 # What was measured with this very generator at 8b8d0af, 40 recordings a case.

@@ -65,7 +65,7 @@ def flights(n: int) -> list[Row]:
         mm.append(np.linalg.norm(off[:3]))
         deg.append(np.linalg.norm(off[3:]))
         shares.append(_mirrored(made, found.paths["paper-lm", "factory"]))
-        words.append(summary(found, made.truth.stations)["verdict"]["word"])
+        words.append(summary(found, made.truth.stations).verdict.word)
     low, middle, high = np.percentile(mm, [5, 50, 95])
     sound = sum(word in ("good", "usable") for word in words)
     mirrored = sum(share > MIRRORED_SHARE for share in shares)
@@ -87,7 +87,7 @@ def deep_boards(n: int) -> list[Row]:
         made = hand(seed, out_of_plane_m=0.02)
         try:
             found = _calibrated(made, made.truth.board * [-1, 1, 1], variant="libsurvive")
-            told = summary(found, made.truth.stations)["verdict"]["word"]
+            told = summary(found, made.truth.stations).verdict.word
         except np.linalg.LinAlgError:
             crashes += 1
             continue

@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.outside_checks import apart, gravity_angle_deg
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
@@ -38,7 +39,7 @@ class Seen:
 
     decoded: Decoded
     poses: dict[tuple[str, str], PoseEstimate]
-    summary: dict
+    summary: Summary
 
 
 def estimates(found: Decoded, variant: str = "crazyflie") -> dict[str, PoseEstimate]:
@@ -204,17 +205,18 @@ def test_the_recording_prefers_libsurvives_signs_but_cannot_be_sure(seen: dict[s
     is left is beyond the noise of an angle, so the others stay open and widen the uncertainty."""
     for name, largest in (("HMD", 14.0), ("T20", 9.0)):
         told, own = seen[name].summary, seen[name].poses
-        ways = {way["variant"]: way for way in told["variants"]}
+        ways = {way["variant"]: way for way in told.document["variants"]}
         assert ways["libsurvive"]["standing"] == "chosen"
         for other in ("crazyflie", "astrobee"):
             assert ways[other]["standing"] == "open" and 2 < ways[other]["t"] < 3
             assert ways[other]["residual_rms_urad"] > 1.03 * ways["libsurvive"]["residual_rms_urad"]
-        taken = told["poses"][told["chosen"]]
+        taken = told.document["poses"][told.document["chosen"]]
         alone = own["factory", "libsurvive"]
         np.testing.assert_allclose(taken["translation_mm"], 1e3 * alone.t_m, atol=1e-3)
         added = np.sqrt(np.trace((np.array(taken["covariance"]) - alone.covariance)[:3, :3]))
         assert largest / 2 < added < largest
-        assert "cannot tell the rotor models of libsurvive and" in told["verdict"]["reason"]
+        model = next(c for c in told.verdict.checks if c.name == "rotor model")
+        assert (model.case, model.names[0]) == (Case.ROTOR_OPEN, "libsurvive")
 
 
 def test_verdicts_say_how_far_to_go(seen: dict[str, Seen]) -> None:
@@ -223,8 +225,8 @@ def test_verdicts_say_how_far_to_go(seen: dict[str, Seen]) -> None:
     assert "The board did not move" in headset["verdict"]["reason"]
     assert controller["verdict"]["word"] == "doubtful"
     for told in (headset, controller):
-        assert told["poses"][told["chosen"]]["optics"] == "factory"
-        assert told["diagnostics"]["still"]
+        assert told.document["poses"][told.document["chosen"]]["optics"] == "factory"
+        assert told.document["diagnostics"]["still"]
 
 
 def test_second_generation_is_refused_by_name(shared: Path) -> None:

@@ -18,7 +18,7 @@ from running import finished, planned, write_sheet
 from mocap_metrology.common.files import sha256, write_json
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.lighthouse.assess.pose_file import pose_json
-from mocap_metrology.lighthouse.assess.verdict import Verdict
+from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Pulses
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
@@ -132,7 +132,7 @@ def write_laboratory(folder: Path, recording: Made) -> None:
     write_json(folder / "stations.json", stations_to_json(truth.stations))
     before = truth.t_m + np.array([1e-3 * SHIFT_MM, 0, 0])
     pose = PoseEstimate("paper-lm", "final", "factory", truth.R, before)
-    earlier = pose_json([pose], truth.stations, 0, Verdict("good", "Made for a test."))
+    earlier = pose_json([pose], truth.stations, 0, Verdict("good"))
     write_json(folder / "earlier.json", earlier)
 
 

@@ -96,6 +96,7 @@ def write_poses(row: Row, config: Row, given: Paths, files: Paths, log: logging.
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import Calibration, calibrate
     from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
+    from mocap_metrology.present.text.calibration import pose_document
 
     table, origin = read_table(given["sweeps"])
     stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
@@ -118,12 +119,13 @@ def write_poses(row: Row, config: Row, given: Paths, files: Paths, log: logging.
     except Refusal as refusal:
         log.warning("%s", refusal)
         result = refused(stations, str(refusal))
-    log.info("%s: %s", result["verdict"]["word"], result["verdict"]["reason"])
+    document = pose_document(result)
+    log.info("%s: %s", document["verdict"]["word"], document["verdict"]["reason"])
     kept = ("recording", "source", "twin", "sha256", "duration_s")
     origin = {key: origin[key] for key in kept} | {"lighthouse": config}
     origin["versions"] = versions("numpy", "scipy", "numba")
     write_table(files["poses"], columns.poses(found.paths), origin)
-    write_json(files["pose"], result | {"origin": origin})
+    write_json(files["pose"], document | {"origin": origin})
 
 
 def _write_board(path: str, board: Any) -> None:

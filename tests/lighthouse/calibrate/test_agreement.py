@@ -83,19 +83,18 @@ def deep(mirrored: bool) -> tuple[Scene, np.ndarray]:
     return own, board * [1 - 2 * mirrored, 1, 1]
 
 
-def judged(found: Calibration) -> dict:
-    return summary(found, [Station("master"), Station("slave")])
+def judged(found: Calibration) -> str:
+    return summary(found, [Station("master"), Station("slave")]).verdict.word
 
 
 def test_a_file_that_mirrors_a_deep_board_fails_and_says_why() -> None:
     """Nothing fits then: no crash, no pose that could be believed."""
     own, wrong = deep(mirrored=True)
-    told = judged(calibrate(own.hits, wrong, [None, None], SETTINGS))
-    assert told["verdict"]["word"] == "failed"
+    assert judged(calibrate(own.hits, wrong, [None, None], SETTINGS)) == "failed"
     own, fine = deep(mirrored=False)
     found = calibrate(own.hits, fine, [None, None], SETTINGS)
     assert np.linalg.norm(found.estimates[-1].t_m - own.t_m) < 2e-3
-    assert judged(found)["verdict"]["word"] == "doubtful"  # ideal optics, nothing else
+    assert judged(found) == "doubtful"  # ideal optics, nothing else
 
 
 def test_poses_behind_a_station_or_too_far_are_never_chosen() -> None:

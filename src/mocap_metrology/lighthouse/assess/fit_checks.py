@@ -1,11 +1,14 @@
-"""Checks of a recording and of the fit to it, each with the best word a verdict can then have."""
+"""Checks of a recording and of the fit to it, each with the best word a verdict can then have.
+
+What a check says to a reader is worded elsewhere, from its case and its numbers.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 
@@ -38,22 +41,76 @@ SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board
 
 
+class Case(StrEnum):
+    """What a check found: one for every sentence."""
+
+    DISTANCE = "distance"
+    TOO_DISTANT = "too_distant"
+    RESIDUAL = "residual"
+    RESIDUAL_HIGH = "residual_high"
+    RESIDUAL_UNKNOWN = "residual_unknown"
+    PATH_ERRORS = "path_errors"  # explain the residual
+    BEYOND_PATH = "beyond_path"
+    PATH_ERRORS_UNKNOWN = "path_errors_unknown"
+    HALVES = "halves"
+    HALVES_APART = "halves_apart"
+    HALVES_UNKNOWN = "halves_unknown"
+    MIRRORED = "mirrored"
+    MIRRORED_FLAT = "mirrored_flat"  # where one station decided
+    MIRRORED_BOTH = "mirrored_both"  # where both stations decided
+    MIRRORED_UNKNOWN = "mirrored_unknown"
+    MOVED = "moved"
+    STILL = "still"
+    COMMON = "common"
+    COMMON_FEW = "common_few"
+    COMMON_UNNEEDED = "common_unneeded"
+    BOARD_POSES = "board_poses"
+    BOARD_POSES_HIGH = "board_poses_high"
+    BOARD_POSES_NONE = "board_poses_none"
+    PATH = "path"
+    PATH_SHORT = "path_short"
+    PATH_UNNEEDED = "path_unneeded"
+    PATH_NONE = "path_none"
+    UNCERTAINTY = "uncertainty"
+    UNCERTAINTY_NONE = "uncertainty_none"
+    DURATION = "duration"
+    DURATION_UNUSUAL = "duration_unusual"
+    DURATION_SHORT = "duration_short"
+    DURATION_UNKNOWN = "duration_unknown"
+    FACTORY = "factory"
+    FACTORY_FILE = "factory_file"
+    IDEAL = "ideal"
+    ROTOR_CLEAR = "rotor_clear"
+    ROTOR_OPEN = "rotor_open"
+    ROTOR_UNASKED = "rotor_unasked"
+    STAGES = "stages"
+    STAGES_LOOSE = "stages_loose"  # apart by no more than the covariances allow
+    OPTICS = "optics"
+    OPTICS_FAR = "optics_far"
+    GRAVITY = "gravity"
+    GRAVITY_OFF = "gravity_off"
+    GRAVITY_OFF_IDEAL = "gravity_off_ideal"
+    GRAVITY_UNKNOWN = "gravity_unknown"
+    REFERENCE = "reference"
+    REFERENCE_NONE = "reference_none"
+
+
 @dataclass(frozen=True)
 class Check:
     """One check. ok None: not applicable or not known; level: the best word a verdict can have
-    with it; limit: of `value`, for the next worse word; sentence: for a reader."""
+    with it; limit: of `value`, for the next worse word, of a distance in mm and an angle in deg a
+    pair. numbers, names: more of what was found, as the case needs; why: reasons by role."""
 
     name: str
+    case: Case
     value: float | int | str | None
     unit: str
-    limit: float | int | str | None
+    limit: float | int | str | tuple[float, float] | None
     ok: bool | None
     level: str
-    sentence: str
-
-    def as_row(self) -> dict[str, Any]:
-        """For a table or JSON."""
-        return asdict(self)
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+    why: Mapping[str, str] = field(default_factory=dict)
 
 
 def graded(value: float, limits: Sequence[float]) -> tuple[str, float]:
@@ -72,19 +129,20 @@ def graded_low(value: float, limits: Sequence[float]) -> tuple[str, float]:
     return ("usable" if value >= doubtful else "doubtful"), doubtful
 
 
-def worst(mm: float, deg: float, limits: Sequence[tuple[float, float]]) -> tuple[str, str]:
-    """Word of a distance and an angle with limits for both, and the limits as text."""
+def worst(
+    mm: float, deg: float, limits: Sequence[tuple[float, float]]
+) -> tuple[str, tuple[float, float]]:
+    """Word of a distance and an angle with limits for both, and the limits of the next worse."""
     first, second = limits
     word = max(
         (graded(v, (first[k], second[k]))[0] for k, v in enumerate((mm, deg))), key=WORDS.index
     )
-    shown = first if word == "good" else second
-    return word, f"{shown[0]:g} mm, {shown[1]:g}°"
+    return word, first if word == "good" else second
 
 
-def unknown(name: str, unit: str, sentence: str, level: str = "good") -> Check:
+def unknown(name: str, case: Case, unit: str, level: str = "good") -> Check:
     """A check that does not apply, or of something not known."""
-    return Check(name, None, unit, None, None, level, sentence)
+    return Check(name, case, None, unit, None, None, level)
 
 
 def expected_noise_urad(resolution_s: float | None) -> float:
@@ -99,113 +157,79 @@ def distance(chosen: PoseEstimate) -> Check:
     """Farther than stations can be: a search that ran away."""
     value = float(np.linalg.norm(chosen.t_m))
     ok = value <= FARTHEST_M
-    sentence = f"The stations are {value:.3g} m apart" + (
-        "." if ok else f", farther than any board sees both (at most {FARTHEST_M:g} m)."
-    )
-    return Check("distance", value, "m", FARTHEST_M, ok, "good" if ok else "failed", sentence)
+    case, level = (Case.DISTANCE, "good") if ok else (Case.TOO_DISTANT, "failed")
+    return Check("distance", case, value, "m", FARTHEST_M, ok, level)
 
 
 def residual(chosen: PoseEstimate, noise: float) -> Check:
     """Residual of the fit; of a small board what the errors of its poses make of it is expected."""
-    value, expected, small = chosen.residual_rms_urad, noise, ""
+    value, expected, numbers = chosen.residual_rms_urad, noise, {"noise": noise}
     if not math.isfinite(value):
-        return unknown("residual", "urad", "The residual of the fit is unknown.", "usable")
+        return unknown("residual", Case.RESIDUAL_UNKNOWN, "urad", "usable")
     if chosen.noise_gain > USUAL_GAIN:
         expected = noise * chosen.noise_gain / USUAL_GAIN
-        made = noise * chosen.noise_gain
-        small = f" (errors of the board's poses alone make {made:.0f} µrad of it)"
+        numbers["made_by_poses"] = noise * chosen.noise_gain
     word, limit = graded(value / expected, RESIDUAL[chosen.stage])
     lost = chosen.weighted_rms_urad > WEIGHTED_FAILED * noise
     if lost or not value < RESIDUAL_FAILED * expected:
         word, limit = "failed", RESIDUAL_FAILED
-    sentence = (
-        f"Angles are {value:.0f} µrad rms from the fit; the noise of an angle is"
-        f" {noise:.0f}{small}, good is below {limit * expected:.0f}."
-    )
-    if word != "good":
-        sentence = (
-            f"Angles are {value:.0f} µrad rms from the fit, {value / noise:.0f} times the noise"
-            f" of an angle{small}, as by wrong optics (factory values, lasers off the housing's"
-            " origin), a wrong board file, reflections or board poses in the wrong minimum."
-        )
-    return Check("residual", value, "urad", limit * expected, word == "good", word, sentence)
+    good = word == "good"
+    case = Case.RESIDUAL if good else Case.RESIDUAL_HIGH
+    numbers["times"] = value / noise
+    return Check("residual", case, value, "urad", limit * expected, good, word, numbers)
 
 
 def weighted(chosen: PoseEstimate, noise: float) -> Check:
     """What errors of the board's path do not explain."""
     name, value, limit = "angles beyond the path", chosen.weighted_rms_urad, WEIGHTED * noise
     if not math.isfinite(value):
-        return unknown(name, "urad", "Errors of the board's path were not told apart.")
+        return unknown(name, Case.PATH_ERRORS_UNKNOWN, "urad")
     ok = value < limit
-    sentence = f"Errors of the board's path leave {value:.0f} µrad of the residual unexplained"
-    sentence += (
-        "."
-        if ok
-        else f" (noise of an angle: {noise:.0f}), as by a station that was touched, a wrong board"
-        " file or wrong optics."
-    )
-    return Check(name, value, "urad", limit, ok, "good" if ok else "usable", sentence)
+    case, level = (Case.PATH_ERRORS, "good") if ok else (Case.BEYOND_PATH, "usable")
+    return Check(name, case, value, "urad", limit, ok, level, {"noise": noise})
 
 
 def halves(chosen: PoseEstimate) -> Check:
     """A station that was moved meanwhile: before and after have different poses."""
     name, parts = "halves agree", chosen.halves
     if parts is None or not math.isfinite(parts.m2):
-        return unknown(name, "", "Parts of the recording were not held against each other.")
+        return unknown(name, Case.HALVES_UNKNOWN, "")
     word, limit = graded(parts.m2, HALVES_M2)
-    sentence = f"Parts of the recording differ by {parts.mm:.2g} mm and {parts.deg:.2g}°" + (
-        ", as chance allows."
-        if word == "good"
-        else f", {math.sqrt(parts.m2 / 6):.0f} times what noise explains: was a station touched"
-        " meanwhile?"
-    )
-    return Check(name, parts.m2, "", limit, word == "good", word, sentence)
+    good = word == "good"
+    case = Case.HALVES if good else Case.HALVES_APART
+    numbers = {"mm": parts.mm, "deg": parts.deg, "times": math.sqrt(parts.m2 / 6)}
+    return Check(name, case, parts.m2, "", limit, good, word, numbers)
 
 
 def mirrored(chosen: PoseEstimate) -> Check:
+    """Board poses in the wrong of two minima."""
     share, name = chosen.mirrored_share, "mirrored board poses"
     if not math.isfinite(share):
-        return unknown(name, "", "The share of mirrored board poses was not determined.")
+        return unknown(name, Case.MIRRORED_UNKNOWN, "")
     word, limit = graded(share, MIRRORED)
     if share > MIRRORED_FAILED:
         word, limit = "failed", MIRRORED_FAILED
-    sentence = f"{100 * share:.2g} % of the board poses are mirrored"
-    if word == "good":
-        sentence += "."
-    elif chosen.estimator == "paper-lm":
-        sentence += (
-            " or wrong in another way, though both stations decided: is the board file right (and"
-            " no mirror image)? Use a larger board, or one with depth."
-        )
-    else:
-        sentence += ", as a flat board allows: use `paper-lm`, which lets both stations decide."
-    return Check(name, share, "", limit, word == "good", word, sentence)
+    good, both = word == "good", chosen.estimator == "paper-lm"
+    case = Case.MIRRORED if good else Case.MIRRORED_BOTH if both else Case.MIRRORED_FLAT
+    return Check(name, case, share, "", limit, good, word, {"percent": 100 * share})
 
 
 def motion(chosen: PoseEstimate) -> Check:
     """Whether the board moved."""
     moved = chosen.stage != "static"
-    sentence = (
-        "The board moved."
-        if moved
-        else "The board did not move: the pose stands on one place of the board, whose size limits"
-        " it. Record again with the board moved through the room."
-    )
-    return Check(
-        "motion", chosen.stage, "", "moving", moved, "good" if moved else "usable", sentence
-    )
+    case, level = (Case.MOVED, "good") if moved else (Case.STILL, "usable")
+    return Check("motion", case, chosen.stage, "", "moving", moved, level)
 
 
 def common_measurements(chosen: PoseEstimate, n_common: int | None) -> Check:
     """Moments at which both stations saw the board."""
     name = "common measurements"
     if n_common is None or chosen.stage == "static":
-        return unknown(name, "", "No common measurements are needed of a board at rest.")
+        return unknown(name, Case.COMMON_UNNEEDED, "")
     word, limit = graded_low(n_common, COMMON)
-    sentence = f"Both stations saw the board at {n_common} moments" + (
-        "." if word == "good" else ", few for a pose: keep the board in the view of both."
-    )
-    return Check(name, n_common, "", limit, word == "good", word, sentence)
+    good = word == "good"
+    case = Case.COMMON if good else Case.COMMON_FEW
+    return Check(name, case, n_common, "", limit, good, word)
 
 
 def board_poses(board_rms_urad: float | None, expected: float) -> Check:
@@ -213,49 +237,43 @@ def board_poses(board_rms_urad: float | None, expected: float) -> Check:
     optics of the other station do not."""
     name = "board poses"
     if board_rms_urad is None:
-        return unknown(name, "urad", "There are no board poses.")
+        return unknown(name, Case.BOARD_POSES_NONE, "urad")
     word, limit = graded(board_rms_urad / expected, BOARD)
-    sentence = f"Angles of single board poses are {board_rms_urad:.0f} µrad rms from their fit"
-    sentence += "." if word == "good" else ": is the board file right, are there reflections?"
-    return Check(name, board_rms_urad, "urad", limit * expected, word == "good", word, sentence)
+    good = word == "good"
+    case = Case.BOARD_POSES if good else Case.BOARD_POSES_HIGH
+    return Check(name, case, board_rms_urad, "urad", limit * expected, good, word)
 
 
 def path(chosen: PoseEstimate, span_m: float | None) -> Check:
     """Length of the board's path."""
     if chosen.stage == "final" and chosen.estimator == "paper-lm":
-        return unknown("path", "m", "The last stage does not lean on the length of the path.")
+        return unknown("path", Case.PATH_UNNEEDED, "m")
     if span_m is None or chosen.stage == "static":
-        return unknown("path", "m", "There is no path of a board at rest.")
+        return unknown("path", Case.PATH_NONE, "m")
     word, limit = graded_low(span_m, SPAN_M)
-    sentence = f"The board went {span_m:.2g} m" + (
-        "." if word == "good" else " only: a short path leaves the slave's rotation uncertain."
-    )
-    return Check("path", span_m, "m", limit, word == "good", word, sentence)
+    good = word == "good"
+    return Check("path", Case.PATH if good else Case.PATH_SHORT, span_m, "m", limit, good, word)
 
 
 def uncertainty(chosen: PoseEstimate) -> Check:
     """The worst axes of the covariance."""
     name = "uncertainty"
     if chosen.covariance is None:
-        return unknown(name, "mm", "There is no covariance of this estimate.")
+        return unknown(name, Case.UNCERTAINTY_NONE, "mm")
     sd = np.sqrt(np.diag(chosen.covariance))
     mm, deg = float(sd[:3].max()), float(sd[3:].max())
+    limit: tuple[float, float] | str
     word, limit = worst(mm, deg, SIGMA) if np.isfinite(sd).all() else ("doubtful", "finite")
-    sentence = (
-        f"One standard deviation is {mm:.2g} mm and {deg:.2g}° in the worst axes; an error of"
-        " scale in the board file is not in it and scales the distance."
-    )
-    return Check(name, mm, "mm", limit, word == "good", word, sentence)
+    numbers = {"deg": deg}
+    return Check(name, Case.UNCERTAINTY, mm, "mm", limit, word == "good", word, numbers)
 
 
 def duration(duration_s: float | None) -> Check:
     """Length of the recording."""
     if duration_s is None:
-        return unknown("duration", "s", "The duration is unknown.")
+        return unknown("duration", Case.DURATION_UNKNOWN, "s")
     usual = USUAL_S - 0.01 <= duration_s <= USUAL_LONGEST_S
     short = duration_s < SHORT_S
-    sentence = f"The recording lasts {duration_s:.3g} s" + (
-        "." if usual else f", not the usual {USUAL_S:g} s{': few measurements' if short else ''}."
-    )
+    case = Case.DURATION if usual else Case.DURATION_SHORT if short else Case.DURATION_UNUSUAL
     level = "usable" if short else "good"
-    return Check("duration", duration_s, "s", SHORT_S, not short, level, sentence)
+    return Check("duration", case, duration_s, "s", SHORT_S, not short, level)

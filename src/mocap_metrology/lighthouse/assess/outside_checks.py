@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.fit_checks import CHI2_6, Check, unknown, worst
+from mocap_metrology.lighthouse.assess.fit_checks import CHI2_6, Case, Check, unknown, worst
 from mocap_metrology.lighthouse.calibrate.variants import Weighed, steps
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
@@ -29,44 +29,31 @@ def factory(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
     """Errors by neglected factory values do not show in any fit (facts of eight real stations)."""
     name, limit = "factory values", "of both stations, from the recording"
     if chosen.optics != "factory":
-        reasons = [
-            f"{role}: {station.why or 'none found'}"
+        why = {
+            role: station.why
             for role, station in zip(ROLES, stations, strict=True)
             if station.factory is None
-        ]
-        known = f" ({'; '.join(reasons)})" if reasons else " (not used)"
-        sentence = (
-            f"Ideal optics, without the stations' factory values{known}: the pose is 2 to"
-            " 20 cm and 1 to 6° off for real stations, and no residual shows it."
-        )
-        return Check(name, "ideal", "", limit, False, "doubtful", sentence)
-    filed = [r for r, s in zip(ROLES, stations, strict=True) if s.frames_found == 0]
+        }
+        return Check(name, Case.IDEAL, "ideal", "", limit, False, "doubtful", why=why)
+    filed = tuple(r for r, s in zip(ROLES, stations, strict=True) if s.frames_found == 0)
     if filed:
-        sentence = (
-            f"Factory values of the {' and '.join(filed)} come from a calibration file, not from"
-            " the recording: they are right only if the file is of this very station."
-        )
-        return Check(name, "file", "", limit, False, "usable", sentence)
-    return Check(name, "recording", "", limit, True, "good", "Factory values from the recording.")
+        return Check(name, Case.FACTORY_FILE, "file", "", limit, False, "usable", names=filed)
+    return Check(name, Case.FACTORY, "recording", "", limit, True, "good")
 
 
 def rotor_model(chosen: PoseEstimate, variants: Sequence[Weighed]) -> Check:
     """Drivers differ in what factory values mean; their difference is in the covariance."""
     name = "rotor model"
     if chosen.optics != "factory" or not variants:
-        return unknown(name, "mm", "The recording was not asked for the model of the rotors.")
+        return unknown(name, Case.ROTOR_UNASKED, "mm")
     taken = next(w.variant for w in variants if w.standing == "chosen")
     left = [w.variant for w in variants if w.standing == "open"]
     if not left:
-        sentence = f"The recording prefers the rotor model of {taken} beyond chance."
-        return Check(name, 0.0, "mm", None, True, "good", sentence)
+        return Check(name, Case.ROTOR_CLEAR, 0.0, "mm", None, True, "good", names=(taken,))
     off = steps(variants)
     mm, deg = (float(np.linalg.norm(part, axis=1).max()) for part in (off[:, :3], off[:, 3:]))
-    sentence = (
-        f"The recording cannot tell the rotor models of {taken} and {' or '.join(left)} apart;"
-        f" their poses differ by up to {mm:.2g} mm and {deg:.2g}°, which the uncertainty contains."
-    )
-    return Check(name, mm, "mm", None, False, "good", sentence)
+    names = (taken, *left)
+    return Check(name, Case.ROTOR_OPEN, mm, "mm", None, False, "good", {"deg": deg}, names)
 
 
 def apart(a: PoseEstimate, b: PoseEstimate) -> tuple[float, float]:
@@ -83,18 +70,16 @@ def agreements(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> Iterator[
         if (p.stage, p.optics) == (other, chosen.optics):
             mm, deg = apart(chosen, p)
             word, limit = worst(mm, deg, STAGES_APART)
-            sentence = f"Kabsch and final stage are {mm:.3g} mm and {deg:.2g}° apart."
+            case = Case.STAGES
             if word != "good" and _within_noise(chosen, p):
-                word = "good"
-                sentence += " Kabsch is no surer than that on such a path."
-            yield Check("stages agree", mm, "mm", limit, word == "good", word, sentence)
+                case, word = Case.STAGES_LOOSE, "good"
+            yield Check("stages agree", case, mm, "mm", limit, word == "good", word, {"deg": deg})
         if p.stage == chosen.stage and p.optics != chosen.optics:
             mm, deg = apart(chosen, p)
             word, limit = worst(mm, deg, (OPTICS_APART, OPTICS_APART))
-            sentence = f"Factory values change the pose by {mm:.3g} mm and {deg:.2g}°" + (
-                "." if word == "good" else ", more than those of a first-generation station can."
-            )
-            yield Check("optics agree", mm, "mm", limit, word == "good", word, sentence)
+            good = word == "good"
+            case = Case.OPTICS if good else Case.OPTICS_FAR
+            yield Check("optics agree", case, mm, "mm", limit, good, word, {"deg": deg})
 
 
 def _within_noise(a: PoseEstimate, b: PoseEstimate) -> bool:
@@ -119,23 +104,19 @@ def gravity(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
     """Up as the stations feel it, held against the pose."""
     value = gravity_angle_deg(chosen.R, stations)
     if not math.isfinite(value):
-        return unknown("gravity", "deg", "No gravity from both stations to compare with.")
+        return unknown("gravity", Case.GRAVITY_UNKNOWN, "deg")
     word = "good" if value < GRAVITY_DEG[0] else "doubtful" if value < GRAVITY_DEG[1] else "failed"
-    limit = GRAVITY_DEG[0] if word == "good" else GRAVITY_DEG[1]
-    cause = "" if chosen.optics == "factory" else " Neglected factory values alone can be 4°."
-    sentence = (
-        f"Up as both stations feel it agrees within {value:.1f}°."
-        if word == "good"
-        else f"Up as both stations feel it differs by {value:.1f}° in this pose.{cause}"
-    )
-    return Check("gravity", value, "deg", limit, word == "good", word, sentence)
+    good = word == "good"
+    limit = GRAVITY_DEG[0] if good else GRAVITY_DEG[1]
+    off = Case.GRAVITY_OFF if chosen.optics == "factory" else Case.GRAVITY_OFF_IDEAL
+    return Check("gravity", Case.GRAVITY if good else off, value, "deg", limit, good, word)
 
 
 def against_reference(errors: tuple[np.ndarray, np.ndarray] | None) -> Check:
     """The pose held against that of a lab."""
     if errors is None:
-        return unknown("reference", "mm", "There is no reference.")
+        return unknown("reference", Case.REFERENCE_NONE, "mm")
     mm, deg = (float(np.linalg.norm(e)) for e in errors)
     word, limit = worst(mm, deg, REFERENCE)
-    sentence = f"The pose is {mm:.3g} mm and {deg:.2g}° from the reference."
-    return Check("reference", mm, "mm", limit, word == "good", word, sentence)
+    good, numbers = word == "good", {"deg": deg}
+    return Check("reference", Case.REFERENCE, mm, "mm", limit, good, word, numbers)

@@ -15,13 +15,14 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.fit_checks import Check
 from mocap_metrology.lighthouse.assess.reference import (
     Reference,
     check_same_ids,
     errors,
     station_id,
 )
-from mocap_metrology.lighthouse.assess.verdict import Verdict
+from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
@@ -50,7 +51,8 @@ def pose_json(
     diagnostics: Mapping[str, object] | None = None,
     reference: Reference | None = None,
 ) -> dict[str, Any]:
-    """Contents of pose.json. stations: master first; chosen: index into `poses`, None if none.
+    """Contents of pose.json but for its sentences. stations: master first; chosen: index into
+    `poses`, None if none.
 
     Of a PoseEstimate all is written but `seconds`, which changes from run to run. With a reference,
     each pose has `errors_mm` and `errors_deg`.
@@ -67,12 +69,24 @@ def pose_json(
             for role, station in zip(ROLES, stations, strict=True)
         },
         "chosen": chosen,
-        "verdict": {"word": verdict.word, "reason": verdict.reason},
-        "checks": [check.as_row() for check in verdict.checks],
+        "verdict": {"word": verdict.word},
+        "checks": [_check(check) for check in verdict.checks],
         "convention": CONVENTION,
         "reference": None if reference is None else _reference(reference),
         "diagnostics": dict(diagnostics or {}),
         "poses": [_entry(pose, reference) for pose in poses],
+    }
+
+
+def _check(check: Check) -> dict[str, object]:
+    limit = check.limit
+    return {
+        "name": check.name,
+        "value": check.value,
+        "unit": check.unit,
+        "limit": "{:g} mm, {:g}°".format(*limit) if isinstance(limit, tuple) else limit,
+        "ok": check.ok,
+        "level": check.level,
     }
 
 
@@ -157,8 +171,9 @@ class Comparison:
     """New pose against the earlier one.
 
     t_new - t_old in mm and the rotation vector of R_new R_old^T in deg, in master axes; chi2 of six
-    degrees of freedom and its probability by chance, NaN without both covariances; moved; a
-    sentence.
+    degrees of freedom and its probability by chance, NaN without both covariances; moved; other:
+    (estimator, stage, optics) of the earlier pose where they are others; note: on ids that could
+    not be compared.
     """
 
     difference_mm: np.ndarray
@@ -166,14 +181,15 @@ class Comparison:
     chi2: float
     p_value: float
     moved: bool
-    sentence: str
+    other: tuple[str, str, str] | None = None
+    note: str = ""
 
 
 def compare_with_earlier(pose_new: Mapping[str, Any], pose_old: Mapping[str, Any]) -> Comparison:
     """Compare two pose.json contents of the same two stations.
 
     The estimate chosen in the new one is held against the same (estimator, stage, optics) of the
-    old one, else against the one chosen there, and the sentence says so.
+    old one, else against the one chosen there.
 
     Raises `Refusal` for other stations, swapped roles, or a file without a pose.
     """
@@ -185,21 +201,15 @@ def compare_with_earlier(pose_new: Mapping[str, Any], pose_old: Mapping[str, Any
         raise Refusal(f"check_against: {which} calibration has no pose; expected one in both")
     same = [p for p in pose_old["poses"] if _kind(p) == _kind(new)]
     old = same[0] if same else old
-    if not same:
-        note = f"{note} Compared with another estimate ({', '.join(_kind(old))}).".strip()
     (R, t), (R_old, t_old) = matrix_and_metres(new), matrix_and_metres(old)
     mm, deg = 1e3 * (t - t_old), np.degrees(rotation.error(R, R_old))
     chi2, p = _significance(np.r_[mm, deg], new.get("covariance"), old.get("covariance"))
     distance, angle = float(np.linalg.norm(mm)), float(np.linalg.norm(deg))
     if math.isnan(p):
         moved = distance > LARGE_MM or angle > LARGE_DEG
-        how = f"no covariance; taken as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
     else:
         moved = p < SIGNIFICANT and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
-        how = f"by chance with probability {p:.2g}"
-    said = "A station has moved" if moved else "No sign that a station moved"
-    sentence = f"{said}: {distance:.3g} mm and {angle:.2g}° from the earlier pose ({how}). {note}"
-    return Comparison(mm, deg, chi2, p, moved, sentence.strip())
+    return Comparison(mm, deg, chi2, p, moved, None if same else _kind(old), note)
 
 
 def _kind(entry: Mapping[str, Any]) -> tuple[str, str, str]:

@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad
 from mocap_metrology.lighthouse.assess.pose_file import (
+    Comparison,
     compare_with_earlier,
     pose_json,
     read_pose_json,
 )
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
-from mocap_metrology.lighthouse.assess.verdict import verdict
+from mocap_metrology.lighthouse.assess.validation import Verdict, verdict
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
 from mocap_metrology.lighthouse.records import MASTER, Path, Station
+
+
+@dataclass(frozen=True)
+class Summary:
+    """document: contents of pose.json but for its sentences, which are of verdict and comparison
+    with an earlier pose, where one was asked for."""
+
+    document: dict[str, Any]
+    verdict: Verdict
+    comparison: Comparison | None = None
 
 
 def span_of(path: Path) -> float:
@@ -42,7 +53,7 @@ def summary(
     reference: Reference | None = None,
     truths: Mapping[str, Reference] | None = None,
     earlier: str | None = None,
-) -> dict[str, Any]:
+) -> Summary:
     """pose.json of a calibration; stations: master first.
 
     resolution_s: step of the recording's clock; reference: what a lab measured; truths: of a twin,
@@ -86,18 +97,27 @@ def summary(
         for entry, pose in zip(result["poses"], found.estimates, strict=True):
             mm, deg = errors(pose.R, pose.t_m, truths[pose.frame])
             entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}
+    comparison = None
+    if earlier is not None and result["chosen"] is not None:
+        comparison = compare_with_earlier(result, read_pose_json(earlier))
     if earlier is not None:
-        result["check_against"] = _against(result, earlier)
-    return result
+        result["check_against"] = _against(comparison)
+    return Summary(result, judged, comparison)
 
 
-def _against(result: Mapping[str, Any], earlier: str) -> dict[str, Any]:
-    if result["chosen"] is None:
-        return {"moved": None, "sentence": "No pose to compare with the earlier one."}
-    comparison = asdict(compare_with_earlier(result, read_pose_json(earlier)))
-    return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in comparison.items()}
+def _against(found: Comparison | None) -> dict[str, object]:
+    """moved is null where there is no pose to compare."""
+    if found is None:
+        return {"moved": None}
+    return {
+        "difference_mm": found.difference_mm.tolist(),
+        "difference_deg": found.difference_deg.tolist(),
+        "chi2": found.chi2,
+        "p_value": found.p_value,
+        "moved": found.moved,
+    }
 
 
-def refused(stations: Sequence[Station], why: str) -> dict[str, Any]:
+def refused(stations: Sequence[Station], why: str) -> Summary:
     """pose.json of a calibration that cannot be: no pose, and the reason."""
     return summary(Calibration(why=[why]), stations)

@@ -7,7 +7,7 @@ show.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,12 +17,14 @@ from mocap_metrology.lighthouse.calibrate.variants import Weighed
 from mocap_metrology.lighthouse.records import PoseEstimate, Station
 
 
-class Verdict(NamedTuple):
-    """One of `WORDS`, one or two sentences, and the checks behind them."""
+@dataclass(frozen=True)
+class Verdict:
+    """One of `WORDS`, and the checks behind it; why_none: where there are none, the reason that
+    was given, if any."""
 
     word: str
-    reason: str
     checks: tuple[Check, ...] = ()
+    why_none: str = ""
 
 
 def verdict(
@@ -48,7 +50,7 @@ def verdict(
     weighed them; why_none: the reason where nothing was chosen.
     """
     if chosen is None or not (np.isfinite(chosen.R).all() and np.isfinite(chosen.t_m).all()):
-        return Verdict("failed", why_none or "No pose of the slave was found.")
+        return Verdict("failed", why_none=why_none)
     checks = (
         fit_checks.distance(chosen),
         fit_checks.residual(chosen, expected_urad),
@@ -68,17 +70,4 @@ def verdict(
         outside_checks.against_reference(errors),
     )
     word = max((c.level for c in checks), key=WORDS.index)
-    return Verdict(word, _reason(word, checks), checks)
-
-
-def _reason(word: str, checks: Sequence[Check]) -> str:
-    """The sentences of the checks that made the word, then what else was found, in short."""
-    models = [c.sentence for c in checks if c.name == "rotor model" and c.ok is False]
-    if word == "good":
-        passed = sum(c.ok is True for c in checks)
-        said = [c.sentence for c in checks if c.ok and c.name in ("residual", "uncertainty")]
-        return " ".join([f"All {passed} checks passed.", *said, *models])
-    bad = [c for c in checks if c.level == word]
-    rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
-    more = (c.sentence.split(", as by ")[0].rstrip(".") + "." for c in rest)
-    return " ".join([*(c.sentence for c in bad[:2]), *more, *models])
+    return Verdict(word, checks)

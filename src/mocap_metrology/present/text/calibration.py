@@ -1,0 +1,155 @@
+"""The verdict on a calibration, its checks and its comparison with an earlier one, in words."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mocap_metrology.lighthouse.assess.fit_checks import USUAL_S, Case, Check
+from mocap_metrology.lighthouse.assess.pose_file import LARGE_DEG, LARGE_MM, Comparison
+from mocap_metrology.lighthouse.assess.summary import Summary
+from mocap_metrology.lighthouse.assess.validation import Verdict
+
+SENTENCES = {
+    Case.DISTANCE: "The stations are {value:.3g} m apart.",
+    Case.TOO_DISTANT: "The stations are {value:.3g} m apart, farther than any board sees both (at"
+    " most {limit:g} m).",
+    Case.RESIDUAL: "Angles are {value:.0f} µrad rms from the fit; the noise of an angle is"
+    " {noise:.0f}{made}, good is below {limit:.0f}.",
+    Case.RESIDUAL_HIGH: "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times the noise"
+    " of an angle{made}, as by wrong optics (factory values, lasers off the housing's origin), a"
+    " wrong board file, reflections or board poses in the wrong minimum.",
+    Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
+    Case.PATH_ERRORS: "Errors of the board's path leave {value:.0f} µrad of the residual"
+    " unexplained.",
+    Case.BEYOND_PATH: "Errors of the board's path leave {value:.0f} µrad of the residual"
+    " unexplained (noise of an angle: {noise:.0f}), as by a station that was touched, a wrong board"
+    " file or wrong optics.",
+    Case.PATH_ERRORS_UNKNOWN: "Errors of the board's path were not told apart.",
+    Case.HALVES: "Parts of the recording differ by {mm:.2g} mm and {deg:.2g}°, as chance allows.",
+    Case.HALVES_APART: "Parts of the recording differ by {mm:.2g} mm and {deg:.2g}°, {times:.0f}"
+    " times what noise explains: was a station touched meanwhile?",
+    Case.HALVES_UNKNOWN: "Parts of the recording were not held against each other.",
+    Case.MIRRORED: "{percent:.2g} % of the board poses are mirrored.",
+    Case.MIRRORED_FLAT: "{percent:.2g} % of the board poses are mirrored, as a flat board allows:"
+    " use `paper-lm`, which lets both stations decide.",
+    Case.MIRRORED_BOTH: "{percent:.2g} % of the board poses are mirrored or wrong in another way,"
+    " though both stations decided: is the board file right (and no mirror image)? Use a larger"
+    " board, or one with depth.",
+    Case.MIRRORED_UNKNOWN: "The share of mirrored board poses was not determined.",
+    Case.MOVED: "The board moved.",
+    Case.STILL: "The board did not move: the pose stands on one place of the board, whose size"
+    " limits it. Record again with the board moved through the room.",
+    Case.COMMON: "Both stations saw the board at {value} moments.",
+    Case.COMMON_FEW: "Both stations saw the board at {value} moments, few for a pose: keep the"
+    " board in the view of both.",
+    Case.COMMON_UNNEEDED: "No common measurements are needed of a board at rest.",
+    Case.BOARD_POSES: "Angles of single board poses are {value:.0f} µrad rms from their fit.",
+    Case.BOARD_POSES_HIGH: "Angles of single board poses are {value:.0f} µrad rms from their fit:"
+    " is the board file right, are there reflections?",
+    Case.BOARD_POSES_NONE: "There are no board poses.",
+    Case.PATH: "The board went {value:.2g} m.",
+    Case.PATH_SHORT: "The board went {value:.2g} m only: a short path leaves the slave's rotation"
+    " uncertain.",
+    Case.PATH_UNNEEDED: "The last stage does not lean on the length of the path.",
+    Case.PATH_NONE: "There is no path of a board at rest.",
+    Case.UNCERTAINTY: "One standard deviation is {value:.2g} mm and {deg:.2g}° in the worst axes;"
+    " an error of scale in the board file is not in it and scales the distance.",
+    Case.UNCERTAINTY_NONE: "There is no covariance of this estimate.",
+    Case.DURATION: "The recording lasts {value:.3g} s.",
+    Case.DURATION_UNUSUAL: f"The recording lasts {{value:.3g}} s, not the usual {USUAL_S:g} s.",
+    Case.DURATION_SHORT: f"The recording lasts {{value:.3g}} s, not the usual {USUAL_S:g} s: few"
+    " measurements.",
+    Case.DURATION_UNKNOWN: "The duration is unknown.",
+    Case.FACTORY: "Factory values from the recording.",
+    Case.FACTORY_FILE: "Factory values of the {all_names} come from a calibration file, not from"
+    " the recording: they are right only if the file is of this very station.",
+    Case.IDEAL: "Ideal optics, without the stations' factory values ({why}): the pose is 2 to 20 cm"
+    " and 1 to 6° off for real stations, and no residual shows it.",
+    Case.ROTOR_CLEAR: "The recording prefers the rotor model of {first} beyond chance.",
+    Case.ROTOR_OPEN: "The recording cannot tell the rotor models of {first} and {others} apart;"
+    " their poses differ by up to {value:.2g} mm and {deg:.2g}°, which the uncertainty contains.",
+    Case.ROTOR_UNASKED: "The recording was not asked for the model of the rotors.",
+    Case.STAGES: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart.",
+    Case.STAGES_LOOSE: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart. Kabsch is"
+    " no surer than that on such a path.",
+    Case.OPTICS: "Factory values change the pose by {value:.3g} mm and {deg:.2g}°.",
+    Case.OPTICS_FAR: "Factory values change the pose by {value:.3g} mm and {deg:.2g}°, more than"
+    " those of a first-generation station can.",
+    Case.GRAVITY: "Up as both stations feel it agrees within {value:.1f}°.",
+    Case.GRAVITY_OFF: "Up as both stations feel it differs by {value:.1f}° in this pose.",
+    Case.GRAVITY_OFF_IDEAL: "Up as both stations feel it differs by {value:.1f}° in this pose."
+    " Neglected factory values alone can be 4°.",
+    Case.GRAVITY_UNKNOWN: "No gravity from both stations to compare with.",
+    Case.REFERENCE: "The pose is {value:.3g} mm and {deg:.2g}° from the reference.",
+    Case.REFERENCE_NONE: "There is no reference.",
+}
+
+
+def pose_document(found: Summary) -> dict[str, Any]:
+    """Contents of pose.json, with its sentences."""
+    document, checks = found.document, found.verdict.checks
+    told: dict[str, Any] = {
+        "verdict": document["verdict"] | {"reason": reason(found.verdict)},
+        "checks": [
+            row | {"sentence": sentence(check)}
+            for row, check in zip(document["checks"], checks, strict=True)
+        ],
+    }
+    if "check_against" in document:
+        words = comparison_words(found.comparison)
+        told["check_against"] = document["check_against"] | {"sentence": words}
+    return document | told
+
+
+def reason(verdict: Verdict) -> str:
+    """The sentences of the checks that made the word, then what else was found, in short."""
+    word, checks = verdict.word, verdict.checks
+    if not checks:
+        return verdict.why_none or "No pose of the slave was found."
+    models = [sentence(c) for c in checks if c.case is Case.ROTOR_OPEN]
+    if word == "good":
+        passed = sum(c.ok is True for c in checks)
+        said = [sentence(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
+        return " ".join([f"All {passed} checks passed.", *said, *models])
+    bad = [c for c in checks if c.level == word]
+    rest = [*bad[2:], *(c for c in checks if c.level not in (word, "good"))]
+    return " ".join([*map(sentence, bad[:2]), *map(_in_short, rest), *models])
+
+
+def _in_short(check: Check) -> str:
+    """Without the causes it may have."""
+    return sentence(check).split(", as by ")[0].rstrip(".") + "."
+
+
+def sentence(check: Check) -> str:
+    """What a check says to a reader, with its numbers."""
+    made = check.numbers.get("made_by_poses")
+    small = f" (errors of the board's poses alone make {made:.0f} µrad of it)" if made else ""
+    why = "; ".join(f"{role}: {reason or 'none found'}" for role, reason in check.why.items())
+    return SENTENCES[check.case].format(
+        **check.numbers,
+        value=check.value,
+        limit=check.limit,
+        made=small,
+        why=why or "not used",
+        first=next(iter(check.names), ""),
+        others=" or ".join(check.names[1:]),
+        all_names=" and ".join(check.names),
+    )
+
+
+def comparison_words(found: Comparison | None) -> str:
+    """Whether a station has moved since an earlier calibration; None: there is no pose."""
+    if found is None:
+        return "No pose to compare with the earlier one."
+    said = "A station has moved" if found.moved else "No sign that a station moved"
+    how = f"by chance with probability {found.p_value:.2g}"
+    if math.isnan(found.p_value):
+        how = f"no covariance; taken as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
+    mm, deg = (float(np.linalg.norm(v)) for v in (found.difference_mm, found.difference_deg))
+    other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
+    first = f"{said}: {mm:.3g} mm and {deg:.2g}° from the earlier pose ({how})."
+    return " ".join(part for part in (first, found.note, other) if part)

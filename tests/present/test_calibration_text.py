@@ -1,0 +1,182 @@
+"""The verdict on a calibration in words: one sentence a case, and the reason made of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from mocap_metrology.lighthouse.assess.fit_checks import WORDS, Case, Check
+from mocap_metrology.lighthouse.assess.pose_file import Comparison, pose_json
+from mocap_metrology.lighthouse.assess.summary import Summary
+from mocap_metrology.lighthouse.assess.validation import Verdict
+from mocap_metrology.lighthouse.records import Station
+from mocap_metrology.present.text.calibration import (
+    comparison_words,
+    pose_document,
+    reason,
+    sentence,
+)
+
+SAID = {
+    Case.DISTANCE: "The stations are 2.15 m apart.",
+    Case.TOO_DISTANT: "The stations are 2.15 m apart, farther than any board sees both (at most "
+    "20 m).",
+    Case.RESIDUAL: "Angles are 2 µrad rms from the fit; the noise of an angle is 75, good is below "
+    "20.",
+    Case.RESIDUAL_HIGH: "Angles are 2 µrad rms from the fit, 12 times the noise of an angle, as by "
+    "wrong optics (factory values, lasers off the housing's origin), a wrong board file, "
+    "reflections or board poses in the wrong minimum.",
+    Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
+    Case.PATH_ERRORS: "Errors of the board's path leave 2 µrad of the residual unexplained.",
+    Case.BEYOND_PATH: "Errors of the board's path leave 2 µrad of the residual unexplained (noise "
+    "of an angle: 75), as by a station that was touched, a wrong board file or wrong optics.",
+    Case.PATH_ERRORS_UNKNOWN: "Errors of the board's path were not told apart.",
+    Case.HALVES: "Parts of the recording differ by 4 mm and 0.05°, as chance allows.",
+    Case.HALVES_APART: "Parts of the recording differ by 4 mm and 0.05°, 12 times what noise "
+    "explains: was a station touched meanwhile?",
+    Case.HALVES_UNKNOWN: "Parts of the recording were not held against each other.",
+    Case.MIRRORED: "42 % of the board poses are mirrored.",
+    Case.MIRRORED_FLAT: "42 % of the board poses are mirrored, as a flat board allows: use "
+    "`paper-lm`, which lets both stations decide.",
+    Case.MIRRORED_BOTH: "42 % of the board poses are mirrored or wrong in another way, though both "
+    "stations decided: is the board file right (and no mirror image)? Use a larger board, or one "
+    "with depth.",
+    Case.MIRRORED_UNKNOWN: "The share of mirrored board poses was not determined.",
+    Case.MOVED: "The board moved.",
+    Case.STILL: "The board did not move: the pose stands on one place of the board, whose size "
+    "limits it. Record again with the board moved through the room.",
+    Case.COMMON: "Both stations saw the board at 2.149 moments.",
+    Case.COMMON_FEW: "Both stations saw the board at 2.149 moments, few for a pose: keep the board "
+    "in the view of both.",
+    Case.COMMON_UNNEEDED: "No common measurements are needed of a board at rest.",
+    Case.BOARD_POSES: "Angles of single board poses are 2 µrad rms from their fit.",
+    Case.BOARD_POSES_HIGH: "Angles of single board poses are 2 µrad rms from their fit: is the "
+    "board file right, are there reflections?",
+    Case.BOARD_POSES_NONE: "There are no board poses.",
+    Case.PATH: "The board went 2.1 m.",
+    Case.PATH_SHORT: "The board went 2.1 m only: a short path leaves the slave's rotation "
+    "uncertain.",
+    Case.PATH_UNNEEDED: "The last stage does not lean on the length of the path.",
+    Case.PATH_NONE: "There is no path of a board at rest.",
+    Case.UNCERTAINTY: "One standard deviation is 2.1 mm and 0.05° in the worst axes; an error of "
+    "scale in the board file is not in it and scales the distance.",
+    Case.UNCERTAINTY_NONE: "There is no covariance of this estimate.",
+    Case.DURATION: "The recording lasts 2.15 s.",
+    Case.DURATION_UNUSUAL: "The recording lasts 2.15 s, not the usual 8 s.",
+    Case.DURATION_SHORT: "The recording lasts 2.15 s, not the usual 8 s: few measurements.",
+    Case.DURATION_UNKNOWN: "The duration is unknown.",
+    Case.FACTORY: "Factory values from the recording.",
+    Case.FACTORY_FILE: "Factory values of the a and b and c come from a calibration file, not from "
+    "the recording: they are right only if the file is of this very station.",
+    Case.IDEAL: "Ideal optics, without the stations' factory values (master: none found; slave: "
+    "checksum wrong): the pose is 2 to 20 cm and 1 to 6° off for real stations, and no residual "
+    "shows it.",
+    Case.ROTOR_CLEAR: "The recording prefers the rotor model of a beyond chance.",
+    Case.ROTOR_OPEN: "The recording cannot tell the rotor models of a and b or c apart; their "
+    "poses differ by up to 2.1 mm and 0.05°, which the uncertainty contains.",
+    Case.ROTOR_UNASKED: "The recording was not asked for the model of the rotors.",
+    Case.STAGES: "Kabsch and final stage are 2.15 mm and 0.05° apart.",
+    Case.STAGES_LOOSE: "Kabsch and final stage are 2.15 mm and 0.05° apart. Kabsch is no surer "
+    "than that on such a path.",
+    Case.OPTICS: "Factory values change the pose by 2.15 mm and 0.05°.",
+    Case.OPTICS_FAR: "Factory values change the pose by 2.15 mm and 0.05°, more than those of a "
+    "first-generation station can.",
+    Case.GRAVITY: "Up as both stations feel it agrees within 2.1°.",
+    Case.GRAVITY_OFF: "Up as both stations feel it differs by 2.1° in this pose.",
+    Case.GRAVITY_OFF_IDEAL: "Up as both stations feel it differs by 2.1° in this pose. Neglected "
+    "factory values alone can be 4°.",
+    Case.GRAVITY_UNKNOWN: "No gravity from both stations to compare with.",
+    Case.REFERENCE: "The pose is 2.15 mm and 0.05° from the reference.",
+    Case.REFERENCE_NONE: "There is no reference.",
+}
+NUMBERS = {"noise": 75.0, "times": 12.0, "mm": 4.0, "deg": 0.05, "percent": 42.0}
+WHY = {"master": "", "slave": "checksum wrong"}
+
+
+def check(case: Case, level: str = "good", ok: bool | None = True, name: str = "") -> Check:
+    return Check(name, case, 2.149, "", 20.0, ok, level, NUMBERS, ("a", "b", "c"), WHY)
+
+
+@pytest.mark.parametrize("case", Case)
+def test_a_case_in_words(case: Case) -> None:
+    assert sentence(check(case)) == SAID[case]
+
+
+def test_what_poses_of_a_small_board_make_of_the_residual() -> None:
+    numbers = NUMBERS | {"made_by_poses": 4500.0}
+    small = Check("residual", Case.RESIDUAL, 2000.0, "urad", 9000.0, True, "good", numbers)
+    assert "is 75 (errors of the board's poses alone make 4500 µrad of it), good" in sentence(small)
+
+
+def test_optics_that_were_not_used() -> None:
+    ideal = Check("factory values", Case.IDEAL, "ideal", "", "", False, "doubtful")
+    assert "without the stations' factory values (not used): the pose" in sentence(ideal)
+
+
+def test_a_good_reason_counts_what_passed() -> None:
+    checks = (
+        check(Case.RESIDUAL, name="residual"),
+        check(Case.DISTANCE, name="distance"),
+        check(Case.ROTOR_OPEN, ok=False, name="rotor model"),
+        check(Case.REFERENCE_NONE, ok=None, name="reference"),
+        check(Case.UNCERTAINTY, name="uncertainty"),
+    )
+    told = (Case.RESIDUAL, Case.UNCERTAINTY, Case.ROTOR_OPEN)
+    expected = " ".join(["All 3 checks passed.", *(SAID[case] for case in told)])
+    assert reason(Verdict("good", checks)) == expected
+
+
+def test_reasons_are_what_made_the_word_and_the_rest_in_short() -> None:
+    assert WORDS.index("usable") < WORDS.index("doubtful")
+    checks = (
+        check(Case.RESIDUAL_HIGH, "doubtful", False),
+        check(Case.DISTANCE),
+        check(Case.IDEAL, "doubtful", False),
+        check(Case.BEYOND_PATH, "usable", False),
+        check(Case.HALVES_APART, "doubtful", False),
+    )
+    assert reason(Verdict("doubtful", checks)) == " ".join([
+        SAID[Case.RESIDUAL_HIGH],
+        SAID[Case.IDEAL],
+        SAID[Case.HALVES_APART] + ".",
+        "Errors of the board's path leave 2 µrad of the residual unexplained (noise of an angle: "
+        "75).",
+    ])  # fmt: skip
+
+
+def test_without_a_pose() -> None:
+    assert reason(Verdict("failed")) == "No pose of the slave was found."
+    assert reason(Verdict("failed", why_none="The slave is not seen.")) == "The slave is not seen."
+
+
+def test_the_document_has_the_sentences_at_its_places() -> None:
+    verdict = Verdict("failed", (check(Case.TOO_DISTANT, "failed", False, "distance"),))
+    bare = pose_json([], [Station("master"), Station("slave")], None, verdict)
+    told = pose_document(Summary(bare | {"check_against": {"moved": None}}, verdict))
+    assert list(told) == [*bare, "check_against"]
+    assert told["verdict"] == {"word": "failed", "reason": SAID[Case.TOO_DISTANT]}
+    assert list(told["checks"][0]) == [
+        *("name", "value", "unit", "limit", "ok", "level", "sentence"),
+    ]
+    assert told["checks"][0]["sentence"] == SAID[Case.TOO_DISTANT]
+    assert told["check_against"] == {
+        "moved": None,
+        "sentence": "No pose to compare with the earlier one.",
+    }
+
+
+def test_a_comparison_with_an_earlier_pose() -> None:
+    mm, deg = np.array([20.0, 0, 0]), np.array([0, 0.02, 0])
+    assert comparison_words(Comparison(mm, deg, 50.0, 0.0004, True)) == (
+        "A station has moved: 20 mm and 0.02° from the earlier pose (by chance with probability "
+        "0.0004)."
+    )
+    other = ("paper-lm", "kabsch", "ideal")
+    found = Comparison(mm, deg, math.nan, math.nan, False, other, "Station ids not compared.")
+    assert comparison_words(found) == (
+        "No sign that a station moved: 20 mm and 0.02° from the earlier pose (no covariance; taken "
+        "as moved beyond 20 mm or 0.5°). Station ids not compared. Compared with another estimate "
+        "(paper-lm, kabsch, ideal)."
+    )

@@ -13,10 +13,10 @@ from noise_data import DEFAULT, PAPER, bounds, estimate, group
 from mocap_metrology.noise.fit.estimates import rows as noise_csv
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
-from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.skurowski import appendix
 from mocap_metrology.present.skurowski.appendix_text import table_a_markdown
 from mocap_metrology.present.tables import write_with
+from mocap_metrology.present.text.numbers import three_digits
 
 KEY = ("camera_type", "n_cameras", "series", "parameter")
 

@@ -23,7 +23,6 @@ from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
-from mocap_metrology.present.numbers import time_words
 from mocap_metrology.present.text.diagnosis import (
     drift_words,
     line_words,
@@ -31,6 +30,7 @@ from mocap_metrology.present.text.diagnosis import (
     sentences,
     warm_up_words,
 )
+from mocap_metrology.present.text.numbers import time_words
 
 RATE = 120.0
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")

@@ -8,9 +8,10 @@ from html.parser import HTMLParser
 
 import pytest
 
-from mocap_metrology.present import numbers, tables
+from mocap_metrology.present import tables
 from mocap_metrology.present.drawing.style import UNKNOWN_WORD, VERDICT_WORDS
 from mocap_metrology.present.pages import html_page
+from mocap_metrology.present.text import numbers
 
 VOID = {"br", "wbr", "meta"}
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mocap_metrology.noise.motion.movement import Movement
-from mocap_metrology.present.numbers import three
 from mocap_metrology.present.text.movement import movement_words
+from mocap_metrology.present.text.numbers import three
 
 TAIL = ", which noise does not; the Allan variance supposes still markers"
 

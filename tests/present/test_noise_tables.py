@@ -14,8 +14,8 @@ from mocap_metrology.present.groups.group_tables import (
     noise_markdown,
     noise_table,
 )
-from mocap_metrology.present.numbers import symbol, three_digits, typeset, unit, with_interval
 from mocap_metrology.present.tables import write_with
+from mocap_metrology.present.text.numbers import symbol, three_digits, typeset, unit, with_interval
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from mocap_metrology.noise.assess.checks import (
     MovementCheck,
 )
 from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
-from mocap_metrology.present.numbers import duration_words
+from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.text.reasons import quantity, reason, why_measured
 
 FRAME = {"series": "y1", "lower": 0.0255, "upper": 0.02641, "over_s": 3600.0}

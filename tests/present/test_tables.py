@@ -11,8 +11,8 @@ import pytest
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import group_tables
-from mocap_metrology.present.numbers import as_printed, duration_text, readable
 from mocap_metrology.present.skurowski import camera_tables
+from mocap_metrology.present.text.numbers import as_printed, duration_text, readable
 
 
 def recording(name: str, twin: str | None, n_cameras: int = 10) -> dict:

@@ -73,7 +73,7 @@ def choose(
     least = sorted(ranges, key=lambda name: ranges[name])[:WANTED]
     if least and all(ranges[name] <= limit_mm for name in least):
         return least, "all that stand still"
-    from mocap_metrology.present.numbers import three
+    from mocap_metrology.present.text.numbers import three
 
     moves = ", ".join(f"{name} by {three(ranges[name])} mm" for name in least)
     return least, f"those that move least ({moves}): no two stand still"

@@ -15,7 +15,7 @@ checkpoint check_recording:
         mem_mb=memory(4000),
         runtime=minutes(30),
     params:
-        code=source("check.py", "io", "noise", "present"),
+        code=source("check.py", "io", "noise", "present/text"),
         row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated"),
         second_opinion=config["second_opinion"],
         still=config["still"],

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 import numpy as np
 
 from mocap_metrology.common.files import write_csv, write_text
-from mocap_metrology.present.numbers import (
+from mocap_metrology.present.text.numbers import (
     FOUR_DECIMALS,
     NINE_HOURS_S,
     as_printed,

@@ -38,7 +38,7 @@ from mocap_metrology.present.drawing.style import (
     size_mm,
     styled,
 )
-from mocap_metrology.present.numbers import number, two
+from mocap_metrology.present.text.numbers import number, two
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

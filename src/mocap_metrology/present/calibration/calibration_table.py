@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from mocap_metrology.lighthouse.published import QUANTITIES
-from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.tables import Record, Row, aligned
+from mocap_metrology.present.text.numbers import three_digits
 
 CAPTION = (
     "Pose of the slave in the master's frame, p_master = R p_slave + t, R = Rz(γ) Ry(β) Rx(α); the"

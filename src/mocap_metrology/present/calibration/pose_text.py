@@ -23,8 +23,8 @@ from mocap_metrology.present.drawing.style import (
     shorten,
     wrap,
 )
-from mocap_metrology.present.numbers import number
 from mocap_metrology.present.tables import Record
+from mocap_metrology.present.text.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

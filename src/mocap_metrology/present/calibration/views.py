@@ -20,7 +20,7 @@ from mocap_metrology.present.drawing.style import (
     label_axes,
     size_mm,
 )
-from mocap_metrology.present.numbers import number
+from mocap_metrology.present.text.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

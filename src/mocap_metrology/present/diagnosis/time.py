@@ -32,8 +32,8 @@ from mocap_metrology.present.drawing.style import (
     label_axes,
     say,
 )
-from mocap_metrology.present.numbers import moment, number, three_digits
 from mocap_metrology.present.text.diagnosis import outcome
+from mocap_metrology.present.text.numbers import moment, number, three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

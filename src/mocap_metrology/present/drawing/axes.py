@@ -17,7 +17,7 @@ from mocap_metrology.present.drawing.style import (
     lines_mm,
     text_mm,
 )
-from mocap_metrology.present.numbers import power_of_ten, tick_text
+from mocap_metrology.present.text.numbers import power_of_ten, tick_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

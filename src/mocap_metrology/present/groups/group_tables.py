@@ -13,8 +13,8 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, unit_key, uni
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.present.fits.parts import limit_class
-from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
 from mocap_metrology.present.tables import Record, Row, aligned, read, source_of
+from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
 
 FROM_CSV = (
     "series",

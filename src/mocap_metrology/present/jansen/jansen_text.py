@@ -19,8 +19,8 @@ from mocap_metrology.lighthouse.published import (
     SETUPS,
 )
 from mocap_metrology.present.jansen.jansen_tables import Variant, paper_setup, pose_of
-from mocap_metrology.present.numbers import three, three_digits
 from mocap_metrology.present.tables import Record, Row, aligned
+from mocap_metrology.present.text.numbers import three, three_digits
 
 PHASES, SHORT_PATH = "phases of the rotors left out", "short path"
 MEANINGS = {

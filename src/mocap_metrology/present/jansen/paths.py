@@ -29,7 +29,7 @@ from mocap_metrology.present.drawing.style import (
     styled,
 )
 from mocap_metrology.present.jansen.projection import BOX, Stage, arc, magnified, outline, stage
-from mocap_metrology.present.numbers import number
+from mocap_metrology.present.text.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -25,7 +25,7 @@ from mocap_metrology.present.drawing.style import (
     size_mm,
     text_mm,
 )
-from mocap_metrology.present.numbers import tick_text
+from mocap_metrology.present.text.numbers import tick_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from mocap_metrology.present.numbers import three_digits
 from mocap_metrology.present.pages.html_page import heading, paragraph, table
 from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.text.numbers import three_digits
 
 INPUTS = ("name", "kind", "source", "file", "seed", "sha256")
 TIMES = ("rule", "jobs", "total_s", "longest_s", "max_rss_mb")

@@ -14,7 +14,6 @@ from mocap_metrology.lighthouse.rotation import from_angles, log, mean, to_angle
 from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.present.calibration.calibration_table import calibration_rows
 from mocap_metrology.present.drawing.style import VERDICT_WORDS
-from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text, three_digits
 from mocap_metrology.present.pages.html_page import (
     EMPTY,
     heading,
@@ -25,6 +24,7 @@ from mocap_metrology.present.pages.html_page import (
     word,
 )
 from mocap_metrology.present.tables import Record
+from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_text, three_digits
 from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR
 
 MM = ("x_mm", "y_mm", "z_mm")

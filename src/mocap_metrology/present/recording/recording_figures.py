@@ -11,8 +11,8 @@ from mocap_metrology.present.drawing.axes import log_limits
 from mocap_metrology.present.drawing.curves import Curve, Key, arrange, curves_figure
 from mocap_metrology.present.drawing.decimate import log_bins
 from mocap_metrology.present.drawing.style import styled
-from mocap_metrology.present.numbers import two
 from mocap_metrology.present.tables import Record
+from mocap_metrology.present.text.numbers import two
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -21,8 +21,8 @@ from mocap_metrology.present.drawing.style import (
     shorten,
     text_mm,
 )
-from mocap_metrology.present.numbers import number
 from mocap_metrology.present.recording.traces import Prepared, Trace, entries
+from mocap_metrology.present.text.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,9 +22,9 @@ from mocap_metrology.present.drawing.style import (
     shorten,
     styled,
 )
-from mocap_metrology.present.numbers import number
 from mocap_metrology.present.recording import ridges
 from mocap_metrology.present.recording.traces import GAP, Prepared, Trace, entries, prepare
+from mocap_metrology.present.text.numbers import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

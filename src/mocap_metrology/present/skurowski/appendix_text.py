@@ -13,13 +13,13 @@ from mocap_metrology.noise.fit.estimates import (
 )
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import COEFFICIENTS, SERIES
-from mocap_metrology.present.numbers import MARKS, STATUS_SIGNS, duration_text, three_digits
 from mocap_metrology.present.skurowski.appendix import (
     UNPAIRED,
     notes_by_coefficient,
     support_counts,
 )
 from mocap_metrology.present.tables import Record, Row, aligned
+from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_text, three_digits
 
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (

@@ -28,8 +28,8 @@ from mocap_metrology.present.drawing.style import (
     styled,
 )
 from mocap_metrology.present.groups import slots
-from mocap_metrology.present.numbers import power_of_ten, symbol, unit
 from mocap_metrology.present.tables import Row
+from mocap_metrology.present.text.numbers import power_of_ten, symbol, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,11 +10,11 @@ from mocap_metrology.common.hampel import SHORT_WINDOW, taken_at_most, white_lev
 from mocap_metrology.noise.gaussian.moments import expected_moments
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.noise.twins.twin import Twin
-from mocap_metrology.present.numbers import NINE_HOURS_S, duration_text
 from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset
 from mocap_metrology.present.tables import Record, Row, source_of, source_sentence
+from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_text
 
 PAPER = "Skurowski & Pawlyta 2019"
 TITLES = {

@@ -13,8 +13,8 @@ from mocap_metrology.noise.gaussian.moments import QUANTITIES, SLOW_SAMPLES, Cle
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_row
 from mocap_metrology.noise.twins.simulate import stream
 from mocap_metrology.noise.twins.twin import Twin
-from mocap_metrology.present.numbers import NINE_HOURS_S
 from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.text.numbers import NINE_HOURS_S
 
 REPEATS = 200
 LEVELS = (0.05, 0.5, 0.95)

@@ -26,7 +26,7 @@ from mocap_metrology.present.drawing.style import (
     label_axes,
     styled,
 )
-from mocap_metrology.present.numbers import power_of_ten, three_digits
+from mocap_metrology.present.text.numbers import power_of_ten, three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,7 +22,8 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.motion.movement import Movement, most_moving
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.numbers import (
+from mocap_metrology.present.text.movement import movement_words
+from mocap_metrology.present.text.numbers import (
     minutes_words,
     mm,
     percent,
@@ -31,7 +32,6 @@ from mocap_metrology.present.numbers import (
     three,
     time_words,
 )
-from mocap_metrology.present.text.movement import movement_words
 from mocap_metrology.present.text.recording_states import (
     filled_words,
     level_words,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mocap_metrology.noise.motion.movement import Movement
-from mocap_metrology.present.numbers import length, three
+from mocap_metrology.present.text.numbers import length, three
 
 MOST_NAMED = 6
 

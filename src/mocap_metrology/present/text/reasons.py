@@ -14,7 +14,7 @@ from mocap_metrology.noise.assess.checks import (
     MovementCheck,
 )
 from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
-from mocap_metrology.present.numbers import duration_words, three, three_fixed
+from mocap_metrology.present.text.numbers import duration_words, three, three_fixed
 
 # What the value of a check is, as verdict.json names it
 QUANTITIES = {

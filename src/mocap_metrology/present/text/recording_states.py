@@ -12,7 +12,7 @@ from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.recording import Recording
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.numbers import percent, signed
+from mocap_metrology.present.text.numbers import percent, signed
 from mocap_metrology.present.text.sentence import Sentence, severity
 
 

@@ -28,7 +28,7 @@ from mocap_metrology.present.drawing.style import (
     text_mm,
     wrap,
 )
-from mocap_metrology.present.numbers import duration_words
+from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.words import (
     FRAME,
     MEANS,

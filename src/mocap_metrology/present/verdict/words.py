@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mocap_metrology.noise.assess.checks import COORDINATE, worst
-from mocap_metrology.present.numbers import duration_words, three_digits, three_fixed
 from mocap_metrology.present.tables import Row
+from mocap_metrology.present.text.numbers import duration_words, three_digits, three_fixed
 
 Found = Mapping[str, Any]  # contents of verdict.json
 

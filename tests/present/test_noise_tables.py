@@ -15,7 +15,8 @@ from mocap_metrology.present.groups.group_tables import (
     noise_table,
 )
 from mocap_metrology.present.tables import write_with
-from mocap_metrology.present.text.numbers import symbol, three_digits, typeset, unit, with_interval
+from mocap_metrology.present.text.coefficients import symbol, unit
+from mocap_metrology.present.text.numbers import three_digits, typeset, with_interval
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,12 @@ rule calibrate_twin:
         runtime=minutes(30),
     params:
         code=source(
-            "calibrate_twin.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"
+            "calibrate_twin.py",
+            "lighthouse_files.py",
+            "lighthouse_steps.py",
+            "io",
+            "lighthouse",
+            "present/text",
         ),
         row=columns("calibration", "twin", "format", "board", *LABELS),
         twin=twin_of(CALIBRATION_TWINS),
@@ -88,7 +93,14 @@ rule decode:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("decode.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"),
+        code=source(
+            "decode.py",
+            "lighthouse_files.py",
+            "lighthouse_steps.py",
+            "io",
+            "lighthouse",
+            "present/text",
+        ),
         row=columns("calibration", "twin", "path", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -120,7 +132,12 @@ rule calibrate:
         runtime=minutes(30),
     params:
         code=source(
-            "calibrate.py", "lighthouse_files.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"
+            "calibrate.py",
+            "lighthouse_files.py",
+            "lighthouse_steps.py",
+            "io",
+            "lighthouse",
+            "present/text",
         ),
         row=columns(*LABELS),
         lighthouse=config["lighthouse"],

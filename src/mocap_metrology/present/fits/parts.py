@@ -22,7 +22,8 @@ from mocap_metrology.noise.model.components import (
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
 from mocap_metrology.present.tables import Record
-from mocap_metrology.present.text.numbers import symbol, typeset, unit
+from mocap_metrology.present.text.coefficients import symbol, unit
+from mocap_metrology.present.text.numbers import typeset
 
 LIMIT = 10.0  # correlation times that differ by a greater factor are of different components
 

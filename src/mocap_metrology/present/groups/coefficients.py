@@ -33,7 +33,7 @@ from mocap_metrology.present.drawing.style import (
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.groups.members import Family, left_out, shown_series
 from mocap_metrology.present.tables import Record, Row
-from mocap_metrology.present.text.numbers import symbol, unit
+from mocap_metrology.present.text.coefficients import symbol, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -29,7 +29,8 @@ from mocap_metrology.present.drawing.style import (
 )
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.tables import Row
-from mocap_metrology.present.text.numbers import power_of_ten, symbol, unit
+from mocap_metrology.present.text.coefficients import symbol, unit
+from mocap_metrology.present.text.numbers import power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

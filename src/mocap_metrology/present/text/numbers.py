@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from mocap_metrology.noise.fit.estimates import unit_key, unit_of
-
 # What stands behind a coefficient that is not simply right, and what it means
 MARKS = {"at_bound": "§", "not_converged": "¶", "misfit": "#"}
 STATUS_SIGNS = (
@@ -29,7 +27,6 @@ MINUTES_FROM_S = 180.0  # moments are in s up to here, as the axis of the whole 
 FAST_MM_H = 10_000.0
 SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
-SUBSCRIPT = str.maketrans("0123456789-", "₀₁₂₃₄₅₆₇₈₉₋")
 
 
 def three_digits(value: float | None) -> str:
@@ -195,19 +192,6 @@ def number(value: float, digits: int = 0, sign: bool = False) -> str:
     """13 195 or −5.20: thousands set apart, a real minus sign."""
     text = f"{value:{'+' if sign else ''},.{digits}f}"
     return text.replace(",", THIN_SPACE).replace("-", "−")
-
-
-def symbol(parameter: str) -> str:
-    """h₋₂ of `h_-2`; q_c, T_c, A_s, f₀."""
-    if parameter.startswith("h_"):
-        return "h" + parameter[2:].translate(SUBSCRIPT)
-    return "f₀" if parameter == "f_0" else unit_key(parameter)
-
-
-def unit(parameter: str) -> str:
-    """mm²/Hz² of `h_1`."""
-    text = unit_of(parameter).replace("/s^0.5", "/√s")
-    return text.replace("^2", "²").replace("^3", "³")
 
 
 def with_interval(value: float | None, lower: float | None, upper: float | None) -> str:

@@ -21,7 +21,10 @@ SCRIPTS, PACKAGE = ROOT / "workflow/scripts", ROOT / "src/mocap_metrology"
 OF_RECORDINGS = {"simulate_recording", "trajectories", "clean", "allan", "psd", "gaussian", "noise"}
 LEFT_ALONE = {  # by an edit of each package, of the rules for a recording and a calibration
     "io": {"skurowski_theory"},
-    "noise": {"calibrate_twin", "calibration_figures", "jansen_figures"},
+    "noise": {
+        *("calibrate_twin", "calibration_figures", "calibration_tables"),
+        *("jansen_figures", "jansen_tables"),
+    },
     "lighthouse": {
         *OF_RECORDINGS,
         *("diagnosis", "verdict", "summary", "skurowski_theory"),

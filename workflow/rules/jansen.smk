@@ -29,7 +29,7 @@ rule jansen_tables:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("jansen_tables.py", "calibration_records.py", "noise", "lighthouse", "present"),
+        code=source("jansen_tables.py", "calibration_records.py", "lighthouse", "present"),
         rows=columns("calibration", "setup", "source", of=OF_JANSEN),
     message:
         "Tables I-III of Jansen et al. 2019"

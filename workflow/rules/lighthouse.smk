@@ -195,9 +195,7 @@ rule calibration_tables:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source(
-            "calibration_tables.py", "calibration_records.py", "noise", "lighthouse", "present"
-        ),
+        code=source("calibration_tables.py", "calibration_records.py", "lighthouse", "present"),
         rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
     message:
         "{wildcards.group}: table of calibrations"

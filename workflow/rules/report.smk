@@ -88,7 +88,7 @@ rule provenance:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("provenance.py", "noise", "present"),
+        code=source("provenance.py", "present"),
         configuration=reporting.plain_configuration(config),
         inputs=together(
             accepted(partial(reporting.inputs, twins=TWINS), EVERY),

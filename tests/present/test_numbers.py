@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from mocap_metrology.present import numbers
+from mocap_metrology.present.text import numbers
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ rule jansen_figures:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen_figures.py", "noise", "lighthouse", "present"),
+        code=source("jansen_figures.py", "lighthouse", "present"),
         rows=columns("calibration", "twin", of=EXAMPLE),
     message:
         "Figures 3 and 5-8 of Jansen et al. 2019"

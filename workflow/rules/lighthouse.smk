@@ -170,7 +170,7 @@ rule calibration_figures:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("calibration_figures.py", "noise", "lighthouse", "present"),
+        code=source("calibration_figures.py", "lighthouse", "present"),
         name=cell("calibration"),
         twin=cell("twin"),
     message:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import importlib
+import json
 import re
 import shutil
 import subprocess
@@ -142,6 +143,22 @@ def test_an_edit_of_a_package_runs_again_what_is_computed_with_it(copied: Path) 
         file.write_text(before, encoding="utf-8")
     everything = set().union(*plans.values())
     assert {part: everything - plan for part, plan in plans.items()} == LEFT_ALONE
+
+
+def test_words_alone_measure_no_recording_again(copied: Path) -> None:
+    """A check words its warnings by `present`; what follows it depends on the recording."""
+    (copied / "given.c3d").touch()
+    given = {"recording": "real", "path": "given.c3d", "markers": "A;B", "group": "lab"}
+    write_sheet(copied, list(given), given)
+    check = copied / "results/recordings/real/check.json"
+    check.parent.mkdir(parents=True)
+    check.write_text(json.dumps({"ok": True, "why": "", "warnings": [], "notes": []}))
+    settings = ("--config", "recordings=sheet.tsv", "calibrations=", f"results={copied}/results")
+    target = str(check.with_name("noise.csv"))
+    of = functools.partial(run, copied)
+    pass_for_computed(of, target, *settings)
+    (copied / "src/mocap_metrology/present/__init__.py").write_text("# a word\n")
+    assert planned(of("-n", target, *settings).stdout) == {"check_recording": 1}
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ def entry(path: str) -> dict[str, Any]:
     title = _title(path)
     found = TITLE.fullmatch(title)
     whose, item, shows = found.group("whose", "item", "shows") if found else (None, None, title)
-    category, kind = PLACES.get(whose, ("4 Groups", "table"))
+    category, kind = PLACES.get(whose or "", ("4 Groups", "table"))
     subcategory = None if whose in PLACES else whose
     labels = {"result": f"{item or kind}: {shows}"}
     return {"category": category, "subcategory": subcategory, "labels": labels}

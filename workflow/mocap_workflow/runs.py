@@ -45,7 +45,7 @@ class Run:
         with contextlib.suppress(psutil.Error):
             process = psutil.Process(self.pid)
             same = abs(process.create_time() - self.began_s) < SAME_S
-            return self.here() and same and process.status() != psutil.STATUS_ZOMBIE
+            return bool(self.here() and same and process.status() != psutil.STATUS_ZOMBIE)
         return False
 
     def jobs(self) -> list[psutil.Process]:

@@ -25,7 +25,7 @@ from mocap_metrology.noise.cameras.information import (
 )
 
 N_BLOCKS = 20
-SURE = 1e-3  # probability of being wrong below which a finding counts
+CHANCE_OF_ERROR = 1e-3  # probability of being wrong below which a finding counts
 NAMING_S = 1.0  # longest tau at which a camera is named: beyond, too few terms are left
 Read = Callable[[str, int], np.ndarray]  # recording, marker from 1 -> (3, n) coordinates in mm
 

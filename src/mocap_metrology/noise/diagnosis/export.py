@@ -43,11 +43,11 @@ LONGEST_GAP = 2  # frames that are bridged
 OCTAVE = 4  # bands an octave
 LEAST_ORDINATES = 8  # of the periodograms, a band
 MIDDLE, TOP = (0.50, 0.70), (0.70, 0.95)  # of Nyquist: at the top a filter has left little
-FALLS = 0.4  # W at most, of that of a whole octave below
-QUIET = 0.2  # S of the top at most, of that of the same octave
-ROUNDED = 4.0  # times the white level of rounding that is no noise of the system
-COARSE = 0.02  # of S at the edge, in rounding, from which no cutoff is told
-FLAT = 0.7  # S of the middle and of the top differ by less where a stop band has levelled
+FALLS_SHARE = 0.4  # W at most, of that of a whole octave below
+QUIET_SHARE = 0.2  # S of the top at most, of that of the same octave
+ROUNDED_LEVELS = 4.0  # times the white level of rounding that is no noise of the system
+COARSE_SHARE = 0.02  # of S at the edge, in rounding, from which no cutoff is told
+FLAT_RATIO = 0.7  # S of the middle and of the top differ by less where a stop band has levelled
 FILTER_ORDERS = (1, 2, 3, 4, 6)  # of amplitudes 1 / (1 + (f/f_c)^2n) that are tried
 FOLLOWED = 0.01  # of the greatest W, down to which a cutoff is fitted
 
@@ -205,11 +205,11 @@ def low_pass(
     after = np.maximum(after[:-1], after[1:])  # of two neighbours: no notch
     lowest = float(after.min())
     ratio = found.top / float(level[high])
-    if lowest > FALLS * below[high] or ratio > QUIET:
+    if lowest > FALLS_SHARE * below[high] or ratio > QUIET_SHARE:
         return None
     rounding = 2 * resolution_mm**2 / 12 / rate_hz * math.log(2)
-    levelled = FLAT < found.middle / found.top < 1 / FLAT
-    if levelled and found.top > ROUNDED * rounding:
+    levelled = FLAT_RATIO < found.middle / found.top < 1 / FLAT_RATIO
+    if levelled and found.top > ROUNDED_LEVELS * rounding:
         return None
     fallen = high + OCTAVE + 1 + int(np.argmin(after))
     return LowPass(name, _cutoff(found, steps, fallen, rounding), ratio)
@@ -243,7 +243,7 @@ def _cutoff(found: Bands, steps: np.ndarray, fallen: int, rounding: float) -> fl
     w = found.psd * steps
     greatest = w[:fallen].max()
     edge = int(np.flatnonzero(w[:fallen] >= greatest / 2)[-1])
-    if rounding > COARSE * found.psd[edge]:
+    if rounding > COARSE_SHARE * found.psd[edge]:
         return math.nan
     low = np.flatnonzero(w[edge:] < FOLLOWED * greatest)
     last = min(edge + int(low[0]) if low.size else w.size, fallen + 2)

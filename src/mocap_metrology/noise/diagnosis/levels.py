@@ -19,12 +19,12 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 
 BLOCK_S = 1.0  # fast noise is what is left about means so long
 FEWEST = 5  # blocks a side can be judged by
-TOLD = 1.5  # an interval that reaches beyond this factor tells nothing
-JOINED = 10  # blocks whose logarithmic mean is one point
+TOLD_FACTOR = 1.5  # an interval that reaches beyond this factor tells nothing
+JOINED_BLOCKS = 10  # blocks whose logarithmic mean is one point
 LEAST_POINTS = 6  # a side, or of a trend
 SHORTER = (1, 2, 4)  # parts of the reach that a step is looked at over, until lines describe it
-SURER = 10.0  # variances of a point by which a step must fit better than a smooth curve
-ADEQUATE = 1.7  # variance of the residuals over that of the points, at most
+SURER_VARIANCES = 10.0  # variances of a point by which a step must fit better than a smooth curve
+ADEQUATE_VARIANCES = 1.7  # variance of the residuals over that of the points, at most
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
 TREND_CHANCE = 0.005  # that any series of a recording is said to change and does not
 LEAST_CHANGE = 0.02  # that is told
@@ -89,7 +89,11 @@ class Sides:
             return "unknown"
         if self.changed:
             return "changed"
-        return "alike" if self.lower >= 1 / TOLD and self.upper <= TOLD else "cannot be told"
+        return (
+            "alike"
+            if self.lower >= 1 / TOLD_FACTOR and self.upper <= TOLD_FACTOR
+            else "cannot be told"
+        )
 
 
 def blocks(series: np.ndarray, rate_hz: float) -> Blocks:
@@ -198,7 +202,7 @@ def changes(
     they differ, `abrupt` decides. out_of (k,): blocks in events.
     """
     points = {name: log_levels(one.variance, out_of) for name, one in found.items()}
-    length = next(iter(found.values())).length_s * JOINED if found else 1.0
+    length = next(iter(found.values())).length_s * JOINED_BLOCKS if found else 1.0
     reach = max(round(side_s / length), LEAST_POINTS)
     candidates = []
     n_tests = sum(max(g.size - 2 * LEAST_POINTS + 1, 0) for g in points.values())
@@ -238,10 +242,10 @@ def abrupt(g: np.ndarray, place: int, reach: int) -> float:
         smooth = np.stack([t**power for power in range(4)], axis=1)
         with_step, value, error = _fit(step, g[k], scale)
         without, _, _ = _fit(smooth, g[k], scale)
-        if with_step <= ADEQUATE * scale**2 * (k.size - 4):
+        if with_step <= ADEQUATE_VARIANCES * scale**2 * (k.size - 4):
             return (
                 2 * float(stdtr(dof, -abs(value[2]) / error[2]))
-                if (without - with_step > SURER * scale**2)
+                if (without - with_step > SURER_VARIANCES * scale**2)
                 else 1.0
             )
         if near == LEAST_POINTS:
@@ -265,7 +269,7 @@ def trends(
     told = []
     for name, one in found.items():
         g = log_levels(one.variance, out_of)
-        places = [round(s / one.length_s / JOINED) for s in steps_s]
+        places = [round(s / one.length_s / JOINED_BLOCKS) for s in steps_s]
         trend = _trend(name, g, places, TREND_CHANCE / max(len(found), 1))
         if trend and max(abs(trend.least), abs(trend.greatest)) >= LEAST_CHANGE:
             told.append(trend)
@@ -310,15 +314,15 @@ def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Tr
 
 
 def log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:
-    """Points: mean logarithms of the variances of `JOINED` blocks, NaN with less than half."""
+    """Points: mean logarithms of the variances of `JOINED_BLOCKS`, NaN with less than half."""
     with np.errstate(divide="ignore", invalid="ignore"):
         g = np.log(np.where(out_of[: variance.size], np.nan, variance))
     g[~np.isfinite(g)] = np.nan
-    rows = g[: g.size // JOINED * JOINED].reshape(-1, JOINED)
+    rows = g[: g.size // JOINED_BLOCKS * JOINED_BLOCKS].reshape(-1, JOINED_BLOCKS)
     known = np.isfinite(rows)
     total = np.where(known, rows, 0.0).sum(axis=1)
     return np.where(
-        known.sum(axis=1) * 2 >= JOINED, total / np.maximum(known.sum(axis=1), 1), np.nan
+        known.sum(axis=1) * 2 >= JOINED_BLOCKS, total / np.maximum(known.sum(axis=1), 1), np.nan
     )
 
 

@@ -14,14 +14,14 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 BLOCK = 1000  # differences whose kurtosis is taken at once, so no change of level makes any
-FEWEST = 8  # blocks
+FEWEST_BLOCKS = 8  # blocks
 CHANCE = 0.005  # that any series of a Gaussian recording is said to have heavy tails
-LEAST = 0.2  # excess that is told
-LONGEST = 2  # frames; what is off for longer is an event
-NEAR = 2  # frames between markers that were struck by the same thing
-DRAWN_IN = 3.0  # scales that a frame may be off the median of the five round it
-TOGETHER = (1, 3, 9)  # frames
-ALONE = 1e-3  # number of times that so many are off among them by chance in a recording
+LEAST_EXCESS = 0.2  # excess that is told
+LONGEST_FRAMES = 2  # frames; what is off for longer is an event
+NEAR_FRAMES = 2  # frames between markers that were struck by the same thing
+DRAWN_IN_SCALES = 3.0  # scales that a frame may be off the median of the five round it
+TOGETHER_FRAMES = (1, 3, 9)  # frames
+ALONE_EXPECTED = 1e-3  # number of times that so many are off among them by chance in a recording
 SAMPLED = 1 << 18  # values a scale is taken of
 MANY_OUTLIERS = 1e-3  # share of the frames from which a reader is warned
 
@@ -55,17 +55,17 @@ def _tails(name: str, series: np.ndarray, step: float, chance: float) -> Tails |
     size = float(d.std()) if d.size else 0.0
     if size > 10 * step:
         d = d[d != 0]
-    if d.size < FEWEST * BLOCK or size < step or not size > 0:
+    if d.size < FEWEST_BLOCKS * BLOCK or size < step or not size > 0:
         return None
     rows = d[: d.size // BLOCK * BLOCK].reshape(-1, BLOCK)
     squares = (rows - rows.mean(axis=1, keepdims=True)) ** 2
     power = squares.mean(axis=1)
     squares = squares[power > 0]
-    if len(squares) < FEWEST:
+    if len(squares) < FEWEST_BLOCKS:
         return None
     excess = (squares**2).mean(axis=1) / squares.mean(axis=1) ** 2 - 3 + 6 / BLOCK
     mean, error = float(excess.mean()), float(excess.std(ddof=1) / math.sqrt(excess.size))
-    if mean < LEAST or mean < -float(stdtrit(excess.size - 1, chance)) * error:
+    if mean < LEAST_EXCESS or mean < -float(stdtrit(excess.size - 1, chance)) * error:
         return None
     reach = float(stdtrit(excess.size - 1, 0.975)) * error
     return Tails(name, mean, mean - reach, mean + reach)
@@ -101,13 +101,13 @@ def isolated(off: Mapping[str, np.ndarray], markers: Mapping[str, int]) -> dict[
         others = [off[k] for k in off if markers[k] != markers[name]]
         elsewhere = np.unique(np.concatenate(others)) if others else np.empty(0, int)
         groups = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
-        kept = [g for g in groups if 0 < g.size <= LONGEST and not _near(g, elsewhere)]
+        kept = [g for g in groups if 0 < g.size <= LONGEST_FRAMES and not _near(g, elsewhere)]
         found[name] = np.concatenate(kept) if kept else np.empty(0, int)
     return found
 
 
 def _near(group: np.ndarray, frames: np.ndarray) -> bool:
-    first, last = np.searchsorted(frames, (group[0] - NEAR, group[-1] + NEAR + 1))
+    first, last = np.searchsorted(frames, (group[0] - NEAR_FRAMES, group[-1] + NEAR_FRAMES + 1))
     return bool(last > first)
 
 
@@ -153,7 +153,7 @@ def _away(series: np.ndarray, resolution: float) -> tuple[np.ndarray, float]:
 
     with np.errstate(invalid="ignore"):
         distance = series - median_filter(series, 5)
-    reach = DRAWN_IN * max(spread(distance), resolution / 2)
+    reach = DRAWN_IN_SCALES * max(spread(distance), resolution / 2)
     distance[~np.isfinite(distance)] = 0.0
     return distance, reach if reach > 0 else math.inf
 
@@ -165,10 +165,10 @@ def _together(off: np.ndarray, n_series: int) -> np.ndarray:
 
     share = float(off.mean()) / n_series
     found = np.zeros(off.size, bool)
-    for frames in TOGETHER:
+    for frames in TOGETHER_FRAMES:
         many = np.arange(1, frames * n_series + 1)
         chance = bdtrc(many - 1, frames * n_series, share) * off.size
-        enough = many[chance < ALONE]
+        enough = many[chance < ALONE_EXPECTED]
         if enough.size:
             dense = np.convolve(off, np.ones(frames, int), "same") >= enough[0]
             found |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense

@@ -7,7 +7,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mocap_metrology.noise.cameras.diagnosis import NAMING_S, SURE, Addition, Diagnosis, Estimate
+from mocap_metrology.noise.cameras.diagnosis import (
+    CHANCE_OF_ERROR,
+    NAMING_S,
+    Addition,
+    Diagnosis,
+    Estimate,
+)
 from mocap_metrology.noise.cameras.scaling import Law, law
 from mocap_metrology.present.tables import Row
 
@@ -40,7 +46,7 @@ CLEARLY = 1.2
 
 def word(largest: float, p_value: float, mean_upper: float, rise: float) -> str:
     """`raises`, `falls` or `same`."""
-    if largest > 1 + rise and p_value < SURE:
+    if largest > 1 + rise and p_value < CHANCE_OF_ERROR:
         return "raises"
     return "falls" if mean_upper < 1 else "same"
 
@@ -179,7 +185,7 @@ def noisy(rows: Sequence[Row], limit: float) -> list[Row]:
     worst: dict[str, Row] = {}
     for row in rows:
         value, p = row["camera_noise"], row["camera_noise_p"]
-        sure = value is not None and value > limit and p < SURE
+        sure = value is not None and value > limit and p < CHANCE_OF_ERROR
         if sure and row["tau_s"] <= NAMING_S * 1.01:
             worst[row["added"]] = _more_telling(worst.get(row["added"]), row, "camera_noise")
     sets = {added: set(added.split(";")) for added in worst}
@@ -317,7 +323,7 @@ def _raised_sentence(found: Sequence[Row], frame: float, named: Sequence[Row]) -
     text = (
         f"{row['camera_type']}: from {row['n_from']} to {row['n_to']} cameras ({row['added']} "
         f"added) the noise of {row['marker']} rose by a factor of {row['largest_factor']:.2f} "
-        f"(95 %: {low:.2f} to {high:.2f}, p < {SURE:g}) at {_when(row, frame)} along "
+        f"(95 %: {low:.2f} to {high:.2f}, p < {CHANCE_OF_ERROR:g}) at {_when(row, frame)} along "
         f"({direction}), and by {row['mean_factor']:.2f} on the whole, where the law expects "
         f"{row['law_factor']:.2f}"
     )

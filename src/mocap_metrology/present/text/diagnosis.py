@@ -9,7 +9,7 @@ from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, Left
 from mocap_metrology.noise.diagnosis.findings import approach, deterministic_parts
-from mocap_metrology.noise.diagnosis.levels import BLOCK_S, JOINED, LEAST_POINTS
+from mocap_metrology.noise.diagnosis.levels import BLOCK_S, JOINED_BLOCKS, LEAST_POINTS
 from mocap_metrology.noise.diagnosis.outliers import MANY_OUTLIERS
 from mocap_metrology.noise.diagnosis.periodic import Disturbance, Found, disturbances
 from mocap_metrology.noise.diagnosis.recording import (
@@ -41,7 +41,7 @@ from mocap_metrology.present.text.recording_states import (
 from mocap_metrology.present.text.sentence import Sentence, severity
 
 NAMED_EVENTS = NAMED_LINES = 10
-LEVELS_S = 2 * LEAST_POINTS * JOINED * BLOCK_S
+LEVELS_S = 2 * LEAST_POINTS * JOINED_BLOCKS * BLOCK_S
 COMPARED = {
     "changed": "noise changed",
     "alike": "noise is the same before and after",

@@ -24,7 +24,7 @@ from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood
 from mocap_metrology.noise.model.components import ALPHAS, Sinusoid
 
 LINE_FROM_HZ = 1.0  # a limit on lines is given from here up: below, the noise rises and so does it
-GONE = 3.0  # standard error over value from which a term is not there
+GONE_RELATIVE_ERROR = 3.0  # standard error over value from which a term is not there
 LIMIT_TOLERANCE = 3e-3  # of twice the log likelihood: a thousandth of the fall at a limit
 DOUBLINGS = 40  # of a first guess of a limit
 PLACES = 8  # values of T_c in a class a limit is computed for
@@ -66,7 +66,7 @@ def coefficients(
         else:
             rows.append(_limit(name, law_limit(likelihood, fit, alpha, cost(1))))
     for k, (q2, T_c) in enumerate(zip(spectrum.q2, spectrum.T_c, strict=True), start=1):
-        gone = error[f"q_c{k}"] > GONE * math.sqrt(q2)
+        gone = error[f"q_c{k}"] > GONE_RELATIVE_ERROR * math.sqrt(q2)
         for name, value in ((f"q_c{k}", math.sqrt(q2)), (f"T_c{k}", float(T_c))):
             kind = status.get(name, "ok")
             found = _positive(name, value, error[name], bound[name], kind)

@@ -29,13 +29,17 @@ import numpy as np
 ROW = 2048  # samples of a sinusoid made at once
 MEDIAN_OF = 4096  # coefficients at most that a median is taken of
 SIDE_OCTAVES, SIDE_LEAST = 1 / 16, 32  # width of the bands beside a line, and their coefficients
-SURE = 2.0  # standard errors by which a band beside a line must exceed the level to count
+SIDE_STANDARD_ERRORS = (
+    2.0  # standard errors by which a band beside a line must exceed the level to count
+)
 TINY = np.finfo(float).tiny
-NEAR = 8  # coefficients on each side that the least squares uses: 99 % of a line's power
+NEAR_COEFFICIENTS = (
+    8  # coefficients on each side that the least squares uses: 99 % of a line's power
+)
 END_FRAMES = 16  # averaged at each end for the ramp
 FOLD, STEP = 2.0, 1e-3  # coefficients from Nyquist that a line overlaps with its fold; a derivative
-APART = 6.0  # gain by not being Nyquist: chi-squared of two, 95 %
-DETERMINED = 0.5  # relative error of A_s beyond which it is not
+APART_GAIN = 6.0  # gain by not being Nyquist: chi-squared of two, 95 %
+DETERMINED_SHARE = 0.5  # relative error of A_s beyond which it is not
 LEAST_SIDE, MOST_SIDE = 32, 256  # coefficients on each side that the noise is told from
 MARGIN = 4  # coefficients beyond the outermost line
 BLOCKS = ((32, 8, 1.207), (0, 4, 1.624))  # from so many coefficients; blocks; Student t over 1.96
@@ -138,7 +142,7 @@ def beside(power: np.ndarray, k: np.ndarray) -> np.ndarray:
     else:
         edge[-1] = int(k[-1]) + 1
     width = np.diff(edge)
-    sure = np.exp(-SURE / (math.log(2) * np.sqrt(np.minimum(width, MEDIAN_OF))))
+    sure = np.exp(-SIDE_STANDARD_ERRORS / (math.log(2) * np.sqrt(np.minimum(width, MEDIAN_OF))))
     own = _medians(power, np.array(edge)) * sure
     left, right = np.roll(own, 1), np.roll(own, -1)
     left[0], right[-1] = right[0], left[-1]
@@ -196,10 +200,13 @@ def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
 
 
 def refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float) -> Line:
-    """Least squares of the coefficients within NEAR of `start` (in units of 1/T)."""
+    """Least squares of the coefficients within NEAR_COEFFICIENTS of `start` (in units of 1/T)."""
     from scipy.optimize import minimize_scalar
 
-    k = np.arange(max(1, round(start) - NEAR), min(spectrum.size - 1, round(start) + NEAR) + 1)
+    k = np.arange(
+        max(1, round(start) - NEAR_COEFFICIENTS),
+        min(spectrum.size - 1, round(start) + NEAR_COEFFICIENTS) + 1,
+    )
     root = np.where(2 * k == n, math.sqrt(0.5), 1.0)  # Nyquist's coefficient is real
 
     def stacked(parts: np.ndarray) -> np.ndarray:
@@ -227,7 +234,7 @@ def refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float)
     matrix = np.vstack([stacked(kernel(line.f_0, k, n, tau0)), slope]).T
     whole = _folded(line, x, matrix, n, tau0)
     half = _alternating(line, stacked(kernel(0.5 / tau0, k, n, tau0))[0], y, n, tau0)
-    return whole if whole and line.gain - half.gain > APART else half
+    return whole if whole and line.gain - half.gain > APART_GAIN else half
 
 
 def _slope(place: float, x: np.ndarray, k: np.ndarray, n: int, tau0: float) -> np.ndarray:
@@ -250,7 +257,7 @@ def _folded(line: Line, x: np.ndarray, matrix: np.ndarray, n: int, tau0: float) 
     A_error = math.sqrt(max(along @ covariance @ along, 0.0))
     f_error = min(math.sqrt(max(covariance[2, 2], 0.0)), 1.0) / (n * tau0)
     sure = np.linalg.eigvalsh(information * np.outer(scale, scale))[0] > 1e-10
-    if sure and A_error < DETERMINED * line.A_s:
+    if sure and A_error < DETERMINED_SHARE * line.A_s:
         return replace(line, A_error=A_error, f_error=f_error)
     return None
 

@@ -17,7 +17,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.noise.fit.spectral.line import (
     MARGIN,
-    NEAR,
+    NEAR_COEFFICIENTS,
     Line,
     beside,
     grown,
@@ -76,7 +76,7 @@ def find_lines(
     """
     n = series.size
     last = (n - 1) // 2  # Nyquist's coefficient has no partner
-    if last < MEDIAN_FROM + 2 * NEAR:
+    if last < MEDIAN_FROM + 2 * NEAR_COEFFICIENTS:
         return []
     return _search(series, tau0, (MEDIAN_FROM, last), None, at_most, threshold(n))
 
@@ -90,7 +90,7 @@ def find_slow_lines(
     step = max(n // SLOW_SAMPLES, 1)
     means = series[: n // step * step].reshape(-1, step).mean(axis=1)
     last = min(MEDIAN_FROM, (means.size - 1) // 2)
-    if last < FIRST_CYCLES + 2 * NEAR:
+    if last < FIRST_CYCLES + 2 * NEAR_COEFFICIENTS:
         return []
     found = _search(means, tau0 * step, (FIRST_CYCLES, last), density, at_most, threshold(n))
     return [_of_means(line, step, tau0) for line in found]

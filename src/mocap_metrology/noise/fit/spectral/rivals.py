@@ -27,17 +27,18 @@ from mocap_metrology.noise.fit.spectral.fisher import standard_errors
 from mocap_metrology.noise.fit.spectral.order import extended, with_power
 from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum
 
-# Prices of a power law, of a Gauss-Markov term slower than FRAMES, whose T_c hardly matters beside
-# other slow noise, and of a faster one, which can stand for white or flicker noise. AIC asks for 2
-# a parameter, BIC for 6 in nine hours. With these the 95 % intervals of every coefficient hold in
-# nine of ten of S's series and, where the right model is chosen, are 1.0 to 1.25 times as wide as
-# the bound (medians; 2 to 4 times for a weak walk or flicker: benchmarks/sentences/models.py).
+# Prices of a power law, of a Gauss-Markov term slower than FAST_FRAMES, whose T_c hardly matters
+# beside other slow noise, and of a faster one, which can stand for white or flicker noise. AIC asks
+# for 2 a parameter, BIC for 6 in nine hours. With these the 95 % intervals of every coefficient
+# hold in nine of ten of S's series and, where the right model is chosen, are 1.0 to 1.25 times as
+# wide as the bound (medians; 2 to 4 times for a weak walk or flicker:
+# benchmarks/sentences/models.py).
 PRICE, SLOW, FAST = 3.5, 4.5, 8.0
-FRAMES = 1000
-HARDLY = 2.0  # difference of BIC "not worth more than a bare mention" [Kass & Raftery 1995]
-MOST = 60  # models that are fitted
-ALIKE = 0.7  # of ln T_c: fits whose terms are as near are one model
-PAIRED = math.log(3)  # of ln T_c: terms of two models that are one component
+FAST_FRAMES = 1000
+HARDLY_BIC = 2.0  # difference of BIC "not worth more than a bare mention" [Kass & Raftery 1995]
+MOST_MODELS = 60  # models that are fitted
+ALIKE_LN_T = 0.7  # of ln T_c: fits whose terms are as near are one model
+PAIRED_LN_T = math.log(3)  # of ln T_c: terms of two models that are one component
 LAWS = {
     -2: "a random walk",
     -1: "flicker noise",
@@ -91,7 +92,7 @@ def _explored(likelihood: Likelihood, chosen: Fit, alphas: Sequence[int], most: 
     price = _price(likelihood)
     found = {_key(chosen.spectrum): chosen}
     waiting, tried = [chosen], set()
-    while waiting and len(found) < MOST:
+    while waiting and len(found) < MOST_MODELS:
         waiting.sort(key=price, reverse=True)
         now = waiting.pop()
         if price(now) - min(map(price, found.values())) > Z_95**2:
@@ -112,7 +113,7 @@ def _explored(likelihood: Likelihood, chosen: Fit, alphas: Sequence[int], most: 
 
 def _price(likelihood: Likelihood) -> Callable[[Fit], float]:
     """Deviance of a fit with the price of its parameters."""
-    fast = FRAMES * likelihood.bins.tau0
+    fast = FAST_FRAMES * likelihood.bins.tau0
     return lambda fit: (
         fit.deviance
         + PRICE * len(fit.spectrum.h)
@@ -122,7 +123,7 @@ def _price(likelihood: Likelihood) -> Callable[[Fit], float]:
 
 
 def _key(spectrum: Spectrum) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    terms = (round(math.log(T_c) / ALIKE) for T_c in spectrum.T_c)
+    terms = (round(math.log(T_c) / ALIKE_LN_T) for T_c in spectrum.T_c)
     return tuple(sorted(spectrum.h)), tuple(sorted(terms))
 
 
@@ -207,8 +208,8 @@ def _of(fit: Fit, chosen: Spectrum, slowest: float) -> dict[str, tuple[float, fl
         q_c, k = math.sqrt(spectrum.q2[-1]), spectrum.T_c.size
         out["h_-2"] = (q_c**2 / (2 * math.pi**2), q_c * error[f"q_c{k}"] / math.pi**2)
     apart = np.abs(np.log(chosen.T_c[:, None] / spectrum.T_c[None, :]))
-    for i, j in zip(*linear_sum_assignment(np.minimum(apart, 2 * PAIRED)), strict=True):
-        if apart[i, j] <= PAIRED:
+    for i, j in zip(*linear_sum_assignment(np.minimum(apart, 2 * PAIRED_LN_T)), strict=True):
+        if apart[i, j] <= PAIRED_LN_T:
             out[f"q_c{i + 1}"] = (math.sqrt(spectrum.q2[j]), error[f"q_c{j + 1}"])
             out[f"T_c{i + 1}"] = (float(spectrum.T_c[j]), error[f"T_c{j + 1}"])
     return out
@@ -228,14 +229,14 @@ def undecided(chosen: Fit, near: Sequence[Rival], cost: Callable[[int], float]) 
         mine, theirs = _apart(chosen.spectrum, rival.fit.spectrum)
         if mine and theirs:
             return f"the data cannot tell {' and '.join(mine)} from {' and '.join(theirs)}"
-        if (mine or theirs) and score(rival.fit) - score(chosen) < HARDLY:
+        if (mine or theirs) and score(rival.fit) - score(chosen) < HARDLY_BIC:
             return f"the data cannot tell whether there is {' and '.join(mine or theirs)}"
     return ""
 
 
 def _apart(one: Spectrum, other: Spectrum) -> tuple[list[str], list[str]]:
     """What each of two models has that the other has not."""
-    apart = np.abs(np.log(one.T_c[:, None] / other.T_c[None, :])) > PAIRED
+    apart = np.abs(np.log(one.T_c[:, None] / other.T_c[None, :])) > PAIRED_LN_T
     return (
         _words(set(one.h) - set(other.h), one.T_c[apart.all(axis=1)]),
         _words(set(other.h) - set(one.h), other.T_c[apart.all(axis=0)]),

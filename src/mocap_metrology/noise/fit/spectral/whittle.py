@@ -30,10 +30,12 @@ from mocap_metrology.noise.model.components import ALPHAS
 
 LARGEST_STEP = 2.3  # of a logarithm at once
 LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e8
-FACTOR = 8.0  # the damping falls by it after a step that climbs, else it rises
-GONE = 1e-6  # information on a logarithm below which its component has vanished for good
+DAMPING_FACTOR = 8.0  # the damping falls by it after a step that climbs, else it rises
+GONE_INFORMATION = (
+    1e-6  # information on a logarithm below which its component has vanished for good
+)
 LEAST_DENSITY = 1e-140  # its square must be a number too
-STEEP = 1e-3  # derivative of a Gauss-Markov spectrum by ln T_c: from this far to either side
+STEP_LN_T = 1e-3  # derivative of a Gauss-Markov spectrum by ln T_c: from this far to either side
 MAX_STEPS = 200
 TOLERANCE = 1e-5  # of twice the log likelihood, whose sampling scatter is of order 1
 
@@ -59,11 +61,11 @@ def spectra(
         i = n_h + 2 * k
         q2 = math.exp(p[i])
         unit_into(math.exp(p[i + 1]), where, columns[i])
-        unit_into(math.exp(p[i + 1] + STEEP), where, up)
-        unit_into(math.exp(p[i + 1] - STEEP), where, down)
+        unit_into(math.exp(p[i + 1] + STEP_LN_T), where, up)
+        unit_into(math.exp(p[i + 1] - STEP_LN_T), where, down)
         for b in range(n_bins):
             columns[i, b] *= q2
-            columns[i + 1, b] = q2 * (up[b] - down[b]) / (2 * STEEP)
+            columns[i + 1, b] = q2 * (up[b] - down[b]) / (2 * STEP_LN_T)
             density[b] += columns[i, b]
 
 
@@ -145,7 +147,9 @@ def _trial(
     free = np.empty(p.size, np.int64)
     n = 0
     for i in range(p.size):
-        held = p[i] <= 0.0 and gradient[i] <= 0.0 if i < n_h else information[i, i] < GONE
+        held = (
+            p[i] <= 0.0 and gradient[i] <= 0.0 if i < n_h else information[i, i] < GONE_INFORMATION
+        )
         if i > n_h and (i - n_h) % 2 == 1:
             held = held or (p[i] <= low and gradient[i] < 0.0)
             held = held or (p[i] >= high and gradient[i] > 0.0)
@@ -204,7 +208,7 @@ def ascend(
             found = deviance_of(psd, weight, density)
             if found <= deviance or damping > MOST_DAMPING:
                 break
-            damping *= FACTOR
+            damping *= DAMPING_FACTOR
         if not found <= deviance:
             return p, deviance, True  # no direction leads up any further
         idle = idle + 1 if deviance - found < tolerance else 0
@@ -212,7 +216,7 @@ def ascend(
         if idle == 2:
             return p, deviance, True
         spectra(p, laws, given, where, density, columns)
-        damping = max(damping / FACTOR, LEAST_DAMPING)
+        damping = max(damping / DAMPING_FACTOR, LEAST_DAMPING)
     return p, deviance, False
 
 

@@ -92,8 +92,8 @@ def _within_noise(a: PoseEstimate, b: PoseEstimate) -> bool:
 
 def gravity_angle_deg(R: np.ndarray, stations: Sequence[Station]) -> float:
     """Angle in deg between R g_slave and g_master; NaN where a station told none."""
-    up = [s.gravity for s in stations]
-    if any(g is None or not np.linalg.norm(g) > 0 for g in up):
+    up = [s.gravity for s in stations if s.gravity is not None and np.linalg.norm(s.gravity) > 0]
+    if len(up) < len(stations):
         return math.nan
     master, slave = (np.asarray(g) / np.linalg.norm(g) for g in up)
     turned = R @ slave

@@ -146,7 +146,7 @@ def test_an_edit_of_a_package_runs_again_what_is_computed_with_it(copied: Path) 
 
 
 def test_words_alone_measure_no_recording_again(copied: Path) -> None:
-    """A check words its warnings by `present`; what follows it depends on the recording."""
+    """A check words its warnings by `present.text`; what follows it depends on the recording."""
     (copied / "given.c3d").touch()
     given = {"recording": "real", "path": "given.c3d", "markers": "A;B", "group": "lab"}
     write_sheet(copied, list(given), given)
@@ -157,8 +157,9 @@ def test_words_alone_measure_no_recording_again(copied: Path) -> None:
     target = str(check.with_name("noise.csv"))
     of = functools.partial(run, copied)
     pass_for_computed(of, target, *settings)
-    (copied / "src/mocap_metrology/present/__init__.py").write_text("# a word\n")
-    assert planned(of("-n", target, *settings).stdout) == {"check_recording": 1}
+    (copied / "src/mocap_metrology/present/text/__init__.py").write_text("# a word\n")
+    done = of("-n", target, *settings)
+    assert planned(done.stdout) == {"check_recording": 1}, done.stdout + done.stderr
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test study lint peers benchmark accuracy lock docs graph clean help
+.PHONY: run check report env warm test study lint hooks peers benchmark accuracy lock docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES)
@@ -60,9 +60,12 @@ test: warm  ## run the tests
 study: warm  ## run the long Monte Carlo studies
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest -m study
 
-lint: env  ## check style of code and workflow
-	@$(RUN) sh -ec 'ruff check .; ruff format --check .; \
-		snakefmt --check Snakefile workflow; python workflow/lint.py'
+lint: env  ## check style, spelling and types of code and workflow
+	@$(RUN) sh -ec 'ruff check .; ruff format --check .; codespell; \
+		snakefmt --check Snakefile workflow; python workflow/lint.py; mypy'
+
+hooks: env  ## check style and spelling before each commit from now on
+	@$(BIN)/pre-commit install
 
 peers: env  ## install what else can be run: OpenCV for the estimator pnp, and the peers of make benchmark
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/peers.txt

@@ -81,7 +81,8 @@ def choose(
 
 def write_sheet(folder: Path, path: Path, cells: Mapping[str, str | None]) -> str:
     """Write `<folder>/check.tsv`, if it is not that already; return the recording's name."""
-    row = {"recording": name_of(path), "path": str(path), "group": "check", **cells}
+    name = name_of(path)
+    row = {"recording": name, "path": str(path), "group": "check", **cells}
     text = io.StringIO()
     writer = csv.writer(text, delimiter="\t", lineterminator="\n")
     writer.writerow(row)
@@ -90,4 +91,4 @@ def write_sheet(folder: Path, path: Path, cells: Mapping[str, str | None]) -> st
     folder.mkdir(parents=True, exist_ok=True)
     if not sheet.is_file() or sheet.read_text(encoding="utf-8") != text.getvalue():
         sheet.write_text(text.getvalue(), encoding="utf-8")
-    return row["recording"]
+    return name

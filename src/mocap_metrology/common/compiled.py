@@ -17,7 +17,7 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal, TypeVar, overload
+from typing import Literal, TypeVar, overload
 
 import numba
 
@@ -67,10 +67,10 @@ def prune(keep: Path | None) -> None:
 
 CACHE = cache_folder()
 if CACHE is not None:
-    numba.config.CACHE_DIR = str(CACHE)
+    numba.config.CACHE_DIR = str(CACHE)  # type: ignore[attr-defined]  # made when numba is imported
 
 
-F = TypeVar("F", bound=Callable[..., Any])  # a compiled function is called as the Python one is
+F = TypeVar("F", bound=Callable[..., object])  # a compiled function is called as the Python one is
 
 
 @overload
@@ -79,7 +79,7 @@ def njit(function: F) -> F: ...
 def njit(
     *, inline: Literal["never", "always"] = ..., fastmath: bool | set[str] = ...
 ) -> Callable[[F], F]: ...
-def njit(function: F | None = None, **options: Any) -> F | Callable[[F], F]:
+def njit(function: F | None = None, **options: object) -> F | Callable[[F], F]:
     """`numba.njit`, cached as described above; the GIL is released.
 
     Every compiled function of the project goes through here, helpers included. The cache is not an

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
@@ -209,11 +210,10 @@ def hypotheses(master: Minima, slave: Minima) -> list[np.ndarray]:
     return found
 
 
-def _angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _angles(a: Floats, b: Floats) -> Floats:
     """Angles in rad between rotations (n, 3, 3) and (m, 3, 3), (n, m)."""
     trace = a.reshape(len(a), 9) @ b.reshape(len(b), 9).T
-    found: np.ndarray = np.arccos(np.clip((trace - 1) / 2, -1, 1))
-    return found
+    return np.arccos(np.clip((trace - 1) / 2, -1, 1))
 
 
 @dataclass(frozen=True)

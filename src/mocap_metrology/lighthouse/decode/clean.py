@@ -18,6 +18,7 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel
 from mocap_metrology.common.linear import solve
+from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.records import Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
@@ -327,16 +328,15 @@ def _board_poses(table: np.ndarray, board: np.ndarray) -> Path:
     return by_levenberg_marquardt(given, board, rotor_parameters())
 
 
-def _predicted(path: Path, board: np.ndarray) -> np.ndarray:
+def _predicted(path: Path, board: np.ndarray) -> Floats:
     """Angles (n, diodes, 2) of the board in these poses."""
     places = board @ path.R.transpose(0, 2, 1) + path.t_m[:, None]
     flat = angles(np.ascontiguousarray(places.reshape(-1, 3)), rotor_parameters())
     return flat.reshape(*places.shape[:2], 2)
 
 
-def _residuals(table: np.ndarray, board: np.ndarray) -> np.ndarray:
-    found: np.ndarray = table - _predicted(_board_poses(table, board), board)
-    return found
+def _residuals(table: Floats, board: Floats) -> Floats:
+    return table - _predicted(_board_poses(table, board), board)
 
 
 def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mocap_metrology.common.types import Integers
 from mocap_metrology.lighthouse.decode.comb import begin_of_cycles, pattern_of
 from mocap_metrology.lighthouse.records import Flashes, Hits, Pulses
 from mocap_metrology.lighthouse.timing import axis_of, skip_of
@@ -92,9 +93,7 @@ def _longest_of_each(
     return found
 
 
-def _gate_width(
-    chosen: np.ndarray, cycle: np.ndarray, pulses: Pulses, fate: np.ndarray
-) -> np.ndarray:
+def _gate_width(chosen: Integers, cycle: np.ndarray, pulses: Pulses, fate: np.ndarray) -> Integers:
     """Drop pulses far narrower or wider than the median of their sweep, of three or more."""
     if not chosen.size:
         return chosen
@@ -108,5 +107,4 @@ def _gate_width(
     high = np.maximum(WIDTH_GATE[1] * median, 2 * ENOUGH_S)
     good = (count < 3) | ((width >= low) & (width <= high))
     fate[chosen[~good]] = WIDTH
-    found: np.ndarray = chosen[good]
-    return found
+    return chosen[good]

@@ -16,6 +16,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.files import whole
+from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
 from mocap_metrology.lighthouse.records import ROLES, Clock, Factory, Hits, Pulses, Station
 from mocap_metrology.lighthouse.rotation import from_angles
@@ -119,10 +120,9 @@ def _stations(twin: LighthouseTwin) -> tuple[Station, ...]:
     )
 
 
-def _up(twin: LighthouseTwin) -> np.ndarray:
+def _up(twin: LighthouseTwin) -> Floats:
     """The way up in the master's frame, which is tilted in the room."""
-    found: np.ndarray = from_angles(*np.radians([*twin.tilt_deg, 0.0])).T @ [0.0, 0.0, 1.0]
-    return found
+    return from_angles(*np.radians([*twin.tilt_deg, 0.0])).T @ [0.0, 0.0, 1.0]
 
 
 def _cycles(twin: LighthouseTwin, rng: np.random.Generator) -> _Cycles:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.allan.variance import ORDER, allan_variance, running_sum
 
 MIN_MEANS = 30  # the identification needs that many window means [Riley & Greenhall 2004]
@@ -184,7 +185,7 @@ class AllanCurve:
 
     m: np.ndarray
     tau_s: np.ndarray
-    variance: np.ndarray
+    variance: Floats
     n_terms: np.ndarray
     alpha: np.ndarray
     edf: np.ndarray
@@ -192,10 +193,9 @@ class AllanCurve:
     upper: np.ndarray
 
     @property
-    def deviation(self) -> np.ndarray:
+    def deviation(self) -> Floats:
         """Square root of the variance."""
-        found: np.ndarray = np.sqrt(self.variance)
-        return found
+        return np.sqrt(self.variance)
 
     def with_upper_raised(self, taken: float) -> AllanCurve:
         """Of a filtered series: the deviation before the filter was higher, at most by the share

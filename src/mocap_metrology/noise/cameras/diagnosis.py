@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.cameras.covariance import block_sums, factors
 from mocap_metrology.noise.cameras.information import (
     SAME_FRAMES,
@@ -79,13 +80,12 @@ class Estimate:
     """Estimates of factors with their standard errors; arrays of one shape. `ln` is the logarithm
     of the factor, `se` its jackknife standard error."""
 
-    ln: np.ndarray
+    ln: Floats
     se: np.ndarray
 
     @property
-    def factor(self) -> np.ndarray:
-        found: np.ndarray = np.exp(self.ln)
-        return found
+    def factor(self) -> Floats:
+        return np.exp(self.ln)
 
     def interval(self, share: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
         from scipy.stats import t

@@ -32,6 +32,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.types import Floats
+
 SAME_FRAMES = 0.05  # mean squared canonical correlation from which positions share their frames
 KEPT = 0.002  # directions with less than this share of the most added information say too little
 
@@ -206,10 +208,9 @@ def _symmetric_basis() -> np.ndarray:
 SYMMETRIC = _symmetric_basis()
 
 
-def _turned(matrix: np.ndarray) -> np.ndarray:
+def _turned(matrix: Floats) -> Floats:
     return np.swapaxes(matrix, -1, -2)
 
 
-def _even(matrix: np.ndarray) -> np.ndarray:
-    found: np.ndarray = (matrix + _turned(matrix)) / 2
-    return found
+def _even(matrix: Floats) -> Floats:
+    return (matrix + _turned(matrix)) / 2

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.types import Floats
+
 LEAST_RANGE = 1.5  # of the numbers: 8, 9 and 10 cameras tell of their places, not of a law
 
 
@@ -21,10 +23,9 @@ class Scaling:
     exponent_error: float
     rms: float
 
-    def law(self, n: np.ndarray) -> np.ndarray:
+    def law(self, n: Floats) -> Floats:
         """one / sqrt(n)."""
-        found: np.ndarray = self.one / np.sqrt(n)
-        return found
+        return self.one / np.sqrt(n)
 
 
 def fit_scaling(n: np.ndarray, deviation: np.ndarray) -> Scaling | None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.changes.compare import WINDOWS, block_means, coherence
 
 BLOCKS = 360  # samples of a comparison, at most: what slow causes need, and few enough tests
@@ -27,8 +28,8 @@ class Covariate:
     frame, `values` (n,)."""
 
     name: str
-    time_s: np.ndarray
-    values: np.ndarray
+    time_s: Floats
+    values: Floats
 
     @property
     def step_s(self) -> float:
@@ -142,9 +143,8 @@ def _between(covariate: Covariate, edges_s: np.ndarray) -> np.ndarray:
     return found
 
 
-def _filled(means: np.ndarray) -> np.ndarray:
+def _filled(means: Floats) -> Floats:
     """Blocks without data from their neighbours."""
     there = np.isfinite(means)
     at = np.arange(means.size)
-    found: np.ndarray = np.interp(at, at[there], means[there])
-    return found
+    return np.interp(at, at[there], means[there])

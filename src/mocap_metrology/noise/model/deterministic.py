@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.types import Floats
+
 PARAMETERS = ("drift", "A_w", "T_w")
 UNITS = {"drift": "mm/h", "A_w": "mm", "T_w": "s"}
 HOUR = 3600.0
@@ -46,18 +48,15 @@ class Deterministic:
         x = self.drift / HOUR * t
         return x + self.A_w * np.exp(-t / self.T_w) if self.A_w else x
 
-    def means(self, start: np.ndarray, duration: float) -> np.ndarray:
+    def means(self, start: Floats, duration: float) -> Floats:
         """Means of x over start ... start + duration, s."""
         start = np.asarray(start, float)
         x = self.drift / HOUR * (start + duration / 2)
         if not self.A_w:
             return x
-        found: np.ndarray = x + self.A_w * np.exp(-start / self.T_w) * _decay(
-            np.array(duration / self.T_w)
-        )
-        return found
+        return x + self.A_w * np.exp(-start / self.T_w) * _decay(np.array(duration / self.T_w))
 
-    def avar(self, tau: np.ndarray, duration: float) -> np.ndarray:
+    def avar(self, tau: np.ndarray, duration: float) -> Floats:
         """Allan variance, mm^2, at tau (k,) of a series of `duration` s, overlapping: half the mean
         square of the difference of adjacent means, over all starts. With a = tau / T_w that
         difference is d + B exp(-start / T_w), d = drift tau, B = -A_w (1 - exp(-a))^2 / a; a line
@@ -69,8 +68,7 @@ class Deterministic:
         a = tau / self.T_w
         B = -self.A_w * np.expm1(-a) ** 2 / a
         starts = np.maximum(duration - 2 * tau, 0.0) / self.T_w
-        found: np.ndarray = (d**2 + 2 * d * B * _decay(starts) + B**2 * _decay(2 * starts)) / 2
-        return found
+        return (d**2 + 2 * d * B * _decay(starts) + B**2 * _decay(2 * starts)) / 2
 
     def variance_of_means(self, mean_s: float, horizon_s: float, duration_s: float) -> float:
         """Mean square, mm^2, of what means over `mean_s` are from the mean of `horizon_s`, over all
@@ -87,7 +85,7 @@ class Deterministic:
         return float(np.mean((means - means.mean(axis=1, keepdims=True)) ** 2))
 
 
-def _decay(x: np.ndarray) -> np.ndarray:
+def _decay(x: Floats) -> Floats:
     """Mean of exp(-u) over 0 ... x, (1 - exp(-x)) / x; 1 at zero."""
     return np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)
 

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_metrology.common.types import Floats
+
 STEPS, ROUGH_STEPS, NEWTON_STEPS = 60, 25, 8
 ROUGH, FINE = 1e-5, 1e-11  # change of the cost that ends Gauss-Newton and Newton steps
 DICTIONARY_STRIDE = 4  # every fourth time constant of the table is an atom of the first fit
@@ -189,14 +191,13 @@ def _step(fit: Fit, damping: float, low: np.ndarray, high: np.ndarray) -> np.nda
     return np.minimum(np.maximum(step, -1.0), 1.0)
 
 
-def projected(vectors: np.ndarray, onto_complement_of: np.ndarray) -> np.ndarray:
+def projected(vectors: Floats, onto_complement_of: np.ndarray) -> Floats:
     """Columns less what the other columns explain."""
     if not onto_complement_of.shape[1]:
         return vectors
     norm = np.linalg.norm(onto_complement_of, axis=0)
     basis, _ = np.linalg.qr(onto_complement_of / np.where(norm > 0, norm, 1.0))
-    found: np.ndarray = vectors - basis @ (basis.T @ vectors)
-    return found
+    return vectors - basis @ (basis.T @ vectors)
 
 
 def _pruned(fit: Fit) -> Fit:

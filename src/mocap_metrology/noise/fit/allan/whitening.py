@@ -19,6 +19,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.fit.allan.separable import Problem, hermite_nodes
 from mocap_metrology.noise.model.components import (
     ALPHAS,
@@ -40,7 +41,7 @@ ENVELOPE = 10.0  # degrees of freedom are compared with the model's over a decad
 
 def avar_covariance(
     model: NoiseModel, m: np.ndarray, n: int, tau0: float, edf: np.ndarray | None = None
-) -> np.ndarray:
+) -> Floats:
     """(k, k) covariance, mm^4, of the overlapping Allan variances (mm^2) of one series of n samples
     at the averaging factors m (k whole numbers, 2 m <= n).
 
@@ -61,8 +62,7 @@ def avar_covariance(
     if edf is None:
         return covariance
     scale = np.sqrt(2 * model.avar(m, tau0) ** 2 / np.asarray(edf, float) / np.diag(covariance))
-    found: np.ndarray = covariance * np.outer(scale, scale)
-    return found
+    return covariance * np.outer(scale, scale)
 
 
 def transfer(m: np.ndarray, f: np.ndarray, tau0: float) -> np.ndarray:

@@ -15,6 +15,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import cholesky
+from mocap_metrology.common.types import Floats
 
 NEIGHBOURS = 16  # samples on each side a draw is conditioned on
 CHUNK = 128  # samples drawn at once; a longer gap is filled from left to right
@@ -38,15 +39,14 @@ def stretches(series: np.ndarray, longest_gap: int, shortest: int) -> list[slice
     return [slice(int(g[0]), int(g[-1]) + 1) for g in groups if g.size >= shortest]
 
 
-def bridged(series: np.ndarray) -> np.ndarray:
+def bridged(series: Floats) -> Floats:
     """Gaps filled by straight lines; the first guess, before there is a model. Without gaps, the
     series itself."""
     valid = np.isfinite(series)
     if valid.all():
         return series
     at = np.flatnonzero(valid)
-    found: np.ndarray = np.interp(np.arange(series.size), at, series[at])
-    return found
+    return np.interp(np.arange(series.size), at, series[at])
 
 
 def filled(
@@ -75,7 +75,7 @@ def filled(
     return np.where(missing, out + level, series)
 
 
-def _covariance(density: Callable[[np.ndarray], np.ndarray], tau0: float, n: int) -> np.ndarray:
+def _covariance(density: Callable[[np.ndarray], np.ndarray], tau0: float, n: int) -> Floats:
     """Autocovariance at lags 0 ... LAGS - 1 of n samples, about their mean."""
     from scipy.fft import irfft
 
@@ -86,8 +86,7 @@ def _covariance(density: Callable[[np.ndarray], np.ndarray], tau0: float, n: int
     if lowest >= first:
         return covariance
     edge = np.geomspace(lowest, first, SLOW_BANDS + 1)
-    found: np.ndarray = covariance + np.sum(density(np.sqrt(edge[:-1] * edge[1:])) * np.diff(edge))
-    return found
+    return covariance + np.sum(density(np.sqrt(edge[:-1] * edge[1:])) * np.diff(edge))
 
 
 @njit

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.fit.spectral.detrend import Alternative, alternatives, without_part
 from mocap_metrology.noise.fit.spectral.detrend_rows import deterministic_rows
@@ -215,11 +216,10 @@ def _without(parts: list[np.ndarray], lines: list[Line], tau0: float, at: int) -
     return bare
 
 
-def _less(whole: np.ndarray, lines: list[Line], kept: Line, tau0: float) -> np.ndarray:
+def _less(whole: Floats, lines: list[Line], kept: Line, tau0: float) -> Floats:
     """A series without its lines but one."""
     others = [line for line in lines if line is not kept]
-    found: np.ndarray = whole - sum((line.wave(whole.size, tau0) for line in others), np.zeros(1))
-    return found
+    return whole - sum((line.wave(whole.size, tau0) for line in others), np.zeros(1))
 
 
 def _rounds(part: np.ndarray, left: float) -> int:

@@ -26,6 +26,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from mocap_metrology.common.types import Floats, Integers
+
 ROW = 2048  # samples of a sinusoid made at once
 MEDIAN_OF = 4096  # coefficients at most that a median is taken of
 SIDE_OCTAVES, SIDE_LEAST = 1 / 16, 32  # width of the bands beside a line, and their coefficients
@@ -116,14 +118,13 @@ def line_errors(A_s: float, psd: float, duration_s: float) -> tuple[float, float
     )
 
 
-def level(power: np.ndarray, k: np.ndarray) -> np.ndarray:
+def level(power: Floats, k: Integers) -> Floats:
     """Noise density at coefficients k (ascending, without holes): medians of bands a quarter octave
     wide, interpolated in log-log."""
     edge = np.geomspace(k[0] / 1.1, k[-1] + 1, max(round(math.log2(k[-1] / k[0]) * 4), 2) + 1)
     edge = np.unique(edge.astype(np.int64))
     middle = np.sqrt(edge[:-1] * (edge[1:] - 1.0))
-    found: np.ndarray = np.exp(np.interp(np.log(k), np.log(middle), np.log(_medians(power, edge))))
-    return found
+    return np.exp(np.interp(np.log(k), np.log(middle), np.log(_medians(power, edge))))
 
 
 def beside(power: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -159,7 +160,7 @@ def around(power: np.ndarray, low: int, high: int, width: int) -> float:
     return max(math.prod(known) ** (1 / len(known)) / math.log(2), TINY)
 
 
-def _medians(power: np.ndarray, edge: np.ndarray) -> np.ndarray:
+def _medians(power: np.ndarray, edge: np.ndarray) -> Floats:
     found = [np.median(power[a : b : (b - a) // MEDIAN_OF + 1]) for a, b in pairwise(edge)]
     return np.maximum(np.array(found) / math.log(2), TINY)
 

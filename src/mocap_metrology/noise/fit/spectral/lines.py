@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.fit.spectral.line import (
     MARGIN,
     NEAR_COEFFICIENTS,
@@ -114,9 +115,9 @@ class _State:
     no measuring beside a line."""
 
     spectrum: np.ndarray
-    power: np.ndarray
-    level: np.ndarray
-    floor: np.ndarray
+    power: Floats
+    level: Floats
+    floor: Floats
     first: int
     n: int
     tau0: float
@@ -127,10 +128,9 @@ class _State:
         """Index into `level` of a place in units of 1/T."""
         return min(max(round(place) - self.first, 0), self.level.size - 1)
 
-    def ratio(self) -> np.ndarray:
+    def ratio(self) -> Floats:
         """Power over what a line must stand out of."""
-        found: np.ndarray = self.power[self.first : self.first + self.level.size] / self.floor
-        return found
+        return self.power[self.first : self.first + self.level.size] / self.floor
 
 
 def _search(

@@ -17,7 +17,7 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Literal, TypeVar, overload
+from typing import Literal, TypedDict, TypeVar, Unpack, overload
 
 import numba
 
@@ -73,13 +73,18 @@ if CACHE is not None:
 F = TypeVar("F", bound=Callable[..., object])  # a compiled function is called as the Python one is
 
 
+class Options(TypedDict, total=False):
+    """What may be asked of numba beside."""
+
+    inline: Literal["never", "always"]
+    fastmath: bool | set[str]
+
+
 @overload
 def njit(function: F) -> F: ...
 @overload
-def njit(
-    *, inline: Literal["never", "always"] = ..., fastmath: bool | set[str] = ...
-) -> Callable[[F], F]: ...
-def njit(function: F | None = None, **options: object) -> F | Callable[[F], F]:
+def njit(**options: Unpack[Options]) -> Callable[[F], F]: ...
+def njit(function: F | None = None, **options: Unpack[Options]) -> F | Callable[[F], F]:
     """`numba.njit`, cached as described above; the GIL is released.
 
     Every compiled function of the project goes through here, helpers included. The cache is not an

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import BeforeValidator, model_validator
@@ -15,6 +15,7 @@ from mocap_metrology.lighthouse.simulate.twin import ORIGIN, PATTERNS, REFERENCE
 from mocap_workflow.checking import Unfit
 from mocap_workflow.entries import Entry, Number, Text, Whole, list_of, one_of, read_entry
 from mocap_workflow.faults import Faults
+from mocap_workflow.files import TwinsFile
 
 Metres = Annotated[float, Number(-20, 20)]
 Degrees = Annotated[float, Number(-180, 180)]
@@ -269,7 +270,7 @@ def _check(twin: twins.LighthouseTwin) -> None:
             raise ValueError("blocked: no such station or time, expected [0 or 1, from, to]")
 
 
-def calibration_twin(document: Mapping[str, Mapping[str, Any]], name: str) -> CalibrationTwin:
+def calibration_twin(document: TwinsFile, name: str) -> CalibrationTwin:
     """A twin of the file of twins, with what it takes from elsewhere in there."""
     return read_entry(CalibrationTwin, twin_entry(document, name), f"twin {name}")
 
@@ -279,7 +280,7 @@ def twin_from_mapping(mapping: Mapping[str, object], name: str = "twin") -> twin
     return read_entry(CalibrationTwin, mapping, f"twin {name}").made(name)
 
 
-def twin_entry(document: Mapping[str, Mapping[str, Any]], name: str) -> Any:
+def twin_entry(document: TwinsFile, name: str) -> object:
     """All keys of a twin: its own win over those of the twin that it is `like`, these over its
     setup's, and these over the defaults; nested keys one by one. A `factory` may name an entry of
     `factories`."""
@@ -310,9 +311,10 @@ def twin_entry(document: Mapping[str, Mapping[str, Any]], name: str) -> Any:
     return entry
 
 
-def _merged(low: Mapping[str, Any], high: Mapping[str, Any]) -> dict[str, Any]:
+def _merged(low: Mapping[str, object], high: Mapping[str, object]) -> dict[str, object]:
     both = {**low, **high}
     for key, value in high.items():
-        if isinstance(value, Mapping) and isinstance(low.get(key), Mapping):
-            both[key] = {**low[key], **value}
+        under = low.get(key)
+        if isinstance(value, Mapping) and isinstance(under, Mapping):
+            both[key] = {**under, **value}
     return both

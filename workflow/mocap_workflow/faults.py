@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import sys
 from collections.abc import Iterable
-from typing import Any, NoReturn
+from typing import NoReturn
 
 
 class Faults(Exception):
@@ -21,7 +21,7 @@ def stop(faults: Faults) -> NoReturn:
     sys.exit("\n".join(faults.lines))
 
 
-def shown(value: Any, most: int = 80) -> str:
+def shown(value: object, most: int = 80) -> str:
     """A value as the message shows it: text quoted, nothing called nothing, long things cut."""
     if value is None or value == "":
         return "nothing"

@@ -11,6 +11,7 @@ import yaml
 from mocap_workflow.faults import Faults, shown, unknown
 
 YAML = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # every job reads the twins: 0.05 s or 0.4 s
+TwinsFile = dict[str, dict[str, Any]]  # its sections
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
 
@@ -21,7 +22,7 @@ def found(value: str | None, root: Path) -> str | None:
     return str(root / value)
 
 
-def load_twins(path: str | None) -> dict[str, dict[str, Any]]:
+def load_twins(path: str | None) -> TwinsFile:
     """The file of twins: `twins` by name, `defaults` by kind, `setups` and `factories` by name.
     What they hold is for those who make them to judge."""
     sections = ("defaults", "factories", "setups", "twins")

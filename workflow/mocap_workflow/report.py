@@ -29,7 +29,7 @@ PLACES = {  # by whose table it is; any other is of a group
 }
 
 
-def entry(path: str) -> dict[str, Any]:
+def entry(path: str) -> dict[str, object]:
     """Category, subcategory and labels of a table, by the title of its Markdown.
 
     One label: of several, Snakemake 9.27 makes a switch of any but the first that has two values
@@ -51,7 +51,7 @@ def _title(path: str) -> str:
 
 def inputs(
     rows: Iterable[Row], twins: Mapping[str, AnyTwin | CalibrationTwin]
-) -> list[dict[str, Any]]:
+) -> list[dict[str, object]]:
     """What the page of provenance says of each row beside its files."""
     return [
         {
@@ -64,7 +64,7 @@ def inputs(
     ]
 
 
-def plain_configuration(config: Mapping[str, Any]) -> dict[str, Any]:
+def plain_configuration(config: Mapping[str, Any]) -> dict[str, object]:
     """The configuration without folders of this machine: sheets by name."""
     sheets = ("recordings", "calibrations", "twins")
     plain = {key: Path(config[key]).name if config[key] else None for key in sheets}

@@ -11,6 +11,7 @@ from mocap_workflow import files, rows
 from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults
+from mocap_workflow.files import TwinsFile
 from mocap_workflow.recording_twins import AnyTwin, SubsetTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.settings import Settings, checked
@@ -51,7 +52,7 @@ def sheets(
 
 def recording_twins(
     recordings: Mapping[str, RecordingRow],
-    document: Mapping[str, Mapping[str, Any]],
+    document: TwinsFile,
     duration_s: float,
     form: str = "sampled",
 ) -> dict[str, AnyTwin]:
@@ -99,7 +100,7 @@ def _other_cameras(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin
 
 
 def calibration_twins(
-    rows: Mapping[str, CalibrationRow], document: Mapping[str, Mapping[str, Any]]
+    rows: Mapping[str, CalibrationRow], document: TwinsFile
 ) -> dict[str, CalibrationTwin]:
     """Every twin that the sheet of calibrations uses, merged with its setup's and the defaults, and
     checked."""

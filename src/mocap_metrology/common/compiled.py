@@ -92,7 +92,7 @@ def njit(function: F | None = None, **options: Unpack[Options]) -> F | Callable[
     """
     if "cache" in options:
         raise TypeError("njit takes no `cache`: the project's own rule decides")
-    compiler: Callable[[F], F] = numba.njit(
+    compiler: Callable[[F], F] = numba.njit(  # type: ignore[assignment]  # it returns a Dispatcher
         cache=CACHE is not None, nogil=True, error_model="numpy", **options
     )
     return compiler if function is None else compiler(function)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.common.arrow import to_arrow, to_numpy
+from mocap_metrology.common.types import Columns
 
 METADATA_KEY = b"mocap_metrology"
 ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
@@ -129,7 +130,7 @@ def write_table(
 
 def read_table(
     path: str | Path, columns: Sequence[str] | None = None
-) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+) -> tuple[Columns, dict[str, Any]]:
     """Read a table of `write_table`: columns as arrays, and the metadata."""
     import pyarrow.parquet as pq
 

@@ -5,9 +5,11 @@ which their results are stored.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from mocap_metrology.common.types import Columns
 
 if TYPE_CHECKING:  # what makes them takes a second to import
     from mocap_metrology.noise.allan.confidence import AllanCurve
@@ -73,7 +75,7 @@ def pair_numbers(
     return [(place[first], place[second]) for first, second in pairs]
 
 
-def allan_columns(series: str, curve: AllanCurve, estimator: str = "oadev") -> dict[str, Any]:
+def allan_columns(series: str, curve: AllanCurve, estimator: str = "oadev") -> Columns:
     """Columns of allan.parquet of one series and estimator."""
     k = curve.m.size
     values = (
@@ -84,7 +86,7 @@ def allan_columns(series: str, curve: AllanCurve, estimator: str = "oadev") -> d
     return dict(zip(ALLAN, values, strict=True))
 
 
-def periodogram_columns(series: str, found: Periodogram | None) -> dict[str, Any]:
+def periodogram_columns(series: str, found: Periodogram | None) -> Columns:
     """Columns of periodogram.parquet of one series: what the likelihood was fitted to, lines
     subtracted; stretch_s is the duration of the stretch without long gaps a bin comes from."""
     if found is None:
@@ -97,7 +99,7 @@ def periodogram_columns(series: str, found: Periodogram | None) -> dict[str, Any
     return dict(zip(PERIODOGRAM, values, strict=True))
 
 
-def joined(parts: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str, Any]:
+def joined(parts: Sequence[Mapping[str, np.ndarray]], names: Sequence[str]) -> Columns:
     """The parts one below the other; columns `names` even without a part."""
     return {
         name: np.concatenate([p[name] for p in parts]) if parts else np.array([]) for name in names

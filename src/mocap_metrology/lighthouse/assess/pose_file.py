@@ -9,11 +9,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Check
 from mocap_metrology.lighthouse.assess.reference import (
@@ -43,6 +44,62 @@ SMALLEST_MM, SMALLEST_DEG = 2.0, 0.05  # differences below do not matter, howeve
 LARGE_MM, LARGE_DEG = 20.0, 0.5  # where a covariance is missing
 
 
+class StationEntry(TypedDict):
+    """A station of pose.json."""
+
+    id: int | None
+    mode: str | None
+
+
+class PoseEntry(TypedDict):
+    """One of the `poses` of pose.json; fields as of `PoseEstimate`."""
+
+    estimator: str
+    stage: str
+    optics: str
+    frame: str
+    translation_mm: list[float]
+    quaternion_xyzw: list[float]
+    rotation_deg: dict[str, float]
+    covariance: list[list[float]] | None
+    residual_rms_urad: float
+    n_angles: int
+    mirrored_share: float
+    weighted_rms_urad: float
+    noise_gain: float
+    halves: Row | None
+    note: str
+    errors_mm: NotRequired[list[float]]
+    errors_deg: NotRequired[list[float]]
+    truth_errors_mm: NotRequired[list[float]]
+    truth_errors_deg: NotRequired[list[float]]
+
+
+class ReferenceEntry(TypedDict):
+    """The reference of pose.json; rms and numbers of markers by role."""
+
+    source: str
+    translation_mm: list[float]
+    rotation_deg: dict[str, float]
+    residual_rms_mm: dict[str, float]
+    n_markers: dict[str, int]
+
+
+class PoseFile(TypedDict):
+    """pose.json."""
+
+    stations: dict[str, StationEntry]
+    chosen: int | None
+    verdict: dict[str, str]
+    checks: list[Row]
+    convention: str
+    reference: ReferenceEntry | None
+    diagnostics: Row
+    poses: list[PoseEntry]
+    variants: NotRequired[list[Row]]
+    check_against: NotRequired[Row]
+
+
 def pose_json(
     poses: Sequence[PoseEstimate],
     stations: Sequence[Station],
@@ -50,7 +107,7 @@ def pose_json(
     verdict: Verdict,
     diagnostics: Mapping[str, object] | None = None,
     reference: Reference | None = None,
-) -> dict[str, Any]:
+) -> PoseFile:
     """Contents of pose.json but for its sentences. stations: master first; chosen: index into
     `poses`, None if none.
 
@@ -78,7 +135,7 @@ def pose_json(
     }
 
 
-def _check(check: Check) -> dict[str, object]:
+def _check(check: Check) -> Row:
     limit = check.limit
     return {
         "name": check.name,
@@ -90,7 +147,7 @@ def _check(check: Check) -> dict[str, object]:
     }
 
 
-def _reference(reference: Reference) -> dict[str, object]:
+def _reference(reference: Reference) -> ReferenceEntry:
     alpha, beta, gamma = np.degrees(rotation.to_angles(reference.R)).tolist()
     return {
         "source": reference.source,
@@ -101,11 +158,11 @@ def _reference(reference: Reference) -> dict[str, object]:
     }
 
 
-def _entry(pose: PoseEstimate, reference: Reference | None) -> dict[str, object]:
+def _entry(pose: PoseEstimate, reference: Reference | None) -> PoseEntry:
     from scipy.spatial.transform import Rotation
 
     alpha, beta, gamma = np.degrees(rotation.to_angles(pose.R)).tolist()
-    entry = {
+    entry: PoseEntry = {
         "estimator": pose.estimator,
         "stage": pose.stage,
         "optics": pose.optics,
@@ -128,18 +185,18 @@ def _entry(pose: PoseEstimate, reference: Reference | None) -> dict[str, object]
     return entry
 
 
-def read_pose_json(path: str | Path) -> dict[str, Any]:
+def read_pose_json(path: str | Path) -> PoseFile:
     """A pose.json as written by this project. Raises `Refusal` for anything else."""
     path = Path(path)
     try:
-        given: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        given: PoseFile = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise Refusal(f"{path.name}: cannot be read ({error}); expected a pose.json") from None
     try:
         for role in ROLES:
             _ = given["stations"][role]["id"]
         for entry in given["poses"]:
-            _ = [entry[key] for key in ("estimator", "stage", "optics")]
+            _kind(entry)
             matrix_and_metres(entry)
         if given["chosen"] is not None:
             _ = given["poses"][given["chosen"]]
@@ -151,7 +208,7 @@ def read_pose_json(path: str | Path) -> dict[str, Any]:
     return given
 
 
-def matrix_and_metres(entry: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+def matrix_and_metres(entry: PoseEntry) -> tuple[np.ndarray, np.ndarray]:
     """R (3, 3) and t (3,) in metres of one of the `poses`."""
     from scipy.spatial.transform import Rotation
 
@@ -161,7 +218,7 @@ def matrix_and_metres(entry: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]
     return Rotation.from_quat(entry["quaternion_xyzw"]).as_matrix(), t
 
 
-def chosen_pose(given: Mapping[str, Any]) -> dict[str, Any] | None:
+def chosen_pose(given: PoseFile) -> PoseEntry | None:
     """The pose to use, None if there is none."""
     return None if given["chosen"] is None else given["poses"][given["chosen"]]
 
@@ -185,7 +242,7 @@ class Comparison:
     note: str = ""
 
 
-def compare_with_earlier(pose_new: Mapping[str, Any], pose_old: Mapping[str, Any]) -> Comparison:
+def compare_with_earlier(pose_new: PoseFile, pose_old: PoseFile) -> Comparison:
     """Compare two pose.json contents of the same two stations.
 
     The estimate chosen in the new one is held against the same (estimator, stage, optics) of the
@@ -212,11 +269,11 @@ def compare_with_earlier(pose_new: Mapping[str, Any], pose_old: Mapping[str, Any
     return Comparison(mm, deg, chi2, p, moved, None if same else _kind(old), note)
 
 
-def _kind(entry: Mapping[str, Any]) -> tuple[str, str, str]:
+def _kind(entry: PoseEntry) -> tuple[str, str, str]:
     return entry["estimator"], entry["stage"], entry["optics"]
 
 
-def _ids(given: Mapping[str, Any]) -> tuple[int | None, int | None]:
+def _ids(given: PoseFile) -> tuple[int | None, int | None]:
     master, slave = (station_id(given["stations"][role], role) for role in ROLES)
     return master, slave
 

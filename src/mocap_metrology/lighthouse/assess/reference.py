@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import SupportsInt
 
 import numpy as np
 
@@ -291,16 +291,18 @@ def _residuals(known: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndar
     return R, t, np.linalg.norm(known @ R.T + t - seen, axis=1)
 
 
-def station_id(given: Any, where: str) -> int | None:
+def station_id(given: object, where: str) -> int | None:
     """Id from a number, a text of one (decimal, or hexadecimal after 0x), or an entry with `id`."""
     if isinstance(given, Mapping):
         given = given.get("id")
     if given is None:
         return None
     try:
-        if isinstance(given, (bool, float)):
+        if isinstance(given, str):
+            return int(given, 0)
+        if isinstance(given, (bool, float)) or not isinstance(given, SupportsInt):
             raise ValueError
-        return int(given, 0) if isinstance(given, str) else int(given)
+        return int(given)
     except (TypeError, ValueError):
         raise Refusal(f"{where}: id is {given!r}; expected a whole number") from None
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad
 from mocap_metrology.lighthouse.assess.pose_file import (
     Comparison,
+    PoseFile,
     compare_with_earlier,
     pose_json,
     read_pose_json,
@@ -26,7 +27,7 @@ class Summary:
     """document: contents of pose.json but for its sentences, which are of verdict and comparison
     with an earlier pose, where one was asked for."""
 
-    document: dict[str, Any]
+    document: PoseFile
     verdict: Verdict
     comparison: Comparison | None = None
 
@@ -105,7 +106,7 @@ def summary(
     return Summary(result, judged, comparison)
 
 
-def _against(found: Comparison | None) -> dict[str, object]:
+def _against(found: Comparison | None) -> Row:
     """moved is null where there is no pose to compare."""
     if found is None:
         return {"moved": None}

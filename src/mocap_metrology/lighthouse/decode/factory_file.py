@@ -202,13 +202,11 @@ def _crazyflie_station(key: int, given: object, where: str) -> Station:
     return Station(ROLES[key], id=uid or None, factory=factory)
 
 
-def _pair(sweeps: list[Any], value: str, where: str) -> np.ndarray:
+def _pair(sweeps: list[object], value: str, where: str) -> np.ndarray:
     """A value of both sweeps."""
-    found: list[Any] = [
-        sweep.get(value) if isinstance(sweep, Mapping) else None for sweep in sweeps
-    ]
+    found = [sweep.get(value) if isinstance(sweep, Mapping) else None for sweep in sweeps]
     for axis, number in enumerate(found):
-        fits = isinstance(number, int | float) and not isinstance(number, bool)
-        if not fits or not np.isfinite(number):
+        whole = isinstance(number, int) and not isinstance(number, bool)
+        if not whole and not (isinstance(number, float) and np.isfinite(number)):
             raise Refusal(f"{where}.sweeps[{axis}].{value} is {number!r}; expected a number")
     return np.array(found, dtype=np.float64)

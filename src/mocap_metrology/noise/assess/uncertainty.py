@@ -18,11 +18,11 @@ from mocap_metrology.noise.assess.spread import (
     spread,
     wide_line_error,
 )
-from mocap_metrology.noise.fit.estimates import NoiseRow, model_of
+from mocap_metrology.noise.fit.estimates import NoiseRow, deterministic_of, model_of
 from mocap_metrology.noise.fit.spectral.likelihood import LEAST_SAMPLES
 from mocap_metrology.noise.gaussian.two_markers import drift
 from mocap_metrology.noise.model.components import NoiseModel
-from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
+from mocap_metrology.noise.model.deterministic import Deterministic
 
 MEANS_S = (1.0, 10.0, 60.0)
 LEAST_EDF = 10.0  # degrees of freedom of an Allan deviation that may be the lowest

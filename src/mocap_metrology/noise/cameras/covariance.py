@@ -10,18 +10,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
 from mocap_metrology.noise.allan.confidence import equivalent_dof, noise_exponents
 from mocap_metrology.noise.series import coordinate_names
 
-COLUMNS = ("series_1", "series_2", "m", "tau_s", "covariance_mm2", "n_terms", "edf")
 TAUS_S = (0.1, 1.0, 10.0)  # beside one frame
 MIN_COVERAGE = 0.5
 PER_WINDOW = 8  # windows begin so many times in the length of one: more say nothing new
 CHUNK = 65_536  # frames worked on at a time, so that nine hours need little memory
+
+
+class CovarianceRow(TypedDict):
+    """A row of covariance.csv."""
+
+    series_1: str
+    series_2: str
+    m: int
+    tau_s: float
+    covariance_mm2: float
+    n_terms: int
+    edf: float
+
+
+COLUMNS = tuple(CovarianceRow.__annotations__)
 
 
 def factors(frame_rate_hz: float, n_frames: int, n_blocks: int = 1) -> list[int]:
@@ -70,7 +84,7 @@ def _differences(series: np.ndarray, m: int) -> np.ndarray:
 
 def covariance_rows(
     series: Mapping[str, np.ndarray], n_markers: int, frame_rate_hz: float
-) -> list[dict[str, Any]]:
+) -> list[CovarianceRow]:
     """Rows of covariance.csv: upper triangle over the markers' coordinates, for each factor.
 
     edf: equivalent degrees of freedom of the less certain of the two series' Allan variances; the
@@ -81,13 +95,22 @@ def covariance_rows(
     n = values.shape[1]
     chosen = factors(frame_rate_hz, n)
     exponents = [noise_exponents(row, np.array(chosen)) for row in values]
-    rows = []
+    rows: list[CovarianceRow] = []
     for place, m in enumerate(chosen):
         for i, j, covariance, count in _pairs(values, m):
             dof = min(equivalent_dof(int(exponents[k][place]), m, n) for k in (i, j))
             share = min(count * max(m // PER_WINDOW, 1) / (n - 2 * m + 1), 1.0)
-            found = names[i], names[j], m, m / frame_rate_hz, covariance, count, dof * share
-            rows.append(dict(zip(COLUMNS, found, strict=True)))
+            rows.append(
+                {
+                    "series_1": names[i],
+                    "series_2": names[j],
+                    "m": m,
+                    "tau_s": m / frame_rate_hz,
+                    "covariance_mm2": covariance,
+                    "n_terms": count,
+                    "edf": dof * share,
+                }
+            )
     return rows
 
 
@@ -108,7 +131,7 @@ def _pairs(values: np.ndarray, m: int) -> Iterator[tuple[int, int, float, int]]:
                 yield i, j, float(sums[0][at] / counts[0]), int(counts[0])
 
 
-def matrix(rows: Sequence[Mapping[str, Any]], marker: int, m: int) -> np.ndarray:
+def matrix(rows: Sequence[CovarianceRow], marker: int, m: int) -> np.ndarray:
     """(3, 3) covariance of one marker (numbered from 1) out of rows of covariance.csv."""
     names = [f"{axis}{marker}" for axis in "xyz"]
     found = {

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.types import Floats
+from mocap_metrology.common.types import Floats, Row
 from mocap_metrology.noise.changes.compare import WINDOWS, block_means, coherence
 
 BLOCKS = 360  # samples of a comparison, at most: what slow causes need, and few enough tests
@@ -36,9 +35,7 @@ class Covariate:
         return float(np.median(np.diff(self.time_s)))
 
 
-def together(
-    series: np.ndarray, frame_rate_hz: float, covariate: Covariate, alpha: float
-) -> dict[str, Any]:
+def together(series: np.ndarray, frame_rate_hz: float, covariate: Covariate, alpha: float) -> Row:
     """Where a series (n,) in mm and the covariate have most in common, as a row of a table.
 
     Both are means over blocks as long as a step of the covariate, or longer: `BLOCKS` blocks of
@@ -74,7 +71,7 @@ def together(
     found = coherence(_filled(means), unit, length / frame_rate_hz, alpha)
     best = int((found.squared - found.threshold).argmax())
     clear = bool(found.squared[best] > found.threshold[best])
-    row = {
+    row: Row = {
         "covariate": covariate.name,
         "word": "goes with it" if clear else "unrelated",
         "coherence": float(found.squared[best]),

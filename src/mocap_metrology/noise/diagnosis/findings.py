@@ -13,8 +13,8 @@ from typing import TypedDict
 
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, Z_95, NoiseRow
-from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, Z_95, NoiseRow, deterministic_of
+from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.series import AXES
 
 # Unit and meaning of `value`, by code; "" is a pure number

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.components import (
     ALPHAS,
     FORMS,
@@ -21,6 +22,7 @@ from mocap_metrology.noise.model.components import (
 )
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.noise.model.deterministic import UNITS as DETERMINISTIC_UNITS
+from mocap_metrology.noise.model.deterministic import Deterministic
 
 DEFAULT_ESTIMATOR = "likelihood"
 S_ESTIMATOR = "annealing-ant-colony"  # what S used, each trial taken down its valley
@@ -88,7 +90,7 @@ class NoiseRow(TypedDict, total=False):
 
     series: str
     estimator: str
-    model: str
+    model: Form  # empty in rows without a number
     parameter: str
     value: float
     unit: str
@@ -133,10 +135,10 @@ def correlation_class(T_c: float) -> str:
     return next((name for name, low, high in CLASSES if low <= T_c < high), "unclassed")
 
 
-def rows(series: str, estimate: Estimate) -> list[dict[str, Any]]:
+def rows(series: str, estimate: Estimate) -> list[Row]:
     """The rows of noise.csv of one series; column `class` for Gauss-Markov terms (S 4.6)."""
     values = estimate.values
-    lines = []
+    lines: list[Row] = []
     for c in estimate.coefficients:
         T_c = values.get(f"T_c{c.parameter[3:]}") if c.parameter[1:3] == "_c" else None
         lines.append(
@@ -158,7 +160,7 @@ def rows(series: str, estimate: Estimate) -> list[dict[str, Any]]:
     return lines
 
 
-def refused_rows(series: str, estimators: Sequence[str], why: str) -> list[dict[str, Any]]:
+def refused_rows(series: str, estimators: Sequence[str], why: str) -> list[Row]:
     """A row of noise.csv an estimator without a number: status `refused`; the note says why."""
     none = Coefficient("", math.nan, detected=False, status="refused", note=why)
     return [
@@ -184,11 +186,23 @@ def _noise_of(values: Mapping[str, float], form: Form) -> NoiseModel:
     return NoiseModel.from_coefficients(kept, form)
 
 
-def model_of(noise_rows: Sequence[Mapping[str, Any]]) -> NoiseModel:
+def model_of(noise_rows: Sequence[NoiseRow]) -> NoiseModel:
     """The fitted noise out of rows of noise.csv of one series and estimator (see `rows`), in the
-    form that was fitted; what is no noise: `deterministic.deterministic_of`."""
+    form that was fitted; what is no noise: `deterministic_of`."""
     absent = ("not_detected", "refused")
     found = {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] not in absent}
     named = (check_form(r["model"]) for r in noise_rows if r.get("model") in FORMS)
     form: Form = next(named, "sampled")
     return _noise_of(found, form)
+
+
+def deterministic_of(noise_rows: Iterable[NoiseRow]) -> Deterministic:
+    """What was detected, out of rows of noise.csv of one series and estimator."""
+    found = {
+        r["parameter"]: float(r["value"])
+        for r in noise_rows
+        if r["parameter"] in DETERMINISTIC and r["status"] not in ("not_detected", "refused")
+    }
+    if not found.get("T_w", 0.0) > 0 or not math.isfinite(found.get("A_w", math.nan)):
+        found = {k: v for k, v in found.items() if k == "drift"}
+    return Deterministic(**found)

@@ -25,7 +25,7 @@ from mocap_metrology.noise.fit.allan.annealing import (
     annealing_run,
 )
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
-from mocap_metrology.noise.fit.allan.weighted import weighted
+from mocap_metrology.noise.fit.allan.weighted import Settings, weighted
 from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.fit.spectral.likelihood import (
@@ -41,13 +41,16 @@ ESTIMATORS = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marqu
 ASKED_FOR = ("annealing-ant-colony-plain",)  # twenty times as slow as all of these
 
 
+Section = Mapping[str, Any]  # checked where the configuration is read
+
+
 class NoiseSections(TypedDict):
     """The sections of the configuration that say how noise is estimated, and the seed."""
 
-    noise: Mapping[str, Any]
-    annealing: Mapping[str, Any]
-    allan: Mapping[str, Any]
-    hampel: Mapping[str, Any]
+    noise: Section
+    annealing: Section
+    allan: Section
+    hampel: Section
     seed: int
 
 
@@ -179,7 +182,7 @@ def estimate_series(
         kept.append(run.periodogram)
         return _coarse(run.estimate, masked, resolution)
 
-    chosen = {
+    chosen: Settings = {
         "criterion": settings.criterion,
         "max_gauss_markov": settings.max_gauss_markov,
         "sinusoid": settings.sinusoid,

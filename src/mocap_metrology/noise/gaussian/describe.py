@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.gaussian.two_markers import (
     ChiSquared,
     Drift,
@@ -30,7 +30,7 @@ def gaussian_rows(
     pairs: Sequence[tuple[int, int]],
     frame_rate_hz: float,
     n_bins: int = 30,
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """Rows of gaussian.csv from named series in mm: two a pair, along x and along the line.
 
     Columns are those of S Table 4; then the chi-squared test of L against N(mu_e, sigma_C) (S 4.2)
@@ -66,7 +66,7 @@ def _row(
     model: GaussianModel,
     test: ChiSquared,
     moves: Sequence[Drift],
-) -> dict[str, Any]:
+) -> Row:
     units = {"rho_12": "rho_12", "sigma_12": "sigma_12_mm2"}
     return {
         "pair": name,

@@ -21,7 +21,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -309,11 +309,12 @@ class NoiseModel:
         return cls(tuple(parts), form)
 
 
-def check_form(form: Any, where: str = "") -> Form:
+def check_form(form: object, where: str = "") -> Form:
     """The form, if it is one."""
-    _require(form in FORMS, f"{where}form {form!r}, expected {' or '.join(FORMS)}")
-    known: Form = form
-    return known
+    for known in FORMS:
+        if form == known:
+            return known
+    raise Refusal(f"{where}form {form!r}, expected {' or '.join(FORMS)}")
 
 
 def _require(condition: bool, message: str) -> None:

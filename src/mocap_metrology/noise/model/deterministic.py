@@ -8,10 +8,7 @@ spectrum: it happens once, at the start, where a random walk happens all the tim
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -88,15 +85,3 @@ class Deterministic:
 def _decay(x: Floats) -> Floats:
     """Mean of exp(-u) over 0 ... x, (1 - exp(-x)) / x; 1 at zero."""
     return np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)
-
-
-def deterministic_of(noise_rows: Iterable[Mapping[str, Any]]) -> Deterministic:
-    """What was detected, out of rows of noise.csv of one series and estimator."""
-    found = {
-        r["parameter"]: float(r["value"])
-        for r in noise_rows
-        if r["parameter"] in PARAMETERS and r["status"] not in ("not_detected", "refused")
-    }
-    if not found.get("T_w", 0.0) > 0 or not math.isfinite(found.get("A_w", math.nan)):
-        found = {k: v for k, v in found.items() if k == "drift"}
-    return Deterministic(**found)

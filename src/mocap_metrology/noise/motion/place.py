@@ -8,7 +8,7 @@ and distortion of the calibrated space, where its mean changes from place to pla
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from scipy.stats import chi2
@@ -17,13 +17,28 @@ LEAST_DIFFERENCES = 30  # of a cell: its sigma is then good to 16 % where noise 
 LAGS = 200  # frames: noise of filters, as far as they reach at common frame rates
 
 
+class PlaceRow(TypedDict):
+    """Noise of one cube: see `by_place`."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    n_frames: int
+    n_pairs: int
+    dof: float
+    sigma_mm: float
+    lower_mm: float
+    upper_mm: float
+    deviation_mm: float
+
+
 def by_place(
     middle_mm: np.ndarray,
     distance_mm: np.ndarray,
     cell_mm: float,
     confidence: float = 0.95,
     least: int = LEAST_DIFFERENCES,
-) -> list[dict[str, Any]]:
+) -> list[PlaceRow]:
     """One row a cube of `cell_mm` with at least `least` pairs of successive frames in it.
 
     middle_mm (3, n) of the pair, distance_mm (n,); NaN are gaps. `sigma_mm` is the Allan deviation
@@ -47,7 +62,7 @@ def by_place(
     pairs = np.bincount(number[at], minlength=n_cells)
     squares = np.bincount(number[at], (distance_mm[at + 1] - distance_mm[at]) ** 2, n_cells)
     overall, each = float(distance_mm[known].mean()), freedom(np.where(known, distance_mm, np.nan))
-    rows = []
+    rows: list[PlaceRow] = []
     for k in np.flatnonzero(pairs >= least):
         variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
         low, high = (dof / chi2.ppf((1 + s * confidence) / 2, dof) for s in (1, -1))
@@ -96,7 +111,7 @@ def freedom(series: np.ndarray) -> float:
     return min(1 / max(1 + 2 * float(np.sum(rho**2 - 1 / counts[1:][seen])), 1.0), 1.0)
 
 
-def evenness(rows: list[dict[str, Any]]) -> dict[str, float]:
+def evenness(rows: list[PlaceRow]) -> dict[str, float]:
     """Whether the cells of `by_place` differ more than chance: `p` of Bartlett's test for equal
     variances (degrees of freedom `dof`), `worst_over_best` sigma, and `bend_mm`, the
     standard deviation of the cells' mean L."""

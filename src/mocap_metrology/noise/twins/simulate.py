@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TypedDict
 from zlib import crc32
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.synthesis import Cross, Shared, clipped_bands, coherence, draw_pair
 from mocap_metrology.noise.twins.twin import COORDINATES, Twin
 
@@ -41,7 +42,17 @@ class SimulatedRecording:
 
     frame_rate_hz: float
     position_mm: np.ndarray
-    truth: dict[str, Any]
+    truth: Row
+
+
+class _Line(TypedDict):
+    """A sinusoid as it goes into the coordinate `series`; `of`: what it was asked for."""
+
+    of: str
+    series: str
+    amplitude_mm: float
+    f_0_hz: float
+    phase_rad: float
 
 
 def stream(twin_name: str, seed: int, purpose: str) -> np.random.Generator:
@@ -83,7 +94,7 @@ def simulate(
     return SimulatedRecording(twin.frame_rate_hz, position, truth)
 
 
-def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[dict[str, Any]]:
+def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[Row]:
     """Fill `position` with noise that starts at 0; return the sinusoids that went in."""
     n, tau0 = position.shape[2], 1 / twin.frame_rate_hz
     for axis, letter in enumerate(AXES):
@@ -97,7 +108,7 @@ def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[dict[str, An
             first, second, cross, n, tau0, rng, twin.form, _shared(twin, seed, letter)
         )
     lines = _lines(twin, stream(twin.slow.take if twin.slow else twin.name, seed, "phases"))
-    t = np.arange(n) * tau0 if lines else None
+    t = np.arange(n if lines else 0) * tau0
     for line in lines:
         wave = np.sin(2 * np.pi * line["f_0_hz"] * t + line["phase_rad"])
         wave -= wave[0]
@@ -105,7 +116,7 @@ def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[dict[str, An
         position[_place(line["series"])] += wave
     for series, factor in twin.scale.items():
         position[_place(series)] *= factor
-    return [line | {"scale": twin.scale.get(line["series"], 1.0)} for line in lines]
+    return [{**line, "scale": twin.scale.get(line["series"], 1.0)} for line in lines]
 
 
 def _shared(twin: Twin, seed: int, letter: str) -> Shared | None:
@@ -119,10 +130,10 @@ def _place(series: str) -> tuple[int, int]:
     return int(series[1]) - 1, AXES.index(series[0])
 
 
-def _lines(twin: Twin, rng: np.random.Generator) -> list[dict[str, Any]]:
+def _lines(twin: Twin, rng: np.random.Generator) -> list[_Line]:
     """Sinusoids of the coordinates, each with a random phase; L's goes half into x1 and half, with
     the opposite sign, into x2."""
-    found = []
+    found: list[_Line] = []
     for series in (*COORDINATES, "L"):
         phase = float(rng.uniform(0, 2 * np.pi))  # drawn for all, so that phases do not shift
         for line in twin.models[series].lines if series in twin.models else ():
@@ -134,14 +145,19 @@ def _lines(twin: Twin, rng: np.random.Generator) -> list[dict[str, Any]]:
                 places = []
             height = line.recorded(1 / twin.frame_rate_hz, twin.form)
             found += [
-                {"of": series, "series": s, "amplitude_mm": share * height, "f_0_hz": line.f_0}
-                | {"phase_rad": phase}
+                {
+                    "of": series,
+                    "series": s,
+                    "amplitude_mm": share * height,
+                    "f_0_hz": line.f_0,
+                    "phase_rad": phase,
+                }
                 for s, share in places
             ]
     return found
 
 
-def _origin(twin: Twin, seed: int, n: int) -> dict[str, Any]:
+def _origin(twin: Twin, seed: int, n: int) -> Row:
     """What the recording was made from."""
     models = {s: m.scaled(twin.scale.get(s, 1.0)) for s, m in twin.models.items()}
     notes = list(twin.notes)
@@ -174,7 +190,7 @@ def _origin(twin: Twin, seed: int, n: int) -> dict[str, Any]:
     }
 
 
-def _add_crump(position: np.ndarray, twin: Twin, seed: int) -> dict[str, Any] | None:
+def _add_crump(position: np.ndarray, twin: Twin, seed: int) -> Row | None:
     crump, rate = twin.crump, twin.frame_rate_hz
     if crump is None:
         return None

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.simulate import AXES, SimulatedRecording, stream
 from mocap_metrology.noise.twins.triangulation import (
@@ -122,9 +122,7 @@ def simulate_take(twin: TakeTwin, seed: int | None = None) -> SimulatedRecording
     return SimulatedRecording(twin.frame_rate_hz, position, truth)
 
 
-def _truth(
-    twin: TakeTwin, seed: int, n: int, hall: Facility, noise_px: np.ndarray
-) -> dict[str, Any]:
+def _truth(twin: TakeTwin, seed: int, n: int, hall: Facility, noise_px: np.ndarray) -> Row:
     """What the recording was made from; coefficients as of other twins."""
     take, subset = twin.take, [camera - 1 for camera in twin.camera_ids]
     coefficients = {}

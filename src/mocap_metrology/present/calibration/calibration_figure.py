@@ -234,8 +234,8 @@ def _seen(given: CalibrationFiles) -> tuple[Paths | None, views.Scenery]:
         alone = None if paths is None else paths[MASTER].t_m
         return paths, views.Scenery(None, None, given.reference, None, alone)
     paths, pose = given.paths(entry["estimator"], entry["optics"]), pose_of(entry)
-    covariance = entry.get("covariance")
-    covariance = None if covariance is None else np.array(covariance, dtype=np.float64)
+    known = entry.get("covariance")
+    covariance = None if known is None else np.array(known, dtype=np.float64)
     if covariance is not None and not np.isfinite(covariance).all():
         covariance = None
     both = None if paths is None else agreement(paths, pose)

@@ -11,6 +11,8 @@ import numpy as np
 
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.assess.pose_file import (
+    PoseEntry,
+    PoseFile,
     chosen_pose,
     matrix_and_metres,
     read_pose_json,
@@ -21,7 +23,7 @@ from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
 from mocap_metrology.lighthouse.records import MASTER, SLAVE
 from mocap_metrology.lighthouse.records import Path as BoardPath
 from mocap_metrology.lighthouse.rotation import from_angles
-from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.tables import Record
 
 Pose = tuple[np.ndarray, np.ndarray]  # R (3, 3), t (3,) in metres
 
@@ -32,7 +34,7 @@ class CalibrationFiles:
 
     name: str
     twin: str | None
-    pose: Record  # pose.json
+    pose: PoseFile
     stations: Sequence[Record]  # stations.json, master first
     board: np.ndarray  # (n, 3), m
     sweeps: Mapping[str, np.ndarray]
@@ -40,7 +42,7 @@ class CalibrationFiles:
     duration_s: float
 
     @property
-    def chosen(self) -> Row | None:
+    def chosen(self) -> PoseEntry | None:
         """The estimate to use, None if there is none."""
         return chosen_pose(self.pose)
 
@@ -67,7 +69,7 @@ class CalibrationFiles:
         names = (np.asarray(self.poses.get(k, ())).astype(str) for k in ("estimator", "optics"))
         return sorted(set(zip(*(own.tolist() for own in names), strict=True)))
 
-    def estimate(self, estimator: str, stage: str, optics: str) -> Row | None:
+    def estimate(self, estimator: str, stage: str, optics: str) -> PoseEntry | None:
         """One of the estimates in pose.json."""
         kind = estimator, stage, optics
         every = (p for p in self.pose["poses"] if _kind(p) == kind)
@@ -83,7 +85,7 @@ class CalibrationFiles:
         return from_angles(*angles), np.array(given["translation_mm"]) / 1e3
 
 
-def _kind(entry: Record) -> tuple[str, str, str]:
+def _kind(entry: PoseEntry) -> tuple[str, str, str]:
     return entry["estimator"], entry["stage"], entry["optics"]
 
 
@@ -163,7 +165,7 @@ def agreement(paths: tuple[BoardPath, BoardPath], pose: Pose) -> Agreement:
     )
 
 
-def pose_of(entry: Record) -> Pose:
+def pose_of(entry: PoseEntry) -> Pose:
     """R, t in metres of one of the estimates."""
     return matrix_and_metres(entry)
 

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from mocap_metrology.common.files import write_csv, write_json, write_text
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.filtering import CHOSEN_S, Filtered, Left
 from mocap_metrology.noise.diagnosis.findings import Finding
@@ -47,7 +48,6 @@ FILTERS = (
         for when in ("_before", "")
     ),
 )
-Row = dict[str, object]
 
 
 def write_diagnosis(

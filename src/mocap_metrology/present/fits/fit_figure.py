@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, correlation_class
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, correlation_class
 from mocap_metrology.noise.model.components import Form, GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.present.drawing.axes import Limits, decade_axis, linear_axis, log_limits
 from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip, strip_height
@@ -38,7 +38,6 @@ from mocap_metrology.present.fits.parts import (
     fit_of,
     recorded_s,
 )
-from mocap_metrology.present.tables import Record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -99,7 +98,7 @@ def fit_figure(
     title: str,
     allan: Mapping[str, np.ndarray],
     periodogram: Mapping[str, np.ndarray],
-    estimates: Mapping[str, Sequence[Record]],
+    estimates: Mapping[str, Sequence[NoiseRow]],
     tau0: float,
     note: str = "",
     *,

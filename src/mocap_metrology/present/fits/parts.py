@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mocap_metrology.noise.fit.estimates import model_of
+from mocap_metrology.noise.fit.estimates import NoiseRow, deterministic_of, model_of
 from mocap_metrology.noise.model.components import (
     Component,
     Form,
@@ -20,7 +20,7 @@ from mocap_metrology.noise.model.components import (
     Sinusoid,
 )
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
-from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
+from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text.coefficients import symbol, unit
 from mocap_metrology.present.text.numbers import typeset
@@ -138,7 +138,7 @@ def recorded_s(allan: Mapping[str, np.ndarray], tau0: float) -> float:
     return tau0 * float(np.max(terms + 2 * m - 1, initial=0.0))
 
 
-def fit_of(estimator: str, rows: Sequence[Record], duration_s: float = 0.0) -> Fit:
+def fit_of(estimator: str, rows: Sequence[NoiseRow], duration_s: float = 0.0) -> Fit:
     """A fit out of rows of noise.csv of one series and estimator; duration_s: of the series, on
     which the Allan variance of a warm-up depends."""
     rows = [row for row in rows if row["estimator"] == estimator]
@@ -168,7 +168,7 @@ def _number(value: float | str | None) -> float:
     return math.nan if value in (None, "") else float(value)
 
 
-def _usable(rows: Sequence[Record]) -> list[Record]:
+def _usable(rows: Sequence[NoiseRow]) -> list[NoiseRow]:
     """Rows of the components all of whose numbers are there and can be drawn."""
     bad = set()
     for row in rows:
@@ -187,7 +187,7 @@ def _component(parameter: str) -> str:
     return "line" if parameter in ("A_s", "f_0", "width_f") else parameter
 
 
-def _parts(model: NoiseModel, rows: Mapping[str, Record]) -> list[Part]:
+def _parts(model: NoiseModel, rows: Mapping[str, NoiseRow]) -> list[Part]:
     """Power laws by alpha, Gauss-Markov terms as they are numbered, the sinusoid."""
     own = sorted(int(name[3:]) for name in rows if name.startswith("T_c"))
     parts, seen = [], 0
@@ -208,7 +208,7 @@ def _parts(model: NoiseModel, rows: Mapping[str, Record]) -> list[Part]:
     return parts
 
 
-def _value(name: str, row: Record | None, component: Component | Deterministic) -> str:
+def _value(name: str, row: NoiseRow | None, component: Component | Deterministic) -> str:
     attribute = {"h_": "h"}.get(name[:2], name.rstrip("0123456789") if name != "f_0" else "f_0")
     value = float(getattr(component, attribute))
     error = _number(row.get("std_error")) if row else np.nan

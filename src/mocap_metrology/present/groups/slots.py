@@ -107,7 +107,7 @@ def _cut() -> Keywords:
     return {"marker": DOWN, "color": INK, "markersize": CUT["markersize"], "mew": 0}
 
 
-def _dot(look: Look, **how: Any) -> Keywords:
+def _dot(look: Look, **how: object) -> Keywords:
     return {"color": look.colour, "marker": look.marker, "markersize": 4.8, "mew": 0.8} | how
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -215,7 +215,7 @@ def _type_entries() -> list[Entry]:
     return [*entries, Entry("classes of T_c (S 4.6)", patch=band)]
 
 
-def _dot(look: Look, **how: Any) -> Keywords:
+def _dot(look: Look, **how: object) -> Keywords:
     return {"color": look.colour, "marker": look.marker, "markersize": 3.2, "mew": 0.7} | how
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.assess.fit_checks import USUAL_S, Case, Check
 from mocap_metrology.lighthouse.assess.pose_file import LARGE_DEG, LARGE_MM, Comparison
 from mocap_metrology.lighthouse.assess.summary import Summary
@@ -88,10 +88,10 @@ SENTENCES = {
 }
 
 
-def pose_document(found: Summary) -> dict[str, Any]:
+def pose_document(found: Summary) -> Row:
     """Contents of pose.json, with its sentences."""
     document, checks = found.document, found.verdict.checks
-    told: dict[str, Any] = {
+    told: Row = {
         "verdict": document["verdict"] | {"reason": reason(found.verdict)},
         "checks": [
             row | {"sentence": sentence(check)}
@@ -101,7 +101,7 @@ def pose_document(found: Summary) -> dict[str, Any]:
     if "check_against" in document:
         words = comparison_words(found.comparison)
         told["check_against"] = document["check_against"] | {"sentence": words}
-    return document | told
+    return {**document, **told}
 
 
 def reason(verdict: Verdict) -> str:

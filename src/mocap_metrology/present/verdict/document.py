@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.checks import Check
 from mocap_metrology.noise.assess.recording import Assessment
 from mocap_metrology.noise.assess.uncertainty import Mean, SeriesNumbers
 from mocap_metrology.present.text.reasons import quantity, reason, why_measured
 
-Json = dict[str, object]
 AFTER_REASON = (
     *("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm", "sigma_recording_mm"),
     *("frame_mm", "frame_lower_mm", "frame_upper_mm", "adev_min_mm", "adev_min_lower_mm"),
@@ -16,7 +16,7 @@ AFTER_REASON = (
 OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm")
 
 
-def verdict_document(found: Assessment, source: str) -> Json:
+def verdict_document(found: Assessment, source: str) -> Row:
     """Numbers and words of an assessment. source: `twin` or `measured`."""
     facts, span, verdict = found.facts, found.span, found.verdict
     return {
@@ -42,7 +42,7 @@ def verdict_document(found: Assessment, source: str) -> Json:
     }
 
 
-def _check(check: Check) -> Json:
+def _check(check: Check) -> Row:
     return {
         "threshold": check.threshold,
         "series": check.series,
@@ -53,7 +53,7 @@ def _check(check: Check) -> Json:
     }
 
 
-def _series(numbers: SeriesNumbers) -> Json:
+def _series(numbers: SeriesNumbers) -> Row:
     return {
         "status": numbers.status,
         "basis": numbers.basis,
@@ -67,5 +67,5 @@ def _series(numbers: SeriesNumbers) -> Json:
     }
 
 
-def _mean(mean: Mean) -> Json:
+def _mean(mean: Mean) -> Row:
     return {**{name: getattr(mean, name) for name in OF_MEAN}, "shares": dict(mean.shares)}

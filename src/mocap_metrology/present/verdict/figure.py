@@ -19,6 +19,7 @@ from mocap_metrology.present.drawing.style import (
     INK,
     SMALL_PT,
     WIDTH_MM,
+    Keywords,
     Sheet,
     blank_sheet,
     lines_mm,
@@ -48,7 +49,7 @@ FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many ti
 ROW_MM = 10.5
 NAMES_MM, GAP_MM, RIGHT_MM, BARS_MM = 13.0, 8.0, 4.0, 56.0
 BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
-MARKS: tuple[tuple[str, str | int, dict[str, Any]], ...] = (
+MARKS: tuple[tuple[str, str | int, Keywords], ...] = (
     (FRAME, "frame", {"marker": "o", "color": INK, "mfc": INK, "ms": 4.2}),
     (NEAR, "near", {"marker": "o", "color": GREY, "mfc": "white", "ms": 4.0}),
     (MEANS[0], 0, {"marker": "s", "color": "#10307a", "mfc": "#10307a", "ms": 3.4}),
@@ -252,7 +253,7 @@ def _uncertainties(
             at = row - 0.5 + place * step
             axes.plot(np.clip(point[1:], low, high), [at, at], color=look["color"], lw=1.0)
             axes.plot([point[0]], [at], ls="", **look)
-            arrow: dict[str, Any] = {"color": look["color"], "ms": 3.5, "ls": "", "clip_on": False}
+            arrow: Keywords = {"color": look["color"], "ms": 3.5, "ls": "", "clip_on": False}
             if point[1] < low:
                 axes.plot([low], [at], marker="<", **arrow)
             if point[2] > high:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from mocap_metrology.noise.assess.checks import COORDINATE, worst
-from mocap_metrology.present.tables import Row
+from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text.numbers import duration_words, three_digits, three_fixed
 
-Found = Mapping[str, Any]  # contents of verdict.json
+Found = Record  # contents of verdict.json
 
 CAPTION = (
     "One row a recording. word: good, usable or bad, and reason, the check that decided. Of the "
@@ -150,7 +149,7 @@ def _table(series: Mapping[str, Found]) -> list[list[str]]:
     return rows if any(row[-1] for row in rows[1:]) else [row[:-1] for row in rows]
 
 
-def _cells(name: str, values: Mapping[str, Any]) -> list[str]:
+def _cells(name: str, values: Record) -> list[str]:
     least = mm(values["adev_min_mm"])
     falls = ", still falling" if values["adev_still_falls"] else ""
     at = f"{falls} at {three_digits(values['tau_min_s'])} s" if least != "-" else ""

@@ -7,12 +7,12 @@ import pytest
 from scipy.fft import dct
 
 from mocap_metrology.noise.allan.variance import allan_variance
-from mocap_metrology.noise.fit.estimates import rows
+from mocap_metrology.noise.fit.estimates import deterministic_of, rows
 from mocap_metrology.noise.fit.spectral.detrend import line_column, warm_up_column
 from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
 from mocap_metrology.noise.fit.spectral.periodogram import periodogram
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
-from mocap_metrology.noise.model.deterministic import Deterministic, deterministic_of
+from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
 TAU0, N = 0.01, 60_000

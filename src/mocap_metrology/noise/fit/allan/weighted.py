@@ -15,9 +15,9 @@ down to the lowest of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -45,11 +45,27 @@ from mocap_metrology.noise.model.components import (
     Sinusoid,
 )
 
-# criterion: `bic` or `aicc`; max_gauss_markov: most terms, and sinusoid: whether one, is tried when
-# the components are not given; ridge: share of its own variance by which each Allan variance is
-# doubted beyond C (0.01 costs 1-3 % of standard error, and a curve that no model fits exactly is
-# then not fitted to the fifth digit); passes: how often C is renewed from the fit
-SETTINGS = {"criterion": "bic", "max_gauss_markov": 4, "sinusoid": True, "ridge": 0.01, "passes": 2}
+
+class Settings(TypedDict, total=False):
+    """criterion: `bic` or `aicc`; max_gauss_markov: most terms, and sinusoid: whether one, is tried
+    when the components are not given; ridge: share of its own variance by which each Allan variance
+    is doubted beyond C (0.01 costs 1-3 % of standard error, and a curve that no model fits exactly
+    is then not fitted to the fifth digit); passes: how often C is renewed from the fit."""
+
+    criterion: str
+    max_gauss_markov: int
+    sinusoid: bool
+    ridge: float
+    passes: int
+
+
+SETTINGS: Settings = {
+    "criterion": "bic",
+    "max_gauss_markov": 4,
+    "sinusoid": True,
+    "ridge": 0.01,
+    "passes": 2,
+}
 AT_BOUND_PAYS = 6.0  # 95 % of chi-squared with the two degrees of freedom of a term
 NOTICED = 0.05  # share of the Allan variance from which a component changes its covariance
 
@@ -61,7 +77,7 @@ def weighted(
     n: int,
     tau0: float,
     components: Components | None = None,
-    settings: Mapping[str, Any] | None = None,
+    settings: Settings | None = None,
     form: Form = "sampled",
 ) -> Estimate:
     """Coefficients of one series of n samples from its overlapping Allan variances.
@@ -146,7 +162,7 @@ def _pilot(
     avar: np.ndarray,
     edf: np.ndarray,
     alphas: tuple[int, ...],
-    options: Mapping[str, Any],
+    options: Settings,
 ) -> Whitened:
     """The problem with the covariance of a model of as many terms as the data like: first without
     correlations and relative to the data, then twice with the covariance of the fit before."""
@@ -200,9 +216,7 @@ def _resolved(problem: Problem, fits: list[Fit]) -> Fit:
     return fits[-1]
 
 
-def _chosen(
-    white: Whitened, curves: Curves, options: Mapping[str, Any]
-) -> tuple[tuple[int, ...], Fit]:
+def _chosen(white: Whitened, curves: Curves, options: Settings) -> tuple[tuple[int, ...], Fit]:
     """Power laws and fit of least cost plus price."""
     price = 2.0 if options["criterion"] == "aicc" else float(np.log(white.n_effective))
     problem = white.problem
@@ -252,8 +266,8 @@ def _pay(problem: Problem, fit: Fit, price: float) -> tuple[tuple[int, ...], Fit
     return alphas, fit
 
 
-def _options(settings: Mapping[str, Any] | None) -> dict[str, Any]:
-    options = {**SETTINGS, **(settings or {})}
+def _options(settings: Settings | None) -> Settings:
+    options: Settings = {**SETTINGS, **(settings or {})}
     unknown = sorted(set(options) - set(SETTINGS))
     if unknown:
         raise Refusal(f"weighted fit: setting {unknown[0]!r}, expected {', '.join(SETTINGS)}")

@@ -46,12 +46,12 @@ env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled re
 	$(CLEAN) $(BIN)/python -m pip install --quiet --require-hashes -r requirements/uv.txt
 	$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip sync --quiet --require-hashes --compile-bytecode $(LOCK) requirements/uv.txt
 	$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --no-deps --no-build-isolation -e .
-	$(RUN) python -m mocap_metrology.common.warm
+	$(RUN) python -m mocap_metrology.common.compiled
 	@touch $@
 
 # numba's cache has no lock: after an edit of a kernel one process compiles, not several at once.
 warm: env
-	@$(RUN) python -m mocap_metrology.common.warm
+	@$(RUN) python -m mocap_metrology.common.compiled
 
 test: warm  ## run the tests
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest \

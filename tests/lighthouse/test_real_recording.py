@@ -17,8 +17,8 @@ from scipy.optimize import least_squares
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
-from mocap_metrology.lighthouse.assess.outside_checks import apart, gravity_angle_deg
 from mocap_metrology.lighthouse.assess.summary import Summary, summary
+from mocap_metrology.lighthouse.assess.validation import apart, gravity_angle_deg
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode

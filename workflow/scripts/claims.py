@@ -13,10 +13,10 @@ with step(snakemake) as log:
     from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.lighthouse import columns
     from mocap_metrology.lighthouse.assess.reconstructions import reconstruction_errors
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+    from mocap_metrology.lighthouse.records import hits_of
     from mocap_metrology.noise.series import all_series
     from mocap_metrology.present import tables
     from mocap_metrology.present.claims.claim import COLUMNS, Regenerated
@@ -61,7 +61,7 @@ with step(snakemake) as log:
         of_first = zip(files.sweeps, files.boards, files.truth_of_first, strict=True)
         seconds = math.nan
         for sweeps, board, truth in of_first:
-            hits = columns.hits_of(read_table(sweeps)[0])
+            hits = hits_of(read_table(sweeps)[0])
             if math.isnan(seconds):
                 begun = time.perf_counter()
                 simplex = CalibrationSettings(estimators=("paper",), optics=("ideal",))

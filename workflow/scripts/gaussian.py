@@ -8,7 +8,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import write_csv, write_text
     from mocap_metrology.noise.cameras.covariance import COLUMNS, covariance_rows
-    from mocap_metrology.noise.gaussian.describe import gaussian_rows
+    from mocap_metrology.noise.gaussian.two_markers import gaussian_rows
 
     _, series, origin = read_coordinates(snakemake.input[0])
     rows = gaussian_rows(

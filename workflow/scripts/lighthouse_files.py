@@ -50,7 +50,7 @@ def write_decoded(row: Row, config: Row, given: Paths, files: Paths, log: loggin
     from lighthouse_steps import decoded
 
     from mocap_metrology.common.files import sha256, versions, write_json, write_table
-    from mocap_metrology.lighthouse import columns
+    from mocap_metrology.lighthouse import records
     from mocap_metrology.lighthouse.decode.chain import dropped_share
     from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 
@@ -70,10 +70,10 @@ def write_decoded(row: Row, config: Row, given: Paths, files: Paths, log: loggin
     if found.pulses is None:
         table = {"start_s": [], "length_us": [], "diode": []}
     else:
-        table = columns.pulses(found.pulses)
-    write_table(files["pulses"], table, origin, columns.PULSES_CODED)
+        table = records.pulse_columns(found.pulses)
+    write_table(files["pulses"], table, origin, records.PULSES_CODED)
     origin |= {"counts_by_diode": found.report, "dropped": dropped_share(found.report)}
-    write_table(files["sweeps"], columns.sweeps(found.hits), origin, columns.SWEEPS_CODED)
+    write_table(files["sweeps"], records.sweep_columns(found.hits), origin, records.SWEEPS_CODED)
     _write_board(files["board"], found.board)
     write_json(files["stations"], stations_to_json(found.stations))
     for station in found.stations:
@@ -91,7 +91,7 @@ def write_poses(row: Row, config: Row, given: Paths, files: Paths, log: logging.
 
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_table, versions, write_json, write_table
-    from mocap_metrology.lighthouse import columns
+    from mocap_metrology.lighthouse import records
     from mocap_metrology.lighthouse.assess.summary import refused, summary
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import Calibration, calibrate
@@ -104,7 +104,7 @@ def write_poses(row: Row, config: Row, given: Paths, files: Paths, log: logging.
     found, board = Calibration(), read_board(given["board"])
     try:
         found = calibrate(
-            columns.hits_of(table), board, factories, calibration_settings(config), log.info
+            records.hits_of(table), board, factories, calibration_settings(config), log.info
         )
         result = summary(
             found,
@@ -124,7 +124,7 @@ def write_poses(row: Row, config: Row, given: Paths, files: Paths, log: logging.
     kept = ("recording", "source", "twin", "sha256", "duration_s")
     origin = {key: origin[key] for key in kept} | {"lighthouse": config}
     origin["versions"] = versions("numpy", "scipy", "numba")
-    write_table(files["poses"], columns.poses(found.paths), origin)
+    write_table(files["poses"], records.pose_columns(found.paths), origin)
     write_json(files["pose"], document | {"origin": origin})
 
 

@@ -6,13 +6,18 @@ hash of every source file of the package that imports this decorator, so an edit
 starts a new one; kernels take constants only from such files. It lies beside the package; where
 that cannot be written, in a per-user temporary folder; where that cannot either, nothing is cached
 and every process compiles for itself.
+
+`python -m mocap_metrology.common.compiled`, called by `make`, compiles every kernel once.
 """
 
 from __future__ import annotations
 
+import fcntl
 import getpass
 import hashlib
+import importlib
 import os
+import pkgutil
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -20,6 +25,8 @@ from pathlib import Path
 from typing import Literal, TypedDict, TypeVar, Unpack, overload
 
 import numba
+
+import mocap_metrology
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -96,3 +103,28 @@ def njit(function: F | None = None, **options: Unpack[Options]) -> F | Callable[
         cache=CACHE is not None, nogil=True, error_model="numpy", **options
     )
     return compiler if function is None else compiler(function)
+
+
+def warm() -> list[str]:
+    """Call `warm_up()` of every module of the package that has one; return their names."""
+    done = []
+    for module in pkgutil.walk_packages(mocap_metrology.__path__, "mocap_metrology."):
+        warm_up = getattr(importlib.import_module(module.name), "warm_up", None)
+        if warm_up is not None:
+            warm_up()
+            done.append(module.name)
+    return done
+
+
+def main() -> None:
+    """Warm up, one process at a time: numba's cache has no lock of its own."""
+    if CACHE is None:
+        return
+    with (CACHE.parent / "warm.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        prune(CACHE)
+        warm()
+
+
+if __name__ == "__main__":
+    main()

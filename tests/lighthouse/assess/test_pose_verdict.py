@@ -9,8 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.assess.fit_checks import Case, expected_noise_urad
-from mocap_metrology.lighthouse.assess.outside_checks import gravity_angle_deg
-from mocap_metrology.lighthouse.assess.validation import Verdict, verdict
+from mocap_metrology.lighthouse.assess.validation import Verdict, gravity_angle_deg, verdict
 from mocap_metrology.lighthouse.records import Factory, Halves, PoseEstimate, Station
 
 R = Rotation.from_euler("ZYX", [-40, 8, 15], degrees=True).as_matrix()

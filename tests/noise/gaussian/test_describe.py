@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.gaussian.describe import gaussian_rows
-from mocap_metrology.noise.gaussian.two_markers import drift, median_drift
+from mocap_metrology.noise.gaussian.two_markers import drift, gaussian_rows, median_drift
 from mocap_metrology.noise.motion.movement import moving_markers
 from mocap_metrology.noise.series import all_series, coordinate_names, pair_numbers
 

@@ -14,7 +14,7 @@ from mocap_metrology.noise.assess.conformity import Verdict, verdict
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span, assess_series
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
-from mocap_metrology.noise.gaussian.describe import LONG_S
+from mocap_metrology.noise.gaussian.two_markers import LONG_S
 
 CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
 

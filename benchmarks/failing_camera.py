@@ -36,7 +36,7 @@ from mocap_metrology.noise.cameras.diagnosis import (
     diagnose,
     moments,
 )
-from mocap_metrology.noise.twins.triangulation import (
+from mocap_metrology.noise.twins.take import (
     Facility,
     joint_covariance,
     positions,

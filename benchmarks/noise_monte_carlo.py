@@ -34,7 +34,7 @@ from mocap_metrology.noise.fit.spectral.whittle import Likelihood
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import published_row
 
-TAU0, FRAMES = 1 / 120, 3_888_000
+RATE, FRAMES = 120.0, 3_888_000
 ROWS = (("T40", 10), ("Bonita", 10), ("Vantage", 9))
 SERIES = "x1"
 HEAD = ("coefficient", "truth", "CRLB/truth", "found in", "RMSE/CRLB", "bias/CRLB")
@@ -44,14 +44,14 @@ PAIRED_WITHIN = 3.0  # factor between two T_c that are taken for one
 
 def truth_of(row: tuple[str, int], limit: float) -> NoiseModel:
     """The part of the published row that nine hours can tell."""
-    return tellable(published_row(*row)[SERIES], FRAMES, TAU0, limit).ordered()
+    return tellable(published_row(*row)[SERIES], FRAMES, RATE, limit).ordered()
 
 
 def binned_run(job: tuple[tuple[str, int], NoiseModel, int]) -> dict[str, Estimate]:
     """One periodogram drawn from its distribution; order known and chosen by BIC."""
     row, truth, seed = job
     components = Components.of(truth)
-    bins = bins_of(FRAMES, TAU0)
+    bins = bins_of(FRAMES, RATE)
     weight = bins.n.astype(float)
     bounds = bins.T_c_range
     expected = Likelihood(Periodogram(bins, np.ones(weight.size), weight), bounds).density(
@@ -79,7 +79,7 @@ def full_run(job: tuple[tuple[str, int], NoiseModel, int]) -> list[dict[str, Est
 
     row, truth, seed = job
     rng = np.random.default_rng([seed, *row[0].encode()])
-    pair = draw_pair(truth, truth, Cross(constant=0.0), FRAMES, TAU0, rng)
+    pair = draw_pair(truth, truth, Cross(constant=0.0), FRAMES, RATE, rng)
     return [_fit_series(series.astype(np.float32).astype(float), truth, seed) for series in pair]
 
 
@@ -94,16 +94,16 @@ def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, E
     components = Components.of(truth)
     masked = hampel(series, 120, 6.0, "mask").values
     m = averaging_factors(FRAMES, 100, 1, 1 / 3)
-    curve = allan_curve(masked, 1 / TAU0, m)
-    cleaned = allan_curve(hampel(series, 120, 3.0, "replace").values, 1 / TAU0, m)
+    curve = allan_curve(masked, RATE, m)
+    cleaned = allan_curve(hampel(series, 120, 3.0, "replace").values, RATE, m)
     return {
-        "likelihood, order known": likelihood(masked, TAU0, components).estimate,
-        "likelihood, order by BIC": likelihood(masked, TAU0).estimate,
+        "likelihood, order known": likelihood(masked, RATE, components).estimate,
+        "likelihood, order by BIC": likelihood(masked, RATE).estimate,
         "weighted, order known": weighted(
-            curve.m, curve.variance, curve.edf, FRAMES, TAU0, components
+            curve.m, curve.variance, curve.edf, FRAMES, RATE, components
         ),
         "annealing-ant-colony, order known (3-sigma cleaned, continuous)": annealing_ant_colony(
-            cleaned.m, cleaned.variance, TAU0, components, AnnealingSettings(), seed
+            cleaned.m, cleaned.variance, RATE, components, AnnealingSettings(), seed
         ),
     }
 
@@ -136,7 +136,7 @@ def _paired(estimate: Estimate, truth: NoiseModel) -> dict[str, Coefficient]:
 def _table(runs: list[dict[str, Coefficient]], truth: NoiseModel) -> str:
     head = HEAD + COVER
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    bounds = crlb(truth, FRAMES, TAU0)
+    bounds = crlb(truth, FRAMES, RATE)
     for name, true in truth.coefficients().items():
         found = [run[name] for run in runs if name in run]
         cells = [f"{name} | {true:.3g} | {100 * bounds[name] / true:.2g} %"]

@@ -28,7 +28,8 @@ from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.twins.published import published_row
 
-TAU0, FRAMES = 1 / 120, 3_888_000
+RATE, FRAMES = 120.0, 3_888_000
+TAU0 = 1 / RATE
 
 
 def cpu_s(function: Callable[[], object], repeats: int = 5) -> float:
@@ -46,19 +47,19 @@ def main() -> None:
     model = published_row("T40", 10)["z1"]
     asked = panel("T40", 10, "z1")
     rng = np.random.default_rng(1)
-    series = draw_pair(model, model, Cross(constant=0.0), FRAMES, TAU0, rng)[0]
+    series = draw_pair(model, model, Cross(constant=0.0), FRAMES, RATE, rng)[0]
     line = model.lines[0]
     series += line.A_s * np.sin(2 * np.pi * line.f_0 * TAU0 * np.arange(FRAMES))
     m = averaging_factors(FRAMES, 100, 1, 1 / 3)
-    curve = allan_curve(series, 1 / TAU0, m)
-    known = (curve.m, curve.variance, TAU0, asked)
-    rest = (curve.m, curve.variance, curve.edf, FRAMES, TAU0)
+    curve = allan_curve(series, RATE, m)
+    known = (curve.m, curve.variance, RATE, asked)
+    rest = (curve.m, curve.variance, curve.edf, FRAMES, RATE)
     settings = AnnealingSettings()
     steps: dict[str, Callable[[], object]] = {
         "masking of gross outliers (Hampel, 6 sigma)": lambda: hampel(series, 120, 6.0, "mask"),
-        "Allan variances with intervals": lambda: allan_curve(series, 1 / TAU0, m),
-        "likelihood, components known, FFT included": lambda: likelihood(series, TAU0, asked),
-        "likelihood, components chosen": lambda: likelihood(series, TAU0),
+        "Allan variances with intervals": lambda: allan_curve(series, RATE, m),
+        "likelihood, components known, FFT included": lambda: likelihood(series, RATE, asked),
+        "likelihood, components chosen": lambda: likelihood(series, RATE),
         "weighted, components known": lambda: weighted(*rest, asked),
         "weighted, components chosen": lambda: weighted(*rest),
         "annealing-ant-colony, 10 starts": lambda: annealing_ant_colony(
@@ -67,7 +68,7 @@ def main() -> None:
         "levenberg-marquardt, 10 starts": lambda: levenberg_marquardt(
             *known, 1, duration=FRAMES * TAU0
         ),
-        "slopes": lambda: slopes(curve.m, curve.variance, TAU0),
+        "slopes": lambda: slopes(curve.m, curve.variance, RATE),
     }
     print("| step | CPU s |\n|---|---|")
     for name, step in steps.items():

@@ -64,13 +64,13 @@ def _curves(hours: float) -> list[tuple]:
 
 def _inside(series: np.ndarray, model) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     settings = NoiseSettings()
-    _, shown = masked_curve(series, 1 / RATE, settings)
+    _, shown = masked_curve(series, RATE, settings)
     cleaned = hampel(series, settings.half_window, 3.0, "replace").values
     curve = allan_curve(cleaned, RATE, shown.m)
     curves = {"shown": shown, "cleaned": curve.with_upper_raised(taken_at_most(3.0, 120))}
     found = {}
     for kind, one in curves.items():
-        truth = np.sqrt(model.avar(one.m, 1 / RATE, "sampled"))
+        truth = np.sqrt(model.avar(one.m, RATE, "sampled"))
         found[kind] = one.m, (one.lower <= truth) & (truth <= one.upper)
     return found
 

@@ -30,7 +30,7 @@ SLOW = {
     "white + Gauss-Markov 300 s": NoiseModel((WHITE, GaussMarkov(0.004, 300.0))),
 }
 NAMES = ("h_-2", "drift", "A_w", "T_w")
-LENGTHS = ((60_000, 0.01), (72_000, 1 / 120), (90_000, 0.01), (108_000, 1 / 120))
+LENGTHS = ((60_000, 100.0), (72_000, 120.0), (90_000, 100.0), (108_000, 120.0))
 NINE_HOURS = ((3_240_000, 0.01),)
 
 
@@ -53,10 +53,15 @@ def warm_up(T_w: float) -> Callable[[np.random.Generator], dict[str, float]]:
 
 
 def series_of(
-    model: NoiseModel, part: dict[str, float], n: int, tau0: float, rng: np.random.Generator
+    model: NoiseModel,
+    part: dict[str, float],
+    n: int,
+    frame_rate_hz: float,
+    rng: np.random.Generator,
 ) -> np.ndarray:
     """(n,) mm."""
-    noise = draw_pair(model, model, Cross(constant=0.0), n, tau0, rng)[0]
+    tau0 = 1 / frame_rate_hz
+    noise = draw_pair(model, model, Cross(constant=0.0), n, frame_rate_hz, rng)[0]
     t = np.arange(n) * tau0
     wave = part.get("drift", 0.0) / 3600 * t
     return noise + wave + part.get("A_w", 0.0) * np.exp(-t / part.get("T_w", 1.0))
@@ -76,10 +81,10 @@ def study(
     found: dict[str, list] = {name: [] for name in NAMES}
     for k in range(n):
         rng = np.random.default_rng([seed, k])
-        size, tau0 = lengths[k % len(lengths)]
+        size, rate = lengths[k % len(lengths)]
         part = part_of(rng)
         truth = {**part, "h_-2": next((c.h for c in model.components if is_walk(c)), 0.0)}
-        rows = likelihood(series_of(model, part, size, tau0, rng), tau0).estimate.coefficients
+        rows = likelihood(series_of(model, part, size, rate, rng), rate).estimate.coefficients
         for c in rows:
             if c.parameter in NAMES:
                 wide = (c.upper_95 - c.lower_95) / (2 * 1.96 * c.crlb) if c.detected else np.nan

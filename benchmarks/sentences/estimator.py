@@ -27,7 +27,8 @@ from mocap_metrology.noise.gaussian.two_markers import chi_squared_normal
 from mocap_metrology.noise.twins.published import SERIES, printed_row, published_keys, published_row
 from mocap_metrology.noise.twins.simulate import simulate
 
-RATE, TAU0 = 120.0, 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 QUARTER_S, NINE_HOURS_S = 900.0, 32400.0
 WHOLE = 100  # runs from which nine-hour and slow cases are tried
 ROOT = Path(__file__).resolve().parents[2]
@@ -149,7 +150,7 @@ def curves() -> Iterator[tuple[int, str, np.ndarray, np.ndarray]]:
 
 
 def _supported(model, frames: int) -> bool:
-    found = {c.parameter: c for c in published_estimate(model, frames, TAU0).coefficients}
+    found = {c.parameter: c for c in published_estimate(model, frames, RATE).coefficients}
     return bool(found["f_0"].crlb <= found["f_0"].value)
 
 
@@ -160,7 +161,7 @@ def _lines(n: int) -> Iterator[Row]:
     for cameras, series, m, avar in curves():
         printed = printed_row("T40", cameras)[series]["f_0"]
         asked = panel("T40", cameras, series)
-        fit = (m, avar, TAU0, asked)
+        fit = (m, avar, RATE, asked)
         best = annealing_run(*fit, settings, 1, "continuous", NINE_HOURS_S).estimate
         hits += abs(best.values["f_0"] / printed - 1) < 0.1
         all_tau = annealing_run(

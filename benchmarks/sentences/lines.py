@@ -112,7 +112,7 @@ def _wandering(n: int) -> Iterator[tuple[str, str, str, str]]:
             for seed in range(n):
                 rng = np.random.default_rng(seed)
                 wave, f_0 = wandering(rng, kind, rate)
-                lines = find_lines(wave + rng.normal(0, SIGMA, wave.size), 1 / rate)
+                lines = find_lines(wave + rng.normal(0, SIGMA, wave.size), rate)
                 found.append((*_holds(lines, A_S, min(f_0, rate - f_0)), len(lines)))
             yield from _told(name, found)
 
@@ -146,7 +146,7 @@ def _by_likelihood(n: int) -> Iterator[tuple[str, str, str, str]]:
             rng = np.random.default_rng(seed)
             series = wandering(rng, "noise")[0] + rng.normal(0, SIGMA, RATE * SECONDS)
             series[rng.random(series.size) < gaps] = np.nan
-            run = likelihood(series, 1 / RATE)
+            run = likelihood(series, RATE)
             rows = {c.parameter: c for c in run.estimate.coefficients}
             number.append(len(run.lines))
             size.append(rows["A_s"].lower_95 < A_S < rows["A_s"].upper_95)
@@ -192,8 +192,8 @@ def _filtered(n: int) -> Iterator[tuple[str, str, str, str]]:
         for seed in range(n):
             rng = np.random.default_rng(seed)
             noise = rng.normal(0, SIGMA, wave.size) + np.cumsum(rng.normal(0, 2e-4, wave.size))
-            invented += bool(find_lines(applied(noise), 1 / RATE))
-            found = find_lines(applied(noise + wave), 1 / RATE)
+            invented += bool(find_lines(applied(noise), RATE))
+            found = find_lines(applied(noise + wave), RATE)
             seen += any(abs(line.f_0 - 3) < 2 / SECONDS for line in found)
         yield name, "recordings with an invented line", "<= 1 %", f"{invented} of {n}"
         yield name, "line of 3 um at 3 Hz found", "", f"{seen} of {n}"
@@ -208,7 +208,7 @@ def _ends(n: int) -> Iterator[tuple[str, str, str, str]]:
         place = size / 2 - rng.uniform(0, 2)
         wave = A_S * np.sin(2 * np.pi * place / size * np.arange(size) + rng.uniform(0, 6.3))
         try:
-            lines = find_lines(wave + rng.normal(0, SIGMA, size), 0.01)
+            lines = find_lines(wave + rng.normal(0, SIGMA, size), 100)
         except IndexError:
             crashed += 1
             continue
@@ -224,7 +224,7 @@ def _stable(n: int) -> Iterator[tuple[str, str, str, str]]:
             rng = np.random.default_rng(seed)
             t = np.arange(rate * SECONDS) / rate
             wave = 0.005 * np.sin(2 * np.pi * f_0 * t + rng.uniform(0, 2 * np.pi))
-            lines = find_lines(wave + rng.normal(0, SIGMA, t.size), 1 / rate)
+            lines = find_lines(wave + rng.normal(0, SIGMA, t.size), rate)
             found.append((*_holds(lines, 0.005, f_0), len(lines)))
         yield from list(_told(f"stable line of 5 um, {f_0:g} Hz at {rate} Hz", found))[:4]
 
@@ -238,7 +238,7 @@ def _detected(n: int) -> Iterator[tuple[str, str, str, str]]:
         for seed in range(n):
             rng = np.random.default_rng(seed)
             wave = times * error * np.sin(2 * np.pi * 20 * t + rng.uniform(0, 2 * np.pi))
-            lines = find_lines(wave + rng.normal(0, SIGMA, t.size), 1 / RATE)
+            lines = find_lines(wave + rng.normal(0, SIGMA, t.size), RATE)
             found += any(abs(line.f_0 - 20) < 2 / SECONDS for line in lines)
         yield f"stable line of {times} standard errors", "found", "as before", f"{found} of {n}"
 
@@ -252,7 +252,7 @@ def _plain(n: int) -> Iterator[tuple[str, str, str, str]]:
     }
     for name, drawn in kinds.items():
         invented = sum(
-            bool(find_lines(drawn(np.random.default_rng(seed)), 1 / RATE)) for seed in range(n)
+            bool(find_lines(drawn(np.random.default_rng(seed)), RATE)) for seed in range(n)
         )
         yield f"plain {name} noise", "series with an invented line", "<= 1 %", f"{invented} of {n}"
 

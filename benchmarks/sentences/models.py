@@ -159,18 +159,18 @@ def _published(n: int) -> Iterator[tuple]:
     for camera_type, cameras in published_keys():
         for series in SERIES:
             truth = NoiseModel(published_row(camera_type, cameras)[series].broadband)
-            bounds = crlb(truth, NINE_HOURS, 1 / RATE)
+            bounds = crlb(truth, NINE_HOURS, RATE)
             for run in range(n):
                 seed = [run, cameras, *camera_type.encode(), *series.encode()]
-                data = drawn(truth, NINE_HOURS, 1 / RATE, seed)
+                data = drawn(truth, NINE_HOURS, RATE, seed)
                 found = {c.parameter: c for c in _of_periodogram(data)}
                 tally.add(found, truth.coefficients(), bounds)
     yield from tally.rows("154 published series")
 
 
-def drawn(truth: NoiseModel, n: int, tau0: float, seed: int | list[int]) -> Periodogram:
+def drawn(truth: NoiseModel, n: int, frame_rate_hz: float, seed: int | list[int]) -> Periodogram:
     """The binned periodogram of n samples, drawn from its distribution."""
-    bins = bins_of(n, tau0)
+    bins = bins_of(n, frame_rate_hz)
     weight = bins.n.astype(float)
     flat = Likelihood(Periodogram(bins, np.ones(weight.size), weight), bins.T_c_range)
     ratio = np.random.default_rng(seed).chisquare(weight) / weight
@@ -188,11 +188,11 @@ def _of_periodogram(data: Periodogram):
 def _kind(kind: str, n: int) -> Iterator[tuple]:
     frames = 12_000 if kind.endswith("2 min") else 90_000
     truth = NoiseModel.from_coefficients({"h_0": H0, **KINDS[kind]})
-    bounds, tally = crlb(truth, frames, 0.01), Tally()
+    bounds, tally = crlb(truth, frames, 100), Tally()
     for run in range((n + 1) // 2):
         rng = np.random.default_rng([run, *kind.encode()])
-        for series in draw_pair(truth, truth, Cross(constant=0.0), frames, 0.01, rng):
-            found = likelihood(series, 0.01).estimate.coefficients
+        for series in draw_pair(truth, truth, Cross(constant=0.0), frames, 100, rng):
+            found = likelihood(series, 100).estimate.coefficients
             tally.add({c.parameter: c for c in found}, truth.coefficients(), bounds)
     yield from tally.rows(kind)
     share = f"{100 * np.mean(tally.right):.0f} %"

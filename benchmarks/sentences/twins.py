@@ -21,7 +21,8 @@ from mocap_metrology.noise.model.synthesis import circle_length, increment_spect
 from mocap_metrology.noise.twins.published import published_keys, published_row
 from mocap_metrology.noise.twins.simulate import simulate
 
-TAU0, HOUR, TEN_MINUTES = 1 / 120, 432_000, 72_000
+RATE, HOUR, TEN_MINUTES = 120.0, 432_000, 72_000
+TAU0 = 1 / RATE
 M = (1, 2, 5, 10, 100, 1000)
 DRAWN = (("T40", 2), ("Bonita", 5), ("Vantage", 9))
 OFF = 0.05
@@ -41,13 +42,13 @@ def ratios(form: str, n: int = HOUR) -> dict[tuple[str, int, str], np.ndarray]:
 
 
 def _ratios(model: NoiseModel, form: str, length: int, gains: list[np.ndarray]) -> np.ndarray:
-    spectrum = increment_spectrum(model, length, TAU0, form=form) / (length * TAU0)
+    spectrum = increment_spectrum(model, length, RATE, form=form) / (length * TAU0)
     spectrum[[0, -1]] /= 2
     m = np.array(M)
     avar = spectrum[0] * m**2 / 2 + np.array([spectrum[1:] @ gain for gain in gains])
     for line in model.lines:
-        avar += Sinusoid(line.recorded(TAU0, form), line.f_0).avar(m, TAU0)
-    return np.sqrt(avar / model.avar(m, TAU0, "continuous"))
+        avar += Sinusoid(line.recorded(RATE, form), line.f_0).avar(m, RATE)
+    return np.sqrt(avar / model.avar(m, RATE, "continuous"))
 
 
 def _far(values: np.ndarray) -> str:
@@ -88,7 +89,7 @@ def _bias(entry: dict, models: dict[str, NoiseModel], n: int) -> list[str]:
     for run in range(n):
         position = simulate(twin, TEN_MINUTES * TAU0, run).position_mm
         for k, (series, marker, axis) in enumerate(places):
-            expected = models[series].avar(m, TAU0, "continuous")
+            expected = models[series].avar(m, RATE, "continuous")
             found[run, k] = allan_variance(position[marker, axis], m).variance / expected
     mean, error = found.mean(axis=0), found.std(axis=0) / math.sqrt(n)
     at = np.abs(mean - 1).argmax(axis=0)

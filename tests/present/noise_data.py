@@ -13,7 +13,8 @@ from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
 from mocap_metrology.present.drawing.style import styled
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 PAPER, DEFAULT = "annealing-ant-colony", "likelihood"
 
 
@@ -72,7 +73,7 @@ def allan_arrays(model: NoiseModel, n: int = 101, last: int = 1_296_000, seed: i
     m = np.unique(np.geomspace(1, last, n).astype(int))
     edf = np.maximum(2.0 * last / m, 1.5)
     width = np.minimum(np.sqrt(0.5 / edf), 0.45)
-    adev = np.sqrt(model.avar(m, TAU0)) * (1 + width * np.clip(rng.standard_normal(m.size), -2, 2))
+    adev = np.sqrt(model.avar(m, RATE)) * (1 + width * np.clip(rng.standard_normal(m.size), -2, 2))
     return {
         "m": m,
         "tau_s": m * TAU0,
@@ -91,7 +92,7 @@ def periodogram_arrays(model: NoiseModel, per_decade: int = 40, n: int = 3_888_0
     first, last = edges[:-1], edges[1:] - 1
     step = 1 / (n * TAU0)
     f, dof = step * (first + last) / 2, 2.0 * (last - first + 1)
-    psd = model.psd(f, TAU0) * rng.chisquare(dof) / dof
+    psd = model.psd(f, RATE) * rng.chisquare(dof) / dof
     lower, upper = step * (first - 0.5), step * (last + 0.5)
     for line in model.lines:
         inside = (lower <= line.f_0) & (line.f_0 < upper)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose
-from mocap_metrology.noise.twins.triangulation import (
+from mocap_metrology.noise.twins.take import (
     joint_covariance,
     random_facility,
     wishart_blocks,

@@ -46,7 +46,7 @@ def made(position, resolution_mm=1.5e-5):
 def noise_rows(recording):
     found = []
     for name, series in all_series(recording.coordinates, recording.pairs):
-        found += rows(name, likelihood(series, 1 / RATE).estimate)
+        found += rows(name, likelihood(series, RATE).estimate)
     return found
 
 

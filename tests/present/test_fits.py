@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
-from noise_data import TAU0, allan_arrays, assert_texts_apart, estimate, periodogram_arrays
+from noise_data import RATE, TAU0, allan_arrays, assert_texts_apart, estimate, periodogram_arrays
 
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.estimates import Coefficient, Estimate
@@ -39,7 +39,7 @@ def figure(model=MODEL_Z1, others=OTHERS, title="t", note="n", **changed):
         data["allan"],
         data["periodogram"],
         data["estimates"],
-        TAU0,
+        RATE,
         note,
         main=MAIN,
         lines_subtracted=False,
@@ -216,19 +216,19 @@ def test_the_line_in_the_spectrum_is_a_stem_as_high_as_its_share() -> None:
     assert top.get_xdata()[0] == line.f_0
     assert top.get_ydata()[0] == pytest.approx(values["h_0"] + line.A_s**2 / 2 / width)
     # Its power, A^2/2, is what the bin has beyond the continuum
-    more = spectrum.expected(found, TAU0)[inside][0] - values["h_0"]
+    more = spectrum.expected(found, RATE)[inside][0] - values["h_0"]
     assert more * width == pytest.approx(line.A_s**2 / 2)
     gone = fit_parts.Spectrum.of(data["periodogram"], lines=False)
-    assert np.allclose(gone.expected(found, TAU0), values["h_0"], rtol=1e-12)
+    assert np.allclose(gone.expected(found, RATE), values["h_0"], rtol=1e-12)
 
 
 def test_residuals_of_the_true_model_are_standard() -> None:
     model = NoiseModel((PowerLaw(-2, 1e-9), PowerLaw(0, 1e-6), GaussMarkov(0.01, 1.0)))
     spectrum = fit_parts.Spectrum.of(periodogram_arrays(model, per_decade=100))
-    residual = spectrum.residual(model, TAU0)[spectrum.dof > 20]
+    residual = spectrum.residual(model, RATE)[spectrum.dof > 20]
     assert abs(residual.mean()) < 0.2 and residual.std() == pytest.approx(1.0, abs=0.15)
     low, high = spectrum.interval()
-    share = np.mean((low < model.psd(spectrum.f, TAU0)) & (model.psd(spectrum.f, TAU0) < high))
+    share = np.mean((low < model.psd(spectrum.f, RATE)) & (model.psd(spectrum.f, RATE) < high))
     assert share == pytest.approx(0.683, abs=0.07)
 
 
@@ -236,11 +236,11 @@ def test_model_curves_are_those_of_the_model() -> None:
     m = fit_parts.drawn_m(1_000_000)
     assert m[0] == 1 and m[-1] == 1_000_000 and np.all(np.diff(m) > 0)
     for form in ("sampled", "continuous"):
-        ours = fit_parts.model_avar(MODEL_Z1, m, TAU0, form)
-        assert np.allclose(ours, MODEL_Z1.avar(m, TAU0, form), rtol=1e-12)
+        ours = fit_parts.model_avar(MODEL_Z1, m, RATE, form)
+        assert np.allclose(ours, MODEL_Z1.avar(m, RATE, form), rtol=1e-12)
         line = MODEL_Z1.lines[0]
-        drawn = fit_parts.drawn_avar(line, m, TAU0, form)
-        exact = line.avar(m, TAU0, form)
+        drawn = fit_parts.drawn_avar(line, m, RATE, form)
+        exact = line.avar(m, RATE, form)
         assert np.array_equal(drawn[:40], exact[:40]) and np.all(drawn >= exact * (1 - 1e-12))
 
 
@@ -357,7 +357,7 @@ def test_what_lies_under_the_noise_is_in_the_model_of_the_allan_deviation(under,
     m = fit_parts.drawn_m(last)
     own = allan_variance(wave, m)
     adev = np.sqrt(WHITE.components[0].h / (2 * m * TAU0) + own.variance)
-    assert adev[-1] > 5 * np.sqrt(WHITE.avar(m, TAU0)[-1])
+    assert adev[-1] > 5 * np.sqrt(WHITE.avar(m, RATE)[-1])
     names = ("m", "tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "n_terms")
     values = (m, m * TAU0, adev, 0.95 * adev, 1.05 * adev, own.n_terms)
     made, _ = figure(
@@ -390,5 +390,5 @@ def test_the_curve_knows_how_long_its_series_is(share) -> None:
     series[rng.random(5000) < share] = np.nan
     m = np.array([1, 10, 100, 1000])
     columns = {"m": m, "n_terms": allan_variance(series, m).n_terms}
-    assert fit_parts.recorded_s(columns, 0.01) == pytest.approx(50)
-    assert fit_parts.recorded_s({k: v[:0] for k, v in columns.items()}, 0.01) == 0
+    assert fit_parts.recorded_s(columns, 100.0) == pytest.approx(50)
+    assert fit_parts.recorded_s({k: v[:0] for k, v in columns.items()}, 100.0) == 0

@@ -7,6 +7,7 @@ import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from noise_data import (
     PAPER,
+    RATE,
     TAU0,
     allan_arrays,
     assert_texts_apart,
@@ -225,7 +226,7 @@ def regression(n_starts: int = 10, n: int = 101):
     data = allan_arrays(model, n)
     ordinary = estimate(model, "a", 0.4, 99).model
     figure = regression_figure(
-        data["tau_s"], data["adev_mm"], starts, ordinary, model, TAU0, "t", "n"
+        data["tau_s"], data["adev_mm"], starts, ordinary, model, RATE, "t", "n"
     )
     return figure, data, starts, ordinary, model
 
@@ -243,12 +244,12 @@ def test_regression(n_starts, tmp_path) -> None:
             x, y = line.get_data()
             m = np.round(x / TAU0).astype(int)
             shown = np.isfinite(y)
-            expected = np.sqrt(one.avar(m, TAU0, "continuous"))
+            expected = np.sqrt(one.avar(m, RATE, "continuous"))
             assert shown.any() and np.allclose(y[shown], expected[shown], rtol=1e-9)
     points = next(x for x in above.lines if x.get_marker() == "o").get_xydata()
     assert np.array_equal(points, np.column_stack([data["tau_s"], data["adev_mm"]]))
     final = next(x for x in below.lines if x.get_color() == FINAL["color"]).get_ydata()
-    curve = np.sqrt(model.avar(data["m"], TAU0, "continuous"))
+    curve = np.sqrt(model.avar(data["m"], RATE, "continuous"))
     assert np.allclose(final, 100 * (data["adev_mm"] / curve - 1))
     assert np.abs(final).max() <= below.get_ylim()[1]
     check_saved(figure, tmp_path / "f")
@@ -263,7 +264,7 @@ def test_one_start_is_no_plural() -> None:
 def test_regression_without_data() -> None:
     model = published_row("T40", 10)["z1"]
     none = np.array([])
-    figure = regression_figure(none, none, [model], model, model, TAU0, ODD_TEXT, ODD_TEXT)
+    figure = regression_figure(none, none, [model], model, model, RATE, ODD_TEXT, ODD_TEXT)
     check(figure)
     assert "no valid samples" in every_text(figure)
 

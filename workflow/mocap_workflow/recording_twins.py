@@ -17,8 +17,7 @@ from pydantic import (
 from mocap_metrology.noise.model.components import FORMS, NoiseModel, check_form
 from mocap_metrology.noise.twins import twin as twins
 from mocap_metrology.noise.twins.published import SERIES
-from mocap_metrology.noise.twins.take import Failing, Take, TakeTwin
-from mocap_metrology.noise.twins.triangulation import FOCAL_PX
+from mocap_metrology.noise.twins.take import FOCAL_PX, Failing, Take, TakeTwin
 from mocap_metrology.noise.twins.twin import COORDINATES, Origin, Point, Twin
 from mocap_workflow.checking import Unfit
 from mocap_workflow.entries import (

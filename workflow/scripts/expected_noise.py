@@ -29,8 +29,8 @@ with step(snakemake) as log:
     for name, model in published_row(*given.subset).items():
         m = allan["m"][(allan["series"] == name) & (allan["estimator"] == "oadev")]
         model = replace(model, form=given.form)
-        found = expected_estimate(model, m, n, 1 / rate, settings, name)
-        table += estimates.rows(name, published_estimate(model, n, 1 / rate))
+        found = expected_estimate(model, m, n, rate, settings, name)
+        table += estimates.rows(name, published_estimate(model, n, rate))
         table += estimates.rows(name, found)
         log.info("%s: cost %.6g %s", name, found.cost, found.note)
     write_csv(snakemake.output[0], table)

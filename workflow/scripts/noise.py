@@ -30,7 +30,7 @@ with step(snakemake) as log:
     table, curves, periodograms, refused = [], [], [], {}
 
     def shown(series, estimator):
-        return masked_curve(series, 1 / rate, settings, origin["resolution_mm"], estimator)[1]
+        return masked_curve(series, rate, settings, origin["resolution_mm"], estimator)[1]
 
     for name, series in all_series(raw, [tuple(pair) for pair in origin["pairs"]]):
         own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
@@ -41,7 +41,7 @@ with step(snakemake) as log:
         number = crc32(f"{recording} {name}".encode()) + settings.seed
         try:
             found = estimate_series(
-                series, cleaned, 1 / rate, settings, asked, number, origin["resolution_mm"]
+                series, cleaned, rate, settings, asked, number, origin["resolution_mm"]
             )
         except Refusal as refusal:
             refused.setdefault(str(refusal), []).append(name)

@@ -35,7 +35,7 @@ with step(snakemake) as log:
                     estimator: [row for row in own if row["estimator"] == estimator]
                     for estimator in dict.fromkeys(row["estimator"] for row in own)
                 },
-                1 / origin["frame_rate_hz"],
+                origin["frame_rate_hz"],
                 note,
             ),
             folder / series,

@@ -28,10 +28,10 @@ with step(snakemake) as log:
     name = gather.of_regression(rows)
     allan, origin = read_table(allan_of[name])
     own = (allan["series"] == series) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
-    tau0 = 1 / origin["frame_rate_hz"]
+    rate = origin["frame_rate_hz"]
     subset = rows[name]["camera_type"], rows[name]["n_cameras"]
-    settings = NoiseSettings.of(given.settings, origin["frame_rate_hz"], subset=subset)
-    run, ordinary = regression(allan["m"][own], allan["avar_mm2"][own], tau0, settings, series)
+    settings = NoiseSettings.of(given.settings, rate, subset=subset)
+    run, ordinary = regression(allan["m"][own], allan["avar_mm2"][own], rate, settings, series)
     spectra = {}
     for label, other in gather.largest(rows).items():
         psd, _ = read_table(psd_of[other])
@@ -45,7 +45,7 @@ with step(snakemake) as log:
             run.starts,
             ordinary.model,
             run.estimate.model,
-            tau0,
+            rate,
             titles[6],
             f"{name}, {series}. {gather.filter_sentence(origin)} {source}",
             form=settings.form,

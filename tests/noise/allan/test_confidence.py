@@ -207,10 +207,10 @@ def test_intervals_of_a_cleaned_curve_know_what_the_filter_took() -> None:
         n = 60_000
         steps = np.sqrt(2 * np.pi**2 * 1e-9 * tau0) * rng.normal(size=n)
         series = 0.02 * rng.normal(size=n) + np.cumsum(steps)
-        _, masked = masked_curve(series, tau0, settings)
+        _, masked = masked_curve(series, 120, settings)
         cleaned = allan_curve(hampel(series, 120, 3.0, "replace").values, 120.0, masked.m)
         raised = cleaned.with_upper_raised(taken_at_most(3.0, 120))
-        truth = np.sqrt(model.avar(masked.m, tau0))
+        truth = np.sqrt(model.avar(masked.m, 120))
         short = masked.m <= 10
         for kind, one in (("masked", masked), ("cleaned", cleaned), ("raised", raised)):
             held[kind] += ((one.lower <= truth) & (truth <= one.upper))[short].tolist()

@@ -15,7 +15,8 @@ from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
-RATE, TAU0 = 100.0, 0.01
+RATE = 100.0
+TAU0 = 1 / RATE
 LEVELS = (0.683, 0.95)
 DURATIONS_S = (TAU0, 1.0, 10.0, 60.0)  # of a mean; the first is one frame
 CURVE = {k: np.array([]) for k in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")}
@@ -34,13 +35,13 @@ def covered(name: str, duration_s: float, runs: int) -> tuple[np.ndarray, np.nda
     mean: of what the verdict says, and of the model's interval alone."""
     truth_of, N = NOISES[name], round(duration_s * RATE)
     length = circle_length(N)
-    spectrum = increment_spectrum(truth_of, length, TAU0)
+    spectrum = increment_spectrum(truth_of, length, RATE)
     frames = [round(T * RATE) for T in DURATIONS_S]
-    truth = [math.sqrt(sum(spread(c, n, N, TAU0) for c in truth_of.components)) for n in frames]
+    truth = [math.sqrt(sum(spread(c, n, N, RATE) for c in truth_of.components)) for n in frames]
     said, alone = np.zeros((2, 2, len(frames)))
     for seed in range(runs):
-        series = draw(spectrum, N, length, TAU0, np.random.default_rng([seed, N]))
-        estimate = likelihood(series, TAU0).estimate
+        series = draw(spectrum, N, length, RATE, np.random.default_rng([seed, N]))
+        estimate = likelihood(series, RATE).estimate
         for level, confidence in enumerate(LEVELS):
             span = Span(RATE, confidence=confidence)
             found = assess_series(series, rows("x1", estimate), CURVE, span)
@@ -48,7 +49,7 @@ def covered(name: str, duration_s: float, runs: int) -> tuple[np.ndarray, np.nda
             ends += [(mean.lower_mm, mean.upper_mm) for mean in found.means]
             for k, (n, (low, high)) in enumerate(zip(frames, ends, strict=True)):
                 said[level, k] += low <= truth[k] <= high
-                own = expected_spread(estimate.model, n, N, TAU0, N, confidence)
+                own = expected_spread(estimate.model, n, N, RATE, N, confidence)
                 alone[level, k] += own.lower <= truth[k] <= own.upper
     return said / runs, alone / runs
 

@@ -19,7 +19,7 @@ T = np.arange(N) / RATE
 )
 def test_what_lies_under_the_noise_counts(wave, name):
     series = np.random.default_rng(1).normal(0, 0.05, N) + wave
-    table = rows("x1", likelihood(series, 1 / RATE).estimate)
+    table = rows("x1", likelihood(series, RATE).estimate)
     m = np.unique(np.geomspace(1, N // 3, 40).astype(int))
     curve = allan_curve(series, RATE, m)
     columns = dict(zip(

@@ -12,7 +12,7 @@ from mocap_metrology.noise.assess.uncertainty import lowest
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
-TAU0, N = 0.01, 12_000
+RATE, N = 100.0, 12_000
 
 
 def test_the_lowest_is_not_low_by_chance() -> None:
@@ -22,11 +22,11 @@ def test_the_lowest_is_not_low_by_chance() -> None:
     noise = NoiseModel((PowerLaw(0, 1e-5), PowerLaw(-1, 1e-5)))
     floor = math.sqrt(2 * math.log(2) * 1e-5)  # of flicker noise [Allan 1966]
     length, m = circle_length(N), averaging_factors(N)
-    spectrum = increment_spectrum(noise, length, TAU0)
+    spectrum = increment_spectrum(noise, length, RATE)
     found, of_all = [], []
     for seed in range(60):
-        series = draw(spectrum, N, length, TAU0, np.random.default_rng([seed, 8]))
-        curve = allan_curve(series, 1 / TAU0, m)
+        series = draw(spectrum, N, length, RATE, np.random.default_rng([seed, 8]))
+        curve = allan_curve(series, RATE, m)
         found.append(curve.deviation[lowest(curve.deviation, curve.edf)[0]] / floor)
         of_all.append(curve.deviation.min() / floor)
     assert 0.8 <= np.median(found) <= 1.05

@@ -25,7 +25,8 @@ from mocap_metrology.noise.model.components import (
 )
 from mocap_metrology.noise.model.synthesis import circle_length, draw, increment_spectrum
 
-TAU0 = 0.01
+RATE = 100.0
+TAU0 = 1 / RATE
 COMPONENTS = (
     PowerLaw(-2, 1e-6),
     PowerLaw(-1, 1e-5),
@@ -46,7 +47,7 @@ def written_out(component: PowerLaw | GaussMarkov, n: int, N: int, form: Form) -
     edges = np.geomspace(1e-9, 40 * nyquist / fine, 20001)
     slow = (edges[1:] + edges[:-1]) / 2
     f, df = np.append(slow, f[40:]), np.append(np.diff(edges), np.full(fine - 40, nyquist / fine))
-    power = component.psd(f, TAU0, form=form) * df
+    power = component.psd(f, RATE, form=form) * df
     variogram = [2 * power @ np.sin(np.pi * f * k * TAU0) ** 2 for k in range(N)]
     lag = np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
     D = np.array(variogram)[lag]
@@ -61,41 +62,41 @@ def test_spread_is_that_of_the_covariances(
     component: PowerLaw | GaussMarkov, n: int, N: int, within: float, form: Form
 ) -> None:
     expected = written_out(component, n, N, form)
-    assert spread(component, n, N, TAU0, form) == pytest.approx(expected, rel=within)
+    assert spread(component, n, N, RATE, form) == pytest.approx(expected, rel=within)
 
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("component", [*COMPONENTS, Sinusoid(0.2, 3.7)], ids=str)
 def test_spread_is_half_the_sum_of_allan_variances(component: PowerLaw, form: Form) -> None:
     octaves = 2.0 ** np.arange(3, 10)
-    expected = component.avar(octaves, TAU0, form).sum() / 2
-    assert spread(component, 8, 1024, TAU0, form) == pytest.approx(expected, rel=2e-6)
+    expected = component.avar(octaves, RATE, form).sum() / 2
+    assert spread(component, 8, 1024, RATE, form) == pytest.approx(expected, rel=2e-6)
 
 
 def test_textbook_forms() -> None:
     """White: sigma^2 (1/n - 1/N). Random walk over a long stretch: a sixth of its steps' sum."""
     sigma, step = 0.03, 0.002
     white = PowerLaw(0, 2 * TAU0 * sigma**2)
-    assert spread(white, 100, 10**6, TAU0) == pytest.approx(sigma**2 / 100, rel=2e-4)
+    assert spread(white, 100, 10**6, RATE) == pytest.approx(sigma**2 / 100, rel=2e-4)
     walk = PowerLaw(-2, step**2 / (2 * math.pi**2 * TAU0))
-    assert spread(walk, 1, 10**6, TAU0) == pytest.approx(step**2 * 1e6 / 6, rel=1e-9)
+    assert spread(walk, 1, 10**6, RATE) == pytest.approx(step**2 * 1e6 / 6, rel=1e-9)
 
 
 def test_periodic_noise_is_gone_from_means_of_whole_periods() -> None:
     line = Sinusoid(0.1, 2.0)
-    assert spread(line, 1, 100_000, TAU0) == pytest.approx(0.1**2 / 2, rel=1e-6)
-    assert spread(line, 50, 100_000, TAU0) == pytest.approx(0.0, abs=1e-12)
+    assert spread(line, 1, 100_000, RATE) == pytest.approx(0.1**2 / 2, rel=1e-6)
+    assert spread(line, 50, 100_000, RATE) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_kinds_and_shares() -> None:
     model = NoiseModel((PowerLaw(0, 1e-5), GaussMarkov(0.05, TAU0 / 2), GaussMarkov(0.05, 1380.0)))
-    assert [kind(c, TAU0) for c in model.components] == [
+    assert [kind(c, RATE) for c in model.components] == [
         "white",
         "white",
         "correlated (T_c 1380 s)",
     ]
-    found = expected_spread(model, 1, 10_000, TAU0, 100_000)
-    parts = [spread(c, 1, 10_000, TAU0) for c in model.components]
+    found = expected_spread(model, 1, 10_000, RATE, 100_000)
+    parts = [spread(c, 1, 10_000, RATE) for c in model.components]
     assert found.value**2 == pytest.approx(sum(parts))
     assert found.shares["white"] == pytest.approx(sum(parts[:2]) / sum(parts))
     assert sum(found.shares.values()) == pytest.approx(1.0)
@@ -119,7 +120,7 @@ def test_a_wide_line_is_as_uncertain_as_its_row_says(wide: bool) -> None:
     series = rng.normal(0, sigma, 60_000) + A_s * np.sin(2 * np.pi * 7.3 * TAU0 * np.arange(60_000))
     empty = {k: np.array([]) for k in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm", "edf")}
     rows = line_rows(A_s, error, **({"width_f": 0.02} if wide else {}))
-    found = assess_series(series, rows, empty, Span(1 / TAU0))
+    found = assess_series(series, rows, empty, Span(RATE))
     assert found.basis == "model"
     error = error if wide else math.sqrt(2 * TAU0 * sigma**2 / 600)
     heights = rng.normal(A_s, error, 100_000)
@@ -135,7 +136,7 @@ MIXED = NoiseModel((PowerLaw(-2, 2e-7), PowerLaw(0, 2e-5), GaussMarkov(0.05, 0.3
 
 def series_of(model: NoiseModel, n: int, seed: int) -> np.ndarray:
     rng, length = np.random.default_rng(seed), circle_length(n)
-    return draw(increment_spectrum(model, length, TAU0), n, length, TAU0, rng)
+    return draw(increment_spectrum(model, length, RATE), n, length, RATE, rng)
 
 
 MODELS = {
@@ -153,7 +154,7 @@ def test_measured_spread_is_the_expected_one_on_average(name: str) -> None:
     n, N, runs = 100, 2000, 400
     found = [measured_spread(series_of(MODELS[name], 4000, seed), n, N) for seed in range(runs)]
     squares = np.array([m.variance for m in found])
-    truth = sum(spread(c, n, N, TAU0) for c in MODELS[name].components)
+    truth = sum(spread(c, n, N, RATE) for c in MODELS[name].components)
     assert squares.mean() == pytest.approx(truth, abs=4 * squares.std() / math.sqrt(runs))
     dof = 2 * squares.mean() ** 2 / squares.var()
     assert np.median([m.edf for m in found]) == pytest.approx(dof, rel=0.55)
@@ -163,7 +164,7 @@ def test_frames_within_a_second() -> None:
     """Sample variance within 100 frames, and the scatter its degrees of freedom promise, which take
     neighbouring seconds for independent."""
     found = [measured_within(series_of(MIXED, 4000, seed), 100) for seed in range(200)]
-    truth = sum(spread(c, 1, 100, TAU0) for c in MIXED.components) * 100 / 99
+    truth = sum(spread(c, 1, 100, RATE) for c in MIXED.components) * 100 / 99
     values = np.array([m.variance for m in found])
     assert values.mean() == pytest.approx(truth, rel=0.01)
     dof = 2 * values.mean() ** 2 / values.var()
@@ -171,7 +172,7 @@ def test_frames_within_a_second() -> None:
 
 
 def test_gaps_cost_no_bias() -> None:
-    squares, truth = [], sum(spread(c, 100, 2000, TAU0) for c in MIXED.components)
+    squares, truth = [], sum(spread(c, 100, 2000, RATE) for c in MIXED.components)
     for seed in range(200):
         series = series_of(MIXED, 4000, seed)
         series[np.random.default_rng(seed).random(4000) < 0.2] = math.nan
@@ -188,10 +189,10 @@ def test_intervals_of_what_is_measured_hold_the_truth(slow: PowerLaw, n: int) ->
     rng, N = np.random.default_rng(21), 36_000
     model = NoiseModel((slow, PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.3)))
     length = circle_length(N)
-    spectrum = increment_spectrum(model, length, TAU0)
-    truth = math.sqrt(sum(spread(c, n, N, TAU0) for c in model.components))
+    spectrum = increment_spectrum(model, length, RATE)
+    truth = math.sqrt(sum(spread(c, n, N, RATE) for c in model.components))
     held = 0
     for _ in range(200):
-        low, high = measured_spread(draw(spectrum, N, length, TAU0, rng), n, N).interval(0.683)
+        low, high = measured_spread(draw(spectrum, N, length, RATE, rng), n, N).interval(0.683)
         held += low <= truth <= high
     assert 0.58 <= held / 200 <= 0.82

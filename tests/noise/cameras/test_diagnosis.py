@@ -10,7 +10,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose, moments
 from mocap_metrology.noise.cameras.scaling import law
 from mocap_metrology.noise.twins.published import published_row, published_subsets
-from mocap_metrology.noise.twins.triangulation import (
+from mocap_metrology.noise.twins.take import (
     joint_covariance,
     positions,
     random_facility,
@@ -139,7 +139,7 @@ def test_published_vantage_rises_most_with_the_tenth() -> None:
                 models = published_row("Vantage", int(name))
                 for axis, letter in enumerate("xyz"):
                     at = 3 * half + axis
-                    level = models[f"{letter}{marker + 1}"].avar(12 * tau / 0.1, 1 / 120)
+                    level = models[f"{letter}{marker + 1}"].avar(12 * tau / 0.1, 120)
                     sums[marker, :, k, :, at, at] = level[:, None]
     told = diagnose(Moments((0.1, 1.0), sums, np.ones(sums.shape[:4])), found, ids)
     largest = told.largest.factor.max(axis=(0, 1))

@@ -13,7 +13,7 @@ from mocap_metrology.noise.cameras.information import (
     least_camera_noise,
     position_factors,
 )
-from mocap_metrology.noise.twins.triangulation import joint_covariance, random_facility
+from mocap_metrology.noise.twins.take import joint_covariance, random_facility
 
 
 def pairs(joint: np.ndarray, steps: list[Step]) -> np.ndarray:

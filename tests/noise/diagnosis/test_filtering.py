@@ -93,8 +93,8 @@ def test_gaps_part_a_series():
 def test_without_a_filter_the_allan_variance_is_the_models(part):
     m = averaging(1 << 20, RATE)
     model = NoiseModel((part,))
-    found = filtered_avar(lambda f: model.psd(f, 1 / RATE), AMONG[0], m, RATE)
-    assert found == pytest.approx(model.avar(m, 1 / RATE), rel=1e-3)
+    found = filtered_avar(lambda f: model.psd(f, RATE), AMONG[0], m, RATE)
+    assert found == pytest.approx(model.avar(m, RATE), rel=1e-3)
 
 
 def test_published_noise_and_its_line_behind_filters():
@@ -104,7 +104,7 @@ def test_published_noise_and_its_line_behind_filters():
     )
     model = published_row("T40", 10)["z1"]
     series = simulate(twin, 1200.0).position_mm[0, 2]
-    left = tried("z1", series, RATE, AMONG, lambda f: model.psd(f, 1 / RATE), model.lines)
+    left = tried("z1", series, RATE, AMONG, lambda f: model.psd(f, RATE), model.lines)
     for one in left:
         assert one.measured.sigma == pytest.approx(one.predicted.sigma, rel=0.03)
         assert one.measured.adev[:3] == pytest.approx(one.predicted.adev[:3], rel=0.05)
@@ -126,12 +126,12 @@ def test_resolution_against_rounded_noise():
     fine = rng.normal(0, 0.008, 400_000)
     rounded = np.round(fine / q) * q
     added = np.var(rounded) - np.var(fine)
-    found = resolution("x1", q, "rounded", float(np.var(rounded)), 1 / RATE)
+    found = resolution("x1", q, "rounded", float(np.var(rounded)), RATE)
     assert found.share == pytest.approx(added / np.var(rounded), rel=0.05)
     assert found.rounding_h0 == pytest.approx(q**2 / (6 * RATE))
     assert found.word == "noticeable"
-    assert resolution("x1", q, "rounded", 1e-2, 1 / RATE).word == "fine"
-    assert resolution("x1", q, "rounded", (0.1 * q) ** 2, 1 / RATE).word == "dominates"
-    assert resolution("L", q, "rounded", 1e-4, 1 / RATE, distance=True).share == pytest.approx(
-        2 * resolution("x1", q, "rounded", 1e-4, 1 / RATE).share
+    assert resolution("x1", q, "rounded", 1e-2, RATE).word == "fine"
+    assert resolution("x1", q, "rounded", (0.1 * q) ** 2, RATE).word == "dominates"
+    assert resolution("L", q, "rounded", 1e-4, RATE, distance=True).share == pytest.approx(
+        2 * resolution("x1", q, "rounded", 1e-4, RATE).share
     )

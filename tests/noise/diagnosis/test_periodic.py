@@ -23,7 +23,7 @@ RATE = 120.0
 
 
 def found_in(series, **more):
-    lines, duration = series_lines(series, 1 / RATE, 10)
+    lines, duration = series_lines(series, RATE, 10)
     return described("x1", lines, duration, RATE, series, **more)
 
 
@@ -71,7 +71,7 @@ def test_share_of_the_allan_variance_is_the_closed_form():
     (one,) = found_in(series)
     m = first_maximum(14.4, RATE)
     assert m == 3  # 0.371 periods of 8.33 frames
-    own = Sinusoid(0.004, 14.4).avar(m, 1 / RATE)
+    own = Sinusoid(0.004, 14.4).avar(m, RATE)
     assert one.share == pytest.approx(own / (own + 1e-4 / m), rel=0.05)
     assert one.tau_s == pytest.approx(3 / RATE)
 
@@ -97,7 +97,7 @@ def test_gaps_neither_shrink_a_line_nor_make_one():
     series[10_000:14_000:40] = np.nan
     series[30_000:31_000] = np.nan
     series[50_000:50_700] = np.nan
-    lines, duration = series_lines(series, 1 / RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE))
+    lines, duration = series_lines(series, RATE, 10, lambda f: np.full_like(f, 2e-4 / RATE))
     assert duration == 600.0
     (one,) = described("x1", lines, duration, RATE, series)
     assert one.line.f_0 == pytest.approx(14.4, abs=0.01)

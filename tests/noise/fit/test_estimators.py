@@ -37,7 +37,7 @@ from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.series import ALLAN, PERIODOGRAM, allan_columns, periodogram_columns
 from mocap_metrology.noise.twins.published import printed_row, published_keys, published_row
 
-TAU0, N = 1 / 120, 1 << 17
+RATE, N = 120.0, 1 << 17
 TRUTH = NoiseModel((PowerLaw(-2, 4e-9), PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.3)))
 QUICK = NoiseSettings(annealing=AnnealingSettings(starts=2, colony_iterations=5))
 
@@ -45,7 +45,7 @@ QUICK = NoiseSettings(annealing=AnnealingSettings(starts=2, colony_iterations=5)
 @pytest.fixture(scope="module")
 def series() -> np.ndarray:
     rng = np.random.default_rng(1)
-    return draw_pair(TRUTH, TRUTH, Cross(constant=0.0), N, TAU0, rng)[0]
+    return draw_pair(TRUTH, TRUTH, Cross(constant=0.0), N, RATE, rng)[0]
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def cleaned(series):
 
 @pytest.fixture(scope="module")
 def found(series, cleaned):
-    return estimate_series(series, cleaned, TAU0, QUICK, Components((-2, 0), 1, False))
+    return estimate_series(series, cleaned, RATE, QUICK, Components((-2, 0), 1, False))
 
 
 def test_every_estimator_gives_the_white_level(found):
@@ -76,7 +76,7 @@ def test_the_plain_colony_runs_when_asked_for(series, cleaned, found):
     """In the order asked for, under a name of its own, from the same Allan variances."""
     few = AnnealingSettings(starts=2, plain_iterations=20, plain_colony_iterations=100)
     asked = replace(QUICK, estimators=("annealing-ant-colony-plain", "slopes"), annealing=few)
-    run = estimate_series(series, cleaned, TAU0, asked, Components((-2, 0), 1, False))
+    run = estimate_series(series, cleaned, RATE, asked, Components((-2, 0), 1, False))
     plain, _ = run.estimates
     assert plain.estimator == "annealing-ant-colony-plain"
     assert "the colony lowered the cost of the best start" in plain.note
@@ -91,7 +91,7 @@ def test_every_detected_coefficient_has_its_bound(found):
         for c in estimate.coefficients:
             assert np.isnan(c.crlb) == (not c.detected), (estimate.estimator, c)
     likelihood = next(e for e in found.estimates if e.estimator == "likelihood")
-    bounds = crlb(likelihood.model, N, TAU0)
+    bounds = crlb(likelihood.model, N, RATE)
     for c in likelihood.coefficients:
         if c.detected and c.parameter not in PARAMETERS:
             assert np.isclose(c.crlb, bounds[c.parameter], rtol=1e-6)
@@ -116,7 +116,7 @@ def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleane
     spiked = series.copy()
     spiked[[1000, 5000, 70_000]] += 1.0
     settings = NoiseSettings(estimators=("likelihood",))
-    run = estimate_series(spiked, cleaned, TAU0, settings)
+    run = estimate_series(spiked, cleaned, RATE, settings)
     masked = hampel(spiked, 120, 6.0, "mask").values
     assert np.isnan(masked).sum() >= 3
     expected = allan_variance(masked, run.curve.m).variance
@@ -132,18 +132,18 @@ def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleane
 
 def test_one_estimator_may_fail_without_the_others(series):
     few = np.array([1, 2, 4, 8]), np.array([4.0, 2.0, 1.0, 0.5])
-    run = estimate_series(series, few, TAU0, QUICK)
+    run = estimate_series(series, few, RATE, QUICK)
     assert set(run.refused) >= {"annealing-ant-colony", "levenberg-marquardt"}
     assert "likelihood" in [e.estimator for e in run.estimates]
 
 
 def test_series_without_noise_is_refused(cleaned):
     with pytest.raises(Refusal, match="all samples are equal"):
-        estimate_series(np.full(5000, 1.0), cleaned, TAU0, QUICK)
+        estimate_series(np.full(5000, 1.0), cleaned, RATE, QUICK)
     mostly_spikes = np.zeros(5000)
     mostly_spikes[::500] = 1.0
     with pytest.raises(Refusal, match="all samples are equal"):
-        estimate_series(mostly_spikes, cleaned, TAU0, QUICK)
+        estimate_series(mostly_spikes, cleaned, RATE, QUICK)
 
 
 def test_refused_rows_say_why():
@@ -168,10 +168,10 @@ def test_expected_needs_no_chance_and_published_is_the_truth():
     truth = published_row("Bonita", 8)["y2"]
     m = averaging_factors(N, 60, 1, 1 / 3)
     settings = replace(QUICK, subset=("Bonita", 8), seed=1)
-    once, again = (expected_estimate(truth, m, N, TAU0, settings, "y2").values for _ in (1, 2))
+    once, again = (expected_estimate(truth, m, N, RATE, settings, "y2").values for _ in (1, 2))
     assert once == again
     assert {*once} == {*settings.components("y2").names}
-    own = published_estimate(truth, N, TAU0)
+    own = published_estimate(truth, N, RATE)
     assert own.values == truth.coefficients()
 
 

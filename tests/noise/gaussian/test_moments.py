@@ -25,7 +25,8 @@ from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, Powe
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.twins.twin import Twin
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 SIGMAS = ("sigma_1", "sigma_2", "sigma_L", "sigma_12")
 
 
@@ -61,8 +62,8 @@ def test_closed_forms_are_integrals_over_the_spectrum(part) -> None:
     T, f_h = 60.0, 60.0
     found = by_spectrum(lambda f: float(part.psd_continuous(f)) if f > 0 else 0.0, T, f_h)
     model = NoiseModel((part,))
-    assert expected_variance(model, T, 0.5 / f_h) == pytest.approx(found[0], rel=2e-3)
-    assert mean_variance(model, T, 0.5 / f_h) == pytest.approx(found[1], rel=2e-3)
+    assert expected_variance(model, T, 2 * f_h) == pytest.approx(found[0], rel=2e-3)
+    assert mean_variance(model, T, 2 * f_h) == pytest.approx(found[1], rel=2e-3)
 
 
 def test_a_sinusoid_shows_what_its_phases_do_on_average() -> None:
@@ -71,9 +72,9 @@ def test_a_sinusoid_shows_what_its_phases_do_on_average() -> None:
     waves = 0.2 * np.sin(2 * np.pi * (0.31 * t + np.arange(64)[:, None] / 64))
     first = 0.2 * np.sin(2 * np.pi * np.arange(64) / 64)
     model = NoiseModel((Sinusoid(0.2, 0.31),))
-    assert expected_variance(model, T, TAU0) == pytest.approx(waves.var(axis=1).mean(), rel=1e-4)
+    assert expected_variance(model, T, RATE) == pytest.approx(waves.var(axis=1).mean(), rel=1e-4)
     offsets = np.mean((waves.mean(axis=1) - first) ** 2)
-    assert mean_variance(model, T, TAU0) == pytest.approx(offsets, rel=1e-4)
+    assert mean_variance(model, T, RATE) == pytest.approx(offsets, rel=1e-4)
 
 
 def full_rate(of: Twin, repeats: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
@@ -84,13 +85,13 @@ def full_rate(of: Twin, repeats: int, rng: np.random.Generator) -> dict[str, np.
     (line,) = of.models["L"].lines
     found = []
     for _ in range(repeats):
-        x1, x2 = draw_pair(of.models["x1"], of.models["x2"], cross, n, TAU0, rng)
+        x1, x2 = draw_pair(of.models["x1"], of.models["x2"], cross, n, RATE, rng)
         wave = np.sin(2 * np.pi * (line.f_0 * np.arange(n) * TAU0 + rng.uniform()))
         wave *= line.A_s / 2
         x1, x2 = x1 + wave - wave[0], x2 - wave + wave[0]
         x1, x2 = x1 * of.scale.get("x1", 1.0), x2 * of.scale.get("x2", 1.0)
         y1, y2 = draw_pair(
-            of.models["y1"], of.models["y2"], Cross(constant=of.yz_coherence), n, TAU0, rng
+            of.models["y1"], of.models["y2"], Cross(constant=of.yz_coherence), n, RATE, rng
         )
         model = gaussian_model(x1, x2, u_x * (x1 - x2) + u_y * (of.scale["y1"] * y1 - y2))
         found.append([getattr(model, name) for name in QUANTITIES])
@@ -144,7 +145,7 @@ def test_a_filter_takes_what_it_is_said_to() -> None:
     n, rng = 48_000, np.random.default_rng(7)
     lost = []
     for _ in range(8):
-        x1, x2 = draw_pair(of.models["x1"], of.models["x2"], Cross(of.models["L"]), n, TAU0, rng)
+        x1, x2 = draw_pair(of.models["x1"], of.models["x2"], Cross(of.models["L"]), n, RATE, rng)
         raw = gaussian_model(x1, x2, x1 - x2)
         c1, c2, c_L = (hampel(x, 120).values for x in (x1, x2, x1 - x2))
         clean = gaussian_model(c1, c2, c_L)

@@ -20,7 +20,8 @@ from mocap_metrology.noise.model.synthesis import (
 from mocap_metrology.noise.twins.published import published_keys, published_row
 from mocap_metrology.noise.twins.simulate import Twin, simulate
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 M = np.array([1, 2, 3, 5, 10, 37, 100, 1000])
 PARTS = [
     *(PowerLaw(alpha, 1.0) for alpha in (-2, -1, 0, 1, 2)),
@@ -35,13 +36,13 @@ def by_integral(part, m):
     half = np.diff(edges)[:, None] / 2
     u = np.array(edges[:-1])[:, None] + half * (1 + x)
     gain = np.sin(np.pi * u * m) ** 4 / (m * np.sin(np.pi * u)) ** 2
-    return 2 * np.sum(part.psd(u / TAU0, TAU0, form="continuous") * gain * half * w) / TAU0
+    return 2 * np.sum(part.psd(u / TAU0, RATE, form="continuous") * gain * half * w) / TAU0
 
 
 @pytest.mark.parametrize("part", PARTS, ids=str)
 def test_allan_variance_of_the_spectrum_is_the_continuous_form_at_every_m(part):
     found = [by_integral(part, int(m)) for m in M]
-    assert found == pytest.approx(part.avar(M, TAU0, "continuous"), rel=1e-10)
+    assert found == pytest.approx(part.avar(M, RATE, "continuous"), rel=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +53,7 @@ def test_spectrum_is_the_folded_sum_of_what_an_average_leaves(part):
     k = np.arange(-40_000, 40_001)[:, None] * 120.0
     seen = np.abs(f + k)
     folded = part.psd_continuous(seen) * np.sinc(seen * TAU0) ** 2
-    assert part.psd(f, TAU0, form="continuous") == pytest.approx(folded.sum(axis=0), rel=2e-5)
+    assert part.psd(f, RATE, form="continuous") == pytest.approx(folded.sum(axis=0), rel=2e-5)
 
 
 def test_violet_is_averaged_up_to_nyquist_and_blue_nearly_so():
@@ -60,7 +61,7 @@ def test_violet_is_averaged_up_to_nyquist_and_blue_nearly_so():
     for alpha, nearest in ((2, 1e-12), (1, 0.28)):
         part = PowerLaw(alpha, 1.0)
         up_to_nyquist = part.psd_continuous(f) * np.sinc(f * TAU0) ** 2
-        assert part.psd(f, TAU0, form="continuous") == pytest.approx(up_to_nyquist, rel=nearest)
+        assert part.psd(f, RATE, form="continuous") == pytest.approx(up_to_nyquist, rel=nearest)
 
 
 def test_an_average_of_many_points_has_the_spectrum_of_averages():
@@ -69,13 +70,13 @@ def test_an_average_of_many_points_has_the_spectrum_of_averages():
     rng, runs, dense = np.random.default_rng(5), 60, 16
     found = []
     for _ in range(runs):
-        fine, _ = draw_pair(model, model, Cross(), 6000 * dense, TAU0 / dense, rng)
+        fine, _ = draw_pair(model, model, Cross(), 6000 * dense, RATE * dense, rng)
         frames = fine.reshape(-1, dense).mean(axis=1)
         found.append(allan_variance(frames, M[:6]).variance)
-    ratio = np.mean(found, axis=0) / model.avar(M[:6], TAU0, "continuous")
+    ratio = np.mean(found, axis=0) / model.avar(M[:6], RATE, "continuous")
     error = np.std(found, axis=0) / np.mean(found, axis=0) / math.sqrt(runs)
     assert np.all(np.abs(ratio - 1) < 4 * error + 0.002)  # 1/16 of a frame is a point yet
-    assert abs(model.avar(1, TAU0) / model.avar(1, TAU0, "continuous") - 1) > 0.04
+    assert abs(model.avar(1, RATE) / model.avar(1, RATE, "continuous") - 1) > 0.04
 
 
 @pytest.mark.parametrize("part", PARTS, ids=str)
@@ -83,7 +84,7 @@ def test_expected_allan_variance_of_what_is_drawn(part):
     # The drawn circle of differences, bin by bin; T_c = 2000 s is far beyond 50 s
     n, model = 6001, NoiseModel((part,))
     length = circle_length(n)
-    spectrum = increment_spectrum(model, length, TAU0, form="continuous") / (length * TAU0)
+    spectrum = increment_spectrum(model, length, RATE, form="continuous") / (length * TAU0)
     assert spectrum.min() >= 0
     spectrum[[0, -1]] /= 2
     u = np.arange(1, spectrum.size) / length
@@ -91,7 +92,7 @@ def test_expected_allan_variance_of_what_is_drawn(part):
         gain = np.sin(np.pi * u * m) ** 4 / (2 * m**2 * np.sin(np.pi * u) ** 4)
         found = spectrum[0] * m**2 / 2 + spectrum[1:] @ gain
         tolerance = 2e-3 if part == PowerLaw(1, 1.0) else 1e-5
-        assert found == pytest.approx(model.avar(m, TAU0, "continuous"), rel=tolerance)
+        assert found == pytest.approx(model.avar(m, RATE, "continuous"), rel=tolerance)
 
 
 def test_twins_of_both_forms_have_the_curve_of_their_form():
@@ -105,20 +106,20 @@ def test_twins_of_both_forms_have_the_curve_of_their_form():
             allan_variance(simulate(twin, 300, seed).position_mm[0, 1], m).variance
             for seed in range(runs)
         ]
-        ratio = np.mean(found, axis=0) / model.avar(m, TAU0, form)
+        ratio = np.mean(found, axis=0) / model.avar(m, RATE, form)
         error = np.std(found, axis=0) / np.mean(found, axis=0) / math.sqrt(runs)
         assert np.all(np.abs(ratio - 1) < 4 * error), (form, ratio)
         assert ratio[:3] == pytest.approx(1, abs=0.01)
-    assert math.sqrt(model.avar(1, TAU0) / model.avar(1, TAU0, "continuous")) > 1.7
+    assert math.sqrt(model.avar(1, RATE) / model.avar(1, RATE, "continuous")) > 1.7
 
 
 def test_a_sinusoid_is_averaged_too():
     line = Sinusoid(1.0, 45.0)
-    assert line.recorded(TAU0) == 1.0
-    high = line.recorded(TAU0, "continuous")
+    assert line.recorded(RATE) == 1.0
+    high = line.recorded(RATE, "continuous")
     assert high == pytest.approx(np.sinc(45 / 120))
-    same = Sinusoid(high, 45.0).avar(M, TAU0)
-    assert same == pytest.approx(line.avar(M, TAU0, "continuous"), rel=1e-9, abs=1e-15)
+    same = Sinusoid(high, 45.0).avar(M, RATE)
+    assert same == pytest.approx(line.avar(M, RATE, "continuous"), rel=1e-9, abs=1e-15)
     models = dict.fromkeys(("x1", "y1", "z1", "x2", "y2", "z2"), NoiseModel((line,)))
     told = simulate(Twin("t", 1, models, form="continuous"), 10)
     assert told.position_mm[0, 0].std() * math.sqrt(2) == pytest.approx(high, rel=1e-3)
@@ -131,9 +132,9 @@ def test_no_published_row_is_beyond_the_forms():
     f = np.geomspace(1e-5, 60, 300)
     for key in published_keys():
         for model in published_row(*key).values():
-            assert np.all(model.psd(f, TAU0, "continuous") > 0)
+            assert np.all(model.psd(f, RATE, "continuous") > 0)
 
 
 def test_an_unknown_form_is_refused():
     with pytest.raises(Refusal, match="form 'both', expected sampled or continuous"):
-        NoiseModel().psd(np.ones(1), TAU0, "both")
+        NoiseModel().psd(np.ones(1), RATE, "both")

@@ -12,7 +12,8 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 M = np.array([1, 2, 5, 30, 200, 1000])
 LENGTH = 1 << 20
 
@@ -78,14 +79,14 @@ BROADBAND = [c for c, _ in RECIPES if not isinstance(c, Sinusoid)]
 
 def mean_ratio(component, series):
     found = np.mean([[allan_variance(y, m) for m in M] for y in series], axis=0)
-    return found / component.avar(M, TAU0)
+    return found / component.avar(M, RATE)
 
 
 def simulated(component, runs):
     """Pairs of independent series of the project's simulator."""
     model, rng = NoiseModel((component,)), np.random.default_rng(21)
     for _ in range(runs // 2):
-        yield from draw_pair(model, model, Cross(), LENGTH, TAU0, rng)
+        yield from draw_pair(model, model, Cross(), LENGTH, RATE, rng)
 
 
 @pytest.mark.parametrize(("component", "recipe"), RECIPES, ids=NAMES)
@@ -139,43 +140,43 @@ def test_band_limited_noise_against_the_exact_sum_over_lags(alpha):
 def test_closed_form_is_the_integral_of_the_sampled_spectrum(component):
     # midpoint sums of a periodic integrand converge exponentially; 20 s is 2400 frames
     u = (np.arange(200_000) + 0.5) / 400_000
-    density = component.psd(u / TAU0, TAU0)
+    density = component.psd(u / TAU0, RATE)
     for m in (1, 2, 10, 300, 1000):
         gain = np.sin(np.pi * u * m) ** 4 / (m * np.sin(np.pi * u)) ** 2
         integral = 2 * (density @ gain) / (400_000 * TAU0)
-        assert component.avar(m, TAU0) == pytest.approx(integral, rel=1e-9)
+        assert component.avar(m, RATE) == pytest.approx(integral, rel=1e-9)
 
 
 @pytest.mark.parametrize("T_c", [0.001, 0.01, 0.3, 10])
 def test_spectrum_integrates_to_the_variance_and_is_the_folded_one(T_c):
     part = GaussMarkov(0.3, T_c)
     u = (np.arange(100_000) + 0.5) / 200_000
-    assert part.psd(u / TAU0, TAU0).sum() / (200_000 * TAU0) == pytest.approx(part.variance)
+    assert part.psd(u / TAU0, RATE).sum() / (200_000 * TAU0) == pytest.approx(part.variance)
     f = np.array([0.01, 1.0, 25.0, 60.0])
     aliases = np.arange(-20_000, 20_001)[:, None] * 120.0
     # what lies beyond the last alias falls as 1/f^2
     rest = 2 * 2 * part.q_c**2 / (2 * np.pi) ** 2 / (120 * 20_000.5 * 120)
     folded = part.psd_continuous(f + aliases).sum(0) + rest
-    assert part.psd(f, TAU0) == pytest.approx(folded, rel=1e-6)
+    assert part.psd(f, RATE) == pytest.approx(folded, rel=1e-6)
 
 
 def test_white_integrates_to_its_variance_and_random_walk_is_folded():
     f = (np.arange(1000) + 0.5) * 0.06
-    assert PowerLaw(0, 3.0).psd(f, TAU0).sum() * 0.06 == pytest.approx(3.0 / (2 * TAU0))
+    assert PowerLaw(0, 3.0).psd(f, RATE).sum() * 0.06 == pytest.approx(3.0 / (2 * TAU0))
     aliases = np.arange(-20_000, 20_001)[:, None] * 120.0
     rest = 2 / (120 * 20_000.5 * 120)
     folded = (1 / (f + aliases) ** 2).sum(0) + rest
-    assert PowerLaw(-2, 1.0).psd(f, TAU0) == pytest.approx(folded, rel=1e-9)
+    assert PowerLaw(-2, 1.0).psd(f, RATE) == pytest.approx(folded, rel=1e-9)
 
 
 @pytest.mark.parametrize("T_c", [1e-5, 0.01, 1.0, 300.0, 2000.0, 1e7])
 def test_gauss_markov_keeps_its_digits(T_c):
     part = GaussMarkov(0.02, T_c)
     # half the variance of a first difference
-    assert part.avar(1, TAU0) == pytest.approx(part.variance * -math.expm1(-TAU0 / T_c), rel=1e-12)
+    assert part.avar(1, RATE) == pytest.approx(part.variance * -math.expm1(-TAU0 / T_c), rel=1e-12)
     # over the whole range the two branches of the series join smoothly and never go negative
     m = np.unique(np.geomspace(1, 1.3e6, 400).astype(int))
-    assert np.all(part.avar(m, TAU0) > 0) and np.all(part.avar(m, TAU0, "continuous") > 0)
+    assert np.all(part.avar(m, RATE) > 0) and np.all(part.avar(m, RATE, "continuous") > 0)
 
 
 def test_gauss_markov_limits():
@@ -183,18 +184,18 @@ def test_gauss_markov_limits():
     walk = PowerLaw(-2, 0.02**2 / (2 * np.pi**2))
     slow = GaussMarkov(0.02, 1e6)
     for form in ("sampled", "continuous"):
-        assert slow.avar(m, TAU0, form) == pytest.approx(walk.avar(m, TAU0, form), rel=1e-5)
+        assert slow.avar(m, RATE, form) == pytest.approx(walk.avar(m, RATE, form), rel=1e-5)
     fast = GaussMarkov(0.02, 1e-5)
-    assert fast.avar(m, TAU0) == pytest.approx(fast.variance / m)
+    assert fast.avar(m, RATE) == pytest.approx(fast.variance / m)
     long = np.array([100_000])
     plateau = PowerLaw(0, 2 * (0.02 * 0.01) ** 2)
     point = GaussMarkov(0.02, 0.01)
-    assert point.avar(long, TAU0, "continuous") == pytest.approx(plateau.avar(long, TAU0), rel=1e-4)
+    assert point.avar(long, RATE, "continuous") == pytest.approx(plateau.avar(long, RATE), rel=1e-4)
     # point samples of T_c = 10 ms: 1.82 times the textbook form at one frame, 1.06 for ever
-    ratio = point.avar([1, 100_000], TAU0) / point.avar([1, 100_000], TAU0, "continuous")
+    ratio = point.avar([1, 100_000], RATE) / point.avar([1, 100_000], RATE, "continuous")
     assert ratio == pytest.approx([1.82, 1.06], abs=0.005)
     # peak of the textbook form: 0.4365 q_c sqrt(T_c) at 1.893 T_c
-    peak = math.sqrt(GaussMarkov(1.0, 1.0).avar(1, 1.893, "continuous"))
+    peak = math.sqrt(GaussMarkov(1.0, 1.0).avar(1, 1 / 1.893, "continuous"))
     assert peak == pytest.approx(0.4365, abs=1e-4)
 
 
@@ -207,7 +208,7 @@ def test_continuous_forms_are_table_1_of_the_paper(shared):
     for row in rows:
         text = row["formula"].replace("^", "**").replace(row["coefficient"], "2.5")
         published = eval(text, {"__builtins__": {}}, names) * np.ones(3)
-        found = PowerLaw(int(row["alpha"]), 2.5).avar([1, 7, 300], TAU0, "continuous")
+        found = PowerLaw(int(row["alpha"]), 2.5).avar([1, 7, 300], RATE, "continuous")
         assert found == pytest.approx(published, rel=2e-4)  # 1.038 is printed with 4 digits
 
 
@@ -224,9 +225,9 @@ def test_sampled_forms_tend_to_known_multiples_of_the_textbook_ones():
 def test_sinusoid_slow_line_and_zero():
     slow = Sinusoid(2.0, 1e-4)
     for form in ("sampled", "continuous"):
-        assert slow.avar(5, TAU0, form) == pytest.approx((2e-4 * np.pi * 5 * TAU0 * 2) ** 2 / 4)
-    assert Sinusoid(1.0, 12.0).avar(10, TAU0) == pytest.approx(0, abs=1e-25)
-    assert Sinusoid(1.0, 120.0).avar(3, TAU0) == 0
+        assert slow.avar(5, RATE, form) == pytest.approx((2e-4 * np.pi * 5 * TAU0 * 2) ** 2 / 4)
+    assert Sinusoid(1.0, 12.0).avar(10, RATE) == pytest.approx(0, abs=1e-25)
+    assert Sinusoid(1.0, 120.0).avar(3, RATE) == 0
 
 
 def test_sum_coefficients_scale_and_order():
@@ -236,12 +237,12 @@ def test_sum_coefficients_scale_and_order():
     assert model.coefficients() == named
     assert model.ordered().coefficients()["T_c1"] == 0.1
     m = np.array([[1, 10], [100, 1000]])
-    assert model.avar(m, TAU0) == pytest.approx(sum(c.avar(m, TAU0) for c in model.components))
-    assert model.scaled(3).avar(m, TAU0) == pytest.approx(9 * model.avar(m, TAU0))
+    assert model.avar(m, RATE) == pytest.approx(sum(c.avar(m, RATE) for c in model.components))
+    assert model.scaled(3).avar(m, RATE) == pytest.approx(9 * model.avar(m, RATE))
     f = np.array([0.1, 60.0])
-    assert model.psd(f, TAU0) == pytest.approx(sum(c.psd(f, TAU0) for c in model.broadband))
-    assert NoiseModel().avar(m, TAU0) == pytest.approx(0)
-    assert NoiseModel.from_coefficients({"h_2": 0.0}).psd(f, TAU0) == pytest.approx(0)
+    assert model.psd(f, RATE) == pytest.approx(sum(c.psd(f, RATE) for c in model.broadband))
+    assert NoiseModel().avar(m, RATE) == pytest.approx(0)
+    assert NoiseModel.from_coefficients({"h_2": 0.0}).psd(f, RATE) == pytest.approx(0)
 
 
 @pytest.mark.parametrize(

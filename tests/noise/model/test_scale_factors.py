@@ -20,7 +20,8 @@ from mocap_metrology.noise.model.scale_factors import (
 )
 
 F_H = 60.0
-TAU0 = 0.5 / F_H
+RATE = 2 * F_H
+TAU0 = 1 / RATE
 
 
 @pytest.mark.parametrize("alpha", [-2, -1, 0])
@@ -57,7 +58,7 @@ def test_simulated_averages_have_the_integral(alpha: int) -> None:
     """At one sample too, where point samples are up to 1.8 times off."""
     m = np.array([1, 5, 60])
     rng = np.random.default_rng(10 + alpha)
-    found = simulated_avar(alpha, m, 1 << 13, TAU0, 80, rng)
+    found = simulated_avar(alpha, m, 1 << 13, RATE, 80, rng)
     mean, error = mean_and_error(found)
     exact = np.array([integrated_avar(alpha, float(t), F_H)[0] for t in m * TAU0])
     assert np.all(np.abs(mean - exact) < 3.5 * error)
@@ -81,8 +82,8 @@ def test_a_camera_differs_by_the_known_factors() -> None:
     """Violet 2 ln 2 times; blue 3 gamma - ln 2 + pi^2/6 in place of 1.038 (facts of sampling)."""
     m = np.array([2000])
     tau = float(m[0] * TAU0)
-    violet = camera_avar(2, m, TAU0)[0] * tau**2 / printed_scale(2, tau, F_H)
+    violet = camera_avar(2, m, RATE)[0] * tau**2 / printed_scale(2, tau, F_H)
     assert violet == pytest.approx(2 * math.log(2), rel=1e-3)
-    blue = camera_avar(1, m, TAU0)[0] * 4 * math.pi**2 * tau**2
+    blue = camera_avar(1, m, RATE)[0] * 4 * math.pi**2 * tau**2
     constant = blue - 3 * math.log(2 * math.pi * F_H * tau)
     assert constant == pytest.approx(1.0385 + math.pi**2 / 6, abs=2e-3)

@@ -21,7 +21,7 @@ from mocap_metrology.noise.twins.published import (
     published_subsets,
 )
 
-TAU0 = 1 / 120
+RATE = 120.0
 NINE_HOURS = 9 * 3600 * 120
 
 
@@ -92,7 +92,7 @@ def test_coherence_of_x1_and_x2_is_possible_in_18_of_22_rows():
         inside = np.ones(f.size, bool)
         for low, high in bands:
             inside &= (f < low / 1.01) | (f > high * 1.01)
-        assert np.all(np.abs(coherence(models, f, TAU0)[inside]) <= 1)
+        assert np.all(np.abs(coherence(models, f, RATE)[inside]) <= 1)
     assert set(beyond) == {("Bonita", 3), ("Bonita", 5), ("Bonita", 10), ("Vantage", 8)}
     (low, high), *more = beyond.pop(("Bonita", 5))
     assert not more and low == pytest.approx(5.8, abs=0.1) and high == pytest.approx(60)

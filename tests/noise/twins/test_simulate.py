@@ -23,7 +23,8 @@ from mocap_metrology.noise.model.synthesis import (
 from mocap_metrology.noise.twins.published import published_gaussian, published_row
 from mocap_metrology.noise.twins.simulate import simulate, stream
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 T40 = {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 1}
 WHITE = {"coefficients": {"all": {"h_0": "1e-6"}}, "seed": 1}
 
@@ -50,7 +51,7 @@ def expected_on_the_circle(model, n, m):
     """Exact expectation of the Allan variance of drawn series: the drawn spectrum of first
     differences through sin^4(pi f m tau0) / (2 m^2 sin^4(pi f tau0)), bin by bin."""
     length = circle_length(n)
-    spectrum = increment_spectrum(model, length, TAU0) / (length * TAU0)
+    spectrum = increment_spectrum(model, length, RATE) / (length * TAU0)
     assert spectrum.min() >= 0
     spectrum[[0, -1]] /= 2
     u = np.arange(1, spectrum.size) / length
@@ -72,7 +73,7 @@ def test_expected_allan_variance_is_the_models_at_every_tau(component, n):
     model = NoiseModel((component,))
     for m in (1, 2, 10, n // 10, n // 3, n // 2 - 1):
         tolerance = 2e-3 if component == PowerLaw(1, 1.0) else 1e-5
-        model_value = model.avar(m, TAU0)
+        model_value = model.avar(m, RATE)
         assert expected_on_the_circle(model, n, m) == pytest.approx(model_value, rel=tolerance)
 
 
@@ -83,12 +84,12 @@ def test_drawn_series_have_the_variances_of_their_models():
     m = np.array([1, 4, 20, 100, 400, 800])
     found = {"x1": [], "x2": [], "L": []}
     for _ in range(runs):
-        x1, x2 = draw_pair(models["x1"], models["x2"], Cross(models["L"]), n, TAU0, rng)
+        x1, x2 = draw_pair(models["x1"], models["x2"], Cross(models["L"]), n, RATE, rng)
         assert x1[0] == x2[0] == 0
         for name, series in (("x1", x1), ("x2", x2), ("L", x1 - x2)):
             found[name].append([allan_variance(series, k) for k in m])
     for name, values in found.items():
-        model = NoiseModel(models[name].broadband).avar(m, TAU0)
+        model = NoiseModel(models[name].broadband).avar(m, RATE)
         ratio, error = np.mean(values, 0) / model, np.std(values, 0) / model / math.sqrt(runs)
         assert np.all(np.abs(ratio - 1) < 3.5 * error)
         assert ratio[:2] == pytest.approx(1, abs=0.02)
@@ -97,11 +98,11 @@ def test_drawn_series_have_the_variances_of_their_models():
 def test_yz_coherence_and_coherence_factor():
     one, two = NoiseModel((PowerLaw(0, 1.0),)), NoiseModel((PowerLaw(0, 4.0),))
     rng = np.random.default_rng(4)
-    a, b = draw_pair(one, two, Cross(constant=0.6), 100_000, TAU0, rng)
+    a, b = draw_pair(one, two, Cross(constant=0.6), 100_000, RATE, rng)
     assert np.corrcoef(np.diff(a), np.diff(b))[0, 1] == pytest.approx(0.6, abs=0.02)
     # a distance twice as noisy as x1 - x2 can be is clipped: coherence -1, halved
     far = NoiseModel((PowerLaw(0, 30.0),))
-    a, b = draw_pair(one, two, Cross(far, 0.5), 100_000, TAU0, rng)
+    a, b = draw_pair(one, two, Cross(far, 0.5), 100_000, RATE, rng)
     assert np.corrcoef(np.diff(a), np.diff(b))[0, 1] == pytest.approx(-0.5, abs=0.02)
 
 
@@ -124,9 +125,9 @@ def test_sinusoids_are_where_they_belong():
     m = np.array([3, 20])
     for (marker, axis), series in {(0, 2): "z1", (1, 2): "z2", (0, 1): "y1"}.items():
         found = [allan_variance(noise[marker, axis], k) for k in m]
-        assert found == pytest.approx(keep[series].avar(m, TAU0), rel=0.02)
+        assert found == pytest.approx(keep[series].avar(m, RATE), rel=0.02)
     found = [allan_variance(noise[0, 0] - noise[1, 0], k) for k in m]
-    assert found == pytest.approx(keep["L"].avar(m, TAU0), rel=0.02)
+    assert found == pytest.approx(keep["L"].avar(m, RATE), rel=0.02)
     assert noise[0, 0] == pytest.approx(-noise[1, 0])
     omitted = simulate(replace(twin, models=keep, distance_line="omit"), 100)
     assert np.ptp(omitted.position_mm[:, 0], axis=1) == pytest.approx(0)
@@ -281,10 +282,10 @@ def test_what_a_twin_changed_is_told(twins):
 
 def test_clipped_distance_of_bonita_5_is_12_percent_low():
     models, rng = published_row("Bonita", 5), np.random.default_rng(8)
-    x1, x2 = draw_pair(models["x1"], models["x2"], Cross(models["L"]), 400_000, TAU0, rng)
+    x1, x2 = draw_pair(models["x1"], models["x2"], Cross(models["L"]), 400_000, RATE, rng)
     for series, ratio in ((x1, 1.0), (x2, 1.0), (x1 - x2, 0.88)):
         name = "x1" if series is x1 else "x2" if series is x2 else "L"
-        value = allan_variance(series, 1) / models[name].avar(1, TAU0)
+        value = allan_variance(series, 1) / models[name].avar(1, RATE)
         assert value == pytest.approx(ratio, abs=0.015)
 
 
@@ -334,7 +335,7 @@ def test_all_thirty_cameras_meet_their_row_of_table_4(twins):
     found = []
     for seed in range(24):
         rng, cross = stream(twin.name, seed, "x"), Cross(twin.models["L"], twin.coherence_factor)
-        x = draw_pair(twin.models["x1"], twin.models["x2"], cross, 9 * 432_000, TAU0, rng)
+        x = draw_pair(twin.models["x1"], twin.models["x2"], cross, 9 * 432_000, RATE, rng)
         x1, x2 = (twin.scale[s] * v for s, v in zip(("x1", "x2"), x, strict=True))
         found.append([x1.std(), x2.std(), np.corrcoef(x1, x2)[0, 1], (x1 - x2).std()])
     expected = [row[k] for k in ("sigma_1_mm", "sigma_2_mm", "rho_12", "sigma_L_mm")]

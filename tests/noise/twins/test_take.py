@@ -18,13 +18,11 @@ from mocap_metrology.noise.twins.take import (
     TakeTwin,
     centroid_errors,
     facility,
-    motion,
-    simulate_take,
-)
-from mocap_metrology.noise.twins.triangulation import (
     jacobians,
     joint_covariance,
+    motion,
     project,
+    simulate_take,
     triangulate,
 )
 

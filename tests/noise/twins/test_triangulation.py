@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.twins.triangulation import (
+from mocap_metrology.noise.twins.take import (
     HALL_MM,
     jacobians,
     joint_covariance,

@@ -72,7 +72,7 @@ def test_weighted_against_ordinary_least_squares() -> None:
     """A fit that follows the curve everywhere, and one that is right at the longest tau only."""
     truth = {"h_-2": 4e-10, "h_0": 1e-6}
     tau = np.unique(np.round(np.geomspace(1, 1e5, 60))) / 120
-    adev = np.sqrt(NoiseModel.from_coefficients(truth).avar(120 * tau, 1 / 120, "continuous"))
+    adev = np.sqrt(NoiseModel.from_coefficients(truth).avar(120 * tau, 120, "continuous"))
     keys = [(kind, n) for kind, ns in TYPES.items() for n in ns]
     columns = {
         "series": np.repeat(np.array(SERIES, dtype=object), tau.size),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from noise_data import TAU0
+from noise_data import RATE, TAU0
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
@@ -19,7 +19,7 @@ def row(name: str, camera_type: str = "T40", n_cameras: int | None = 10, **more)
 def allan(models: dict[str, NoiseModel], estimators: tuple[str, ...] = ("oadev",)) -> dict:
     """Columns of allan.parquet: the deviations of models, exactly; 20 % wide intervals."""
     parts = [
-        (series, estimator, np.sqrt(model.avar(M, TAU0)) * (1 + 0.1 * k))
+        (series, estimator, np.sqrt(model.avar(M, RATE)) * (1 + 0.1 * k))
         for series, model in models.items()
         for k, estimator in enumerate(estimators)
     ]

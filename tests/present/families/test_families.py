@@ -7,7 +7,7 @@ import pytest
 from family_data import M, allan, drawn, published, row
 from figure_data import ODD_TEXT, check, check_saved, every_text
 from matplotlib.colors import to_rgb
-from noise_data import TAU0, assert_texts_apart
+from noise_data import RATE, TAU0, assert_texts_apart
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
@@ -21,7 +21,7 @@ T40 = (10, 8, 6, 5, 4, 3, 2)
 
 
 def adev(camera_type: str, n: int, series: str) -> np.ndarray:
-    return np.sqrt(published_row(camera_type, n)[series].avar(M, TAU0))
+    return np.sqrt(published_row(camera_type, n)[series].avar(M, RATE))
 
 
 def lightness(colour: str) -> float:
@@ -146,7 +146,7 @@ def test_subsets_show_curves_and_the_drops_of_s(tmp_path) -> None:
                 assert np.allclose(curve, adev(kind, n, series), rtol=1e-12)
         # At 10 s, between two averaging times of the table: 1 % by interpolation
         for curve, series in zip(drawn(narrow), ("x1", "x2", "L"), strict=True):
-            exact = [np.sqrt(published_row(kind, n)[series].avar(1200, TAU0)) for n in of_kind]
+            exact = [np.sqrt(published_row(kind, n)[series].avar(1200, RATE)) for n in of_kind]
             assert np.allclose(curve, np.ravel(exact), rtol=0.01)
         shaded = narrow.patches[0].get_extents().transformed(narrow.transData.inverted())
         assert (shaded.x0 + shaded.x1) / 2 == pytest.approx(DROPS[kind])

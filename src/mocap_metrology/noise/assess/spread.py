@@ -49,8 +49,10 @@ NEIGHBOURS = 3  # octaves a side that its level is smoothed over
 LEAST = 0.5  # a mean counts when at least this share of its frames is valid
 
 
-def spread(component: Component, n: int, N: int, tau0: float, form: Form = "sampled") -> float:
-    """u^2(n, N) of one component, mm^2; 1 <= n <= N frames of tau0 s.
+def spread(
+    component: Component, n: int, N: int, frame_rate_hz: float, form: Form = "sampled"
+) -> float:
+    """u^2(n, N) of one component, mm^2; 1 <= n <= N frames of tau0 = 1 / frame_rate_hz.
 
     White and random walk (steps of variance s^2 = 2 pi^2 tau0 h): h/(2 tau0) (1/n - 1/N) and
     s^2/6 (N - 1/N - n + 1/n). Gauss-Markov and sinusoid: the variance of a mean of n less that of
@@ -59,6 +61,7 @@ def spread(component: Component, n: int, N: int, tau0: float, form: Form = "samp
     `form` continuous: of frames that are averages, so of averages over time; random walk
     s^2/6 (N - n).
     """
+    tau0 = 1 / frame_rate_hz
     if isinstance(component, GaussMarkov):
         a = tau0 / component.T_c
         if form == "continuous":
@@ -66,13 +69,13 @@ def spread(component: Component, n: int, N: int, tau0: float, form: Form = "samp
         return component.variance * (_correlated_mean(n, a) - _correlated_mean(N, a))
     if isinstance(component, Sinusoid):
         x = math.pi * component.f_0 * tau0
-        return component.recorded(tau0, form) ** 2 / 2 * (_gain(n, x) - _gain(N, x))
+        return component.recorded(frame_rate_hz, form) ** 2 / 2 * (_gain(n, x) - _gain(N, x))
     if component.alpha == 0:
         return component.h / (2 * tau0) * (1 / n - 1 / N)
     if component.alpha == -2:
         ends = 0.0 if form == "continuous" else 1 / n - 1 / N
         return 2 * math.pi**2 * tau0 * component.h / 6 * (N - n + ends)
-    return _by_octaves(component, n, N, tau0, form)
+    return _by_octaves(component, n, N, frame_rate_hz, form)
 
 
 def _correlated_mean(n: int, a: float) -> float:
@@ -97,15 +100,15 @@ def _gain(n: int, x: float) -> float:
     return (math.sin(n * x) / (n * math.sin(x))) ** 2
 
 
-def _by_octaves(law: PowerLaw, n: int, N: int, tau0: float, form: Form) -> float:
+def _by_octaves(law: PowerLaw, n: int, N: int, frame_rate_hz: float, form: Form) -> float:
     octaves = np.arange(math.ceil(math.log2(N)) + 2)
     if law.alpha < 0:  # W grows by the same amount each octave
-        halves = law.avar(2.0**octaves, tau0, form) / 2
+        halves = law.avar(2.0**octaves, frame_rate_hz, form) / 2
         within = np.concatenate([[0.0], np.cumsum(halves)[:-1]])
         at = np.interp(np.log2([n, N]), octaves, within)
         return float(at[1] - at[0])
     octaves = np.arange(octaves.size + OCTAVES)
-    left = np.cumsum((law.avar(2.0**octaves, tau0, form) / 2)[::-1])[
+    left = np.cumsum((law.avar(2.0**octaves, frame_rate_hz, form) / 2)[::-1])[
         ::-1
     ]  # variance of a mean of 2^k
     if law.h == 0:
@@ -114,8 +117,9 @@ def _by_octaves(law: PowerLaw, n: int, N: int, tau0: float, form: Form) -> float
     return float(at[0] - at[1])
 
 
-def kind(component: Component, tau0: float) -> str:
+def kind(component: Component, frame_rate_hz: float) -> str:
     """What a reader calls a component. A correlation that is over within a frame is white noise."""
+    tau0 = 1 / frame_rate_hz
     if isinstance(component, PowerLaw):
         return NAMES[component.alpha]
     if isinstance(component, Sinusoid):
@@ -142,7 +146,7 @@ def expected_spread(
     model: NoiseModel,
     n: int,
     N: int,
-    tau0: float,
+    frame_rate_hz: float,
     recorded: int,
     confidence: float = 0.683,
     part: Deterministic = NO_PART,
@@ -159,16 +163,19 @@ def expected_spread(
     """
     from scipy.special import ndtri
 
-    parts = [spread(c, n, N, tau0, model.form) for c in model.components]
+    tau0 = 1 / frame_rate_hz
+    parts = [spread(c, n, N, frame_rate_hz, model.form) for c in model.components]
     still = part.variance_of_means(n * tau0, N * tau0, recorded * tau0)
     total = sum(parts) + still
     if not total > 0:
         return Spread(0.0, 0.0, 0.0, {})
     shares = {part.name: still / total} if still else {}
     for component, own in zip(model.components, parts, strict=True):
-        name = kind(component, tau0)
+        name = kind(component, frame_rate_hz)
         shares[name] = shares.get(name, 0.0) + own / total
-    error = math.sqrt(_variance(model, n, N, tau0, recorded, A_error)) / total / 2  # of ln u
+    error = (
+        math.sqrt(_variance(model, n, N, frame_rate_hz, recorded, A_error)) / total / 2
+    )  # of ln u
     wide = float(ndtri((1 + confidence) / 2)) * min(error, 50.0)
     value = math.sqrt(total)
     return Spread(value, value * math.exp(-wide), value * math.exp(wide), shares)
@@ -183,30 +190,31 @@ def wide_line_error(noise_rows: Iterable[NoiseRow]) -> float:
 
 
 def _variance(
-    model: NoiseModel, n: int, N: int, tau0: float, recorded: int, A_error: float
+    model: NoiseModel, n: int, N: int, frame_rate_hz: float, recorded: int, A_error: float
 ) -> float:
     """Variance of u^2 by the errors of the coefficients (h, ln q_c^2, ln T_c; A_s)."""
+    tau0 = 1 / frame_rate_hz
     broadband, form = replace(model, components=model.broadband).ordered(), model.form
     spectrum = spectrum_of(broadband)
-    gradient = [spread(PowerLaw(alpha, 1.0), n, N, tau0, form) for alpha in spectrum.h]
+    gradient = [spread(PowerLaw(alpha, 1.0), n, N, frame_rate_hz, form) for alpha in spectrum.h]
     for q2, T_c in zip(spectrum.q2, spectrum.T_c, strict=True):
         term = GaussMarkov(math.sqrt(q2), float(T_c))
         near = [replace(term, T_c=T_c * math.exp(sign * STEP)) for sign in (-1, 1)]
-        ends = [spread(one, n, N, tau0, form) for one in near]
-        gradient += [spread(term, n, N, tau0, form), (ends[1] - ends[0]) / (2 * STEP)]
-    bins = bins_of(recorded, tau0, form=form)
+        ends = [spread(one, n, N, frame_rate_hz, form) for one in near]
+        gradient += [spread(term, n, N, frame_rate_hz, form), (ends[1] - ends[0]) / (2 * STEP)]
+    bins = bins_of(recorded, frame_rate_hz, form=form)
     weight = bins.n.astype(float)
     data = Periodogram(bins, np.ones(weight.size), weight)
     information = Likelihood(data, (tau0 / 2, recorded * tau0)).information(spectrum)
     total = _quadratic(np.array(gradient), information) if gradient else 0.0
     for line in model.lines:
         at = np.array([min(line.f_0, 0.5 / tau0)])
-        high = line.recorded(tau0, form)
-        error = line_errors(high, float(broadband.psd(at, tau0)[0]), recorded * tau0)[0]
+        high = line.recorded(frame_rate_hz, form)
+        error = line_errors(high, float(broadband.psd(at, frame_rate_hz)[0]), recorded * tau0)[0]
         if math.isfinite(A_error) and line.A_s > 0:  # of A_s itself
             error = A_error * high / line.A_s
         if high > 0 and math.isfinite(error):
-            total += (2 * spread(line, n, N, tau0, form) * error / high) ** 2
+            total += (2 * spread(line, n, N, frame_rate_hz, form) * error / high) ** 2
     return total
 
 

@@ -27,7 +27,7 @@ from mocap_metrology.noise.model.deterministic import Deterministic
 MEANS_S = (1.0, 10.0, 60.0)
 LEAST_EDF = 10.0  # degrees of freedom of an Allan deviation that may be the lowest
 UNLIKELY = 1e-3  # probability below which a model and its recording do not agree
-NEAR = 1.25  # and the ratio of deviations from which that matters: a filter may take a little
+NEAR = 1.25  # ratio of standard deviations up to which they agree: a filter may take a little
 
 # Noise, if any, what lies under it, and `wide_line_error`
 Fitted = tuple[NoiseModel | None, Deterministic, float]
@@ -217,18 +217,19 @@ def _unmodelled(
         return Unmodelled(Why.MISFIT)
     if model is None or not model.components:
         return Unmodelled(Why.NO_MODEL)
-    tau0, n = 1 / span.frame_rate_hz, min(span.frames(span.window_s), series.size)
+    rate, n = span.frame_rate_hz, min(span.frames(span.window_s), series.size)
+    tau0 = 1 / rate
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1:
-        expected = math.sqrt(_within(model, n, tau0))
+        expected = math.sqrt(_within(model, n, rate))
         if not 1 / NEAR < near.value / expected < NEAR:
             return Unmodelled(Why.FRAMES_DISAGREE, near.value, expected)
     if 2 * n > N:
         return None
     wander = measured_spread(series, n, N)
     still = part.variance_of_means(n * tau0, N * tau0, series.size * tau0)
-    expected = math.sqrt(sum(spread(c, n, N, tau0, model.form) for c in model.components) + still)
-    if _apart(wander, expected, model, (n, N), tau0, series.size):
+    expected = math.sqrt(sum(spread(c, n, N, rate, model.form) for c in model.components) + still)
+    if _apart(wander, expected, model, (n, N), rate, series.size):
         return Unmodelled(Why.MEANS_DISAGREE, wander.value, expected, span.window_s)
     return None
 
@@ -238,7 +239,7 @@ def _apart(
     expected: float,
     model: NoiseModel,
     frames: tuple[int, int],
-    tau0: float,
+    frame_rate_hz: float,
     recorded: int,
 ) -> bool:
     """Whether a measured wander and the model's are apart by more than chance explains.
@@ -248,12 +249,13 @@ def _apart(
     """
     from scipy.special import chdtrc
 
+    tau0 = 1 / frame_rate_hz
     n, N = frames
     if not (found.variance > 0 and expected > 0) or 1 / NEAR < found.value / expected < NEAR:
         return False
     f = np.arange(1, max(N // n, 2)) / (2 * N * tau0)
     x = np.pi * f * tau0
-    power = model.psd(f, tau0) * (np.sin(n * x) / (n * np.sin(x))) ** 2
+    power = model.psd(f, frame_rate_hz) * (np.sin(n * x) / (n * np.sin(x))) ** 2
     if not power.sum() > 0:
         return True
     dof = power.sum() ** 2 / np.sum(power**2) * max(recorded / N, 1.0)
@@ -261,9 +263,9 @@ def _apart(
     return min(above, 1 - above) < UNLIKELY / 2
 
 
-def _within(model: NoiseModel, n: int, tau0: float) -> float:
+def _within(model: NoiseModel, n: int, frame_rate_hz: float) -> float:
     """Expected variance (n - 1) of n successive frames."""
-    return sum(spread(c, 1, n, tau0, model.form) for c in model.components) * n / (n - 1)
+    return sum(spread(c, 1, n, frame_rate_hz, model.form) for c in model.components) * n / (n - 1)
 
 
 def _sigma_frame(
@@ -271,10 +273,12 @@ def _sigma_frame(
 ) -> tuple[float, float, float]:
     """Scatter of single frames within the window, and its interval."""
     model, _, A_error = fitted
-    n, tau0 = min(span.frames(span.window_s), recorded), 1 / span.frame_rate_hz
+    n = min(span.frames(span.window_s), recorded)
     if model is None or n < 2:
         return near.value, *near.interval(span.confidence)
-    found = expected_spread(model, 1, n, tau0, recorded, span.confidence, A_error=A_error)
+    found = expected_spread(
+        model, 1, n, span.frame_rate_hz, recorded, span.confidence, A_error=A_error
+    )
     unbiased = math.sqrt(n / (n - 1))
     return found.value * unbiased, found.lower * unbiased, found.upper * unbiased
 
@@ -293,8 +297,9 @@ def _uncertainty(
         of_noise = Spread(found.value, low, high, {})
     else:
         recorded = int(np.isfinite(series).sum())
-        tau0 = 1 / span.frame_rate_hz
-        of_noise = expected_spread(model, n, N, tau0, recorded, span.confidence, part, A_error)
+        of_noise = expected_spread(
+            model, n, N, span.frame_rate_hz, recorded, span.confidence, part, A_error
+        )
         of_noise = _widened(of_noise, found, span.confidence)
     value, low, high = (
         math.hypot(v, floor) for v in (of_noise.value, of_noise.lower, of_noise.upper)

@@ -1,7 +1,7 @@
 """What the noise of camera subsets says of the cameras, without knowing where they are.
 
 Let p_a, p_b be positions of one marker from the cameras a and from those and more, b, in the same
-frames; A = sum J_i^T J_i and G = A^-1 as in `triangulation`, V = sum s_i^2 J_i^T J_i. With camera
+frames; A = sum J_i^T J_i and G = A^-1 as in `twins.take`, V = sum s_i^2 J_i^T J_i. With camera
 noises that are independent of each other, least squares gives
 
     Cov(p_b, p_a) = G_b V_a G_a,   Cov(p_a) = G_a V_a G_a,

@@ -91,7 +91,12 @@ class Resolution:
 
 
 def resolution(
-    series: str, step_mm: float, kind: str, avar_1: float, tau0: float, distance: bool = False
+    series: str,
+    step_mm: float,
+    kind: str,
+    avar_1: float,
+    frame_rate_hz: float,
+    distance: bool = False,
 ) -> Resolution:
     """Rounding to steps q adds white noise of variance q^2/12, one-sided density h_0 = q^2 tau0/6
     [Widrow, 1956], as long as the noise moves values from step to step; a distance has that of both
@@ -104,6 +109,7 @@ def resolution(
     the place within a step decides. A share above a fifth therefore `dominates`: the largest that
     sigma < 0.42 q can seem, just between two steps, is q^2/4, a share of a third.
     """
+    tau0 = 1 / frame_rate_hz
     variance = step_mm**2 / 12 * (2 if distance else 1)
     share = rounding_share(step_mm, avar_1, distance)
     noise = math.sqrt(avar_1) if avar_1 >= 0 else math.nan

@@ -128,7 +128,7 @@ def predicted(
     variance = _about_means(density, one, size, rate_hz)
     for line in lines:
         gain = float(one.gain(np.array([line.f_0]), rate_hz)[0])
-        avar = avar + gain**2 * line.avar(m, 1 / rate_hz)
+        avar = avar + gain**2 * line.avar(m, rate_hz)
         x = math.pi * line.f_0 / rate_hz
         mean = (math.sin(size * x) / (size * math.sin(x))) ** 2 if abs(math.sin(x)) > 1e-9 else 1.0
         variance += (gain * line.A_s) ** 2 / 2 * (1 - mean) * size / (size - 1)

@@ -22,7 +22,7 @@ PSD_REACH = 64  # neighbours a side its level is taken of
 PSD_LEAVE = 3  # next to the line that are left out
 VISIBLE = 0.1  # share of the Allan variance from which a bump is seen
 LONGEST_GAP, SHORT_GAP = 1200, 12  # frames that are filled with noise, or bridged
-LEAST = 1000
+LEAST = 1000  # valid samples of a stretch that lines are looked for in
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def disturbances(lines: Sequence[Found], duration_s: float) -> list[Disturbance]
 
 def series_lines(
     series: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     at_most: int,
     density: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> tuple[list[Line], float]:
@@ -103,19 +103,20 @@ def series_lines(
     of that noise, and lines of fewer than 128 cycles looked for too; without it gaps of up to 12
     frames are bridged. (A straight line over a longer one is a slow bump, which looks like lines.)
     """
+    tau0 = 1 / frame_rate_hz
     parts = stretches(series, LONGEST_GAP if density else SHORT_GAP, LEAST)
     if not parts:
         return [], 0.0
     longest = max(parts, key=lambda p: p.stop - p.start)
     whole = bridged(series[longest])
     if density:
-        whole = filled(series[longest], density, tau0, np.random.default_rng(0))
-    found = find_lines(whole, tau0, at_most)
+        whole = filled(series[longest], density, frame_rate_hz, np.random.default_rng(0))
+    found = find_lines(whole, frame_rate_hz, at_most)
     measured = float(np.isfinite(series[longest]).mean())  # bridges have nothing of a fast line
     found = [replace(x, A_s=x.A_s / measured, A_error=x.A_error / measured) for x in found]
     if density and len(found) < at_most:
-        bare = whole - sum((line.wave(whole.size, tau0) for line in found), np.zeros(1))
-        found += find_slow_lines(bare, tau0, density, at_most - len(found))
+        bare = whole - sum((line.wave(whole.size, frame_rate_hz) for line in found), np.zeros(1))
+        found += find_slow_lines(bare, frame_rate_hz, density, at_most - len(found))
     return sorted(found, key=lambda line: -line.gain), whole.size * tau0
 
 
@@ -137,7 +138,7 @@ def described(
     for line, size, total in zip(lines, m, avar, strict=True):
         a_error, f_error = line.errors(duration_s)
         snr, in_psd = _in_psd(line, psd)
-        own = float(Sinusoid(line.A_s, line.f_0).avar(size, 1 / rate_hz))
+        own = float(Sinusoid(line.A_s, line.f_0).avar(size, rate_hz))
         share = own / total if total > 0 else math.nan
         found.append(
             Found(
@@ -200,4 +201,4 @@ def _in_psd(line: Line, psd: Mapping[str, np.ndarray] | None) -> tuple[float, bo
 def first_maximum(f_0: float, rate_hz: float) -> int:
     """m at which the Allan variance of a sinusoid is greatest, about 0.37 periods."""
     m = np.arange(1, max(math.ceil(rate_hz / f_0), 1) + 1)
-    return int(m[np.argmax(Sinusoid(1.0, f_0).avar(m, 1 / rate_hz))])
+    return int(m[np.argmax(Sinusoid(1.0, f_0).avar(m, rate_hz))])

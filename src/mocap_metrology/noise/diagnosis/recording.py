@@ -159,13 +159,13 @@ def diagnose(
             spectrum = _welch(blank, rate, welch_settings or {})
         if spectrum is not None:
             spectra[name] = spectrum
-        density = partial(model.psd, tau0=1 / rate) if model else None
+        density = partial(model.psd, frame_rate_hz=rate) if model else None
         own_lines, own_filtered = _lines_and_filters(name, blank, rate, density, spectrum, settings)
         lines += own_lines
         filtered += own_filtered
         avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
         kind = recording.resolution_kind
-        resolutions.append(resolution(name, step, kind, avar_1, 1 / rate, name.startswith("L")))
+        resolutions.append(resolution(name, step, kind, avar_1, rate, name.startswith("L")))
     return Diagnosis(
         events, lines, filtered, resolutions, spikes, _missing(recording), drifts,
         _movements(recording, settings), dynamics, levels,
@@ -212,7 +212,7 @@ def _lines_and_filters(
     spectrum: Columns | None,
     settings: DiagnosisSettings,
 ) -> tuple[list[Found], list[Filtered]]:
-    found, duration = series_lines(series, 1 / rate_hz, settings.max_lines, density)
+    found, duration = series_lines(series, rate_hz, settings.max_lines, density)
     notches = [line.f_0 for line in found[:NOTCHES]]
     among = filters(rate_hz, settings.cutoffs_hz, notches, settings.notch_width_hz)
     sinusoids = [Sinusoid(line.A_s, line.f_0) for line in found]
@@ -296,7 +296,7 @@ def _widened(away: np.ndarray) -> np.ndarray:
 def _refitted(series: np.ndarray, rate_hz: float, form: Form) -> NoiseModel | None:
     try:
         settings = LikelihoodSettings(form=form)
-        model = likelihood(middle(series), 1 / rate_hz, None, settings).estimate.model
+        model = likelihood(middle(series), rate_hz, None, settings).estimate.model
     except Refusal:
         return None
     return model if model.broadband else None

@@ -1,6 +1,6 @@
 """Every estimator of noise coefficients on one series, and what the published row says it is.
 
-    found = estimate_series(raw, (m, avar), 1 / 120, NoiseSettings(), components, seed=1)
+    found = estimate_series(raw, (m, avar), 120, NoiseSettings(), components, seed=1)
 
 `likelihood` and `weighted` get the series as recorded with gross outliers masked; S's estimator and
 its baselines get the Allan variances of the series cleaned as in S.
@@ -139,12 +139,13 @@ def panel(camera_type: str, n_cameras: int, series: str) -> Components | None:
 
 def masked_curve(
     raw: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     settings: NoiseSettings,
     resolution: float = 0.0,
     estimator: str = "oadev",
 ) -> tuple[np.ndarray, AllanCurve]:
     """The series without its gross outliers (NaN), and its Allan curve: what a lab is shown."""
+    tau0 = 1 / frame_rate_hz
     masked = hampel(raw, settings.half_window, settings.mask_sigma, "mask", resolution).values
     m = averaging_factors(raw.size, settings.n_taus, settings.min_m, settings.max_fraction)
     how = (settings.confidence, settings.min_coverage)
@@ -154,7 +155,7 @@ def masked_curve(
 def estimate_series(
     raw: np.ndarray,
     cleaned: tuple[np.ndarray, np.ndarray],
-    tau0: float,
+    frame_rate_hz: float,
     settings: NoiseSettings,
     components: Components | None = None,
     seed: int = 0,
@@ -167,8 +168,9 @@ def estimate_series(
     a sinusoid). Raises Refusal for a series without noise to estimate; the refusal of a single
     estimator is in the result.
     """
+    tau0 = 1 / frame_rate_hz
     check_series(raw, resolution)
-    masked, curve = masked_curve(raw, tau0, settings, resolution)
+    masked, curve = masked_curve(raw, frame_rate_hz, settings, resolution)
     check_series(masked, resolution)
     n = raw.size
     components = components or settings.components()
@@ -178,7 +180,7 @@ def estimate_series(
     kept: list[Periodogram] = []
 
     def by_likelihood() -> Estimate:
-        run = likelihood(masked, tau0, None, order, seed)
+        run = likelihood(masked, frame_rate_hz, None, order, seed)
         kept.append(run.periodogram)
         return _coarse(run.estimate, masked, resolution)
 
@@ -187,11 +189,11 @@ def estimate_series(
         "max_gauss_markov": settings.max_gauss_markov,
         "sinusoid": settings.sinusoid,
     }
-    fit = (*cleaned, tau0, components)
+    fit = (*cleaned, frame_rate_hz, components)
     runs: dict[str, Callable[[], Estimate]] = {
         "likelihood": by_likelihood,
         "weighted": lambda: weighted(
-            curve.m, curve.variance, curve.edf, n, tau0, None, chosen, settings.frames
+            curve.m, curve.variance, curve.edf, n, frame_rate_hz, None, chosen, settings.frames
         ),
         "annealing-ant-colony": lambda: annealing_ant_colony(
             *fit, settings.annealing, seed, settings.form, n * tau0
@@ -202,12 +204,12 @@ def estimate_series(
         "levenberg-marquardt": lambda: levenberg_marquardt(
             *fit, seed, settings.form, within=settings.annealing.every_tau, duration=n * tau0
         ),
-        "slopes": lambda: slopes(*cleaned, tau0),
+        "slopes": lambda: slopes(*cleaned, frame_rate_hz),
     }
     estimates, refused = [], {}
     for name in settings.estimators:
         try:
-            estimates.append(with_crlb(runs[name](), n, tau0, settings.frames))
+            estimates.append(with_crlb(runs[name](), n, frame_rate_hz, settings.frames))
         except Refusal as refusal:
             refused[name] = str(refusal)
     return SeriesNoise(tuple(estimates), curve, kept[0] if kept else None, refused)
@@ -229,14 +231,14 @@ def _coarse(estimate: Estimate, series: np.ndarray, resolution: float) -> Estima
 
 
 def regression(
-    m: np.ndarray, avar: np.ndarray, tau0: float, settings: NoiseSettings, series: str
+    m: np.ndarray, avar: np.ndarray, frame_rate_hz: float, settings: NoiseSettings, series: str
 ) -> tuple[AnnealingRun, Estimate]:
     """What S Figure 6 compares: every start of annealing with its result, and ordinary least
     squares, of one series."""
     asked, seed = settings.components(series), settings.seed
-    run = annealing_run(m, avar, tau0, asked, settings.annealing, seed, settings.form)
+    run = annealing_run(m, avar, frame_rate_hz, asked, settings.annealing, seed, settings.form)
     return run, levenberg_marquardt(
-        m, avar, tau0, asked, seed, settings.form, within=settings.annealing.every_tau
+        m, avar, frame_rate_hz, asked, seed, settings.form, within=settings.annealing.every_tau
     )
 
 
@@ -244,7 +246,7 @@ def expected_estimate(
     truth: NoiseModel,
     m: np.ndarray,
     n: int,
-    tau0: float,
+    frame_rate_hz: float,
     settings: NoiseSettings,
     series: str,
 ) -> Estimate:
@@ -252,29 +254,32 @@ def expected_estimate(
 
     Of point samples it differs from the truth where S's formulas, for continuous time, do.
     """
-    avar = truth.avar(m, tau0)
+    tau0 = 1 / frame_rate_hz
+    avar = truth.avar(m, frame_rate_hz)
     asked, duration = settings.components(series), n * tau0
     found = annealing_ant_colony(
-        m, avar, tau0, asked, settings.annealing, settings.seed, settings.form, duration
+        m, avar, frame_rate_hz, asked, settings.annealing, settings.seed, settings.form, duration
     )
-    return with_crlb(found, n, tau0, truth.form)
+    return with_crlb(found, n, frame_rate_hz, truth.form)
 
 
-def published_estimate(truth: NoiseModel, n: int, tau0: float) -> Estimate:
+def published_estimate(truth: NoiseModel, n: int, frame_rate_hz: float) -> Estimate:
     """The model itself as an estimate, with the Cramer-Rao bounds of n samples."""
-    bounds = crlb(truth, n, tau0)
+    bounds = crlb(truth, n, frame_rate_hz)
     found = tuple(
         Coefficient(name, value, crlb=bounds[name]) for name, value in truth.coefficients().items()
     )
     return Estimate("published", truth.form, found, np.nan)
 
 
-def with_crlb(estimate: Estimate, n: int, tau0: float, frames: Form = "sampled") -> Estimate:
+def with_crlb(
+    estimate: Estimate, n: int, frame_rate_hz: float, frames: Form = "sampled"
+) -> Estimate:
     """The estimate with the bounds of its own model, of frames of that form, where it has none of
     its own."""
     if all(np.isfinite(c.crlb) for c in estimate.coefficients if c.detected):
         return estimate
-    bounds = crlb(replace(estimate.model, form=frames), n, tau0)
+    bounds = crlb(replace(estimate.model, form=frames), n, frame_rate_hz)
     coefficients = tuple(
         replace(c, crlb=bounds.get(c.parameter, np.nan)) if c.detected else c
         for c in estimate.coefficients

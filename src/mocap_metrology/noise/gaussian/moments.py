@@ -31,17 +31,18 @@ QUANTITIES = (
 )
 
 
-def expected_variance(model: NoiseModel, duration_s: float, tau0: float) -> float:
+def expected_variance(model: NoiseModel, duration_s: float, frame_rate_hz: float) -> float:
     """Expected sample variance, mm^2, over T: of the points about their own mean.
 
     Random walk pi^2 h_-2 T / 3; flicker h_-1 (ln(2 pi f_h T) + gamma - 3/2); Gauss-Markov, with
     r = T_c/T, var [1 - 2 r + 2 r^2 (1 - e^(-1/r))]; sinusoid (A^2/2) (1 - sinc^2(f_0 T));
     white, blue and violet all they have up to f_h.
     """
+    tau0 = 1 / frame_rate_hz
     return sum(_variance(part, duration_s, 0.5 / tau0)[0] for part in model.components)
 
 
-def mean_variance(model: NoiseModel, duration_s: float, tau0: float) -> float:
+def mean_variance(model: NoiseModel, duration_s: float, frame_rate_hz: float) -> float:
     """Mean square, mm^2, of the mean over T less the first point: a recording has no other
     reference, as random walk has no mean to estimate.
 
@@ -49,6 +50,7 @@ def mean_variance(model: NoiseModel, duration_s: float, tau0: float) -> float:
     var [1 + 2 r (1 - r e) - 2 r e], e = 1 - e^(-1/r); sinusoid (A^2/2) (1 - 2 sinc(2 f_0 T) +
     sinc^2(f_0 T)); white, blue and violet what the first point has.
     """
+    tau0 = 1 / frame_rate_hz
     return sum(_variance(part, duration_s, 0.5 / tau0)[1] for part in model.components)
 
 
@@ -88,7 +90,7 @@ def expected_moments(twin: Twin) -> dict[str, float]:
         (("mu_1", "mu_2", "mu_L"), mean_variance),
     ):
         v_1, v_2, *rest = (
-            of(twin.models[s], twin.duration_s, 1 / twin.frame_rate_hz) for s in _names(twin)
+            of(twin.models[s], twin.duration_s, twin.frame_rate_hz) for s in _names(twin)
         )
         common = (v_1 + v_2 - rest[0]) / 2 * twin.coherence_factor if rest else 0.0
         v_1, v_2, v_12 = a * a * v_1, b * b * v_2, a * b * common
@@ -193,7 +195,10 @@ def _slow(twin: Twin, slow_samples: int) -> _Slow:
     short = circle_length(n_slow + 1)
     length, bins = step * short, short // 2
     spectra = np.array(
-        [increment_spectrum(twin.models[s], length, tau0, bins, twin.form) for s in _names(twin)]
+        [
+            increment_spectrum(twin.models[s], length, twin.frame_rate_hz, bins, twin.form)
+            for s in _names(twin)
+        ]
     )
     k = np.arange(bins)
     edge = (bins - 0.5) / (length * tau0)
@@ -201,14 +206,14 @@ def _slow(twin: Twin, slow_samples: int) -> _Slow:
     rise[0] = 1.0
 
     def of_differences(series: str) -> np.ndarray:
-        return increment_spectrum(twin.models[series], length, tau0, bins, twin.form)
+        return increment_spectrum(twin.models[series], length, twin.frame_rate_hz, bins, twin.form)
 
     drawn = np.array([*spectra[:2], _across(twin, of_differences)])
     return _Slow(
         np.sqrt(drawn * (length / (2 * tau0))) / rise,
         _coherence(twin, spectra),
-        _fast_covariance(twin, edge, tau0),
-        _fast_across(twin, edge, tau0),
+        _fast_covariance(twin, edge, twin.frame_rate_hz),
+        _fast_across(twin, edge, twin.frame_rate_hz),
         short,
         n_slow,
     )
@@ -225,14 +230,15 @@ def _across(twin: Twin, spectrum: Callable[[str], np.ndarray]) -> np.ndarray:
     return total
 
 
-def _fast_across(twin: Twin, edge_hz: float, tau0: float) -> float:
+def _fast_across(twin: Twin, edge_hz: float, frame_rate_hz: float) -> float:
     """Integral of the same from `edge_hz` up."""
-    f, log_f = _fast_frequencies(edge_hz, tau0)
-    across = _across(twin, lambda s: twin.models[s].psd(f, tau0, twin.form))
+    f, log_f = _fast_frequencies(edge_hz, frame_rate_hz)
+    across = _across(twin, lambda s: twin.models[s].psd(f, frame_rate_hz, twin.form))
     return float(np.trapezoid(across * f, log_f))
 
 
-def _fast_frequencies(edge_hz: float, tau0: float) -> tuple[np.ndarray, np.ndarray]:
+def _fast_frequencies(edge_hz: float, frame_rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    tau0 = 1 / frame_rate_hz
     log_f = np.linspace(math.log(edge_hz), math.log(0.5 / tau0), FAST_POINTS)
     return np.exp(log_f), log_f
 
@@ -249,10 +255,10 @@ def _coherence(twin: Twin, spectra: np.ndarray) -> np.ndarray:
     return found
 
 
-def _fast_covariance(twin: Twin, edge_hz: float, tau0: float) -> np.ndarray:
+def _fast_covariance(twin: Twin, edge_hz: float, frame_rate_hz: float) -> np.ndarray:
     """(2, 2) integral of the spectra of x1 and x2 and of their common part from `edge_hz` up."""
-    f, log_f = _fast_frequencies(edge_hz, tau0)
-    spectra = np.array([twin.models[s].psd(f, tau0, twin.form) for s in _names(twin)])
+    f, log_f = _fast_frequencies(edge_hz, frame_rate_hz)
+    spectra = np.array([twin.models[s].psd(f, frame_rate_hz, twin.form) for s in _names(twin)])
     common = _coherence(twin, spectra) * np.sqrt(spectra[0] * spectra[1])
     v_1, v_2, v_12 = (np.trapezoid(s * f, log_f) for s in (*spectra[:2], common))
     return np.array([[v_1, v_12], [v_12, v_2]])
@@ -263,11 +269,11 @@ def _lost(twin: Twin, cleaning: Cleaning, along: float) -> tuple[np.ndarray, flo
     if cleaning.kept == 1.0 or cleaning.above_hz >= twin.frame_rate_hz / 2:
         return np.zeros((2, 2)), 0.0
     scale = [twin.scale.get(s, 1.0) for s in ("x1", "x2")]
-    fast = _fast_covariance(twin, cleaning.above_hz, 1 / twin.frame_rate_hz)
+    fast = _fast_covariance(twin, cleaning.above_hz, twin.frame_rate_hz)
     fast = fast * np.outer(scale, scale)
     once, twice = 1 - cleaning.kept, 1 - cleaning.kept**2
     of_L = once * along**2 * (fast[0, 0] + fast[1, 1] - 2 * fast[0, 1])
-    of_L += once * _fast_across(twin, cleaning.above_hz, 1 / twin.frame_rate_hz)
+    of_L += once * _fast_across(twin, cleaning.above_hz, twin.frame_rate_hz)
     return fast * np.array([[once, twice], [twice, once]]), float(of_L)
 
 
@@ -276,7 +282,7 @@ def _line_covariance(twin: Twin) -> np.ndarray:
     found = np.zeros((2, 2))
 
     def high(line: Sinusoid) -> float:
-        return line.recorded(1 / twin.frame_rate_hz, twin.form)
+        return line.recorded(twin.frame_rate_hz, twin.form)
 
     for k, series in enumerate(("x1", "x2")):
         found[k, k] += sum(high(line) ** 2 / 2 for line in twin.models[series].lines)

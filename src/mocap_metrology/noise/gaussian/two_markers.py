@@ -20,7 +20,7 @@ MIN_PER_BIN = 5  # expected count below which the chi-squared approximation is p
 SAMPLES = 1 << 13  # of the test: more would see what the outlier filter takes of the tails
 SURROGATES = 999
 LOWEST = 16  # coefficients of each half, at first
-SAME_LEVEL = 3.0
+SAME_LEVEL = 3.0  # standard errors that two halves of one level may differ by
 LEAST_OF_MEDIAN = 5  # samples in a block, so that one or two wrong ones do not make its median
 
 

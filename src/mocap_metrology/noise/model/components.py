@@ -1,7 +1,7 @@
 """Noise model of one coordinate: power laws, Gauss-Markov components, a sinusoid.
 
 One-sided spectra S(f) in mm^2/Hz, f in (0, Nyquist]; Allan variances in mm^2 at tau = m tau0;
-tau0 the frame period in s. Two forms of each:
+tau0 = 1 / frame_rate_hz the frame period in s. Two forms of each:
 
 * `sampled`: the camera takes points, so S is folded to 0..Nyquist and tau-averages are means of m
   points: AVAR = 2 Int_0^fN S(f) sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df (the discrete form of
@@ -40,8 +40,9 @@ ALPHAS = (-2, -1, 0, 1, 2)
 NAMES = re.compile(r"h_(-2|-1|0|1|2)|([qT]_c)([1-9]\d*)|A_s|f_0|width_f")
 
 
-def four_sin2(f: np.ndarray, tau0: float) -> np.ndarray:
+def four_sin2(f: np.ndarray, frame_rate_hz: float) -> np.ndarray:
     """|1 - exp(-2 pi i f tau0)|^2 = 4 sin^2(pi f tau0): the gain of first differences."""
+    tau0 = 1 / frame_rate_hz
     return 4.0 * np.sin(np.pi * tau0 * np.asarray(f, float)) ** 2
 
 
@@ -59,19 +60,20 @@ class PowerLaw:
     def psd(
         self,
         f: np.ndarray,
-        tau0: float,
+        frame_rate_hz: float,
         gain: np.ndarray | None = None,
         form: Form = "sampled",
     ) -> np.ndarray:
         """Spectrum of point samples. Random walk is the sum of all aliases of h/f^2 in closed form,
         h (pi tau0)^2 / sin^2(pi f tau0): steps of variance 2 pi^2 tau0 h. The others are h f^alpha
-        up to Nyquist. `gain`: `four_sin2(f, tau0)` where the caller has it. `form` continuous:
-        of frames that are averages over the frame period (`sampling`)."""
+        up to Nyquist. `gain`: `four_sin2(f, frame_rate_hz)` where the caller has it. `form`
+        continuous: of frames that are averages over the frame period (`sampling`)."""
+        tau0 = 1 / frame_rate_hz
         if form == "continuous":
-            gain = four_sin2(f, tau0) if gain is None else gain
-            return self.h * power_law_means(self.alpha, f, tau0, gain)
+            gain = four_sin2(f, frame_rate_hz) if gain is None else gain
+            return self.h * power_law_means(self.alpha, f, frame_rate_hz, gain)
         if self.alpha == -2:
-            gain = four_sin2(f, tau0) if gain is None else gain
+            gain = four_sin2(f, frame_rate_hz) if gain is None else gain
             return self.h * (2 * np.pi * tau0) ** 2 / gain
         return self.psd_continuous(f)
 
@@ -79,8 +81,9 @@ class PowerLaw:
         """h f^alpha."""
         return self.h * np.asarray(f, float) ** float(self.alpha)
 
-    def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
+    def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form = "sampled") -> np.ndarray:
         """Closed forms; sampled flicker, blue and violet by `sampling.band_limited`."""
+        tau0 = 1 / frame_rate_hz
         m = np.asarray(m, float)
         tau = m * tau0
         if self.alpha == 0:
@@ -125,14 +128,15 @@ class GaussMarkov:
     def psd(
         self,
         f: np.ndarray,
-        tau0: float,
+        frame_rate_hz: float,
         gain: np.ndarray | None = None,
         form: Form = "sampled",
     ) -> np.ndarray:
         """Spectrum of point samples, that of an AR(1) series with phi = exp(-tau0/T_c):
         2 tau0 var (1 - phi^2) / (1 - 2 phi cos(2 pi f tau0) + phi^2). `form` continuous: of frames
         that are averages over the frame period, ARMA(1, 1) (`sampling`)."""
-        gain = four_sin2(f, tau0) if gain is None else gain
+        tau0 = 1 / frame_rate_hz
+        gain = four_sin2(f, frame_rate_hz) if gain is None else gain
         a = tau0 / self.T_c
         if form == "continuous":
             return 2 * tau0 * self.variance * correlated_means(a, gain)
@@ -145,10 +149,11 @@ class GaussMarkov:
         """2 (q_c T_c)^2 / (1 + (2 pi f T_c)^2): one-sided, so twice the form printed in S."""
         return 2 * (self.q_c * self.T_c) ** 2 / (1 + (2 * np.pi * self.T_c * np.asarray(f)) ** 2)
 
-    def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
+    def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form = "sampled") -> np.ndarray:
         """Closed forms; with x = m tau0/T_c, a = tau0/T_c, G(x) = 2x - 3 + 4 e^-x - e^-2x:
         sampled    var [2m (sinh a - a) + G(x)] / (2 m sinh(a/2))^2,
         continuous var G(x) / x^2. Both are sums of positive terms, so no digits cancel."""
+        tau0 = 1 / frame_rate_hz
         m = np.asarray(m, float)
         a = tau0 / self.T_c
         x = m * a
@@ -182,13 +187,15 @@ class Sinusoid:
         _require(0 < self.f_0 < math.inf, f"f_0 = {self.f_0}, expected a number > 0 (in Hz)")
         _require(0 <= self.width_f < math.inf, f"width_f = {self.width_f}, expected a number >= 0")
 
-    def recorded(self, tau0: float, form: Form = "sampled") -> float:
+    def recorded(self, frame_rate_hz: float, form: Form = "sampled") -> float:
         """Amplitude in frames that are points, or averages over the frame period; mm."""
+        tau0 = 1 / frame_rate_hz
         return self.A_s * abs(float(np.sinc(self.f_0 * tau0))) if form == "continuous" else self.A_s
 
-    def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
+    def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form = "sampled") -> np.ndarray:
         """Mean over the phase; sampled A^2 sin^4(pi f m tau0) / (m sin(pi f tau0))^2, continuous
         A^2 (sin^2(x)/x)^2 with x = pi f tau (S prints it without the outer square)."""
+        tau0 = 1 / frame_rate_hz
         m = np.asarray(m, float)
         x = np.pi * self.f_0 * tau0
         if form == "continuous":
@@ -238,24 +245,24 @@ class NoiseModel:
         """The components that have a density."""
         return tuple(c for c in self.components if not isinstance(c, Sinusoid))
 
-    def psd(self, f: np.ndarray, tau0: float, form: Form | None = None) -> np.ndarray:
+    def psd(self, f: np.ndarray, frame_rate_hz: float, form: Form | None = None) -> np.ndarray:
         """One-sided spectrum of frames that are points (`sampled`) or averages over the frame
         period (`continuous`), mm^2/Hz, at 0 < f <= 1/(2 tau0); without the sinusoid."""
         form = check_form(form or self.form)
         f = np.asarray(f, float)
-        gain = four_sin2(f, tau0)
-        return sum((c.psd(f, tau0, gain, form) for c in self.broadband), np.zeros_like(f))
+        gain = four_sin2(f, frame_rate_hz)
+        return sum((c.psd(f, frame_rate_hz, gain, form) for c in self.broadband), np.zeros_like(f))
 
     def psd_continuous(self, f: np.ndarray) -> np.ndarray:
         """Unfolded one-sided spectrum, mm^2/Hz; without the sinusoid."""
         f = np.asarray(f, float)
         return sum((c.psd_continuous(f) for c in self.broadband), np.zeros_like(f))
 
-    def avar(self, m: np.ndarray, tau0: float, form: Form | None = None) -> np.ndarray:
+    def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form | None = None) -> np.ndarray:
         """Allan variance, mm^2, at tau = m tau0 (m whole numbers >= 1, any shape)."""
         form = check_form(form or self.form)
         m = np.asarray(m, float)
-        return sum((c.avar(m, tau0, form) for c in self.components), np.zeros_like(m))
+        return sum((c.avar(m, frame_rate_hz, form) for c in self.components), np.zeros_like(m))
 
     def scaled(self, factor: float) -> NoiseModel:
         """The model of `factor` times the series: h by factor^2, q_c and A_s by factor."""

@@ -107,8 +107,11 @@ def sinh_minus(a: float) -> float:
     return sum(a**n / math.factorial(n) for n in range(3, 21, 2))
 
 
-def power_law_means(alpha: int, f: np.ndarray, tau0: float, gain: np.ndarray) -> np.ndarray:
+def power_law_means(
+    alpha: int, f: np.ndarray, frame_rate_hz: float, gain: np.ndarray
+) -> np.ndarray:
     """Spectrum of the frame averages of h_alpha = 1 at 0 < f <= 1/(2 tau0); gain: 4 sin^2."""
+    tau0 = 1 / frame_rate_hz
     if alpha == 0:
         return np.ones_like(gain)
     if alpha == -2:

@@ -58,26 +58,31 @@ def integrated_avar(alpha: int, tau: float, f_h: float = math.inf) -> tuple[floa
     return unit * total, unit * error
 
 
-def averaged_samples(alpha: int, n: int, tau0: float, rng: np.random.Generator) -> np.ndarray:
+def averaged_samples(
+    alpha: int, n: int, frame_rate_hz: float, rng: np.random.Generator
+) -> np.ndarray:
     """(n,) means over successive times tau0 of noise with S = f^alpha up to f_h = 1/(2 tau0).
 
     Of such a series the mean of m samples is the mean over m tau0, so its sampled Allan variance is
     the continuous one at every m. A camera takes points instead, see `model`.
     """
     length = circle_length(n)
-    spectrum = increment_spectrum(NoiseModel((PowerLaw(alpha, 1.0),)), length, tau0)
+    spectrum = increment_spectrum(NoiseModel((PowerLaw(alpha, 1.0),)), length, frame_rate_hz)
     mean = np.sinc(np.arange(spectrum.size) / length) ** 2
     # `PowerLaw.psd` holds the aliases of a random walk; there are none here
     spectrum *= mean**2 if alpha == -2 else mean
-    return draw(spectrum, n, length, tau0, rng)
+    return draw(spectrum, n, length, frame_rate_hz, rng)
 
 
 def simulated_avar(
-    alpha: int, m: np.ndarray, n: int, tau0: float, repeats: int, rng: np.random.Generator
+    alpha: int, m: np.ndarray, n: int, frame_rate_hz: float, repeats: int, rng: np.random.Generator
 ) -> np.ndarray:
     """(repeats, k) overlapping Allan variances at m tau0 of `averaged_samples`."""
     return np.array(
-        [allan_variance(averaged_samples(alpha, n, tau0, rng), m).variance for _ in range(repeats)]
+        [
+            allan_variance(averaged_samples(alpha, n, frame_rate_hz, rng), m).variance
+            for _ in range(repeats)
+        ]
     )
 
 
@@ -104,8 +109,8 @@ def slope_and_error(tau: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     return float(weights @ np.log(mean)), float(scatter.std(ddof=1) / math.sqrt(scatter.size))
 
 
-def camera_avar(alpha: int, m: np.ndarray, tau0: float) -> np.ndarray:
+def camera_avar(alpha: int, m: np.ndarray, frame_rate_hz: float) -> np.ndarray:
     """(k,) what point samples, one every tau0, have instead (`PowerLaw.avar`, sampled)."""
     if alpha not in ALPHAS:
         raise ValueError(f"alpha {alpha}, expected one of {ALPHAS}")
-    return PowerLaw(alpha, 1.0).avar(m, tau0, "sampled")
+    return PowerLaw(alpha, 1.0).avar(m, frame_rate_hz, "sampled")

@@ -41,35 +41,37 @@ def circle_length(n: int) -> int:
 def increment_spectrum(
     model: NoiseModel,
     length: int,
-    tau0: float,
+    frame_rate_hz: float,
     bins: int | None = None,
     form: Form = "sampled",
 ) -> np.ndarray:
     """One-sided spectrum of the differences, mm^2/Hz, at k / (length tau0), k = 0 ... length/2 or
     the first `bins` of them."""
+    tau0 = 1 / frame_rate_hz
     spectrum = np.zeros(length // 2 + 1 if bins is None else bins)
     for start in range(1, spectrum.size, BLOCK):
         stop = min(start + BLOCK, spectrum.size)
         f = np.arange(start, stop) / (length * tau0)
-        gain = four_sin2(f, tau0)
+        gain = four_sin2(f, frame_rate_hz)
         for component in model.broadband:
-            spectrum[start:stop] += gain * component.psd(f, tau0, gain, form)
+            spectrum[start:stop] += gain * component.psd(f, frame_rate_hz, gain, form)
     low = spectrum[:CORRECTED_BINS]
     for component in model.broadband:
         if isinstance(component, GaussMarkov):
-            low += _correlated_tail(component, length, tau0, low.size, form)
+            low += _correlated_tail(component, length, frame_rate_hz, low.size, form)
         elif component.alpha == -1:
-            low += _flicker_tail(component, length, tau0, low.size)
+            low += _flicker_tail(component, length, frame_rate_hz, low.size)
         elif component.alpha == -2:
             low[0] += component.h * (2 * np.pi * tau0) ** 2
     return spectrum
 
 
 def _correlated_tail(
-    part: GaussMarkov, length: int, tau0: float, bins: int, form: Form
+    part: GaussMarkov, length: int, frame_rate_hz: float, bins: int, form: Form
 ) -> np.ndarray:
     """-2 tau0 * 2 sum over j > M/2 of R_D(j) cos(2 pi j k/M), R_D(j) = -var (1-phi)^2 phi^(j-1),
     of averages `correlated_gain` times that; the lag M/2 itself counts half. A geometric series."""
+    tau0 = 1 / frame_rate_hz
     a = tau0 / part.T_c
     if a > NO_TAIL:
         return np.zeros(bins)
@@ -83,11 +85,12 @@ def _correlated_tail(
     return found
 
 
-def _flicker_tail(part: PowerLaw, length: int, tau0: float, bins: int) -> np.ndarray:
+def _flicker_tail(part: PowerLaw, length: int, frame_rate_hz: float, bins: int) -> np.ndarray:
     """The same for R_D(j) = -h / j^2 (far lags of flicker, points or averages), the sum taken as
     an integral: Int_1^inf cos(a t)/t^2 dt = cos a - a (pi/2 - Si(a)), a = pi k."""
     from scipy.special import sici
 
+    tau0 = 1 / frame_rate_hz
     a = np.pi * np.arange(bins)
     integral = np.cos(a) - a * (np.pi / 2 - sici(a)[0])
     found: np.ndarray = 8 * tau0 * part.h / length * integral
@@ -120,11 +123,13 @@ def implied_coherence(first: np.ndarray, second: np.ndarray, difference: np.ndar
 
 
 def coherence(
-    models: Mapping[str, NoiseModel], f: np.ndarray, tau0: float, form: Form = "sampled"
+    models: Mapping[str, NoiseModel], f: np.ndarray, frame_rate_hz: float, form: Form = "sampled"
 ) -> np.ndarray:
     """(S_x1 + S_x2 - S_L) / (2 sqrt(S_x1 S_x2)) of the frames' spectra, not clipped: what the
     models of x1, x2 and their distance L imply. Beyond [-1, 1] the three contradict each other."""
-    return implied_coherence(*(models[series].psd(f, tau0, form) for series in ("x1", "x2", "L")))
+    return implied_coherence(
+        *(models[series].psd(f, frame_rate_hz, form) for series in ("x1", "x2", "L"))
+    )
 
 
 def clipped_bands(
@@ -136,7 +141,7 @@ def clipped_bands(
         return []
     low, high = frame_rate_hz / n, frame_rate_hz / 2
     f = np.geomspace(low, high, max(2, int(np.log(high / low) * 200)))
-    clipped = np.abs(coherence(models, f, 1 / frame_rate_hz, form)) > 1
+    clipped = np.abs(coherence(models, f, frame_rate_hz, form)) > 1
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clipped, [False]])))
     return [[float(f[a]), float(f[b - 1])] for a, b in edges.reshape(-1, 2)]
 
@@ -146,7 +151,7 @@ def draw_pair(
     second: NoiseModel,
     cross: Cross,
     n: int,
-    tau0: float,
+    frame_rate_hz: float,
     rng: np.random.Generator,
     form: Form = "sampled",
     shared: Shared | None = None,
@@ -156,14 +161,17 @@ def draw_pair(
     Per frequency, with independent complex normals n1 and n2 and the real coherence c:
     X1 = sqrt(S1) n1, X2 = sqrt(S2) (c n1 + sqrt(1 - c^2) n2).
     """
+    tau0 = 1 / frame_rate_hz
     length = circle_length(n)
     slow = 0 if shared is None else min(int(shared.below_hz * length * tau0) + 1, length // 2)
-    spectra = [increment_spectrum(model, length, tau0, form=form) for model in (first, second)]
+    spectra = [
+        increment_spectrum(model, length, frame_rate_hz, form=form) for model in (first, second)
+    ]
     difference = cross.difference
     if difference is None:
         c = np.full_like(spectra[0], cross.constant)
     else:
-        third = increment_spectrum(difference, length, tau0, form=form)
+        third = increment_spectrum(difference, length, frame_rate_hz, form=form)
         c = implied_coherence(spectra[0], spectra[1], third)
         np.clip(c, -1.0, 1.0, out=c)
         c *= cross.factor
@@ -171,7 +179,7 @@ def draw_pair(
     common = circle_normals(length, rng)
     if shared is not None:
         common[:slow] = circle_normals(2 * slow, shared.rng)[:slow]
-    one = _series(common * np.sqrt(spectra[0]), n, length, tau0)
+    one = _series(common * np.sqrt(spectra[0]), n, length, frame_rate_hz)
     common *= c
     own = circle_normals(length, rng)
     if shared is not None:
@@ -180,15 +188,15 @@ def draw_pair(
     common += own
     del own, c
     common *= np.sqrt(spectra[1])
-    return one, _series(common, n, length, tau0)
+    return one, _series(common, n, length, frame_rate_hz)
 
 
 def draw(
-    spectrum: np.ndarray, n: int, length: int, tau0: float, rng: np.random.Generator
+    spectrum: np.ndarray, n: int, length: int, frame_rate_hz: float, rng: np.random.Generator
 ) -> np.ndarray:
     """A series of n values, 0 at its first, whose differences have the given one-sided spectrum,
     (length/2 + 1,)."""
-    return _series(circle_normals(length, rng) * np.sqrt(spectrum), n, length, tau0)
+    return _series(circle_normals(length, rng) * np.sqrt(spectrum), n, length, frame_rate_hz)
 
 
 def circle_normals(length: int, rng: np.random.Generator) -> np.ndarray:
@@ -200,10 +208,11 @@ def circle_normals(length: int, rng: np.random.Generator) -> np.ndarray:
     return values
 
 
-def _series(amplitude: np.ndarray, n: int, length: int, tau0: float) -> np.ndarray:
+def _series(amplitude: np.ndarray, n: int, length: int, frame_rate_hz: float) -> np.ndarray:
     """Sum the differences whose spectral amplitudes are given (mean square = one-sided S)."""
     from scipy.fft import irfft
 
+    tau0 = 1 / frame_rate_hz
     amplitude *= np.sqrt(length / (2 * tau0))
     series = np.zeros(n)
     np.cumsum(irfft(amplitude, length, workers=1, overwrite_x=True)[: n - 1], out=series[1:])

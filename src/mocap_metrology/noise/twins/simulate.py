@@ -105,7 +105,7 @@ def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[Row]:
             cross = Cross(constant=twin.yz_coherence)
         rng = stream(twin.name, seed, letter)
         position[0, axis], position[1, axis] = draw_pair(
-            first, second, cross, n, tau0, rng, twin.form, _shared(twin, seed, letter)
+            first, second, cross, n, twin.frame_rate_hz, rng, twin.form, _shared(twin, seed, letter)
         )
     lines = _lines(twin, stream(twin.slow.take if twin.slow else twin.name, seed, "phases"))
     t = np.arange(n if lines else 0) * tau0
@@ -143,7 +143,7 @@ def _lines(twin: Twin, rng: np.random.Generator) -> list[_Line]:
                 places = [("x1", 0.5), ("x2", -0.5)]
             else:
                 places = []
-            height = line.recorded(1 / twin.frame_rate_hz, twin.form)
+            height = line.recorded(twin.frame_rate_hz, twin.form)
             found += [
                 {
                     "of": series,

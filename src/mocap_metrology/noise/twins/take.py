@@ -1,14 +1,23 @@
-"""A simulated take: every camera has its own noise, and recordings are subsets of the cameras.
+"""A simulated take: cameras round a hall, each with its own noise; recordings are subsets of them.
 
-The position of a marker from a subset is start + motion + A^-1 sum_i J_i^T e_i (`triangulation`),
-with the centroid errors e_i of the cameras in it. They and the motion depend on the seed and the
-camera alone, so recordings of two subsets with one seed hold the same frames: what they have in
-common is what real subsets of a take have in common.
+Camera i sees a marker at p as a pinhole does, q = c + f (X/Z, Y/Z) in pixels, with (X, Y, Z) =
+R_i (p - o_i). Centroid noise e_i has standard deviation s_i pixels in both directions. The position
+that minimises the sum of squared residuals of a set of cameras has, to first order, the error
+
+    A^-1 sum_i J_i^T e_i,   A = sum_i J_i^T J_i,   J_i = dq_i / dp  (2 x 3)
+
+so positions p_a, p_b from two sets of the same frames have the covariance
+A_a^-1 (sum over cameras in both of s_i^2 J_i^T J_i) A_b^-1. Hall and optics as in S section 3.1 and
+Table 2. Lengths in mm.
+
+The position of a marker from a subset is start + motion + that error. Centroid errors and motion
+depend on the seed and the camera alone, so recordings of two subsets with one seed hold the same
+frames: what they have in common is what real subsets of a take have in common.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,13 +26,162 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.simulate import AXES, SimulatedRecording, stream
-from mocap_metrology.noise.twins.triangulation import (
-    Facility,
-    gain_matrices,
-    joint_covariance,
-    random_facility,
-)
 from mocap_metrology.noise.twins.twin import Point
+
+HALL_MM = (9000.0, 5000.0, 3000.0)  # S section 3.1
+WAND_MM = 160.0  # distance of the two markers, S Table 4
+# Focal length in pixels: half the sensor's width over the tangent of half the angle of view (S
+# Table 2; sensors 4, 1 and 5 MP wide as the makers say)
+FOCAL_PX = {
+    "T40": 2336 / 2 / np.tan(np.radians(49.15 / 2)),
+    "Bonita": 1024 / 2 / np.tan(np.radians(70.29 / 2)),
+    "Vantage": 2432 / 2 / np.tan(np.radians(63.5 / 2)),
+}
+
+
+@dataclass(frozen=True)
+class Facility:
+    """`n` cameras and markers. origins_mm: (n, 3); rotations: (n, 3, 3), rows are the camera's
+    right, down and forward; focal_px: (n,); markers_mm: (k, 3)."""
+
+    origins_mm: np.ndarray
+    rotations: np.ndarray
+    focal_px: np.ndarray
+    markers_mm: np.ndarray
+
+    @property
+    def n(self) -> int:
+        return len(self.origins_mm)
+
+
+def random_facility(
+    rng: np.random.Generator, n: int, camera_type: str = "Vantage", groups: int = 4
+) -> Facility:
+    """`n` cameras on a scaffold round the hall, 2 to 3 m high, aimed within 5 degrees of the wand.
+
+    They hang in `groups` places with about a metre between neighbours, which makes the noise of a
+    subset depend on who is in it as much as S's coefficients do. The wand lies near the middle, up
+    to 1.2 m above the floor, turned at random.
+    """
+    place = rng.uniform(0, 1, groups)[rng.integers(groups, size=n)] + rng.normal(0, 0.03, n)
+    origins = _on_scaffold(place, rng.uniform(2000, HALL_MM[2], n))
+    middle = np.array([*rng.normal(0, 300, 2), rng.uniform(0, 1200)])
+    turn = rng.uniform(0, 2 * np.pi)
+    half = WAND_MM / 2 * np.array([np.cos(turn), np.sin(turn), 0.0])
+    forward = middle - origins
+    forward /= np.linalg.norm(forward, axis=1)[:, None]
+    forward += np.tan(np.radians(5)) * rng.uniform(-1, 1, (n, 3))
+    rotations = np.array([_looking(direction) for direction in forward])
+    focal = np.full(n, FOCAL_PX[camera_type])
+    return Facility(origins, rotations, focal, np.array([middle - half, middle + half]))
+
+
+def _on_scaffold(place: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """(n, 3) points on the hall's outline, `place` going round once from 0 to 1."""
+    length, width = HALL_MM[:2]
+    along = (place % 1.0) * 2 * (length + width)
+    corners = np.array([0, length, length + width, 2 * length + width, 2 * (length + width)])
+    x = np.interp(along, corners, [0, length, length, 0, 0]) - length / 2
+    y = np.interp(along, corners, [0, 0, width, width, 0]) - width / 2
+    return np.stack([x, y, height], axis=1)
+
+
+def _looking(direction: np.ndarray) -> np.ndarray:
+    """Rotation of a camera that looks along `direction` and stands upright."""
+    forward = direction / np.linalg.norm(direction)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(forward, right), forward])
+
+
+def project(facility: Facility, points_mm: np.ndarray) -> np.ndarray:
+    """(n, 2) pixels at which the cameras see one point (3,), or each its own (n, 3)."""
+    seen = np.einsum("nij,nj->ni", facility.rotations, points_mm - facility.origins_mm)
+    found: np.ndarray = facility.focal_px[:, None] * seen[:, :2] / seen[:, 2:]
+    return found
+
+
+def jacobians(facility: Facility, marker: int) -> np.ndarray:
+    """(n, 2, 3) pixels per mm: J_i at a marker."""
+    rotations = facility.rotations
+    offset = facility.markers_mm[marker] - facility.origins_mm
+    seen = np.einsum("nij,nj->ni", rotations, offset)
+    depth = seen[:, 2, None, None]
+    ratio = seen[:, :2, None] / depth
+    found: np.ndarray = (
+        facility.focal_px[:, None, None] * (rotations[:, :2] - ratio * rotations[:, 2:]) / depth
+    )
+    return found
+
+
+def joint_covariance(
+    facility: Facility, marker: int, noise_px: np.ndarray, subsets: Sequence[Sequence[int]]
+) -> np.ndarray:
+    """(3 s, 3 s) covariance in mm^2 of one marker's positions from `s` subsets of the same frames.
+
+    noise_px: (n,) centroid noise of each camera; subsets: indices of cameras.
+    """
+    gains = gain_matrices(facility, marker, subsets)
+    found: np.ndarray = np.einsum("sidk,k,tjdk->sitj", gains, noise_px**2, gains).reshape(
+        3 * len(subsets), 3 * len(subsets)
+    )
+    return found
+
+
+def gain_matrices(facility: Facility, marker: int, subsets: Sequence[Sequence[int]]) -> np.ndarray:
+    """(s, 3, 2, n): what a pixel of centroid error in each camera moves the position by, A^-1
+    J_i^T; zero for cameras that are not in the subset."""
+    jacobian = jacobians(facility, marker)
+    gains = np.zeros((len(subsets), 3, 2, facility.n))
+    for gain, subset in zip(gains, subsets, strict=True):
+        own = jacobian[list(subset)]
+        inverse = np.linalg.inv(np.einsum("nki,nkj->ij", own, own))
+        gain[:, :, list(subset)] = np.einsum("ij,nkj->ikn", inverse, own)
+    return gains
+
+
+def positions(
+    facility: Facility, marker: int, centroids_px: np.ndarray, subset: Sequence[int]
+) -> np.ndarray:
+    """(3, frames) errors of a marker's position from centroid errors (n, 2, frames)."""
+    gain = gain_matrices(facility, marker, [subset])[0]
+    found: np.ndarray = np.einsum("idk,kdt->it", gain, centroids_px)
+    return found
+
+
+def triangulate(
+    facility: Facility, pixels: np.ndarray, subset: Sequence[int], start_mm: np.ndarray
+) -> np.ndarray:
+    """(3,) point with the least sum of squared residuals (two a camera), solved without
+    linearising: what `positions` is checked against. pixels: (n, 2)."""
+    from scipy.optimize import least_squares
+
+    own = list(subset)
+
+    def residual(point: np.ndarray) -> np.ndarray:
+        found: np.ndarray = (project(facility, point)[own] - pixels[own]).ravel()
+        return found
+
+    found: np.ndarray = least_squares(
+        residual, start_mm, x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15
+    ).x
+    return found
+
+
+def wishart_blocks(
+    rng: np.random.Generator, covariance: np.ndarray, dof: float, n_blocks: int
+) -> np.ndarray:
+    """(n_blocks, k, k) estimates of a covariance, each with `dof / n_blocks` degrees of freedom."""
+    each = dof / n_blocks
+    root = np.linalg.cholesky(covariance + 1e-13 * np.trace(covariance) * np.eye(len(covariance)))
+    k = len(covariance)
+    drawn = np.zeros((n_blocks, k, k))
+    low = np.tril_indices(k, -1)
+    drawn[:, low[0], low[1]] = rng.standard_normal((n_blocks, len(low[0])))
+    diagonal = np.sqrt(rng.chisquare(each - np.arange(k), (n_blocks, k)))
+    drawn[:, range(k), range(k)] = diagonal
+    half = root @ drawn  # Bartlett's decomposition
+    return half @ half.transpose(0, 2, 1) / each
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ LAW_COLUMNS = (
     *("h_0_b", "h_0_b_std_error", "h_0_b_p", "h_0_scatter"),
 )
 
-
+# Ratio by which a factor must exceed that of another averaging time to be shown in its place
 CLEARLY = 1.2
 
 

@@ -166,7 +166,7 @@ class Published:
         model = published_row(*key)[series]
         tau0 = 1 / FRAME_RATE_HZ
         m = np.asarray(tau_s, float) / tau0
-        deviation: np.ndarray = np.sqrt(model.avar(m, tau0, "continuous"))
+        deviation: np.ndarray = np.sqrt(model.avar(m, FRAME_RATE_HZ, "continuous"))
         return deviation
 
     def coefficients(self, key: Key, series: str) -> dict[str, float]:

@@ -180,7 +180,7 @@ def _negligible(study: Study) -> Finding:
             for f_0, a in study.lines(key, series):
                 if LINE_HZ[0] <= f_0 <= LINE_HZ[1]:
                     m = np.array([0.371 / f_0 * FRAME_RATE_HZ])
-                    own = Sinusoid(a, f_0).avar(m, 1 / FRAME_RATE_HZ, "continuous")[0]
+                    own = Sinusoid(a, f_0).avar(m, FRAME_RATE_HZ, "continuous")[0]
                     shares.append(own / study.adev(key, series, m / FRAME_RATE_HZ)[0] ** 2)
     if not shares:
         return unknown("no periodic term between 13 and 16 Hz")
@@ -200,10 +200,10 @@ def _contributions(study: Study) -> Finding:
             model = model_of(study, key, series)
             for tau in (1 / 120, 1000.0):
                 m = np.array([tau * 120])
-                total = model.avar(m, 1 / 120, "continuous")[0]
+                total = model.avar(m, 120, "continuous")[0]
                 for name, alphas in groups.items():
                     part = sum(
-                        c.avar(m, 1 / 120, "continuous")[0]
+                        c.avar(m, 120, "continuous")[0]
                         for c in model.components
                         if getattr(c, "alpha", None) in alphas
                     )

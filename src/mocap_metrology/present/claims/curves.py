@@ -98,14 +98,14 @@ def _random_walk(study: Study) -> Finding:
         for series in COORDINATES:
             model = model_of(study, key, series)
             m = np.array([1000.0 * 120])
-            total = model.avar(m, 1 / 120, "continuous")[0]
+            total = model.avar(m, 120, "continuous")[0]
             walk = sum(
-                c.avar(m, 1 / 120, "continuous")[0]
+                c.avar(m, 120, "continuous")[0]
                 for c in model.components
                 if getattr(c, "alpha", 0) == -2
             )
             slow = sum(
-                c.avar(m, 1 / 120, "continuous")[0]
+                c.avar(m, 120, "continuous")[0]
                 for c in model.components
                 if getattr(c, "T_c", 0) >= 1000
             )

@@ -134,7 +134,7 @@ def _weighted(study: Study) -> Finding:
             off = {}
             for name in (S_ESTIMATOR, ORDINARY):
                 model = NoiseModel.from_coefficients(study.fitted(key, series, name))
-                fit = model.avar(m, 1 / FRAME_RATE_HZ, "continuous")
+                fit = model.avar(m, FRAME_RATE_HZ, "continuous")
                 off[name] = float(np.sqrt(np.median((1 - fit / adev**2) ** 2)))
             ratios.append(off[ORDINARY] / off[S_ESTIMATOR])
             larger.append(ratios[-1] > 1)
@@ -158,7 +158,7 @@ def _low_pass(study: Study) -> Finding:
 
 def _share_kept(model: NoiseModel, low: float, high: float) -> float:
     f = np.geomspace(low, high, NODES)
-    psd = model.psd(f, 1 / FRAME_RATE_HZ, "continuous")
+    psd = model.psd(f, FRAME_RATE_HZ, "continuous")
     gain = (1 + (f / LOW_PASS_HZ) ** 4) ** -2.0
     return float(np.trapezoid(gain * psd, f) / np.trapezoid(psd, f))
 
@@ -175,9 +175,9 @@ def _band_stop(study: Study) -> Finding:
                 model = NoiseModel(model_of(study, key, series).broadband)
                 f = np.geomspace(*FAST_HZ, NODES)
                 inside = np.linspace(f_0 - NOTCH_HZ / 2, f_0 + NOTCH_HZ / 2, NODES)
-                whole = np.trapezoid(model.psd(f, 1 / FRAME_RATE_HZ, "continuous"), f)
+                whole = np.trapezoid(model.psd(f, FRAME_RATE_HZ, "continuous"), f)
                 taken.append(
-                    np.trapezoid(model.psd(inside, 1 / FRAME_RATE_HZ, "continuous"), inside) / whole
+                    np.trapezoid(model.psd(inside, FRAME_RATE_HZ, "continuous"), inside) / whole
                 )
     if not taken:
         return unknown("no periodic term above 1.5 Hz")

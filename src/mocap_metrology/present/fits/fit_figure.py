@@ -99,7 +99,7 @@ def fit_figure(
     allan: Mapping[str, np.ndarray],
     periodogram: Mapping[str, np.ndarray],
     estimates: Mapping[str, Sequence[NoiseRow]],
-    tau0: float,
+    frame_rate_hz: float,
     note: str = "",
     *,
     main: str = DEFAULT_ESTIMATOR,
@@ -110,11 +110,11 @@ def fit_figure(
 
     allan: arrays `m`, `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`, `n_terms`; periodogram:
     arrays `f_hz`, `f_lower_hz`, `f_upper_hz`, `psd_mm2_hz`, `dof`; estimates: rows of noise.csv of
-    this series by estimator; tau0: frame period, s. Components are those of `main`; models are
+    this series by estimator. Components are those of `main`; models are
     drawn in the form of Allan variances they were fitted in, spectra in that of `main`. confidence:
     of the intervals of `allan`; lines_subtracted: whether the sinusoid is gone from `periodogram`.
     """
-    duration = recorded_s(allan, tau0)
+    duration = recorded_s(allan, frame_rate_hz)
     fits = {name: fit_of(name, rows, duration) for name, rows in estimates.items() if rows}
     chosen = fits.pop(main, None) or fit_of(main, [])
     others = [fit for fit in fits.values() if fit.parts]
@@ -125,9 +125,9 @@ def fit_figure(
     key_mm = sum(strip_height(group, width) for group in groups) + BELOW_MM
     sheet = blank_sheet(key_top + key_mm + lines_mm(len(below), SMALL_PT) + 1.5, title, note)
     spectrum = Spectrum.of(periodogram, lines=not lines_subtracted)
-    _allan_column(sheet, LEFT_MM, allan, chosen, others, tau0)
+    _allan_column(sheet, LEFT_MM, allan, chosen, others, frame_rate_hz)
     left = LEFT_MM + PANEL_MM[0] + BETWEEN_MM
-    _psd_column(sheet, left, spectrum, chosen, others, tau0, confidence)
+    _psd_column(sheet, left, spectrum, chosen, others, frame_rate_hz, confidence)
     for group in groups:
         strip(sheet, MARGIN_MM, key_top, width, group)
         key_top += strip_height(group, width)
@@ -199,8 +199,9 @@ def _nothing(axes: Axes) -> None:
 
 def _allan_column(
     sheet: Sheet, left: float, allan: Mapping[str, np.ndarray], fit: Fit, others: Sequence[Fit],
-    tau0: float,
+    frame_rate_hz: float,
 ) -> None:  # fmt: skip
+    tau0 = 1 / frame_rate_hz
     axes, below = _columns_axes(sheet, left)
     m, tau, adev, lower, upper = (
         np.asarray(allan[k], dtype=np.float64)
@@ -224,11 +225,11 @@ def _allan_column(
     axes.fill_between(tau, _clip(lower, y_limits), _clip(upper, y_limits), **BAND)
     grid = drawn_m(int(m.max(initial=2)))
     _draw_models(axes, grid * tau0, y_limits, fit, others, lambda c, form: drawn_avar(
-        c, grid, tau0, form), lambda f: fit_avar(f, grid, tau0), 0.5)  # fmt: skip
+        c, grid, frame_rate_hz, form), lambda f: fit_avar(f, grid, frame_rate_hz), 0.5)  # fmt: skip
     axes.plot(tau, adev, zorder=3, ls="", **DATA)
     _number_peaks(axes, fit, (x_limits, y_limits))
     with np.errstate(divide="ignore", invalid="ignore"):
-        curves = [np.sqrt(fit_avar(f, m, tau0)) for f in (fit, *others)]
+        curves = [np.sqrt(fit_avar(f, m, frame_rate_hz)) for f in (fit, *others)]
         off = [100 * (adev / curve - 1) for curve in curves]
         ends = [100 * (end / curves[0] - 1) for end in (lower, upper)]
     _percent_axis(below, off[0])
@@ -295,9 +296,10 @@ def _percent_axis(axes: Axes, values: np.ndarray) -> None:
 
 
 def _psd_column(
-    sheet: Sheet, left: float, data: Spectrum, fit: Fit, others: Sequence[Fit], tau0: float,
-    confidence: float,
+    sheet: Sheet, left: float, data: Spectrum, fit: Fit, others: Sequence[Fit],
+    frame_rate_hz: float, confidence: float,
 ) -> None:  # fmt: skip
+    tau0 = 1 / frame_rate_hz
     axes, below = _columns_axes(sheet, left)
     x_limits = log_limits([data.f])
     low, high = log_limits([data.psd], 1.0, 16.0)
@@ -306,7 +308,7 @@ def _psd_column(
     decade_axis(axes, "y", y_limits, PANEL_MM[1])
     decade_axis(below, "x", x_limits, PANEL_MM[0])
     axes.tick_params(labelbottom=False)
-    head(axes, "Power spectral density", _beyond(data, fit, tau0))
+    head(axes, "Power spectral density", _beyond(data, fit, frame_rate_hz))
     label_axes(axes, y="PSD (mm²/Hz)", y_mm=12.5)
     label_axes(below, x="Frequency (Hz)", y="Residual (σ)", y_mm=12.5)
     if not data.f.size:
@@ -315,23 +317,26 @@ def _psd_column(
     axes.vlines(data.f, lower, upper, color=GREY, lw=0.5, alpha=0.6)
     axes.plot(data.f, data.psd, ls="", **DOTS)
     f = np.geomspace(x_limits[0], min(x_limits[1], 0.5 / tau0), 300)
-    _draw_models(axes, f, y_limits, fit, others, lambda c, _: c.psd(f, tau0, form=fit.form),
-                 lambda other: other.model.psd(f, tau0, fit.form), 1.0)  # fmt: skip
+    _draw_models(axes, f, y_limits, fit, others,
+                 lambda c, _: c.psd(f, frame_rate_hz, form=fit.form),
+                 lambda other: other.model.psd(f, frame_rate_hz, fit.form), 1.0)  # fmt: skip
     for part, how in zip(fit.parts, part_styles(fit), strict=True):
         if isinstance(part.component, Sinusoid):
-            _stem(axes, part.component, data, fit, how, tau0)
-    _sigma_panel(below, data, fit, tau0)
+            _stem(axes, part.component, data, fit, how, frame_rate_hz)
+    _sigma_panel(below, data, fit, frame_rate_hz)
 
 
-def _stem(axes: Axes, line: Sinusoid, data: Spectrum, fit: Fit, how: Keywords, tau0: float) -> None:
+def _stem(
+    axes: Axes, line: Sinusoid, data: Spectrum, fit: Fit, how: Keywords, frame_rate_hz: float
+) -> None:
     """The sinusoid at f_0: from the continuum up to what it makes of its bin's density."""
-    base = float(fit.model.psd(np.array([line.f_0]), tau0)[0])
-    top = base + float(data.share(line, tau0, fit.form).max(initial=0.0))
+    base = float(fit.model.psd(np.array([line.f_0]), frame_rate_hz)[0])
+    top = base + float(data.share(line, frame_rate_hz, fit.form).max(initial=0.0))
     axes.vlines(line.f_0, base or axes.get_ylim()[0], top, color=how["color"], lw=1.6, zorder=4)
     axes.plot([line.f_0], [top], "D", color=how["color"], markersize=3.5, zorder=4)
 
 
-def _sigma_panel(axes: Axes, data: Spectrum, fit: Fit, tau0: float) -> None:
+def _sigma_panel(axes: Axes, data: Spectrum, fit: Fit, frame_rate_hz: float) -> None:
     """Residuals in standard deviations, with those of one and two shaded."""
     limit = MOST_SIGMA
     linear_axis(axes, "y", (-limit, limit), 5)
@@ -340,7 +345,7 @@ def _sigma_panel(axes: Axes, data: Spectrum, fit: Fit, tau0: float) -> None:
     axes.axhline(0, color=INK, lw=0.8)
     if not fit.parts:
         return
-    residual = data.residual(fit.model, tau0)
+    residual = data.residual(fit.model, frame_rate_hz)
     axes.plot(data.f, np.where(np.abs(residual) <= limit, residual, np.nan), ls="", **DOTS)
     beyond = [residual > limit, residual < -limit]
     for where, marker, at in zip(beyond, "^v", (0.92, -0.92), strict=True):
@@ -348,11 +353,11 @@ def _sigma_panel(axes: Axes, data: Spectrum, fit: Fit, tau0: float) -> None:
         axes.plot(data.f[where], at_edge, marker, color=LOOKS["y"].colour, markersize=3)
 
 
-def _beyond(data: Spectrum, fit: Fit, tau0: float) -> str:
+def _beyond(data: Spectrum, fit: Fit, frame_rate_hz: float) -> str:
     """How many residuals the axis does not hold."""
     if not fit.parts:
         return ""
-    count = int((np.abs(data.residual(fit.model, tau0)) > MOST_SIGMA).sum())
+    count = int((np.abs(data.residual(fit.model, frame_rate_hz)) > MOST_SIGMA).sum())
     return f"{count} beyond {MOST_SIGMA:g} σ" if count else ""
 
 

@@ -103,8 +103,9 @@ class Under:
     part: Deterministic
     duration_s: float
 
-    def avar(self, m: np.ndarray, tau0: float, form: Form = "sampled") -> np.ndarray:
+    def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form = "sampled") -> np.ndarray:
         """(k,) mm^2 at whole m (k,), of frames of either form: it is slow."""
+        tau0 = 1 / frame_rate_hz
         return self.part.avar(np.asarray(m, float) * tau0, self.duration_s)
 
 
@@ -131,9 +132,10 @@ class Fit:
     under: str = ""
 
 
-def recorded_s(allan: Mapping[str, np.ndarray], tau0: float) -> float:
+def recorded_s(allan: Mapping[str, np.ndarray], frame_rate_hz: float) -> float:
     """Duration, s, of the series of columns `m` and `n_terms` of an overlapping Allan deviation:
     n frames have n - 2m + 1 terms, and fewer only where gaps are long beside m."""
+    tau0 = 1 / frame_rate_hz
     m, terms = (np.asarray(allan[k], float) for k in ("m", "n_terms"))
     return tau0 * float(np.max(terms + 2 * m - 1, initial=0.0))
 
@@ -244,34 +246,37 @@ def drawn_m(last: int) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def _unit_avar(alpha: int, form: Form, tau0: float, m: bytes) -> np.ndarray:
+def _unit_avar(alpha: int, form: Form, frame_rate_hz: float, m: bytes) -> np.ndarray:
     """Allan variance of h = 1: an integral a point, and the same for every series."""
-    return PowerLaw(alpha, 1.0).avar(np.frombuffer(m, np.int64), tau0, form)
+    return PowerLaw(alpha, 1.0).avar(np.frombuffer(m, np.int64), frame_rate_hz, form)
 
 
-def component_avar(c: Component | Under, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
+def component_avar(
+    c: Component | Under, m: np.ndarray, frame_rate_hz: float, form: Form
+) -> np.ndarray:
     """Allan variance of a component; whole m (k,)."""
     if isinstance(c, PowerLaw):
-        return c.h * _unit_avar(c.alpha, form, tau0, np.asarray(m, np.int64).tobytes())
-    return c.avar(m, tau0, form)
+        return c.h * _unit_avar(c.alpha, form, frame_rate_hz, np.asarray(m, np.int64).tobytes())
+    return c.avar(m, frame_rate_hz, form)
 
 
-def model_avar(model: NoiseModel, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
+def model_avar(model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form) -> np.ndarray:
     """`NoiseModel.avar`, with what is the same for every series computed once."""
-    parts = (component_avar(c, m, tau0, form) for c in model.components)
+    parts = (component_avar(c, m, frame_rate_hz, form) for c in model.components)
     return sum(parts, np.zeros(len(m)))
 
 
-def fit_avar(fit: Fit, m: np.ndarray, tau0: float) -> np.ndarray:
+def fit_avar(fit: Fit, m: np.ndarray, frame_rate_hz: float) -> np.ndarray:
     """Allan variance of all that was found: of the noise, and of what lies under it."""
     parts = (part.component for part in fit.parts)
-    under = (c.avar(m, tau0) for c in parts if isinstance(c, Under))
-    return sum(under, model_avar(fit.model, m, tau0, fit.form))
+    under = (c.avar(m, frame_rate_hz) for c in parts if isinstance(c, Under))
+    return sum(under, model_avar(fit.model, m, frame_rate_hz, fit.form))
 
 
-def drawn_avar(c: Component | Under, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
+def drawn_avar(c: Component | Under, m: np.ndarray, frame_rate_hz: float, form: Form) -> np.ndarray:
     """The same to draw: of a sinusoid the envelope where its periods are too narrow."""
-    values = component_avar(c, m, tau0, form)
+    tau0 = 1 / frame_rate_hz
+    values = component_avar(c, m, frame_rate_hz, form)
     if not isinstance(c, Sinusoid):
         return values
     x = np.pi * c.f_0 * tau0
@@ -313,21 +318,21 @@ class Spectrum:
         )
         return low, high
 
-    def share(self, line: Sinusoid, tau0: float, form: Form) -> np.ndarray:
+    def share(self, line: Sinusoid, frame_rate_hz: float, form: Form) -> np.ndarray:
         """What a sinusoid adds to each bin's density: A^2/2 over its width, A as recorded."""
         inside = (self.lower <= line.f_0) & (line.f_0 < self.upper)
-        power = line.recorded(tau0, form) ** 2 / 2
+        power = line.recorded(frame_rate_hz, form) ** 2 / 2
         return np.where(inside, power / (self.upper - self.lower), 0.0)
 
-    def expected(self, model: NoiseModel, tau0: float) -> np.ndarray:
+    def expected(self, model: NoiseModel, frame_rate_hz: float) -> np.ndarray:
         """Density of the model at the bins, mm^2/Hz, the sinusoid, if there, in its bin."""
         lines = model.lines if self.lines else ()
-        shares = (self.share(line, tau0, model.form) for line in lines)
-        return model.psd(self.f, tau0) + sum(shares, 0.0)
+        shares = (self.share(line, frame_rate_hz, model.form) for line in lines)
+        return model.psd(self.f, frame_rate_hz) + sum(shares, 0.0)
 
-    def residual(self, model: NoiseModel, tau0: float) -> np.ndarray:
+    def residual(self, model: NoiseModel, frame_rate_hz: float) -> np.ndarray:
         """(data / model - 1) in standard deviations sqrt(2 / dof); NaN where the model is zero."""
-        expected = self.expected(model, tau0)
+        expected = self.expected(model, frame_rate_hz)
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(expected > 0, self.psd / expected - 1, np.nan)
         return off / np.sqrt(2 / self.dof)

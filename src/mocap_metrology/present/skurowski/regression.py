@@ -45,7 +45,7 @@ def regression_figure(
     starts: Sequence[NoiseModel],
     ordinary: NoiseModel,
     final: NoiseModel,
-    tau0: float,
+    frame_rate_hz: float,
     title: str,
     note: str = "",
     *,
@@ -54,9 +54,10 @@ def regression_figure(
     """S Figure 6: the Allan deviation, every start of annealing, the result after the ant colony
     (relative residuals, S Eq. 13) and ordinary least squares (Levenberg-Marquardt, no weights).
 
-    tau_s, adev_mm: (k,); starts: annealing's results; tau0: frame period, s; form: of the Allan
+    tau_s, adev_mm: (k,); starts: annealing's results; form: of the Allan
     variances that were fitted. Below: residuals in per cent of the model.
     """
+    tau0 = 1 / frame_rate_hz
     entries = _entries(len(starts))
     width = WIDTH_MM - 2 * MARGIN_MM
     key_top = TITLE_MM + PANEL_MM[1] + GAP_MM + RESIDUAL_MM + LABELS_MM
@@ -76,9 +77,9 @@ def regression_figure(
     models = [(s, START) for s in starts] + [(ordinary, ORDINARY), (final, FINAL)]
     grid = drawn_m(int(m.max(initial=2)))
     for model, how in models:
-        axes.plot(grid * tau0, _within(_adev(model, grid, tau0, form), y_limits), **how)
+        axes.plot(grid * tau0, _within(_adev(model, grid, frame_rate_hz, form), y_limits), **how)
     axes.plot(tau, adev, ls="", **DATA)
-    _residuals(below, (tau, adev), [(_adev(x, m, tau0, form), how) for x, how in models])
+    _residuals(below, (tau, adev), [(_adev(x, m, frame_rate_hz, form), how) for x, how in models])
     head(axes, "Allan deviation", f"model: {form}")
     label_axes(axes, y="Allan deviation (mm)", y_mm=13.0)
     label_axes(below, x="Averaging time τ (s)", y="Data/model − 1 (%)", y_mm=13.0)
@@ -97,8 +98,8 @@ def _entries(n_starts: int) -> list[Entry]:
     ]
 
 
-def _adev(model: NoiseModel, m: np.ndarray, tau0: float, form: Form) -> np.ndarray:
-    adev: np.ndarray = np.sqrt(model_avar(model, m, tau0, form))
+def _adev(model: NoiseModel, m: np.ndarray, frame_rate_hz: float, form: Form) -> np.ndarray:
+    adev: np.ndarray = np.sqrt(model_avar(model, m, frame_rate_hz, form))
     return adev
 
 

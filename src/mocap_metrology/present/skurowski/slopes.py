@@ -36,7 +36,8 @@ NOTE = (
     "else. Slopes are those of the computed curves where they are written. Past six periods a "
     "sinusoid is drawn by what its bumps reach, and the sum with their mean."
 )
-TAU0 = 1e-3
+FRAME_RATE_HZ = 1000.0
+TAU0 = 1 / FRAME_RATE_HZ
 TAU = np.geomspace(1e-3, 1e5, 2401)
 LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM, GAP_MM, HEIGHT_MM = 14.0, 3.0, 5.5, 10.0, 17.0, 72.0
 LINE = Sinusoid(0.12, 3.0)
@@ -76,9 +77,9 @@ def deviation(components: Sequence[PowerLaw | GaussMarkov | Sinusoid]) -> np.nda
     """ADEV over TAU of a sum, continuous form; of a sinusoid past RESOLVED periods its mean over
     them, 3/8 of what the bumps reach."""
     broad = tuple(c for c in components if not isinstance(c, Sinusoid))
-    avar = NoiseModel(broad).avar(TAU / TAU0, TAU0, "continuous")
+    avar = NoiseModel(broad).avar(TAU / TAU0, FRAME_RATE_HZ, "continuous")
     for line in (c for c in components if isinstance(c, Sinusoid)):
-        exact = line.avar(TAU / TAU0, TAU0, "continuous")
+        exact = line.avar(TAU / TAU0, FRAME_RATE_HZ, "continuous")
         avar = avar + np.where(line.f_0 * TAU > RESOLVED, 3 / 8 * envelope(line) ** 2, exact)
     adev: np.ndarray = np.sqrt(avar)
     return adev

@@ -73,7 +73,9 @@ def table_1(repeats: int = REPEATS, samples: int = SAMPLES, seed: int = SEED) ->
     for entry in published_power_laws():
         noise = Noise(int(entry["alpha"]), entry)
         words = np.random.SeedSequence([seed, noise.alpha + 2])
-        avar = simulated_avar(noise.alpha, m, samples, tau0, repeats, np.random.default_rng(words))
+        avar = simulated_avar(
+            noise.alpha, m, samples, FRAME_RATE_HZ, repeats, np.random.default_rng(words)
+        )
         rows += _of_noise(noise, m * tau0, m, avar)
     return rows
 
@@ -98,7 +100,7 @@ def _of_noise(noise: Noise, tau: np.ndarray, m: np.ndarray, avar: np.ndarray) ->
         wanted = exact[f_h][k][0] / unit
         made.append(_row(noise, "K_alpha", t, printed, mean, error, "simulation", "", wanted))
         if alpha > 0:
-            camera = camera_avar(alpha, m, 1 / FRAME_RATE_HZ)[k] / unit
+            camera = camera_avar(alpha, m, FRAME_RATE_HZ)[k] / unit
             note = "a camera takes points: " + POINTS[alpha]
             made.append(_row(noise, "K_alpha", t, printed, camera, None, "point samples", note))
     if alpha == 1:

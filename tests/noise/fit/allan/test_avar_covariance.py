@@ -11,7 +11,8 @@ from mocap_metrology.noise.fit.allan.whitening import avar_covariance
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 N = 600
 
 
@@ -58,7 +59,7 @@ def test_exact_sums(model: NoiseModel, tolerance: float) -> None:
     longest = N // 3 if tolerance < 0.05 else N // 7
     m = np.unique(np.rint(np.geomspace(1, longest, 14)).astype(int))
     want = exact(sigma_of(model), m)
-    have = avar_covariance(model, m, N, TAU0)
+    have = avar_covariance(model, m, N, RATE)
     scale = np.sqrt(np.outer(np.diag(want), np.diag(want)))
     assert np.max(np.abs(have - want) / scale) < tolerance
 
@@ -67,7 +68,7 @@ def test_white_noise_has_the_known_degrees_of_freedom() -> None:
     n = 20000
     m = averaging_factors(n, 40)
     model = NoiseModel((PowerLaw(0, 1.0),))
-    edf = 2 * model.avar(m, TAU0) ** 2 / np.diag(avar_covariance(model, m, n, TAU0))
+    edf = 2 * model.avar(m, RATE) ** 2 / np.diag(avar_covariance(model, m, n, RATE))
     assert edf == pytest.approx([equivalent_dof(0, int(k), n) for k in m], rel=0.01)
 
 
@@ -78,14 +79,14 @@ def test_simulation() -> None:
     m = averaging_factors(n, 25)
     drawn = []
     for _ in range(250):
-        for series in draw_pair(model, model, Cross(), n, TAU0, rng):
+        for series in draw_pair(model, model, Cross(), n, RATE, rng):
             phase = 2 * np.pi * (7.3 * TAU0 * np.arange(n) + rng.random())
             drawn.append(allan_variance(series + 4.0 * np.sin(phase), m).variance)
     want = np.cov(np.array(drawn).T)
-    have = avar_covariance(model, m, n, TAU0)
+    have = avar_covariance(model, m, n, RATE)
     assert np.diag(have) == pytest.approx(np.diag(want), rel=5 * np.sqrt(2 / 500))
     assert correlation(have) == pytest.approx(correlation(want), abs=0.16)
-    without = avar_covariance(NoiseModel(model.broadband), m, n, TAU0)
+    without = avar_covariance(NoiseModel(model.broadband), m, n, RATE)
     assert have[5, 5] > 1.5 * without[5, 5]  # the sinusoid's part was tested
 
 
@@ -99,14 +100,14 @@ def test_given_degrees_of_freedom_set_the_diagonal_only() -> None:
     m = averaging_factors(n, 30)
     model = NoiseModel((PowerLaw(0, 1.0), PowerLaw(-2, 1e-3)))
     edf = np.geomspace(5000, 2, m.size)
-    have = avar_covariance(model, m, n, TAU0, edf)
-    assert np.diag(have) == pytest.approx(2 * model.avar(m, TAU0) ** 2 / edf)
-    assert correlation(have) == pytest.approx(correlation(avar_covariance(model, m, n, TAU0)))
+    have = avar_covariance(model, m, n, RATE, edf)
+    assert np.diag(have) == pytest.approx(2 * model.avar(m, RATE) ** 2 / edf)
+    assert correlation(have) == pytest.approx(correlation(avar_covariance(model, m, n, RATE)))
 
 
 def test_nine_hours_stay_positive_definite() -> None:
     n = 9 * 3600 * 120
     m = averaging_factors(n)
     for alpha in (-2, -1, 0, 1, 2):
-        covariance = avar_covariance(NoiseModel((PowerLaw(alpha, 1.0),)), m, n, TAU0)
+        covariance = avar_covariance(NoiseModel((PowerLaw(alpha, 1.0),)), m, n, RATE)
         assert np.linalg.eigvalsh(correlation(covariance)).min() > 1e-9, alpha

@@ -9,13 +9,14 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.fit.allan.baselines import slopes
 from mocap_metrology.noise.model.components import NoiseModel
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 M = np.unique(np.round(np.logspace(0, np.log10(1_296_000), 116))).astype(int)
 
 
 def read(coefficients, form="continuous", **choices):
     model = NoiseModel.from_coefficients(coefficients)
-    return slopes(M, model.avar(M, TAU0, form), TAU0, **choices)
+    return slopes(M, model.avar(M, RATE, form), RATE, **choices)
 
 
 @pytest.mark.parametrize("form", ["continuous", "sampled"])
@@ -36,7 +37,7 @@ def test_textbook_coefficients():
         (2 * np.log(2) / np.pi * 3**2 + 0 * tau, "h_-1", 3**2 / np.pi),
         (5**2 * tau / 3, "h_-2", 5**2 / (2 * np.pi**2)),
     ):
-        assert slopes(M, avar, TAU0).values == pytest.approx({name: h}, rel=1e-9)
+        assert slopes(M, avar, RATE).values == pytest.approx({name: h}, rel=1e-9)
 
 
 def test_mixture_of_white_noise_and_random_walk():
@@ -56,17 +57,17 @@ def test_flicker_between_the_two_is_read_too_high():
 
 def test_the_last_of_the_curve_is_not_read():
     model = NoiseModel.from_coefficients({"h_0": 1e-6})
-    avar = model.avar(M, TAU0)
+    avar = model.avar(M, RATE)
     broken = np.where(0.3 * M[-1] < M, 50 * avar, avar)
-    assert slopes(M, broken, TAU0).values == pytest.approx({"h_0": 1e-6}, rel=1e-9)
+    assert slopes(M, broken, RATE).values == pytest.approx({"h_0": 1e-6}, rel=1e-9)
 
 
 def test_scattered_variances():
     rng = np.random.default_rng(1)
     model = NoiseModel.from_coefficients({"h_0": 1e-6, "h_-2": 4e-10})
     degrees = np.maximum(3e6 / M, 2.0)
-    avar = model.avar(M, TAU0) * rng.chisquare(degrees) / degrees
-    found = slopes(M, avar, TAU0).values
+    avar = model.avar(M, RATE) * rng.chisquare(degrees) / degrees
+    found = slopes(M, avar, RATE).values
     assert found["h_0"] == pytest.approx(1e-6, rel=0.02)
     assert found["h_-2"] == pytest.approx(4e-10, rel=0.3)
 
@@ -83,4 +84,4 @@ def test_scattered_variances():
 )
 def test_bad_input_is_refused(change, expected):
     with pytest.raises(Refusal, match=expected):
-        slopes(**({"m": M, "avar": 1 / M, "tau0": TAU0} | change))
+        slopes(**({"m": M, "avar": 1 / M, "frame_rate_hz": RATE} | change))

@@ -19,7 +19,8 @@ from mocap_metrology.noise.fit.estimates import Components, Estimate
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 N = 1 << 17  # 18 minutes
 # That of facts/avar.md 2.3 without the random walk and the slow term, which 18 minutes cannot tell
 TRUTH = NoiseModel((PowerLaw(0, 1e-6), GaussMarkov(0.012, 0.3)))
@@ -39,11 +40,11 @@ def curves(model: NoiseModel, runs: int, seed: int, n: int = N) -> list[Curve]:
     rng, m = np.random.default_rng(seed), averaging_factors(n)
     found = []
     for _ in range(runs // 2):
-        for series in draw_pair(model, model, Cross(), n, TAU0, rng):
+        for series in draw_pair(model, model, Cross(), n, RATE, rng):
             for line in model.lines:
                 phase = 2 * np.pi * (line.f_0 * TAU0 * np.arange(n) + rng.random())
                 series = series + line.A_s * np.sin(phase)
-            curve = allan_curve(series, 1 / TAU0, m)
+            curve = allan_curve(series, RATE, m)
             found.append(Curve(curve.m, curve.variance, curve.edf))
     return found
 
@@ -51,7 +52,7 @@ def curves(model: NoiseModel, runs: int, seed: int, n: int = N) -> list[Curve]:
 @lru_cache
 def fits(model: NoiseModel, runs: int, seed: int, known: bool = True) -> list[Estimate]:
     components = Components.of(model) if known else None
-    return [weighted(*curve, N, TAU0, components) for curve in curves(model, runs, seed)]
+    return [weighted(*curve, N, RATE, components) for curve in curves(model, runs, seed)]
 
 
 def bound(model: NoiseModel) -> dict[str, float]:
@@ -61,7 +62,7 @@ def bound(model: NoiseModel) -> dict[str, float]:
     slopes = []
     for name, value in truth.items():
         low, high = (
-            NoiseModel.from_coefficients({**truth, name: value * factor}).psd(f, TAU0)
+            NoiseModel.from_coefficients({**truth, name: value * factor}).psd(f, RATE)
             for factor in (0.999, 1.001)
         )
         slopes.append(np.log(high / low) / 0.002)
@@ -91,7 +92,7 @@ def test_better_than_relative_residuals() -> None:
     """The same search on ((observed - model) / observed)^2 (S Eq. 13) misses by several times."""
     weights, plain = [], []
     for curve, estimate in zip(curves(TRUTH, 40, 1), fits(TRUTH, 40, 1), strict=True):
-        unit = unit_curves(curve.m.tobytes(), N, TAU0)
+        unit = unit_curves(curve.m.tobytes(), N, RATE)
         scaled = np.diag(1 / curve.avar)
         problem = whitened_by(scaled, unit, curve.avar, (0,), curve.avar).problem
         plain.append(separable.polish(problem, separable.path(problem, 1)[-1].log_T).amplitudes[0])
@@ -107,7 +108,7 @@ def test_the_curve_itself_gives_the_truth_back() -> None:
     )
     n = 9 * 3600 * 120
     m = averaging_factors(n)
-    found = weighted(m, model.avar(m, TAU0), np.full(m.size, 1e9), n, TAU0)
+    found = weighted(m, model.avar(m, RATE), np.full(m.size, 1e9), n, RATE)
     assert found.values == pytest.approx(model.coefficients(), rel=1e-5)
     assert {c.parameter for c in found.coefficients if not c.detected} == {
         "h_-1", "h_1", "h_2", "q_c2", "T_c2",
@@ -151,7 +152,7 @@ def test_no_start_does_better() -> None:
     """30 random starts of the same least squares end nowhere lower, on three series."""
     rng = np.random.default_rng(6)
     for curve in curves(TWO_TERMS, 40, 1)[:3]:
-        unit = unit_curves(curve.m.tobytes(), N, TAU0)
+        unit = unit_curves(curve.m.tobytes(), N, RATE)
         options = module._options(None)
         white = module._pilot(unit, curve.avar, curve.edf, (0,), options)
         best = separable.polish(white.problem, separable.path(white.problem, 2)[-1].log_T).cost
@@ -163,9 +164,9 @@ def test_no_start_does_better() -> None:
 
 def test_same_data_same_numbers() -> None:
     curve = curves(TWO_TERMS, 40, 1)[0]
-    first = weighted(*curve, N, TAU0)
+    first = weighted(*curve, N, RATE)
     unit_curves.cache_clear()
-    assert weighted(*curve, N, TAU0) == first
+    assert weighted(*curve, N, RATE) == first
 
 
 def test_lost_degrees_of_freedom_widen_the_errors() -> None:
@@ -173,9 +174,9 @@ def test_lost_degrees_of_freedom_widen_the_errors() -> None:
     freedom beyond those of n samples change nothing."""
     m, avar, edf = curves(WHITE, 20, 2)[0]
     known = Components.of(WHITE)
-    (whole,) = weighted(m, avar, edf, N, TAU0, known).coefficients
+    (whole,) = weighted(m, avar, edf, N, RATE, known).coefficients
     for factor, ratio in ((0.25, 2.0), (4.0, 1.0)):
-        (changed,) = weighted(m, avar, edf * factor, N, TAU0, known).coefficients
+        (changed,) = weighted(m, avar, edf * factor, N, RATE, known).coefficients
         assert changed.std_error == pytest.approx(ratio * whole.std_error, rel=0.03)
         assert changed.value == pytest.approx(whole.value, rel=0.01)
 
@@ -183,10 +184,10 @@ def test_lost_degrees_of_freedom_widen_the_errors() -> None:
 def test_names_and_settings() -> None:
     curve = curves(WHITE, 20, 2)[0]
     components = Components((-2, 0), 2, True)
-    found = weighted(*curve, N, TAU0, components)
+    found = weighted(*curve, N, RATE, components)
     assert [c.parameter for c in found.coefficients] == components.names
     assert (found.estimator, found.form) == ("weighted", "sampled")
-    bare = weighted(*curve, N, TAU0, None, {"sinusoid": False, "max_gauss_markov": 0})
+    bare = weighted(*curve, N, RATE, None, {"sinusoid": False, "max_gauss_markov": 0})
     assert [c.parameter for c in bare.coefficients] == Components(gauss_markov=0).names
 
 
@@ -207,25 +208,25 @@ def test_refuses_bad_numbers(change: dict, message: str) -> None:
     for name, value in change.items():
         given[name][1] = value
     with pytest.raises(Refusal, match=message):
-        weighted(**given, n=1000, tau0=TAU0)
+        weighted(**given, n=1000, frame_rate_hz=RATE)
 
 
 def test_refuses_what_cannot_be_fitted() -> None:
     m = np.arange(1, 9)
     edf = np.full(8, 100.0)
     with pytest.raises(Refusal, match="8 Allan variances for 11 coefficients"):
-        weighted(m, 1 / m, edf, 1000, TAU0, Components(gauss_markov=3))
+        weighted(m, 1 / m, edf, 1000, RATE, Components(gauss_markov=3))
     with pytest.raises(Refusal, match="8 averaging factors, 7 Allan variances"):
-        weighted(m, 1 / m[1:], edf, 1000, TAU0)
+        weighted(m, 1 / m[1:], edf, 1000, RATE)
     with pytest.raises(Refusal, match="m = 8 of 15 samples"):
-        weighted(m, 1 / m, edf, 15, TAU0)
-    with pytest.raises(Refusal, match="frame period 0 s"):
+        weighted(m, 1 / m, edf, 15, RATE)
+    with pytest.raises(Refusal, match="frame rate 0 Hz"):
         weighted(m, 1 / m, edf, 1000, 0)
     with pytest.raises(Refusal, match="expected a power law or a Gauss-Markov term"):
-        weighted(m, 1 / m, edf, 1000, TAU0, Components((), 0, True))
+        weighted(m, 1 / m, edf, 1000, RATE, Components((), 0, True))
     for settings, message in (({"tries": 3}, "tries"), ({"criterion": "dic"}, "dic")):
         with pytest.raises(Refusal, match=message):
-            weighted(m, 1 / m, edf, 1000, TAU0, None, settings)
+            weighted(m, 1 / m, edf, 1000, RATE, None, settings)
 
 
 def test_frames_that_average_are_fitted_in_their_own_form():
@@ -235,9 +236,9 @@ def test_frames_that_average_are_fitted_in_their_own_form():
     )
     m = np.unique(np.geomspace(1, N // 3, 60).round().astype(int))
     known = Components((-2, 0), 1)
-    avar = truth.avar(m, TAU0)
-    found = weighted(m, avar, np.full(m.size, 1e9), N, TAU0, known, None, "continuous")
+    avar = truth.avar(m, RATE)
+    found = weighted(m, avar, np.full(m.size, 1e9), N, RATE, known, None, "continuous")
     assert found.form == "continuous" and found.model.form == "continuous"
     assert found.values == pytest.approx(truth.coefficients(), rel=1e-3)
-    wrong = weighted(m, avar, np.full(m.size, 1e9), N, TAU0, known)
+    wrong = weighted(m, avar, np.full(m.size, 1e9), N, RATE, known)
     assert wrong.values.get("h_0", 0.0) != pytest.approx(1e-6, rel=0.5)

@@ -15,18 +15,19 @@ from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
-TAU0, N = 0.01, 60_000
+RATE, N = 100.0, 60_000
+TAU0 = 1 / RATE
 T = np.arange(N) * TAU0
 WHITE = PowerLaw(0, 5e-5)
 
 
 def noise(seed: int, *more: PowerLaw) -> np.ndarray:
     model = NoiseModel((WHITE, *more))
-    return draw_pair(model, model, Cross(constant=0.0), N, TAU0, np.random.default_rng(seed))[0]
+    return draw_pair(model, model, Cross(constant=0.0), N, RATE, np.random.default_rng(seed))[0]
 
 
 def found(series: np.ndarray) -> dict:
-    return {c.parameter: c for c in likelihood(series, TAU0).estimate.coefficients}
+    return {c.parameter: c for c in likelihood(series, RATE).estimate.coefficients}
 
 
 @pytest.mark.parametrize("start", [0, 7000])
@@ -34,11 +35,11 @@ def test_columns_are_the_cosine_transforms_of_line_and_exponential(start):
     n = 5001
     t = (start + np.arange(n)) * TAU0
     for x, column in (
-        (t, lambda slow: line_column(slow, TAU0)),
-        (np.exp(-t / 11), lambda slow: warm_up_column(slow, TAU0, 11.0)),
-        (np.exp(-t / 0.5), lambda slow: warm_up_column(slow, TAU0, 0.5)),
+        (t, lambda slow: line_column(slow, RATE)),
+        (np.exp(-t / 11), lambda slow: warm_up_column(slow, RATE, 11.0)),
+        (np.exp(-t / 0.5), lambda slow: warm_up_column(slow, RATE, 0.5)),
     ):
-        slow = periodogram([x], [1.0], [start], TAU0, [[]]).slow
+        slow = periodogram([x], [1.0], [start], RATE, [[]]).slow
         expected = np.sqrt(2 * TAU0) * dct(x, norm="ortho")[slow.k]
         assert np.allclose(column(slow), expected, atol=1e-9 * np.abs(expected).max())
 
@@ -110,7 +111,7 @@ def test_stretches_share_one_line():
 
 def test_it_is_not_looked_for_when_it_is_not_wanted():
     run = likelihood(
-        noise(1) + 0.2 * T / 600, TAU0, settings=LikelihoodSettings(deterministic=False)
+        noise(1) + 0.2 * T / 600, RATE, settings=LikelihoodSettings(deterministic=False)
     )
     names = {c.parameter for c in run.estimate.coefficients}
     assert not names & {"drift", "A_w", "T_w"}
@@ -118,7 +119,7 @@ def test_it_is_not_looked_for_when_it_is_not_wanted():
 
 
 def test_rows_come_back_as_the_part_and_the_noise():
-    run = likelihood(noise(2) + 0.2 * T / 600, TAU0)
+    run = likelihood(noise(2) + 0.2 * T / 600, RATE)
     table = rows("x1", run.estimate)
     assert {r["unit"] for r in table if r["parameter"] in ("drift", "A_w", "T_w")} == {
         "mm/h", "mm", "s",

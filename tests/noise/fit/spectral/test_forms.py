@@ -13,7 +13,8 @@ from mocap_metrology.noise.fit.spectral.whittle import Likelihood
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
-TAU0, N = 1 / 120, 1 << 16
+RATE, N = 120.0, 1 << 16
+TAU0 = 1 / RATE
 PARTS = (PowerLaw(-2, 1e-8), PowerLaw(-1, 1e-7), PowerLaw(0, 1e-6), PowerLaw(2, 1e-12))
 TERMS = (GaussMarkov(0.02, 0.006), GaussMarkov(0.01, 0.3))
 
@@ -21,12 +22,12 @@ TERMS = (GaussMarkov(0.02, 0.006), GaussMarkov(0.01, 0.3))
 @pytest.mark.parametrize("form", ["sampled", "continuous"])
 def test_expected_periodogram_is_the_models_spectrum(form):
     model = NoiseModel((*PARTS, *TERMS), form)
-    bins = bins_of(N, TAU0, form=form)
+    bins = bins_of(N, RATE, form=form)
     data = Periodogram(bins, np.ones(bins.n.size), bins.n.astype(float))
     found = Likelihood(data, (TAU0 / 2, N * TAU0)).density(spectrum_of(model))
     fast = bins.centre_hz > 0.1  # slower, the ends count
-    assert found[fast] == pytest.approx(model.psd(bins.centre_hz[fast], TAU0), rel=2e-3)
-    assert model_of(spectrum_of(model), form).psd(1.0, TAU0) == pytest.approx(model.psd(1.0, TAU0))
+    assert found[fast] == pytest.approx(model.psd(bins.centre_hz[fast], RATE), rel=2e-3)
+    assert model_of(spectrum_of(model), form).psd(1.0, RATE) == pytest.approx(model.psd(1.0, RATE))
 
 
 def test_the_bound_is_that_of_the_form():
@@ -41,17 +42,17 @@ def test_the_bound_is_that_of_the_form():
                 NoiseModel.from_coefficients(values | {name: values[name] * (1 + s)}, form)
                 for s in (-step, step)
             ]
-            low, high = (np.log(end.psd(f, TAU0)) for end in ends)
+            low, high = (np.log(end.psd(f, RATE)) for end in ends)
             slopes.append((high - low) / (2 * step))
         information = np.array(slopes) @ np.array(slopes).T / 2
         expected = np.sqrt(np.diag(np.linalg.inv(information))) * list(values.values())
-        assert list(crlb(model, N, TAU0).values()) == pytest.approx(expected, rel=0.01)
+        assert list(crlb(model, N, RATE).values()) == pytest.approx(expected, rel=0.01)
 
 
 def test_the_bound_of_an_averaged_sinusoid_is_of_its_height_before():
     line, white = Sinusoid(1.0, 48.0), PowerLaw(0, 1e-3)
-    plain = crlb(NoiseModel((line, white)), N, TAU0)
-    averaged = crlb(NoiseModel((line, white), "continuous"), N, TAU0)
+    plain = crlb(NoiseModel((line, white)), N, RATE)
+    averaged = crlb(NoiseModel((line, white), "continuous"), N, RATE)
     assert averaged["A_s"] == pytest.approx(plain["A_s"] / np.sinc(48 / 120))
     assert averaged["f_0"] == pytest.approx(plain["f_0"] / np.sinc(48 / 120))
 
@@ -64,18 +65,18 @@ def test_the_likelihood_knows_the_average_over_a_frame():
         "continuous",
     )
     broadband, known = NoiseModel(truth.broadband, "continuous"), Components((-2, 0), 1, True)
-    high, t = truth.lines[0].recorded(TAU0, "continuous"), np.arange(N) * TAU0
+    high, t = truth.lines[0].recorded(RATE, "continuous"), np.arange(N) * TAU0
     off = {"continuous": [], "sampled": []}
     for run in range(4):
         rng = np.random.default_rng(run)
-        series, _ = draw_pair(broadband, broadband, Cross(), N, TAU0, rng, "continuous")
+        series, _ = draw_pair(broadband, broadband, Cross(), N, RATE, rng, "continuous")
         series += high * np.sin(2 * np.pi * 44.0 * t + run)
         for form, found in off.items():
-            fit = likelihood(series, TAU0, known, LikelihoodSettings(form=form)).estimate
+            fit = likelihood(series, RATE, known, LikelihoodSettings(form=form)).estimate
             assert fit.form == form
             found.append([fit.values.get(k, 0.0) / v - 1 for k, v in truth.coefficients().items()])
     names = list(truth.coefficients())
-    bound = crlb(truth, N, TAU0)
+    bound = crlb(truth, N, RATE)
     relative = np.array([bound[name] / truth.coefficients()[name] for name in names])
     mean = np.mean(off["continuous"], axis=0)
     assert np.all(np.abs(mean) < 4 * relative / np.sqrt(4)), dict(zip(names, mean, strict=True))

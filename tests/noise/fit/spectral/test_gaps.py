@@ -11,13 +11,13 @@ from mocap_metrology.noise.fit.spectral.periodogram import binned, bins_of
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
-TAU0 = 1 / 120
+RATE = 120.0
 N = 1 << 17
 MODEL = NoiseModel((PowerLaw(0, 1e-6), PowerLaw(-2, 1e-9), GaussMarkov(0.02, 0.1)))
 
 
 def density(f):
-    return MODEL.psd(f, TAU0)
+    return MODEL.psd(f, RATE)
 
 
 def test_white_gap_is_a_draw_of_the_same_variance():
@@ -40,7 +40,7 @@ def test_one_gap_of_a_random_walk_is_a_brownian_bridge():
         walk = np.cumsum(rng.normal(size=200))
         broken = walk.copy()
         broken[90 : 90 + gap] = np.nan
-        out = filled(broken, partial(steps.psd, tau0=1.0), 1.0, rng)
+        out = filled(broken, partial(steps.psd, frame_rate_hz=1.0), 1.0, rng)
         half = (walk[89] + walk[90 + gap]) / 2
         middles.append(out[90 + gap // 2] - half)
     # A bridge over gap + 1 steps has the variance (gap + 1)/4 in its middle
@@ -50,21 +50,21 @@ def test_one_gap_of_a_random_walk_is_a_brownian_bridge():
 
 def test_spectrum_survives_five_percent_missing():
     rng = np.random.default_rng(3)
-    series, _ = draw_pair(MODEL, MODEL, Cross(constant=0.0), N, TAU0, rng)
+    series, _ = draw_pair(MODEL, MODEL, Cross(constant=0.0), N, RATE, rng)
     gone = rng.random(N) < 0.05
     gone[5000:5400] = True
     gone[[0, -1]] = False
     broken = np.where(gone, np.nan, series)
-    bins = bins_of(N, TAU0)
-    expected = MODEL.psd(bins.centre_hz, TAU0)
+    bins = bins_of(N, RATE)
+    expected = MODEL.psd(bins.centre_hz, RATE)
     fast = bins.centre_hz > 20
     level = {}
     for name, whole in (
         ("full", series),
-        ("filled", filled(broken, density, TAU0, rng)),
+        ("filled", filled(broken, density, RATE, rng)),
         ("bridged", bridged(broken)),
     ):
-        ratio = binned(whole, TAU0, bins) / expected
+        ratio = binned(whole, RATE, bins) / expected
         level[name] = np.average(ratio[fast], weights=bins.n[fast])
     assert abs(level["filled"] / level["full"] - 1) < 0.004
     assert level["bridged"] / level["full"] < 0.95
@@ -86,7 +86,7 @@ def test_same_seed_same_draws():
     series = np.random.default_rng(4).normal(size=1000)
     series[100:110] = np.nan
     series[500] = np.nan
-    a, b = (filled(series, density, TAU0, np.random.default_rng(9)) for _ in range(2))
+    a, b = (filled(series, density, RATE, np.random.default_rng(9)) for _ in range(2))
     assert np.array_equal(a, b)
     assert np.isfinite(a).all()
-    assert np.array_equal(filled(a, density, TAU0, np.random.default_rng(9)), a)
+    assert np.array_equal(filled(a, density, RATE, np.random.default_rng(9)), a)

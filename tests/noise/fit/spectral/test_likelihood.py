@@ -24,7 +24,8 @@ from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, Powe
 from mocap_metrology.noise.model.deterministic import PARAMETERS
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 NINE_HOURS = 3_888_000
 # Truth of a published comparison of fitting programs: white, random walk, two correlated terms
 TRUTH = NoiseModel(
@@ -35,7 +36,7 @@ MEDIUM = NoiseModel((PowerLaw(-2, 4e-9), PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.
 
 def drawn(model: NoiseModel, n: int, seed: int) -> Likelihood:
     """The likelihood of a periodogram drawn from its distribution."""
-    bins = bins_of(n, TAU0)
+    bins = bins_of(n, RATE)
     weight = bins.n.astype(float)
     bounds = (TAU0 / 2, n * TAU0 / 5)
     flat = Likelihood(Periodogram(bins, np.ones(weight.size), weight), bounds)
@@ -46,7 +47,7 @@ def drawn(model: NoiseModel, n: int, seed: int) -> Likelihood:
 @lru_cache(maxsize=2)
 def series_of(model: NoiseModel, n: int, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    return draw_pair(model, model, Cross(constant=0.0), n, TAU0, rng)[0]
+    return draw_pair(model, model, Cross(constant=0.0), n, RATE, rng)[0]
 
 
 def by_name(estimate):
@@ -54,7 +55,7 @@ def by_name(estimate):
 
 
 def test_published_truth_from_a_whole_simulated_series():
-    run = likelihood(series_of(TRUTH, NINE_HOURS, 4), TAU0, Components.of(TRUTH))
+    run = likelihood(series_of(TRUTH, NINE_HOURS, 4), RATE, Components.of(TRUTH))
     found = by_name(run.estimate)
     assert abs(found["h_0"].value / 1e-6 - 1) < 0.01
     assert abs(found["T_c1"].value / 0.3 - 1) < 0.10
@@ -83,7 +84,7 @@ def test_same_optimum_from_twenty_starts():
 
 def test_errors_are_at_the_cramer_rao_bound_and_intervals_cover():
     names, values = [*TRUTH.coefficients()], TRUTH.coefficients()
-    bounds = crlb(TRUTH, NINE_HOURS, TAU0)
+    bounds = crlb(TRUTH, NINE_HOURS, RATE)
     errors = []
     for seed in range(150):
         fit = fit_known(drawn(TRUTH, NINE_HOURS, 100 + seed), (-2, 0), 2).spectrum
@@ -96,14 +97,14 @@ def test_errors_are_at_the_cramer_rao_bound_and_intervals_cover():
 
 
 def test_crlb_of_white_noise_is_the_textbook_one():
-    found = crlb(NoiseModel((PowerLaw(0, 1e-6),)), 100_001, TAU0)
+    found = crlb(NoiseModel((PowerLaw(0, 1e-6),)), 100_001, RATE)
     assert np.isclose(found["h_0"], 1e-6 * np.sqrt(2 / 100_000), rtol=1e-6)
 
 
 def test_crlb_of_a_gauss_markov_process_is_that_of_an_ar1():
     n, T_c = 200_000, 0.1
     phi = np.exp(-TAU0 / T_c)
-    found = crlb(NoiseModel((GaussMarkov(0.02, T_c),)), n, TAU0)
+    found = crlb(NoiseModel((GaussMarkov(0.02, T_c),)), n, RATE)
     # AR(1): var(phi) = (1 - phi^2)/n, and dphi/dT_c = phi tau0/T_c^2
     expected = np.sqrt((1 - phi**2) / n) / (phi * TAU0 / T_c**2)
     assert np.isclose(found["T_c1"], expected, rtol=0.01)
@@ -111,21 +112,21 @@ def test_crlb_of_a_gauss_markov_process_is_that_of_an_ar1():
 
 def test_crlb_says_what_nine_hours_cannot_tell():
     model = NoiseModel((PowerLaw(-2, 1.55e-10), PowerLaw(0, 9.26e-7), GaussMarkov(3.6e-4, 2000.0)))
-    assert crlb(model, NINE_HOURS, TAU0)["h_-2"] > 1.55e-10
-    assert set(tellable(model, NINE_HOURS, TAU0).coefficients()) == {"h_0", "q_c1", "T_c1"}
+    assert crlb(model, NINE_HOURS, RATE)["h_-2"] > 1.55e-10
+    assert set(tellable(model, NINE_HOURS, RATE).coefficients()) == {"h_0", "q_c1", "T_c1"}
 
 
 def test_pure_white_noise_shows_nothing_else():
     nothing_else = 0
     for seed in range(100):
         series = np.random.default_rng(seed).normal(size=1 << 15)
-        run = likelihood(series, TAU0)
+        run = likelihood(series, RATE)
         nothing_else += set(run.estimate.values) == {"h_0"}
     assert nothing_else >= 95
 
 
 def test_limits_stand_where_nothing_is_detected():
-    run = likelihood(np.random.default_rng(5).normal(size=1 << 15), TAU0)
+    run = likelihood(np.random.default_rng(5).normal(size=1 << 15), RATE)
     for c in run.estimate.coefficients:
         if c.status == "not_detected":
             assert np.isnan(c.value)
@@ -152,13 +153,13 @@ def test_upper_limit_holds_in_95_of_100():
 
 def test_five_percent_of_gaps_change_little():
     series = series_of(MEDIUM, 1 << 19, 7)
-    whole = by_name(likelihood(series, TAU0, Components.of(MEDIUM)).estimate)
+    whole = by_name(likelihood(series, RATE, Components.of(MEDIUM)).estimate)
     rng = np.random.default_rng(8)
     gone = rng.random(series.size) < 0.04
     for start in rng.integers(1000, series.size - 2000, 40):
         gone[start : start + 130] = True
     broken = by_name(
-        likelihood(np.where(gone, np.nan, series), TAU0, Components.of(MEDIUM)).estimate
+        likelihood(np.where(gone, np.nan, series), RATE, Components.of(MEDIUM)).estimate
     )
     for name, c in broken.items():
         assert abs(c.value - whole[name].value) < 1.5 * whole[name].std_error, name
@@ -169,7 +170,7 @@ def test_five_percent_of_gaps_change_little():
 def test_a_long_gap_parts_the_series():
     series = series_of(MEDIUM, 1 << 19, 7).copy()
     series[200_000:230_000] = np.nan
-    found = by_name(likelihood(series, TAU0, Components.of(MEDIUM)).estimate)
+    found = by_name(likelihood(series, RATE, Components.of(MEDIUM)).estimate)
     for name, value in MEDIUM.coefficients().items():
         assert abs(found[name].value - value) < 4 * found[name].std_error, name
 
@@ -182,20 +183,20 @@ def test_gross_outliers_masked_do_not_bias():
     spiked = series.copy()
     spiked[rng.integers(0, series.size, 300)] += rng.choice([-1, 1], 300) * 0.5
     masked = hampel(spiked, 120, 6.0, "mask").values
-    clean = by_name(likelihood(series, TAU0, Components.of(MEDIUM)).estimate)
-    found = by_name(likelihood(masked, TAU0, Components.of(MEDIUM)).estimate)
+    clean = by_name(likelihood(series, RATE, Components.of(MEDIUM)).estimate)
+    found = by_name(likelihood(masked, RATE, Components.of(MEDIUM)).estimate)
     assert abs(found["h_0"].value / clean["h_0"].value - 1) < 0.002
 
 
 def test_sinusoid_is_found_and_taken_out():
     n = 1 << 18
     series = series_of(MEDIUM, n, 11) + 0.003 * np.sin(2 * np.pi * 14.4 * TAU0 * np.arange(n) + 1)
-    run = likelihood(series, TAU0)
+    run = likelihood(series, RATE)
     found = by_name(run.estimate)
     assert abs(found["A_s"].value - 0.003) < 4 * found["A_s"].std_error
     assert abs(found["f_0"].value - 14.4) < 4 * found["f_0"].std_error
     assert abs(found["h_0"].value - 1e-6) < 4 * found["h_0"].std_error
-    without = likelihood(series, TAU0, Components((-2, 0), 1, False))
+    without = likelihood(series, RATE, Components((-2, 0), 1, False))
     assert "A_s" not in without.estimate.values
     assert "14.4 Hz" in without.estimate.note
 
@@ -203,7 +204,7 @@ def test_sinusoid_is_found_and_taken_out():
 def test_units_scale():
     series = series_of(MEDIUM, 1 << 17, 12)
     small, large = (
-        by_name(likelihood(k * series, TAU0, Components.of(MEDIUM)).estimate) for k in (1.0, 1e3)
+        by_name(likelihood(k * series, RATE, Components.of(MEDIUM)).estimate) for k in (1.0, 1e3)
     )
     assert np.isclose(large["h_0"].value, 1e6 * small["h_0"].value, rtol=1e-6)
     assert np.isclose(large["q_c1"].value, 1e3 * small["q_c1"].value, rtol=1e-4)
@@ -256,8 +257,8 @@ def test_only_short_stretches_are_refused():
     series = np.random.default_rng(1).normal(size=3200)
     series[990:2200] = np.nan
     with pytest.raises(Refusal, match="no 1000 valid samples without a gap of more than 1200"):
-        likelihood(series[:3190], TAU0)
-    assert likelihood(series, TAU0).estimate.values  # the second stretch has 1000
+        likelihood(series[:3190], RATE)
+    assert likelihood(series, RATE).estimate.values  # the second stretch has 1000
 
 
 def test_settings_without_lines():

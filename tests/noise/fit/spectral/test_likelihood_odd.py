@@ -14,12 +14,13 @@ from mocap_metrology.noise.fit.spectral.order import penalty
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 
-TAU0, N = 1 / 120, 1 << 17
+RATE, N = 120.0, 1 << 17
+TAU0 = 1 / RATE
 MODEL = NoiseModel((PowerLaw(-2, 4e-9), PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.3)))
 
 
 def drawn(seed: int, n: int = N) -> np.ndarray:
-    return draw_pair(MODEL, MODEL, Cross(constant=0.0), n, TAU0, np.random.default_rng(seed))[0]
+    return draw_pair(MODEL, MODEL, Cross(constant=0.0), n, RATE, np.random.default_rng(seed))[0]
 
 
 def sine(A_s: float, f_0: float, phase: float = 0.5, n: int = N) -> np.ndarray:
@@ -41,7 +42,7 @@ def test_gaps_in_white_noise_make_no_other_noise(share):
     found = []
     for seed in range(4):
         series = np.random.default_rng(seed).normal(size=N)
-        run = likelihood(with_gaps(series, share, 100 + seed), TAU0)
+        run = likelihood(with_gaps(series, share, 100 + seed), RATE)
         h_0 = by_name(run)["h_0"]
         found.append((set(run.estimate.values) == {"h_0"}, (h_0.value - 2 * TAU0) / h_0.std_error))
     assert sum(alone for alone, _ in found) >= 3, found
@@ -49,7 +50,7 @@ def test_gaps_in_white_noise_make_no_other_noise(share):
 
 
 def test_every_fifth_sample_missing_leaves_the_coefficients():
-    found = by_name(likelihood(with_gaps(drawn(3), 0.2, 4), TAU0, Components.of(MODEL)))
+    found = by_name(likelihood(with_gaps(drawn(3), 0.2, 4), RATE, Components.of(MODEL)))
     for name, value in MODEL.coefficients().items():
         assert abs(found[name].value - value) < 4 * found[name].std_error, name
 
@@ -58,7 +59,7 @@ def test_amplitude_of_a_line_does_not_suffer_from_gaps():
     errors = []
     for seed in range(8):
         series = drawn(20 + seed, 1 << 16) + sine(0.003, 50.0, n=1 << 16)
-        found = by_name(likelihood(with_gaps(series, 0.05, seed), TAU0))
+        found = by_name(likelihood(with_gaps(series, 0.05, seed), RATE))
         errors.append((found["A_s"].value - 0.003) / found["A_s"].std_error)
     assert abs(np.mean(errors)) < 3 / np.sqrt(8), errors  # eight of unit variance
     assert np.std(errors) < 2
@@ -66,13 +67,13 @@ def test_amplitude_of_a_line_does_not_suffer_from_gaps():
 
 def test_many_lines_are_all_taken_out():
     series = drawn(5) + sum(sine(0.012 + 0.001 * k, 3.3 + 5 * k) for k in range(10))
-    run = likelihood(series, TAU0)
+    run = likelihood(series, RATE)
     found = by_name(run)
     assert len(run.lines) == 10
     assert abs(found["h_0"].value - 1e-6) < 4 * found["h_0"].std_error
     assert run.estimate.note.startswith("further lines, taken out before the fit: ")
     assert run.estimate.note.endswith(" and 1 more")
-    few = likelihood(series, TAU0, settings=LikelihoodSettings(max_lines=3))
+    few = likelihood(series, RATE, settings=LikelihoodSettings(max_lines=3))
     assert "as many as are looked for" in few.estimate.note
     assert {c.status for c in few.estimate.coefficients if c.detected} <= {"misfit", "at_bound"}
 
@@ -81,7 +82,7 @@ def test_slow_line_and_its_error():
     f_0 = 40.3 / (N * TAU0)
     errors = []
     for seed in range(8):
-        found = by_name(likelihood(drawn(40 + seed) + sine(0.3, f_0), TAU0))
+        found = by_name(likelihood(drawn(40 + seed) + sine(0.3, f_0), RATE))
         errors.append((found["A_s"].value - 0.3) / found["A_s"].std_error)
         assert abs(found["T_c1"].value - 0.3) < 4 * found["T_c1"].std_error
     assert np.sqrt(np.mean(np.square(errors))) < 2, errors
@@ -89,7 +90,7 @@ def test_slow_line_and_its_error():
 
 def test_odd_and_even_frames_apart_is_a_line_at_nyquist():
     series = drawn(6) + 0.0011 * (-1.0) ** np.arange(N)
-    found = by_name(likelihood(series, TAU0))
+    found = by_name(likelihood(series, RATE))
     assert found["f_0"].value == pytest.approx(60)
     assert found["A_s"].value == pytest.approx(0.0011, rel=0.1)
     assert abs(found["h_0"].value - 1e-6) < 4 * found["h_0"].std_error
@@ -106,21 +107,21 @@ def resonance(seed: int) -> np.ndarray:
 def test_what_the_model_cannot_describe_is_a_misfit(odd):
     series = drawn(7)
     swing = np.sin(np.pi * np.arange(N) / N) ** 8  # out and back once, as no line or warm-up goes
-    run = likelihood(series + {"swing": 3 * swing, "resonance": 1e-3 * resonance(8)}[odd], TAU0)
+    run = likelihood(series + {"swing": 3 * swing, "resonance": 1e-3 * resonance(8)}[odd], RATE)
     assert "the model does not describe the spectrum" in run.estimate.note
     for c in run.estimate.coefficients:
         assert c.status in ("misfit", "at_bound", "not_converged", "not_detected")
         assert np.isnan(c.upper_95) or c.detected
-    assert "does not describe" not in likelihood(series, TAU0).estimate.note
+    assert "does not describe" not in likelihood(series, RATE).estimate.note
 
 
 def test_lines_stay_when_they_are_not_looked_for():
     series = drawn(9) + sine(0.003, 14.4)
-    run = likelihood(series, TAU0, Components.of(MODEL), LikelihoodSettings(sinusoid=False))
+    run = likelihood(series, RATE, Components.of(MODEL), LikelihoodSettings(sinusoid=False))
     assert run.lines == ()
     bins = run.periodogram.bins
     holds = (bins.f_lower_hz < 14.4) & (bins.f_upper_hz > 14.4)
-    assert run.periodogram.psd[holds] > 3 * MODEL.psd(bins.centre_hz[holds], TAU0)
+    assert run.periodogram.psd[holds] > 3 * MODEL.psd(bins.centre_hz[holds], RATE)
 
 
 def test_wrong_settings_are_refused():
@@ -129,12 +130,12 @@ def test_wrong_settings_are_refused():
     with pytest.raises(Refusal, match="expected alphas out of"):
         Components((3,))
     with pytest.raises(Refusal, match="no component to fit"):
-        likelihood(drawn(1, 1 << 14), TAU0, Components((), 0))
+        likelihood(drawn(1, 1 << 14), RATE, Components((), 0))
 
 
 def test_a_term_that_is_not_there_is_not_detected():
     series = np.random.default_rng(1).normal(size=N)
-    found = by_name(likelihood(series, TAU0, Components((-2, 0), 3)))
+    found = by_name(likelihood(series, RATE, Components((-2, 0), 3)))
     assert all(found[f"q_c{k}"].status in ("not_detected", "at_bound", "ok") for k in (1, 2, 3))
     for k in (1, 2, 3):
         c = found[f"q_c{k}"]
@@ -145,9 +146,9 @@ def test_coarse_resolution_is_noted():
     series = np.round(0.002 * np.random.default_rng(2).normal(size=N) / 0.01) * 0.01
     m = np.array([1, 2, 4, 8])
     settings = NoiseSettings(estimators=("likelihood",))
-    run = estimate_series(series, (m, 1.0 / m), TAU0, settings, resolution=0.01)
+    run = estimate_series(series, (m, 1.0 / m), RATE, settings, resolution=0.01)
     assert "the file's resolution (0.01 mm) hides the noise" in run.estimates[0].note
-    run = estimate_series(drawn(1), (m, 1.0 / m), TAU0, settings, resolution=1e-5)
+    run = estimate_series(drawn(1), (m, 1.0 / m), RATE, settings, resolution=1e-5)
     assert run.estimates[0].note == ""
 
 
@@ -155,6 +156,6 @@ def test_coarse_resolution_is_noted():
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 def test_frame_rate_and_offset_change_nothing(rate, offset):
     series = np.random.default_rng(3).normal(size=1 << 15)
-    run = likelihood(series + offset, 1 / rate)
+    run = likelihood(series + offset, rate)
     assert set(run.estimate.values) == {"h_0"}
     assert run.estimate.values["h_0"] * rate / 2 == pytest.approx(series.var(), rel=1e-3)

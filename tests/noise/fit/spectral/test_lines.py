@@ -12,7 +12,8 @@ from mocap_metrology.noise.fit.spectral.lines import (
     line_errors,
 )
 
-TAU0 = 1 / 120
+RATE = 120.0
+TAU0 = 1 / RATE
 N = 1 << 15
 
 
@@ -29,7 +30,7 @@ def test_amplitude_frequency_and_phase_reach_the_cramer_rao_bound(offset):
     found = []
     for _ in range(60):
         phase = rng.uniform(-np.pi, np.pi)
-        lines = find_lines(rng.normal(size=N) + sine(0.1, f_0, phase), TAU0)
+        lines = find_lines(rng.normal(size=N) + sine(0.1, f_0, phase), RATE)
         assert len(lines) == 1
         turn = np.angle(np.exp(1j * (lines[0].phase - phase)))
         found.append((lines[0].A_s - 0.1, lines[0].f_0 - f_0, turn))
@@ -44,50 +45,50 @@ def test_noise_of_any_colour_has_no_lines():
     rng = np.random.default_rng(3)
     for _ in range(40):
         white = rng.normal(size=N)
-        assert find_lines(white, TAU0) == []
-        assert find_lines(np.cumsum(white), TAU0) == []
-        assert find_lines(np.diff(white), TAU0) == []
+        assert find_lines(white, RATE) == []
+        assert find_lines(np.cumsum(white), RATE) == []
+        assert find_lines(np.diff(white), RATE) == []
 
 
 def test_strong_and_weak_lines_beside_a_random_walk():
     rng = np.random.default_rng(4)
     noise = rng.normal(size=N) + 0.05 * np.cumsum(rng.normal(size=N))
     truth = [(3.0, 14.4, 0.3), (0.2, 14.5, 1.0), (0.15, 50.0, -2.0)]
-    lines = find_lines(noise + sum(sine(*line) for line in truth), TAU0)
+    lines = find_lines(noise + sum(sine(*line) for line in truth), RATE)
     assert [round(line.f_0, 2) for line in lines] == [14.4, 14.5, 50.0]
     for line, (A_s, _, _) in zip(lines, truth, strict=True):
         assert abs(line.A_s - A_s) < 5 * line_errors(A_s, line.psd, N * TAU0)[0]
-    rest = noise + sum(sine(*line) for line in truth) - sum(ln.wave(N, TAU0) for ln in lines)
+    rest = noise + sum(sine(*line) for line in truth) - sum(ln.wave(N, RATE) for ln in lines)
     assert np.std(rest - noise) < 0.02
 
 
 def test_the_strongest_comes_first_and_the_number_is_limited():
     rng = np.random.default_rng(5)
     series = rng.normal(size=N) + sine(0.2, 10, 0) + sine(0.5, 20, 0) + sine(0.3, 30, 0)
-    assert [round(line.f_0) for line in find_lines(series, TAU0)] == [20, 30, 10]
-    assert len(find_lines(series, TAU0, at_most=2)) == 2
-    assert find_lines(series, TAU0, at_most=0) == []
+    assert [round(line.f_0) for line in find_lines(series, RATE)] == [20, 30, 10]
+    assert len(find_lines(series, RATE, at_most=2)) == 2
+    assert find_lines(series, RATE, at_most=0) == []
 
 
 def test_slow_line_is_found_against_the_density_of_its_noise():
     rng = np.random.default_rng(6)
     f_0 = 31.3 / (N * TAU0)
     series = rng.normal(size=N) + sine(0.2, f_0, 0.7)
-    lines = find_slow_lines(series, TAU0, lambda f: np.full(f.size, 2 * TAU0))
+    lines = find_slow_lines(series, RATE, lambda f: np.full(f.size, 2 * TAU0))
     assert len(lines) == 1
     assert np.isclose(lines[0].f_0, f_0, rtol=2e-3)
     assert np.isclose(lines[0].A_s, 0.2, atol=0.04)
-    assert np.std(series - lines[0].wave(N, TAU0)) < 1.01
-    assert find_slow_lines(rng.normal(size=N), TAU0, lambda f: np.full(f.size, 2 * TAU0)) == []
+    assert np.std(series - lines[0].wave(N, RATE)) < 1.01
+    assert find_slow_lines(rng.normal(size=N), RATE, lambda f: np.full(f.size, 2 * TAU0)) == []
 
 
 def test_line_at_a_given_frequency():
     rng = np.random.default_rng(7)
     series = rng.normal(size=N) + sine(0.05, 14.4, 1.0)
-    line = line_at(series, TAU0, 14.4, 2 * TAU0)
+    line = line_at(series, RATE, 14.4, 2 * TAU0)
     assert np.isclose(line.A_s, 0.05, atol=0.03)
     assert np.isclose(line.f_0, 14.4, atol=1 / (N * TAU0))
 
 
 def test_short_series_has_no_lines():
-    assert find_lines(np.random.default_rng(0).normal(size=200), TAU0) == []
+    assert find_lines(np.random.default_rng(0).normal(size=200), RATE) == []

@@ -17,7 +17,8 @@ from mocap_metrology.noise.fit.spectral.periodogram import (
 )
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw
 
-TAU0 = 0.01
+RATE = 100.0
+TAU0 = 1 / RATE
 
 
 def expected_exactly(covariance: np.ndarray) -> np.ndarray:
@@ -32,7 +33,7 @@ def test_gauss_markov_expectation_is_exact_but_for_a_percent(share):
     T_c = share * n * TAU0
     phi = np.exp(-TAU0 / T_c)
     exact = expected_exactly(T_c / 2 * toeplitz(phi ** np.arange(n)))
-    bins = bins_of(n, TAU0, per_decade=10_000)  # one coefficient a bin
+    bins = bins_of(n, RATE, per_decade=10_000)  # one coefficient a bin
     assert np.all(bins.n == 1)
     ours = gauss_markov_unit(bins, T_c)
     # The end correction is of the continuous process; frames matter where T_c is near one
@@ -43,7 +44,7 @@ def test_without_the_end_correction_the_slowest_coefficients_are_a_third_off():
     n = 1024
     T_c = 0.25 * n * TAU0
     exact = expected_exactly(T_c / 2 * toeplitz(np.exp(-TAU0 / T_c) ** np.arange(n)))
-    plain = GaussMarkov(1.0, T_c).psd(np.arange(1, n) / (2 * n * TAU0), TAU0)
+    plain = GaussMarkov(1.0, T_c).psd(np.arange(1, n) / (2 * n * TAU0), RATE)
     assert exact[0] / plain[0] < 0.7
 
 
@@ -51,7 +52,7 @@ def test_random_walk_and_white_noise_are_exact():
     n = 512
     step = 2 * np.pi**2 * TAU0  # variance of a step for h_-2 = 1
     walk = step * np.minimum.outer(np.arange(n), np.arange(n))
-    bins = bins_of(n, TAU0, per_decade=10_000)
+    bins = bins_of(n, RATE, per_decade=10_000)
     assert np.allclose(power_law_unit(bins, -2), expected_exactly(walk), rtol=1e-8)
     white = np.eye(n) / (2 * TAU0)
     assert np.allclose(power_law_unit(bins, 0), expected_exactly(white), rtol=1e-12)
@@ -66,7 +67,7 @@ def test_averages_over_a_frame_have_the_expectation_of_their_covariance(share):
     covariance = 4 * np.sinh(a / 2) ** 2 / a**2 * np.exp(-a * lag)
     covariance[0] = 2 * (a + np.expm1(-a)) / a**2
     exact = expected_exactly(T_c / 2 * toeplitz(covariance))
-    bins = bins_of(n, TAU0, per_decade=10_000, form="continuous")
+    bins = bins_of(n, RATE, per_decade=10_000, form="continuous")
     assert np.allclose(gauss_markov_unit(bins, T_c), exact, rtol=0.005)
     # Random walk: covariance min(i, j) + 1/2 steps, and i + 1/3 of a frame with itself
     walk = np.minimum.outer(lag, lag) + 0.5 - np.eye(n) / 6
@@ -86,8 +87,8 @@ def test_random_walk_coefficients_are_independent():
 @pytest.mark.parametrize("alpha", [-1, 1, 2])
 def test_wide_bins_hold_the_mean_of_their_coefficients(alpha):
     n = 100_000
-    bins = bins_of(n, TAU0)
-    each = PowerLaw(alpha, 1.0).psd(np.arange(1, n) / (2 * n * TAU0), TAU0)
+    bins = bins_of(n, RATE)
+    each = PowerLaw(alpha, 1.0).psd(np.arange(1, n) / (2 * n * TAU0), RATE)
     edge = edges(n)
     mean = np.add.reduceat(each, edge[:-1] - 1) / np.diff(edge)
     assert np.allclose(power_law_unit(bins, alpha), mean, rtol=2e-3)
@@ -97,8 +98,8 @@ def test_wide_bins_hold_the_mean_of_their_coefficients(alpha):
 
 def test_binned_sums_to_the_variance():
     x = np.random.default_rng(1).normal(size=10_007)
-    bins = bins_of(x.size, TAU0)
-    psd = binned(x, TAU0, bins)
+    bins = bins_of(x.size, RATE)
+    psd = binned(x, RATE, bins)
     # Parseval: the coefficients but the mean hold the sum of squares
     assert np.isclose((psd * bins.n).sum() / (2 * TAU0), x.var() * x.size, rtol=1e-12)
     assert bins.n.sum() == x.size - 1
@@ -106,7 +107,7 @@ def test_binned_sums_to_the_variance():
 
 @pytest.mark.parametrize("n", [16, 17, 1000, 4096])
 def test_bins_hold_every_coefficient_once(n):
-    bins = bins_of(n, TAU0)
+    bins = bins_of(n, RATE)
     assert bins.n.sum() == n - 1
     assert np.allclose(bins.f_upper_hz[:-1], bins.f_lower_hz[1:])
     assert bins.f_hz.max() < 0.5 / TAU0
@@ -114,8 +115,8 @@ def test_bins_hold_every_coefficient_once(n):
 
 
 def test_joined_bins_keep_their_stretch():
-    both = joined([bins_of(1000, TAU0), bins_of(5000, TAU0)])
+    both = joined([bins_of(1000, RATE), bins_of(5000, RATE)])
     assert both.span_s == 50.0
     assert both.n.sum() == 999 + 4999
-    alone = gauss_markov_unit(bins_of(5000, TAU0), 3.0)
+    alone = gauss_markov_unit(bins_of(5000, RATE), 3.0)
     assert np.array_equal(gauss_markov_unit(both, 3.0)[-alone.size :], alone)

@@ -17,7 +17,7 @@ from mocap_metrology.noise.fit.spectral.whittle import Likelihood
 from mocap_metrology.noise.model.components import ALPHAS, GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
 
-NINE_HOURS, TAU0 = 3_888_000, 1 / 120
+NINE_HOURS, RATE = 3_888_000, 120.0
 WHITE = PowerLaw(0, 1e-4)
 # 15 min of white noise with a term of 60 s: hardly to be told from a random walk
 SLOW = NoiseModel((WHITE, GaussMarkov(0.003, 60.0)))
@@ -36,7 +36,7 @@ def estimated(data: Periodogram):
 def test_a_slow_term_taken_for_a_walk_is_named_and_h_2_may_be_nothing():
     named = nothing = walks = 0
     for seed in range(20):
-        fit, near, rows, cost = estimated(drawn(SLOW, 90_000, 0.01, seed))
+        fit, near, rows, cost = estimated(drawn(SLOW, 90_000, 100.0, seed))
         if rows["h_-2"].detected:
             walks += 1
             nothing += rows["h_-2"].lower_95 == 0
@@ -50,16 +50,16 @@ def test_a_clear_case_has_no_say_in_the_intervals():
     """White noise and a strong walk for nine hours: intervals are those of the right model."""
     widths = {"h_0": [], "h_-2": []}
     for seed in range(15):
-        rows = estimated(drawn(WALK, NINE_HOURS, TAU0, seed))[2]
+        rows = estimated(drawn(WALK, NINE_HOURS, RATE, seed))[2]
         for name, found in widths.items():
             found.append((rows[name].upper_95 - rows[name].lower_95) / 3.92)
-    bounds = crlb(WALK, NINE_HOURS, TAU0)
+    bounds = crlb(WALK, NINE_HOURS, RATE)
     assert all(np.median(found) <= 1.5 * bounds[name] for name, found in widths.items())
 
 
 def test_rivals_are_maxima_of_their_own_likelihood():
     """Of each rival: a minimiser that knows no derivative finds nothing better beside it."""
-    data = drawn(SLOW, 20_000, 0.01, 1)
+    data = drawn(SLOW, 20_000, 100.0, 1)
     likelihood = Likelihood(data, data.bins.T_c_range)
     near = estimated(data)[1]
     assert len(near) >= 3
@@ -92,7 +92,7 @@ def test_intervals_hold_in_the_published_series():
     for camera_type, n in published_keys():
         for series in SERIES[:2]:
             truth = NoiseModel(published_row(camera_type, n)[series].broadband)
-            data = drawn(truth, NINE_HOURS, TAU0, [n, *series.encode(), *camera_type.encode()])
+            data = drawn(truth, NINE_HOURS, RATE, [n, *series.encode(), *camera_type.encode()])
             rows = estimated(data)[2]
             for name, values in held.items():
                 row = rows[name]

@@ -44,7 +44,7 @@ def test_mains_that_wander_are_one_line_with_all_of_their_power(kind, rate):
     for seed in range(20):
         rng = np.random.default_rng(seed)
         n = rate * SECONDS
-        found = find_lines(wandering(rng, kind, rate) + white(rng, n), 1 / rate)
+        found = find_lines(wandering(rng, kind, rate) + white(rng, n), rate)
         line, extra = found[0], extra + len(found) - 1
         assert line.wide
         assert abs(line.f_0 - 50) < 3 * line.errors(SECONDS)[1] + 0.02
@@ -59,7 +59,7 @@ def test_the_width_is_the_standard_deviation_of_the_frequency():
     widths = []
     for seed in range(8):
         rng = np.random.default_rng(seed)
-        widths.append(find_lines(wandering(rng, "sinusoid") + white(rng), 1 / RATE)[0].width_f)
+        widths.append(find_lines(wandering(rng, "sinusoid") + white(rng), RATE)[0].width_f)
     assert np.mean(widths) == pytest.approx(0.02 / np.sqrt(2), rel=0.1)
 
 
@@ -70,14 +70,14 @@ def test_a_wide_line_is_out_of_the_noise_and_one_row():
     series[20_000:20_400] = np.nan
     series[rng.random(N) < 0.02] = np.nan
     series[[0, -1]] = 0.0
-    run = likelihood(series, 1 / RATE)
+    run = likelihood(series, RATE)
     found = {c.parameter: c for c in run.estimate.coefficients}
     assert len(run.lines) == 1
     assert abs(found["h_0"].value - 2 * SIGMA**2 / RATE) < 4 * found["h_0"].std_error
     assert found["A_s"].lower_95 < A_S < found["A_s"].upper_95
     assert found["width_f"].lower_95 < 0.02 < 2 * found["width_f"].upper_95
     assert all(c.status in ("ok", "not_detected") for c in run.estimate.coefficients)
-    lines, duration = series_lines(series, 1 / RATE, 10, lambda f: np.full_like(f, 4.17e-5))
+    lines, duration = series_lines(series, RATE, 10, lambda f: np.full_like(f, 4.17e-5))
     (one,) = described("x1", lines, duration, RATE, series)
     assert one.lower < A_S < one.upper
     assert one.line.f_0 == pytest.approx(found["f_0"].value, abs=0.01)
@@ -89,7 +89,7 @@ def test_other_stretches_have_their_own_band():
     rng = np.random.default_rng(3)
     series = wandering(rng, "ou") + white(rng)
     series[30_000:32_000] = np.nan
-    run = likelihood(series, 1 / RATE)
+    run = likelihood(series, RATE)
     found = {c.parameter: c for c in run.estimate.coefficients}
     assert abs(found["h_0"].value - 2 * SIGMA**2 / RATE) < 4 * found["h_0"].std_error
     assert sum(c.detected for c in run.estimate.coefficients) == 4  # h_0 and the line's three
@@ -127,8 +127,8 @@ def test_filters_make_no_lines_and_hide_none(filtered):
     for seed in range(8):
         rng = np.random.default_rng(seed)
         noise = white(rng)
-        invented += len(find_lines(filtered(noise), 1 / RATE))
-        assert round(find_lines(filtered(noise + wave), 1 / RATE)[0].f_0, 2) == 3.0
+        invented += len(find_lines(filtered(noise), RATE))
+        assert round(find_lines(filtered(noise + wave), RATE)[0].f_0, 2) == 3.0
     assert invented <= 1
 
 
@@ -138,12 +138,12 @@ def test_lines_at_the_ends_of_the_spectrum_crash_nothing(n):
     for place in (0.0, 0.5, 1.0, n / 2 - 1.5, n / 2 - 1, n / 2 - 0.5, n / 2 - 0.2, n / 2):
         for size in (0.3, 30.0):
             series = rng.normal(size=n) + size * np.sin(2 * np.pi * place / n * np.arange(n) + 0.4)
-            found = find_lines(series, 0.01)
-            found += find_slow_lines(series, 0.01, lambda f: np.full(f.size, 0.02))
+            found = find_lines(series, 100)
+            found += find_slow_lines(series, 100, lambda f: np.full(f.size, 0.02))
             for line in found:
                 assert 0 < line.f_0 <= 50.0
                 assert np.isfinite([line.A_s, line.gain, *line.errors(n * 0.01)]).all()
-                assert line.wave(n, 0.01).shape == (n,)
+                assert line.wave(n, 100).shape == (n,)
 
 
 @pytest.mark.parametrize("from_nyquist", [4.8, 0.9, 0.6])
@@ -154,7 +154,7 @@ def test_a_stable_line_within_coefficients_of_nyquist_is_found_as_it_is(from_nyq
         rng = np.random.default_rng(seed)
         f_0 = 50 - from_nyquist / SECONDS
         wave = 0.005 * np.sin(2 * np.pi * f_0 * np.arange(60_000) / 100 + rng.uniform(0, 6))
-        (line,) = find_lines(wave + white(rng, 60_000), 0.01)[:1]
+        (line,) = find_lines(wave + white(rng, 60_000), 100)[:1]
         assert not line.wide
         assert abs(line.f_0 - f_0) < 1 / SECONDS
         held += abs(line.A_s - 0.005) < 1.96 * line.errors(SECONDS)[0]
@@ -166,7 +166,7 @@ def test_two_stable_lines_side_by_side_stay_two():
     t = np.arange(N) / RATE
     for apart in (0.012, 0.05, 0.1):
         waves = 0.01 * np.sin(2 * np.pi * 20 * t) + 0.006 * np.sin(2 * np.pi * (20 + apart) * t + 1)
-        found = sorted(x.f_0 for x in find_lines(waves + white(rng), 1 / RATE))
+        found = sorted(x.f_0 for x in find_lines(waves + white(rng), RATE))
         assert np.allclose(found, [20, 20 + apart], atol=5e-4)
 
 

@@ -213,7 +213,7 @@ class AnnealingRun:
 def annealing_ant_colony(
     m: np.ndarray,
     avar: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     components: Components,
     settings: AnnealingSettings,
     seed: int,
@@ -222,13 +222,15 @@ def annealing_ant_colony(
 ) -> Estimate:
     """Noise coefficients from Allan variances avar (k,) in mm^2 at tau = m tau0 (s): see
     `annealing_run`, of which this is the estimate."""
-    return annealing_run(m, avar, tau0, components, settings, seed, form, duration).estimate
+    return annealing_run(
+        m, avar, frame_rate_hz, components, settings, seed, form, duration
+    ).estimate
 
 
 def annealing_run(
     m: np.ndarray,
     avar: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     components: Components,
     settings: AnnealingSettings,
     seed: int,
@@ -244,7 +246,7 @@ def annealing_run(
     other start reached that cost, or, coefficient by coefficient, where starts of equal cost
     differ by more than 1 %.
     """
-    problem = misfit(m, avar, tau0, components, form, "relative", settings.range, duration)
+    problem = misfit(m, avar, frame_rate_hz, components, form, "relative", settings.range, duration)
     steps = POLISH if settings.descent else 0
     seeds = np.random.SeedSequence(seed).spawn(settings.starts + 1)
     points, costs = [], []

@@ -34,7 +34,7 @@ SEGMENTS = {
 def levenberg_marquardt(
     m: np.ndarray,
     avar: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     components: Components,
     seed: int,
     form: Form = "continuous",
@@ -52,7 +52,7 @@ def levenberg_marquardt(
     """
     if starts < 1:
         raise Refusal(f"levenberg-marquardt: {starts} starts, expected at least 1")
-    problem = misfit(m, avar, tau0, components, form, "equal", within, duration)
+    problem = misfit(m, avar, frame_rate_hz, components, form, "equal", within, duration)
     rng = np.random.default_rng(seed)
     ends = [
         problem.polished(rng.uniform(problem.lower, problem.upper), STEPS) for _ in range(starts)
@@ -73,7 +73,7 @@ def levenberg_marquardt(
 def slopes(
     m: np.ndarray,
     avar: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     tolerance: float = 0.1,
     decades: float = 0.5,
     longest_share: float = 0.3,
@@ -97,7 +97,8 @@ def slopes(
             f"slopes: tolerance {tolerance}, decades {decades}, longest_share {longest_share}, "
             "expected in (0, 0.25), > 0, in (0, 1]"
         )
-    m, avar = checked(m, avar, tau0)
+    m, avar = checked(m, avar, frame_rate_hz)
+    tau0 = 1 / frame_rate_hz
     kept = m <= longest_share * m[-1:]
     log_tau, log_adev = np.log10(m[kept] * tau0), 0.5 * np.log10(avar[kept])
     windows = _windows(log_tau, decades)

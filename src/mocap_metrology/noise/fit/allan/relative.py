@@ -92,7 +92,7 @@ class Misfit:
 
     m: np.ndarray
     avar: np.ndarray
-    tau0: float
+    frame_rate_hz: float
     components: Components
     form: Form
     weights: np.ndarray
@@ -108,7 +108,7 @@ class Misfit:
         target = self.weights * self.avar
         return (
             *(self.fixed, self.m, np.log(self.m), self.weights, target),
-            *(self.tau0, c.gauss_markov, sampled, correlated_table()),
+            *(1 / self.frame_rate_hz, c.gauss_markov, sampled, correlated_table()),
         )
 
     def cost(self, x: np.ndarray) -> float:
@@ -191,13 +191,13 @@ class Misfit:
         }
 
     def _norm(self, part: PowerLaw | GaussMarkov | Sinusoid) -> float:
-        return _rms(self.weights * part.avar(self.m, self.tau0, self.form))
+        return _rms(self.weights * part.avar(self.m, self.frame_rate_hz, self.form))
 
 
 def misfit(
     m: np.ndarray,
     avar: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     components: Components,
     form: Form = "continuous",
     weighting: Weighting = "relative",
@@ -209,7 +209,8 @@ def misfit(
     duration: of the recording, s; by default three times the longest tau. Variances beyond
     `SearchRange.longest_tau_share` of it are left out.
     """
-    m, avar = checked(m, avar, tau0)
+    m, avar = checked(m, avar, frame_rate_hz)
+    tau0 = 1 / frame_rate_hz
     components = _checked_components(components, m.size)
     if form not in ("sampled", "continuous"):
         raise Refusal(f"form {form!r}, expected sampled or continuous")
@@ -226,20 +227,20 @@ def misfit(
     )
     m, avar = m[:fitted], avar[:fitted]
     weights = 1 / avar if weighting == "relative" else np.full(avar.size, 1 / _rms(avar))
-    fixed = weights * _unit_curves(components.alphas, m.tobytes(), tau0, form)
+    fixed = weights * _unit_curves(components.alphas, m.tobytes(), frame_rate_hz, form)
     unit = 1 / np.sqrt(np.mean(fixed**2, axis=1))
-    lower, upper = _bounds(components, tau0, within, duration)
+    lower, upper = _bounds(components, frame_rate_hz, within, duration)
     scaled = fixed * unit[:, None]
-    return Misfit(m, avar, tau0, components, form, weights, scaled, unit, lower, upper)
+    return Misfit(m, avar, frame_rate_hz, components, form, weights, scaled, unit, lower, upper)
 
 
-def checked(m: np.ndarray, avar: np.ndarray, tau0: float) -> tuple[np.ndarray, np.ndarray]:
+def checked(m: np.ndarray, avar: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """m and avar as float arrays by rising m, refused where they are no Allan variances."""
     m, avar = np.atleast_1d(np.asarray(m, float)), np.atleast_1d(np.asarray(avar, float))
     if m.ndim != 1 or m.shape != avar.shape:
         raise Refusal(f"{m.shape} averaging factors, {avar.shape} Allan variances: expected equal")
-    if not (math.isfinite(tau0) and tau0 > 0):
-        raise Refusal(f"frame period {tau0} s, expected a number > 0")
+    if not (math.isfinite(frame_rate_hz) and frame_rate_hz > 0):
+        raise Refusal(f"frame rate {frame_rate_hz} Hz, expected a number > 0")
     order = np.argsort(m, kind="stable")
     m, avar = m[order], avar[order]
     if not (np.all(m >= 1) and np.all(m == np.round(m)) and np.all(np.diff(m) > 0)):
@@ -267,16 +268,17 @@ def _checked_components(components: Components, n_points: int) -> Components:
 
 
 @lru_cache(maxsize=16)
-def _unit_curves(alphas: tuple[int, ...], m: bytes, tau0: float, form: Form) -> np.ndarray:
+def _unit_curves(alphas: tuple[int, ...], m: bytes, frame_rate_hz: float, form: Form) -> np.ndarray:
     """(n_alpha, k) Allan variances of h = 1; kept, as the sampled ones take integrals."""
     factors = np.frombuffer(m)
-    curves = [PowerLaw(alpha, 1.0).avar(factors, tau0, form) for alpha in alphas]
+    curves = [PowerLaw(alpha, 1.0).avar(factors, frame_rate_hz, form) for alpha in alphas]
     return np.array(curves).reshape(len(alphas), factors.size)
 
 
 def _bounds(
-    components: Components, tau0: float, within: SearchRange, duration: float
+    components: Components, frame_rate_hz: float, within: SearchRange, duration: float
 ) -> tuple[np.ndarray, np.ndarray]:
+    tau0 = 1 / frame_rate_hz
     shortest, longest = within.shortest_frames * tau0, within.longest_share * duration
     if components.gauss_markov and shortest >= longest:
         raise Refusal(

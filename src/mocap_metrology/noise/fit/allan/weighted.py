@@ -75,7 +75,7 @@ def weighted(
     avar: np.ndarray,
     edf: np.ndarray,
     n: int,
-    tau0: float,
+    frame_rate_hz: float,
     components: Components | None = None,
     settings: Settings | None = None,
     form: Form = "sampled",
@@ -90,8 +90,8 @@ def weighted(
     are not positive numbers, and fewer variances than coefficients.
     """
     options = _options(settings)
-    m, avar, edf = _checked(m, avar, edf, n, tau0, components)
-    curves = unit_curves(m.tobytes(), int(n), float(tau0), form)
+    m, avar, edf = _checked(m, avar, edf, n, frame_rate_hz, components)
+    curves = unit_curves(m.tobytes(), int(n), float(frame_rate_hz), form)
     alphas = ALPHAS if components is None else tuple(sorted(components.alphas))
     white = _pilot(curves, avar, edf, alphas, options)
     if components is None:
@@ -281,7 +281,7 @@ def _checked(
     avar: np.ndarray,
     edf: np.ndarray,
     n: int,
-    tau0: float,
+    frame_rate_hz: float,
     components: Components | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     m, avar, edf = (np.atleast_1d(np.asarray(x, float)) for x in (m, avar, edf))
@@ -301,8 +301,8 @@ def _checked(
         raise Refusal("weighted fit: averaging factors, expected rising whole numbers >= 1")
     if m.size and 2 * m[-1] > n:
         raise Refusal(f"weighted fit: m = {m[-1]:g} of {n} samples, expected at most half of them")
-    if not (np.isfinite(tau0) and tau0 > 0):
-        raise Refusal(f"weighted fit: frame period {tau0} s, expected a number > 0")
+    if not (np.isfinite(frame_rate_hz) and frame_rate_hz > 0):
+        raise Refusal(f"weighted fit: frame rate {frame_rate_hz} Hz, expected a number > 0")
     if components is not None and not (components.alphas or components.gauss_markov):
         raise Refusal("weighted fit: no noise to fit, expected a power law or a Gauss-Markov term")
     needed = 2 if components is None else max(len(components.names), 1)

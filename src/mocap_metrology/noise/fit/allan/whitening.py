@@ -40,7 +40,7 @@ ENVELOPE = 10.0  # degrees of freedom are compared with the model's over a decad
 
 
 def avar_covariance(
-    model: NoiseModel, m: np.ndarray, n: int, tau0: float, edf: np.ndarray | None = None
+    model: NoiseModel, m: np.ndarray, n: int, frame_rate_hz: float, edf: np.ndarray | None = None
 ) -> Floats:
     """(k, k) covariance, mm^4, of the overlapping Allan variances (mm^2) of one series of n samples
     at the averaging factors m (k whole numbers, 2 m <= n).
@@ -49,24 +49,32 @@ def avar_covariance(
     (k,) degrees of freedom; the diagonal is then made 2 AVAR^2 / edf, correlations stay.
     Positive semidefinite by construction, but for the factor of the ends.
     """
+    tau0 = 1 / frame_rate_hz
     m = np.ascontiguousarray(m, dtype=np.int64)
-    f, gain = _nodes(m.tobytes(), n, tau0)
-    weighted = gain * model.psd(f, tau0)
+    f, gain = _nodes(m.tobytes(), n, frame_rate_hz)
+    weighted = gain * model.psd(f, frame_rate_hz)
     covariance: np.ndarray = weighted @ weighted.T
     for line in model.lines:
         at = np.array([line.f_0])
-        high = line.recorded(tau0, model.form)
-        beat = transfer(m, at, tau0)[:, 0] * high * np.sqrt(model.psd(at, tau0) / (n * tau0))
+        high = line.recorded(frame_rate_hz, model.form)
+        beat = (
+            transfer(m, at, frame_rate_hz)[:, 0]
+            * high
+            * np.sqrt(model.psd(at, frame_rate_hz) / (n * tau0))
+        )
         covariance += np.outer(beat, beat)
     covariance *= _ends(m.tobytes(), n)
     if edf is None:
         return covariance
-    scale = np.sqrt(2 * model.avar(m, tau0) ** 2 / np.asarray(edf, float) / np.diag(covariance))
+    scale = np.sqrt(
+        2 * model.avar(m, frame_rate_hz) ** 2 / np.asarray(edf, float) / np.diag(covariance)
+    )
     return covariance * np.outer(scale, scale)
 
 
-def transfer(m: np.ndarray, f: np.ndarray, tau0: float) -> np.ndarray:
+def transfer(m: np.ndarray, f: np.ndarray, frame_rate_hz: float) -> np.ndarray:
     """(k, f) of |H_m(f)|^2 = 2 sin^4(pi f m tau0) / (m sin(pi f tau0))^2."""
+    tau0 = 1 / frame_rate_hz
     x = np.pi * tau0 * np.asarray(f, float)
     m = np.asarray(m, float)[:, None]
     found: np.ndarray = 2 * np.sin(m * x) ** 4 / (m * np.sin(x)) ** 2
@@ -74,12 +82,13 @@ def transfer(m: np.ndarray, f: np.ndarray, tau0: float) -> np.ndarray:
 
 
 @lru_cache(maxsize=4)
-def _nodes(m_bytes: bytes, n: int, tau0: float) -> tuple[np.ndarray, np.ndarray]:
+def _nodes(m_bytes: bytes, n: int, frame_rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (Hz), and |H|^2 there times the root of weight / T.
 
     Where sin^4 turns faster than the nodes follow, they must not beat with it: each lies in its own
     place of its interval, at multiples of the golden ratio (a sequence of low discrepancy).
     """
+    tau0 = 1 / frame_rate_hz
     m = np.frombuffer(m_bytes, dtype=np.int64)
     duration, nyquist = n * tau0, 0.5 / tau0
     bend = min(LINEAR_UP_TO / duration, nyquist)
@@ -90,7 +99,7 @@ def _nodes(m_bytes: bytes, n: int, tau0: float) -> tuple[np.ndarray, np.ndarray]
     linear = (np.arange(n_linear) + 0.5) * bend / n_linear
     f = np.concatenate([linear, edges[:-1] + place * np.diff(edges)])
     weight = np.concatenate([np.full(n_linear, bend / n_linear), np.diff(edges)])
-    return f, transfer(m, f, tau0) * np.sqrt(weight / duration)
+    return f, transfer(m, f, frame_rate_hz) * np.sqrt(weight / duration)
 
 
 @lru_cache(maxsize=4)
@@ -134,7 +143,7 @@ class Curves:
 
     m: np.ndarray
     n: int
-    tau0: float
+    frame_rate_hz: float
     power: np.ndarray
     log_T: np.ndarray
     table: np.ndarray
@@ -145,21 +154,28 @@ class Curves:
 
 
 @lru_cache(maxsize=4)
-def unit_curves(m_bytes: bytes, n: int, tau0: float, form: Form = "sampled") -> Curves:
+def unit_curves(m_bytes: bytes, n: int, frame_rate_hz: float, form: Form = "sampled") -> Curves:
     """Those of a series of n samples. T_c from tau0/2 to T/10; f_0 from two periods in the longest
     tau (slower, the curve only rises, as with random walk) to Nyquist."""
     from scipy.interpolate import CubicSpline
 
+    tau0 = 1 / frame_rate_hz
     m = np.frombuffer(m_bytes, dtype=np.int64)
-    power = np.stack([PowerLaw(alpha, 1.0).avar(m, tau0, form) for alpha in ALPHAS], axis=1)
+    power = np.stack(
+        [PowerLaw(alpha, 1.0).avar(m, frame_rate_hz, form) for alpha in ALPHAS], axis=1
+    )
     ends = np.log(tau0 / 2), np.log(n * tau0 / 10)
     log_T = np.linspace(*ends, max(int(np.ptp(ends) / np.log(10) * TABLE_PER_DECADE), 8))
-    table = np.stack([GaussMarkov(1.0, float(np.exp(x))).avar(m, tau0, form) for x in log_T])
+    table = np.stack(
+        [GaussMarkov(1.0, float(np.exp(x))).avar(m, frame_rate_hz, form) for x in log_T]
+    )
     slope = CubicSpline(log_T, table, axis=0)(log_T, 1)
     ends = np.log(2 / (max(m[-1], 5) * tau0)), np.log(0.5 / tau0)
     log_f = np.linspace(*ends, max(int(np.ptp(ends) / TONE_STEP), 8) + 2)[1:-1]
-    tones = [Sinusoid(1.0, float(np.exp(x))).avar(m, tau0, form) for x in log_f]
-    return Curves(m, n, tau0, power, log_T, table, slope, log_f, np.stack(tones, axis=1), form)
+    tones = [Sinusoid(1.0, float(np.exp(x))).avar(m, frame_rate_hz, form) for x in log_f]
+    return Curves(
+        m, n, frame_rate_hz, power, log_T, table, slope, log_f, np.stack(tones, axis=1), form
+    )
 
 
 @dataclass(frozen=True)
@@ -190,7 +206,7 @@ def whitening_matrix(
     """(k, k) inverse of the Cholesky factor of the covariance of `model`, ridge added."""
     from scipy.linalg import solve_triangular
 
-    covariance = avar_covariance(model, curves.m, curves.n, curves.tau0)
+    covariance = avar_covariance(model, curves.m, curves.n, curves.frame_rate_hz)
     variance = np.diag(covariance)
     sigma = np.sqrt(variance)
     correlation = covariance / np.outer(sigma, sigma) + ridge * np.eye(sigma.size)
@@ -207,7 +223,7 @@ def model_curve(curves: Curves, model: NoiseModel) -> np.ndarray:
         if isinstance(part, PowerLaw):
             total += part.h * curves.power[:, ALPHAS.index(part.alpha)]
         else:
-            total += part.avar(curves.m, curves.tau0, curves.form)
+            total += part.avar(curves.m, curves.frame_rate_hz, curves.form)
     return total
 
 
@@ -240,7 +256,7 @@ def whitened_by(
     scale: np.ndarray,
 ) -> Whitened:
     def line(log_f: np.ndarray) -> np.ndarray:
-        at = curves.m, curves.tau0, curves.form
+        at = curves.m, curves.frame_rate_hz, curves.form
         tones = [Sinusoid(1.0, float(np.exp(x))).avar(*at) for x in log_f]
         found: np.ndarray = matrix @ np.stack(tones, axis=1)
         return found

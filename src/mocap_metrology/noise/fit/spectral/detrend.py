@@ -69,15 +69,17 @@ class Alternative:
     offset: float
 
 
-def line_column(slow: Slow, tau0: float) -> np.ndarray:
+def line_column(slow: Slow, frame_rate_hz: float) -> np.ndarray:
     """(M,) slow coefficients of x(t) = t, t in s: of odd k alone."""
+    tau0 = 1 / frame_rate_hz
     half = np.pi * slow.k / (2 * slow.n)
     unit = -tau0 * np.cos(half) / (2 * np.sin(half) ** 2)
     return np.where(slow.k % 2 == 1, unit, 0.0) * np.sqrt(4 * tau0 / slow.n)
 
 
-def warm_up_column(slow: Slow, tau0: float, T_w: float) -> np.ndarray:
+def warm_up_column(slow: Slow, frame_rate_hz: float, T_w: float) -> np.ndarray:
     """(M,) slow coefficients of x(t) = exp(-t / T_w)."""
+    tau0 = 1 / frame_rate_hz
     half = np.pi * slow.k / (2 * slow.n)
     a = tau0 / T_w
     sign = np.where(slow.k % 2 == 1, -1.0, 1.0)
@@ -87,8 +89,9 @@ def warm_up_column(slow: Slow, tau0: float, T_w: float) -> np.ndarray:
     return found
 
 
-def T_w_range(slow: Slow, tau0: float) -> tuple[float, float]:
+def T_w_range(slow: Slow, frame_rate_hz: float) -> tuple[float, float]:
     """T_w that are searched, s."""
+    tau0 = 1 / frame_rate_hz
     span = float(np.max(slow.start_s + slow.n * tau0))
     return min(max(SHORTEST * span, LEAST_FRAMES * tau0), span / 2), span
 
@@ -109,16 +112,16 @@ def _least_squares(
 class Designs:
     """Columns of every kind over the slow coefficients of one recording, computed once."""
 
-    def __init__(self, slow: Slow, tau0: float) -> None:
-        self.slow, self.tau0 = slow, tau0
-        self.bounds = T_w_range(slow, tau0)
-        self.line = line_column(slow, tau0) / HOUR
+    def __init__(self, slow: Slow, frame_rate_hz: float) -> None:
+        self.slow, self.frame_rate_hz = slow, frame_rate_hz
+        self.bounds = T_w_range(slow, frame_rate_hz)
+        self.line = line_column(slow, frame_rate_hz) / HOUR
         self.grid = np.geomspace(*self.bounds, GRID)
         self.warm_ups = [self.warm_up(T_w) for T_w in self.grid]
 
     def warm_up(self, T_w: float) -> np.ndarray:
         """(M,) of A_w = 1."""
-        return warm_up_column(self.slow, self.tau0, T_w)
+        return warm_up_column(self.slow, self.frame_rate_hz, T_w)
 
     def columns(self, kind: str, warm_up: np.ndarray) -> np.ndarray:
         """(p, M) of what is linear."""
@@ -263,7 +266,7 @@ def alternatives(
     found = [without_part(data, fitted(data), cost)]
     if data.slow is None:
         return found
-    designs = Designs(data.slow, data.bins.tau0)
+    designs = Designs(data.slow, data.bins.frame_rate_hz)
     bare = _quick(data, designs, "none")[1]
     for kind in list(KINDS)[1:]:
         left, value = _quick(data, designs, kind)

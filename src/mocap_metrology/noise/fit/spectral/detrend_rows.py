@@ -61,10 +61,12 @@ class Mixture:
         return float(brentq(lambda x: self.weight @ ndtr((x - self.mean) / self.sd) - p, low, high))
 
 
-def deterministic_rows(alternatives: Sequence[Alternative], tau0: float) -> tuple[Coefficient, ...]:
+def deterministic_rows(
+    alternatives: Sequence[Alternative], frame_rate_hz: float
+) -> tuple[Coefficient, ...]:
     """drift, A_w and T_w: value, errors and intervals, or limits. alternatives: the best first."""
     best = alternatives[0]
-    designs = Designs(slow_of(best.data), tau0)
+    designs = Designs(slow_of(best.data), frame_rate_hz)
     likely = [math.exp((best.score - one.score) / 2) for one in alternatives]
     kept = [(w, one) for w, one in zip(likely, alternatives, strict=True) if w > LEAST_WEIGHT]
     own = [(w, one.part.names, list(_distributions(one, designs))) for w, one in kept]

@@ -57,7 +57,7 @@ def standard_errors(information: np.ndarray, spectrum: Spectrum) -> dict[str, fl
     return dict(zip(parameter_names(spectrum), error.tolist(), strict=True))
 
 
-def crlb(model: NoiseModel, n: int, tau0: float) -> dict[str, float]:
+def crlb(model: NoiseModel, n: int, frame_rate_hz: float) -> dict[str, float]:
     """Least standard error of every coefficient from n samples, all of them unknown.
 
     Inverse of the Fisher information of the spectrum of frames of the model's form [Whittle 1953],
@@ -65,20 +65,21 @@ def crlb(model: NoiseModel, n: int, tau0: float) -> dict[str, float]:
     A_s and f_0 of a line as `lines.line_errors`. Units as the coefficients; infinite for what the
     spectrum does not depend on. Gauss-Markov terms are numbered as they stand in the model.
     """
+    tau0 = 1 / frame_rate_hz
     spectrum = spectrum_of(model)
-    bins = bins_of(n, tau0, form=model.form)
+    bins = bins_of(n, frame_rate_hz, form=model.form)
     weight = bins.n.astype(float)
     likelihood = Likelihood(Periodogram(bins, np.ones(weight.size), weight), (tau0 / 2, n * tau0))
     found = standard_errors(likelihood.information(spectrum), spectrum)
     for line in model.lines:
-        psd = float(model.psd(np.array([min(line.f_0, 0.5 / tau0)]), tau0)[0])
-        high = line.recorded(tau0, model.form)
+        psd = float(model.psd(np.array([min(line.f_0, 0.5 / tau0)]), frame_rate_hz)[0])
+        high = line.recorded(frame_rate_hz, model.form)
         found["A_s"], found["f_0"] = line_errors(high, psd, n * tau0)
         found["A_s"] *= line.A_s / high if high > 0 else 1.0
     return found
 
 
-def tellable(model: NoiseModel, n: int, tau0: float, limit: float = 1.0) -> NoiseModel:
+def tellable(model: NoiseModel, n: int, frame_rate_hz: float, limit: float = 1.0) -> NoiseModel:
     """The model without the components n samples cannot tell.
 
     The component of the greatest relative bound (of h, q_c or T_c) is taken out while it exceeds
@@ -86,7 +87,7 @@ def tellable(model: NoiseModel, n: int, tau0: float, limit: float = 1.0) -> Nois
     """
     left = model
     while True:
-        values, bounds = left.coefficients(), crlb(left, n, tau0)
+        values, bounds = left.coefficients(), crlb(left, n, frame_rate_hz)
         relative = {
             name: bounds[name] / values[name] if values[name] else math.inf
             for name in bounds

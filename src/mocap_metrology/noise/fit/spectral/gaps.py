@@ -52,7 +52,7 @@ def bridged(series: Floats) -> Floats:
 def filled(
     series: np.ndarray,
     density: Callable[[np.ndarray], np.ndarray],
-    tau0: float,
+    frame_rate_hz: float,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """(n,) series with its NaN replaced by a draw of Gaussian noise of one-sided density
@@ -70,15 +70,18 @@ def filled(
     draws = rng.standard_normal(int(missing.sum()))
     _fill(
         out, missing, np.flatnonzero(step == 1), np.flatnonzero(step == -1),
-        _covariance(density, tau0, series.size), draws,
+        _covariance(density, frame_rate_hz, series.size), draws,
     )  # fmt: skip
     return np.where(missing, out + level, series)
 
 
-def _covariance(density: Callable[[np.ndarray], np.ndarray], tau0: float, n: int) -> Floats:
+def _covariance(
+    density: Callable[[np.ndarray], np.ndarray], frame_rate_hz: float, n: int
+) -> Floats:
     """Autocovariance at lags 0 ... LAGS - 1 of n samples, about their mean."""
     from scipy.fft import irfft
 
+    tau0 = 1 / frame_rate_hz
     f = np.arange(1, LAGS + 1) / (2 * LAGS * tau0)
     psd = np.concatenate([[0.0], density(f)])
     covariance: np.ndarray = irfft(psd)[:LAGS] / (2 * tau0)

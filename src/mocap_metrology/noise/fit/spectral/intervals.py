@@ -200,12 +200,15 @@ def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coef
     duration = likelihood.bins.span_s
     if line is not None:
         bins = likelihood.bins
-        frequency = np.array([min(line.f_0, 0.5 / bins.tau0)])
-        psd = float(model_of(fit.spectrum, bins.form).psd(frequency, bins.tau0)[0])
+        tau0 = 1 / bins.frame_rate_hz
+        frequency = np.array([min(line.f_0, 0.5 / tau0)])
+        psd = float(model_of(fit.spectrum, bins.form).psd(frequency, bins.frame_rate_hz)[0])
         bounds = line_errors(line.A_s, psd, duration)
         share = float(likelihood.weight.sum() / bins.n.sum())
         errors = [error / math.sqrt(share) for error in line.errors(duration, psd)]
-        taken = Sinusoid(1.0, line.f_0).recorded(bins.tau0, bins.form)  # by averages over a frame
+        taken = Sinusoid(1.0, line.f_0).recorded(
+            bins.frame_rate_hz, bins.form
+        )  # by averages over a frame
         height, height_error, least = (v / taken for v in (line.A_s, errors[0], bounds[0]))
         rows = [
             _positive("A_s", height, height_error, least, "ok"),

@@ -90,7 +90,7 @@ def check_series(series: np.ndarray, resolution: float = 0.0) -> None:
 
 def likelihood(
     series: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     components: Components | None = None,
     settings: LikelihoodSettings | None = None,
     seed: int = 0,
@@ -98,7 +98,7 @@ def likelihood(
     """Fit the noise model to a series (n,), NaN where samples are missing.
 
     Give the series as recorded, with gross outliers masked: a filter that replaces one sample in
-    three hundred of clean noise (Hampel, 3 sigma) lowers h_0 by 3.4 %. tau0: s a frame.
+    three hundred of clean noise (Hampel, 3 sigma) lowers h_0 by 3.4 %.
     components: what is fitted; without it, chosen by the criterion of the settings. seed: of the
     draws that fill gaps. Units: those of `NoiseModel`. Raises Refusal (see `check_series`).
     """
@@ -110,7 +110,7 @@ def likelihood(
             f"no {LEAST_SAMPLES} valid samples without a gap of more than {LONGEST_GAP}, "
             "expected a longer stretch of recording"
         )
-    asked = _Asked([cut.start for cut in cuts], tau0, components, settings)
+    asked = _Asked([cut.start for cut in cuts], frame_rate_hz, components, settings)
     found_parts, lines = _converged([series[cut] for cut in cuts], asked, seed)
     best = found_parts[0]
     data, fit = best.data, best.fit
@@ -123,7 +123,7 @@ def likelihood(
     wants_line = _wants_line(components, settings)
     found = coefficients(data, fit, line, components, most, wants_line, near, cost)
     if components is None and settings.deterministic:
-        found += deterministic_rows(found_parts, tau0)
+        found += deterministic_rows(found_parts, frame_rate_hz)
     beyond = Likelihood(data, data.bins.T_c_range).misfit(fit)
     notes = [_lines_note(lines[1:] if line else lines, len(lines) == settings.max_lines)]
     notes.append(undecided(fit, near, cost))
@@ -155,10 +155,10 @@ def _wants_line(components: Components | None, settings: LikelihoodSettings) -> 
 
 @dataclass(frozen=True)
 class _Asked:
-    """starts: first frames of the stretches; tau0: s a frame; what is fitted, and how."""
+    """starts: first frames of the stretches; what is fitted, and how."""
 
     starts: list[int]
-    tau0: float
+    frame_rate_hz: float
     components: Components | None
     settings: LikelihoodSettings
 
@@ -172,54 +172,57 @@ class _Asked:
 
     def wave(self, best: Alternative, at: int, n: int) -> np.ndarray:
         """The deterministic part in stretch `at` of n samples."""
-        return best.part.values.at((self.starts[at] + np.arange(n)) * self.tau0)
+        tau0 = 1 / self.frame_rate_hz
+        return best.part.values.at((self.starts[at] + np.arange(n)) * tau0)
 
 
 def _converged(
     parts: list[np.ndarray], asked: _Asked, seed: int
 ) -> tuple[list[Alternative], list[Line]]:
     """Lines, gaps and model in turn; `parts` are the stretches, with NaN in their short gaps."""
-    rng, tau0, settings = np.random.default_rng(seed), asked.tau0, asked.settings
+    rng, rate, settings = np.random.default_rng(seed), asked.frame_rate_hz, asked.settings
     most = settings.max_lines if settings.sinusoid else 0
     at = max(range(len(parts)), key=lambda k: parts[k].size)
-    lines = find_lines(bridged(parts[at]), tau0, most)
-    bare = _without(parts, lines, tau0, at)
+    lines = find_lines(bridged(parts[at]), rate, most)
+    bare = _without(parts, lines, rate, at)
     data, series = _filled(bare, asked, rng, lines)
     for _ in range(_rounds(parts[at], LINES_TO) if lines else 0):
         # The first search saw nothing of the lines in the gaps
-        whole = series[at] + sum(line.wave(series[at].size, tau0) for line in lines)
-        lines = [line_again(_less(whole, lines, one, tau0), tau0, one) for one in lines]
-        bare = _without(parts, lines, tau0, at)
+        whole = series[at] + sum(line.wave(series[at].size, rate) for line in lines)
+        lines = [line_again(_less(whole, lines, one, rate), rate, one) for one in lines]
+        bare = _without(parts, lines, rate, at)
         data, series = _filled(bare, asked, rng, lines)
     found = asked.fitted(data)
     still = series[at] - asked.wave(found[0], at, series[at].size)
-    level = _density(found[0].fit.spectrum, tau0, settings.form)
-    slow = find_slow_lines(still, tau0, level, most - len(lines))
+    level = _density(found[0].fit.spectrum, rate, settings.form)
+    slow = find_slow_lines(still, rate, level, most - len(lines))
     if slow:
-        bare = _without(bare, slow, tau0, at)
+        bare = _without(bare, slow, rate, at)
         data, _ = _filled(bare, asked, rng, [*lines, *slow])
         found = asked.fitted(data)
         # Found against a spectrum that still held them
-        level = _density(found[0].fit.spectrum, tau0, settings.form)
+        level = _density(found[0].fit.spectrum, rate, settings.form)
         slow = [replace(s, psd=float(level(np.array([s.f_0]))[0])) for s in slow]
     return found, sorted([*lines, *slow], key=lambda line: -line.gain)
 
 
-def _without(parts: list[np.ndarray], lines: list[Line], tau0: float, at: int) -> list[np.ndarray]:
+def _without(
+    parts: list[np.ndarray], lines: list[Line], frame_rate_hz: float, at: int
+) -> list[np.ndarray]:
     """The stretches less the lines: stretch `at` with their phase, others each with its own."""
     bare = []
     for k, part in enumerate(parts):
         for line in lines:
-            own = line if k == at else line_again(bridged(part), tau0, line)
-            part = part - own.wave(part.size, tau0)
+            own = line if k == at else line_again(bridged(part), frame_rate_hz, line)
+            part = part - own.wave(part.size, frame_rate_hz)
         bare.append(part)
     return bare
 
 
-def _less(whole: Floats, lines: list[Line], kept: Line, tau0: float) -> Floats:
+def _less(whole: Floats, lines: list[Line], kept: Line, frame_rate_hz: float) -> Floats:
     """A series without its lines but one."""
     others = [line for line in lines if line is not kept]
-    return whole - sum((line.wave(whole.size, tau0) for line in others), np.zeros(1))
+    return whole - sum((line.wave(whole.size, frame_rate_hz) for line in others), np.zeros(1))
 
 
 def _rounds(part: np.ndarray, left: float) -> int:
@@ -235,20 +238,23 @@ def _filled(
     filled stretches."""
     series = [bridged(part) for part in parts]
     shares = [float(np.isfinite(part).mean()) for part in parts]
-    bands = [bands_of(lines, part.size * asked.tau0) for part in parts]
+    tau0 = 1 / asked.frame_rate_hz
+    bands = [bands_of(lines, part.size * tau0) for part in parts]
     form = asked.settings.form
-    data = periodogram(series, shares, asked.starts, asked.tau0, bands, form)
+    data = periodogram(series, shares, asked.starts, asked.frame_rate_hz, bands, form)
     for _ in range(max(_rounds(part, FILLED_TO) for part in parts)):
         # This model only fills gaps: a mixture needs no order
         likelihood = Likelihood(data, data.bins.T_c_range)
-        density = _density(dictionary(likelihood, ALPHAS), asked.tau0, form)
-        series = [filled(part, density, asked.tau0, rng) for part in parts]
-        data = periodogram(series, shares, asked.starts, asked.tau0, bands, form)
+        density = _density(dictionary(likelihood, ALPHAS), asked.frame_rate_hz, form)
+        series = [filled(part, density, asked.frame_rate_hz, rng) for part in parts]
+        data = periodogram(series, shares, asked.starts, asked.frame_rate_hz, bands, form)
     return data, series
 
 
-def _density(spectrum: Spectrum, tau0: float, form: Form) -> Callable[[np.ndarray], np.ndarray]:
-    return partial(model_of(spectrum, form).psd, tau0=tau0)
+def _density(
+    spectrum: Spectrum, frame_rate_hz: float, form: Form
+) -> Callable[[np.ndarray], np.ndarray]:
+    return partial(model_of(spectrum, form).psd, frame_rate_hz=frame_rate_hz)
 
 
 def _fitted(data: Periodogram, components: Components | None, settings: LikelihoodSettings) -> Fit:

@@ -81,8 +81,9 @@ class Line:
         """Whether it is wider than the recording resolves."""
         return self.band_hz is not None
 
-    def wave(self, n: int, tau0: float) -> np.ndarray:
+    def wave(self, n: int, frame_rate_hz: float) -> np.ndarray:
         """(n,) samples; the sine of a sum of a slow and a fast angle, so few sines are taken."""
+        tau0 = 1 / frame_rate_hz
         if self.parts is not None:
             return self._band(self.parts, n)
         step = 2 * np.pi * self.f_0 * tau0
@@ -177,13 +178,14 @@ def without_ramp(series: np.ndarray) -> np.ndarray:
     return out
 
 
-def kernel(f_0: float, k: np.ndarray, n: int, tau0: float) -> np.ndarray:
-    """(2, k): Fourier coefficients k >= 1 of cos and sin (2 pi f_0 t) over n frames, less the ramp
-    `without_ramp` takes from them, in closed form."""
-    forward, backward = (_dirichlet(sign * f_0 * tau0 - k / n, n) for sign in (1, -1))
+def kernel(f_0: float, k: np.ndarray, n: int, spacing_s: float) -> np.ndarray:
+    """(2, k): Fourier coefficients k >= 1 of cos and sin (2 pi f_0 t) over n samples,
+    spacing_s apart (frames, or means of several), less the ramp `without_ramp` takes from them, in
+    closed form."""
+    forward, backward = (_dirichlet(sign * f_0 * spacing_s - k / n, n) for sign in (1, -1))
     waves = np.stack([(forward + backward) / 2, (forward - backward) / 2j])
     width = min(END_FRAMES, n // 2)
-    angle = 2 * np.pi * f_0 * tau0 * np.stack([np.arange(width), np.arange(n - width, n)])
+    angle = 2 * np.pi * f_0 * spacing_s * np.stack([np.arange(width), np.arange(n - width, n)])
     ends = np.stack([np.cos(angle), np.sin(angle)]).mean(axis=2)
     slope = (ends[:, 1] - ends[:, 0]) / max(n - width, 1)
     ramp = n / np.expm1(-2j * np.pi * k / n)
@@ -200,7 +202,7 @@ def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
     return np.exp(1j * np.pi * (n - 1) * delta) * size
 
 
-def refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float) -> Line:
+def refined(spectrum: np.ndarray, start: float, n: int, spacing_s: float, psd: float) -> Line:
     """Least squares of the coefficients within NEAR_COEFFICIENTS of `start` (in units of 1/T)."""
     from scipy.optimize import minimize_scalar
 
@@ -216,7 +218,7 @@ def refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float)
     y = stacked(spectrum[k])
 
     def solved(place: float) -> tuple[np.ndarray, float]:
-        matrix = stacked(kernel(place / (n * tau0), k, n, tau0)).T
+        matrix = stacked(kernel(place / (n * spacing_s), k, n, spacing_s)).T
         x, *_ = np.linalg.lstsq(matrix, y, rcond=None)
         return x, float(np.sum((y - matrix @ x) ** 2))
 
@@ -227,28 +229,30 @@ def refined(spectrum: np.ndarray, start: float, n: int, tau0: float, psd: float)
         options={"xatol": 1e-6},
     )
     x, rest = solved(best.x)
-    gain = float((np.sum(y**2) - rest) * 2 * tau0 / n / psd * 2)
-    line = Line(math.hypot(*x), float(best.x) / (n * tau0), math.atan2(*x), psd, gain)
+    gain = float((np.sum(y**2) - rest) * 2 * spacing_s / n / psd * 2)
+    line = Line(math.hypot(*x), float(best.x) / (n * spacing_s), math.atan2(*x), psd, gain)
     if best.x < n / 2 - FOLD:
         return line
-    slope = stacked(_slope(best.x, x, k, n, tau0))
-    matrix = np.vstack([stacked(kernel(line.f_0, k, n, tau0)), slope]).T
-    whole = _folded(line, x, matrix, n, tau0)
-    half = _alternating(line, stacked(kernel(0.5 / tau0, k, n, tau0))[0], y, n, tau0)
+    slope = stacked(_slope(best.x, x, k, n, spacing_s))
+    matrix = np.vstack([stacked(kernel(line.f_0, k, n, spacing_s)), slope]).T
+    whole = _folded(line, x, matrix, n, spacing_s)
+    half = _alternating(line, stacked(kernel(0.5 / spacing_s, k, n, spacing_s))[0], y, n, spacing_s)
     return whole if whole and line.gain - half.gain > APART_GAIN else half
 
 
-def _slope(place: float, x: np.ndarray, k: np.ndarray, n: int, tau0: float) -> np.ndarray:
+def _slope(place: float, x: np.ndarray, k: np.ndarray, n: int, spacing_s: float) -> np.ndarray:
     """Change of a line's coefficients with its place in units of 1/T."""
-    low, high = (kernel((place + step) / (n * tau0), k, n, tau0) for step in (-STEP, STEP))
+    low, high = (
+        kernel((place + step) / (n * spacing_s), k, n, spacing_s) for step in (-STEP, STEP)
+    )
     found: np.ndarray = x @ (high - low) / (2 * STEP)
     return found
 
 
-def _folded(line: Line, x: np.ndarray, matrix: np.ndarray, n: int, tau0: float) -> Line | None:
+def _folded(line: Line, x: np.ndarray, matrix: np.ndarray, n: int, spacing_s: float) -> Line | None:
     """A line so near to Nyquist that it overlaps with its own fold, with errors by the inverse
     information; None where they leave its size open."""
-    noise = math.sqrt(line.psd * n / (4 * tau0))  # of a part of a coefficient
+    noise = math.sqrt(line.psd * n / (4 * spacing_s))  # of a part of a coefficient
     information = matrix.T @ matrix / noise**2
     scale = 1 / np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
     covariance = np.linalg.pinv(information * np.outer(scale, scale), 1e-12) * np.outer(
@@ -256,19 +260,20 @@ def _folded(line: Line, x: np.ndarray, matrix: np.ndarray, n: int, tau0: float) 
     )
     along = np.array([*(x / max(line.A_s, np.finfo(float).tiny)), 0.0])
     A_error = math.sqrt(max(along @ covariance @ along, 0.0))
-    f_error = min(math.sqrt(max(covariance[2, 2], 0.0)), 1.0) / (n * tau0)
+    f_error = min(math.sqrt(max(covariance[2, 2], 0.0)), 1.0) / (n * spacing_s)
     sure = np.linalg.eigvalsh(information * np.outer(scale, scale))[0] > 1e-10
     if sure and A_error < DETERMINED_SHARE * line.A_s:
         return replace(line, A_error=A_error, f_error=f_error)
     return None
 
 
-def _alternating(line: Line, wave: np.ndarray, y: np.ndarray, n: int, tau0: float) -> Line:
-    """The line as a difference of odd and even frames; wave: coefficients of cos(pi t / tau0)."""
+def _alternating(line: Line, wave: np.ndarray, y: np.ndarray, n: int, spacing_s: float) -> Line:
+    """The line as a difference of odd and even samples; wave: coefficients of (-1)^i, i of the
+    sample."""
     energy = float(wave @ wave)
     size = float(wave @ y) / energy
-    gain = size**2 * energy * 4 * tau0 / n / line.psd
-    nyquist, step = 0.5 / tau0, 1 / (n * tau0)
+    gain = size**2 * energy * 4 * spacing_s / n / line.psd
+    nyquist, step = 0.5 / spacing_s, 1 / (n * spacing_s)
     return Line(
         abs(size), nyquist, math.copysign(math.pi / 2, size), line.psd, gain,
         f_error=min(max(nyquist - line.f_0, step / 4), step),
@@ -299,7 +304,7 @@ def grown(ratio: np.ndarray, offset: int, low: int, high: int) -> tuple[int, int
 
 
 def measured(
-    spectrum: np.ndarray, low: int, high: int, n: int, tau0: float, psd: float | None = None
+    spectrum: np.ndarray, low: int, high: int, n: int, spacing_s: float, psd: float | None = None
 ) -> Line:
     """The line of finite width in coefficients low ... high of `spectrum`, rfft of n samples.
 
@@ -309,20 +314,20 @@ def measured(
     away, side = min(size, low // 8), max(LEAST_SIDE, min(max(MOST_SIDE, 2 * size), low // 8))
     if psd is None:
         near = spectrum[: high + 1 + away + side]
-        power = 2 * tau0 / n * (near.real**2 + near.imag**2)
+        power = 2 * spacing_s / n * (near.real**2 + near.imag**2)
         psd = around(power, low - away, high + away, side)
     band = spectrum[low : high + 1].copy()
     folded = high >= (n - 1) // 2
-    duration = n * tau0
-    whole = _moments(band, low, n, tau0, psd)
+    duration = n * spacing_s
+    whole = _moments(band, low, n, spacing_s, psd)
     A_s, f_0, width = whole
     gain = A_s**2 * duration / psd
     noise = math.sqrt(gain + size + size**2 / (2 * side)) * psd / duration
-    own = _jackknife(band, low, n, tau0, psd)
+    own = _jackknife(band, low, n, spacing_s, psd)
     errors = [max(noise / A_s, own[0]) if A_s > 0 else math.sqrt(noise), own[1], own[2]]
     if folded:
         errors[0] = math.hypot(errors[0], A_s / math.sqrt(PHASES * max(width * duration, 1.0)))
-        errors[1] = max(errors[1], (0.5 / tau0 - f_0) / FOLDED)
+        errors[1] = max(errors[1], (0.5 / spacing_s - f_0) / FOLDED)
     errors[1] = max(errors[1], 0.5 / duration / math.sqrt(max(gain, 1.0)))
     errors[2] = max(errors[2], errors[1])
     step = 1 / duration
@@ -333,22 +338,22 @@ def measured(
 
 
 def _moments(
-    band: np.ndarray, low: int, n: int, tau0: float, psd: float, share: float = 1.0
+    band: np.ndarray, low: int, n: int, spacing_s: float, psd: float, share: float = 1.0
 ) -> tuple[float, float, float]:
     """A_s, f_0, width_f of the band's coefficients, of which a share of the time was kept."""
     k = np.arange(low, low + band.size)
-    power = 2 * tau0 / n * (band.real**2 + band.imag**2) / share
+    power = 2 * spacing_s / n * (band.real**2 + band.imag**2) / share
     excess = np.where(2 * k == n, 0.5, 1.0) * (power - psd)
     total = float(excess.sum())
     if total <= 0:
-        return 0.0, float(k.mean()) / (n * tau0), 0.0
+        return 0.0, float(k.mean()) / (n * spacing_s), 0.0
     centre = float(np.clip(excess @ k / total, k[0], k[-1]))
     width = math.sqrt(max(excess @ (k - centre) ** 2 / total, LEAST_WIDTH**2))
-    step = 1 / (n * tau0)
+    step = 1 / (n * spacing_s)
     return math.sqrt(2 * total * step), centre * step, width * step
 
 
-def _jackknife(band: np.ndarray, low: int, n: int, tau0: float, psd: float) -> list[float]:
+def _jackknife(band: np.ndarray, low: int, n: int, spacing_s: float, psd: float) -> list[float]:
     """Standard errors of `_moments` from what they are without one block of time each."""
     from scipy.fft import fft, ifft
 
@@ -358,6 +363,6 @@ def _jackknife(band: np.ndarray, low: int, n: int, tau0: float, psd: float) -> l
     left = []
     for block in range(blocks):
         kept = of != block
-        left.append(_moments(fft(np.where(kept, wave, 0)), low, n, tau0, psd, kept.mean()))
+        left.append(_moments(fft(np.where(kept, wave, 0)), low, n, spacing_s, psd, kept.mean()))
     scatter = np.std(left, axis=0) * math.sqrt(blocks - 1)
     return [float(student * s) for s in scatter]

@@ -65,7 +65,7 @@ def threshold(n: int) -> float:
 
 def find_lines(
     series: np.ndarray,
-    tau0: float,
+    frame_rate_hz: float,
     at_most: int = 40,
 ) -> list[Line]:
     """Lines of a complete series (n,), strongest (greatest gain) first, up to `at_most`; from 128
@@ -75,6 +75,7 @@ def find_lines(
     taken from medians of bands a quarter octave wide, or of the bands on either side of the line
     where they are higher.
     """
+    tau0 = 1 / frame_rate_hz
     n = series.size
     last = (n - 1) // 2  # Nyquist's coefficient has no partner
     if last < MEDIAN_FROM + 2 * NEAR_COEFFICIENTS:
@@ -83,10 +84,14 @@ def find_lines(
 
 
 def find_slow_lines(
-    series: np.ndarray, tau0: float, density: Callable[[np.ndarray], np.ndarray], at_most: int = 40
+    series: np.ndarray,
+    frame_rate_hz: float,
+    density: Callable[[np.ndarray], np.ndarray],
+    at_most: int = 40,
 ) -> list[Line]:
     """Lines of 10 to 128 cycles in the recording, as `find_lines`; density: the noise spectrum,
     f -> unit^2/Hz, which medians of so few coefficients cannot tell."""
+    tau0 = 1 / frame_rate_hz
     n = series.size
     step = max(n // SLOW_SAMPLES, 1)
     means = series[: n // step * step].reshape(-1, step).mean(axis=1)
@@ -120,7 +125,7 @@ class _State:
     floor: Floats
     first: int
     n: int
-    tau0: float
+    spacing_s: float
     given: bool
     least_gain: float
 
@@ -135,7 +140,7 @@ class _State:
 
 def _search(
     series: np.ndarray,
-    tau0: float,
+    spacing_s: float,
     between_k: tuple[int, int],
     density: Callable[[np.ndarray], np.ndarray] | None,
     at_most: int,
@@ -145,13 +150,19 @@ def _search(
 
     n = series.size
     spectrum = rfft(without_ramp(series), overwrite_x=True)
-    scale = 2 * tau0 / n
+    scale = 2 * spacing_s / n
     power = scale * (spectrum.real**2 + spectrum.imag**2)
     first, last = between_k
     k = np.arange(first, last + 1)
-    own = np.maximum(density(k / (n * tau0)), np.finfo(float).tiny) if density else level(power, k)
+    own = (
+        np.maximum(density(k / (n * spacing_s)), np.finfo(float).tiny)
+        if density
+        else level(power, k)
+    )
     floor = own if density else np.maximum(own, beside(power, k))
-    state = _State(spectrum, power, own, floor, first, n, tau0, density is not None, least_gain)
+    state = _State(
+        spectrum, power, own, floor, first, n, spacing_s, density is not None, least_gain
+    )
     found: list[Line] = []
     sought = floor.copy()
     for _ in range(2 * at_most + TRIES):
@@ -160,14 +171,14 @@ def _search(
         start, peak = _highest(spectrum, power, sought, first, scale)
         if peak < 0.4 * least_gain:
             break
-        line = refined(spectrum, start, n, tau0, float(floor[state.at(start)]))
+        line = refined(spectrum, start, n, spacing_s, float(floor[state.at(start)]))
         if line.gain < least_gain:
             sought[int(start) - first] = np.inf
             continue
         _take_out(state, line)
         found = _joined(state, [*found, line])
     if last == (n - 1) // 2 and n % 2 == 0 and len(found) < at_most:
-        for line in _at_nyquist(spectrum[-1].real, n, tau0, float(floor[-1]), least_gain):
+        for line in _at_nyquist(spectrum[-1].real, n, spacing_s, float(floor[-1]), least_gain):
             _take_out(state, line)
             found = _joined(state, [*found, line])
     found = _widened(state, found)
@@ -176,7 +187,7 @@ def _search(
 
 def _joined(state: _State, found: list[Line]) -> list[Line]:
     """The lines, the last of which is new; those it stands too near to become one with it."""
-    duration = state.n * state.tau0
+    duration = state.n * state.spacing_s
     new = found[-1]
     group, left = [new], found[:-1]
     while True:
@@ -206,8 +217,8 @@ def _sidebands(state: _State, pair: list[Line]) -> bool:
     """Whether two lines are one: not resolved, or with power on the other side of the stronger, or
     on both sides of Nyquist, where that cannot be told."""
     strong, weak = sorted(pair, key=lambda line: -line.gain)
-    duration = state.n * state.tau0
-    folded = 0.5 / state.tau0 - max(strong.f_0, weak.f_0) < _reach(strong, duration)
+    duration = state.n * state.spacing_s
+    folded = 0.5 / state.spacing_s - max(strong.f_0, weak.f_0) < _reach(strong, duration)
     if folded or abs(strong.f_0 - weak.f_0) * duration < UNRESOLVED:
         return True
     mirror = state.at((2 * strong.f_0 - weak.f_0) * duration)
@@ -221,7 +232,7 @@ def _widened(state: _State, found: list[Line]) -> list[Line]:
     for line in sorted(found, key=lambda line: -line.gain):
         if line.wide or line not in found:
             continue
-        at, ratio = state.at(line.f_0 * state.n * state.tau0), state.ratio()
+        at, ratio = state.at(line.f_0 * state.n * state.spacing_s), state.ratio()
         for side in REST:
             near = ratio[max(at - side, 0) : at + side + 1]
             near = near[near > 0]  # not what a band has taken away
@@ -240,7 +251,7 @@ def _as_band(state: _State, group: list[Line]) -> list[Line]:
     wide that it is a hump of the noise."""
     for line in group:
         _take_out(state, line, -1)
-    step = 1 / (state.n * state.tau0)
+    step = 1 / (state.n * state.spacing_s)
     ends = [end / step for line in group for end in (line.band_hz or (line.f_0, line.f_0))]
     low, high = math.floor(min(ends)) - MARGIN, math.ceil(max(ends)) + MARGIN
     low, high = max(low, state.first), min(high, state.first + state.level.size - 1)
@@ -248,7 +259,7 @@ def _as_band(state: _State, group: list[Line]) -> list[Line]:
     if high == (state.n - 1) // 2:
         high = state.n // 2  # Nyquist's own, if there is one
     psd = float(state.level[state.at(low) : state.at(high) + 1].mean()) if state.given else None
-    line = measured(state.spectrum, low, high, state.n, state.tau0, psd)
+    line = measured(state.spectrum, low, high, state.n, state.spacing_s, psd)
     _take_out(state, line)
     narrow = line.width_f < max(WIDEST * line.f_0, UNRESOLVED * step)
     return [line] if narrow and line.gain > state.least_gain else []
@@ -279,14 +290,14 @@ def _highest(
 
 
 def _at_nyquist(
-    coefficient: float, n: int, tau0: float, psd: float, least_gain: float
+    coefficient: float, n: int, spacing_s: float, psd: float, least_gain: float
 ) -> list[Line]:
     """The line at Nyquist if there is one: its coefficient is real, with one degree of freedom."""
-    gain = 2 * tau0 / n * coefficient**2 / psd
+    gain = 2 * spacing_s / n * coefficient**2 / psd
     if gain < least_gain:
         return []
     phase = math.copysign(math.pi / 2, coefficient)
-    return [Line(float(abs(coefficient)) / n, 0.5 / tau0, phase, psd, float(gain))]
+    return [Line(float(abs(coefficient)) / n, 0.5 / spacing_s, phase, psd, float(gain))]
 
 
 def _take_out(state: _State, line: Line, sign: int = 1) -> None:
@@ -296,29 +307,31 @@ def _take_out(state: _State, line: Line, sign: int = 1) -> None:
         k = np.arange(line.first, line.first + line.parts.size)
         spectrum[k] = line.parts if sign < 0 else 0.0
     else:
-        centre = round(line.f_0 * state.n * state.tau0)
+        centre = round(line.f_0 * state.n * state.spacing_s)
         reach = int(100 + 10 * math.sqrt(line.gain))
         k = np.arange(max(1, centre - reach), min(spectrum.size, centre + reach))
-        cosine, sine = kernel(line.f_0, k, state.n, state.tau0)
+        cosine, sine = kernel(line.f_0, k, state.n, state.spacing_s)
         wave = math.sin(line.phase) * cosine + math.cos(line.phase) * sine
         spectrum[k] -= sign * line.A_s * wave
-    state.power[k] = 2 * state.tau0 / state.n * (spectrum[k].real ** 2 + spectrum[k].imag ** 2)
+    state.power[k] = 2 * state.spacing_s / state.n * (spectrum[k].real ** 2 + spectrum[k].imag ** 2)
 
 
-def line_at(series: np.ndarray, tau0: float, f_0: float, psd: float) -> Line:
+def line_at(series: np.ndarray, frame_rate_hz: float, f_0: float, psd: float) -> Line:
     """The line nearest to f_0 (within 1/T) of a complete series, significant or not."""
     from scipy.fft import rfft
 
+    tau0 = 1 / frame_rate_hz
     return refined(rfft(without_ramp(series)), f_0 * series.size * tau0, series.size, tau0, psd)
 
 
-def line_again(series: np.ndarray, tau0: float, line: Line) -> Line:
+def line_again(series: np.ndarray, frame_rate_hz: float, line: Line) -> Line:
     """A line that was found elsewhere in this complete series (n,): with amplitude and phase of its
     own, or what stands in its band."""
     from scipy.fft import rfft
 
+    tau0 = 1 / frame_rate_hz
     if line.band_hz is None:
-        return line_at(series, tau0, line.f_0, line.psd)
+        return line_at(series, frame_rate_hz, line.f_0, line.psd)
     n = series.size
     low, high = (
         round(f * n * tau0 + side) for f, side in zip(line.band_hz, (0.5, -0.5), strict=True)

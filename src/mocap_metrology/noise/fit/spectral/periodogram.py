@@ -49,7 +49,7 @@ class Bins:
     n: np.ndarray
     duration_s: np.ndarray
     parity: np.ndarray
-    tau0: float
+    frame_rate_hz: float
     form: Form = "sampled"
 
     @property
@@ -60,13 +60,15 @@ class Bins:
     @property
     def where(self) -> Where:
         """What the compiled spectra need."""
-        return self.gain, self.parity, self.duration_s, self.tau0, self.form == "continuous"
+        tau0 = 1 / self.frame_rate_hz
+        return self.gain, self.parity, self.duration_s, tau0, self.form == "continuous"
 
     @property
     def T_c_range(self) -> tuple[float, float]:
         """T_c that are searched, s: from half a frame (faster is white noise) to a fifth of the
         longest stretch (slower is a random walk)."""
-        return self.tau0 / 2, self.span_s / 5
+        tau0 = 1 / self.frame_rate_hz
+        return tau0 / 2, self.span_s / 5
 
     @property
     def span_s(self) -> float:
@@ -108,8 +110,11 @@ def edges(n: int, per_decade: int = BINS_PER_DECADE) -> np.ndarray:
     return np.unique(np.concatenate([whole[whole < n], [n]]))
 
 
-def bins_of(n: int, tau0: float, per_decade: int = BINS_PER_DECADE, form: Form = "sampled") -> Bins:
+def bins_of(
+    n: int, frame_rate_hz: float, per_decade: int = BINS_PER_DECADE, form: Form = "sampled"
+) -> Bins:
     """Bins of a stretch of n samples; coefficient k has the frequency k / (2 n tau0)."""
+    tau0 = 1 / frame_rate_hz
     edge = edges(n, per_decade)
     first, last = edge[:-1], edge[1:] - 1
     count = last - first + 1
@@ -121,13 +126,13 @@ def bins_of(n: int, tau0: float, per_decade: int = BINS_PER_DECADE, form: Form =
     parity = np.where(count > 1, 0, np.where(first % 2 == 0, 1, -1))
     return Bins(
         f_hz,
-        four_sin2(f_hz, tau0),
+        four_sin2(f_hz, frame_rate_hz),
         (first - 0.5) * step,
         (last + 0.5) * step,
         count,
         np.full(count.size, n * tau0),
         parity.astype(np.int64),
-        tau0,
+        frame_rate_hz,
         form,
     )
 
@@ -138,15 +143,15 @@ def joined(parts: Sequence[Bins]) -> Bins:
         return parts[0]
     names = ("f_hz", "gain", "f_lower_hz", "f_upper_hz", "n", "duration_s", "parity")
     columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return Bins(**columns, tau0=parts[0].tau0, form=parts[0].form)
+    return Bins(**columns, frame_rate_hz=parts[0].frame_rate_hz, form=parts[0].form)
 
 
-def binned(series: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
+def binned(series: np.ndarray, frame_rate_hz: float, bins: Bins) -> np.ndarray:
     """(B,) mean of 2 tau0 c_k^2 in each bin, c_k the orthonormal DCT-II of `series` (n,), complete.
 
     For white noise of variance s^2 its expectation is 2 tau0 s^2 = h_0.
     """
-    return _binned(_transformed(series), tau0, bins)
+    return _binned(_transformed(series), frame_rate_hz, bins)
 
 
 def _transformed(series: np.ndarray) -> np.ndarray:
@@ -156,7 +161,8 @@ def _transformed(series: np.ndarray) -> np.ndarray:
     return found
 
 
-def _binned(c: np.ndarray, tau0: float, bins: Bins) -> np.ndarray:
+def _binned(c: np.ndarray, frame_rate_hz: float, bins: Bins) -> np.ndarray:
+    tau0 = 1 / frame_rate_hz
     return 2 * tau0 * _mean_squares(c, edges(c.size)[:-1], bins.n)
 
 
@@ -164,17 +170,18 @@ def periodogram(
     parts: Sequence[np.ndarray],
     shares: Sequence[float],
     starts: Sequence[int],
-    tau0: float,
+    frame_rate_hz: float,
     bands: Sequence[Sequence[tuple[float, float]]],
     form: Form = "sampled",
 ) -> Periodogram:
     """Of complete stretches (n,) of a series; shares: of their samples that were measured; starts:
     frames at which they begin; bands: that are left out of each (`without`), Hz;
     form: of the frames."""
+    tau0 = 1 / frame_rate_hz
     found, slow, first = [], [], 0
     for part, share, start, left_out in zip(parts, shares, starts, bands, strict=True):
-        own, c = bins_of(part.size, tau0, form=form), _transformed(part)
-        data = Periodogram(own, _binned(c, tau0, own), own.n * share)
+        own, c = bins_of(part.size, frame_rate_hz, form=form), _transformed(part)
+        data = Periodogram(own, _binned(c, frame_rate_hz, own), own.n * share)
         found.append(_without(c, data, left_out))
         slow.append(_slow(c, own, first, left_out))
         k = slow[-1][0].size
@@ -198,14 +205,16 @@ def _slow(
     whole = int(np.searchsorted(edge[1:], SLOWEST, side="right"))
     k = np.arange(1, edge[whole])
     own = np.repeat(np.arange(whole), bins.n[:whole]) + first
-    kept = _outside(k, c.size, bins.tau0, bands)
-    return np.sqrt(2 * bins.tau0) * c[k[kept]], k[kept], own[kept]
+    kept = _outside(k, c.size, bins.frame_rate_hz, bands)
+    tau0 = 1 / bins.frame_rate_hz
+    return np.sqrt(2 * tau0) * c[k[kept]], k[kept], own[kept]
 
 
 def _outside(
-    k: np.ndarray, n: int, tau0: float, bands: Sequence[tuple[float, float]]
+    k: np.ndarray, n: int, frame_rate_hz: float, bands: Sequence[tuple[float, float]]
 ) -> np.ndarray:
     """Which coefficients of n samples lie in none of the bands."""
+    tau0 = 1 / frame_rate_hz
     f = k / (2 * n * tau0)
     found: np.ndarray = np.all(
         [np.ones(k.size, bool), *((f < low) | (f > high) for low, high in bands)], axis=0
@@ -237,10 +246,11 @@ def _without(c: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, floa
     if not bands:
         return data
     bins, n = data.bins, c.size
-    left = _outside(np.arange(n), n, bins.tau0, bands)
+    left = _outside(np.arange(n), n, bins.frame_rate_hz, bands)
     first = edges(n)[:-1]
     count = np.add.reduceat(left.astype(np.int64), first)
-    total = 2 * bins.tau0 * np.add.reduceat(np.where(left, c * c, 0.0), first)
+    tau0 = 1 / bins.frame_rate_hz
+    total = 2 * tau0 * np.add.reduceat(np.where(left, c * c, 0.0), first)
     known = np.flatnonzero(count)
     if not known.size:
         return data
@@ -252,9 +262,10 @@ def _without(c: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, floa
 def power_law_unit(bins: Bins, alpha: int) -> np.ndarray:
     """(B,) spectrum of h_alpha = 1, mean over each bin (see `model.PowerLaw.psd`)."""
     if bins.form == "continuous":
-        return power_law_means(alpha, bins.f_hz, bins.tau0, bins.gain) @ WEIGHTS / 2
+        return power_law_means(alpha, bins.f_hz, bins.frame_rate_hz, bins.gain) @ WEIGHTS / 2
     if alpha == -2:
-        return (2 * np.pi * bins.tau0) ** 2 * ((1 / bins.gain) @ WEIGHTS) / 2
+        tau0 = 1 / bins.frame_rate_hz
+        return (2 * np.pi * tau0) ** 2 * ((1 / bins.gain) @ WEIGHTS) / 2
     return (bins.f_hz ** float(alpha)) @ WEIGHTS / 2
 
 

@@ -113,7 +113,8 @@ def _explored(likelihood: Likelihood, chosen: Fit, alphas: Sequence[int], most: 
 
 def _price(likelihood: Likelihood) -> Callable[[Fit], float]:
     """Deviance of a fit with the price of its parameters."""
-    fast = FAST_FRAMES * likelihood.bins.tau0
+    tau0 = 1 / likelihood.bins.frame_rate_hz
+    fast = FAST_FRAMES * tau0
     return lambda fit: (
         fit.deviance
         + PRICE * len(fit.spectrum.h)

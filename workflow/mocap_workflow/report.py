@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.recording_twins import AnyTwin
@@ -64,8 +63,8 @@ def inputs(
     ]
 
 
-def plain_configuration(config: Mapping[str, Any]) -> dict[str, object]:
+def plain_configuration(config: Mapping[str, object]) -> dict[str, object]:
     """The configuration without folders of this machine: sheets by name."""
     sheets = ("recordings", "calibrations", "twins")
-    plain = {key: Path(config[key]).name if config[key] else None for key in sheets}
+    plain = {key: Path(str(config[key])).name if config[key] else None for key in sheets}
     return {key: value for key, value in {**config, **plain}.items() if key != "results"}

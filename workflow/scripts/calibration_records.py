@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 
-def records_of(rows: list[dict[str, Any]], paths: list[str]) -> list[dict[str, Any]]:
+def records_of(rows: list[dict[str, object]], paths: list[str]) -> list[dict[str, object]]:
     """What tables are made of: of each row of the sheet what the rule names, and its pose.json."""
     return [
         {**row, "pose": json.loads(Path(path).read_text(encoding="utf-8"))}

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 
 Paths = Mapping[str, str]
@@ -128,7 +130,7 @@ def write_poses(row: Row, config: Row, given: Paths, files: Paths, log: logging.
     write_json(files["pose"], document | {"origin": origin})
 
 
-def _write_board(path: str, board: Any) -> None:
+def _write_board(path: str, board: np.ndarray) -> None:
     """A board as a CSV file x_m,y_m,z_m in diode order."""
     from mocap_metrology.common.files import write_csv
 

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mocap_metrology.lighthouse.assess.reference import Reference
+    from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
+    from mocap_metrology.lighthouse.decode.chain import Decoded
+
+Row = Mapping[str, Any]  # of the sheet, or a section of the configuration
 
 
-def decoded(files: Mapping[str, str], row: Mapping[str, Any], config: Mapping[str, Any]) -> Any:
+def decoded(files: Mapping[str, str], row: Row, config: Row) -> Decoded:
     """The recording of a row, decoded; `files` are named dump, board and factory."""
     from mocap_metrology.lighthouse.decode.chain import Cleaning, decode
 
@@ -26,7 +33,7 @@ def decoded(files: Mapping[str, str], row: Mapping[str, Any], config: Mapping[st
     )
 
 
-def calibration_settings(config: dict[str, Any]) -> Any:
+def calibration_settings(config: Row) -> CalibrationSettings:
     """`CalibrationSettings` of the section lighthouse."""
     import numpy as np
 
@@ -47,7 +54,7 @@ def calibration_settings(config: dict[str, Any]) -> Any:
     )
 
 
-def reference_of(row: dict[str, Any], path: str | None, mount: str | None) -> Any:
+def reference_of(row: Row, path: str | None, mount: str | None) -> Reference | None:
     """The reference of a row: a pose file, or markers on both housings in a C3D file."""
     from mocap_metrology.lighthouse.assess import reference
 
@@ -69,7 +76,7 @@ def reference_of(row: dict[str, Any], path: str | None, mount: str | None) -> An
     )
 
 
-def truths_of(path: str | None) -> Any:
+def truths_of(path: str | None) -> dict[str, Reference] | None:
     """What a twin was made with: between its housings, and between the origins of its optics."""
     if path is None:
         return None

@@ -26,6 +26,7 @@ from mocap_metrology.common.types import Columns
 if TYPE_CHECKING:
     import pyarrow as pa
 
+Metadata = dict[str, Any]  # of a table, as JSON holds it
 METADATA_KEY = b"mocap_metrology"
 ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
 
@@ -135,9 +136,7 @@ def write_table(
         )
 
 
-def read_table(
-    path: str | Path, columns: Sequence[str] | None = None
-) -> tuple[Columns, dict[str, Any]]:
+def read_table(path: str | Path, columns: Sequence[str] | None = None) -> tuple[Columns, Metadata]:
     """Read a table of `write_table`: columns as arrays, and the metadata."""
     import pyarrow.parquet as pq
 
@@ -150,13 +149,11 @@ def read_table(
     return arrays, read_metadata(path)
 
 
-def read_metadata(path: str | Path) -> dict[str, Any]:
+def read_metadata(path: str | Path) -> Metadata:
     """The metadata alone, without reading a column."""
     import pyarrow.parquet as pq
 
-    found: dict[str, Any] = json.loads(
-        (pq.read_schema(path).metadata or {}).get(METADATA_KEY, b"{}")
-    )
+    found: Metadata = json.loads((pq.read_schema(path).metadata or {}).get(METADATA_KEY, b"{}"))
     return found
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -176,7 +176,7 @@ Points = list[tuple[float, float, float] | None]
 def _points(values: Found) -> Points:
     """(value, lower, upper) of every mark, None where there is none; an end that is not known is
     the value."""
-    found: list[Any] = []
+    found: Points = []
     for _, key, _ in MARKS:
         if isinstance(key, int):
             own = values["means"][key]
@@ -184,8 +184,9 @@ def _points(values: Found) -> Points:
         else:
             stem = "frame" if key == "frame" else "sigma_frame"
             point = [values[f"{stem}{end}_mm"] for end in ("", "_lower", "_upper")]
-        known = point[0] is not None and np.isfinite(point[0]) and point[0] > 0
-        found.append(tuple(p or point[0] for p in point) if known else None)
+        value, low, high = point
+        known = value is not None and np.isfinite(value) and value > 0
+        found.append((value, low or value, high or value) if known else None)
     return found
 
 

@@ -117,8 +117,7 @@ class Misfit:
 
     def costs(self, points: np.ndarray) -> np.ndarray:
         """(n,) sums of squares at the points (n, d)."""
-        found: np.ndarray = costs_at(np.ascontiguousarray(points), *self._arguments)
-        return found
+        return costs_at(np.ascontiguousarray(points), *self._arguments)
 
     def residual(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k,) w (model - obs) at x, and its derivatives (d, k) by the coordinates."""

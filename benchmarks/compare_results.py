@@ -73,7 +73,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _progress(k, len(common))
         found += differences(given.before / name, given.after / name, name)
     beyond = _tell(found, given.relative, exceptions)
-    print(f"{len(common)} files compared, {len(common) - len({d.file for d in found})} equal")
+    equal = set(common) - {one.file for one in found}
+    print(f"{len(common)} files compared, {len(equal)} equal")
     return 1 if beyond else 0
 
 

@@ -73,7 +73,9 @@ def test_a_missing_file_is_a_difference(tmp_path: Path, capsys: pytest.CaptureFi
     write(tmp_path / "1")
     (write(tmp_path / "2") / "recordings/A/noise.csv").unlink()
     assert main([str(tmp_path / "1"), str(tmp_path / "2")]) == 1
-    assert "recordings/A/noise.csv: inf, gone" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "recordings/A/noise.csv: inf, gone" in said
+    assert "1 files compared, 1 equal" in said
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ Every argument is Snakemake's. From here on this process is Snakemake itself.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -22,6 +23,8 @@ def main(arguments: list[str]) -> None:
 
     try:
         runs.clear(unlock)
+        with contextlib.suppress(OSError):  # Snakemake will say what is wrong with the folder
+            runs.began()
     except Faults as faults:
         stop(faults)
     os.execv(sys.executable, [*SNAKEMAKE, *arguments])

@@ -24,6 +24,7 @@ PLAIN = command()[3:]
 @pytest.fixture
 def record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv(runs.MARK, "")
+    monkeypatch.setenv(runs.PLACE, str(tmp_path))
     path = tmp_path / runs.RECORD
     path.parent.mkdir()
     return path
@@ -66,7 +67,7 @@ def test_a_run_that_ends_leaves_nothing(record: Path) -> None:
 def test_the_lock_of_a_process_that_is_gone_is_cleared_once(record: Path, capsys) -> None:
     write(record)
     assert unlocked(record)
-    assert "was killed\n" in capsys.readouterr().err
+    assert "left\n" in capsys.readouterr().err
     assert not unlocked(record)
 
 
@@ -139,7 +140,35 @@ def test_kill_and_run_again(toy: Path, snakemake, root: Path) -> None:
     assert typed.returncode == 1
     assert "LockException" in typed.stdout
     assert after.returncode == 0, after.stderr
-    assert f"the last run (process {run.pid}) was killed" in after.stderr
+    assert f"cleared what the last run (process {run.pid}) left" in after.stderr
     assert not own.jobs()
     assert (toy / "results/tables/g_noise.csv").read_text() == "a is well\nb is good\n"
+    assert not (toy / runs.RECORD).exists()
+
+
+def test_kill_before_the_first_job_and_run_again(toy: Path, root: Path) -> None:
+    start = [sys.executable, str(root / "workflow/run.py"), *PLAIN, "--cores", "2", "tables"]
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    run = subprocess.Popen(start, cwd=toy, env=environment(), **silent)
+    try:
+        until = time.monotonic() + 600
+        while not list(toy.glob(".snakemake/locks/*")) and time.monotonic() < until:
+            assert run.poll() is None
+            time.sleep(0.01)
+    finally:
+        run.kill()
+        run.wait()
+    assert list(toy.glob(".snakemake/locks/*"))
+    after = subprocess.run(
+        start, cwd=toy, env=environment(), check=False, capture_output=True, timeout=900
+    )
+    assert after.returncode == 0
+    assert not (toy / runs.RECORD).exists()
+
+
+def test_a_run_that_is_refused_leaves_no_record(toy: Path, root: Path) -> None:
+    start = [sys.executable, str(root / "workflow/run.py"), *PLAIN, "--cores", "1"]
+    how = {"cwd": toy, "env": environment(), "capture_output": True, "timeout": 900}
+    assert subprocess.run([*start, "--config", "hampel=0"], check=False, **how).returncode == 1
+    assert subprocess.run([*start, "--dry-run"], check=False, **how).returncode == 0
     assert not (toy / runs.RECORD).exists()

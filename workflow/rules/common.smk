@@ -31,16 +31,12 @@ except Faults as faults:
 
 
 # Who works here, for workflow/run.py: it clears what a killed run leaves.
+runs.ends_with_process()
+
+
 onstart:
     runs.began()
-
-
-onsuccess:
-    runs.ended()
-
-
-onerror:
-    runs.ended()
+    runs.without_rate_limit(workflow.scheduler)
 
 
 RECORDINGS = selection.Sheet(RecordingRow, recordings)

@@ -136,11 +136,11 @@ class Scheduler(Protocol):
 
 def without_rate_limit(scheduler: Scheduler) -> None:
     """Take the limit of submissions a second from Snakemake's scheduler; `jobs` of a profile still
-        limits how many there are.
+    limits how many there are.
 
-        The one private part of Snakemake that is used. Version 9.27 has no option for it, and for the
-        limit it starts another timer at every look at the queue, each of which has the queue looked at
-        again. In `make` that took 400 CPU s by the 410th of 556 jobs at `max-jobs-per-timespan: 100/2s`
-    (twice as many at the default 100/1s), 14 % of what the whole takes without.
+    The one private part of Snakemake that is used. Version 9.27 has no option for it. For the limit
+    it starts another timer at every look at the queue, each of which has the queue looked at again:
+    in `make`, by the 410th of 556 jobs, 400 CPU s at `max-jobs-per-timespan: 100/2s` (twice as many
+    looks at the default 100/1s), 14 % of what the whole takes without.
     """
     scheduler.job_rate_limiter = None

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.allan.variance import ORDER, allan_variance, running_sum
+from mocap_metrology.noise.allan.sums import running_sum
+from mocap_metrology.noise.allan.variance import ORDER, allan_variance
 
 MIN_MEANS = 30  # the identification needs that many window means [Riley & Greenhall 2004]
 DIFFERENCING = {"oadev": 2, "mdev": 2, "hdev": 3}  # d of Greenhall & Riley

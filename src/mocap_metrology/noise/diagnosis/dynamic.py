@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.allan.variance import running_sum
+from mocap_metrology.noise.allan.sums import running_sum
 from mocap_metrology.noise.diagnosis.outliers import spread
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 

@@ -63,6 +63,8 @@ SAID = {
     Case.UNCERTAINTY: "One standard deviation is 2.1 mm and 0.05° in the worst axes; an error of "
     "scale in the board file is not in it and scales the distance.",
     Case.UNCERTAINTY_NONE: "There is no covariance of this estimate.",
+    Case.UNCERTAINTY_UNKNOWN: "The covariance of this estimate contains values that are not finite "
+    "numbers: its uncertainty is unknown.",
     Case.DURATION: "The recording lasts 2.15 s.",
     Case.DURATION_UNUSUAL: "The recording lasts 2.15 s, not the usual 8 s.",
     Case.DURATION_SHORT: "The recording lasts 2.15 s, not the usual 8 s: few measurements.",
@@ -80,6 +82,8 @@ SAID = {
     Case.STAGES: "Kabsch and final stage are 2.15 mm and 0.05° apart.",
     Case.STAGES_LOOSE: "Kabsch and final stage are 2.15 mm and 0.05° apart. Kabsch is no surer "
     "than that on such a path.",
+    Case.STAGES_UNKNOWN: "Kabsch and final stage are 2.15 mm and 0.05° apart. Whether noise "
+    "explains that is unknown: a covariance contains values that are not finite numbers.",
     Case.OPTICS: "Factory values change the pose by 2.15 mm and 0.05°.",
     Case.OPTICS_FAR: "Factory values change the pose by 2.15 mm and 0.05°, more than those of a "
     "first-generation station can.",

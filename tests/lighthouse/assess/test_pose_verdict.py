@@ -14,6 +14,7 @@ from mocap_metrology.lighthouse.records import Factory, Halves, PoseEstimate, St
 
 R = Rotation.from_euler("ZYX", [-40, 8, 15], degrees=True).as_matrix()
 T = np.array([0.4, 2.1, -0.2])
+X = np.array([1.0, 0, 0])
 UP = np.array([0.0, 0.1, 1.0]) / np.hypot(0.1, 1)
 STATIONS = [
     Station("master", 1, "b", Factory(), UP, 2),
@@ -103,7 +104,7 @@ def test_the_memory_of_the_board_is_as_usual_as_eight_seconds():
         ),
         (
             {"covariance": np.full((6, 6), np.nan)},
-            *("doubtful", Case.UNCERTAINTY, {"value": np.nan}),
+            *("doubtful", Case.UNCERTAINTY_UNKNOWN, {"value": np.nan}),
         ),
     ],
 )
@@ -216,6 +217,21 @@ def test_a_kabsch_pose_that_is_known_to_be_loose_is_no_fault():
     for sigma, expected in ((50.0, "good"), (5.0, "doubtful")):
         loose = replace(far, covariance=np.diag([sigma**2] * 3 + [0.5**2] * 3))
         assert word(poses=[loose]).word == expected
+
+
+@pytest.mark.parametrize("place", [(0, 0), (0, 5)], ids=["variance", "covariance"])
+@pytest.mark.parametrize(("mm", "expected"), [(40, "usable"), (100, "doubtful")])
+def test_a_covariance_that_is_no_number_excuses_no_difference_of_stages(mm, expected, place):
+    """And ends in a reason, not in an error of linear algebra."""
+    covariance = POSE.covariance.copy()
+    covariance[place] = covariance[place[::-1]] = np.nan
+    far = replace(POSE, stage="kabsch", t_m=T + 1e-3 * mm * X, covariance=covariance)
+    found = word(poses=[far])
+    decided(found, Case.STAGES_UNKNOWN, {"value": mm, "deg": 0})
+    assert found.word == expected
+    assert [c.ok for c in found.checks if c.case is Case.STAGES_UNKNOWN] == [None]
+    near = replace(far, t_m=T + 0.01 * X)  # needs no excuse
+    assert word(poses=[near]).word == "good"
 
 
 def test_only_kabsch_needs_a_long_path():

@@ -73,6 +73,7 @@ class Case(StrEnum):
     PATH_NONE = "path_none"
     UNCERTAINTY = "uncertainty"
     UNCERTAINTY_NONE = "uncertainty_none"
+    UNCERTAINTY_UNKNOWN = "uncertainty_unknown"  # the covariance is no number
     DURATION = "duration"
     DURATION_UNUSUAL = "duration_unusual"
     DURATION_SHORT = "duration_short"
@@ -85,6 +86,7 @@ class Case(StrEnum):
     ROTOR_UNASKED = "rotor_unasked"
     STAGES = "stages"
     STAGES_LOOSE = "stages_loose"  # apart by no more than the covariances allow
+    STAGES_UNKNOWN = "stages_unknown"  # apart, by covariances that are no numbers
     OPTICS = "optics"
     OPTICS_FAR = "optics_far"
     GRAVITY = "gravity"
@@ -262,10 +264,11 @@ def uncertainty(chosen: PoseEstimate) -> Check:
         return unknown(name, Case.UNCERTAINTY_NONE, "mm")
     sd = np.sqrt(np.diag(chosen.covariance))
     mm, deg = float(sd[:3].max()), float(sd[3:].max())
-    limit: tuple[float, float] | str
-    word, limit = worst(mm, deg, SIGMA) if np.isfinite(sd).all() else ("doubtful", "finite")
-    numbers = {"deg": deg}
-    return Check(name, Case.UNCERTAINTY, mm, "mm", limit, word == "good", word, numbers)
+    if not np.isfinite(sd).all():
+        case, level = Case.UNCERTAINTY_UNKNOWN, "doubtful"
+        return Check(name, case, mm, "mm", "finite", False, level, {"deg": deg})
+    word, limit = worst(mm, deg, SIGMA)
+    return Check(name, Case.UNCERTAINTY, mm, "mm", limit, word == "good", word, {"deg": deg})
 
 
 def duration(duration_s: float | None) -> Check:

@@ -78,12 +78,7 @@ def agreements(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> Iterator[
     own = [p for p in poses if p.estimator == chosen.estimator]
     for p in own:
         if (p.stage, p.optics) == (other, chosen.optics):
-            mm, deg = apart(chosen, p)
-            word, limit = worst(mm, deg, STAGES_APART)
-            case = Case.STAGES
-            if word != "good" and _within_noise(chosen, p):
-                case, word = Case.STAGES_LOOSE, "good"
-            yield Check("stages agree", case, mm, "mm", limit, word == "good", word, {"deg": deg})
+            yield _stages(chosen, p)
         if p.stage == chosen.stage and p.optics != chosen.optics:
             mm, deg = apart(chosen, p)
             word, limit = worst(mm, deg, (OPTICS_APART, OPTICS_APART))
@@ -92,12 +87,31 @@ def agreements(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> Iterator[
             yield Check("optics agree", case, mm, "mm", limit, good, word, {"deg": deg})
 
 
-def _within_noise(a: PoseEstimate, b: PoseEstimate) -> bool:
-    """Whether two poses differ by less than their covariances allow, one time in a thousand."""
+def _stages(chosen: PoseEstimate, other: PoseEstimate) -> Check:
+    """A difference that the covariances allow is no fault."""
+    mm, deg = apart(chosen, other)
+    word, limit = worst(mm, deg, STAGES_APART)
+    case = Case.STAGES
+    ok: bool | None = word == "good"
+    if not ok:
+        allowed = _within_noise(chosen, other)
+        if allowed is None:
+            case, ok = Case.STAGES_UNKNOWN, None
+        elif allowed:
+            case, ok, word = Case.STAGES_LOOSE, True, "good"
+    return Check("stages agree", case, mm, "mm", limit, ok, word, {"deg": deg})
+
+
+def _within_noise(a: PoseEstimate, b: PoseEstimate) -> bool | None:
+    """Whether two poses differ by less than their covariances allow, one time in a thousand; None
+    where a covariance has an entry that is no number."""
     if a.covariance is None or b.covariance is None:
         return False
+    total = a.covariance + b.covariance
+    if not np.isfinite(total).all():
+        return None
     off = np.r_[1e3 * (a.t_m - b.t_m), np.degrees(rotation.error(a.R, b.R))]
-    return bool(off @ np.linalg.pinv(a.covariance + b.covariance) @ off < CHI2_6)
+    return bool(off @ np.linalg.pinv(total) @ off < CHI2_6)
 
 
 def gravity_angle_deg(R: np.ndarray, stations: Sequence[Station]) -> float:

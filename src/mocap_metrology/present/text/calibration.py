@@ -58,6 +58,8 @@ SENTENCES = {
     Case.UNCERTAINTY: "One standard deviation is {value:.2g} mm and {deg:.2g}° in the worst axes;"
     " an error of scale in the board file is not in it and scales the distance.",
     Case.UNCERTAINTY_NONE: "There is no covariance of this estimate.",
+    Case.UNCERTAINTY_UNKNOWN: "The covariance of this estimate contains values that are not finite"
+    " numbers: its uncertainty is unknown.",
     Case.DURATION: "The recording lasts {value:.3g} s.",
     Case.DURATION_UNUSUAL: f"The recording lasts {{value:.3g}} s, not the usual {USUAL_S:g} s.",
     Case.DURATION_SHORT: f"The recording lasts {{value:.3g}} s, not the usual {USUAL_S:g} s: few"
@@ -75,6 +77,8 @@ SENTENCES = {
     Case.STAGES: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart.",
     Case.STAGES_LOOSE: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart. Kabsch is"
     " no surer than that on such a path.",
+    Case.STAGES_UNKNOWN: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart. Whether"
+    " noise explains that is unknown: a covariance contains values that are not finite numbers.",
     Case.OPTICS: "Factory values change the pose by {value:.3g} mm and {deg:.2g}°.",
     Case.OPTICS_FAR: "Factory values change the pose by {value:.3g} mm and {deg:.2g}°, more than"
     " those of a first-generation station can.",

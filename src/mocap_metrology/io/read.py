@@ -24,7 +24,7 @@ import numpy.typing as npt
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.read import read_c3d
 from mocap_metrology.io.c3d.structure import inspect
-from mocap_metrology.io.header import find_points
+from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.recording import Header, Recording
 from mocap_metrology.io.text import motive, nexus, poses, qualisys, trc
 from mocap_metrology.io.text.layout import Layout, check_text, lines

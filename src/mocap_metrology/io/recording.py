@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.common.files import sha256
-from mocap_metrology.io.header import find_points
+from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.resolution import Resolution, coarsest
 
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed

@@ -31,7 +31,8 @@ from mocap_metrology.io.c3d.parameters import (
     read_parameters,
     unsigned,
 )
-from mocap_metrology.io.header import complete_labels, other_kind, read_unit, regular_size
+from mocap_metrology.io.header import other_kind, read_unit, regular_size
+from mocap_metrology.io.labels import complete_labels
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.header import complete_labels, number, other_kind, regular_size
+from mocap_metrology.io.header import number, other_kind, regular_size
+from mocap_metrology.io.labels import complete_labels
 
 LONGEST_LINE = 1 << 20  # bytes; 30,000 markers
 BOM = b"\xef\xbb\xbf"

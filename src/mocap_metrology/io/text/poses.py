@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.header import find_points, number
+from mocap_metrology.io.header import number
+from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.text.layout import Layout, RotationColumns, check_text, lines, rate
 from mocap_metrology.io.text.read import read_text
 from mocap_metrology.io.text.rows import Floats

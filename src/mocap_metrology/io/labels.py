@@ -1,0 +1,86 @@
+"""Labels of points: how they are completed, chosen, and told in messages."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Sequence
+
+from mocap_metrology.common.errors import Refusal
+
+
+def complete_labels(labels: Sequence[str], n_points: int) -> tuple[str, ...]:
+    """One label a point; a point without one is called `point_12`, counted from 1."""
+    given = [*labels[:n_points], *[""] * (n_points - len(labels))]
+    return tuple(label or f"point_{i}" for i, label in enumerate(given, start=1))
+
+
+def in_words(labels: Sequence[str], most: int = 20) -> str:
+    """Labels for a message, a long list cut short."""
+    text = ", ".join(labels[:most])
+    return text if len(labels) <= most else f"{text}, … and {len(labels) - most} more"
+
+
+def find_points(labels: Sequence[str], markers: Sequence[str], file: str) -> list[int]:
+    """Places (from 0) of the chosen `markers` among `labels`.
+
+    A marker is a label, or its part after the subject's prefix (`C7` for `Matt:C7`) where that is
+    one point only, or `LABEL#2` for the second point of that label.
+    """
+    if not markers:
+        raise Refusal(f"{file}: no marker is chosen; there are: {in_words(labels)}")
+    found = [_find(labels, marker.strip(), file) for marker in markers]
+    for i, place in enumerate(found):
+        if place in found[:i]:
+            raise Refusal(f"{file}: marker {markers[i].strip()!r} is chosen twice")
+    return found
+
+
+def _find(labels: Sequence[str], marker: str, file: str) -> int:
+    same = [i for i, label in enumerate(labels) if label == marker]
+    if len(same) == 1:
+        return same[0]
+    if same:
+        raise Refusal(
+            f"{file}: {len(same)} points are labelled {marker!r}: choose one of them as"
+            f" {', '.join(f'{marker}#{k}' for k in range(1, len(same) + 1))}"
+        )
+    if numbered := re.fullmatch(r"(.+)#([0-9]+)", marker):
+        same = [i for i, label in enumerate(labels) if label == numbered[1]]
+        if same and 1 <= int(numbered[2]) <= len(same):
+            return same[int(numbered[2]) - 1]
+        if same:
+            raise Refusal(f"{file}: no {marker!r}: points labelled {numbered[1]!r}: {len(same)}")
+    suffix = [i for i, label in enumerate(labels) if ":" in label and _bare(label) == marker]
+    if len(suffix) == 1:
+        return suffix[0]
+    if suffix:
+        several = in_words([labels[i] for i in suffix])
+        raise Refusal(f"{file}: marker {marker!r} is one of several: choose from {several}")
+    meant = suggestion(marker, labels)
+    raise Refusal(f"{file}: no marker {marker!r}; {meant or f'there are: {in_words(labels)}'}")
+
+
+def suggestion(wrong: str, labels: Sequence[str]) -> str:
+    """What a marker that is not there was probably meant to be, in words; empty without a guess.
+
+    `wrong` may be several labels with another separator than `;`, a label in other letter case, or
+    one misspelt; the subject's prefix (`Matt:`) may be missing.
+    """
+    known = {label: label for label in labels} | {_bare(label): label for label in labels[::-1]}
+    between = r"\s*[,;|]\s*" if re.search("[,;|]", wrong) else r"\s+"
+    parts = [part for part in re.split(between, wrong) if part]
+    if len(parts) > 1 and all(part in known for part in parts):
+        return f'separate the labels with ";": "{";".join(parts)}"'
+    folded = {name.casefold(): label for name, label in known.items()}
+    same = folded.get(wrong.casefold())
+    if same is not None:
+        return f"the letter case differs: did you mean {same}?"
+    if len(parts) > 1 and any(part in known for part in parts):
+        return 'separate labels with ";"'
+    close = difflib.get_close_matches(wrong.casefold(), list(folded), n=1, cutoff=0.6)
+    return f"did you mean {folded[close[0]]}?" if close else ""
+
+
+def _bare(label: str) -> str:
+    return label.split(":", 1)[-1].strip()

@@ -153,8 +153,7 @@ def read_metadata(path: str | Path) -> Metadata:
     """The metadata alone, without reading a column."""
     import pyarrow.parquet as pq
 
-    found: Metadata = json.loads((pq.read_schema(path).metadata or {}).get(METADATA_KEY, b"{}"))
-    return found
+    return json.loads((pq.read_schema(path).metadata or {}).get(METADATA_KEY, b"{}"))
 
 
 def read_series(path: str | Path) -> Iterator[tuple[str, np.ndarray]]:
@@ -194,8 +193,7 @@ def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
     if column.null_count or not (
         pa.types.is_integer(column.type) or pa.types.is_floating(column.type)
     ):
-        found: np.ndarray = column.to_numpy()
-        return found
+        return column.to_numpy()
     dtype = np.dtype(column.type.to_pandas_dtype())
     parts = [
         np.frombuffer(chunk.buffers()[1], dtype, len(chunk), chunk.offset * dtype.itemsize)

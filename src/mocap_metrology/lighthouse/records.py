@@ -89,8 +89,7 @@ class Measurements:
     @property
     def seen(self) -> np.ndarray:
         """Diodes with both angles, (n, diodes)."""
-        found: np.ndarray = np.isfinite(self.angles_rad).all(axis=2)
-        return found
+        return np.isfinite(self.angles_rad).all(axis=2)
 
 
 @dataclass(frozen=True)

@@ -41,16 +41,14 @@ def exp(v: np.ndarray) -> np.ndarray:
     """Rotation matrix of a rotation vector in rad (Rodrigues)."""
     from scipy.spatial.transform import Rotation
 
-    found: np.ndarray = Rotation.from_rotvec(v).as_matrix()
-    return found
+    return Rotation.from_rotvec(v).as_matrix()
 
 
 def log(R: np.ndarray) -> np.ndarray:
     """Rotation vector in rad of a rotation matrix, length in [0, pi]."""
     from scipy.spatial.transform import Rotation
 
-    found: np.ndarray = Rotation.from_matrix(R).as_rotvec()
-    return found
+    return Rotation.from_matrix(R).as_rotvec()
 
 
 def error(R_est: np.ndarray, R_true: np.ndarray) -> np.ndarray:
@@ -71,5 +69,4 @@ def mean(rotations: np.ndarray, rounds: int = 10) -> np.ndarray:
         middle = Rotation.from_rotvec(step) * middle
         if np.linalg.norm(step) < 1e-5:  # rad, below what a pose can tell
             break
-    found: np.ndarray = middle.as_matrix()
-    return found
+    return middle.as_matrix()

@@ -25,14 +25,12 @@ CODE_0_S = 3_000 / TICKS_PER_S  # longest flash of code 0; the shortest is one s
 
 def flash_length(code: Number) -> Number:
     """Longest flash of a code in seconds: (3000 + 500 code) ticks."""
-    length: Number = CODE_0_S + code * CODE_STEP_S
-    return length
+    return CODE_0_S + code * CODE_STEP_S
 
 
 def code_of(axis: Whole, data: Whole, skip: Whole) -> Whole:
     """Code of a flash: skip * 4 + data * 2 + axis."""
-    code: Whole = skip * 4 + data * 2 + axis
-    return code
+    return skip * 4 + data * 2 + axis
 
 
 def axis_of(code: Whole) -> Whole:

@@ -43,10 +43,7 @@ def distance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
     S Eq. 12 with differences inside the squares (printed there as sums).
     """
-    found: np.ndarray = np.sqrt(
-        np.sum((np.asarray(first, float) - np.asarray(second, float)) ** 2, axis=0)
-    )
-    return found
+    return np.sqrt(np.sum((np.asarray(first, float) - np.asarray(second, float)) ** 2, axis=0))
 
 
 def all_series(

@@ -127,8 +127,7 @@ def _rotation(given: Mapping[str, object], name: str) -> np.ndarray:
             kind = "a mirror image" if off <= 1e-3 else f"{off:.2g} off at most in R R^T"
             raise Refusal(f"{name}: R is no rotation ({kind}); expected R R^T = 1, det R = 1")
         U, _, Vt = np.linalg.svd(R)
-        nearest: np.ndarray = U @ Vt
-        return nearest
+        return U @ Vt
     if "quaternion_xyzw" not in given:
         raise Refusal(f"{name}: no rotation; expected R (3 x 3) or quaternion_xyzw")
     q = _numbers(given, "quaternion_xyzw", (4,), name)
@@ -136,8 +135,7 @@ def _rotation(given: Mapping[str, object], name: str) -> np.ndarray:
         raise Refusal(f"{name}: quaternion_xyzw has norm {np.linalg.norm(q):.4g}; expected 1")
     from scipy.spatial.transform import Rotation
 
-    found: np.ndarray = Rotation.from_quat(q).as_matrix()
-    return found
+    return Rotation.from_quat(q).as_matrix()
 
 
 def _translation(given: Mapping[str, object], name: str) -> np.ndarray:
@@ -259,8 +257,7 @@ def _place(positions_mm: np.ndarray, labels: Sequence[str], label: str, where: s
             f"{where}: marker {label} moves by {motion:.1f} mm rms; expected a housing at rest"
             f" (below {LARGEST_MOTION_MM:g} mm)"
         )
-    found: np.ndarray = 1e-3 * mean
-    return found
+    return 1e-3 * mean
 
 
 def _fit(

@@ -117,10 +117,7 @@ def _distance(turn: np.ndarray, spread: np.ndarray) -> np.ndarray:
     shape = turn.shape[:-2]
     v = log(turn.reshape(-1, 3, 3)).reshape(*shape, 3)
     S = spread + FLOOR_RAD**2 * np.eye(3)
-    found: np.ndarray = np.minimum(
-        np.einsum("...i,...i->...", v, np.linalg.solve(S, v[..., None])[..., 0]), CAP
-    )
-    return found
+    return np.minimum(np.einsum("...i,...i->...", v, np.linalg.solve(S, v[..., None])[..., 0]), CAP)
 
 
 def _disagreement(own: Minima, other: Minima, R: np.ndarray) -> np.ndarray:

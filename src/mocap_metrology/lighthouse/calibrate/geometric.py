@@ -62,8 +62,7 @@ def board_poses(
 def unit_directions(angles: np.ndarray) -> np.ndarray:
     """Unit vectors (k, 3) along (1, tan azimuth, tan elevation) of angles (k, 2) in rad."""
     d = np.column_stack([np.ones(len(angles)), np.tan(angles)])
-    found: np.ndarray = d / np.linalg.norm(d, axis=1, keepdims=True)
-    return found
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
 def first_ranges(rays: np.ndarray, board: np.ndarray) -> list[np.ndarray]:

@@ -178,5 +178,4 @@ def _covariance(
         g,
     )
     freedom = max(int(path.n_angles[0]) - 6, 1)
-    found: np.ndarray = path.epsilon[0] / freedom * np.linalg.inv(H)
-    return found
+    return path.epsilon[0] / freedom * np.linalg.inv(H)

@@ -96,8 +96,7 @@ def jackknife(values: np.ndarray) -> np.ndarray:
     (B - 1)/B sum (v_b - mean)(v_b - mean)^T: blocks of time, as neighbouring poses err together.
     """
     d = values - values.mean(axis=0)
-    found: np.ndarray = (len(values) - 1) / len(values) * d.T @ d
-    return found
+    return (len(values) - 1) / len(values) * d.T @ d
 
 
 def blocks_of(time_s: np.ndarray, n_blocks: int = BLOCKS) -> np.ndarray:

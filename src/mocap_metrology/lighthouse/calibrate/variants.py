@@ -92,8 +92,7 @@ class Weighed:
 def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
     """Stretch of the recording, 0 to `BLOCKS` - 1, of each time."""
     share = (time_s - start_s) / max(end_s - start_s, 1e-9)
-    found: np.ndarray = np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
-    return found
+    return np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
 
 
 def expected_loss(epsilon: np.ndarray, n_angles: np.ndarray, n_slave: int) -> np.ndarray:

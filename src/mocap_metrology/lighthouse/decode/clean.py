@@ -104,8 +104,7 @@ def sweep_outliers(
 
 def fewest_for_perspective(board: np.ndarray) -> int:
     """Hits from which `sweep_outliers` fits more than the affine part: 8, of a deep board 10."""
-    found: int = 1 + 2 * _directions(board).shape[1] + 3
-    return found
+    return 1 + 2 * _directions(board).shape[1] + 3
 
 
 def _by_sweep(hits: Hits) -> tuple[np.ndarray, np.ndarray]:
@@ -165,8 +164,7 @@ def _still(table: np.ndarray, half_window: int) -> np.ndarray:
     padded = np.pad(offset, half_window, mode="reflect" if offset.size > half_window else "edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * half_window + 1)
     middle = np.median(windows, axis=1, keepdims=True)
-    found: np.ndarray = MAD_TO_SIGMA * np.median(np.abs(windows - middle), axis=1)
-    return found
+    return MAD_TO_SIGMA * np.median(np.abs(windows - middle), axis=1)
 
 
 @njit
@@ -254,8 +252,7 @@ def _gate_sweep(
             weight[h] = 1.0 if abs(residual[h]) <= limit else 1e-9
         _predict(design, _fit(design, tangent, weight), n_linear, predicted)
         residual = np.arctan(tangent) - np.arctan(predicted)
-    wrong: np.ndarray = np.abs(residual) > max(gate_rad, gate_mad * np.median(np.abs(residual)))
-    return wrong
+    return np.abs(residual) > max(gate_rad, gate_mad * np.median(np.abs(residual)))
 
 
 @njit
@@ -350,8 +347,7 @@ def _culprits(moment: np.ndarray, board: np.ndarray, limit: float) -> np.ndarray
     best, second = np.argsort(worst)[:2]
     if not fits.any() and worst[best] < 0.5 * worst[second]:
         fits[best] = True
-    found: np.ndarray = seen[fits]
-    return found
+    return seen[fits]
 
 
 def warm_up() -> None:

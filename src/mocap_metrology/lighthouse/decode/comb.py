@@ -71,8 +71,7 @@ def _differences(times: np.ndarray, lag: float, tolerance: float) -> np.ndarray:
     count = np.searchsorted(times, times + lag + tolerance, side="right") - low
     i = np.repeat(np.arange(times.size), count)
     j = np.arange(i.size) - np.repeat(np.cumsum(count) - count, count) + np.repeat(low, count)
-    found: np.ndarray = times[j] - times[i]
-    return found
+    return times[j] - times[i]
 
 
 def find_phases(start_s: np.ndarray, period_s: float) -> list[float]:
@@ -208,8 +207,7 @@ def _curve(
 
     def inside(values: np.ndarray) -> np.ndarray:
         total = np.concatenate([[0.0], np.cumsum(values)])
-        found: np.ndarray = total[high] - total[low]
-        return found
+        return total[high] - total[low]
 
     x = (turn - turn[0]).astype(np.float64)
     here = (at - turn[0]).astype(np.float64)
@@ -221,8 +219,7 @@ def _curve(
     det = n * sxx - sx * sx
     straight = (n >= 4) & (det > 1e-9)
     mean = np.divide(sy, n, out=np.zeros(at.size), where=n > 0)
-    found: np.ndarray = np.divide(sxx * sy - sx * sxy, det, out=mean, where=straight)
-    return found
+    return np.divide(sxx * sy - sx * sxy, det, out=mean, where=straight)
 
 
 def steps_of(length_s: np.ndarray) -> np.ndarray:
@@ -281,8 +278,7 @@ def _fit_bias(above: np.ndarray) -> tuple[float, float]:
 def data_residual(cycle: np.ndarray, length_s: np.ndarray, pattern: np.ndarray) -> np.ndarray:
     """Steps between a length (bias taken off) and the nearer of the two of its data bit."""
     above = steps_of(length_s) - pattern[cycle % 4]
-    found: np.ndarray = above - 2 * (above > 1)
-    return found
+    return above - 2 * (above > 1)
 
 
 def codes_of(cycle: np.ndarray, length_s: np.ndarray, pattern: np.ndarray) -> np.ndarray:

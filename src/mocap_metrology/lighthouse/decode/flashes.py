@@ -135,14 +135,12 @@ class _Comb:
     @property
     def off(self) -> np.ndarray:
         """Of each flash from the clock."""
-        found: np.ndarray = self.time - self.clock.start(self.cycle)
-        return found
+        return self.time - self.clock.start(self.cycle)
 
     def over_diodes(self) -> np.ndarray:
         """Upper median of the lengths of the pulses of each flash: of two, the longer."""
         ranked = self.length[np.lexsort((self.length, self.flash))]
-        found: np.ndarray = ranked[self.first + self.count // 2]
-        return found
+        return ranked[self.first + self.count // 2]
 
 
 def _comb(

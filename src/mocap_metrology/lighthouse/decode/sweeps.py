@@ -89,8 +89,7 @@ def _longest_of_each(
         np.diff(pulses.diode[chosen].astype(np.int64), prepend=-1) == 0
     )
     fate[chosen[again]] = SECOND
-    found: np.ndarray = chosen[~again]
-    return found
+    return chosen[~again]
 
 
 def _gate_width(chosen: Integers, cycle: np.ndarray, pulses: Pulses, fate: np.ndarray) -> Integers:

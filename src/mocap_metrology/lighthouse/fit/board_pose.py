@@ -320,8 +320,7 @@ def by_levenberg_marquardt(
 def apart(path: Path, other: Path) -> np.ndarray:
     """Angle in rad between the rotations of two paths of the same measurements."""
     trace = np.einsum("nij,nij->n", path.R, other.R)
-    found: np.ndarray = np.arccos(np.clip((trace - 1) / 2, -1, 1))
-    return found
+    return np.arccos(np.clip((trace - 1) / 2, -1, 1))
 
 
 def warm_up() -> None:

@@ -86,8 +86,7 @@ def _in_world(
     axis = rng.normal(size=3)
     turned = exp(np.radians(error_deg) * axis / np.linalg.norm(axis))
     in_master = mount.positions_m @ (station.R @ turned).T + station.t
-    found: np.ndarray = in_master @ world[0].T + world[1]
-    return found
+    return in_master @ world[0].T + world[1]
 
 
 def write_mounts(path: str | Path, mounts: Sequence[Mount]) -> None:

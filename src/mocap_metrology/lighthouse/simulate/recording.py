@@ -261,8 +261,7 @@ def _faces(
     way = places[:, None] - (truth.board @ R.transpose(0, 2, 1) + p[:, None])
     toward = np.einsum("nij,ni->nj", way.transpose(0, 2, 1), R[:, :, 0])
     limit = np.cos(np.radians(twin.incidence_deg)) * np.linalg.norm(way, axis=2)
-    found: np.ndarray = (toward > limit) & (np.einsum("nij,nj->ni", way, ahead) < 0)
-    return found
+    return (toward > limit) & (np.einsum("nij,nj->ni", way, ahead) < 0)
 
 
 def words_of(pulses: Pulses) -> np.ndarray:

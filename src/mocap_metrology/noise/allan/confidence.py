@@ -132,12 +132,11 @@ def _averaged(lag: np.ndarray, stride: float, alpha: int, modified: bool) -> np.
     if not modified:
         return _running_sum_covariance(lag, alpha)
     # A mean over m samples is a difference of running sums, and a running sum lowers alpha by 2
-    found: np.ndarray = (
+    return (
         _running_sum_covariance(lag + stride, alpha - 2)
         - 2 * _running_sum_covariance(lag, alpha - 2)
         + _running_sum_covariance(lag - stride, alpha - 2)
     )
-    return found
 
 
 def _running_sum_covariance(lag: np.ndarray, alpha: int) -> np.ndarray:

@@ -311,8 +311,7 @@ def _smoothed(power: np.ndarray, count: int) -> np.ndarray:
         curve = np.polyfit(at[near], logs[near], min(2, width - 1), w=weight[near])
         levels[octave] = np.polyval(curve, at[octave])
     fitted: np.ndarray = np.interp(np.log(k), at, levels)
-    level: np.ndarray = np.exp(fitted - fitted.max())
-    return level
+    return np.exp(fitted - fitted.max())
 
 
 def _means(series: np.ndarray, n: int) -> np.ndarray:

@@ -71,8 +71,7 @@ class Moments:
         if without is not None:
             sums = sums - self.sums[:, :, :, without]
             counts = counts - self.counts[:, :, :, without]
-        found: np.ndarray = sums / counts[..., None, None]
-        return found
+        return sums / counts[..., None, None]
 
 
 @dataclass(frozen=True)
@@ -98,8 +97,7 @@ class Estimate:
         from scipy.stats import t
 
         with np.errstate(invalid="ignore", divide="ignore"):
-            found: np.ndarray = t.sf(self.ln / self.se, N_BLOCKS - 1)
-            return found
+            return t.sf(self.ln / self.se, N_BLOCKS - 1)
 
 
 @dataclass(frozen=True)

@@ -78,16 +78,14 @@ def least_camera_noise(factor: np.ndarray | float) -> np.ndarray:
     """How many times as noisy as the others one camera must be, at least, to raise a standard
     deviation by `factor` >= 1: the inverse of s^2 / (2 sqrt(s^2 - 1)) for s^2 >= 2."""
     squared = np.maximum(np.asarray(factor, dtype=np.float64), 1.0) ** 2
-    found: np.ndarray = np.sqrt(2 * squared * (1 + np.sqrt(1 - 1 / squared)))
-    return found
+    return np.sqrt(2 * squared * (1 + np.sqrt(1 - 1 / squared)))
 
 
 def coherence(joint: np.ndarray) -> np.ndarray:
     """(...) mean squared canonical correlation of p_a and p_b: 0 for different frames."""
     a, b = np.linalg.inv(joint[..., :3, :3]), np.linalg.inv(joint[..., 3:, 3:])
     x = joint[..., 3:, :3]
-    found: np.ndarray = np.trace(b @ x @ a @ _turned(x), axis1=-2, axis2=-1) / 3
-    return found
+    return np.trace(b @ x @ a @ _turned(x), axis1=-2, axis2=-1) / 3
 
 
 def camera_noise(joint: np.ndarray, chain: Chain) -> tuple[np.ndarray, np.ndarray]:

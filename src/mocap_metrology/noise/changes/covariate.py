@@ -105,8 +105,7 @@ def _in_holes(covariate: Covariate, edges_s: np.ndarray) -> np.ndarray:
     apart = np.diff(covariate.time_s)
     missing = np.append(0.0, np.cumsum(np.where(apart > HOLE * covariate.step_s, apart, 0.0)))
     until = np.interp(edges_s, covariate.time_s, missing)
-    found: np.ndarray = np.diff(until) > 0.5 * np.diff(edges_s)
-    return found
+    return np.diff(until) > 0.5 * np.diff(edges_s)
 
 
 def _check_missing(gaps: np.ndarray, holes: np.ndarray, name: str) -> None:
@@ -136,8 +135,7 @@ def _between(covariate: Covariate, edges_s: np.ndarray) -> np.ndarray:
     base = covariate.values[0]  # without it, rounding would move a constant
     values = np.interp(at, covariate.time_s, covariate.values - base)
     area = np.append(0.0, np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(at)))
-    found: np.ndarray = base + np.diff(area[np.searchsorted(at, edges_s)]) / np.diff(edges_s)
-    return found
+    return base + np.diff(area[np.searchsorted(at, edges_s)]) / np.diff(edges_s)
 
 
 def _filled(means: Floats) -> Floats:

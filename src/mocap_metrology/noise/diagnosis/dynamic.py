@@ -179,8 +179,7 @@ def _windows(
 
 def _pairs(values: np.ndarray, half: int) -> np.ndarray:
     parts = values[: values.size // half * half].reshape(-1, half).sum(axis=1)
-    found: np.ndarray = parts[:-1] + parts[1:]
-    return found
+    return parts[:-1] + parts[1:]
 
 
 def _dispersion(sums: np.ndarray, gone: np.ndarray | None, scale: Scale) -> tuple[float, float]:
@@ -215,8 +214,7 @@ def _running_median(avar: np.ndarray, size: int) -> np.ndarray:
     level = float(np.median(avar[known]))
     if size >= avar.size:
         return np.full(avar.size, level)
-    found: np.ndarray = median_filter(np.where(known, avar, level), size, mode="reflect")
-    return found
+    return median_filter(np.where(known, avar, level), size, mode="reflect")
 
 
 def _surprise(

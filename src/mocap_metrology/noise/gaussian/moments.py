@@ -167,8 +167,7 @@ def pair_moments(
 def direction(twin: Twin) -> np.ndarray:
     """(3,) unit vector from marker 2 to marker 1 at the start."""
     line = np.subtract(*twin.start_mm)
-    found: np.ndarray = line / np.linalg.norm(line)
-    return found
+    return line / np.linalg.norm(line)
 
 
 def _quantities(found: np.ndarray, sign: float) -> dict[str, np.ndarray]:
@@ -251,8 +250,7 @@ def _coherence(twin: Twin, spectra: np.ndarray) -> np.ndarray:
     """As the simulation has it: clipped, times the twin's factor; none without a model of L."""
     if spectra.shape[0] == 2:
         return np.zeros(spectra.shape[1])
-    found: np.ndarray = np.clip(implied_coherence(*spectra), -1.0, 1.0) * twin.coherence_factor
-    return found
+    return np.clip(implied_coherence(*spectra), -1.0, 1.0) * twin.coherence_factor
 
 
 def _fast_covariance(twin: Twin, edge_hz: float, frame_rate_hz: float) -> np.ndarray:
@@ -309,5 +307,4 @@ def _draw(slow: _Slow, rng: np.random.Generator) -> np.ndarray:
     amplitude[:, 0] = 0.0
     x = irfft(amplitude, slow.length, axis=1, workers=1)[:, : slow.n_slow]
     x -= x[:, :1].copy()
-    found: np.ndarray = x + drift[:, None] * np.arange(slow.n_slow)
-    return found
+    return x + drift[:, None] * np.arange(slow.n_slow)

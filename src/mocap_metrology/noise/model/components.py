@@ -142,8 +142,7 @@ class GaussMarkov:
             return 2 * tau0 * self.variance * correlated_means(a, gain)
         # 1 - 2 phi cos + phi^2 = (1 - phi)^2 + 4 phi sin^2, which keeps its digits as phi -> 1
         denominator = np.expm1(-a) ** 2 + math.exp(-a) * gain
-        found: np.ndarray = 2 * tau0 * self.variance * -np.expm1(-2 * a) / denominator
-        return found
+        return 2 * tau0 * self.variance * -np.expm1(-2 * a) / denominator
 
     def psd_continuous(self, f: np.ndarray) -> np.ndarray:
         """2 (q_c T_c)^2 / (1 + (2 pi f T_c)^2): one-sided, so twice the form printed in S."""
@@ -163,10 +162,7 @@ class GaussMarkov:
         if a > 300:
             return self.variance / m
         points = 2 * m * sinh_minus(a)
-        found: np.ndarray = (
-            self.variance * (points + correlated_bracket(x)) / (2 * m * math.sinh(a / 2)) ** 2
-        )
-        return found
+        return self.variance * (points + correlated_bracket(x)) / (2 * m * math.sinh(a / 2)) ** 2
 
 
 @dataclass(frozen=True)

@@ -86,8 +86,7 @@ def _rest(alpha: int, m: np.ndarray) -> np.ndarray:
     omega2 = (2 * np.pi * m) ** 2
     begin, end = slope(start), slope(np.full_like(m, 0.5))
     single, double = (end * parity - begin) / omega2, (end - begin) / (4 * omega2)
-    total: np.ndarray = constant - single / 2 + double / 8
-    return total
+    return constant - single / 2 + double / 8
 
 
 def correlated_bracket(x: np.ndarray) -> np.ndarray:
@@ -96,8 +95,7 @@ def correlated_bracket(x: np.ndarray) -> np.ndarray:
     small = -np.minimum(x, 1.0)
     coefficients = [(4.0 - 2.0**n) / math.factorial(n) for n in range(3, 25)]
     series = np.polynomial.polynomial.polyval(small, coefficients) * small**3
-    found: np.ndarray = np.where(x < 1.0, series, 2 * x - 3 + 4 * np.exp(-x) - np.exp(-2 * x))
-    return found
+    return np.where(x < 1.0, series, 2 * x - 3 + 4 * np.exp(-x) - np.exp(-2 * x))
 
 
 def sinh_minus(a: float) -> float:
@@ -129,8 +127,7 @@ def power_law_means(
 
 def _smooth(alpha: int, x: np.ndarray) -> np.ndarray:
     """What is left of the bracket without its pole: even in x."""
-    found: np.ndarray = polynomial.polyval(x * x, _coefficients(alpha))
-    return found
+    return polynomial.polyval(x * x, _coefficients(alpha))
 
 
 @lru_cache(maxsize=2)
@@ -138,12 +135,10 @@ def _coefficients(alpha: int) -> np.ndarray:
     from scipy.special import digamma, zeta
 
     def flicker(u: np.ndarray) -> np.ndarray:
-        found: np.ndarray = zeta(3, 1 + np.sqrt(u)) + zeta(3, 1 - np.sqrt(u))
-        return found
+        return zeta(3, 1 + np.sqrt(u)) + zeta(3, 1 - np.sqrt(u))
 
     def blue(u: np.ndarray) -> np.ndarray:
-        found: np.ndarray = -math.log(2) - (digamma(1 + np.sqrt(u)) + digamma(1 - np.sqrt(u))) / 2
-        return found
+        return -math.log(2) - (digamma(1 + np.sqrt(u)) + digamma(1 - np.sqrt(u))) / 2
 
     of = flicker if alpha == -1 else blue
     fitted = np.polynomial.Chebyshev.interpolate(of, DEGREE, domain=[0.0, 0.25])

@@ -94,8 +94,7 @@ def mean_and_error(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def slope_weights(tau: np.ndarray) -> np.ndarray:
     """w with slope = sum w ln y: least squares of ln y on ln tau, each (k,)."""
     x = np.log(tau) - np.log(tau).mean()
-    found: np.ndarray = x / np.sum(x**2)
-    return found
+    return x / np.sum(x**2)
 
 
 def slope_and_error(tau: np.ndarray, values: np.ndarray) -> tuple[float, float]:

@@ -81,8 +81,7 @@ def _correlated_tail(
     one_minus = -np.expm1(-a)
     denominator = one_minus**2 + np.exp(-a) * 4 * np.sin(np.pi * k / length) ** 2
     beyond = np.exp(-a * (length / 2 - 1)) * -np.expm1(-2 * a)
-    found: np.ndarray = 2 * tau0 * variance * one_minus**2 * beyond * sign / denominator
-    return found
+    return 2 * tau0 * variance * one_minus**2 * beyond * sign / denominator
 
 
 def _flicker_tail(part: PowerLaw, length: int, frame_rate_hz: float, bins: int) -> np.ndarray:
@@ -93,8 +92,7 @@ def _flicker_tail(part: PowerLaw, length: int, frame_rate_hz: float, bins: int) 
     tau0 = 1 / frame_rate_hz
     a = np.pi * np.arange(bins)
     integral = np.cos(a) - a * (np.pi / 2 - sici(a)[0])
-    found: np.ndarray = 8 * tau0 * part.h / length * integral
-    return found
+    return 8 * tau0 * part.h / length * integral
 
 
 class Cross(NamedTuple):
@@ -116,10 +114,7 @@ class Shared(NamedTuple):
 def implied_coherence(first: np.ndarray, second: np.ndarray, difference: np.ndarray) -> np.ndarray:
     """(S_1 + S_2 - S_d) / (2 sqrt(S_1 S_2)), 0 where a spectrum is 0."""
     scale = 2 * np.sqrt(first * second)
-    found: np.ndarray = np.divide(
-        first + second - difference, scale, out=np.zeros_like(scale), where=scale > 0
-    )
-    return found
+    return np.divide(first + second - difference, scale, out=np.zeros_like(scale), where=scale > 0)
 
 
 def coherence(

@@ -97,8 +97,7 @@ def _looking(direction: np.ndarray) -> np.ndarray:
 def project(facility: Facility, points_mm: np.ndarray) -> np.ndarray:
     """(n, 2) pixels at which the cameras see one point (3,), or each its own (n, 3)."""
     seen = np.einsum("nij,nj->ni", facility.rotations, points_mm - facility.origins_mm)
-    found: np.ndarray = facility.focal_px[:, None] * seen[:, :2] / seen[:, 2:]
-    return found
+    return facility.focal_px[:, None] * seen[:, :2] / seen[:, 2:]
 
 
 def jacobians(facility: Facility, marker: int) -> np.ndarray:
@@ -108,10 +107,7 @@ def jacobians(facility: Facility, marker: int) -> np.ndarray:
     seen = np.einsum("nij,nj->ni", rotations, offset)
     depth = seen[:, 2, None, None]
     ratio = seen[:, :2, None] / depth
-    found: np.ndarray = (
-        facility.focal_px[:, None, None] * (rotations[:, :2] - ratio * rotations[:, 2:]) / depth
-    )
-    return found
+    return facility.focal_px[:, None, None] * (rotations[:, :2] - ratio * rotations[:, 2:]) / depth
 
 
 def joint_covariance(
@@ -122,10 +118,9 @@ def joint_covariance(
     noise_px: (n,) centroid noise of each camera; subsets: indices of cameras.
     """
     gains = gain_matrices(facility, marker, subsets)
-    found: np.ndarray = np.einsum("sidk,k,tjdk->sitj", gains, noise_px**2, gains).reshape(
+    return np.einsum("sidk,k,tjdk->sitj", gains, noise_px**2, gains).reshape(
         3 * len(subsets), 3 * len(subsets)
     )
-    return found
 
 
 def gain_matrices(facility: Facility, marker: int, subsets: Sequence[Sequence[int]]) -> np.ndarray:
@@ -145,8 +140,7 @@ def positions(
 ) -> np.ndarray:
     """(3, frames) errors of a marker's position from centroid errors (n, 2, frames)."""
     gain = gain_matrices(facility, marker, [subset])[0]
-    found: np.ndarray = np.einsum("idk,kdt->it", gain, centroids_px)
-    return found
+    return np.einsum("idk,kdt->it", gain, centroids_px)
 
 
 def triangulate(
@@ -159,13 +153,9 @@ def triangulate(
     own = list(subset)
 
     def residual(point: np.ndarray) -> np.ndarray:
-        found: np.ndarray = (project(facility, point)[own] - pixels[own]).ravel()
-        return found
+        return (project(facility, point)[own] - pixels[own]).ravel()
 
-    found: np.ndarray = least_squares(
-        residual, start_mm, x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15
-    ).x
-    return found
+    return least_squares(residual, start_mm, x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
 
 
 def wishart_blocks(
@@ -238,10 +228,7 @@ def facility(take: Take) -> tuple[Facility, np.ndarray]:
 def centroid_errors(take: Take, seed: int, camera: int, n_frames: int) -> np.ndarray:
     """(2 markers, 2 directions, n) errors in pixels that one camera, numbered from 1, makes."""
     noise = facility(take)[1][camera - 1]
-    found: np.ndarray = noise * stream("take", seed, f"camera {camera}").standard_normal(
-        (2, 2, n_frames)
-    )
-    return found
+    return noise * stream("take", seed, f"camera {camera}").standard_normal((2, 2, n_frames))
 
 
 def motion(take: Take, labels: tuple[str, str], seed: int, rate_hz: float, n: int) -> np.ndarray:

@@ -126,10 +126,7 @@ class Misfit:
 
     def polished(self, x: np.ndarray, iterations: int = 100) -> tuple[np.ndarray, float]:
         """The local minimum below x inside the bounds, and its cost (see `descent.descend`)."""
-        found: tuple[np.ndarray, float] = descend(
-            x, self.lower, self.upper, iterations, *self._arguments
-        )
-        return found
+        return descend(x, self.lower, self.upper, iterations, *self._arguments)
 
     def model(self, x: np.ndarray) -> NoiseModel:
         """The noise model at x, Gauss-Markov terms by rising T_c; T_c and f_0 kept if absent."""

@@ -104,8 +104,7 @@ def amplitudes(curves: np.ndarray, target: np.ndarray) -> np.ndarray:
         return np.empty(0)
     norm = np.sqrt(np.einsum("ij,ij->j", curves, curves))
     norm = np.where(norm > 0, norm, 1.0)
-    found: np.ndarray = nnls(curves / norm, target, maxiter=50 * curves.shape[1])[0] / norm
-    return found
+    return nnls(curves / norm, target, maxiter=50 * curves.shape[1])[0] / norm
 
 
 def solved(problem: Problem, log_T: np.ndarray, log_f: float | None = None) -> Fit:
@@ -292,8 +291,7 @@ def best_insertions(problem: Problem, fit: Fit, count: int = 2) -> np.ndarray:
     standard error."""
     gained = gains(fit, problem.table.T)
     at = peaks(gained, count)
-    found: np.ndarray = problem.log_T[at[gained[at] > max(0.01, 0.2 * gained.max())]]
-    return found
+    return problem.log_T[at[gained[at] > max(0.01, 0.2 * gained.max())]]
 
 
 def with_line(problem: Problem, fit: Fit, log_f: np.ndarray, columns: np.ndarray) -> Fit | None:

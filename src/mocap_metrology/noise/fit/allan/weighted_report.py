@@ -95,8 +95,7 @@ def _standard_errors(jacobian: np.ndarray) -> np.ndarray:
     norm = np.linalg.norm(jacobian, axis=0)
     _, values, right = np.linalg.svd(jacobian / norm, full_matrices=False)
     with np.errstate(divide="ignore", over="ignore"):
-        found: np.ndarray = np.sqrt(np.sum((right / values[:, None]) ** 2, axis=0)) / norm
-        return found
+        return np.sqrt(np.sum((right / values[:, None]) ** 2, axis=0)) / norm
 
 
 def _likeliest(columns: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> int:

@@ -77,8 +77,7 @@ def transfer(m: np.ndarray, f: np.ndarray, frame_rate_hz: float) -> np.ndarray:
     tau0 = 1 / frame_rate_hz
     x = np.pi * tau0 * np.asarray(f, float)
     m = np.asarray(m, float)[:, None]
-    found: np.ndarray = 2 * np.sin(m * x) ** 4 / (m * np.sin(x)) ** 2
-    return found
+    return 2 * np.sin(m * x) ** 4 / (m * np.sin(x)) ** 2
 
 
 @lru_cache(maxsize=4)
@@ -132,8 +131,7 @@ def _shared(a: np.ndarray, b: float, n: int) -> np.ndarray:
             covariance -= c_i * c_j * np.abs(lag + j * b - i * first)
     pairs = np.maximum(np.minimum(n_a, n_b - lag) - np.maximum(0.0, -lag), 0.0)
     square = covariance**2
-    found: np.ndarray = n * np.sum(pairs * square, axis=1) / (n_a[:, 0] * n_b * square.sum(axis=1))
-    return found
+    return n * np.sum(pairs * square, axis=1) / (n_a[:, 0] * n_b * square.sum(axis=1))
 
 
 @dataclass(frozen=True)
@@ -212,8 +210,7 @@ def whitening_matrix(
     correlation = covariance / np.outer(sigma, sigma) + ridge * np.eye(sigma.size)
     share = kept_share(curves.m, edf, 2 * model_curve(curves, model) ** 2 / variance)
     scale = np.diag(np.sqrt(share) / sigma)
-    found: np.ndarray = solve_triangular(_cholesky(correlation), scale, lower=True)
-    return found
+    return solve_triangular(_cholesky(correlation), scale, lower=True)
 
 
 def model_curve(curves: Curves, model: NoiseModel) -> np.ndarray:
@@ -233,8 +230,7 @@ def kept_share(m: np.ndarray, edf: np.ndarray, edf_model: np.ndarray) -> np.ndar
     decade of tau to either side is taken, and at most 1."""
     ratio = edf / edf_model
     near = np.abs(np.log(m[:, None] / m)) <= np.log(ENVELOPE)
-    found: np.ndarray = np.minimum(np.max(np.where(near, ratio, 0.0), axis=1), 1.0)
-    return found
+    return np.minimum(np.max(np.where(near, ratio, 0.0), axis=1), 1.0)
 
 
 def _cholesky(correlation: np.ndarray) -> np.ndarray:
@@ -258,8 +254,7 @@ def whitened_by(
     def line(log_f: np.ndarray) -> np.ndarray:
         at = curves.m, curves.frame_rate_hz, curves.form
         tones = [Sinusoid(1.0, float(np.exp(x))).avar(*at) for x in log_f]
-        found: np.ndarray = matrix @ np.stack(tones, axis=1)
-        return found
+        return matrix @ np.stack(tones, axis=1)
 
     fixed = matrix @ curves.power[:, [ALPHAS.index(alpha) for alpha in alphas]]
     table, slope = curves.table @ matrix.T, curves.slope @ matrix.T

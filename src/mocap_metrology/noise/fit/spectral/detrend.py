@@ -85,8 +85,7 @@ def warm_up_column(slow: Slow, frame_rate_hz: float, T_w: float) -> np.ndarray:
     sign = np.where(slow.k % 2 == 1, -1.0, 1.0)
     below = math.expm1(-a) ** 2 + 4 * math.exp(-a) * np.sin(half) ** 2
     unit = -math.expm1(-a) * (1 - sign * np.exp(-a * slow.n)) * np.cos(half) / below
-    found: np.ndarray = unit * np.exp(-slow.start_s / T_w) * np.sqrt(4 * tau0 / slow.n)
-    return found
+    return unit * np.exp(-slow.start_s / T_w) * np.sqrt(4 * tau0 / slow.n)
 
 
 def T_w_range(slow: Slow, frame_rate_hz: float) -> tuple[float, float]:
@@ -199,8 +198,7 @@ def slow_of(data: Periodogram) -> Slow:
 def slow_weight(data: Periodogram, density: np.ndarray) -> np.ndarray:
     """(M,) weights of the slow coefficients: the share that was measured over the variance."""
     slow = slow_of(data)
-    found: np.ndarray = slow.share / density[slow.bin]
-    return found
+    return slow.share / density[slow.bin]
 
 
 def _left(data: Periodogram, designs: Designs, part: Part, restored: bool) -> Periodogram:

@@ -91,8 +91,7 @@ class Line:
         slow = step * ROW * np.arange(-(-n // ROW))[:, None] + self.phase
         rows = (self.A_s * np.sin(slow)) * np.cos(fast)
         rows += (self.A_s * np.cos(slow)) * np.sin(fast)
-        found: np.ndarray = rows.ravel()[:n]
-        return found
+        return rows.ravel()[:n]
 
     def _band(self, parts: np.ndarray, n: int) -> np.ndarray:
         from scipy.fft import irfft
@@ -189,8 +188,7 @@ def kernel(f_0: float, k: np.ndarray, n: int, spacing_s: float) -> np.ndarray:
     ends = np.stack([np.cos(angle), np.sin(angle)]).mean(axis=2)
     slope = (ends[:, 1] - ends[:, 0]) / max(n - width, 1)
     ramp = n / np.expm1(-2j * np.pi * k / n)
-    found: np.ndarray = waves - slope[:, None] * ramp
-    return found
+    return waves - slope[:, None] * ramp
 
 
 def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
@@ -245,8 +243,7 @@ def _slope(place: float, x: np.ndarray, k: np.ndarray, n: int, spacing_s: float)
     low, high = (
         kernel((place + step) / (n * spacing_s), k, n, spacing_s) for step in (-STEP, STEP)
     )
-    found: np.ndarray = x @ (high - low) / (2 * STEP)
-    return found
+    return x @ (high - low) / (2 * STEP)
 
 
 def _folded(line: Line, x: np.ndarray, matrix: np.ndarray, n: int, spacing_s: float) -> Line | None:

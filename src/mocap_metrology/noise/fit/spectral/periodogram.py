@@ -157,8 +157,7 @@ def binned(series: np.ndarray, frame_rate_hz: float, bins: Bins) -> np.ndarray:
 def _transformed(series: np.ndarray) -> np.ndarray:
     from scipy.fft import dct
 
-    found: np.ndarray = dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
-    return found
+    return dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
 
 
 def _binned(c: np.ndarray, frame_rate_hz: float, bins: Bins) -> np.ndarray:
@@ -216,10 +215,7 @@ def _outside(
     """Which coefficients of n samples lie in none of the bands."""
     tau0 = 1 / frame_rate_hz
     f = k / (2 * n * tau0)
-    found: np.ndarray = np.all(
-        [np.ones(k.size, bool), *((f < low) | (f > high) for low, high in bands)], axis=0
-    )
-    return found
+    return np.all([np.ones(k.size, bool), *((f < low) | (f > high) for low, high in bands)], axis=0)
 
 
 @njit

@@ -8,8 +8,7 @@ from typing import Any
 import jsonschema
 import pytest
 import yaml
-from mocap_workflow import document, sheets
-from mocap_workflow.recordings import RecordingRow
+from mocap_workflow import document
 
 SCHEMAS = {name: json.loads(text) for name, text in document.schemas().items()}
 
@@ -43,10 +42,3 @@ def test_what_does_not_fit_a_schema() -> None:
         assert not validator("config").is_valid(config | {"hampel": config["hampel"] | wrong})
     for wrong in ({"seed": 1, "dropout": 2}, {"seed": -1}, {"crump": {"decay_s": 0}}, {"a": 1}):
         assert not validator("twins").is_valid({"twins": {"T": wrong}}), wrong
-
-
-def test_rows_of_the_projects_own_sheet_fit_their_schema() -> None:
-    path = document.ROOT / "config/recordings.tsv"
-    lines = sheets.read(path, list(RecordingRow.columns()), RecordingRow.required())
-    assert all(validator("recordings").is_valid(line.cells) for line in lines)
-    assert not validator("recordings").is_valid(lines[0].cells | {"n_cameras": "ten"})

@@ -21,7 +21,7 @@ from mocap_workflow.configuration import choices_of, fields, limits, words_of
 from mocap_workflow.entries import Entry, Read, entry_in
 from mocap_workflow.recording_twins import RecordingTwin, SubsetTwin
 from mocap_workflow.recordings import RecordingRow
-from mocap_workflow.rows import Cell, Row
+from mocap_workflow.rows import Row
 from mocap_workflow.settings import Settings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -135,23 +135,6 @@ def _plain(schema: object) -> object:
     return {k: _plain(v) for k, v in schema.items() if not (k == "title" and isinstance(v, str))}
 
 
-def sheet_schema(kind: type[Row]) -> JsonSchemaValue:
-    """A row as the texts of its cells."""
-    properties: dict[str, dict[str, str]] = {}
-    for name, field in kind.columns().items():
-        properties[name] = {"type": "string", "description": help_of(field)}
-        for cell in field.metadata:
-            if isinstance(cell, Cell):
-                empty = "" if field.is_required() else "?"
-                properties[name]["pattern"] = f"^(?:{cell.pattern}){empty}$"
-    return {
-        "type": "object",
-        "properties": properties,
-        "required": kind.required(),
-        "additionalProperties": False,
-    }
-
-
 def twins_schema() -> JsonSchemaValue:
     """The file of twins. A key may come from a default, so none is required."""
     kinds: list[type[BaseModel]] = [RecordingTwin, SubsetTwin, CalibrationTwin, FactoryValues]
@@ -182,12 +165,7 @@ def twins_schema() -> JsonSchemaValue:
 
 def schemas() -> dict[str, str]:
     """Files of workflow/schemas."""
-    made = {
-        "config": Settings.model_json_schema(),
-        "recordings": sheet_schema(RecordingRow),
-        "calibrations": sheet_schema(CalibrationRow),
-        "twins": twins_schema(),
-    }
+    made = {"config": Settings.model_json_schema(), "twins": twins_schema()}
     start = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return {f"{name}.schema.json": _text(_plain(start | made[name])) + "\n" for name in made}
 

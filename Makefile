@@ -13,7 +13,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test study lint hooks peers benchmark accuracy lock docs graph clean help
+.PHONY: run check report env warm test study lint hooks peers benchmark accuracy lock samples site docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES)
@@ -81,14 +81,21 @@ accuracy: warm  ## Monte Carlo, hours: what holds, and how often (docs/accuracy.
 	@test -n "$(ARGS)" || $(RUN) python benchmarks/failing_camera.py
 
 lock: .venv/.ready  ## compile requirements/*.in anew
-	@cd requirements && for name in requirements uv peers; do \
+	@cd requirements && for name in requirements uv peers docs; do \
 		$(CLEAN) ../$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --generate-hashes \
 		--python-version 3.11 --no-header --no-annotate -o $$name.txt $$name.in >/dev/null; done
+
+samples: env  ## fetch recordings by other people, which tests and examples read: make samples [FROM=folder]
+	@$(RUN) python workflow/fetch_samples.py $(if $(FROM),--from "$(FROM)")
+
+site: env  ## build the pages of docs/: build/site/index.html
+	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/docs.txt
+	@$(RUN) python -m sphinx -W --keep-going -q -b html docs build/site
 
 docs: env  ## make the tables of config/README.md and workflow/schemas anew, out of the models
 	@$(RUN) PYTHONPATH=workflow python -m mocap_workflow.document
 
-graph: env  ## draw the rule graph in README.md anew
+graph: env  ## draw the rule graph of docs/rule_graph.md anew
 	@$(RUN) python workflow/rule_graph.py
 
 clean:  ## remove the environment (results stay)

@@ -1,5 +1,5 @@
-"""Shared fixtures. Reference recordings lie beside the project, in ../shared; without them the
-tests that need them are skipped and say so."""
+"""Shared fixtures. Without the recordings by other people (`make samples`) the tests that read them
+are skipped."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sample_files import HOW, samples_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -20,12 +21,18 @@ def root() -> Path:
 
 
 @pytest.fixture(scope="session")
-def shared() -> Path:
-    """Folder of recordings and reference data by other people."""
-    folder = ROOT.parent / "shared"
-    if not (folder / "data").is_dir():
-        pytest.skip("reference data folder ../shared is absent")
+def samples() -> Path:
+    """Folder of recordings by other people."""
+    folder = samples_folder()
+    if folder is None:
+        pytest.skip(f"needs recordings by other people: {HOW}")
     return folder
+
+
+@pytest.fixture(scope="session")
+def reference() -> Path:
+    """Folder of published tables, as transcribed from the papers."""
+    return ROOT / "tests/reference"
 
 
 @pytest.fixture(scope="session")

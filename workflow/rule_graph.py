@@ -1,4 +1,4 @@
-"""Keep the rule graph in README.md current: `python workflow/rule_graph.py`, or with --check.
+"""Keep the rule graph in docs current: `python workflow/rule_graph.py`, or with --check.
 
 Snakemake draws it (`--rulegraph mermaid-js`) of the default sheets, without what a user has added
 to them, in a folder of its own; here rules get their names for ids and edges an order. The gate and
@@ -22,7 +22,7 @@ from mocap_workflow.recordings import RecordingRow
 from scipy.sparse import csgraph
 
 ROOT = Path(__file__).resolve().parents[1]
-README = ROOT / "README.md"
+PAGE = ROOT / "docs/rule_graph.md"
 BLOCK = re.compile(r"```mermaid\n.*?```", re.S)
 LAST = {"default", "gate", "all", "provenance"}
 GROUPS = {  # of the default sheets
@@ -96,13 +96,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="rule_graph.py", description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="only tell whether it is current")
     only_check = parser.parse_args().check
-    text = README.read_text(encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
     new = BLOCK.sub(lambda _old: drawn(), text, count=1)
     if only_check:
         if new != text:
-            print("README.md: the rule graph is not current; run make graph", file=sys.stderr)
+            print(f"{PAGE.name}: the rule graph is not current; run make graph", file=sys.stderr)
         return int(new != text)
-    README.write_text(new, encoding="utf-8")
+    PAGE.write_text(new, encoding="utf-8")
     return 0
 
 

@@ -16,9 +16,9 @@ from mocap_metrology.lighthouse.published import (
 )
 
 
-def test_every_number_is_there(shared):
+def test_every_number_is_there(reference):
     for number, name in FILES.items():
-        with (shared / "reference" / name).open(encoding="utf-8") as stream:
+        with (reference / name).open(encoding="utf-8") as stream:
             lines = list(csv.DictReader(stream))
         table = published_table(number)
         assert list(table) == [line["setup"] for line in lines]

@@ -27,7 +27,7 @@ from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory, PoseEstimate
 from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameters
 
-FOLDER = "data/lighthouse/libsurvive_extras"
+FOLDER = "lighthouse/libsurvive_extras"
 NAME = "lh1_test_cal.rec.gz"
 OBJECTS = ("HMD", "T20")
 VALUES = tuple(Factory.__dataclass_fields__)
@@ -53,10 +53,10 @@ def estimates(found: Decoded, variant: str = "crazyflie") -> dict[str, PoseEstim
 
 
 @pytest.fixture(scope="module")
-def seen(shared: Path) -> dict[str, Seen]:
+def seen(samples: Path) -> dict[str, Seen]:
     result = {}
     for name in OBJECTS:
-        found = decode(shared / FOLDER / NAME, "libsurvive-rec", name)
+        found = decode(samples / FOLDER / NAME, "libsurvive-rec", name)
         factories = [station.factory for station in found.stations]
         calibration = calibrate(found.hits, found.board, factories)
         told = summary(calibration, found.stations, duration_s=found.duration_s)
@@ -74,10 +74,10 @@ def baseline(pose: PoseEstimate) -> float:
 
 
 @pytest.mark.parametrize("name", OBJECTS)
-def test_flashes_tell_what_libsurvive_read(seen: dict[str, Seen], shared: Path, name: str) -> None:
+def test_flashes_tell_what_libsurvive_read(seen: dict[str, Seen], samples: Path, name: str) -> None:
     """Both stations, from each object; the companion file has six decimals."""
     stations = seen[name].decoded.stations
-    given = {solved.id: solved for solved in read_solution(shared / FOLDER / f"{NAME}.json")}
+    given = {solved.id: solved for solved in read_solution(samples / FOLDER / f"{NAME}.json")}
     assert [(s.role, s.id, s.mode) for s in stations] == [
         ("master", 4152238579, "b"),
         ("slave", 178605925, "A"),
@@ -170,11 +170,11 @@ def test_one_pose_of_the_stations_explains_both_objects(seen: dict[str, Seen]) -
     assert rms < 1.1 * pose.residual_rms_urad
 
 
-def test_against_libsurvives_own_answer(seen: dict[str, Seen], shared: Path) -> None:
+def test_against_libsurvives_own_answer(seen: dict[str, Seen], samples: Path) -> None:
     """4.011 m. The headset's pose with factory values is 0.09 m shorter and 2.0 deg off, the
     controller's 0.05 m and 2.0 deg. Up as both stations feel it differs by 3.1 deg in libsurvive's
     pose, by 1.4 deg in the headset's."""
-    R, t = solution_pose(read_solution(shared / FOLDER / f"{NAME}.json"))
+    R, t = solution_pose(read_solution(samples / FOLDER / f"{NAME}.json"))
     theirs = PoseEstimate("paper-lm", "static", "factory", R, t)
     assert baseline(theirs) == pytest.approx(4.011, abs=1e-3)
     expected = {"HMD": (120, 2.0), "T20": (83.5, 2.05)}
@@ -229,18 +229,18 @@ def test_verdicts_say_how_far_to_go(seen: dict[str, Seen]) -> None:
         assert told.document["diagnostics"]["still"]
 
 
-def test_second_generation_is_refused_by_name(shared: Path) -> None:
+def test_second_generation_is_refused_by_name(samples: Path) -> None:
     with pytest.raises(Refusal, match=r"^haagh-tracking.*second-generation \(V2\) base stations"):
-        decode(shared / FOLDER / "haagh-tracking.rec.gz", "libsurvive-rec", "T20")
+        decode(samples / FOLDER / "haagh-tracking.rec.gz", "libsurvive-rec", "T20")
 
 
 # Mean angles of a still headset
 
 
-def mean_angles(shared: Path, folder: Path, exchanged: bool) -> tuple[Path, Path]:
+def mean_angles(samples: Path, folder: Path, exchanged: bool) -> tuple[Path, Path]:
     """A file of angles and a board. The table also lists diodes 32-55, of another object, whose
     places are not given. `exchanged`: base station 1 is the master, as in libsurvive's numbers."""
-    source = shared / "data/lighthouse/libsurvive_attic"
+    source = samples / "lighthouse/libsurvive_attic"
     points = np.loadtxt(source / "HMD_points.csv")
     board, path = folder / "board.csv", folder / "angles.csv"
     lines = [",".join(map(str, point)) for point in points]
@@ -257,12 +257,12 @@ def mean_angles(shared: Path, folder: Path, exchanged: bool) -> tuple[Path, Path
     return path, board
 
 
-def test_mean_angles_of_the_attic(shared: Path, tmp_path: Path) -> None:
+def test_mean_angles_of_the_attic(samples: Path, tmp_path: Path) -> None:
     """38 angles of 19 views fit to 31 urad with ideal optics: signs and axes are right. Which base
     station is the master only the flashes could tell: exchanged, the pose is the inverse."""
     poses = []
     for exchanged in (True, False):
-        path, board = mean_angles(shared, tmp_path, exchanged)
+        path, board = mean_angles(samples, tmp_path, exchanged)
         found = decode(path, "angles-csv", board)
         assert [station.factory for station in found.stations] == [None, None]
         poses.append(estimates(found)["ideal"])
@@ -277,8 +277,8 @@ def test_mean_angles_of_the_attic(shared: Path, tmp_path: Path) -> None:
     assert angle == pytest.approx(158.3, abs=0.5)  # they face each other across the room
 
 
-def test_a_board_whose_last_diodes_saw_nothing(shared: Path, tmp_path: Path) -> None:
-    path, board = mean_angles(shared, tmp_path, True)
+def test_a_board_whose_last_diodes_saw_nothing(samples: Path, tmp_path: Path) -> None:
+    path, board = mean_angles(samples, tmp_path, True)
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(line for line in lines if line.split(",")[3] not in ("30", "31")))
     assert len(decode(path, "angles-csv", board).board) == 32

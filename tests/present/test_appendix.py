@@ -30,8 +30,8 @@ def everything():
     }
 
 
-def test_every_printed_number_occurs_exactly_once(everything, shared) -> None:
-    with (shared / "reference/noise_coefficients.csv").open(encoding="utf-8") as stream:
+def test_every_printed_number_occurs_exactly_once(everything, reference) -> None:
+    with (reference / "noise_coefficients.csv").open(encoding="utf-8") as stream:
         printed = Counter(
             (r["camera_type"], int(r["n_cameras"]), r["series"], r["parameter"], float(r["value"]))
             for r in csv.DictReader(stream)

@@ -14,6 +14,7 @@ import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 from rule_graph import shipped, write_shipped
 from running import finished, planned, write_sheet
+from sample_files import samples_folder
 
 from mocap_metrology.common.files import sha256, write_json
 from mocap_metrology.io.c3d.write import write_c3d
@@ -34,7 +35,6 @@ BRIEF_S = 1.0
 SHIFT_MM = 30.0  # of the slave since an earlier calibration
 LONGEST_SWEEP_S = 40e-6
 LABELS = {"reference_labels_master": "M1;M2;M3;M4;M5", "reference_labels_slave": "S1;S2;S3;S4;S5"}
-REAL = Path(__file__).resolve().parents[3] / "shared/data/lighthouse/libsurvive_extras"
 TWINS = f"""
 factories:
   one: {{phase: [0.026, 0.054], tilt: [-0.003, -0.003], curve: [0.002, -0.0004],
@@ -166,8 +166,9 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
         "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"},
         "stranger": {"path": "lab.dump", "reference": "stranger.json"},
     }
-    if REAL.is_dir():
-        good["headset"] = {"path": str(REAL / "lh1_test_cal.rec.gz")} | rec | {"board": "HMD"}
+    if real := samples_folder():
+        path = real / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
+        good["headset"] = {"path": str(path)} | rec | {"board": "HMD"}
     bad = {name: {"path": f"{name}.dump", "board": board} for name, (board, _) in REFUSED.items()}
     bad["second-generation"] |= {"path": "second-generation.rec"} | rec
     bad["other-object"] |= {"path": "made.rec"} | rec | {"board": "HMD"}
@@ -336,7 +337,7 @@ def test_a_reference_of_other_stations_is_refused_when_calibrating(run) -> None:
     assert last[0].endswith(told["verdict"]["reason"])
 
 
-def test_headset_of_other_people(run, shared) -> None:
+def test_headset_of_other_people(run, samples) -> None:
     results, _, _ = run
     told, best = pose(results, "headset"), chosen(results, "headset")
     assert (best["stage"], best["optics"]) == ("static", "factory")

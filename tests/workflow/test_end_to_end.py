@@ -33,10 +33,10 @@ def rows(path: Path) -> list[dict[str, str]]:
 
 
 @pytest.fixture(scope="module")
-def real(shared, tmp_path_factory, root, snakemake):
+def real(samples, tmp_path_factory, root, snakemake):
     """Folder of results and the output of one run over ten real recordings, a sheet row each."""
     folder = tmp_path_factory.mktemp("real")
-    data = shared / "data/c3d"
+    data = samples / "c3d"
     sheet = write_sheet(
         folder,
         HEADER,

@@ -40,10 +40,10 @@ def write_trc(path, source) -> None:
 
 
 @pytest.fixture(scope="module")
-def both(shared, tmp_path_factory, root, snakemake):
+def both(samples, tmp_path_factory, root, snakemake):
     """Folder of results and the output of one run: the C3D row, the TRC row, a TRC cut off."""
     folder = tmp_path_factory.mktemp("formats")
-    source = shared / "data/c3d" / C3D
+    source = samples / "c3d" / C3D
     write_trc(folder / "take.trc", source)
     text = (folder / "take.trc").read_bytes()
     (folder / "cut.trc").write_bytes(text[: len(text) // 2])

@@ -32,13 +32,13 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 
 
 @pytest.fixture(scope="module")
-def results(shared, root, snakemake, tmp_path_factory) -> Path:
+def results(samples, root, snakemake, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("motion")
     (folder / "twins.yaml").write_text(TWINS, encoding="utf-8")
     time = np.arange(0, 61)
     lines = [f"{t},{20 + np.sin(t / 5):.4f}" for t in time]
     (folder / "room.csv").write_text("time_s,celsius\n" + "\n".join(lines) + "\n", "utf-8")
-    data = shared / "data"
+    data = samples
     sheet = write_sheet(
         folder,
         HEADER,
@@ -87,20 +87,20 @@ def test_orientation_of_a_rigid_frame_at_rest(results: Path) -> None:
     assert 0.01 < float(rows[0]["residual_rms_mm"]) < 0.1
 
 
-def test_orientation_of_a_tracker_is_that_of_its_file(results: Path, shared: Path) -> None:
+def test_orientation_of_a_tracker_is_that_of_its_file(results: Path, samples: Path) -> None:
     """The components' standard deviations, by numpy and scipy from the file itself."""
     table = pq.read_table(results / "recordings/tracker/orientation.parquet").to_pandas()
-    raw = np.loadtxt(shared / "data/static_vive_pose" / POSES).reshape(-1, 3, 4)[:, :, :3]
+    raw = np.loadtxt(samples / "static_vive_pose" / POSES).reshape(-1, 3, 4)[:, :, :3]
     turns = Rotation.from_matrix(raw)
     theirs = (turns * turns.mean().inv()).as_rotvec().std(axis=0)
     ours = table[["rx_rad", "ry_rad", "rz_rad"]].std(ddof=0)
     np.testing.assert_allclose(ours, theirs, rtol=0.1)  # a Hampel filter lies between
 
 
-def test_orientation_of_a_rigid_body_is_that_of_its_file(results: Path, shared: Path) -> None:
+def test_orientation_of_a_rigid_body_is_that_of_its_file(results: Path, samples: Path) -> None:
     """Rotation vectors about the mean, by scipy from the quaternions in columns 3 to 6."""
     table = pq.read_table(results / "recordings/robot/orientation.parquet").to_pandas()
-    lines = (shared / "data/exports" / ROBOT).read_text("utf-8").splitlines()[7:]
+    lines = (samples / "exports" / ROBOT).read_text("utf-8").splitlines()[7:]
     cells = [line.split(",")[2:6] for line in lines]
     seen = np.array([all(row) for row in cells])
     turns = Rotation.from_quat(np.array([row for row in cells if all(row)], float))

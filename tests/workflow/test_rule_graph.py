@@ -1,4 +1,4 @@
-"""The rule graph in the README is what Snakemake draws."""
+"""The rule graph of the pages is what Snakemake draws."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from rule_graph import GROUPS, shipped
 from running import environment
 
 
-def test_the_readme_shows_the_rules_there_are(root, tmp_path) -> None:
+def test_the_page_shows_the_rules_there_are(root, tmp_path) -> None:
     command = [sys.executable, str(root / "workflow/rule_graph.py"), "--check"]
     done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert not list(tmp_path.iterdir())
-    text = (root / "README.md").read_text(encoding="utf-8")
+    text = (root / "docs/rule_graph.md").read_text(encoding="utf-8")
     assert "simulate_recording --> trajectories" in text and "clean --> allan" in text
 
 

@@ -165,9 +165,9 @@ class TestResolution:
         recording = read(build(tmp_path / "a.c3d", points, units=unit))
         assert (recording.resolution_mm, recording.resolution_kind) == (step, "rounded")
 
-    def test_integers_rewritten_as_floats(self, shared):
+    def test_integers_rewritten_as_floats(self, samples):
         """Codamotion, steps of 0.1 mm, exported once as int16 and once as float."""
-        folder = shared / "data" / "c3d" / "btk_others"
+        folder = samples / "c3d" / "btk_others"
         for name, kind in (("integer", "int16"), ("float", "rounded")):
             path = folder / f"ADemo1_rewrite_c3d_pc_{name}.c3d"
             recording = read(path, inspect(path).labels)

@@ -41,8 +41,8 @@ READ = (
 
 
 @pytest.fixture(scope="session")
-def c3d(shared) -> Path:
-    return shared / "data" / "c3d"
+def c3d(samples) -> Path:
+    return samples / "c3d"
 
 
 def all_markers(path: Path) -> list[str]:

@@ -1,4 +1,4 @@
-"""Real exports of motion-capture software, as `../shared/data/exports/README.md` judges them.
+"""Real exports of motion-capture software, as `../samples/data/exports/README.md` judges them.
 
 Positions and orientations against a parser of a few lines, written apart from the readers.
 """
@@ -13,7 +13,7 @@ from text_files import make, motive, qualisys, read, still, trc
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, read_recording
 
-FOLDER = "data/exports"
+FOLDER = "exports"
 BALL = "motive/MarcoRosson__Optitrack_basketball/Ball_6.csv"
 TAKE = "motive/cmuphyscomp__hmv-s16/sample_optitrack_take.csv"
 ROBOT = "motive/timeanddoctor__parse_optitrack_csv/test.csv"
@@ -50,8 +50,8 @@ REFUSED = {
 }
 
 
-def found(shared, name):
-    path = shared / FOLDER / name
+def found(samples, name):
+    path = samples / FOLDER / name
     if not path.exists():
         pytest.skip(f"{path} is not there")
     return path
@@ -70,9 +70,9 @@ def numbers(path, line, columns):
 
 
 @pytest.mark.parametrize("name", READ)
-def test_read(shared, name):
+def test_read(samples, name):
     """All labels, frames, the rate, and every number of the first label."""
-    path = found(shared, name)
+    path = found(samples, name)
     n_labels, frames, rate, column, line, mm = READ[name]
     labels = labels_of(path)
     assert len(labels) == n_labels
@@ -84,8 +84,8 @@ def test_read(shared, name):
 
 
 @pytest.mark.parametrize("name", CUT_OFF)
-def test_cut_off_by_their_authors(shared, name):
-    path = found(shared, name)
+def test_cut_off_by_their_authors(samples, name):
+    path = found(samples, name)
     why, n_labels = CUT_OFF[name]
     labels = labels_of(path)
     assert len(labels) == n_labels
@@ -97,13 +97,13 @@ def test_cut_off_by_their_authors(shared, name):
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_refused(shared, name):
+def test_refused(samples, name):
     with pytest.raises(Refusal, match=REFUSED[name]):
-        labels_of(found(shared, name))
+        labels_of(found(samples, name))
 
 
-def test_every_file_is_judged(shared):
-    folder = shared / FOLDER
+def test_every_file_is_judged(samples):
+    folder = samples / FOLDER
     if not folder.exists():
         pytest.skip(f"{folder} is not there")
     files = {str(p.relative_to(folder)) for p in folder.rglob("*.*") if p.suffix != ".md"}
@@ -118,9 +118,9 @@ def test_every_file_is_judged(shared):
 @pytest.mark.parametrize(
     "name, body, column, line", [(BALL, "Ball_6", 2, 7), (ROBOT, "ernesto_body", 2, 7)]
 )
-def test_rigid_bodies_of_motive(shared, name, body, column, line):
+def test_rigid_bodies_of_motive(samples, name, body, column, line):
     """Beside measured markers a body is read where it is asked for."""
-    path = found(shared, name)
+    path = found(samples, name)
     assert bodies_of(path) == (body,) and body not in labels_of(path)
     recording = read_recording([path], [body])
     cells = numbers(path, 7, range(2, 9))
@@ -135,10 +135,10 @@ def test_rigid_bodies_of_motive(shared, name, body, column, line):
         orientation_of([path], labels_of(path)[0])
 
 
-def test_bodies_of_qualisys_turn_as_their_markers_do(shared):
+def test_bodies_of_qualisys_turn_as_their_markers_do(samples):
     """The same leg, its markers in one file, its bodies in the other: a body's matrix carries its
     three markers from frame to frame; transposed it carries them farther off than not at all."""
-    bodies, markers = found(shared, LEG_6D), found(shared, LEG)
+    bodies, markers = found(samples, LEG_6D), found(samples, LEG)
     assert labels_of(bodies) == ("Upper Leg IMU", "Foot IMU", "Lower Leg IMU")
     for body in labels_of(bodies):
         recording = read_recording([bodies], [body])
@@ -175,9 +175,9 @@ def test_bodies_alone(tmp_path):
     assert (ours * theirs.inv()).magnitude().max() < 1e-7
 
 
-def test_frames_without_a_body_are_gaps(shared, tmp_path):
+def test_frames_without_a_body_are_gaps(samples, tmp_path):
     """QTM writes zeros; a row of a matrix that is none is refused, a quaternion too long too."""
-    text = found(shared, LEG_6D).read_text("latin-1")
+    text = found(samples, LEG_6D).read_text("latin-1")
     rows = text.split("\n")
     rows[15] = "\t".join([*["0.000"] * 16, *rows[15].rstrip("\r").split("\t")[16:]])
     path = make(tmp_path, "a.tsv", "\n".join(rows))
@@ -264,10 +264,10 @@ def test_float32_in_millimetres_with_six_decimals(tmp_path):
         assert recording.resolution_kind == kind
 
 
-def test_a_coordinate_that_never_changes_has_coarse_steps(shared, tmp_path):
+def test_a_coordinate_that_never_changes_has_coarse_steps(samples, tmp_path):
     """Three significant digits: 10 mm at 1.57 m, where 0.0746 m still changes by 0.1 mm."""
     for name in ("dataWithEformat.trc", "exampleFormat.trc"):
-        path = found(shared, f"{OPENSIM}/{name}")
+        path = found(samples, f"{OPENSIM}/{name}")
         assert read_recording([path], labels_of(path)).resolution_mm == pytest.approx(10.0)
     rng = np.random.default_rng(6)
     take = np.array([1.572, 0.0746, 0.3]) + rng.normal(0, 2e-4, (200, 1, 3))

@@ -193,9 +193,9 @@ def test_resolution_of_six_significant_digits_and_of_float32(tmp_path):
     assert recording.resolution_mm == pytest.approx(1000 * 2.0**-23)  # spacing from 1 to 2
 
 
-def test_poses(shared):
+def test_poses(samples):
     """Against numpy, and the standard deviations that its README states for point 10."""
-    path = shared / "data/static_vive_pose/20201001_Exp1_measurementPoint10.txt"
+    path = samples / "static_vive_pose/20201001_Exp1_measurementPoint10.txt"
     matrix = np.loadtxt(path).reshape(-1, 3, 4)
     recording = read_recording([path], labels_of(path))
     assert np.array_equal(recording.position_mm[0], matrix[:, :, 3].T * 1000)

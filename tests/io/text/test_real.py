@@ -34,8 +34,8 @@ def by_ezc3d(path):
 
 @pytest.mark.parametrize("suffix", WRITERS)
 @pytest.mark.parametrize("name", FILES)
-def test_text_of_a_real_recording_gives_what_ezc3d_reads(shared, tmp_path, name, suffix):
-    labels, rate, positions = by_ezc3d(shared / "data/c3d" / name)
+def test_text_of_a_real_recording_gives_what_ezc3d_reads(samples, tmp_path, name, suffix):
+    labels, rate, positions = by_ezc3d(samples / "c3d" / name)
     text = WRITERS[suffix](labels, rate, positions, digits=DIGITS)
     path = make(tmp_path, f"take{suffix}", text)
     assert labels_of(path) == tuple(labels)
@@ -47,13 +47,13 @@ def test_text_of_a_real_recording_gives_what_ezc3d_reads(shared, tmp_path, name,
     assert ours.resolution_mm == pytest.approx(10.0**-DIGITS)
     missing = np.isnan(theirs).all(axis=1).sum(axis=1)
     assert [sum(n.values()) for n in ours.n_invalid] == missing.tolist()
-    c3d = read_recording([shared / "data/c3d" / name], labels[:1], second_opinion=False)
+    c3d = read_recording([samples / "c3d" / name], labels[:1], second_opinion=False)
     assert np.nanmax(np.abs(c3d.position_mm[0] - ours.position_mm[0])) < 2e-4
     assert ours.segments[0].n_frames == c3d.segments[0].n_frames
 
 
-def test_c3d_through_the_same_door(shared):
-    path = shared / "data/c3d" / FILES[0]
+def test_c3d_through_the_same_door(samples):
+    path = samples / "c3d" / FILES[0]
     ours, theirs = (read([path], ["LTOE"], None, False) for read in (read_recording, read_c3d))
     assert np.array_equal(ours.position_mm, theirs.position_mm, equal_nan=True)
     assert "LTOE" in labels_of(path)

@@ -19,7 +19,7 @@ from mocap_metrology.lighthouse.decode.factory_file import (
 )
 from mocap_metrology.lighthouse.records import Factory, Station
 
-COMPANION = "data/lighthouse/libsurvive_extras/lh1_test_cal.rec.gz.json"
+COMPANION = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz.json"
 FACTORY = Factory(*(np.array([0.01 * k, -0.005 * k]) for k in range(1, 6)))
 MASTER = Station(
     "master", 4152238579, "b", FACTORY, np.array([0.0, 0.6, 0.8]), 3, "", firmware=436, hardware=9
@@ -54,9 +54,9 @@ def test_there_and_back(tmp_path: Path) -> None:
     assert [s.role for s in filed] == ["master"] and list(by_id(filed)) == [4152238579]
 
 
-def test_the_file_of_libsurvive(shared: Path) -> None:
+def test_the_file_of_libsurvive(samples: Path) -> None:
     """Its lighthouse 1 flashes first: the master; its id is printed with a sign."""
-    master, slave = read_factory(shared / COMPANION)
+    master, slave = read_factory(samples / COMPANION)
     assert (master.role, master.id, master.mode) == ("master", -142728717 + 2**32, "b")
     assert (slave.role, slave.id, slave.mode) == ("slave", 178605925, "A")
     assert slave.factory.gibphase.tolist() == [2.890625, 0.024002]
@@ -161,8 +161,8 @@ def test_bad_configurations_of_a_crazyflie(
     assert "bad.yaml" in str(refused.value) and "\n" not in str(refused.value)
 
 
-def test_missing_and_second_generation_files(tmp_path: Path, shared: Path) -> None:
+def test_missing_and_second_generation_files(tmp_path: Path, samples: Path) -> None:
     with pytest.raises(Refusal, match="cannot be read"):
         read_factory(tmp_path / "none.json")
     with pytest.raises(Refusal, match="second-generation"):
-        read_factory(shared / "data/lighthouse/libsurvive_extras/haagh-tracking.rec.gz.json")
+        read_factory(samples / "lighthouse/libsurvive_extras/haagh-tracking.rec.gz.json")

@@ -19,7 +19,7 @@ from mocap_metrology.lighthouse.decode.libsurvive import (
 from mocap_metrology.lighthouse.rotation import log
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
-FOLDER = "data/lighthouse/libsurvive_extras"
+FOLDER = "lighthouse/libsurvive_extras"
 BOARD = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]]
 
 
@@ -35,9 +35,9 @@ def recording(path: Path, *lines: str, end: str = "\n", packed: bool = False) ->
 
 
 @pytest.mark.parametrize(("name", "n", "pulses"), [("HMD", 32, 46848), ("T20", 24, 43153)])
-def test_real_pulses(shared: Path, name: str, n: int, pulses: int) -> None:
+def test_real_pulses(samples: Path, name: str, n: int, pulses: int) -> None:
     """Counts by grep; the wrap of the headset's counter leaves no gap."""
-    read, board = read_libsurvive(shared / FOLDER / "lh1_test_cal.rec.gz", name)
+    read, board = read_libsurvive(samples / FOLDER / "lh1_test_cal.rec.gz", name)
     assert read.start_s.size == read.length_s.size == read.diode.size == pulses
     assert board.shape == (n, 3) and read.n_diodes == n and read.notes == ()
     assert 15.6 < read.duration_s < 15.8 and read.start_s[0] == 0.0
@@ -46,9 +46,9 @@ def test_real_pulses(shared: Path, name: str, n: int, pulses: int) -> None:
     assert read.resolution_s == 1 / TICKS_PER_S
 
 
-def test_real_diodes_are_those_of_the_processed_lines(shared: Path) -> None:
+def test_real_diodes_are_those_of_the_processed_lines(samples: Path) -> None:
     """A lines repeat the pulse's start and name the diode as libsurvive mapped it."""
-    path = shared / FOLDER / "lh1_test_cal.rec.gz"
+    path = samples / FOLDER / "lh1_test_cal.rec.gz"
     raw, mapped = [], {}
     with gzip.open(path, "rt") as lines:
         for cells in (line.split() for line in lines):
@@ -66,9 +66,9 @@ def test_real_diodes_are_those_of_the_processed_lines(shared: Path) -> None:
     assert wrong <= 0.01 * len(starts)  # two diodes hit in one tick
 
 
-def test_real_objects_and_speed(shared: Path, cost) -> None:
+def test_real_objects_and_speed(samples: Path, cost) -> None:
     """Pulses of one object in about twice the time it takes to split the lines into words."""
-    path = shared / FOLDER / "lh1_test_cal.rec.gz"
+    path = samples / FOLDER / "lh1_test_cal.rec.gz"
     assert tracked_objects(path) == ["HMD", "T20"]
 
     def split() -> None:
@@ -79,10 +79,10 @@ def test_real_objects_and_speed(shared: Path, cost) -> None:
     assert cost(lambda: read_libsurvive(path, "HMD"), split) < 20
 
 
-def test_real_solution_is_turned_into_this_projects_axes(shared: Path) -> None:
+def test_real_solution_is_turned_into_this_projects_axes(samples: Path) -> None:
     """Against the hand-made inversion in the data's notes: (0.811, 0.128, -3.926) m, 170.7 deg for
     libsurvive's station 1 in its station 0."""
-    stations = read_solution(shared / FOLDER / "lh1_test_cal.rec.gz.json")
+    stations = read_solution(samples / FOLDER / "lh1_test_cal.rec.gz.json")
     assert [s.id for s in stations] == [178605925, 4152238579]
     assert [s.mode for s in stations] == ["A", "b"]
     R, t = solution_pose(stations)
@@ -94,11 +94,11 @@ def test_real_solution_is_turned_into_this_projects_axes(shared: Path) -> None:
     assert back == pytest.approx([3.926, -0.811, 0.128], abs=6e-4)
 
 
-def test_second_generation_is_refused_by_name(shared: Path) -> None:
+def test_second_generation_is_refused_by_name(samples: Path) -> None:
     with pytest.raises(Refusal, match=r"second-generation \(V2\)"):
-        read_libsurvive(shared / FOLDER / "haagh-tracking.rec.gz", "T20")
+        read_libsurvive(samples / FOLDER / "haagh-tracking.rec.gz", "T20")
     with pytest.raises(Refusal, match=r"second-generation \(V2\)"):
-        read_solution(shared / FOLDER / "haagh-tracking.rec.gz.json")
+        read_solution(samples / FOLDER / "haagh-tracking.rec.gz.json")
 
 
 @pytest.mark.parametrize("packed", [False, True])
@@ -156,8 +156,8 @@ def test_bad_input_gets_one_line(tmp_path: Path, case: str) -> None:
     assert "bad.rec" in str(refused.value) and "\n" not in str(refused.value)
 
 
-def test_broken_gzip_and_missing_file(tmp_path: Path, shared: Path) -> None:
-    whole = (shared / FOLDER / "lh1_test_cal.rec.gz").read_bytes()
+def test_broken_gzip_and_missing_file(tmp_path: Path, samples: Path) -> None:
+    whole = (samples / FOLDER / "lh1_test_cal.rec.gz").read_bytes()
     path = tmp_path / "cut.rec.gz"
     path.write_bytes(whole[: len(whole) // 3])
     with pytest.raises(Refusal, match="gzip stream is broken"):
@@ -169,7 +169,7 @@ def test_broken_gzip_and_missing_file(tmp_path: Path, shared: Path) -> None:
         read_libsurvive(tmp_path / "none.rec", "HMD")
 
 
-def test_solution_without_stations_or_with_one(tmp_path: Path, shared: Path) -> None:
+def test_solution_without_stations_or_with_one(tmp_path: Path, samples: Path) -> None:
     path = tmp_path / "a.json"
     path.write_text('"v":"0"\n')
     with pytest.raises(Refusal, match="no calibrated station"):
@@ -177,7 +177,7 @@ def test_solution_without_stations_or_with_one(tmp_path: Path, shared: Path) -> 
     path.write_text('"lighthouse0":{ "id":"3", "mode":"x" }')
     with pytest.raises(Refusal, match="lacks or garbles"):
         read_solution(path)
-    text = (shared / FOLDER / "lh1_test_cal.rec.gz.json").read_text()
+    text = (samples / FOLDER / "lh1_test_cal.rec.gz.json").read_text()
     path.write_text(text[: text.index('"lighthouse1"')])
     with pytest.raises(Refusal, match="two stations"):
         solution_pose(read_solution(path))

@@ -30,7 +30,7 @@ from mocap_metrology.lighthouse.timing import CYCLE_S
 
 NAMES = tuple(Factory.__dataclass_fields__)
 DUMP = 960  # cycles in 8 s
-RECORDING = "data/lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
+RECORDING = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
 
 
 def a_factory(rng: np.random.Generator) -> Factory:
@@ -204,13 +204,13 @@ def test_accelerometer_and_up_are_inverse() -> None:
 
 
 @pytest.fixture(scope="module", params=["HMD", "T20"])
-def real(request: pytest.FixtureRequest, shared: Path) -> list[Flashes]:
-    return find_flashes(read_libsurvive(shared / RECORDING, request.param)[0])
+def real(request: pytest.FixtureRequest, samples: Path) -> list[Flashes]:
+    return find_flashes(read_libsurvive(samples / RECORDING, request.param)[0])
 
 
-def test_real_stations_have_the_values_libsurvive_found(real: list[Flashes], shared: Path) -> None:
+def test_real_stations_have_the_values_libsurvive_found(real: list[Flashes], samples: Path) -> None:
     """Both stations, from headset and controller; the file prints six decimals."""
-    solution = {s.index: s for s in read_solution(shared / f"{RECORDING}.json")}
+    solution = {s.index: s for s in read_solution(samples / f"{RECORDING}.json")}
     assert len(real) == 2
     for flashes, index, role, mode in zip(real, (1, 0), ("master", "slave"), "bA", strict=True):
         station, truth = decode_station(flashes), solution[index]
@@ -230,10 +230,10 @@ def test_real_flashes_leave_no_holes(real: list[Flashes]) -> None:
         assert decode_station(flashes).frames_found >= bits.size // 358 - (bits < 0).sum()
 
 
-def test_every_real_flash_that_two_diodes_see_is_read(shared: Path) -> None:
+def test_every_real_flash_that_two_diodes_see_is_read(samples: Path) -> None:
     """Diode 11 sees the master 0 to 40 us late, so that its lengths name all codes; with the median
     of its lengths and those of diode 14, 131 of 1739 flashes stayed open."""
-    pulses, _ = read_libsurvive(shared / RECORDING, "T20")
+    pulses, _ = read_libsurvive(samples / RECORDING, "T20")
     master = find_flashes(pulses)[0].clock
     cycle = np.round((pulses.start_s - master.epoch_s) / master.cycle_s)
     own = np.abs(pulses.start_s - master.start(cycle)) < 60e-6
@@ -254,13 +254,13 @@ def test_real_8_s_are_enough(real: list[Flashes], begin: int) -> None:
         assert station.id == (4152238579, 178605925)[flashes.station], station.why
 
 
-def test_real_accelerometers_agree_with_the_poses(shared: Path) -> None:
+def test_real_accelerometers_agree_with_the_poses(samples: Path) -> None:
     """Of 48 signed permutations of axes, the used one fits libsurvive's poses best: 2.1, 1.1 deg.
 
     Its world is level only as well as the headset's own accelerometer.
     """
-    flashes = find_flashes(read_libsurvive(shared / RECORDING, "HMD")[0])
-    solution = {s.id: s for s in read_solution(shared / f"{RECORDING}.json")}
+    flashes = find_flashes(read_libsurvive(samples / RECORDING, "HMD")[0])
+    solution = {s.id: s for s in read_solution(samples / f"{RECORDING}.json")}
     read = [decode_station(f) for f in flashes]
     up = [FROM_LIBSURVIVE @ solution[s.id].R[2] for s in read]  # world z in the station's frame
     raw = [ACCEL_TO_STATION.T @ s.gravity for s in read]

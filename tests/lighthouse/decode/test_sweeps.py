@@ -176,9 +176,9 @@ def libsurvive_angles(path, name: bytes) -> tuple[np.ndarray, int]:
 
 
 @pytest.fixture(scope="module", params=["HMD", "T20"])
-def real(request, shared) -> tuple:
+def real(request, samples) -> tuple:
     """Decoded pulses of an object in a real recording, and libsurvive's own angles of it."""
-    path = shared / "data/lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
+    path = samples / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
     pulses, board = read_libsurvive(path, request.param)
     flashes = find_flashes(pulses)
     hits, _ = find_hits(pulses, flashes)

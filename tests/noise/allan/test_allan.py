@@ -53,8 +53,8 @@ FILES = {
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("data", ["PHASE.DAT", "GPS 1PPS", "pink FM"])
-def test_stable32(shared, estimator, data):
-    folder = shared / "data/allan"
+def test_stable32(samples, estimator, data):
+    folder = samples / "allan"
     if data == "PHASE.DAT":
         series, tau0 = phase_to_series(folder / "phasedat/PHASE.DAT"), 1.0
         result = folder / FILES[estimator][0]

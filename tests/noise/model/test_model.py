@@ -199,8 +199,8 @@ def test_gauss_markov_limits():
     assert peak == pytest.approx(0.4365, abs=1e-4)
 
 
-def test_continuous_forms_are_table_1_of_the_paper(shared):
-    path = shared / "reference" / "powerlaw_table1.csv"
+def test_continuous_forms_are_table_1_of_the_paper(reference):
+    path = reference / "powerlaw_table1.csv"
     with path.open(encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     tau = np.array([1, 7, 300]) * TAU0

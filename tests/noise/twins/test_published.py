@@ -25,8 +25,8 @@ RATE = 120.0
 NINE_HOURS = 9 * 3600 * 120
 
 
-def test_every_printed_coefficient_is_there(shared):
-    with (shared / "reference" / "noise_coefficients.csv").open(encoding="utf-8") as stream:
+def test_every_printed_coefficient_is_there(reference):
+    with (reference / "noise_coefficients.csv").open(encoding="utf-8") as stream:
         lines = list(csv.DictReader(stream))
     assert len(lines) == 1862
     for line in lines:

@@ -29,6 +29,13 @@ def test_declared_up_to_the_limit(tmp_path, n, pad):
     assert count(path) == (n, "POINT:FRAMES" if n < 65536 else "file size")
 
 
+def test_what_a_count_from_the_file_size_cannot_tell_is_said(tmp_path):
+    assert inspect(build(tmp_path / "a.c3d", LONG, frames=65535)).notes == (
+        "the declared frame count is at its 16-bit limit: counted from the file size,"
+        " so a cut-off end would not be noticed",
+    )
+
+
 def test_trial_that_does_not_fit_is_set_aside(tmp_path):
     path = build(tmp_path / "a.c3d", LONG[:3000], trial=(1, 9000))
     structure = inspect(path)
@@ -51,7 +58,7 @@ def test_saturated(tmp_path, extra, keys, source):
     assert count(path) == (100_001, source)
     position = read_recording([path], ["M1", "M2"], second_opinion=False).position_mm
     assert np.array_equal(position, LONG[..., :3].transpose(1, 2, 0))
-    assert ("would not be noticed" in " ".join(inspect(path).notes)) == (source == "file size")
+    assert len(inspect(path).notes) == (source == "file size")
 
 
 @pytest.mark.parametrize(
@@ -169,7 +176,7 @@ def test_counts_that_disagree(tmp_path):
     for wrong in (495, 505):  # both fit; frame 500 is measured and what follows is padding
         structure = inspect(build(tmp_path / "a.c3d", LONG[:500], frames=wrong, header=(1, 500)))
         assert (structure.n_frames, structure.frame_count_source) == (500, "header")
-        assert structure.notes == (f"500 frames; the file also declares {wrong} by POINT:FRAMES",)
+        assert len(structure.notes) == 1 and str(wrong) in structure.notes[0]
     junk = bytes(range(1, 193))  # no telling what follows the data: POINT:FRAMES goes first
     path = build(tmp_path / "a.c3d", LONG[:500], frames=499, tail=junk)
     assert count(path) == (499, "POINT:FRAMES")

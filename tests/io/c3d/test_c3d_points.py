@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from make_c3d import build, dec, still
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.io.c3d.parameters import ieee_from_dec
 from mocap_metrology.io.c3d.structure import inspect
 from mocap_metrology.io.read import read_recording
@@ -86,11 +86,11 @@ class TestValidity:
         points[300:, 1, :3] = 0
         path = build(tmp_path / "a.c3d", points)
         assert read(path, ["M1"]).n_invalid[0]["zero"] == 0
-        with pytest.raises(Refusal, match=r"'M2' is valid in no frame of 400 .300 neg.*100 zero"):
+        with pytest.raises(Unseen, match=r"'M2'.* of 400 .*300 .*100 zero"):
             read(path)
 
     def test_one_frame(self, tmp_path):
-        with pytest.raises(Refusal, match=r"^a\.c3d: has 1 frame, expected at least 2 frames"):
+        with pytest.raises(Refusal, match=r"^a\.c3d: has 1 frame, expected at least 2 frames$"):
             read(build(tmp_path / "a.c3d", still(1)))
 
 
@@ -201,7 +201,7 @@ class TestLabels:
             read(path, ["B"])
         with pytest.raises(Refusal, match="'Wand:A' is chosen twice"):
             read(path, ["A", "Wand:A"])
-        with pytest.raises(Refusal, match=r"^a\.c3d: no marker 'E'; there are: Wand:A, Wand:B"):
+        with pytest.raises(Refusal, match=r"^a\.c3d: .*'E'.*Wand:A, Wand:B"):
             read(path, ["A", "E"])
         with pytest.raises(Refusal, match="no marker is chosen"):
             read(path, [])
@@ -253,8 +253,7 @@ class TestFrameRate:
         path = build(tmp_path / "a.c3d", still(N), rate=0.0)
         assert inspect(path).frame_rate_hz == 0
         assert read(path, frame_rate_hz=200).frame_rate_hz == 200
-        missing = r"^a\.c3d: has no frame rate; give it in column frame_rate_hz"
-        with pytest.raises(Refusal, match=missing):
+        with pytest.raises(Refusal, match=r"^a\.c3d: .*frame_rate_hz"):
             read(path)
 
     def test_header_alone(self, tmp_path):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.io.c3d.read import read_points
 from mocap_metrology.io.c3d.second_opinion import ask_ezc3d
 from mocap_metrology.io.c3d.structure import inspect
@@ -148,7 +148,7 @@ def test_share_of_missing_points(c3d, name, share):
 def test_zeros_as_gaps(c3d):
     """Vicon Workstation wrote 0, 0, 0 with a fourth word 0 for 32 markers that it never saw."""
     path = c3d / "btk_others/FunctionalStatic.c3d"
-    with pytest.raises(Refusal, match=r"'LFHD' is valid in no frame of 655 \(655 zero\)"):
+    with pytest.raises(Unseen, match=r"'LFHD'.*655 zero"):
         read_recording([path], ["LFHD"])
     recording = read_all(path)
     assert len(recording.labels) == 116 - 32 and recording.segments[0].first_frame == 16
@@ -178,7 +178,7 @@ def test_unit_once_per_point(c3d, tmp_path):
         inspect(path)
     taken = read_recording([path], ["Marker_1"], accept_truncated=True)
     assert taken.position_mm.shape == (1, 3, 29)
-    assert any("cut off" in note for note in taken.notes)
+    assert [f.n_frames for f in taken.segments] == [29] and len(taken.notes) == 1
     raw = bytearray(path.read_bytes())
     raw[8:10] = (29).to_bytes(2, "little")
     at = raw.index(b"FRAMES") + 6 + 4
@@ -216,7 +216,7 @@ def test_dance(c3d):
     assert (structure.n_frames, structure.frame_count_source) == (499, "header")
     recording = read_recording([path], ["Channel101", "Channel102"])
     assert recording.segments[0].second_opinion == "none"
-    assert any("OFFSET parameter is not an INT" in note for note in recording.notes)
+    assert any("OFFSET" in note for note in recording.notes)
     # Points of a body move by less than 200 mm from one frame to the next at 65 Hz.
     assert np.nanmax(np.abs(np.diff(recording.position_mm, axis=2))) < 200
 

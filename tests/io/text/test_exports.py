@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from text_files import make, motive, qualisys, read, still, trc
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Truncated, Unseen
 from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, read_recording
 
 FOLDER = "exports"
@@ -39,14 +39,14 @@ READ = {
     CORTEX: (28, 184, 150.0, 2, 6, 1.0),
 }
 CUT_OFF = {
-    "qtm/gewhere__SCmocap2/mocap.tsv": ("210 of the 5520 frames that NO_OF_FRAMES says", 62),
-    f"{OPENSIM}/dataWithBlanksForMissingMarkers.trc": ("464 of the 1103 frames", 40),
-    "trc/pyomeca__pyomeca/markers.trc": ("93 of the 652 frames that NumFrames says", 51),
+    "qtm/gewhere__SCmocap2/mocap.tsv": (210, 5520, 62),
+    f"{OPENSIM}/dataWithBlanksForMissingMarkers.trc": (464, 1103, 40),
+    "trc/pyomeca__pyomeca/markers.trc": (93, 652, 51),
 }
 REFUSED = {
-    "nexus/pyomeca__pyomeca/markers_without_header.csv": "is neither a Motive export",
-    "nexus/pyomeca__pyomeca/analogs.csv": "is neither a Motive export",
-    "trc/mitkof6__OpenSimRT/imu_test.trc": "Units is 'rad', expected one of mm",
+    "nexus/pyomeca__pyomeca/markers_without_header.csv": "Motive .* Nexus",
+    "nexus/pyomeca__pyomeca/analogs.csv": "Motive .* Nexus",
+    "trc/mitkof6__OpenSimRT/imu_test.trc": "'rad'",
 }
 
 
@@ -86,14 +86,13 @@ def test_read(samples, name):
 @pytest.mark.parametrize("name", CUT_OFF)
 def test_cut_off_by_their_authors(samples, name):
     path = found(samples, name)
-    why, n_labels = CUT_OFF[name]
+    held, declared, n_labels = CUT_OFF[name]
     labels = labels_of(path)
     assert len(labels) == n_labels
-    with pytest.raises(Refusal, match=f"cut off: {why}"):
+    with pytest.raises(Truncated, match=f" {held} of the {declared} "):
         read_recording([path], labels[:1])
-    assert read_recording([path], labels[:1], accept_truncated=True).position_mm.shape[2] == int(
-        why.split()[0]
-    )
+    taken = read_recording([path], labels[:1], accept_truncated=True)
+    assert taken.position_mm.shape[2] == held
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -213,7 +212,7 @@ def test_zeros_of_matlab_are_gaps(tmp_path):
         assert recording.n_invalid[0]["zero"] == 3
         assert "in 3 frames, taken as gaps: its writer (Times in line 4)" in recording.notes[0]
     take[:, 1] = 0
-    with pytest.raises(Refusal, match=r"'B' is valid in no frame of 40 \(40 zero\)"):
+    with pytest.raises(Unseen, match=r"'B'.*40 zero"):
         read(make(tmp_path, "a.trc", trc(["A", "B"], 100, take).replace("\tTime\t", "\tTimes\t")))
 
 
@@ -234,7 +233,7 @@ def test_names_of_virtual_markers_beyond_the_numbers(tmp_path):
     assert labels_of(path) == ("A", "B")
     assert "names 2 markers more than NumMarkers (V_C ...)" in read(path).notes[0]
     three = trc(["A", "B", "V_C"], 100, still(n_labels=3)).replace("\t3\tmm", "\t2\tmm")
-    with pytest.raises(Refusal, match="line 4 has 3 labels, NumMarkers says 2"):
+    with pytest.raises(Refusal, match=r"line 4 .* 3 .* 2$"):
         labels_of(make(tmp_path, "a.trc", three))
 
 

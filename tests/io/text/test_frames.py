@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.common.files import sha256
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import labels_of, orientation_of, read_recording
@@ -83,17 +83,23 @@ def test_cut_off(tmp_path):
     assert read(path).notes == ("c.csv: line 205, the last, has no line end: is anything missing?",)
 
 
+def notes_of_whole_file(tmp_path, name, writer):
+    return len(read(make(tmp_path, f"whole_{name}", writer(LABELS, 100, TAKE, digits=5))).notes)
+
+
 @pytest.mark.parametrize(("name", "writer"), WHOLE)
 @pytest.mark.parametrize("lost", range(1, 8))
 def test_cut_off_within_the_last_number(tmp_path, name, writer, lost):
     """Of five decimals some or all are lost, and the point: no wrong number is taken."""
     whole = writer(LABELS, 100, TAKE, digits=5).rstrip()
     path = make(tmp_path, name, whole[:-lost])
-    with pytest.raises(Refusal, match=r"cut off: line \d+ ends in '\d+\.?\d*', every number above"):
+    with pytest.raises(
+        Truncated, match=r"line \d+ ends in '\d+\.?\d*', every number above has more"
+    ):
         read(path)
     found = read(path, accept_truncated=True)
     assert np.allclose(found.position_mm, EXPECTED[:, :, :199], rtol=0, atol=1e-9)
-    assert any("cut off: " in note for note in found.notes)
+    assert len(found.notes) == 1 + notes_of_whole_file(tmp_path, name, writer)
 
 
 @pytest.mark.parametrize(("name", "writer"), WHOLE)
@@ -101,8 +107,7 @@ def test_a_last_line_without_its_end_is_always_told(tmp_path, name, writer):
     whole = writer(LABELS, 100, TAKE, digits=5)
     recording = read(make(tmp_path, name, whole.rstrip()))
     assert np.allclose(recording.position_mm, EXPECTED, rtol=0, atol=1e-9)
-    assert any("has no line end: is anything missing?" in note for note in recording.notes)
-    assert not any("line end" in note for note in read(make(tmp_path, name, whole)).notes)
+    assert len(recording.notes) == 1 + notes_of_whole_file(tmp_path, name, writer)
 
 
 def test_the_last_number_of_columns_that_drop_zeros(tmp_path):
@@ -111,7 +116,7 @@ def test_the_last_number_of_columns_that_drop_zeros(tmp_path):
     lines[50] = lines[50].rpartition(",")[0] + ",600"
     for last in ("600.5", "600"):
         text = "\n".join([*lines[:-1], lines[-1].rpartition(",")[0] + "," + last])
-        assert "no line end" in read(make(tmp_path, "a.csv", text)).notes[0]
+        assert len(read(make(tmp_path, "a.csv", text)).notes) == 1
     rows = [
         f"{i},0," + ",".join(f"{value:.9e}" for value in row.ravel())
         for i, row in enumerate(TAKE, start=1)
@@ -119,7 +124,7 @@ def test_the_last_number_of_columns_that_drop_zeros(tmp_path):
     text = "\n".join(lines[:5] + rows)
     read(make(tmp_path, "a.csv", text))
     for lost in (1, 2, 3, 4, 5):
-        with pytest.raises(Refusal, match="cut off: line 205 ends in '6"):
+        with pytest.raises(Truncated, match=r"line 205 .*'6"):
             read(make(tmp_path, "a.csv", text[:-lost]))
 
 
@@ -138,11 +143,11 @@ def test_segments(tmp_path):
     recording = read([first, third])
     assert recording.position_mm.shape[2] == 180 and "without gaps" in recording.notes[0]
     for content, why in (
-        (trc(LABELS, 100, TAKE[100:], first=70), "segments overlap or are out of order"),
-        (trc(LABELS, 90, TAKE[100:], first=101), "its frame rate is 90 Hz"),
-        (trc(("A", "C"), 100, TAKE[100:], first=101), "its labels are not those of 1.trc"),
+        (trc(LABELS, 100, TAKE[100:], first=70), "70 to 169.* 1 to 80"),
+        (trc(LABELS, 90, TAKE[100:], first=101), "90 Hz.* 100 Hz"),
+        (trc(("A", "C"), 100, TAKE[100:], first=101), "'B'"),
     ):
-        with pytest.raises(Refusal, match=rf"^4\.trc: {why}"):
+        with pytest.raises(Refusal, match=rf"^4\.trc: .*{why}"):
             read([first, make(tmp_path, "4.trc", content)])
     write_c3d(tmp_path / "5.c3d", LABELS, 100, [TAKE], len(TAKE))
     with pytest.raises(Refusal, match=r"one take differ in format: \.trc, \.c3d$"):

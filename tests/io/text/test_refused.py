@@ -182,7 +182,8 @@ class TestRows:
         path = make(tmp_path, name, PLAIN[name])
         assert refusal(path, ["A", "C"]) == f"{name}: no marker 'C'; there are: A, B"
         assert refusal(path, []) == f"{name}: no marker is chosen; there are: A, B"
-        assert refusal(path, frame_rate_hz=90).startswith(f"{name}: its frame rate is 100 Hz, fra")
+        said = refusal(path, frame_rate_hz=90)
+        assert said.startswith(f"{name}: ") and "100 Hz" in said and "90 Hz" in said
 
     def test_a_marker_that_is_never_seen(self, tmp_path, name):
         take = TAKE.copy()
@@ -217,8 +218,9 @@ class TestRows:
         assert refusal(tmp_path / name) == f"{name}: no such file: {tmp_path / name}"
         (tmp_path / name).mkdir()
         assert refusal(tmp_path / name) == f"{name}: is a folder, expected {what}"
-        with pytest.raises(Refusal, match="is a folder"):
+        with pytest.raises(Refusal) as caught:
             labels_of(tmp_path / name)
+        assert str(caught.value) == refusal(tmp_path / name)
 
 
 def test_time_that_jumps(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,7 +63,11 @@ def test_too_few_steps_are_refused_with_their_number(
 
 
 def test_thirty_six_steps_are_enough() -> None:
-    assert together(SERIES[:3600], RATE, ROOM, 0.01)["word"] == "unrelated"
+    assert not coherent(together(SERIES[:3600], RATE, ROOM, 0.01))
+
+
+def coherent(row: dict[str, Any]) -> bool:
+    return row["coherence"] > row["threshold"]
 
 
 def with_hole(first: float, last: float) -> Covariate:
@@ -88,7 +93,7 @@ def test_a_hole_where_the_markers_have_a_gap_too_may_be_a_tenth() -> None:
     together(gappy, RATE, ROOM, 0.01)
     together(gappy, RATE, with_hole(60, 76), 0.01)
     together(gappy, RATE, with_hole(44, 56), 0.01)
-    with pytest.raises(Refusal, match=r"more than a tenth .* of the markers and a hole in room at"):
+    with pytest.raises(Refusal, match=r"a tenth .* markers and a hole in room"):
         together(gappy, RATE, with_hole(40, 56), 0.01)
 
 
@@ -100,7 +105,7 @@ def test_a_response_is_found_across_a_hole() -> None:
     at = np.arange(60_000) / RATE
     noise = np.random.default_rng(3).normal(0, 0.01, at.size)
     row = together(0.02 * np.sin(2 * np.pi * at / 75) + noise, RATE, covariate, 0.01)
-    assert row["word"] == "goes with it" and row["note"]
+    assert coherent(row) and row["note"]
     assert row["gain_mm_per_unit"] == pytest.approx(0.02, rel=0.15)
 
 
@@ -114,7 +119,7 @@ def test_a_hole_raises_no_false_alarms() -> None:
         walk = np.cumsum(rng.standard_normal(time.size))
         series = np.cumsum(rng.standard_normal(360))
         covariate = Covariate("t", time[kept], walk[kept])
-        false += together(series, 1.0, covariate, 0.05)["word"] == "goes with it"
+        false += coherent(together(series, 1.0, covariate, 0.05))
     assert 0.02 < false / 400 < 0.08
 
 
@@ -125,7 +130,7 @@ def test_any_unit_will_do(factor: float) -> None:
     series = 0.05 * np.sin(2 * np.pi * np.arange(12_000) / RATE / 20) + SERIES
     plain = together(series, RATE, Covariate("t", time, swing), 0.01)
     other = together(series, RATE, Covariate("t", time, factor * swing), 0.01)
-    assert plain["word"] == other["word"] == "goes with it"
+    assert coherent(plain) and coherent(other)
     assert other["coherence"] == pytest.approx(plain["coherence"])
     assert other["gain_mm_per_unit"] == pytest.approx(plain["gain_mm_per_unit"] / factor)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mocap_workflow.calibration_twins import calibration_twin
-from mocap_workflow.files import load_twins
+from mocap_workflow.entries import load_twins
 
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.lighthouse.simulate import recording as lighthouse

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mocap_workflow import comparisons
+from mocap_workflow import selection
 from mocap_workflow.recordings import RecordingRow
 
 
@@ -25,16 +25,16 @@ def test_the_one_before_by_date_of_the_same_cameras() -> None:
         row("undated"),
     ]
     names = [r.recording for r in rows]
-    assert comparisons.pairs(rows, names) == [("march", "february"), ("february", "january")]
-    assert comparisons.series_over_dates(rows) == [["january", "february", "march"]]
-    assert comparisons.series_over_dates(rows[1:]) == []
+    assert selection.pairs(rows, names) == [("march", "february"), ("february", "january")]
+    assert selection.series_over_dates(rows) == [["january", "february", "march"]]
+    assert selection.series_over_dates(rows[1:]) == []
 
 
 def test_a_named_reference_of_any_group_if_it_was_accepted() -> None:
     rows = [row("after", "2026-03-01", "before"), row("today", None, "refused")]
-    assert comparisons.pairs(rows, ["after", "today", "before"]) == [("after", "before")]
+    assert selection.pairs(rows, ["after", "today", "before"]) == [("after", "before")]
 
 
 def test_subsets_of_one_take_are_not_compared() -> None:
     rows = [row("two", "2026-03-01"), row("again", "2026-03-01")]
-    assert comparisons.pairs(rows, ["two", "again"]) == []
+    assert selection.pairs(rows, ["two", "again"]) == []

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from mocap_workflow import rows, sheets, startup
 from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.entries import load_twins
 from mocap_workflow.faults import Faults
-from mocap_workflow.files import found, load_twins
 from mocap_workflow.recordings import RecordingRow
 from pydantic import ValidationError
 from running import write_sheet
@@ -300,10 +300,12 @@ def test_file_of_twins(folder: Path, text: str, expected: str | None) -> None:
 def test_a_path_of_the_configuration_is_sought_here_then_in_the_project(folder: Path) -> None:
     (folder / "project").mkdir()
     (folder / "project/only-there.tsv").touch()
-    assert found("a.c3d", folder / "project") == "a.c3d"
-    assert found("only-there.tsv", folder / "project") == str(folder / "project/only-there.tsv")
-    assert found("nowhere.tsv", folder / "project") == "nowhere.tsv"
-    assert found(None, folder) is None
+    assert startup.found("a.c3d", folder / "project") == "a.c3d"
+    assert startup.found("only-there.tsv", folder / "project") == str(
+        folder / "project/only-there.tsv"
+    )
+    assert startup.found("nowhere.tsv", folder / "project") == "nowhere.tsv"
+    assert startup.found(None, folder) is None
 
 
 def simulated(twin: str) -> RecordingRow:

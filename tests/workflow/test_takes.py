@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from mocap_workflow.cameras import takes
 from mocap_workflow.recordings import RecordingRow
+from mocap_workflow.selection import takes
 
 
 def row(name: str, ids: str, kind: str = "T40", date: str | None = None) -> RecordingRow:

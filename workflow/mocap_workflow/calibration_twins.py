@@ -12,10 +12,17 @@ from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.rotor import VARIANTS, check
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.twin import ORIGIN, PATTERNS, REFERENCES, WORD_BITS
-from mocap_workflow.checking import Unfit
-from mocap_workflow.entries import Entry, Number, Text, Whole, list_of, one_of, read_entry
-from mocap_workflow.faults import Faults
-from mocap_workflow.files import TwinsFile
+from mocap_workflow.entries import (
+    Entry,
+    Number,
+    Text,
+    TwinsFile,
+    Whole,
+    list_of,
+    one_of,
+    read_entry,
+)
+from mocap_workflow.faults import Faults, Unfit
 
 Metres = Annotated[float, Number(-20, 20)]
 Degrees = Annotated[float, Number(-180, 180)]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import field_validator
 
-from mocap_workflow.checking import Unfit
+from mocap_workflow.faults import Unfit
 from mocap_workflow.rows import (
     Cell,
     FileOrNothing,

@@ -24,8 +24,7 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
-from mocap_workflow.checking import Loc, misfits
-from mocap_workflow.faults import meant, shown, unknown
+from mocap_workflow.faults import Loc, meant, misfits, shown, unknown
 
 WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 UNITS = {"s": "seconds", "mm": "mm", "m": "m", "hz": "Hz", "mrad": "mrad"}

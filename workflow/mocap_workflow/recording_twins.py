@@ -19,7 +19,6 @@ from mocap_metrology.noise.twins import twin as twins
 from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.noise.twins.take import FOCAL_PX, Failing, Take, TakeTwin
 from mocap_metrology.noise.twins.twin import COORDINATES, Origin, Point, Twin
-from mocap_workflow.checking import Unfit
 from mocap_workflow.entries import (
     AnyNumber,
     Entry,
@@ -33,6 +32,7 @@ from mocap_workflow.entries import (
     read_entry,
     some_of,
 )
+from mocap_workflow.faults import Unfit
 
 MOST_CAMERAS = 1000
 

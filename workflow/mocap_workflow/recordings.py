@@ -8,8 +8,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, field_validator
 
-from mocap_workflow.checking import Unfit, unfit
-from mocap_workflow.faults import unknown
+from mocap_workflow.faults import Unfit, unfit, unknown
 from mocap_workflow.rows import (
     SIMULATE,
     Cell,

@@ -27,8 +27,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 
 from mocap_workflow import sheets
-from mocap_workflow.checking import Unfit, Unmatched, misfits
-from mocap_workflow.faults import Faults, shown, unknown
+from mocap_workflow.faults import Faults, Unfit, Unmatched, misfits, shown, unknown
 
 SIMULATE = "simulate:"
 

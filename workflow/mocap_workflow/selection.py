@@ -13,7 +13,6 @@ import pandas as pd
 
 from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.noise.twins.twin import Twin
-from mocap_workflow import cameras, comparisons
 from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin, RecordingTwin
@@ -79,13 +78,13 @@ def with_place(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
 
 
 def over_dates(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
-    """Recordings of the same cameras on three days or more, see comparisons.py."""
-    return named(rows, chain(*comparisons.series_over_dates(rows)))
+    """Recordings of the same cameras on three days or more."""
+    return named(rows, chain(*series_over_dates(rows)))
 
 
 def subsets(rows: Sequence[RecordingRow]) -> list[RecordingRow]:
-    """Recordings of subsets of the same cameras, take by take, see cameras.py."""
-    return named(rows, chain(*cameras.takes(rows)))
+    """Recordings of subsets of the same cameras, take by take."""
+    return named(rows, chain(*takes(rows)))
 
 
 def scaled(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
@@ -148,6 +147,60 @@ def form(row: RecordingRow, twins: Twins) -> str | None:
 def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:
     """The subset that a recording of the first paper stands for; None for any other recording."""
     return subset(row) if row.group == "skurowski2019" else None
+
+
+# Recordings that belong together.
+
+
+def pairs(rows: Sequence[RecordingRow], accepted: Iterable[str]) -> list[tuple[str, str]]:
+    """(recording, reference): the one named by `compare_with`, else the one before by date, of the
+    same cameras and markers. Recordings of one moment are subsets of one take, and not compared."""
+    known, found = set(accepted), []
+    for row in rows:
+        reference = row.compare_with
+        if reference is None and row.date:
+            earlier = [r for r in _dated_alike(rows, row) if _date(r) < row.date]
+            reference = max(earlier, key=_date).recording if earlier else None
+        if reference in known:
+            found.append((row.recording, reference))
+    return found
+
+
+def series_over_dates(rows: Sequence[RecordingRow]) -> list[list[str]]:
+    """Recordings of the same cameras and markers on three days or more, in order of date."""
+    found: list[list[str]] = []
+    for row in rows:
+        own = sorted(_dated_alike(rows, row), key=_date)
+        names = [r.recording for r in own]
+        if row.date and len({_date(r)[:10] for r in own}) >= 3 and names not in found:
+            found.append(names)
+    return found
+
+
+def _date(row: RecordingRow) -> str:
+    return row.date or ""
+
+
+def _dated_alike(rows: Sequence[RecordingRow], row: RecordingRow) -> list[RecordingRow]:
+    """Dated rows of the same cameras and markers, the row itself included."""
+    same = attrgetter("camera_type", "n_cameras", "camera_ids", "markers")
+    return [r for r in rows if r.date and same(r) == same(row)]
+
+
+def takes(rows: Sequence[RecordingRow]) -> list[list[str]]:
+    """Recordings of one camera type, date and set of markers, where one has all cameras of another
+    and more; those without such a partner are left out."""
+    found: dict[tuple[str, str | None, tuple[str, ...]], list[RecordingRow]] = {}
+    for row in rows:
+        found.setdefault((row.camera_type, row.date, row.markers), []).append(row)
+    nested = [[row.recording for row in take if _has_partner(row, take)] for take in found.values()]
+    return [names for names in nested if names]
+
+
+def _has_partner(row: RecordingRow, take: Sequence[RecordingRow]) -> bool:
+    own = frozenset(row.camera_ids)
+    others = [frozenset(other.camera_ids) for other in take]
+    return any(other and own and (own < other or other < own) for other in others)
 
 
 # Calibrations.

@@ -7,27 +7,34 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from mocap_workflow import files, rows
+from mocap_workflow import rows
 from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.entries import TwinsFile
 from mocap_workflow.faults import Faults
-from mocap_workflow.files import TwinsFile
 from mocap_workflow.recording_twins import AnyTwin, SubsetTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.settings import Settings, checked
+
+
+def found(value: str | None, root: Path) -> str | None:
+    """A relative path of the configuration: in the working folder, else in the project's."""
+    if value is None or Path(value).exists() or not (root / value).exists():
+        return value
+    return str(root / value)
 
 
 def configuration(config: Mapping[str, object], root: Path) -> Settings:
     """The checked configuration; paths of its sheets as seen from the working folder."""
     settings = checked(config)
     sheets = ("recordings", "calibrations", "twins")
-    found = {key: files.found(getattr(settings, key), root) for key in sheets}
+    beside = {key: found(getattr(settings, key), root) for key in sheets}
     if "pnp" in settings.lighthouse.estimators:
         from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
 
         if why := opencv_is_missing():
             raise Faults([f"config, key lighthouse.estimators: {why}"])
-    return settings.model_copy(update=found)
+    return settings.model_copy(update=beside)
 
 
 def sheets(

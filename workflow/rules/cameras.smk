@@ -31,7 +31,7 @@ rule cameras:
         runtime=minutes(30),
     params:
         code=source("cameras.py", "noise", "present"),
-        takes=accepted(cameras.takes),
+        takes=accepted(selection.takes),
         rows=columns("recording", "camera_type", "camera_ids", of=SUBSETS),
         sources=column("source", of=SUBSETS),
         cameras=config["cameras"],

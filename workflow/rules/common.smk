@@ -4,7 +4,7 @@ import operator
 from functools import cache, partial
 from pathlib import Path
 
-from mocap_workflow import cameras, comparisons, files, runs, selection, startup
+from mocap_workflow import entries, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults, stop
@@ -22,7 +22,7 @@ try:
     package = installed("mocap_metrology", ROOT)
     SETTINGS = startup.configuration(config, ROOT)
     config.update(SETTINGS.model_dump(mode="json"))
-    twins = files.load_twins(config["twins"])
+    twins = entries.load_twins(config["twins"])
     recordings, calibrations = startup.sheets(config, twins["twins"])
     TWINS = startup.recording_twins(recordings, twins, config["duration_s"], config["twin_form"])
     CALIBRATION_TWINS = startup.calibration_twins(calibrations, twins)
@@ -168,8 +168,8 @@ def groups(choose=list, query=EVERY, sheet=RECORDINGS):
 
 
 def pairs(rows):
-    """Names of recordings and of their references, see mocap_workflow/comparisons.py."""
-    return comparisons.pairs(rows, [row.name for row in EVERY_RECORDING(None)])
+    """Names of recordings and of their references, see mocap_workflow/selection.py."""
+    return selection.pairs(rows, [row.name for row in EVERY_RECORDING(None)])
 
 
 def paired(rows):

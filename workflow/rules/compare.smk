@@ -61,7 +61,7 @@ rule trend:
         runtime=minutes(10),
     params:
         code=source("trend.py", "noise", "present"),
-        series_over_dates=accepted(comparisons.series_over_dates),
+        series_over_dates=accepted(selection.series_over_dates),
         dates=column("date", of=DATED),
         sources=column("source", of=DATED),
         compare=config["compare"],

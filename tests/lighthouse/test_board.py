@@ -1,0 +1,69 @@
+"""Boards of photodiodes, and every file of one that is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.board import check_count, flat_board, read_board
+
+SQUARE = ["0,0,0", "0,0.1,0", "0,0.1,0.1", "0,0,0.1"]
+
+
+def written(folder: Path, rows: list[str], header: str = "x_m,y_m,z_m") -> Path:
+    path = folder / "board.csv"
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8-sig")
+    return path
+
+
+def test_a_board_is_read_in_the_order_of_the_file(tmp_path: Path) -> None:
+    """Blank lines, further columns, spaces and the byte order mark of a spreadsheet are no part."""
+    rows = [row + ",note" for row in SQUARE]
+    path = written(tmp_path, [*rows[:2], "", *rows[2:]], "x_m, y_m ,z_m,comment")
+    assert read_board(path).tolist() == [[0, 0, 0], [0, 0.1, 0], [0, 0.1, 0.1], [0, 0, 0.1]]
+
+
+def test_the_default_board_counts_along_rows_from_the_lower_left() -> None:
+    """As a station sees it that looks along -x at the side of +x: +y is to its right."""
+    board = flat_board(3, 2, 0.24, 0.16)
+    y, z = [-0.12, 0, 0.12], [-0.08, 0.08]
+    np.testing.assert_allclose(board, [[0, a, b] for b in z for a in y])
+    assert flat_board().shape == (32, 3)
+    assert np.ptp(flat_board(), axis=0) == pytest.approx([0, 0.24, 0.16])
+
+
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [
+        ([], "expected three finite numbers a diode"),
+        ([*SQUARE, "0,nan,0"], "expected three finite numbers a diode"),
+        ([*SQUARE, "0,x,0"], "a cell is no number; expected positions in metres"),
+        (SQUARE[:3], "3 diodes; a calibration needs at least 4"),
+        (["0,0,0", "0,100,0", "0,100,100", "0,0,100"], "the diodes span 100 m; expected metres"),
+        ([*SQUARE, "0,0.1,0.00005"], "diodes 1 and 4 are at one place"),
+        ([f"0,{0.1 * i},0" for i in range(4)], "all diodes are on one line; expected a surface"),
+    ],
+)
+def test_what_is_no_board_is_refused(tmp_path: Path, rows: list[str], why: str) -> None:
+    with pytest.raises(Refusal, match=f"^board.csv: {why}"):
+        read_board(written(tmp_path, rows))
+
+
+def test_what_is_no_file_of_a_board_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match=r"^board\.csv: header is 'x,y,z'; expected x_m,y_m,z_m$"):
+        read_board(written(tmp_path, SQUARE, "x,y,z"))
+    (tmp_path / "board.csv").write_bytes(b"\xff\xfe\x00")
+    for name in ("board.csv", "none.csv"):
+        with pytest.raises(Refusal, match=rf"^{name}: cannot be read \(.*expected a CSV"):
+            read_board(tmp_path / name)
+
+
+def test_a_board_has_the_diodes_that_the_recording_shows() -> None:
+    board = flat_board(4, 2)
+    check_count(board, 32, 7, "dump.bin")
+    for n_diodes, highest in ((32, 8), (7, 6)):
+        with pytest.raises(Refusal, match=rf"diode {highest} of {n_diodes} .*has 8 diodes"):
+            check_count(board, n_diodes, highest, "dump.bin")

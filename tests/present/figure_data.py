@@ -11,7 +11,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from mocap_metrology.present.drawing.style import save_figure, styled
+from mocap_metrology.present.drawing.style import save_figure
+from mocap_metrology.present.plot.figure import Picture, save, styled
 
 RATE = 120.0
 NINE_HOURS = 3_888_000
@@ -62,17 +63,21 @@ def join(parts):
     return np.concatenate(parts) if parts else np.array([])
 
 
-def every_text(figure) -> list[str]:
-    """All text that the figure shows."""
-    found = [text.get_text() for text in figure.texts]
-    for axes in figure.axes:
-        found += [text.get_text() for text in axes.texts]
-        found += [axes.get_xlabel(), axes.get_ylabel()]
-    return [text for text in found if text]
+def every_text(picture) -> list[str]:
+    """All text that the figure shows, as the user wrote it; and the caption of a `Picture`."""
+    found = [text.get_text().replace("\\$", "$").strip() for text in shown_texts(picture.figure)]
+    return [text for text in [*found, getattr(picture, "caption", "")] if text]
 
 
-def check(figure, draw: bool = True) -> None:
+def shown_texts(figure) -> list[Text]:
+    """Visible texts of visible axes: titles, labels, annotations, legends."""
+    hidden = {text for axes in figure.axes if not axes.get_visible() for text in axes.findobj(Text)}
+    return [text for text in figure.findobj(Text) if text.get_visible() and text not in hidden]
+
+
+def check(picture, draw: bool = True) -> None:
     """Draw at a low resolution; no text leaves the page, labels of an axis do not touch."""
+    figure = picture.figure
     figure.set_dpi(80)
     canvas = FigureCanvasAgg(figure)
     with styled():
@@ -80,12 +85,20 @@ def check(figure, draw: bool = True) -> None:
             canvas.draw()
         extent = partial(Text.get_window_extent, renderer=canvas.get_renderer())
         page, slack = figure.bbox, 0.01 * figure.bbox.width  # hinting widens small text
-        for text in [text for owner in (figure, *figure.axes) for text in owner.texts]:
+        ticks = {
+            text
+            for axes in figure.axes
+            for axis in (axes.xaxis, axes.yaxis)
+            for text in [axis.offsetText, *axis.get_ticklabels(which="both")]
+        }
+        for text in [text for text in shown_texts(figure) if text not in ticks]:
             box = extent(text)
+            if not text.get_text() or not draw:
+                continue
             assert page.x0 <= box.x0 and box.x1 <= page.x1 + slack, text.get_text()
-            assert page.y0 <= box.y0 and box.y1 <= page.y1, text.get_text()
+            assert page.y0 <= box.y0 and box.y1 <= page.y1 + slack, text.get_text()
         for axis in [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]:
-            if not axis.get_visible() or not axis.axes.axison:
+            if not draw or not axis.get_visible() or not axis.axes.axison:
                 continue
             labels = [
                 axis.label,
@@ -101,7 +114,8 @@ def check_saved(figure, folder: Path) -> Path:
     """Save: both files are there, the SVG well-formed and small. Return the PNG."""
     check(figure)
     folder.mkdir(exist_ok=True)
-    svg, png = save_figure(figure, folder / "figure")
+    writes = save if isinstance(figure, Picture) else save_figure
+    svg, png = writes(figure, folder / "figure")
     assert sorted(path.name for path in folder.iterdir()) == ["figure.png", "figure.svg"]
     ElementTree.parse(svg)
     assert svg.stat().st_size < 1_000_000

@@ -8,7 +8,7 @@ from figure_data import (
     NINE_HOURS,
 )
 
-from mocap_metrology.present.drawing.decimate import columns, log_bins, runs, standouts
+from mocap_metrology.present.plot.decimate import columns, log_bins, runs, standouts
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -16,7 +16,7 @@ rule cameras:
         json="<results>/tables/{group}_cameras.json",
         svg=report(
             "<results>/figures/{group}_cameras.svg",
-            caption="../report/cameras.rst",
+            caption="../report/caption.rst",
             category="4 Groups",
             subcategory="{group}",
             labels={"result": "cameras: noise with each camera added"},
@@ -31,6 +31,7 @@ rule cameras:
         runtime=minutes(30),
     params:
         code=source("cameras.py", "noise", "present"),
+        caption=captions.CAMERAS,
         takes=accepted(selection.takes),
         rows=columns("recording", "camera_type", "camera_ids", of=SUBSETS),
         sources=column("source", of=SUBSETS),

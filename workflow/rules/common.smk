@@ -265,12 +265,11 @@ def checks(sheet, query=EVERY):
 
 def figure_of_skurowski(number):
     """SVG of a figure of the first paper."""
-    caption, shows = SKUROWSKI_FIGURES[number]
     return report(
         f"<results>/figures/skurowski_fig{number:02d}.svg",
-        caption=f"../report/{caption}.rst",
+        caption="../report/caption.rst",
         category="2 Skurowski & Pawlyta 2019",
-        labels={"result": f"Figure {number:2d}: {shows}"},
+        labels={"result": f"Figure {number:2d}: {SKUROWSKI_FIGURES[number]}"},
     )
 
 

@@ -14,7 +14,7 @@ rule compare:
         json="<results>/tables/{group}_compare.json",
         svg=report(
             "<results>/figures/{group}_compare.svg",
-            caption="../report/compare.rst",
+            caption="../report/caption.rst",
             category="4 Groups",
             subcategory="{group}",
             labels={"result": "changes: ratios of Allan deviations"},
@@ -29,6 +29,7 @@ rule compare:
         runtime=minutes(10),
     params:
         code=source("compare.py", "noise", "present"),
+        caption=captions.COMPARE,
         pairs=accepted(pairs),
         sources=column("source", of=accepted(paired)),
         compare=config["compare"],
@@ -46,7 +47,7 @@ rule trend:
         md="<results>/tables/{group}_trend.md",
         svg=report(
             "<results>/figures/{group}_trend.svg",
-            caption="../report/trend.rst",
+            caption="../report/caption.rst",
             category="4 Groups",
             subcategory="{group}",
             labels={"result": "trend: Allan deviations over dates"},
@@ -61,6 +62,7 @@ rule trend:
         runtime=minutes(10),
     params:
         code=source("trend.py", "noise", "present"),
+        caption=captions.TREND,
         series_over_dates=accepted(selection.series_over_dates),
         dates=column("date", of=DATED),
         sources=column("source", of=DATED),

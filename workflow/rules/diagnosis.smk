@@ -13,7 +13,7 @@ rule diagnosis:
         filters="<results>/recordings/{recording}/filters.csv",
         svg=report(
             "<results>/recordings/{recording}/diagnosis.svg",
-            caption="../report/diagnosis.rst",
+            caption="../report/caption.rst",
             category="5 Recordings",
             subcategory="{recording}",
             labels={"result": "diagnosis: figure"},
@@ -28,6 +28,7 @@ rule diagnosis:
         runtime=minutes(30),
     params:
         code=source("diagnosis.py", "coordinates.py", "noise", "present"),
+        caption=captions.DIAGNOSIS,
         diagnosis=config["diagnosis"],
         still=config["still"],
         horizon_s=config["verdict"]["horizon_s"],

@@ -48,7 +48,7 @@ rule families:
     output:
         report(
             "<results>/figures/{group}_adev.svg",
-            caption="../report/families.rst",
+            caption="../report/caption.rst",
             category="4 Groups",
             subcategory="{group}",
             labels={"result": "Allan deviation: all recordings, by series"},
@@ -56,7 +56,7 @@ rule families:
         "<results>/figures/{group}_adev.png",
         report(
             "<results>/figures/{group}_coefficients.svg",
-            caption="../report/families.rst",
+            caption="../report/caption.rst",
             category="4 Groups",
             subcategory="{group}",
             labels={"result": "power-law noise: coefficients with intervals"},
@@ -64,7 +64,7 @@ rule families:
         "<results>/figures/{group}_coefficients.png",
         report(
             "<results>/figures/{group}_correlated.svg",
-            caption="../report/families.rst",
+            caption="../report/caption.rst",
             category="4 Groups",
             subcategory="{group}",
             labels={"result": "correlated noise: amplitudes and correlation times"},
@@ -79,6 +79,7 @@ rule families:
         runtime=minutes(10),
     params:
         code=source("families.py", "noise", "present"),
+        caption=captions.FAMILIES,
         rows=columns(*SUBSET, of=accepted()),
     message:
         "{wildcards.group}: recordings side by side"
@@ -94,7 +95,7 @@ rule scaling:
     output:
         report(
             "<results>/figures/{group}_scaling.svg",
-            caption="../report/scaling.rst",
+            caption="../report/caption.rst",
             category="4 Groups",
             subcategory="{group}",
             labels={"result": "Spread: over the number of cameras"},
@@ -109,6 +110,7 @@ rule scaling:
         runtime=minutes(10),
     params:
         code=source("scaling.py", "noise", "present"),
+        caption=captions.SCALING,
         rows=columns(*SUBSET, of=accepted()),
     message:
         "{wildcards.group}: spread over the number of cameras"

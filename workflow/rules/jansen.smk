@@ -50,7 +50,7 @@ rule jansen_figures:
         [
             report(
                 f"<results>/figures/jansen_fig{n:02d}.svg",
-                caption="../report/jansen.rst",
+                caption="../report/caption.rst",
                 category="3 Jansen et al. 2019",
                 labels={"result": f"Figure {n:2d}: {shows}"},
             )
@@ -66,6 +66,7 @@ rule jansen_figures:
         runtime=minutes(10),
     params:
         code=source("jansen_figures.py", "lighthouse", "present"),
+        caption=captions.JANSEN,
         rows=columns("calibration", "twin", of=EXAMPLE),
     message:
         "Figures 3 and 5-8 of Jansen et al. 2019"

@@ -158,7 +158,7 @@ rule calibration_figures:
         png="<results>/calibrations/{calibration}/calibration.png",
         svg=report(
             "<results>/calibrations/{calibration}/calibration.svg",
-            caption="../report/calibration.rst",
+            caption="../report/caption.rst",
             category="6 Calibrations",
             labels={"result": "{calibration}: paths, residuals, pose, verdict"},
         ),
@@ -171,6 +171,7 @@ rule calibration_figures:
         runtime=minutes(10),
     params:
         code=source("calibration_figures.py", "lighthouse", "present"),
+        caption=captions.CALIBRATION,
         name=cell("calibration"),
         twin=cell("twin"),
     message:

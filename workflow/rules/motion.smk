@@ -13,7 +13,7 @@ rule orientation:
         csv="<results>/recordings/{recording}/orientation.csv",
         svg=report(
             "<results>/recordings/{recording}/orientation.svg",
-            caption="../report/orientation.rst",
+            caption="../report/caption.rst",
             category="5 Recordings",
             subcategory="{recording}",
             labels={"result": "orientation: Allan deviation of a rotation vector"},
@@ -28,6 +28,7 @@ rule orientation:
         runtime=minutes(30),
     params:
         code=source("orientation.py", "io", "noise", "present"),
+        caption=captions.ORIENTATION,
         cluster=cell("cluster"),
         accept_truncated=cell("accept_truncated"),
         allan=config["allan"],
@@ -47,7 +48,7 @@ rule place:
         md="<results>/recordings/{recording}/place.md",
         svg=report(
             "<results>/recordings/{recording}/place.svg",
-            caption="../report/place.rst",
+            caption="../report/caption.rst",
             category="5 Recordings",
             subcategory="{recording}",
             labels={"result": "by place: length of a moving pair over the volume"},
@@ -62,6 +63,7 @@ rule place:
         runtime=minutes(30),
     params:
         code=source("place.py", "coordinates.py", "noise", "present"),
+        caption=captions.PLACE,
         place=config["place"],
     message:
         "{wildcards.recording}: noise by place"

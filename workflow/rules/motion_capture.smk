@@ -202,14 +202,14 @@ rule recording_figures:
     output:
         report(
             "<results>/recordings/{recording}/adev.svg",
-            caption="../report/recording.rst",
+            caption="../report/caption.rst",
             category="5 Recordings",
             subcategory="{recording}",
             labels={"result": "Allan deviation: every series, with intervals"},
         ),
         report(
             "<results>/recordings/{recording}/psd.svg",
-            caption="../report/recording.rst",
+            caption="../report/caption.rst",
             category="5 Recordings",
             subcategory="{recording}",
             labels={"result": "spectrum: power spectral density of every series"},
@@ -226,6 +226,7 @@ rule recording_figures:
         runtime=minutes(30),
     params:
         code=source("recording_figures.py", "coordinates.py", "noise", "present"),
+        caption=captions.RECORDING,
     message:
         "{wildcards.recording}: figures"
     script:

@@ -9,7 +9,7 @@ rule report_pages:
         report(
             directory("<results>/pages"),
             patterns=["{table}.html"],
-            caption="../report/table.rst",
+            caption="../report/caption.rst",
             category=entry("category"),
             subcategory=entry("subcategory"),
             labels=entry("labels"),
@@ -23,6 +23,7 @@ rule report_pages:
         runtime=minutes(10),
     params:
         code=source("report_pages.py", "present"),
+        caption=captions.TABLE,
     message:
         "Tables as pages"
     script:
@@ -38,7 +39,7 @@ rule summary_page:
     output:
         page=report(
             "<results>/summary.html",
-            caption="../report/summary.rst",
+            caption="../report/caption.rst",
             category="1 Summary",
             labels={"result": "Verdicts: every recording and calibration"},
         ),
@@ -52,6 +53,7 @@ rule summary_page:
         runtime=minutes(10),
     params:
         code=source("summary_page.py", "noise", "lighthouse", "present"),
+        caption=captions.SUMMARY,
         calibrations=columns("calibration", "setup", "group", "source", of=EVERY_CALIBRATION),
         cameras=groups(selection.subsets),
         links=links_of_report,
@@ -75,7 +77,7 @@ rule provenance:
     output:
         page=report(
             "<results>/provenance.html",
-            caption="../report/provenance.rst",
+            caption="../report/caption.rst",
             category="7 Provenance",
             labels={"result": "Provenance: versions, seeds, checksums, run times"},
         ),
@@ -89,6 +91,7 @@ rule provenance:
         runtime=minutes(10),
     params:
         code=source("provenance.py", "present"),
+        caption=captions.PROVENANCE,
         configuration=reporting.plain_configuration(config),
         inputs=together(
             accepted(partial(reporting.inputs, twins=TWINS), EVERY),

@@ -8,21 +8,21 @@ TWINS_OF_PAPER = accepted(partial(selection.twins_by_name, twins=TWINS), SKUROWS
 PRINTED = accepted(partial(selection.printed, twins=TWINS), SKUROWSKI)
 
 SKUROWSKI_FIGURES = {
-    1: ("skurowski_theory", "Gaussian model"),
-    2: ("skurowski_theory", "standard error"),
-    3: ("skurowski_theory", "slopes of an Allan deviation"),
-    6: ("skurowski_noise", "weighted and ordinary least squares"),
-    7: ("skurowski_families", "a seismic crump"),
-    8: ("skurowski_families", "a failing camera"),
-    9: ("skurowski_gaussian", "where the markers were seen"),
-    10: ("skurowski_gaussian", "the distance by sets of cameras"),
-    11: ("skurowski_gaussian", "spread over the number of cameras"),
-    12: ("skurowski_families", "Allan deviation by number of cameras"),
-    13: ("skurowski_families", "Allan deviation by camera type"),
-    14: ("skurowski_noise", "colour noise, logarithmic"),
-    15: ("skurowski_noise", "colour noise, linear"),
-    16: ("skurowski_noise", "correlated noise"),
-    17: ("skurowski_noise", "periodic disturbance"),
+    1: "Gaussian model",
+    2: "standard error",
+    3: "slopes of an Allan deviation",
+    6: "weighted and ordinary least squares",
+    7: "a seismic crump",
+    8: "a failing camera",
+    9: "where the markers were seen",
+    10: "the distance by sets of cameras",
+    11: "spread over the number of cameras",
+    12: "Allan deviation by number of cameras",
+    13: "Allan deviation by camera type",
+    14: "colour noise, logarithmic",
+    15: "colour noise, linear",
+    16: "correlated noise",
+    17: "periodic disturbance",
 }
 
 
@@ -48,6 +48,7 @@ rule skurowski_theory:
         runtime=minutes(10),
     params:
         code=source("skurowski_theory.py", "noise", "present"),
+        caption=captions.SKUROWSKI_THEORY,
     message:
         "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
     script:
@@ -104,6 +105,7 @@ rule skurowski_gaussian_figures:
         runtime=minutes(10),
     params:
         code=source("skurowski_gaussian_figures.py", "noise", "present"),
+        caption=captions.SKUROWSKI_GAUSSIAN,
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
         twins=TWINS_OF_PAPER,
     message:
@@ -166,6 +168,7 @@ rule skurowski_noise_figures:
         runtime=minutes(30),
     params:
         code=source("skurowski_noise_figures.py", "noise", "present"),
+        caption=captions.SKUROWSKI_NOISE,
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
         settings=NOISE_SETTINGS,
     message:
@@ -194,6 +197,7 @@ rule skurowski_crump:
         runtime=minutes(10),
     params:
         code=source("skurowski_crump.py", "coordinates.py", "noise", "present"),
+        caption=captions.SKUROWSKI_FAMILIES,
         rows=columns("recording", "twin", of=together(SHAKEN, WITHOUT_SHOCK)),
         crumps=column_of_twins("crump", of=SHAKEN),
     message:
@@ -220,6 +224,7 @@ rule skurowski_failing:
         runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
+        caption=captions.SKUROWSKI_FAMILIES,
         rows=columns(*SUBSET, of=accepted(selection.with_and_without_failing, SKUROWSKI)),
     message:
         "Figure 8 of Skurowski & Pawlyta 2019"
@@ -245,6 +250,7 @@ rule skurowski_families:
         runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
+        caption=captions.SKUROWSKI_FAMILIES,
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
     message:
         "Figures 12 and 13 of Skurowski & Pawlyta 2019"
@@ -262,7 +268,7 @@ rule skurowski_repaired:
     output:
         report(
             "<results>/figures/skurowski_figA1.svg",
-            caption="../report/skurowski_families.rst",
+            caption="../report/caption.rst",
             category="2 Skurowski & Pawlyta 2019",
             labels={"result": "Figure A1: z1 after the repair"},
         ),
@@ -276,6 +282,7 @@ rule skurowski_repaired:
         runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
+        caption=captions.SKUROWSKI_FAMILIES,
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_REPAIRED),
         others=columns("recording", "twin", of=BEFORE_REPAIR),
         left_out=column_of_twins("without_T_c_below_s", of=OF_REPAIRED),

@@ -13,7 +13,7 @@ rule verdict:
         json="<results>/recordings/{recording}/verdict.json",
         svg=report(
             "<results>/recordings/{recording}/verdict.svg",
-            caption="../report/verdict.rst",
+            caption="../report/caption.rst",
             category="5 Recordings",
             subcategory="{recording}",
             labels={"result": "verdict: uncertainties, limits, causes"},
@@ -28,6 +28,7 @@ rule verdict:
         runtime=minutes(30),
     params:
         code=source("verdict.py", "noise", "present"),
+        caption=captions.VERDICT,
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         verdict=config["verdict"],
         confidence=config["allan"]["confidence"],

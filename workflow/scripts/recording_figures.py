@@ -11,6 +11,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.series import all_series
     from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.recording.recording_figures import (
         allan_figure,
         psd_figure,
@@ -28,34 +29,30 @@ with step(snakemake) as log:
 
     markers = ", ".join(f"{k} = {label}" for k, label in enumerate(origin["labels"], start=1))
     step_size = step_words(origin["resolution_mm"], origin["resolution_kind"])
-    note = f"Source: {source_words(origin)}. Markers: {markers}. "
-    note += f"{origin['frame_rate_hz']:g} Hz, {step_size}."
+    source = (
+        f"Source: {source_words(origin)}. {origin['frame_rate_hz']:g} Hz, {step_size}. "
+        f"Markers: {markers}."
+    )
     hampel, allan = origin["hampel"], read_table(snakemake.input.allan)
     filtered = (
         f"Hampel filter, {hampel['n_sigma']:g} sigma, {origin['window_frames']} frames: "
         f"{hampel['action']}."
     )
-    mask = f"As recorded, beyond {allan[1]['noise']['mask_sigma']:g} sigma masked."
-    save_figure(
+    mask = allan[1]["noise"]["mask_sigma"]
+    save(
         allan_figure(
             allan[0],
             f"{name}: Allan deviation",
-            f"{note} {mask}",
+            source,
+            f"Masked: outliers beyond {mask:g} sigma.",
             expected=list(raw),
             confidence=allan[1]["allan"]["confidence"],
         ),
         folder / "adev",
     )
-    save_figure(
-        psd_figure(
-            read_table(snakemake.input.psd)[0],
-            f"{name}: power spectral density",
-            f"{note} {filtered} Welch's estimate: line, medians of 40 bins a decade; shaded, "
-            "up to the greatest value of each.",
-            expected=list(raw),
-        ),
-        folder / "psd",
-    )
+    psd, _ = read_table(snakemake.input.psd)
+    title = f"{name}: power spectral density"
+    save(psd_figure(psd, title, source, filtered, expected=list(raw)), folder / "psd")
     save_figure(
         trajectory_figure(
             raw,
@@ -63,7 +60,7 @@ with step(snakemake) as log:
             changed,
             origin["frame_rate_hz"],
             f"{name}: trajectory",
-            f"{note} {filtered}",
+            f"{source} {filtered}",
         ),
         folder / "trajectory",
     )

@@ -12,7 +12,6 @@ from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.present.drawing.axes import decade_axis, log_limits
-from mocap_metrology.present.drawing.decimate import Bins, log_bins
 from mocap_metrology.present.drawing.style import (
     GREY,
     INK,
@@ -25,6 +24,7 @@ from mocap_metrology.present.drawing.style import (
     size_mm,
     text_mm,
 )
+from mocap_metrology.present.plot.decimate import Bins, log_bins
 from mocap_metrology.present.text.numbers import two
 
 if TYPE_CHECKING:

@@ -39,9 +39,9 @@ from mocap_metrology.present.groups.members import (
     left_out,
     shown_series,
 )
+from mocap_metrology.present.plot.curves import ALLAN_SLOPES
 from mocap_metrology.present.recording.recording_figures import (
     ALLAN_DECADES,
-    ALLAN_SLOPES,
     FARTHEST_BAND,
 )
 

@@ -12,7 +12,8 @@ from mocap_metrology.noise.motion.orientation import AXES, Orientation
 from mocap_metrology.present.drawing.axes import log_limits
 from mocap_metrology.present.drawing.curves import Curve, Key, Panel, curves_figure
 from mocap_metrology.present.drawing.style import LOOKS, styled, words_figure
-from mocap_metrology.present.recording.recording_figures import ALLAN_SLOPES, source_words
+from mocap_metrology.present.plot.curves import ALLAN_SLOPES
+from mocap_metrology.present.recording.recording_figures import source_words
 from mocap_metrology.present.tables import Record, Row
 
 if TYPE_CHECKING:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.axes import log_limits
-from mocap_metrology.present.drawing.curves import Curve, Key, arrange, curves_figure
-from mocap_metrology.present.drawing.decimate import log_bins
-from mocap_metrology.present.drawing.style import styled
+from mocap_metrology.present.plot.curves import (
+    ALLAN_SLOPES,
+    PSD_SLOPES,
+    Curve,
+    arrange,
+    curves_picture,
+    log_limits,
+)
+from mocap_metrology.present.plot.decimate import log_bins
+from mocap_metrology.present.plot.figure import Picture, styled
 from mocap_metrology.present.tables import Record
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import two
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOST_NAMED = 2  # files
 UNITS = (("mm", 1.0), ("µm", 1e3), ("nm", 1e6))
@@ -43,23 +46,7 @@ def step_words(resolution_mm: float, kind: str) -> str:
     return f"step {two(resolution_mm * per_mm)} {unit} ({kind})"
 
 
-# What the slope of each figure tells of the noise (S Table 1, Figure 3)
-ALLAN_SLOPES = (
-    (1.0, "+1  drift"),
-    (0.5, "+½  random walk"),
-    (0.0, "0  flicker"),
-    (-0.5, "−½  white"),
-    (-1.0, "−1  violet, blue, sinusoid"),
-)
-PSD_SLOPES = (
-    (2.0, "+2  violet"),
-    (1.0, "+1  blue"),
-    (0.0, "0  white"),
-    (-1.0, "−1  flicker"),
-    (-2.0, "−2  random walk"),
-)
 ESTIMATORS = ("oadev", "mdev", "hdev")
-PSD_BAND = "median to peak"
 BINS_PER_DECADE = 40  # of a power spectrum; 0.4 mm each where two panels share a row
 ALLAN_DECADES, PSD_DECADES = 7, 14  # shown at most: below is rounding
 FARTHEST_BAND = 4.0  # an interval counts for the limits up to so many times the deviation
@@ -69,43 +56,41 @@ FARTHEST_BAND = 4.0  # an interval counts for the limits up to so many times the
 def allan_figure(
     columns: Mapping[str, np.ndarray],
     title: str,
-    note: str = "",
+    source: str,
+    remarks: str = "",
     *,
     expected: Sequence[str] = (),
     confidence: float | None = None,
-) -> Figure:
+) -> Picture:
     """Allan deviation over averaging time of every series of a recording.
 
     columns: of `allan_masked.parquet`, one row a point: `series`, `estimator`, `tau_s`, `adev_mm`,
     `adev_lower_mm`, `adev_upper_mm`. oadev is drawn with its interval, other estimators as thin
-    lines; where there is no oadev, the first estimator there is takes its place. `expected`: series
-    that should be there; one that is not is said to have no valid samples. `confidence` (0 ... 1)
-    of the interval, for the key.
+    lines; where there is no oadev, the first estimator there is takes its place. `source`: the line
+    at the foot; `remarks`: what the caption adds; `expected`: series that should be there, one that
+    is not is drawn as without valid samples; `confidence` (0 ... 1) of the interval.
     """
-    present, curves = _allan_curves(columns, expected)
+    curves = _allan_curves(columns, expected)
     bands = [
         np.clip(bound, curve.y / FARTHEST_BAND, curve.y * FARTHEST_BAND)
         for curve in curves
         for bound in curve.band or ()
     ]
-    band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
-    return curves_figure(
+    return curves_picture(
         arrange(curves),
-        ("Averaging time τ (s)", "Allan deviation (mm)"),
+        (r"Averaging time $\tau$ (s)", "Allan deviation (mm)"),
         (
             log_limits([c.x for c in curves]),
             log_limits([c.y for c in curves] + bands, 1.0, ALLAN_DECADES),
         ),
-        Key(ALLAN_SLOPES, "Allan deviation", band, present[1:]),
-        title,
-        note,
+        ALLAN_SLOPES,
+        (title, source, f"{captions.ADEV} {remarks}"),
+        "interval" if confidence is None else f"{100 * confidence:.3g} % interval",
     )
 
 
-def _allan_curves(
-    columns: Mapping[str, np.ndarray], expected: Sequence[str]
-) -> tuple[list[str], list[Curve]]:
-    """Estimators there are, the main one first, and a curve a series."""
+def _allan_curves(columns: Mapping[str, np.ndarray], expected: Sequence[str]) -> list[Curve]:
+    """A curve a series, of the first estimator there is; the others beside it."""
     names = np.asarray(columns["series"]).astype(str)
     estimator = np.asarray(columns["estimator"]).astype(str)
     present = [e for e in ESTIMATORS if np.any(estimator == e)] or ["oadev"]
@@ -119,22 +104,23 @@ def _allan_curves(
         main = rows[present[0]]
         extra = tuple((e, tau[rows[e]], adev[rows[e]]) for e in present[1:])
         curves.append(Curve(name, tau[main], adev[main], (lower[main], upper[main]), extra=extra))
-    return present, curves
+    return curves
 
 
 @styled()
 def psd_figure(
     columns: Mapping[str, np.ndarray],
     title: str,
-    note: str = "",
+    source: str,
+    remarks: str = "",
     *,
     expected: Sequence[str] = (),
-) -> Figure:
+) -> Picture:
     """Power spectral density of every series of a recording.
 
     columns: of `psd.parquet`, one row a point: `series`, `f_hz`, `psd_mm2_hz`, f ascending within a
     series. 40 bins a decade: the line is the median of a bin, the band reaches to its greatest
-    value, so a narrow line shows as high as it is. `expected` as in `allan_figure`.
+    value, so a narrow line shows as high as it is. The rest as in `allan_figure`.
     """
     names = np.asarray(columns["series"]).astype(str)
     f_hz, psd = (np.asarray(columns[key], dtype=np.float64) for key in ("f_hz", "psd_mm2_hz"))
@@ -142,20 +128,19 @@ def psd_figure(
     for name in _in_order(names, expected):
         rows = names == name
         bins = log_bins(f_hz[rows], psd[rows], BINS_PER_DECADE)
-        curves.append(
-            Curve(name, bins.centre, bins.median, (bins.median, bins.high), outlined=True)
-        )
+        band = bins.median, bins.high
+        curves.append(Curve(name, bins.centre, bins.median, band, outlined=True))
     highs = [curve.band[1] for curve in curves if curve.band]
-    return curves_figure(
+    return curves_picture(
         arrange(curves),
-        ("Frequency (Hz)", "PSD (mm²/Hz)"),
+        ("Frequency (Hz)", "Power spectral density (mm²/Hz)"),
         (
             log_limits([c.x for c in curves]),
             log_limits([c.y for c in curves] + highs, 2.0, PSD_DECADES),
         ),
-        Key(PSD_SLOPES, "PSD", PSD_BAND),
-        title,
-        note,
+        PSD_SLOPES,
+        (title, source, f"{captions.PSD} {remarks}"),
+        "median to greatest value",
     )
 
 

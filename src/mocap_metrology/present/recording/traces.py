@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mocap_metrology.present.drawing.decimate import Columns, columns, runs, standouts
 from mocap_metrology.present.drawing.legend import Entry
 from mocap_metrology.present.drawing.style import INK, Keywords
+from mocap_metrology.present.plot.decimate import Columns, columns, runs, standouts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

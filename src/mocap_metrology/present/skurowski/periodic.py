@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.present.drawing.axes import decade_axis, linear_axis, log_limits
-from mocap_metrology.present.drawing.decimate import log_bins
 from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
 from mocap_metrology.present.drawing.style import (
     GREY,
@@ -26,6 +25,7 @@ from mocap_metrology.present.drawing.style import (
     label_axes,
     styled,
 )
+from mocap_metrology.present.plot.decimate import log_bins
 from mocap_metrology.present.text.numbers import power_of_ten, three_digits
 
 if TYPE_CHECKING:

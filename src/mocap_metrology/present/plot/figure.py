@@ -1,0 +1,245 @@
+"""One look for every figure of the project, and figures whose bytes repeat.
+
+A figure function returns a `Picture`: matplotlib's figure, laid out by its constrained layout, and
+the caption, which pages and reports show below it. In the figure itself stand a title, axes, a
+legend and one line on where the data come from. Colours differ in lightness as much as in hue (CIE
+L* about 20, 35 and 50), so that a grey print and a colour-blind reader can tell them apart; line
+style and marker say it once more.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from mocap_metrology.common.files import whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+STYLE = Path(__file__).with_name("mocap.mplstyle")
+WIDTH_MM = 170.0  # of a text column
+MM = 1 / 25.4  # inch
+DPI = 200  # of the PNG: twice what a screen shows at 100 %
+IMAGE_DPI = 150  # of dense parts in an SVG, drawn as images
+LONGEST_WORD, LONGEST_NAME = 55, 28  # characters: of a line, of an entry of a legend
+SMALL_PT = 7.5
+MOST_MINOR, LABELLED_MINOR = 2.5, 1.2  # decades of an axis with ticks between them, with labels
+NEAR_ONE = 5e-4, 5e3  # limits of an axis whose numbers are written out
+
+INK, GREY, FAINT = "#222222", "#6b6b6b", "#d4d4d4"
+Keywords = dict[str, Any]  # arguments of matplotlib by name, of as many types as it takes
+BAND: Keywords = {"alpha": 0.18, "lw": 0}  # of an interval, in the colour of its curve
+
+
+@dataclass(frozen=True)
+class Look:
+    """How one kind of series is drawn everywhere."""
+
+    colour: str
+    dashes: str | tuple[float, tuple[float, ...]] = "-"
+    marker: str = ""
+
+    def line(self, **more: Any) -> Keywords:
+        """The arguments of `plot` that draw it, open markers."""
+        return {
+            **{"color": self.colour, "ls": self.dashes, "marker": self.marker},
+            "markerfacecolor": "white",
+            **more,
+        }
+
+
+LOOKS = {
+    "x": Look("#0d2a6b", "-", "o"),
+    "y": Look("#962c10", (0, (5, 1.6)), "s"),
+    "z": Look("#1a809d", (0, (6, 1.4, 1.4, 1.4)), "^"),
+}
+OTHER_LOOKS = (
+    Look("#111111", "-", "D"),
+    Look("#757575", (0, (5, 1.6)), "v"),
+    Look("#4d4d4d", (0, (1.2, 1.2)), "P"),
+    Look("#5f5f5f", (0, (6, 1.4, 1.4, 1.4)), "X"),
+)
+VERDICT_WORDS = {  # of a verdict: colour of text, colour behind it (contrast at least 4.5)
+    "good": ("#14532d", "#dcfce7"),
+    "usable": ("#713f12", "#fef3c7"),
+    "doubtful": ("#7c2d12", "#ffedd5"),
+    "bad": ("#7f1d1d", "#fee2e2"),
+    "failed": ("#7f1d1d", "#fee2e2"),
+    "refused": ("#ffffff", "#991b1b"),
+}
+UNKNOWN_WORD = ("#1f2937", "#e5e7eb")  # a word that is none of these
+
+
+class Picture(NamedTuple):
+    """A figure and what stands below it where it is shown."""
+
+    body: SubFigure
+    caption: str
+
+    @property
+    def figure(self) -> Figure:
+        """The whole, with title and foot."""
+        return self.body.get_figure(root=True)
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """The style, whatever the reader's own matplotlibrc says; also a decorator."""
+    import matplotlib
+    from matplotlib import style
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        style.use(STYLE)
+        yield
+
+
+def new_figure(title: str, source: str, height_mm: float, width_mm: float = WIDTH_MM) -> SubFigure:
+    """The empty body of a figure in constrained layout; call it within `styled`.
+
+    title: above everything, user's own names as they are; source: the line at the foot that says
+    where the data come from. Draw into the body as into a figure (`subplots`, `subplot_mosaic`,
+    `subfigures`, `legend`): it is a part of its own since constrained layout would print a legend
+    over the foot.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width_mm * MM, height_mm * MM), layout="constrained")
+    figure.set_label(plain(title))
+    figure.suptitle(wrapped(title), x=0.01, ha="left", wrap=True)
+    if source:
+        how: Keywords = {"ha": "left", "fontsize": SMALL_PT, "color": GREY, "wrap": True}
+        figure.supxlabel(wrapped(source), x=0.01, **how)
+    return figure.add_subfigure(figure.add_gridspec(1, 1)[0])
+
+
+def wrapped(text: str) -> str:
+    """A text that can be wrapped anywhere: words too long for a line are cut."""
+    return literal(re.sub(rf"(\S{{{LONGEST_WORD}}})(?=\S)", r"\1 ", plain(text)))
+
+
+def plain(text: object) -> str:
+    """One line of printable characters: what a label may hold and an SVG must."""
+    return " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
+
+
+def literal(text: str) -> str:
+    """A text in which a dollar sign begins no mathematics, nor an underscore a hidden label: for
+    every name that a user gave."""
+    return re.sub("^_", " _", text).replace("$", r"\$")
+
+
+def short(name: str) -> str:
+    """As much of a user's name as a legend has room for."""
+    return literal(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…")
+
+
+def panel_title(axes: Axes, title: str, remark: str = "") -> None:
+    """A title over the left end of the axes and a short remark over the right end."""
+    axes.set_title(title)
+    if remark:
+        how: Keywords = {"fontsize": SMALL_PT, "fontweight": "normal", "color": GREY}
+        axes.set_title(remark, loc="right", **how)
+
+
+def log_axes(axes: Axes, limits: tuple[tuple[float, float], tuple[float, float]]) -> None:
+    """Both axes logarithmic, within the limits of x and of y."""
+    log_axis(axes, "x", limits[0])
+    log_axis(axes, "y", limits[1])
+
+
+def log_axis(axes: Axes, which: Literal["x", "y"], limits: tuple[float, float]) -> None:
+    """One axis logarithmic; numbers written out where all are near 1, ticks between the decades
+    where there are few."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+
+    axes.set(**{f"{which}scale": "log", f"{which}lim": limits})
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    written_out = limits[0] > NEAR_ONE[0] and limits[1] < NEAR_ONE[1]
+    if written_out:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    if limits[1] / limits[0] > 10**MOST_MINOR:
+        axis.set_minor_locator(NullLocator())  # a tick is an artist, and slow
+    elif limits[1] / limits[0] > 10**LABELLED_MINOR:
+        axis.set_minor_formatter(NullFormatter())
+    elif written_out:
+        axis.set_minor_formatter(
+            FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
+        )
+
+
+def letters(axes: Iterable[Axes]) -> None:
+    """(a), (b), (c) before the titles of the panels, in this order."""
+    for letter, one in zip("abcdefghijklmnopqrstuvwxyz", axes, strict=False):
+        one.set_title(f"({letter}) {one.get_title(loc='left')}".rstrip())
+
+
+def say(axes: Axes, text: str) -> None:
+    """Words in the middle of axes that have nothing to show."""
+    how: Keywords = {"ha": "center", "va": "center", "color": GREY, "wrap": True}
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, **how)
+
+
+def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int = 5) -> None:
+    """One legend of everything labelled in these axes, each text once, below them."""
+    found: dict[str, Any] = {}
+    for one in axes:
+        for handle, text in zip(*one.get_legend_handles_labels(), strict=True):
+            found.setdefault(text, handle)
+    if found:
+        where: Keywords = {"loc": "outside lower left", "ncols": columns}
+        figure.legend(list(found.values()), list(found), **where)
+
+
+def words_picture(words: str, title: str, source: str) -> Picture:
+    """A figure that says in words why there is nothing to draw; call it within `styled`."""
+    figure = new_figure(title, source, 35.0)
+    axes = figure.subplots()
+    axes.axis("off")
+    axes.text(0, 0.5, wrapped(words), va="center", wrap=True)
+    return Picture(figure, words)
+
+
+def save(picture: Picture, stem: str | Path) -> tuple[Path, Path]:
+    """Write `<stem>.svg` and `<stem>.png`, both whole or neither; return their paths.
+
+    The caption goes into both as the description of the image, from which pages take it
+    (`caption_of`). No date, host or version goes in and SVG identifiers are hashes of the content,
+    so the same figure gives the same bytes on one set of packages.
+    """
+    figure = picture.figure
+    svg, png = Path(f"{stem}.svg"), Path(f"{stem}.png")
+    told = {"Title": figure.get_label(), "Description": plain(picture.caption)}
+    known = {key: str(text) for key, text in told.items() if text}
+    with styled(), whole(svg) as svg_part, whole(png) as png_part:
+        if engine := figure.get_layout_engine():
+            engine.execute(figure)
+        figure.set_layout_engine(None)  # else every `savefig` would lay it out and draw it twice
+        metadata = {"Date": None, "Creator": None, **known}
+        figure.savefig(svg_part, format="svg", dpi=IMAGE_DPI, metadata=metadata)
+        figure.savefig(png_part, format="png", dpi=DPI, metadata={"Software": None, **known})
+    return svg, png
+
+
+def caption_of(image: str | Path) -> tuple[str, str]:
+    """Title and caption of a saved PNG, empty where it has none."""
+    from PIL import Image
+
+    with Image.open(image) as opened:
+        told = opened.info
+    return str(told.get("Title", "")), str(told.get("Description", ""))
+
+
+COORDINATE = re.compile(r"([xyz])(\d+)")
+
+
+def coordinate_of(name: str) -> tuple[str, int] | None:
+    """("x", 1) of "x1"; None of a distance or any other name."""
+    found = COORDINATE.fullmatch(name)
+    return (found[1], int(found[2])) if found else None

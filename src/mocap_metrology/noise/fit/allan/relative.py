@@ -22,6 +22,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.fit.allan.descent import (
+    Problem,
     correlated_table,
     cost_at,
     costs_at,
@@ -75,13 +76,6 @@ class SearchRange:
             )
 
 
-# What every compiled cost is of besides the point (see `descent.residual`)
-Arguments = tuple[
-    *tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
-    *tuple[float, int, bool, np.ndarray],
-]
-
-
 @dataclass(frozen=True, eq=False)
 class Misfit:
     """Cost of a point of the search, for one series; d coordinates, k averaging times.
@@ -102,31 +96,30 @@ class Misfit:
     upper: np.ndarray
 
     @cached_property
-    def _arguments(self) -> Arguments:
-        c = self.components
-        sampled = self.form == "sampled"
+    def _problem(self) -> Problem:
+        tau0, sampled = 1 / self.frame_rate_hz, self.form == "sampled"
         target = self.weights * self.avar
         return (
             *(self.fixed, self.m, np.log(self.m), self.weights, target),
-            *(1 / self.frame_rate_hz, c.gauss_markov, sampled, correlated_table()),
+            *(tau0, self.components.gauss_markov, sampled, correlated_table()),
         )
 
     def cost(self, x: np.ndarray) -> float:
         """Sum of squares at the point x (d,)."""
-        return float(cost_at(x, *self._arguments))
+        return float(cost_at(x, self._problem))
 
     def costs(self, points: np.ndarray) -> np.ndarray:
         """(n,) sums of squares at the points (n, d)."""
-        return costs_at(np.ascontiguousarray(points), *self._arguments)
+        return costs_at(np.ascontiguousarray(points), self._problem)
 
     def residual(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k,) w (model - obs) at x, and its derivatives (d, k) by the coordinates."""
         jacobian = np.empty((x.size, self.m.size))
-        return residual(x, *self._arguments, jacobian, True), jacobian
+        return residual(x, self._problem, jacobian, True), jacobian
 
     def polished(self, x: np.ndarray, iterations: int = 100) -> tuple[np.ndarray, float]:
         """The local minimum below x inside the bounds, and its cost (see `descent.descend`)."""
-        return descend(x, self.lower, self.upper, iterations, *self._arguments)
+        return descend(x, self.lower, self.upper, iterations, self._problem)
 
     def model(self, x: np.ndarray) -> NoiseModel:
         """The noise model at x, Gauss-Markov terms by rising T_c; T_c and f_0 kept if absent."""

@@ -4,6 +4,7 @@ import operator
 from functools import cache, partial
 from pathlib import Path
 
+from mocap_metrology.present.text import captions
 from mocap_workflow import entries, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow

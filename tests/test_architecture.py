@@ -19,6 +19,7 @@ BELOW = {
     "noise": {"common"},
     "lighthouse": {"common"},
     "present": {"common", "noise", "lighthouse"},
+    "pipeline": {"common", "io", "noise", "lighthouse", "present"},
 }
 
 

@@ -8,6 +8,16 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationError
 
+from mocap_metrology.pipeline.settings import (
+    DEFAULTS,
+    Action,
+    AllanEstimator,
+    Form,
+    NoiseEstimator,
+    Optics,
+    PoseEstimator,
+    Word,
+)
 from mocap_workflow.configuration import WHOLE, Once, Section, Words, faults
 from mocap_workflow.faults import Faults, shown
 
@@ -20,47 +30,49 @@ Millimetres = Annotated[float, Field(ge=-200, le=200)]
 class Hampel(Section):
     """Cleaning of outliers."""
 
-    half_window_s: float = Field(1.0, gt=0)
+    half_window_s: float = Field(DEFAULTS.hampel.half_window_s, gt=0)
     """Half length of the sliding window of the Hampel filter, in s."""
-    n_sigma: float = Field(3.0, gt=0)
+    n_sigma: float = Field(DEFAULTS.hampel.n_sigma, gt=0)
     """A value further than this many 1.4826 MAD from the window's median is an outlier. The MAD
     counts as half a step of the file at least."""
-    action: Literal["replace", "mask", "off"] = "replace"
+    action: Action = DEFAULTS.hampel.action
     """Outliers become the median, or gaps, or are left alone."""
 
 
 class Allan(Section):
     """Allan variances."""
 
-    n_taus: Annotated[int, Words("a whole number >= 2 and <= 10000")] = Field(100, ge=2, le=10000)
+    n_taus: Annotated[int, Words("a whole number >= 2 and <= 10000")] = Field(
+        DEFAULTS.allan.n_taus, ge=2, le=10000
+    )
     """How many averaging times, evenly spaced in log tau."""
-    min_m: int = Field(1, ge=1)
+    min_m: int = Field(DEFAULTS.allan.min_m, ge=1)
     """Shortest averaging time, in frames."""
-    max_fraction: float = Field(0.3333333, gt=0, le=0.5)
+    max_fraction: float = Field(DEFAULTS.allan.max_fraction, gt=0, le=0.5)
     """Longest averaging time, as a share of the recording."""
-    estimators: Annotated[
-        tuple[Literal["oadev", "mdev", "hdev"], ...], AfterValidator(Once("oadev"))
-    ] = ("oadev",)
+    estimators: Annotated[tuple[AllanEstimator, ...], AfterValidator(Once("oadev"))] = (
+        DEFAULTS.allan.estimators
+    )
     """Overlapping Allan (always), modified Allan and Hadamard deviation."""
-    confidence: float = Field(0.683, gt=0, lt=1)
+    confidence: float = Field(DEFAULTS.allan.confidence, gt=0, lt=1)
     """Level of the confidence intervals."""
-    min_coverage: float = Field(0.5, gt=0, le=1)
+    min_coverage: float = Field(DEFAULTS.allan.min_coverage, gt=0, le=1)
     """A window counts when at least this share of its frames is valid."""
 
 
 class Spectrum(Section):
     """Spectra."""
 
-    segment_s: float = Field(600.0, gt=0, le=1000000)
+    segment_s: float = Field(DEFAULTS.psd.segment_s, gt=0, le=1000000)
     """Length of the segments of Welch's method, in s."""
-    overlap: float = Field(0.5, ge=0, lt=1)
+    overlap: float = Field(DEFAULTS.psd.overlap, ge=0, lt=1)
     """Overlap of these segments, as a share of their length."""
 
 
 class Still(Section):
     """What counts as standing still."""
 
-    range_mm: float = Field(2.0, gt=0)
+    range_mm: float = Field(DEFAULTS.still.range_mm, gt=0)
     """A marker that covers more than this within `verdict.horizon_s`, and not as noise does, moves;
     so does one that suddenly stands elsewhere by four standard deviations of a frame or more.
     Random walk, drift and warm-up below this are none."""
@@ -69,38 +81,38 @@ class Still(Section):
 class Verdict(Section):
     """Limits of the verdict."""
 
-    horizon_s: float = Field(3600.0, gt=0)
+    horizon_s: float = Field(DEFAULTS.verdict.horizon_s, gt=0)
     """Uncertainties are about the mean of so long (of the recording, if it is shorter): measure
     now, and the next hour may say something else."""
-    window_s: float = Field(1.0, gt=0)
+    window_s: float = Field(DEFAULTS.verdict.window_s, gt=0)
     """The scatter of single frames is taken within so long."""
-    good_mm: float = Field(0.1, gt=0)
+    good_mm: float = Field(DEFAULTS.verdict.good_mm, gt=0)
     """The verdict is `good` up to this uncertainty of one frame in the worst coordinate. A
     reference should be 10, at least 4 times better than the device under test (S 2.2): the defaults
     are that for a device of 1 mm."""
-    usable_mm: float = Field(0.25, gt=0)
+    usable_mm: float = Field(DEFAULTS.verdict.usable_mm, gt=0)
     """It is `usable` up to this, and `bad` beyond. No `usable_` limit is below its `good_` one."""
-    good_drift_mm: float = Field(0.35, gt=0)
+    good_drift_mm: float = Field(DEFAULTS.verdict.good_drift_mm, gt=0)
     """The same for the drift over the horizon. A drift by d scatters d/√12 about its mean: 0.1
     mm."""
-    usable_drift_mm: float = Field(0.85, gt=0)
+    usable_drift_mm: float = Field(DEFAULTS.verdict.usable_drift_mm, gt=0)
     """Likewise: 0.25 mm."""
-    good_missing: Share = Field(0.01, ge=0, le=1)
+    good_missing: Share = Field(DEFAULTS.verdict.good_missing, ge=0, le=1)
     """The same for the share of missing frames."""
-    usable_missing: Share = Field(0.1, ge=0, le=1)
+    usable_missing: Share = Field(DEFAULTS.verdict.usable_missing, ge=0, le=1)
     """Likewise."""
-    good_outliers: Share = Field(0.01, ge=0, le=1)
+    good_outliers: Share = Field(DEFAULTS.verdict.good_outliers, ge=0, le=1)
     """The same for the share of outliers, less that of clean noise; the least share that goes with
     their number, as some are chance in a short recording."""
-    usable_outliers: Share = Field(0.05, ge=0, le=1)
+    usable_outliers: Share = Field(DEFAULTS.verdict.usable_outliers, ge=0, le=1)
     """Likewise."""
-    good_duration_s: float = Field(60.0, ge=0)
+    good_duration_s: float = Field(DEFAULTS.verdict.good_duration_s, ge=0)
     """A shorter recording is `usable` at best, and `bad` below 100 frames or one second, which are
     too few to judge. In any that is shorter than the horizon, the upper end of the interval must
     keep to `good_mm`, too."""
-    good_markers: int = Field(2, ge=0)
+    good_markers: int = Field(DEFAULTS.verdict.good_markers, ge=0)
     """With fewer markers it is `usable` at best."""
-    misfit: Literal["good", "usable", "bad"] = "usable"
+    misfit: Word = DEFAULTS.verdict.misfit
     """The best word where the noise of a coordinate fits no model. A marker that moves
     (`still.range_mm`) is `bad`, whatever its noise."""
 
@@ -139,19 +151,23 @@ class Cameras(Section):
 class Gaussian(Section):
     """Moments and their tests."""
 
-    n_bins: Annotated[int, Words("a whole number >= 4 and <= 100000")] = Field(30, ge=4, le=100000)
+    n_bins: Annotated[int, Words("a whole number >= 4 and <= 100000")] = Field(
+        DEFAULTS.gaussian.n_bins, ge=4, le=100000
+    )
     """Bins of the chi-squared test for a normal distribution."""
 
 
 class Diagnosis(Section):
     """Events, lines and filters."""
 
-    false_alarm: Annotated[float, Words("a probability > 0 and <= 0.5")] = Field(0.01, gt=0, le=0.5)
+    false_alarm: Annotated[float, Words("a probability > 0 and <= 0.5")] = Field(
+        DEFAULTS.diagnosis.false_alarm, gt=0, le=0.5
+    )
     """Greatest probability that an event is reported in an undisturbed recording: one half for
     bursts, one half for lasting changes."""
-    side_s: float = Field(300.0, ge=10)
+    side_s: float = Field(DEFAULTS.diagnosis.side_s, ge=10)
     """Noise before and after an event is compared over so many seconds, or what there is."""
-    spike_sigma: float = Field(6.0, ge=4)
+    spike_sigma: float = Field(DEFAULTS.diagnosis.spike_sigma, ge=4)
     """One or two frames farther than this from their neighbours, of one marker alone, are outliers
     and no event."""
     cutoffs_hz: Annotated[
@@ -161,12 +177,12 @@ class Diagnosis(Section):
             "a list of frequencies in Hz > 0 and <= 1000000, each at most once, or []",
             "each > 0, <= 1000000",
         ),
-    ] = (6.0, 10.0)
+    ] = DEFAULTS.diagnosis.cutoffs_hz
     """Butterworth low-passes that are tried: second order, both ways, half the amplitude at this
     frequency."""
-    notch_width_hz: float = Field(1.0, gt=0)
+    notch_width_hz: float = Field(DEFAULTS.diagnosis.notch_width_hz, gt=0)
     """Width of the notch that is tried at each line, between its half-power points."""
-    max_lines: int = Field(10, ge=0)
+    max_lines: int = Field(DEFAULTS.diagnosis.max_lines, ge=0)
     """Periodic disturbances that are named, at most, a series."""
 
 
@@ -175,78 +191,71 @@ class Noise(Section):
 
     estimators: Annotated[
         tuple[
-            Literal[
-                "likelihood",
-                "weighted",
-                "annealing-ant-colony",
-                "annealing-ant-colony-plain",
-                "levenberg-marquardt",
-                "slopes",
-            ],
+            NoiseEstimator,
             ...,
         ],
         AfterValidator(Once("likelihood")),
-    ] = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marquardt", "slopes")
+    ] = DEFAULTS.noise.estimators
     """Estimators of noise coefficients, `likelihood` among them; what each does stands in
     `docs/noise.md`. `annealing-ant-colony-plain` takes some 10 s a series."""
-    mask_sigma: float = Field(6.0, ge=3)
+    mask_sigma: float = Field(DEFAULTS.noise.mask_sigma, ge=3)
     """`likelihood` and `weighted` get the series as recorded, without what a Hampel filter of this
     threshold takes for outliers."""
-    criterion: Literal["bic", "aicc"] = "bic"
+    criterion: Literal["bic", "aicc"] = DEFAULTS.noise.criterion
     """Decides which components are there."""
-    max_gauss_markov: int = Field(4, ge=0, le=4)
+    max_gauss_markov: int = Field(DEFAULTS.noise.max_gauss_markov, ge=0, le=4)
     """Most Gauss-Markov terms that are tried."""
-    sinusoid: bool = True
+    sinusoid: bool = DEFAULTS.noise.sinusoid
     """Whether periodic disturbances are looked for."""
-    form: Literal["sampled", "continuous"] = "continuous"
+    form: Form = DEFAULTS.noise.form
     """Allan variances that `annealing-ant-colony` and `levenberg-marquardt` fit; S used the
     continuous ones."""
-    gauss_markov: int = Field(3, ge=0, le=4)
+    gauss_markov: int = Field(DEFAULTS.noise.gauss_markov, ge=0, le=4)
     """Gauss-Markov terms these two fit where the paper prints no panel."""
 
 
 class Annealing(Section):
     """Search of `annealing-ant-colony`, and -plain."""
 
-    starts: int = Field(10, ge=1)
+    starts: int = Field(DEFAULTS.annealing.starts, ge=1)
     """Runs of simulated annealing, each from a random point."""
-    iterations: int = Field(3, ge=1)
+    iterations: int = Field(DEFAULTS.annealing.iterations, ge=1)
     """Length of a run, in twice the number of coefficients."""
-    temperature: float = Field(5230.0, gt=0.01, le=50000)
+    temperature: float = Field(DEFAULTS.annealing.temperature, gt=0.01, le=50000)
     """Temperature at its start."""
-    descent: int = Field(20, ge=1)
+    descent: int = Field(DEFAULTS.annealing.descent, ge=1)
     """Steps of Levenberg-Marquardt each trial of `annealing-ant-colony` is taken down;
     `annealing-ant-colony-plain` takes none."""
-    archive: int = Field(50, ge=2)
+    archive: int = Field(DEFAULTS.annealing.archive, ge=2)
     """Ant colony: solutions it keeps."""
-    ants: int = Field(10, ge=1)
+    ants: int = Field(DEFAULTS.annealing.ants, ge=1)
     """New solutions an iteration."""
-    q: float = Field(0.1, gt=0)
+    q: float = Field(DEFAULTS.annealing.q, gt=0)
     """How much the best solutions count: the smaller, the more."""
-    xi: float = Field(0.85, gt=0)
+    xi: float = Field(DEFAULTS.annealing.xi, gt=0)
     """How widely new solutions are spread round old ones."""
-    colony_iterations: int = Field(100, ge=0)
+    colony_iterations: int = Field(DEFAULTS.annealing.colony_iterations, ge=0)
     """Iterations of the colony."""
-    jitter: float = Field(0.1, gt=0)
+    jitter: float = Field(DEFAULTS.annealing.jitter, gt=0)
     """Spread of the first archive round the annealing's result, in natural logarithms."""
-    plain_iterations: int = Field(1000, ge=1)
+    plain_iterations: int = Field(DEFAULTS.annealing.plain_iterations, ge=1)
     """`annealing.iterations` of `annealing-ant-colony-plain`."""
-    plain_colony_iterations: int = Field(2000, ge=0)
+    plain_colony_iterations: int = Field(DEFAULTS.annealing.plain_colony_iterations, ge=0)
     """Its `annealing.colony_iterations`."""
-    negligible: float = Field(1e-05, gt=0, lt=0.1)
+    negligible: float = Field(DEFAULTS.annealing.negligible, gt=0, lt=0.1)
     """Least share of a component: root mean square over tau of its part of the relative Allan
     variance. What ends there is absent (`at_bound`)."""
-    largest: float = Field(1.5, ge=1)
+    largest: float = Field(DEFAULTS.annealing.largest, ge=1)
     """Greatest share; above 1 none can pay."""
-    shortest_frames: float = Field(2.0, ge=0.1)
+    shortest_frames: float = Field(DEFAULTS.annealing.shortest_frames, ge=0.1)
     """Shortest T_c that is searched, in frames. The shortest in S's tables is 10 ms, 1.2 frames.
     Allan variances cannot distinguish so short a term from white noise."""
-    longest_share: float = Field(0.1, gt=0, le=1)
+    longest_share: float = Field(DEFAULTS.annealing.longest_share, gt=0, le=1)
     """Longest T_c that is searched, as a share of the recording."""
-    lowest_hz: float = Field(0.01, gt=0)
+    lowest_hz: float = Field(DEFAULTS.annealing.lowest_hz, gt=0)
     """Lowest f_0 that is searched, or one period in the recording where that is more; slower ones
     fit chance. The highest is half of the frame rate."""
-    longest_tau_share: float = Field(0.03, gt=0, le=1)
+    longest_tau_share: float = Field(DEFAULTS.annealing.longest_tau_share, gt=0, le=1)
     """Longest tau that `annealing-ant-colony` and `-plain` fit, as a share of the recording:
     relative residuals weigh longer ones, which are chance, like short ones."""
 
@@ -254,48 +263,51 @@ class Annealing(Section):
 class Lighthouse(Section):
     """Calibration of base stations."""
 
-    sample_rate_hz: float = Field(2000000.0, ge=100000, le=100000000)
+    sample_rate_hz: float = Field(DEFAULTS.lighthouse.sample_rate_hz, ge=100000, le=100000000)
     """Words a second of a GPIO dump."""
-    active_level: Annotated[int, Words("0 or 1", "`0`, `1`")] = Field(1, ge=0, le=1)
+    active_level: Annotated[int, Words("0 or 1", "`0`, `1`")] = Field(
+        DEFAULTS.lighthouse.active_level, ge=0, le=1
+    )
     """Value of a bit while its diode sees light."""
-    gate_mrad: float = Field(1.5, gt=0)
+    gate_mrad: float = Field(DEFAULTS.lighthouse.gate_mrad, gt=0)
     """A hit is an outlier when it is off the others of its sweep by more than this and more than
     `gate_mad`."""
-    gate_mad: float = Field(8.0, ge=3)
+    gate_mad: float = Field(DEFAULTS.lighthouse.gate_mad, ge=3)
     """The same in MAD of the sweep."""
-    still_half_window: int = Field(15, ge=2)
+    still_half_window: int = Field(DEFAULTS.lighthouse.still_half_window, ge=2)
     """Hampel filter of each diode while the board is at rest: sweeps to each side."""
-    still_n_sigma: float = Field(4.0, ge=3)
+    still_n_sigma: float = Field(DEFAULTS.lighthouse.still_n_sigma, ge=3)
     """Its threshold, in 1.4826 MAD."""
     estimators: Annotated[
-        tuple[Literal["paper", "paper-tight", "paper-lm", "pnp", "geometric"], ...],
+        tuple[PoseEstimator, ...],
         AfterValidator(Once("paper-lm")),
-    ] = ("paper", "paper-tight", "paper-lm")
+    ] = DEFAULTS.lighthouse.estimators
     """How the pose is estimated, `paper-lm` always; what each does stands below."""
-    optics: Annotated[tuple[Literal["ideal", "factory"], ...], AfterValidator(Once(least=1))] = (
-        "ideal",
-        "factory",
+    optics: Annotated[tuple[Optics, ...], AfterValidator(Once(least=1))] = (
+        DEFAULTS.lighthouse.optics
     )
     """`ideal` is J's; `factory` takes the maker's values out of the flashes."""
-    simplex_optics: Annotated[tuple[Literal["ideal", "factory"], ...], AfterValidator(Once())] = (
-        "ideal",
+    simplex_optics: Annotated[tuple[Optics, ...], AfterValidator(Once())] = (
+        DEFAULTS.lighthouse.simplex_optics
     )
     """Optics of `paper` and `paper-tight`, which take a second each."""
-    reconstruction: Literal["full-interpolation", "dominant-axis", "pairs"] = "full-interpolation"
+    reconstruction: Literal["full-interpolation", "dominant-axis", "pairs"] = (
+        DEFAULTS.lighthouse.reconstruction
+    )
     """How both angles come to one moment (J section IV)."""
-    lm_interpolation: Literal["linear", "cubic"] = "cubic"
+    lm_interpolation: Literal["linear", "cubic"] = DEFAULTS.lighthouse.lm_interpolation
     """Interpolation of `paper-lm`; the others are linear, as J."""
-    lm_weights: Literal["path", "none"] = "path"
+    lm_weights: Literal["path", "none"] = DEFAULTS.lighthouse.lm_weights
     """Whether the last stage of `paper-lm` weighs in that the board's path is uncertain; J takes it
     as exact."""
-    start_distance_m: float = Field(3.0, ge=0.1, le=20)
+    start_distance_m: float = Field(DEFAULTS.lighthouse.start_distance_m, ge=0.1, le=20)
     """Distance of the board in the first guess of `paper`, in m; J does not state it."""
-    variant: Literal["auto", "crazyflie", "libsurvive", "astrobee"] = "auto"
+    variant: Literal["auto", "crazyflie", "libsurvive", "astrobee"] = DEFAULTS.lighthouse.variant
     """What factory values mean, where open-source drivers differ (sign of curve, argument of the
     gibbous term). `auto` fits each and takes the one that leaves the smallest residual of both
     stations; what the recording cannot rule out is added to the covariance. `pose.json` has all of
     them under `variants`."""
-    pnp_method: Literal["auto", "epnp", "ippe", "sqpnp"] = "auto"
+    pnp_method: Literal["auto", "epnp", "ippe", "sqpnp"] = DEFAULTS.lighthouse.pnp_method
     """Method of `pnp`; `auto` is `ippe` on flat boards."""
     lasers_mm: Annotated[
         tuple[Millimetres, ...] | None,
@@ -305,7 +317,7 @@ class Lighthouse(Section):
             "master, then of the slave",
             "twelve numbers",
         ),
-    ] = None
+    ] = DEFAULTS.lighthouse.lasers_mm
     """Where the lasers sit in their housings: x, y, z of axis 0 and axis 1 of the master, then of
     the slave. Poses are then of the housings, else of the optics."""
 
@@ -335,7 +347,7 @@ class Settings(Section):
     duration_s: float = Field(32400.0, ge=1)
     """Length of twin recordings, in s, unless a twin names a shorter one of its own. It changes
     nothing else."""
-    seed: int = Field(2019, ge=0)
+    seed: int = Field(DEFAULTS.seed, ge=0)
     """Added to the seed of every twin: another one draws all recordings anew."""
     twin_form: Literal["continuous", "sampled"] = "continuous"
     """What a frame of a twin is: an average over the frame period, whose Allan variance is that of
@@ -351,7 +363,7 @@ class Settings(Section):
     compare: Compare = Compare()
     place: Place = Place()
     cameras: Cameras = Cameras()
-    second_opinion: bool = True
+    second_opinion: bool = DEFAULTS.second_opinion
     """Whether C3D files short enough for it are read by ezc3d too."""
     gaussian: Gaussian = Gaussian()
     diagnosis: Diagnosis = Diagnosis()

@@ -42,7 +42,7 @@ rule trajectories:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("trajectories.py", "io", "noise"),
+        code=source("trajectories.py", "io", "noise", "pipeline"),
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         row=columns(
             *("recording", "twin", "source", "paths", "markers", "pairs"),
@@ -69,7 +69,7 @@ rule clean:
         mem_mb=memory(2000),
         runtime=minutes(30),
     params:
-        code=source("clean.py", "coordinates.py", "noise"),
+        code=source("clean.py", "noise", "pipeline"),
         hampel=config["hampel"],
     message:
         "{wildcards.recording}: cleaning outliers"
@@ -90,7 +90,7 @@ rule allan:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("allan.py", "noise"),
+        code=source("allan.py", "noise", "pipeline"),
         allan=config["allan"],
     message:
         "{wildcards.recording}: Allan deviations"
@@ -111,7 +111,7 @@ rule psd:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("psd.py", "noise"),
+        code=source("psd.py", "noise", "pipeline"),
         psd=config["psd"],
     message:
         "{wildcards.recording}: power spectral density"
@@ -133,7 +133,7 @@ rule gaussian:
         mem_mb=memory(2000),
         runtime=minutes(10),
     params:
-        code=source("gaussian.py", "coordinates.py", "noise"),
+        code=source("gaussian.py", "noise", "pipeline"),
         gaussian=config["gaussian"],
     message:
         "{wildcards.recording}: Gaussian model"
@@ -159,7 +159,7 @@ rule noise:
         mem_mb=memory(2000),
         runtime=minutes(120),
     params:
-        code=source("noise.py", "coordinates.py", "noise"),
+        code=source("noise.py", "noise", "pipeline"),
         subset=of_row(selection.subset_of_paper),
         settings=NOISE_SETTINGS,
     message:

@@ -4,24 +4,16 @@ covariance.csv, the covariance of fast noise between coordinates."""
 from step import step
 
 with step(snakemake) as log:
-    from coordinates import read_coordinates
-
     from mocap_metrology.common.files import write_csv, write_text
-    from mocap_metrology.noise.cameras.covariance import COLUMNS, covariance_rows
-    from mocap_metrology.noise.gaussian.two_markers import gaussian_rows
+    from mocap_metrology.noise.cameras.covariance import COLUMNS
+    from mocap_metrology.pipeline.recording import gaussian_model
+    from mocap_metrology.pipeline.settings import Gaussian
+    from mocap_metrology.pipeline.tables import Table
 
-    _, series, origin = read_coordinates(snakemake.input[0])
-    rows = gaussian_rows(
-        series,
-        origin["labels"],
-        [tuple(pair) for pair in origin["pairs"]],
-        origin["frame_rate_hz"],
-        snakemake.params.gaussian["n_bins"],
-    )
-    name = {"recording": origin["recording"]}
-    write_csv(snakemake.output.gaussian, [name | row for row in rows])
+    settings = Gaussian(**snakemake.params.gaussian)
+    rows, fast = gaussian_model(Table.read(snakemake.input[0]), settings)
+    write_csv(snakemake.output.gaussian, rows)
     log.info("%d rows", len(rows))
-    fast = covariance_rows(series, len(origin["labels"]), origin["frame_rate_hz"])
     if fast:
         write_csv(snakemake.output.covariance, fast)
     else:

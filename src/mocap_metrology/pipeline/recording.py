@@ -1,0 +1,222 @@
+"""From coordinates to coefficients of noise: each step of a recording, tables in and out."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from zlib import crc32
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import Metadata, versions
+from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, taken_at_most, white_level_kept
+from mocap_metrology.common.types import Columns, Row
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.cameras.covariance import CovarianceRow, covariance_rows
+from mocap_metrology.noise.fit import estimates
+from mocap_metrology.noise.fit.estimators import (
+    NoiseSections,
+    NoiseSettings,
+    SeriesNoise,
+    estimate_series,
+    masked_curve,
+)
+from mocap_metrology.noise.fit.spectral.welch import welch
+from mocap_metrology.noise.gaussian.two_markers import gaussian_rows
+from mocap_metrology.noise.series import (
+    ALLAN,
+    PERIODOGRAM,
+    allan_columns,
+    joined,
+    periodogram_columns,
+)
+from mocap_metrology.pipeline import settings as of
+from mocap_metrology.pipeline.tables import Over, Series, Table, in_turn
+
+log = logging.getLogger(__name__)
+PSD = ("series", "f_hz", "psd_mm2_hz", "n_segments", "n_bridged")
+
+
+def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> tuple[Table, list[Row]]:
+    """Every series, distances included, through the Hampel filter: clean.parquet, outliers.csv."""
+    origin, rate = raw.origin, raw.origin["frame_rate_hz"]
+    half_window = max(round(settings.half_window_s * rate), 1)
+    share_of_noise, kept = white_level_kept(settings.n_sigma, half_window, settings.action)
+    if half_window < SHORT_WINDOW and settings.action != "off":
+        log.warning(
+            "the window holds %d frames, so the filter takes many good samples too; "
+            "raise hampel.half_window_s to %g or more",
+            2 * half_window + 1,
+            SHORT_WINDOW / rate,
+        )
+    given = raw.coordinates
+
+    def filtered(one: Series) -> tuple[str, np.ndarray, Row]:
+        name, values = one
+        result = hampel(
+            values, half_window, settings.n_sigma, settings.action, origin["resolution_mm"]
+        )
+        log.info("%s: %.3f %% outliers", name, 100 * result.share)
+        row: Row = {
+            "series": name,
+            "action": settings.action,
+            "n_sigma": settings.n_sigma,
+            "window_frames": 2 * half_window + 1,
+            "n_frames": values.size,
+            "n_valid": result.n_valid,
+            "n_outliers": int(result.outlier.sum()),
+            "share": result.share,
+            "share_of_clean_gaussian_noise": share_of_noise,
+            "white_level_kept": kept,
+            "resolution_mm": origin["resolution_mm"],
+            "resolution_kind": origin["resolution_kind"],
+        }
+        return name, result.values.astype(given[name].dtype if name in given else float), row
+
+    columns, report = {"frame": raw.frame}, []
+    for name, values, row in over(filtered, raw.with_distances()):
+        columns[f"{name}_mm"] = values
+        report.append(row)
+    origin = origin | {"hampel": asdict(settings), "window_frames": 2 * half_window + 1}
+    return Table(columns, origin | {"versions": versions("numpy", "numba", "pyarrow")}), report
+
+
+def allan_deviations(
+    series: Iterable[Series], origin: Metadata, settings: of.Allan, over: Over = in_turn
+) -> Table:
+    """Allan deviations, with intervals, of series cleaned as in S: allan.parquet."""
+    rate, given = origin["frame_rate_hz"], origin["hampel"]
+    taken = taken_at_most(given["n_sigma"], origin["window_frames"] // 2, given["action"])
+
+    def curves(one: Series) -> list[Columns]:
+        name, values = one
+        m = averaging_factors(values.size, settings.n_taus, settings.min_m, settings.max_fraction)
+        how = (settings.confidence, settings.min_coverage)
+        log.info("%s: %d averaging factors", name, m.size)
+        return [
+            allan_columns(
+                name, allan_curve(values, rate, m, kind, *how).with_upper_raised(taken), kind
+            )
+            for kind in settings.estimators
+        ]
+
+    parts = [part for found in over(curves, series) for part in found]
+    origin = origin | {"allan": asdict(settings)}
+    origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
+    return Table(joined(parts, ALLAN), origin)
+
+
+def spectra(
+    series: Iterable[Series], origin: Metadata, settings: of.Spectrum, over: Over = in_turn
+) -> Table:
+    """Welch's power spectral density of every series: psd.parquet."""
+
+    def density(one: Series) -> Columns | None:
+        name, values = one
+        try:
+            found = welch(values, origin["frame_rate_hz"], **asdict(settings))
+        except Refusal as refusal:  # the other series are whole enough
+            log.warning("%s: %s", name, refusal)
+            return None
+        log.info("%s: %d segments of %d frames", name, found.n_segments, found.segment)
+        count = found.f_hz.size
+        return {
+            "series": np.full(count, name, dtype=object),
+            "f_hz": found.f_hz,
+            "psd_mm2_hz": found.psd,
+            "n_segments": np.full(count, found.n_segments, dtype=np.int64),
+            "n_bridged": np.full(count, found.n_bridged, dtype=np.int64),
+        }
+
+    parts = [part for part in over(density, series) if part]
+    origin = origin | {"psd": asdict(settings), "versions": versions("numpy", "scipy", "pyarrow")}
+    return Table(joined(parts, PSD), origin)
+
+
+@dataclass(frozen=True)
+class NoiseTables:
+    """rows: of noise.csv; allan: Allan deviations of the masked series; periodogram: what the
+    likelihood was fitted to."""
+
+    rows: list[Row]
+    allan: Table
+    periodogram: Table
+
+
+def noise_coefficients(
+    raw: Table,
+    allan: Columns,
+    sections: NoiseSections,
+    subset: tuple[str, int] | None = None,
+    over: Over = in_turn,
+) -> NoiseTables:
+    """Coefficients of the noise of every series, by every estimator: noise.csv and what was fitted.
+
+    raw: coordinates as recorded; allan: of the cleaned ones; subset: of the paper's tables, whose
+    panels S's estimators then fit.
+    """
+    origin = raw.origin
+    rate, step, recording = origin["frame_rate_hz"], origin["resolution_mm"], origin["recording"]
+    settings = NoiseSettings.of(sections, rate, origin.get("form", "sampled"), subset)
+
+    def curve(name: str, values: np.ndarray, kind: str = "oadev") -> Columns:
+        return allan_columns(name, masked_curve(values, rate, settings, step, kind)[1], kind)
+
+    def estimated(one: Series) -> tuple[str, list[Columns], SeriesNoise | str]:
+        """Its curves besides the first, and the noise or why there is none."""
+        name, values = one
+        own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
+        given = allan["m"][own], allan["avar_mm2"][own]
+        curves = [curve(name, values, kind) for kind in settings.curves if kind != "oadev"]
+        seed = crc32(f"{recording} {name}".encode()) + settings.seed
+        asked = settings.components(name)
+        try:
+            found = estimate_series(values, given, rate, settings, asked, seed, step)
+        except Refusal as refusal:
+            return name, [*curves, curve(name, values)], str(refusal)
+        return name, [*curves, allan_columns(name, found.curve)], found
+
+    rows, curves, periodograms = [], [], []
+    refused: dict[str, list[str]] = {}
+    for name, own, found in over(estimated, raw.with_distances()):
+        curves += own
+        if isinstance(found, str):
+            refused.setdefault(found, []).append(name)
+            rows += estimates.refused_rows(name, settings.estimators, found)
+            continue
+        rows += _rows(name, found)
+        periodograms.append(periodogram_columns(name, found.periodogram))
+    for why, names in refused.items():
+        log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
+    origin = origin | {key: sections[key] for key in ("noise", "allan", "seed")}
+    origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
+    return NoiseTables(
+        rows,
+        Table(joined(curves, ALLAN), origin),
+        Table(joined(periodograms, PERIODOGRAM), origin),
+    )
+
+
+def _rows(name: str, found: SeriesNoise) -> list[Row]:
+    """Rows of noise.csv of one series."""
+    rows = []
+    for estimate in found.estimates:
+        rows += estimates.rows(name, estimate)
+        log.info("%s %s: cost %.6g %s", name, estimate.estimator, estimate.cost, estimate.note)
+    for estimator, why in found.refused.items():
+        log.warning("%s: %s: %s", name, estimator, why)
+        rows += estimates.refused_rows(name, (estimator,), why)
+    return rows
+
+
+def gaussian_model(clean: Table, settings: of.Gaussian) -> tuple[list[Row], list[CovarianceRow]]:
+    """The simple Gaussian model of every pair (S Table 4): gaussian.csv; and the covariance of fast
+    noise between coordinates: covariance.csv."""
+    series, origin = clean.coordinates, clean.origin
+    labels, rate = origin["labels"], origin["frame_rate_hz"]
+    rows = gaussian_rows(series, labels, clean.pairs, rate, settings.n_bins)
+    named = [{"recording": origin["recording"]} | row for row in rows]
+    return named, covariance_rows(series, len(labels), rate)

@@ -12,6 +12,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import FORMATS, bodies_of, labels_of, read_recording, text_format
 from mocap_metrology.io.text.layout import Layout, check_text, lines, rate, triples
+from mocap_metrology.io.units import MILLIMETRE
 
 POSITIONS = np.round(np.random.default_rng(1).normal(100, 1, (50, 2, 3)), 3)
 
@@ -27,8 +28,7 @@ def layout(path: Path) -> Layout:
         labels=tuple(labels),
         columns=triples(range(1, 1 + 3 * len(labels), 3)),
         frame_rate_hz=rate(told),
-        units="mm",
-        mm_per_unit=1.0,
+        unit=MILLIMETRE,
         delimiter=" ",
         data_line=second.number,
         data_offset=second.start,

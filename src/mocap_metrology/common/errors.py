@@ -12,5 +12,9 @@ class Truncated(Refusal):
     """A file that ends early, of which what is there could be used."""
 
 
+class UnknownUnit(Refusal):
+    """A file whose unit of length is not told, or not believed, until the user states it."""
+
+
 class Unseen(Refusal):
     """A marker that is seen in no frame of an otherwise good file."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import stat
-from collections.abc import Sequence
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
@@ -20,12 +19,6 @@ SIGNATURES = (
     (b"PAR1", "a Parquet file"),
 )
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_SPELLED = {"millimet": 1.0, "centimet": 10.0, "met": 1000.0}
-_ENDINGS = ("", "e", "er", "ers", "re", "res")  # "mete": cut to 4 characters by its writer
-MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0} | {
-    stem + ending: mm for stem, mm in _SPELLED.items() for ending in _ENDINGS
-}
-KNOWN_UNITS = "mm, cm, m, millimetre, centimetre, metre"
 
 
 def regular_size(path: Path, expected: str) -> int:
@@ -56,24 +49,3 @@ def number(text: str) -> float | None:
     if "." not in text:
         text = text.replace(",", ".", 1)
     return float(text) if NUMBER.fullmatch(text) else None
-
-
-def read_unit(
-    texts: Sequence[str], name: str, file: str, of_points: bool = False
-) -> tuple[str, float, tuple[str, ...]]:
-    """Unit of length as written, mm in it, and remarks.
-
-    `texts`: all that the field `name` says, once or once per point (`of_points`).
-    """
-    given = list(dict.fromkeys(text.strip() for text in texts if text.strip()))
-    if not given:
-        return "mm", 1.0, (f"units_assumed: {name} is missing or empty, mm is assumed",)
-    for text in given:
-        if text.lower() not in MM:
-            raise Refusal(f"{file}: {name} is {text[:40]!r}, expected one of {KNOWN_UNITS}")
-    if len({MM[text.lower()] for text in given}) > 1:
-        differ = (
-            f"between points ({', '.join(sorted(given))})" if of_points else f"({', '.join(given)})"
-        )
-        raise Refusal(f"{file}: {name} differ {differ}, expected one unit")
-    return given[0], MM[given[0].lower()], ()

@@ -29,6 +29,7 @@ from mocap_metrology.io.recording import Header, Recording
 from mocap_metrology.io.text import motive, nexus, poses, qualisys, trc
 from mocap_metrology.io.text.layout import Layout, check_text, lines
 from mocap_metrology.io.text.read import read_text
+from mocap_metrology.io.units import Unit
 
 Orientations = npt.NDArray[np.float64]
 
@@ -39,7 +40,9 @@ class Format:
     (arguments of `read_recording`), orientations where there are such (of `orientation_of`)."""
 
     header: Callable[[Path, bool], Header]
-    read: Callable[[Sequence[Path], Sequence[str], float | None, bool, bool], Recording]
+    read: Callable[
+        [Sequence[Path], Sequence[str], float | None, bool, bool, Unit | None], Recording
+    ]
     orientation: Callable[[Sequence[Path], str, float | None, bool], Orientations] | None = None
 
 
@@ -57,9 +60,10 @@ def text_format(layout: Callable[[Path], Layout]) -> Format:
         frame_rate_hz: float | None,
         _second_opinion: bool,
         accept_truncated: bool,
+        unit: Unit | None,
     ) -> Recording:
         with _readable(paths[0]):
-            return read_text(layout, paths, markers, frame_rate_hz, accept_truncated)
+            return read_text(layout, paths, markers, frame_rate_hz, accept_truncated, unit)
 
     return Format(header, read, partial(poses.read_orientation, layout))
 
@@ -115,12 +119,14 @@ def read_recording(
     frame_rate_hz: float | None = None,
     second_opinion: bool = True,
     accept_truncated: bool = False,
+    unit: Unit | None = None,
 ) -> Recording:
     """Positions of `markers` in one file or in the segments of one take, of one format.
 
     `frame_rate_hz` may give the rate more exactly than the files (within 0.1 %), or where they have
     none. `second_opinion` lets ezc3d read the same C3D files, where it can, and compares.
-    `accept_truncated` takes what a cut-off file holds.
+    `accept_truncated` takes what a cut-off file holds. `unit` is that of the coordinates, where the
+    files name none or a wrong one.
     Refuses what cannot be read with certainty; the message starts with the file's name.
     """
     files = [Path(path) for path in paths]
@@ -130,7 +136,7 @@ def read_recording(
         given = ", ".join(suffixes)
         raise Refusal(f"{files[0].name}: segments of one take differ in format: {given}")
     read = next(iter(formats), C3D).read
-    return read(files, markers, frame_rate_hz, second_opinion, accept_truncated)
+    return read(files, markers, frame_rate_hz, second_opinion, accept_truncated, unit)
 
 
 def labels_of(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:

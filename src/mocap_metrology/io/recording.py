@@ -20,6 +20,7 @@ from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.common.files import sha256
 from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.resolution import Resolution, coarsest
+from mocap_metrology.io.units import LengthUnit
 
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
 
@@ -49,9 +50,10 @@ class Recording:
 
     `labels` as they were asked for; `position_mm` (n_markers, 3, n_frames), C-contiguous, NaN where
     invalid or where frames are missing; float32 where the file holds float32 in mm, else float64.
-    `units`, `encoding`: of the files. `resolution_mm`: the smallest step the files can tell, the
-    largest over segments; `resolution_kind`: `int16`, `float32`, `rounded`, or `text` where the
-    decimals limit it. `n_invalid`: frames by reason for each marker, missing frames not counted;
+    `units`, `encoding`: of the files; `unit_source`: `file`, `assumed` (mm, where a file names
+    none), `given` by the user. `resolution_mm`: the smallest step the files can tell, the largest
+    over segments; `resolution_kind`: `int16`, `float32`, `rounded`, or `text` where the decimals
+    limit it. `n_invalid`: frames by reason for each marker, missing frames not counted;
     `n_gap_frames`: missing frames, between segments and (by frame number or time) within them.
     """
 
@@ -59,6 +61,7 @@ class Recording:
     position_mm: Array
     frame_rate_hz: float
     units: str
+    unit_source: str
     resolution_mm: float
     resolution_kind: str
     encoding: str
@@ -114,7 +117,7 @@ class SegmentReader:
     """
 
     path: Path
-    units: str
+    unit: LengthUnit
     encoding: str
     first_frame: int
     n_frames: int
@@ -249,6 +252,7 @@ def assemble(readers: Sequence[SegmentReader], plan: Plan, choice: Choice, file:
         start, end = end + gap, end + gap + reader.n_frames
         position[:, :, start - gap : start] = np.nan
         contents.append(reader.read(position[:, :, start:end]))
+        reader.unit.check_size(position[:, :, start:end], reader.path.name)
     n_invalid = _sum_counts([found.n_invalid for found in contents])
     n_measured = sum(reader.n_measured for reader in readers)
     check_seen(choice.labels, n_measured, n_invalid, file)
@@ -257,7 +261,8 @@ def assemble(readers: Sequence[SegmentReader], plan: Plan, choice: Choice, file:
         labels=choice.labels,
         position_mm=position,
         frame_rate_hz=choice.frame_rate_hz,
-        units="; ".join(dict.fromkeys(reader.units for reader in readers)),
+        units="; ".join(dict.fromkeys(reader.unit.name for reader in readers)),
+        unit_source="; ".join(dict.fromkeys(reader.unit.source for reader in readers)),
         resolution_mm=resolution.step_mm,
         resolution_kind=resolution.kind,
         encoding="; ".join(dict.fromkeys(reader.encoding for reader in readers)),

@@ -109,7 +109,7 @@ def test_written_by_ezc3d(tmp_path, n):
     assert count(tmp_path / "a.c3d") == (n, "file size")
     recording = read_recording([tmp_path / "a.c3d"], ["A", "B"])
     assert np.array_equal(recording.position_mm, points[:3].transpose(1, 0, 2).astype("f4"))
-    assert any("units_assumed" in note for note in recording.notes)
+    assert any("mm is assumed" in note for note in recording.notes)
     assert ezc3d.c3d(str(tmp_path / "a.c3d"))["data"]["points"].shape[2] == 65535
 
 

@@ -135,8 +135,9 @@ class TestUnits:
 
     @pytest.mark.parametrize("units", [None, "", "    "])
     def test_missing(self, tmp_path, units):
-        structure = inspect(build(tmp_path / "a.c3d", still(N), units=units))
-        assert structure.units == "mm" and "units_assumed" in structure.notes[0]
+        recording = read(build(tmp_path / "a.c3d", still(N), units=units))
+        assert (recording.units, recording.unit_source) == ("mm", "assumed")
+        assert "a.c3d: no unit in POINT:UNITS: mm is assumed" in recording.notes
 
 
 class TestResolution:

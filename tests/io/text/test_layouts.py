@@ -271,11 +271,11 @@ def test_numbers_padded_with_blanks(tmp_path, suffix):
 @pytest.mark.parametrize("before", ["", " ", "\t"])
 def test_poses_with_any_blanks_between(tmp_path, ends, between, before):
     rotation = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    rows = [np.column_stack([rotation, position]).ravel() for position in EXPECTED[0].T]
+    rows = [np.column_stack([rotation, position]).ravel() for position in EXPECTED[0].T / 1000]
     lines = [before + between.join(f"{value:.8f}" for value in row) for row in rows]
     path = make(tmp_path, "p.txt", "# Freq:\t100\n" + ends.join(lines) + ends + "  \n")
     recording = read(path, ["tracker"])
-    same(recording, EXPECTED[:1] * 1000, within=1e-5)
+    same(recording, EXPECTED[:1], within=1e-5)
     assert recording.resolution_mm == pytest.approx(1e-5)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -31,6 +32,7 @@ from mocap_metrology.io.recording import (
     plan_by_numbers,
 )
 from mocap_metrology.io.resolution import Resolution, float_resolution
+from mocap_metrology.io.units import Unit
 
 CHUNK_BYTES = 2 << 20  # of the file; a chunk and its columns stay in the processor's cache
 REASONS = ("negative_residual", "zero", "not_finite")
@@ -42,6 +44,7 @@ def read_c3d(
     frame_rate_hz: float | None = None,
     second_opinion: bool = True,
     accept_truncated: bool = False,
+    unit: Unit | None = None,
 ) -> Recording:
     """Positions of `markers` in one C3D file or in the segments of one take.
 
@@ -50,7 +53,8 @@ def read_c3d(
     """
     if not paths:
         raise Refusal("no C3D file is given")
-    files = [inspect(path, accept_truncated) for path in paths]
+    found = [inspect(path, accept_truncated) for path in paths]
+    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in found]
     choice = choose(files, markers, frame_rate_hz)
     plan = plan_segments(files)
     readers = [_segment_reader(files[i], choice, second_opinion) for i in plan.order]
@@ -108,7 +112,7 @@ def _header_gaps(segments: Sequence[Structure]) -> list[int]:
 def _segment_reader(structure: Structure, choice: Choice, second_opinion: bool) -> SegmentReader:
     return SegmentReader(
         path=structure.path,
-        units=structure.units,
+        unit=structure.unit,
         encoding=structure.encoding,
         first_frame=structure.first_frame,
         n_frames=structure.n_frames,
@@ -127,14 +131,15 @@ def _read_segment(
     opinion, note = "not asked (switched off)", ""
     if second_opinion:
         opinion, note = ask_ezc3d(structure, choice.points, out)
-    notes = [f"{structure.name}: {text}" for text in (*structure.notes, note) if text]
+    said = (*structure.notes, structure.unit.remark, note)
+    notes = [f"{structure.name}: {text}" for text in said if text]
     notes += [
         f"{structure.name}: {label}: the fourth word is NaN in {n} frames, taken as valid"
         for label, n in zip(choice.labels, nan_residuals, strict=True)
         if n
     ]
     if structure.is_float:
-        resolution = float_resolution(out, structure.mm_per_unit)
+        resolution = float_resolution(out, structure.unit.mm)
     else:
         resolution = Resolution(mm_per_step(structure), "int16")
     return Contents(counts, resolution, opinion, notes)
@@ -142,7 +147,7 @@ def _read_segment(
 
 def mm_per_step(structure: Structure) -> float:
     """What a stored coordinate is multiplied by: the unit, and for int16 also the scale."""
-    return structure.mm_per_unit * (1.0 if structure.is_float else structure.scale)
+    return structure.unit.mm * (1.0 if structure.is_float else structure.scale)
 
 
 def position_dtype(structure: Structure) -> np.dtype[np.floating]:

@@ -31,15 +31,16 @@ from mocap_metrology.io.c3d.parameters import (
     read_parameters,
     unsigned,
 )
-from mocap_metrology.io.header import other_kind, read_unit, regular_size
+from mocap_metrology.io.header import other_kind, regular_size
 from mocap_metrology.io.labels import complete_labels
+from mocap_metrology.io.units import LengthUnit, read_unit
 
 
 @dataclass(frozen=True)
 class Structure:
     """A C3D file without its coordinates. Lengths in bytes, places in bytes from the start.
 
-    `units` as written; `mm_per_unit`; `scale` is |POINT:SCALE|, the int16 step in `units`;
+    `scale` is |POINT:SCALE|, the int16 step in `unit`;
     `frame_rate_hz` 0 where the file has none; `first_frame` from TRIAL where it agrees with the
     frame count, else from the header. `given_labels` are those of the file, `labels` completed.
     """
@@ -51,8 +52,7 @@ class Structure:
     n_frames: int
     frame_count_source: str
     frame_rate_hz: float
-    units: str
-    mm_per_unit: float
+    unit: LengthUnit
     encoding: str
     scale: float
     first_frame: int
@@ -212,9 +212,7 @@ def _assemble(
     path: Path, processor: int, header: _Header, parameters: Parameters, layout: _Layout
 ) -> Structure:
     rate, rate_notes = _rate(header, parameters, path.name)
-    units, mm_per_unit, unit_notes = read_unit(
-        parameters.texts("POINT", "UNITS"), "POINT:UNITS", path.name, of_points=True
-    )
+    units = parameters.texts("POINT", "UNITS")
     given = tuple(parameters.texts("POINT", "LABELS")[: header.n_points])
     count, trial, first = layout.count, layout.declared.trial, header.first
     if trial is not None and count.trial_base is not None:
@@ -229,12 +227,11 @@ def _assemble(
         n_frames=count.n,
         frame_count_source=count.source,
         frame_rate_hz=rate,
-        units=units,
-        mm_per_unit=mm_per_unit,
+        unit=read_unit(units, "POINT:UNITS", path.name, of_points=True),
         encoding=f"{PROCESSORS[processor]} {'float' if layout.is_float else 'int16'}",
         scale=layout.scale,
         first_frame=first,
-        notes=(*layout.notes, *rate_notes, *unit_notes),
+        notes=(*layout.notes, *rate_notes),
         processor=processor,
         is_float=layout.is_float,
         data_offset=layout.offset,

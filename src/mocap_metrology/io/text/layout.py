@@ -9,6 +9,7 @@ from pathlib import Path
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import number, other_kind, regular_size
 from mocap_metrology.io.labels import complete_labels
+from mocap_metrology.io.units import LengthUnit
 
 LONGEST_LINE = 1 << 20  # bytes; 30,000 markers
 BOM = b"\xef\xbb\xbf"
@@ -46,8 +47,7 @@ class Layout:
     labels: tuple[str, ...]
     columns: tuple[Triple, ...]
     frame_rate_hz: float
-    units: str
-    mm_per_unit: float
+    unit: LengthUnit
     delimiter: str
     data_line: int
     data_offset: int

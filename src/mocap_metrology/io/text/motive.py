@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.header import read_unit
 from mocap_metrology.io.text.layout import (
     BODY,
     Layout,
@@ -30,6 +29,7 @@ from mocap_metrology.io.text.layout import (
     rate,
     triples,
 )
+from mocap_metrology.io.units import read_unit, unknown
 
 WHAT = "a Motive export (CSV with its header)"
 START = ("Format Version", "Take Name", "Capture Frame Rate")
@@ -49,6 +49,10 @@ PAIRS = (
     "Length Units",
     "Coordinate Space",
 )
+NO_UNIT = (
+    "line 1 has no Length Units, without which m and mm look alike: export again with its header,"
+    " or add Length Units,Meters (or what Units was set to)"
+)
 AXES_NOTE = "axes as in the file, in which Motive by default lets Y point up"
 
 
@@ -56,12 +60,7 @@ def layout(path: Path) -> Layout:
     """Read the header of a Motive CSV file; refuses what is none or contradicts itself."""
     check_text(path, WHAT)
     fields, rows, first = _header(path)
-    if not fields.get("Length Units"):
-        raise Refusal(
-            f"{path.name}: line 1 has no Length Units, without which m and mm look alike: export"
-            " again with its header, or add Length Units,Meters (or what Units was set to)"
-        )
-    units, mm_per_unit, _ = read_unit([fields["Length Units"]], "Length Units", path.name)
+    written = fields.get("Length Units", "")
     labels, columns, remarks, rotations = _positions(
         _columns(rows, path.name), fields.get("Rotation Type", ""), path.name
     )
@@ -74,8 +73,7 @@ def layout(path: Path) -> Layout:
         labels=labels,
         columns=columns,
         frame_rate_hz=rates[0] or rates[1],
-        units=units,
-        mm_per_unit=mm_per_unit,
+        unit=read_unit([written], "Length Units", path.name) if written else unknown(NO_UNIT),
         delimiter=",",
         data_line=first.number,
         data_offset=first.start,

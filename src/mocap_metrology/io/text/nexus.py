@@ -15,7 +15,6 @@ import re
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.header import read_unit
 from mocap_metrology.io.text.layout import (
     Layout,
     Line,
@@ -26,6 +25,7 @@ from mocap_metrology.io.text.layout import (
     rate,
     triples,
 )
+from mocap_metrology.io.units import read_unit
 
 WHAT = "a Vicon Nexus export (CSV)"
 SECTION = b"Trajectories"
@@ -83,24 +83,20 @@ def layout(path: Path) -> Layout:
         raise Refusal(f"{path.name}: line {head[3].number} has no columns X, Y, Z of a marker")
     if len(head) < 6 or not head[5].text.strip(f"{delimiter} "):
         raise Refusal(f"{path.name}: has no frames: nothing follows the head of Trajectories")
-    where = "unit of Trajectories"
     given = [units[i] for three in columns for i in three if i < len(units)]
-    written, mm_per_unit, notes = read_unit(given, where, path.name)
     return Layout(
         path=path,
         encoding="Nexus text",
         labels=labels,
         columns=columns,
         frame_rate_hz=rate(head[1].cells(delimiter)[0]),
-        units=written,
-        mm_per_unit=mm_per_unit,
+        unit=read_unit(given, "unit of Trajectories", path.name),
         delimiter=delimiter,
         data_line=head[5].number,
         data_offset=head[5].start,
         n_columns=len(axes) if axes[-1] else len(axes) - 1,
         frame_column=0,
         ends_blank=True,
-        notes=notes,
     )
 
 

@@ -22,12 +22,14 @@ from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.text.layout import Layout, RotationColumns, check_text, lines, rate
 from mocap_metrology.io.text.read import read_text
 from mocap_metrology.io.text.rows import Floats
+from mocap_metrology.io.units import METRE, LengthUnit
 
 WHAT = "a text of poses (12 numbers a line)"
 LABEL = "tracker"
 POSITION = (3, 7, 11)
 MATRIX = (0, 1, 2, 4, 5, 6, 8, 9, 10)
 ORTHOGONAL = 1e-3  # how far R R^T, or the length of a quaternion, may be from 1
+NO_LENGTH = LengthUnit("", 1.0, "given")
 PARTS = 4  # series of three numbers: the position, and up to nine numbers of a rotation
 
 
@@ -55,8 +57,7 @@ def layout(path: Path) -> Layout:
         labels=(LABEL,),
         columns=(POSITION,),
         frame_rate_hz=told,
-        units="m",
-        mm_per_unit=1000.0,
+        unit=METRE,
         delimiter=" ",
         data_line=line.number,
         data_offset=line.start,
@@ -92,7 +93,7 @@ def read_orientation(
         cells += cells[-1:] * (3 * PARTS - len(cells))
         starts = range(0, 3 * PARTS, 3)
         three = tuple((cells[i], cells[i + 1], cells[i + 2]) for i in starts)
-        return replace(found, labels=tuple(names), columns=three, mm_per_unit=1.0, remarks={})
+        return replace(found, labels=tuple(names), columns=three, unit=NO_LENGTH, remarks={})
 
     recording = read_text(parts, paths, names, frame_rate_hz, accept_truncated)
     values = recording.position_mm.reshape(3 * PARTS, -1).astype(np.float64, copy=False)

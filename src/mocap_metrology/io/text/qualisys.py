@@ -28,6 +28,7 @@ from mocap_metrology.io.text.layout import (
     rate,
     triples,
 )
+from mocap_metrology.io.units import MILLIMETRE
 
 WHAT = "a Qualisys export (TSV with its header)"
 FIELD = re.compile(r"[A-Z][A-Z0-9_]{2,}")
@@ -61,8 +62,7 @@ def layout(path: Path) -> Layout:
         labels=labels,
         columns=triples(starts),
         frame_rate_hz=rate(fields.get("FREQUENCY", [""])[0]),
-        units="mm",
-        mm_per_unit=1.0,
+        unit=MILLIMETRE,
         delimiter="\t",
         data_line=first.number,
         data_offset=first.start,

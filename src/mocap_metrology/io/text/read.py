@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from mocap_metrology.io.recording import (
 from mocap_metrology.io.resolution import SAMPLE, text_resolution
 from mocap_metrology.io.text.layout import NULLS, Layout, cells_of
 from mocap_metrology.io.text.rows import Floats, Rows, line_of, read_rows
+from mocap_metrology.io.units import Unit
 
 NO_OPINION = "not asked (text)"
 RATE_TOLERANCE = 1e-3
@@ -50,13 +51,15 @@ def read_text(
     markers: Sequence[str],
     frame_rate_hz: float | None = None,
     accept_truncated: bool = False,
+    unit: Unit | None = None,
 ) -> Recording:
     """Positions of `markers` in text files whose headers `header` reads.
 
     Arguments as of `io.read.read_recording`. `n_invalid` by `empty`, `zero`, `not_finite`; frames
     whose numbers are missing count as `n_gap_frames`.
     """
-    files = [header(path) for path in paths]
+    found = [header(path) for path in paths]
+    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in found]
     choice = choose(files, markers, frame_rate_hz)
     rows = [read_rows(file, choice.points, accept_truncated) for file in files]
     frames = [
@@ -71,7 +74,7 @@ def read_text(
 def _segment_reader(layout: Layout, choice: Choice, rows: Rows, frames: Frames) -> SegmentReader:
     return SegmentReader(
         path=layout.path,
-        units=layout.units,
+        unit=layout.unit,
         encoding=layout.encoding,
         first_frame=frames.first_frame,
         n_frames=frames.n_frames,
@@ -87,11 +90,11 @@ def _read_segment(
 ) -> Contents:
     """Copy the rows of one file to their frames in `out`."""
     sample = rows.blocks[0][:, :SAMPLE]
-    _fill(out, rows, frames.index, layout.mm_per_unit)
+    _fill(out, rows, frames.index, layout.unit.mm)
     table = [cells_of(line, layout.delimiter) for line in rows.head[:SAMPLE]]
     columns = [c for point in choice.points for c in layout.columns[point]]
     written = [{row[c] for row in table if c < len(row)} - set(NULLS) for c in columns]
-    resolution = text_resolution(out, layout.mm_per_unit, written, sample)
+    resolution = text_resolution(out, layout.unit.mm, written, sample)
     return Contents(rows.counts, resolution, NO_OPINION, _notes(layout, choice, rows, frames))
 
 
@@ -109,7 +112,8 @@ def _fill(out: Array, rows: Rows, index: Whole | None, mm_per_unit: float) -> No
 
 
 def _notes(layout: Layout, choice: Choice, rows: Rows, frames: Frames) -> list[str]:
-    notes = [f"{layout.name}: {text}" for text in (*layout.notes, *frames.notes)]
+    said = (*layout.notes, layout.unit.remark, *frames.notes)
+    notes = [f"{layout.name}: {text}" for text in said if text]
     for k, (label, point) in enumerate(zip(choice.labels, choice.points, strict=True)):
         where, measured, zeros = f"{layout.name}: {label}", rows.at_zero[k], rows.counts[k]["zero"]
         if point in layout.remarks:

@@ -18,7 +18,6 @@ import re
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.header import read_unit
 from mocap_metrology.io.text.layout import (
     Layout,
     Line,
@@ -29,6 +28,7 @@ from mocap_metrology.io.text.layout import (
     rate,
     triples,
 )
+from mocap_metrology.io.units import read_unit
 
 WHAT = "a TRC file"
 TITLES = re.compile(r"(frame.*|time.*|#|s|sec.*|[xyz]\d*)", re.I)
@@ -49,7 +49,6 @@ def layout(path: Path) -> Layout:
     fields = _fields(head[1], head[2], delimiter, path.name)
     first = _data(head, delimiter, path.name)
     labels, more = _labels(head[3], first, fields, delimiter, path.name)
-    units, mm_per_unit, notes = read_unit([fields.get("Units", "")], "Units", path.name)
     declared = fields.get("NumFrames", "")
     zeros = head[3].cells(delimiter)[1].lower() == MATLAB
     return Layout(
@@ -58,8 +57,7 @@ def layout(path: Path) -> Layout:
         labels=labels,
         columns=triples(range(2, 2 + 3 * len(labels), 3)),
         frame_rate_hz=rate(fields.get("DataRate", "")),
-        units=units,
-        mm_per_unit=mm_per_unit,
+        unit=read_unit([fields.get("Units", "")], "Units", path.name),
         delimiter=delimiter,
         data_line=first.number,
         data_offset=first.start,
@@ -69,7 +67,7 @@ def layout(path: Path) -> Layout:
         declared=("NumFrames", count(declared, "NumFrames", path.name)) if declared else None,
         zero_is_gap=zeros,
         zero_note="taken as gaps: its writer (Times in line 4) puts zeros there",
-        notes=(*notes, *more),
+        notes=more,
     )
 
 

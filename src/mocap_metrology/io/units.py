@@ -1,0 +1,100 @@
+"""The unit of length of a recording: as its file names it, assumed, or given by the user."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from mocap_metrology.common.errors import Refusal, UnknownUnit
+
+Unit = Literal["mm", "m"]  # what a user may give
+Source = Literal["file", "assumed", "given", "unknown"]
+
+_SPELLED = {"millimet": 1.0, "centimet": 10.0, "met": 1000.0}
+_ENDINGS = ("", "e", "er", "ers", "re", "res")  # "mete": cut to 4 characters by its writer
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0} | {
+    stem + ending: mm for stem, mm in _SPELLED.items() for ending in _ENDINGS
+}
+KNOWN = "mm, cm, m, millimetre, centimetre, metre"
+NEAR_MM = 20.0  # no volume is so small, and none measures 20 m to each side of its origin
+FAR_MM = 1e5  # no volume is so large; in mm it is a few cm from the origin
+
+
+@dataclass(frozen=True)
+class LengthUnit:
+    """`name` of the unit and `mm` in it; `source`: the `file` or its format, `assumed` where the
+    file names none, `given` by the user, `unknown` until it is. `written`: what the file says.
+    `remark`: what to say of it; of an unknown unit, why it is refused."""
+
+    name: str
+    mm: float
+    source: Source = "file"
+    written: str = ""
+    remark: str = ""
+
+    def stated(self, unit: Unit | None, file: str) -> LengthUnit:
+        """This unit, or the one that the user gives in its place; refused where it stays
+        unknown."""
+        if unit not in ("mm", "m", None):
+            raise UnknownUnit(f"{file}: unit is {unit!r}, expected mm or m")
+        if unit is None and self.source == "unknown":
+            raise UnknownUnit(f"{file}: {self.remark}")
+        if unit is None:
+            return self
+        remark = ""
+        if self.source != "file" or MM[unit] != self.mm:
+            said = f"says {self.written[:40]!r}" if self.written else "names none"
+            remark = f"its unit is {unit}, as given; the file {said}"
+        return replace(self, name=unit, mm=MM[unit], source="given", remark=remark)
+
+    def check_size(self, position_mm: npt.NDArray[np.floating], file: str) -> None:
+        """Refuse coordinates that are in m where the unit is mm, or the other way round, unless the
+        user gave it. `position_mm` of any shape, NaN where invalid."""
+        if self.source == "given" or MM.get(self.name.lower()) not in (MM["mm"], MM["m"]):
+            return
+        largest = max(
+            np.fmax.reduce(position_mm, axis=None, initial=np.nan),
+            -np.fmin.reduce(position_mm, axis=None, initial=np.nan),
+        )
+        how = "assumed, as the file names none" if self.source == "assumed" else "the file's unit"
+        if self.mm == MM["mm"] and largest <= NEAR_MM:
+            raise UnknownUnit(
+                f"{file}: no coordinate exceeds {largest:.3g} mm (mm: {how}), so they may be in"
+                " metres: state the unit, m or mm"
+            )
+        if self.mm == MM["m"] and largest > FAR_MM:
+            raise UnknownUnit(
+                f"{file}: coordinates reach {largest / MM['m']:.4g} m (m: {how}), so they may be in"
+                " mm: state the unit, mm or m"
+            )
+
+
+MILLIMETRE = LengthUnit("mm", MM["mm"], written="mm")
+METRE = LengthUnit("m", MM["m"], written="m")
+
+
+def read_unit(texts: Sequence[str], name: str, file: str, of_points: bool = False) -> LengthUnit:
+    """The unit of a file, of which the field `name` says `texts`, once or once per point
+    (`of_points`); mm is assumed where it says nothing."""
+    given = list(dict.fromkeys(text.strip() for text in texts if text.strip()))
+    if not given:
+        return LengthUnit("mm", MM["mm"], "assumed", "", f"no unit in {name}: mm is assumed")
+    for text in given:
+        if text.lower() not in MM:
+            raise Refusal(f"{file}: {name} is {text[:40]!r}, expected one of {KNOWN}")
+    if len({MM[text.lower()] for text in given}) > 1:
+        differ = (
+            f"between points ({', '.join(sorted(given))})" if of_points else f"({', '.join(given)})"
+        )
+        raise Refusal(f"{file}: {name} differ {differ}, expected one unit")
+    return LengthUnit(given[0], MM[given[0].lower()], written=given[0])
+
+
+def unknown(why: str) -> LengthUnit:
+    """The unit of a file that names none where none can be assumed: refused, unless it is given."""
+    return LengthUnit("", math.nan, "unknown", "", why)

@@ -46,15 +46,4 @@ rule cameras:
 
 rule cameras_results:
     input:
-        tables=collect(
-            [
-                "<results>/tables/{group}_cameras.csv",
-                "<results>/tables/{group}_cameras.md",
-                "<results>/tables/{group}_cameras.json",
-                "<results>/tables/{group}_camera_law.csv",
-                "<results>/tables/{group}_camera_law.md",
-                "<results>/figures/{group}_cameras.svg",
-                "<results>/figures/{group}_cameras.png",
-            ],
-            group=groups(selection.subsets),
-        ),
+        tables=collect_outputs(rules.cameras.output, group=groups(selection.subsets)),

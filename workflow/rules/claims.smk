@@ -51,7 +51,4 @@ rule claims:
 # Where there is a recording or a calibration of a paper's group.
 rule claims_results:
     input:
-        tables=branch(
-            together(OF_SKUROWSKI, OF_JANSEN),
-            then=["<results>/tables/claims.csv", "<results>/tables/claims.md"],
-        ),
+        tables=branch(together(OF_SKUROWSKI, OF_JANSEN), then=collect_outputs(rules.claims.output)),

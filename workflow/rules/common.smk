@@ -189,14 +189,14 @@ def has_bodies(row):
 
 
 def turned(rows):
-    """Recordings with an orientation: of a cluster of markers or of a body."""
-    return [row for row in rows if row.cluster or has_bodies(row)]
+    """Names of recordings with an orientation: of a cluster of markers or of a body."""
+    return [row.name for row in rows if row.cluster or has_bodies(row)]
 
 
 def moved(rows):
-    """Real recordings of a pair that moves."""
-    real = [row for row in rows if not row.twin and len(row.markers) > 1]
-    return [row for row in real if verdict("recording", row.name).get("moving")]
+    """Names of real recordings of a pair that moves."""
+    names = [row.name for row in rows if not row.twin and len(row.markers) > 1]
+    return [name for name in names if verdict("recording", name).get("moving")]
 
 
 # What `params:` hold of the sheets: the columns that the script reads and no other, as a job runs
@@ -239,6 +239,12 @@ def together(*parts):
         return [item for found in lists for item in found]
 
     return of
+
+
+def collect_outputs(*outputs, **wildcards):
+    """All files that are outputs of some rules, for all values of their wildcards. `collect` alone
+    refuses outputs that are marked for the report."""
+    return collect([str(path) for paths in outputs for path in paths], **wildcards)
 
 
 def results_of(*targets):

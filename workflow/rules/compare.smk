@@ -100,28 +100,7 @@ rule coherence:
 rule compare_results:
     input:
         tables=together(
-            collect(
-                [
-                    "<results>/tables/{group}_compare.csv",
-                    "<results>/tables/{group}_compare.md",
-                    "<results>/tables/{group}_compare.json",
-                    "<results>/figures/{group}_compare.svg",
-                    "<results>/figures/{group}_compare.png",
-                ],
-                group=groups(pairs),
-            ),
-            collect(
-                [
-                    "<results>/tables/{group}_trend.csv",
-                    "<results>/tables/{group}_trend.md",
-                    "<results>/figures/{group}_trend.svg",
-                    "<results>/figures/{group}_trend.png",
-                ],
-                group=groups(selection.over_dates),
-            ),
-            collect(
-                "<results>/tables/{group}_coherence.{kind}",
-                group=groups(selection.with_covariate),
-                kind=TABLE,
-            ),
+            collect_outputs(rules.compare.output, group=groups(pairs)),
+            collect_outputs(rules.trend.output, group=groups(selection.over_dates)),
+            collect_outputs(rules.coherence.output, group=groups(selection.with_covariate)),
         ),

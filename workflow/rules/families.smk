@@ -120,22 +120,8 @@ rule scaling:
 
 rule families_results:
     input:
-        tables=collect(
-            "<results>/tables/{group}_{table}.{kind}",
-            group=groups(),
-            table=["subsets", "gaussian", "outliers", "allan", "noise"],
-            kind=TABLE,
-        ),
+        tables=collect_outputs(rules.group_tables.output, group=groups()),
         figures=together(
-            collect(
-                "<results>/figures/{group}_{figure}.{kind}",
-                group=groups(selection.several, OTHERS),
-                figure=["adev", "coefficients", "correlated"],
-                kind=FIGURE,
-            ),
-            collect(
-                "<results>/figures/{group}_scaling.{kind}",
-                group=groups(selection.scaled, OTHERS),
-                kind=FIGURE,
-            ),
+            collect_outputs(rules.families.output, group=groups(selection.several, OTHERS)),
+            collect_outputs(rules.scaling.output, group=groups(selection.scaled, OTHERS)),
         ),

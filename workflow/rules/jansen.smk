@@ -76,13 +76,5 @@ rule jansen_figures:
 
 rule jansen_results:
     input:
-        tables=branch(
-            OF_JANSEN,
-            then=collect("<results>/tables/jansen_table{n}.{kind}", n=[1, 2, 3], kind=TABLE),
-        ),
-        figures=branch(
-            OF_JANSEN,
-            then=collect(
-                "<results>/figures/jansen_fig{n:02d}.{kind}", n=JANSEN_FIGURES, kind=FIGURE
-            ),
-        ),
+        tables=branch(OF_JANSEN, then=collect_outputs(rules.jansen_tables.output)),
+        figures=branch(OF_JANSEN, then=collect_outputs(rules.jansen_figures.output)),

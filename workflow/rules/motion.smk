@@ -97,26 +97,8 @@ rule places:
 
 rule motion_results:
     input:
-        tables=collect(
-            "<results>/tables/{group}_places.{kind}",
-            group=groups(selection.with_place),
-            kind=TABLE,
-        ),
+        tables=collect_outputs(rules.places.output, group=groups(selection.with_place)),
         figures=together(
-            collect(
-                "<results>/recordings/{row.recording}/{file}",
-                row=accepted(turned, EVERY),
-                file=[
-                    "orientation.parquet",
-                    "allan_orientation.parquet",
-                    "orientation.csv",
-                    "orientation.svg",
-                    "orientation.png",
-                ],
-            ),
-            collect(
-                "<results>/recordings/{row.recording}/{file}",
-                row=accepted(moved, EVERY),
-                file=["place.csv", "place.md", "place.svg", "place.png"],
-            ),
+            collect_outputs(rules.orientation.output, recording=accepted(turned, EVERY)),
+            collect_outputs(rules.place.output, recording=accepted(moved, EVERY)),
         ),

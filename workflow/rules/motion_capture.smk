@@ -262,16 +262,8 @@ rule motion_capture_results:
             row=EVERY_RECORDING,
             file=["allan.parquet", "psd.parquet", "gaussian.csv", "covariance.csv", "noise.csv"],
         ),
-        figures=collect(
-            "<results>/recordings/{row.recording}/{file}",
-            row=EVERY_RECORDING,
-            file=[
-                "adev.svg",
-                "adev.png",
-                "psd.svg",
-                "psd.png",
-                "trajectory.svg",
-                "trajectory.png",
-                "fit",
-            ],
+        figures=collect_outputs(
+            rules.recording_figures.output,
+            rules.noise_figures.output,
+            recording=accepted(selection.names, EVERY),
         ),

@@ -110,11 +110,7 @@ rule report_results:
     input:
         report=branch(
             EVERY_RECORDING,
-            then=[
-                "<results>/pages",
-                "<results>/summary.html",
-                "<results>/report_front.html",
-                "<results>/provenance.html",
-                "<results>/provenance.json",
-            ],
+            then=collect_outputs(
+                rules.report_pages.output, rules.summary_page.output, rules.provenance.output
+            ),
         ),

@@ -29,7 +29,7 @@ SKUROWSKI_FIGURES = {
 # Nothing of this depends on a recording.
 rule skurowski_theory:
     output:
-        multiext(
+        tables=multiext(
             "<results>/tables/",
             *(
                 f"{name}.{kind}"
@@ -37,8 +37,8 @@ rule skurowski_theory:
                 for kind in ("csv", "md")
             ),
         ),
-        [figure_of_skurowski(n) for n in (1, 2, 3)],
-        [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (1, 2, 3)],
+        svg=[figure_of_skurowski(n) for n in (1, 2, 3)],
+        png=[f"<results>/figures/skurowski_fig{n:02d}.png" for n in (1, 2, 3)],
     log:
         "<logs>/skurowski_theory.log",
     benchmark:
@@ -60,13 +60,7 @@ rule skurowski_tables:
         checks=checks(RECORDINGS, SKUROWSKI),
         gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
     output:
-        multiext(
-            "<results>/tables/skurowski_table",
-            "3.csv",
-            "3.md",
-            "4.csv",
-            "4.md",
-        ),
+        multiext("<results>/tables/skurowski_table", "3.csv", "3.md", "4.csv", "4.md"),
     log:
         "<logs>/skurowski_tables.log",
     benchmark:
@@ -298,48 +292,28 @@ rule skurowski_results:
         tables=together(
             branch(
                 together(OF_SKUROWSKI, OF_JANSEN),
-                then=collect(
-                    "<results>/tables/{table}.{kind}",
-                    table=["skurowski_table1", "skurowski_table2", "left_out"],
-                    kind=TABLE,
-                ),
+                then=collect_outputs(rules.skurowski_theory.output.tables),
             ),
             branch(
                 OF_SKUROWSKI,
-                then=collect(
-                    "<results>/tables/skurowski_{table}.{kind}",
-                    table=[
-                        "table3",
-                        "table4",
-                        "tableA1",
-                        "tableA2",
-                        "tableA3",
-                        "support",
-                        "white_levels",
-                    ],
-                    kind=TABLE,
-                ),
+                then=collect_outputs(rules.skurowski_tables.output, rules.skurowski_noise.output),
             ),
         ),
         figures=together(
             branch(
                 OF_SKUROWSKI,
-                then=collect(
-                    "<results>/figures/skurowski_fig{n:02d}.{kind}",
-                    n=[1, 2, 3, 6, 9, 10, 11, 12, 13, 14, 15, 16, 17],
-                    kind=FIGURE,
+                then=collect_outputs(
+                    rules.skurowski_theory.output.svg,
+                    rules.skurowski_theory.output.png,
+                    rules.skurowski_gaussian_figures.output,
+                    rules.skurowski_noise_figures.output,
+                    rules.skurowski_families.output,
                 ),
             ),
-            branch(
-                accepted(query=CRUMP),
-                then=collect("<results>/figures/skurowski_fig07.{kind}", kind=FIGURE),
-            ),
+            branch(accepted(query=CRUMP), then=collect_outputs(rules.skurowski_crump.output)),
             branch(
                 accepted(selection.with_and_without_failing, SKUROWSKI),
-                then=collect("<results>/figures/skurowski_fig08.{kind}", kind=FIGURE),
+                then=collect_outputs(rules.skurowski_failing.output),
             ),
-            branch(
-                OF_REPAIRED,
-                then=collect("<results>/figures/skurowski_figA1.{kind}", kind=FIGURE),
-            ),
+            branch(OF_REPAIRED, then=collect_outputs(rules.skurowski_repaired.output)),
         ),

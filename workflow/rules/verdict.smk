@@ -63,7 +63,7 @@ rule summary:
 rule verdict_results:
     input:
         recordings=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
-        tables=collect("<results>/tables/{group}_summary.{kind}", group=groups(), kind=TABLE),
+        tables=collect_outputs(rules.summary.output, group=groups()),
         figures=collect(
             "<results>/recordings/{row.recording}/verdict.{kind}",
             row=EVERY_RECORDING,

@@ -13,7 +13,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test study lint hooks peers benchmark accuracy lock samples site docs graph clean help
+.PHONY: run check report env warm test study lint hooks peers benchmark accuracy lock samples site pictures docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES)
@@ -90,7 +90,17 @@ samples: env  ## fetch recordings by other people, which tests and examples read
 
 site: env  ## build the pages of docs/: build/site/index.html
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/docs.txt
-	@$(RUN) python -m sphinx -W --keep-going -q -b html docs build/site
+	@$(RUN) python -m sphinx -E -W --keep-going -q -b html docs build/site
+
+PICTURES := recordings/T40-10/verdict.png recordings/T40-10/adev.png recordings/T40-10/fit/z1.png \
+	recordings/T40-10-crump/diagnosis.png calibrations/twin-1-1/calibration.png
+pictures: warm  ## draw the pictures of README.md and docs anew, from nine-hour twins
+	@$(RUN) python workflow/run.py --cores $(CORES) $(PICTURES:%=results/%)
+	cp results/recordings/T40-10/verdict.png docs/T40-10_verdict.png
+	cp results/recordings/T40-10/adev.png docs/T40-10_adev.png
+	cp results/recordings/T40-10/fit/z1.png docs/T40-10_z1_fit.png
+	cp results/recordings/T40-10-crump/diagnosis.png docs/T40-10-crump_diagnosis.png
+	cp results/calibrations/twin-1-1/calibration.png docs/twin-1-1_calibration.png
 
 docs: env  ## make the tables of config/README.md and workflow/schemas anew, out of the models
 	@$(RUN) PYTHONPATH=workflow python -m mocap_workflow.document

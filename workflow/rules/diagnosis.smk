@@ -27,7 +27,7 @@ rule diagnosis:
         mem_mb=memory(2500),
         runtime=minutes(30),
     params:
-        code=source("diagnosis.py", "coordinates.py", "noise", "present"),
+        code=source("diagnosis.py", "noise", "pipeline", "present"),
         caption=captions.DIAGNOSIS,
         diagnosis=config["diagnosis"],
         still=config["still"],

@@ -15,7 +15,7 @@ checkpoint check_recording:
         mem_mb=memory(4000),
         runtime=minutes(30),
     params:
-        code=source("check.py", "io", "noise", "present/text"),
+        code=source("check.py", "io", "noise", "pipeline", "present/text"),
         row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated"),
         second_opinion=config["second_opinion"],
         still=config["still"],
@@ -225,7 +225,7 @@ rule recording_figures:
         mem_mb=memory(2000),
         runtime=minutes(30),
     params:
-        code=source("recording_figures.py", "coordinates.py", "noise", "present"),
+        code=source("recording_figures.py", "noise", "pipeline", "present"),
         caption=captions.RECORDING,
     message:
         "{wildcards.recording}: figures"

@@ -27,7 +27,7 @@ rule verdict:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("verdict.py", "noise", "present"),
+        code=source("verdict.py", "noise", "pipeline", "present"),
         caption=captions.VERDICT,
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         verdict=config["verdict"],

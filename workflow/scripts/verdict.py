@@ -9,45 +9,24 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import read_metadata, read_series, read_table, write_json
-    from mocap_metrology.noise.assess.checks import Thresholds
-    from mocap_metrology.noise.assess.recording import Inputs, assess_recording
-    from mocap_metrology.noise.assess.uncertainty import Span
-    from mocap_metrology.noise.diagnosis.findings import Finding
-    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.pipeline.figures import draw_verdict
+    from mocap_metrology.pipeline.judging import Evidence, judged
+    from mocap_metrology.pipeline.settings import Verdict
     from mocap_metrology.present.groups.group_tables import read_noise
-    from mocap_metrology.present.verdict.document import verdict_document
-    from mocap_metrology.present.verdict.figure import verdict_figure
     from mocap_metrology.present.verdict.words import verdict_lines
 
     given, files = snakemake.params, snakemake.input
-    limits = dict(given.verdict)
-    origin = read_metadata(files.clean)
-    span = Span(
-        origin["frame_rate_hz"],
-        limits.pop("horizon_s"),
-        limits.pop("window_s"),
-        given.confidence,
-        origin["resolution_mm"],
+    checks = [json.loads(Path(path).read_text("utf-8")) for path in files.check]
+    evidence = Evidence(
+        read_series(files.clean),
+        read_metadata(files.clean),
+        read_table(files.allan)[0],
+        read_noise(files.noise),
+        pd.read_csv(files.outliers).to_dict("records"),
+        json.loads(Path(files.diagnosis).read_text("utf-8")),
+        [words for check in checks for words in check["warnings"]],
     )
-
-    def told(paths, key):
-        return [item for path in paths for item in json.loads(Path(path).read_text("utf-8"))[key]]
-
-    found = assess_recording(
-        Inputs(
-            read_series(files.clean),
-            origin["labels"],
-            read_noise(files.noise),
-            read_table(files.allan)[0],
-            pd.read_csv(files.outliers).to_dict("records"),
-            [Finding.of(row) for row in told([files.diagnosis], "findings")],
-        ),
-        span,
-        Thresholds(**limits),
-    )
-    found = given.row | verdict_document(found, origin["source"])
-    found["warnings"] = told(files.check, "warnings")
-    found |= {key: told([files.diagnosis], key) for key in ("findings", "sentences")}
+    found = judged(evidence, given.row, Verdict(**given.verdict), given.confidence)
     write_json(snakemake.output.json, found)
-    save_figure(verdict_figure(found), Path(snakemake.output.json).with_suffix(""))
+    draw_verdict(found, Path(snakemake.output.json).with_suffix(""))
     log.info("%s", "\n".join(verdict_lines(found)))

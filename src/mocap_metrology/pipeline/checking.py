@@ -1,0 +1,79 @@
+"""Whether a recording can be used, and what to beware of: check.json."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mocap_metrology.common.errors import Refusal, Truncated
+from mocap_metrology.common.files import sha256
+from mocap_metrology.common.types import Row
+from mocap_metrology.io.read import bodies_of, read_recording
+from mocap_metrology.io.recording import Recording
+from mocap_metrology.io.units import Unit
+from mocap_metrology.noise.motion.movement import moving_markers
+from mocap_metrology.present.text.movement import movement_words
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of a recording: files in order, labels of markers, and what the files do not
+    say; sha256: of each file, where it is known."""
+
+    paths: Sequence[str]
+    markers: Sequence[str]
+    frame_rate_hz: float | None = None
+    accept_truncated: bool = False
+    unit: Unit | None = None
+    sha256: Sequence[str] = ()
+
+
+def read_checked(
+    asked: Asked, range_mm: float, horizon_s: float, second_opinion: bool
+) -> tuple[Row, Recording]:
+    """Contents of check.json, and the recording.
+
+    range_mm, horizon_s: of `movement`; second_opinion: whether ezc3d reads a C3D file too. Raises
+    `Refusal` for a recording that cannot be used.
+    """
+    for path, expected in zip(asked.paths, asked.sha256, strict=False):
+        if sha256(path) != expected:
+            raise Refusal(f"{Path(path).name}: SHA-256 is {sha256(path)}; expected {expected}")
+    recording = read_recording(
+        asked.paths,
+        asked.markers,
+        asked.frame_rate_hz,
+        second_opinion,
+        asked.accept_truncated,
+        asked.unit,
+    )
+    rate = recording.frame_rate_hz
+    moving = moving_markers(
+        dict(zip(recording.labels, recording.position_mm, strict=True)),
+        rate,
+        range_mm,
+        horizon_s,
+        recording.resolution_mm,
+    )
+    duration = recording.position_mm.shape[2] / rate
+    return {
+        "ok": True,
+        "why": "",
+        "warnings": movement_words(moving, min(duration, horizon_s)),
+        "notes": list(recording.notes),
+        "moving": bool(moving),
+        "bodies": bodies_of(asked.paths[0], asked.markers),
+    }, recording
+
+
+def refused(refusal: Refusal, to_accept: str) -> Row:
+    """check.json of a recording that cannot be used; to_accept: how what is there of a file that is
+    cut off is used all the same."""
+    why = f"{refusal}; to use what is there, {to_accept}"
+    return {
+        "ok": False,
+        "why": why if isinstance(refusal, Truncated) else str(refusal),
+        "warnings": [],
+        "notes": [],
+    }

@@ -14,7 +14,7 @@ from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.configuration import choices_of, fields
 from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
-from mocap_workflow.rows import NAME, Cell, Row
+from mocap_workflow.rows import NAME, Cell, SheetRow
 from mocap_workflow.settings import Hampel, Noise, Settings, checked
 from mocap_workflow.startup import any_of, configuration
 from snakemake.io import PeriodicityDetector
@@ -226,7 +226,7 @@ def test_a_name_is_refused_where_snakemake_sees_an_endless_recursion(name: str) 
     ("kind", "columns"),
     [(RecordingRow, ["recording", "group"]), (CalibrationRow, ["calibration", "setup", "group"])],
 )
-def test_every_wildcard_is_such_a_name(kind: type[Row], columns: list[str]) -> None:
+def test_every_wildcard_is_such_a_name(kind: type[SheetRow], columns: list[str]) -> None:
     assert all(NAME in kind.model_fields[column].metadata for column in columns)
 
 

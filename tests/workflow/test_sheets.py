@@ -136,7 +136,7 @@ RIGHT = {
     },
 }
 RENAMED = {("recordings", "path"): "paths", ("recordings", "truncated"): "accept_truncated"}
-KINDS: dict[str, type[rows.Row]] = {"recordings": RecordingRow, "calibrations": CalibrationRow}
+KINDS: dict[str, type[rows.SheetRow]] = {"recordings": RecordingRow, "calibrations": CalibrationRow}
 COLUMNS = [(sheet, column) for sheet, kind in KINDS.items() for column in kind.columns()]
 
 

@@ -15,13 +15,13 @@ from mocap_workflow.rows import (
     Labels,
     Name,
     OwnName,
-    Row,
+    SheetRow,
     existing,
     file_or_none,
 )
 
 
-class CalibrationRow(Row):
+class CalibrationRow(SheetRow):
     """One row a recording of a board of photodiodes moved before two base stations."""
 
     KIND = "calibration"

@@ -21,7 +21,7 @@ from mocap_workflow.configuration import choices_of, fields, limits, words_of
 from mocap_workflow.entries import Entry, Read, entry_in
 from mocap_workflow.recording_twins import RecordingTwin, SubsetTwin
 from mocap_workflow.recordings import RecordingRow
-from mocap_workflow.rows import Row
+from mocap_workflow.rows import SheetRow
 from mocap_workflow.settings import Settings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -75,7 +75,7 @@ def settings_table() -> list[str]:
     return lines
 
 
-def columns_table(kind: type[Row]) -> list[str]:
+def columns_table(kind: type[SheetRow]) -> list[str]:
     """Every column of a sheet."""
     rows = [f"| `{name}` | {help_of(field)} |" for name, field in kind.columns().items()]
     return ["| column | what it holds |", "|---|---|", *rows]

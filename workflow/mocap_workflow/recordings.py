@@ -16,7 +16,7 @@ from mocap_workflow.rows import (
     Info,
     Name,
     OwnName,
-    Row,
+    SheetRow,
     each_once,
     existing,
     parts_of,
@@ -57,7 +57,7 @@ def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
     return pairs
 
 
-class RecordingRow(Row):
+class RecordingRow(SheetRow):
     """One row a recording of markers that stand still."""
 
     KIND = "recording"

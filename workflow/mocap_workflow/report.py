@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.recording_twins import AnyTwin
-from mocap_workflow.rows import Row
+from mocap_workflow.rows import SheetRow
 
 CATEGORIES = (  # numbered, as the menu of a report is in order of the alphabet
     "1 Summary",
@@ -49,7 +49,7 @@ def _title(path: str) -> str:
 
 
 def inputs(
-    rows: Iterable[Row], twins: Mapping[str, AnyTwin | CalibrationTwin]
+    rows: Iterable[SheetRow], twins: Mapping[str, AnyTwin | CalibrationTwin]
 ) -> list[dict[str, object]]:
     """What the page of provenance says of each row beside its files."""
     return [

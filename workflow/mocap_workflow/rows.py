@@ -133,7 +133,7 @@ OwnName = Annotated[str, NAME, AfterValidator(_own_name)]
 Twin = Annotated[str | None, Field(alias="path"), BeforeValidator(_twin)]
 
 
-class Row(BaseModel):
+class SheetRow(BaseModel):
     """A row of a sheet."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
@@ -176,7 +176,7 @@ class Row(BaseModel):
         return [column for column, field in cls.columns().items() if field.is_required()]
 
 
-OfSheet = TypeVar("OfSheet", bound=Row)
+OfSheet = TypeVar("OfSheet", bound=SheetRow)
 
 
 def load(kind: type[OfSheet], path: str | None, twins: Collection[str]) -> dict[str, OfSheet]:

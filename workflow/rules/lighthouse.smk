@@ -1,6 +1,8 @@
 # Lighthouse: dump -> pulses, stations, sweeps -> board poses, pose of the slave.
 
 LABELS = ("reference_labels_master", "reference_labels_slave")
+TWIN = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if row.twin)
+MEASURED = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if not row.twin)
 
 
 # Of a twin, in one job: two seconds of work a step are less than another start of Python takes.
@@ -24,21 +26,12 @@ rule calibrate_twin:
     benchmark:
         "<benchmarks>/calibrate_twin/{calibration}.tsv"
     wildcard_constraints:
-        calibration=startup.any_of(
-            lookup(query="source == 'twin'", within=CALIBRATIONS.table, cols="calibration")
-        ),
+        calibration=TWIN,
     resources:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source(
-            "calibrate_twin.py",
-            "lighthouse_files.py",
-            "lighthouse_steps.py",
-            "io",
-            "lighthouse",
-            "present/text",
-        ),
+        code=source("calibrate_twin.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"),
         row=columns("calibration", "twin", "format", "board", *LABELS),
         twin=twin_of(CALIBRATION_TWINS),
         lighthouse=config["lighthouse"],
@@ -63,7 +56,9 @@ checkpoint check_calibration:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source("check_calibration.py", "lighthouse_steps.py", "io", "lighthouse"),
+        code=source(
+            "check_calibration.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"
+        ),
         row=columns("path", "sha256", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -86,21 +81,12 @@ rule decode:
     benchmark:
         "<benchmarks>/decode/{calibration}.tsv"
     wildcard_constraints:
-        calibration=startup.any_of(
-            lookup(query="source == 'measured'", within=CALIBRATIONS.table, cols="calibration")
-        ),
+        calibration=MEASURED,
     resources:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source(
-            "decode.py",
-            "lighthouse_files.py",
-            "lighthouse_steps.py",
-            "io",
-            "lighthouse",
-            "present/text",
-        ),
+        code=source("decode.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"),
         row=columns("calibration", "twin", "path", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -123,22 +109,13 @@ rule calibrate:
     benchmark:
         "<benchmarks>/calibrate/{calibration}.tsv"
     wildcard_constraints:
-        calibration=startup.any_of(
-            lookup(query="source == 'measured'", within=CALIBRATIONS.table, cols="calibration")
-        ),
+        calibration=MEASURED,
     priority: 5
     resources:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source(
-            "calibrate.py",
-            "lighthouse_files.py",
-            "lighthouse_steps.py",
-            "io",
-            "lighthouse",
-            "present/text",
-        ),
+        code=source("calibrate.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"),
         row=columns(*LABELS),
         lighthouse=config["lighthouse"],
     message:

@@ -3,7 +3,7 @@
 from step import step
 
 with step(snakemake) as log:
-    from lighthouse_files import write_decoded, write_poses, write_twin
+    from lighthouse_steps import write_decoded, write_poses, write_twin
 
     row, config = snakemake.params.row, snakemake.params.lighthouse
     (twin,) = snakemake.params.twin.values()

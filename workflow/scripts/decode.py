@@ -1,9 +1,9 @@
-"""Recording -> pulses, stations and sweeps, see lighthouse_files.write_decoded."""
+"""Recording -> pulses, stations and sweeps, see lighthouse_steps.write_decoded."""
 
 from step import step
 
 with step(snakemake) as log:
-    from lighthouse_files import write_decoded
+    from lighthouse_steps import write_decoded
 
     given, files = dict(snakemake.input.items()), dict(snakemake.output.items())
     write_decoded(snakemake.params.row, snakemake.params.lighthouse, given, files, log)

@@ -87,7 +87,7 @@ def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, E
     from mocap_metrology.common.hampel import hampel
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
-    from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_ant_colony
+    from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_run
     from mocap_metrology.noise.fit.allan.weighted import weighted
     from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 
@@ -102,9 +102,9 @@ def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, E
         "weighted, order known": weighted(
             curve.m, curve.variance, curve.edf, FRAMES, RATE, components
         ),
-        "annealing-ant-colony, order known (3-sigma cleaned, continuous)": annealing_ant_colony(
+        "annealing-ant-colony, order known (3-sigma cleaned, continuous)": annealing_run(
             cleaned.m, cleaned.variance, RATE, components, AnnealingSettings(), seed
-        ),
+        ).estimate,
     }
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_ant_colony
+from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_run
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
 from mocap_metrology.noise.fit.allan.weighted import weighted
 from mocap_metrology.noise.fit.estimators import panel
@@ -62,8 +62,8 @@ def main() -> None:
         "likelihood, components chosen": lambda: likelihood(series, RATE),
         "weighted, components known": lambda: weighted(*rest, asked),
         "weighted, components chosen": lambda: weighted(*rest),
-        "annealing-ant-colony, 10 starts": lambda: annealing_ant_colony(
-            *known, settings, 1, duration=FRAMES * TAU0
+        "annealing-ant-colony, 10 starts": lambda: (
+            annealing_run(*known, settings, 1, duration=FRAMES * TAU0).estimate
         ),
         "levenberg-marquardt, 10 starts": lambda: levenberg_marquardt(
             *known, 1, duration=FRAMES * TAU0

@@ -9,10 +9,11 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
+    Evidence,
     _blocks,
-    _equations,
     by_gauss_newton,
     evidence,
+    residuals,
 )
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import turn
@@ -52,27 +53,36 @@ def recording(n: int, seed: int):
     return path, *given, by_levenberg_marquardt(given[0], BOARD, IDEAL)
 
 
+def equations(
+    R: np.ndarray, t: np.ndarray, given: Evidence
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Normal equations of each measurement, (n, 6, 6) and (n, 6), outliers left out."""
+    found = residuals(R, t, given, IDEAL)
+    kept = (found.count > 0) & (found.cost <= found.limit())
+    return found.H[kept], found.g[kept], kept
+
+
 def test_weights_are_those_of_the_whole_covariance() -> None:
     """e^T W e and the normal equations with W = (I + J_P H^-1 J_P^T)^-1 inverted as a matrix,
     derivatives by finite differences."""
     _, master, slave, found = recording(3, 1)
     given = evidence(found, slave, master, BOARD, IDEAL)
     at_R, at_t = turn(np.array([0.002, -0.001, 0.003]), R), T + np.array([0.01, -0.02, 0.005])
-    H, g, kept = _equations(at_R, at_t, given, IDEAL)
+    H, g, kept = equations(at_R, at_t, given)
     assert kept.all()
     blocks = _blocks(at_R, at_t, found.R, found.t_m, BOARD, slave.angles_rad, IDEAL)
     for i in range(3):
         seen = slave.seen[i]
 
-        def residuals(d: np.ndarray, i: int = i, seen: np.ndarray = seen) -> np.ndarray:
+        def off(d: np.ndarray, i: int = i, seen: np.ndarray = seen) -> np.ndarray:
             Rl, tl = turn(d[3:6], at_R), at_t + d[:3]
             Rb, tb = turn(d[9:], found.R[i]), found.t_m[i] + d[6:9]
             own = np.ascontiguousarray((BOARD[seen] @ Rb.T + tb - tl) @ Rl)
             return (angles(own, IDEAL) - slave.angles_rad[i, seen]).ravel()
 
         h = 1e-6
-        J = np.column_stack([(residuals(h * e) - residuals(-h * e)) / (2 * h) for e in np.eye(12)])
-        e = residuals(np.zeros(12))
+        J = np.column_stack([(off(h * e) - off(-h * e)) / (2 * h) for e in np.eye(12)])
+        e = off(np.zeros(12))
         np.testing.assert_allclose(blocks[0][i], J.T @ J, rtol=1e-5, atol=1e-6 * blocks[0].max())
         W = np.linalg.inv(
             np.eye(e.size) + J[:, 6:] @ np.linalg.inv(given.information[i]) @ J[:, 6:].T
@@ -89,7 +99,7 @@ def runs() -> dict[str, np.ndarray]:
     for seed in range(60):
         path, master, slave, found = recording(60, seed)
         at_truth = evidence(path, slave, master, BOARD, IDEAL)
-        H, _, _ = _equations(R, T, at_truth, IDEAL)
+        H, _, _ = equations(R, T, at_truth)
         sd = SIGMA * np.sqrt(np.diag(np.linalg.inv(H.sum(axis=0))))
         plain = station_pose.by_levenberg_marquardt(
             R, T, station_pose.scene(found, slave, BOARD), IDEAL

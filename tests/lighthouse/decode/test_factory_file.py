@@ -12,7 +12,6 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.lighthouse.decode.chain import _with_factory
 from mocap_metrology.lighthouse.decode.factory_file import (
-    by_id,
     read_factory,
     stations_from_json,
     stations_to_json,
@@ -51,7 +50,7 @@ def test_there_and_back(tmp_path: Path) -> None:
     for name in Factory.__dataclass_fields__:
         assert getattr(master.factory, name).tolist() == getattr(FACTORY, name).tolist()
     filed = read_factory(tmp_path / "stations.json")
-    assert [s.role for s in filed] == ["master"] and list(by_id(filed)) == [4152238579]
+    assert [(s.role, s.id) for s in filed] == [("master", 4152238579)]
 
 
 def test_the_file_of_libsurvive(samples: Path) -> None:

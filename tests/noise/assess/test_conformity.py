@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from mocap_metrology.noise.assess.checks import Code, Facts, Thresholds
-from mocap_metrology.noise.assess.conformity import Verdict, verdict
+from mocap_metrology.noise.assess.recording import Verdict, verdict
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
 from mocap_metrology.noise.diagnosis.findings import Finding
 

@@ -11,6 +11,7 @@ import pytest
 import yaml
 from mocap_workflow.faults import Faults
 from mocap_workflow.recording_twins import AnyTwin, recording_twin, take_twin_from_mapping
+from nonlinear import triangulate
 
 from mocap_metrology.noise.cameras.diagnosis import additions, diagnose, moments
 from mocap_metrology.noise.twins.take import (
@@ -23,7 +24,6 @@ from mocap_metrology.noise.twins.take import (
     motion,
     project,
     simulate_take,
-    triangulate,
 )
 
 LABELS = ("Wand1", "Wand2")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from nonlinear import triangulate
 
 from mocap_metrology.noise.twins.take import (
     HALL_MM,
@@ -12,7 +13,6 @@ from mocap_metrology.noise.twins.take import (
     positions,
     project,
     random_facility,
-    triangulate,
     wishart_blocks,
 )
 

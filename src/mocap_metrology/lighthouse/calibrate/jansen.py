@@ -61,6 +61,7 @@ ESTIMATORS = (*JANSEN, *PEERS)
 OPTICS = ("ideal", "factory")
 INTERPOLATIONS = {"linear": 1, "cubic": 3}  # degree of the polynomial
 FEWEST_POSES = 20  # moments of a station, and of both
+MM_DEG = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)  # of covariances in m and rad
 LEAST_EPSILON = 1e-14  # rad^2: K_1 of noise-free angles, so that no weight is infinite
 
 
@@ -249,7 +250,6 @@ def _one(
     share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
 
     def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
-        units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
         there = None if weighed is None else residuals(R, t, weighed, rotors)
         return PoseEstimate(
             estimator=estimator,
@@ -258,7 +258,7 @@ def _one(
             R=R,
             t_m=t,
             frame=optics.frame,
-            covariance=None if cov is None else cov * units,
+            covariance=None if cov is None else cov * MM_DEG,
             residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given, rotors),
             n_angles=2 * len(given.time_s),
             mirrored_share=share,
@@ -271,9 +271,8 @@ def _one(
     if weighed is not None:
         moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
         # On a straight path positions leave the turn about it open, the board's rotations do not.
-        starts = [(R, t), (turned, moved)]
-        if agreed.R is not None:
-            starts.append((agreed.R, agreed.t_m))
+        both = [] if agreed.R is None else [(agreed.R, agreed.t_m)]
+        starts = [(R, t), (turned, moved), *both]
         R, t, spread = last_step(starts, given, weighed, rotors, settings.lm_weights)
         parts = halves(R, t, weighed, rotors)
         found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
@@ -327,7 +326,6 @@ def _static(
     pose = static_pose(list(still.measurements), board, list(still.rotors))
     if pose is None:
         return []
-    units = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)
     mirror = "no mirrored pose"
     if np.isfinite(pose.ambiguity):
         mirror = f"K_1 of the mirrored pose is {pose.ambiguity:.3g} times that of the pose taken"
@@ -344,7 +342,7 @@ def _static(
             R=pose.R,
             t_m=pose.t_m,
             frame=still.frame,
-            covariance=pose.covariance * units,
+            covariance=pose.covariance * MM_DEG,
             residual_rms_urad=1e6 * pose.residual_rms_rad,
             n_angles=pose.n_angles,
             note=mirror + "".join(odd),

@@ -175,15 +175,6 @@ def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray)
     return Residuals(np.where(np.isfinite(cost), cost, np.inf), count, H_L, g_L, gain)
 
 
-def _equations(
-    R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Normal equations of each measurement, (n, 6, 6) and (n, 6), outliers left out."""
-    found = residuals(R, t, given, rotors)
-    kept = (found.count > 0) & (found.cost <= found.limit())
-    return found.H[kept], found.g[kept], kept
-
-
 def _descend(
     R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray, limit: float
 ) -> tuple[np.ndarray, np.ndarray, Residuals]:

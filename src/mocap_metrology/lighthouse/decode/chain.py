@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,13 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.board import FEWEST_DIODES, check_count, read_board
 from mocap_metrology.lighthouse.decode.angles_csv import read_angles
-from mocap_metrology.lighthouse.decode.clean import clean_hits
+from mocap_metrology.lighthouse.decode.clean import (
+    GATE_MAD,
+    GATE_RAD,
+    HALF_WINDOW,
+    N_SIGMA,
+    clean_hits,
+)
 from mocap_metrology.lighthouse.decode.dump import check_byte_order, read_dump
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.decode.flashes import find_flashes, within_flashes
@@ -36,10 +42,10 @@ FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
 class Cleaning:
     """Thresholds of `clean_hits`."""
 
-    gate_rad: float = 1.5e-3
-    gate_mad: float = 8.0
-    half_window: int = 15
-    n_sigma: float = 4.0
+    gate_rad: float = GATE_RAD
+    gate_mad: float = GATE_MAD
+    half_window: int = HALF_WINDOW
+    n_sigma: float = N_SIGMA
 
 
 @dataclass(frozen=True)
@@ -105,17 +111,10 @@ def decode(
         _check_diodes(places, hits, pulses.n_diodes, name)
         if kind == "gpio-dump":
             check_byte_order(hits, places, name)
-    given = cleaning or Cleaning()
-    step = {"resolution_rad": np.pi * pulses.resolution_s / CYCLE_S} if pulses else {}
-    hits, dropped = clean_hits(
-        hits,
-        places,
-        gate_rad=given.gate_rad,
-        gate_mad=given.gate_mad,
-        half_window=given.half_window,
-        n_sigma=given.n_sigma,
-        **step,
-    )
+    limits = asdict(cleaning or Cleaning())
+    if pulses:
+        limits["resolution_rad"] = np.pi * pulses.resolution_s / CYCLE_S
+    hits, dropped = clean_hits(hits, places, **limits)
     _check_stations(hits, name)
     stations, notes = _with_factory(stations, factory)
     notes = [*(pulses.notes if pulses else ()), *notes, *_odd_diodes(dropped)]

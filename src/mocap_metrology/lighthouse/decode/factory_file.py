@@ -79,11 +79,6 @@ def _of_libsurvive(path: str | Path) -> list[Station]:
     return stations
 
 
-def by_id(stations: Sequence[Station]) -> dict[int, Station]:
-    """Stations that have a factory calibration, by their id."""
-    return {s.id: s for s in stations if s.id is not None and s.factory is not None}
-
-
 def stations_to_json(stations: Sequence[Station]) -> list[dict[str, object]]:
     """What `stations.json` holds: a list, master first; null for what is not known."""
     return [

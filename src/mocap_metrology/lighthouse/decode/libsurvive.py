@@ -68,11 +68,6 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.n
     return _pulses(np.concatenate(seen.pulses), channels, len(board), name), board
 
 
-def tracked_objects(path: str | Path) -> list[str]:
-    """Names of the objects with raw pulses, most pulses first."""
-    return [name.decode("utf-8", "replace") for name, _ in _scan(path, b"").raw.most_common()]
-
-
 def _scan(path: str | Path, wanted: bytes) -> _Seen:
     seen = _Seen()
     for block in _blocks(path):

@@ -1,4 +1,16 @@
-"""One recording: numbers of every series, and the verdict on it."""
+"""One recording: numbers of every series, and the verdict on it: one word, and why.
+
+S 2.2 asks of a reference that its uncertainty be 4 to 10 times smaller than that of the device
+under test. The number held against this rule is the uncertainty of one frame about the mean of the
+horizon (`assess.uncertainty`, frame_mm) in the worst coordinate, as devices are compared frame by
+frame. For a device of 1 mm the rule asks for 0.25 mm at least (`usable`) and better 0.1 mm
+(`good`): the thresholds of the configuration. What else was found can only make the word worse:
+`checks`.
+
+It is of noise alone, the part that repeating a measurement shows (GUM 4.2, type A). What a
+reference adds by scale and distortion of its volume is the same in every frame of a still
+marker, and must be known otherwise.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +21,23 @@ from typing import TypedDict
 
 import numpy as np
 
-from mocap_metrology.noise.assess.checks import Facts, Thresholds
-from mocap_metrology.noise.assess.conformity import Verdict, verdict
+from mocap_metrology.noise.assess import checks
+from mocap_metrology.noise.assess.checks import (
+    COORDINATE,
+    WORDS,
+    Check,
+    Code,
+    Facts,
+    Series,
+    Thresholds,
+    Word,
+)
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span, assess_series
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import LONG_S
 
+RULE = (4, 10)  # times better than the device under test [S 2.2]
 CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
 
 
@@ -41,6 +63,21 @@ class Inputs:
     allan: Mapping[str, np.ndarray]
     outliers: Sequence[OutlierRow]
     findings: Sequence[Finding] = ()
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """word: one of `WORDS`; decided_by: the check that made it; caps: all other checks that allow
+    no better word than theirs; uncertainty: that of one frame, where it is known and did not
+    decide; reference_for_mm: by factor of `RULE`, the least uncertainty of a device it may serve as
+    a reference for by its noise alone: that many times the upper end of the interval of one frame
+    in the worst coordinate; NaN where the word is bad."""
+
+    word: Word
+    decided_by: Check
+    caps: tuple[Check, ...]
+    uncertainty: Check | None
+    reference_for_mm: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -81,6 +118,59 @@ def assess_recording(inputs: Inputs, span: Span, limits: Thresholds | None = Non
     if duration < LONG_S:
         numbers = {k: replace(v, drift_mm_per_h=math.nan) for k, v in numbers.items()}
     return Assessment(facts, span, limits, found, numbers)
+
+
+def verdict(series: Series, facts: Facts, limits: Thresholds | None = None) -> Verdict:
+    """Verdict on numbers of every series (`assess.uncertainty`), keyed by name.
+
+    Coordinates decide, distances do not: their noise is that of two coordinates. Movement is told
+    first: an uncertainty of what moves is none, and nothing may be held against it. Before it what
+    leaves nothing to judge by: a recording that is too short, or gaps.
+    """
+    limits = limits or Thresholds()
+    coordinates = {k: v for k, v in series.items() if COORDINATE.fullmatch(k)}
+    main = checks.uncertainty(checks.measured(coordinates, facts), facts, limits)
+    found = _checks(series, coordinates, facts, limits, main)
+    word = max((c.word for c in found), key=WORDS.index)
+    decided = next(c for c in found if c.word == word)
+    caps = tuple(c for c in found if c.word != "good" and c not in (main, decided))
+    moves = any(c.code is Code.MOVES and c.word == "bad" for c in found)
+    steps = facts.found("resolution_limited")
+    told = main in found and main is not decided and main.code is Code.FRAME and not moves
+    told = told and main.series not in steps
+    surely = math.nan
+    if word != "bad" and not facts.found("low_pass"):
+        surely = max(coordinates[main.series].frame_upper_end_mm, *steps.values(), 0.0)
+    reference = {str(k): k * surely for k in RULE}
+    return Verdict(word, decided, caps, main if told else None, reference)
+
+
+def _checks(
+    series: Series, coordinates: Series, facts: Facts, limits: Thresholds, main: Check
+) -> list[Check]:
+    """All, in the order in which they are told if equally bad."""
+    moving = checks.movement(series, coordinates, facts)
+    steps = checks.resolution(coordinates, facts, limits)
+    missing = checks.missing(coordinates, facts, limits)
+    length = checks.length(facts)
+    if length.word == "bad":
+        return [length, moving, missing]
+    first = [main, moving, checks.upper_end(coordinates, facts, limits, main), missing]
+    if steps.word != "good":
+        first = [steps, *first]
+    if moving.word == "bad" and main.code is Code.FRAME:
+        first = [moving, *(check for check in first if check is not moving)]
+    if missing.word == "bad" and not main.series:
+        first = [missing, moving]
+    return [
+        *first,
+        checks.low_pass(coordinates, facts),
+        checks.outliers(coordinates, facts, limits),
+        checks.drift(coordinates, facts, limits),
+        checks.model(coordinates, limits),
+        checks.duration(facts, limits),
+        checks.markers(facts, limits),
+    ]
 
 
 def _curve(allan: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:

@@ -21,7 +21,6 @@ from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.fit.allan.annealing import (
     AnnealingRun,
     AnnealingSettings,
-    annealing_ant_colony,
     annealing_run,
 )
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
@@ -38,7 +37,6 @@ from mocap_metrology.noise.model.components import Form, NoiseModel
 from mocap_metrology.noise.twins.published import printed_row, published_keys
 
 ESTIMATORS = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marquardt", "slopes")
-ASKED_FOR = ("annealing-ant-colony-plain",)  # twenty times as slow as all of these
 
 
 Section = Mapping[str, Any]  # checked where the configuration is read
@@ -184,23 +182,23 @@ def estimate_series(
         kept.append(run.periodogram)
         return _coarse(run.estimate, masked, resolution)
 
-    chosen: Settings = {
-        "criterion": settings.criterion,
-        "max_gauss_markov": settings.max_gauss_markov,
-        "sinusoid": settings.sinusoid,
-    }
+    chosen = Settings(
+        criterion=settings.criterion,
+        max_gauss_markov=settings.max_gauss_markov,
+        sinusoid=settings.sinusoid,
+    )
     fit = (*cleaned, frame_rate_hz, components)
+
+    def annealing(how: AnnealingSettings) -> Estimate:
+        return annealing_run(*fit, how, seed, settings.form, n * tau0).estimate
+
     runs: dict[str, Callable[[], Estimate]] = {
         "likelihood": by_likelihood,
         "weighted": lambda: weighted(
             curve.m, curve.variance, curve.edf, n, frame_rate_hz, None, chosen, settings.frames
         ),
-        "annealing-ant-colony": lambda: annealing_ant_colony(
-            *fit, settings.annealing, seed, settings.form, n * tau0
-        ),
-        "annealing-ant-colony-plain": lambda: annealing_ant_colony(
-            *fit, settings.annealing.plain, seed, settings.form, n * tau0
-        ),
+        "annealing-ant-colony": lambda: annealing(settings.annealing),
+        "annealing-ant-colony-plain": lambda: annealing(settings.annealing.plain),
         "levenberg-marquardt": lambda: levenberg_marquardt(
             *fit, seed, settings.form, within=settings.annealing.every_tau, duration=n * tau0
         ),
@@ -257,9 +255,9 @@ def expected_estimate(
     tau0 = 1 / frame_rate_hz
     avar = truth.avar(m, frame_rate_hz)
     asked, duration = settings.components(series), n * tau0
-    found = annealing_ant_colony(
+    found = annealing_run(
         m, avar, frame_rate_hz, asked, settings.annealing, settings.seed, settings.form, duration
-    )
+    ).estimate
     return with_crlb(found, n, frame_rate_hz, truth.form)
 
 

@@ -89,23 +89,20 @@ class PowerLaw:
         if self.alpha == 0:
             return self.h / (2 * tau)
         nyquist = 0.5 / tau0
-        found: np.ndarray
         if form == "sampled" and self.alpha == -2:
-            found = self.h * np.pi**2 * tau0 * (2 * m**2 + 1) / (3 * m)
-        elif form == "sampled":
+            return self.h * np.pi**2 * tau0 * (2 * m**2 + 1) / (3 * m)
+        if form == "sampled":
             unit = 2 * tau0 ** -(self.alpha + 1.0) / m**2
-            found = self.h * unit * band_limited(self.alpha, m)
-        elif self.alpha == -2:
-            found = self.h * 2 * np.pi**2 / 3 * tau
-        elif self.alpha == -1:
-            found = self.h * 2 * np.log(2) * np.ones_like(tau)
-        elif self.alpha == 1:
+            return self.h * unit * band_limited(self.alpha, m)
+        if self.alpha == -2:
+            return self.h * 2 * np.pi**2 / 3 * tau
+        if self.alpha == -1:
+            return self.h * 2 * np.log(2) * np.ones_like(tau)
+        if self.alpha == 1:
             # 3 gamma - ln 2 = 1.0385, printed 1.038
             bracket = 3 * (np.euler_gamma + np.log(2 * np.pi * nyquist * tau)) - np.log(2)
-            found = self.h * bracket / (2 * np.pi * tau) ** 2
-        else:
-            found = self.h * 3 * nyquist / (2 * np.pi * tau) ** 2
-        return found
+            return self.h * bracket / (2 * np.pi * tau) ** 2
+        return self.h * 3 * nyquist / (2 * np.pi * tau) ** 2
 
 
 @dataclass(frozen=True)

@@ -117,12 +117,9 @@ def power_law_means(
     if alpha == 2:
         return gain / (2 * np.pi * tau0) ** 2
     x = np.asarray(f, float) * tau0
-    found: np.ndarray
     if alpha == -1:
-        found = tau0 / (4 * np.pi**2) * gain * (x**-3 + _smooth(-1, x))
-    else:
-        found = gain / (2 * np.pi**2 * tau0) * (0.5 / x + _smooth(1, x))
-    return found
+        return tau0 / (4 * np.pi**2) * gain * (x**-3 + _smooth(-1, x))
+    return gain / (2 * np.pi**2 * tau0) * (0.5 / x + _smooth(1, x))
 
 
 def _smooth(alpha: int, x: np.ndarray) -> np.ndarray:
@@ -151,12 +148,9 @@ def correlated_means(a: float, gain: np.ndarray) -> np.ndarray:
     squared = np.expm1(-a) ** 2
     denominator = squared + math.exp(-a) * gain
     falling = -np.expm1(-2 * a)
-    found: np.ndarray
     if a > 1:
-        found = 2 / a**2 * (a - falling / 2 * gain / denominator)
-    else:
-        found = correlated_gain(a) * falling / denominator - 2 * sinh_minus(a) / a**2
-    return found
+        return 2 / a**2 * (a - falling / 2 * gain / denominator)
+    return correlated_gain(a) * falling / denominator - 2 * sinh_minus(a) / a**2
 
 
 def correlated_gain(a: float) -> float:

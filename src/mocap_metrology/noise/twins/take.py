@@ -143,21 +143,6 @@ def positions(
     return np.einsum("idk,kdt->it", gain, centroids_px)
 
 
-def triangulate(
-    facility: Facility, pixels: np.ndarray, subset: Sequence[int], start_mm: np.ndarray
-) -> np.ndarray:
-    """(3,) point with the least sum of squared residuals (two a camera), solved without
-    linearising: what `positions` is checked against. pixels: (n, 2)."""
-    from scipy.optimize import least_squares
-
-    own = list(subset)
-
-    def residual(point: np.ndarray) -> np.ndarray:
-        return (project(facility, point)[own] - pixels[own]).ravel()
-
-    return least_squares(residual, start_mm, x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
-
-
 def wishart_blocks(
     rng: np.random.Generator, covariance: np.ndarray, dof: float, n_blocks: int
 ) -> np.ndarray:

@@ -10,7 +10,6 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.fit.allan.annealing import (
     AnnealingSettings,
-    annealing_ant_colony,
     annealing_run,
 )
 from mocap_metrology.noise.fit.allan.relative import SearchRange, misfit
@@ -38,7 +37,7 @@ def scattered(model, seed, form="sampled", edf=3e6):
 @pytest.mark.parametrize("seed", range(5))
 def test_recovers_the_truth_from_every_seed(seed):
     avar = TRUTH.avar(M, RATE)
-    found = annealing_ant_colony(M, avar, RATE, Components.of(TRUTH), SETTINGS, seed, "sampled")
+    found = annealing_run(M, avar, RATE, Components.of(TRUTH), SETTINGS, seed, "sampled").estimate
     assert found.values == pytest.approx(TRUTH.coefficients(), rel=1e-3)
     assert {c.status for c in found.coefficients} == {"ok"}
     assert found.estimator == "annealing-ant-colony" and found.form == "sampled"
@@ -70,7 +69,9 @@ def test_nobody_finds_a_better_fit_to_scattered_variances():
             return 1 - model.avar(M, RATE) / avar
 
         other = least_squares(residual, np.log(list(TRUTH.coefficients().values())))
-        found = annealing_ant_colony(M, avar, RATE, Components.of(TRUTH), SETTINGS, seed, "sampled")
+        found = annealing_run(
+            M, avar, RATE, Components.of(TRUTH), SETTINGS, seed, "sampled"
+        ).estimate
         assert found.cost <= 2 * other.cost * (1 + 1e-6)
         assert found.cost == pytest.approx(
             np.sum(residual(np.log(list(found.values.values()))) ** 2)
@@ -87,7 +88,7 @@ def test_power_laws_alone_are_non_negative_least_squares():
         NoiseModel.from_coefficients({f"h_{a}": 1.0}).avar(M, RATE, "continuous") for a in alphas
     ]
     h, residual = nnls(np.array(curves).T / avar[:, None], np.ones(M.size))
-    found = annealing_ant_colony(M, avar, RATE, Components(alphas, 0), SETTINGS, 3)
+    found = annealing_run(M, avar, RATE, Components(alphas, 0), SETTINGS, 3).estimate
     assert found.cost == pytest.approx(residual**2, rel=1e-3)
     for alpha, expected in zip(alphas, h, strict=True):
         if expected > 0:
@@ -109,8 +110,8 @@ def test_same_seed_same_numbers_and_any_seed_the_same_optimum():
 
 def test_unit_of_length_does_not_matter():
     avar = scattered(TRUTH, 12)
-    mm = annealing_ant_colony(M, avar, RATE, Components.of(TRUTH), QUICK, 4)
-    um = annealing_ant_colony(M, 1e6 * avar, RATE, Components.of(TRUTH), QUICK, 4)
+    mm = annealing_run(M, avar, RATE, Components.of(TRUTH), QUICK, 4).estimate
+    um = annealing_run(M, 1e6 * avar, RATE, Components.of(TRUTH), QUICK, 4).estimate
     assert um.model.scaled(1e-3).coefficients() == pytest.approx(mm.values, rel=1e-6)
 
 
@@ -128,9 +129,9 @@ def test_starts_are_reported_with_their_cost():
 
 def test_what_is_not_there_ends_at_a_bound():
     white = NoiseModel.from_coefficients({"h_0": 1e-6})
-    found = annealing_ant_colony(
+    found = annealing_run(
         M, white.avar(M, RATE), RATE, Components((-2, 0, 2), 0), SETTINGS, 6
-    )
+    ).estimate
     assert {c.parameter: c.status for c in found.coefficients} == {
         "h_-2": "at_bound",
         "h_0": "ok",
@@ -141,14 +142,14 @@ def test_what_is_not_there_ends_at_a_bound():
 
 def test_time_constants_beyond_the_range_end_at_its_ends():
     long = NoiseModel.from_coefficients({"h_0": 1e-6, "q_c1": 1e-3, "T_c1": 3000.0})
-    found = annealing_ant_colony(
+    found = annealing_run(
         M, long.avar(M, RATE), RATE, Components((0,), 1), SETTINGS, 7, "sampled", duration=20_000.0
-    )
+    ).estimate
     status = {c.parameter: c.status for c in found.coefficients}
     assert status["T_c1"] == "at_bound" and found.values["T_c1"] == pytest.approx(2000.0)
     # The sampled curve of a term of two frames is beyond what the continuous form can follow
     short = NoiseModel.from_coefficients({"h_0": 1e-6, "q_c1": 0.05, "T_c1": 2 * TAU0})
-    found = annealing_ant_colony(M, short.avar(M, RATE), RATE, Components((0,), 1), SETTINGS, 8)
+    found = annealing_run(M, short.avar(M, RATE), RATE, Components((0,), 1), SETTINGS, 8).estimate
     assert found.values["T_c1"] == pytest.approx(2 * TAU0)
     assert {c.parameter: c.status for c in found.coefficients}["T_c1"] == "at_bound"
 
@@ -156,7 +157,7 @@ def test_time_constants_beyond_the_range_end_at_its_ends():
 def test_a_search_that_was_too_short_says_so():
     truth = published_row("T40", 10)["L"]
     hasty = AnnealingSettings(starts=3, iterations=1, descent=0, colony_iterations=0)
-    found = annealing_ant_colony(M, scattered(truth, 14), RATE, Components.of(truth), hasty, 1)
+    found = annealing_run(M, scattered(truth, 14), RATE, Components.of(truth), hasty, 1).estimate
     assert "not_converged" in {c.status for c in found.coefficients}
     assert "0 of 3 starts reached the cost of the result" in found.note
 
@@ -191,7 +192,7 @@ def test_a_slow_sinusoid_is_not_taken_out_of_chance():
     for seed in range(4):
         avar = scattered(truth, seed, "continuous")
         for within in (bounded, free):
-            found = annealing_ant_colony(M, avar, RATE, asked, within, 1, duration=32400.0)
+            found = annealing_run(M, avar, RATE, asked, within, 1, duration=32400.0).estimate
             f_0 = found.values["f_0"]
             assert within is free or 0.01 <= f_0 <= 60
             hits[within is bounded] += abs(f_0 / 14.4 - 1) < 0.1
@@ -205,7 +206,7 @@ def test_longest_tau_that_is_fitted():
     changed = np.where(M * TAU0 <= 0.03 * 32400, avar, 100 * avar)
     asked = M, avar, RATE, Components((0, 1, -2), 0), given, 1, "sampled", 32400.0
     again = M, changed, *asked[2:]
-    assert annealing_ant_colony(*again).cost == annealing_ant_colony(*asked).cost
+    assert annealing_run(*again).estimate.cost == annealing_run(*asked).estimate.cost
     within, terms = SearchRange(longest_tau_share=1e-3), Components((0,), 2)
     few = misfit(M[:20], avar[:20], RATE, terms, within=within, duration=100.0)
     assert few.m.size == 15
@@ -219,9 +220,9 @@ def test_bad_input_is_refused():
         (-avar, "expected a number > 0"),
     ):
         with pytest.raises(Refusal, match=expected):
-            annealing_ant_colony(M, bad, RATE, Components.of(TRUTH), QUICK, 1)
+            annealing_run(M, bad, RATE, Components.of(TRUTH), QUICK, 1)
     with pytest.raises(Refusal, match="5 Allan variances for 6 coefficients"):
-        annealing_ant_colony(M[:5], avar[:5], RATE, Components.of(TRUTH), QUICK, 1)
+        annealing_run(M[:5], avar[:5], RATE, Components.of(TRUTH), QUICK, 1)
 
 
 @pytest.mark.parametrize(

@@ -210,23 +210,6 @@ class AnnealingRun:
     colony_gain: float
 
 
-def annealing_ant_colony(
-    m: np.ndarray,
-    avar: np.ndarray,
-    frame_rate_hz: float,
-    components: Components,
-    settings: AnnealingSettings,
-    seed: int,
-    form: Form = "continuous",
-    duration: float | None = None,
-) -> Estimate:
-    """Noise coefficients from Allan variances avar (k,) in mm^2 at tau = m tau0 (s): see
-    `annealing_run`, of which this is the estimate."""
-    return annealing_run(
-        m, avar, frame_rate_hz, components, settings, seed, form, duration
-    ).estimate
-
-
 def annealing_run(
     m: np.ndarray,
     avar: np.ndarray,

@@ -1,0 +1,23 @@
+"""Triangulation without linearising, to check the linear one against."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mocap_metrology.noise.twins.take import Facility, project
+
+
+def triangulate(
+    facility: Facility, pixels: np.ndarray, subset: Sequence[int], start_mm: np.ndarray
+) -> np.ndarray:
+    """(3,) point with the least sum of squared residuals (two a camera). pixels: (n, 2)."""
+    from scipy.optimize import least_squares
+
+    own = list(subset)
+
+    def residual(point: np.ndarray) -> np.ndarray:
+        return (project(facility, point)[own] - pixels[own]).ravel()
+
+    return least_squares(residual, start_mm, x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15).x

@@ -38,11 +38,11 @@ env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled re
 
 .venv/.ready: $(LOCK) requirements/uv.txt pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
-		{ echo "mocap-metrology needs Python >= 3.11; name one with: make PYTHON=python3.12" >&2; exit 1; }
+		{ echo "mocap-metrology needs Python >= 3.11; name one with: make PYTHON=python3.13" >&2; exit 1; }
 	@rm -f $@
 	@$(PYTHON) -m venv --clear .venv 2>/dev/null && $(BIN)/python -m pip --version >/dev/null 2>&1 || \
 		{ rm -rf .venv; echo "$(PYTHON) cannot make a virtual environment; install its venv package" \
-		"(Debian, Ubuntu: apt-get install python3-venv) or name another: make PYTHON=python3.12" >&2; exit 1; }
+		"(Debian, Ubuntu: apt-get install python3-venv) or name another: make PYTHON=python3.13" >&2; exit 1; }
 	$(CLEAN) $(BIN)/python -m pip install --quiet --require-hashes -r requirements/uv.txt
 	$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip sync --quiet --require-hashes --compile-bytecode $(LOCK) requirements/uv.txt
 	$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --no-deps --no-build-isolation -e .
@@ -67,7 +67,7 @@ lint: env  ## check style, spelling and types of code and workflow
 hooks: env  ## check style and spelling before each commit from now on
 	@$(BIN)/pre-commit install
 
-peers: env  ## install what else can be run: OpenCV for the estimator pnp, and the peers of make benchmark
+peers: env  ## install what else can be run: OpenCV for the estimator pnp, and the peers of make benchmark (needs a C compiler)
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/peers.txt
 
 benchmark: warm peers  ## time the project beside its peers

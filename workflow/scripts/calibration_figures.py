@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     from mocap_metrology.present.calibration.calibration_figure import calibration_figure
     from mocap_metrology.present.calibration.calibration_files import read_calibration
     from mocap_metrology.present.drawing.style import save_figure
@@ -12,5 +10,5 @@ with step(snakemake) as log:
     given, params = snakemake.input, snakemake.params
     files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}
     calibration = read_calibration(files, params.name, params.twin)
-    save_figure(calibration_figure(calibration), Path(snakemake.output.png).with_suffix(""))
+    save_figure(calibration_figure(calibration), snakemake.output.png)
     log.info("verdict: %s", calibration.pose["verdict"]["word"])

@@ -13,5 +13,5 @@ with step(snakemake) as log:
     note = source_sentence({record["calibration"]: record["source"] for record in records})
     rows = calibration_table.calibration_rows(records)
     text = calibration_table.calibration_markdown(rows, f"{group}: calibrations", note=note)
-    write_with(snakemake.output[0].removesuffix(".csv"), rows, text)
+    write_with(snakemake.output[0], rows, text)
     log.info("%s: %d calibrations", group, len(rows))

@@ -32,14 +32,13 @@ with step(snakemake) as log:
         rows, laws = rows + found[0], laws + found[1]
         sigma.setdefault(kind, {}).update(levels_of(ids, levels))
     sources = tables.source_sentence(given.sources)
-    stem = str(Path(snakemake.output.csv).with_suffix(""))
     title = f"{group}: noise with each camera added"
     caption = f"{cameras.CAPTION} {sources}"
     text = tables.markdown(rows, title, caption) if rows else f"# {title}\n\nNothing to tell.\n"
-    tables.write_with(stem, rows, text, cameras.COLUMNS)
+    tables.write_with(snakemake.output.csv, rows, text, cameras.COLUMNS)
     law_title = f"{group}: noise against the number of cameras"
     tables.write_with(
-        snakemake.output.law.removesuffix(".csv"),
+        snakemake.output.law,
         laws,
         tables.markdown(laws, law_title, f"{cameras.LAW_CAPTION} {sources}") if laws else law_title,
         cameras.LAW_COLUMNS,
@@ -47,6 +46,6 @@ with step(snakemake) as log:
     summary = cameras.summary(rows, laws, settings)
     write_json(snakemake.output.json, summary)
     figure = camera_figure(rows, sigma, settings, title, sources)
-    save_figure(figure, Path(snakemake.output.svg).with_suffix(""))
+    save_figure(figure, snakemake.output.svg)
     for word in summary["words"]:
         log.info("%s", word)

@@ -81,6 +81,5 @@ with step(snakemake) as log:
     }
     draws = draw(twins, cleaning_of(given.hampel))
     rows = claim_rows(study, calibrations, sources, draws)
-    stem = str(Path(snakemake.output.csv).with_suffix(""))
-    tables.write_with(stem, rows, claims_markdown(rows), COLUMNS)
+    tables.write_with(snakemake.output.csv, rows, claims_markdown(rows), COLUMNS)
     log.info("%d claims", len(rows))

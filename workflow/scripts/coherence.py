@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_metadata, read_series
     from mocap_metrology.io.text.covariate import read_covariate
@@ -34,5 +32,5 @@ with step(snakemake) as log:
         for why, series in refused.items():
             log.warning("%s: %s: %s", name, ", ".join(series), why)
     caption = f"{compare.COHERENCE_CAPTION} {tables.source_sentence(sources)}"
-    stem = str(Path(snakemake.output.csv).with_suffix(""))
-    tables.write(stem, rows, f"{group}: noise and what was recorded beside it", caption)
+    title = f"{group}: noise and what was recorded beside it"
+    tables.write(snakemake.output.csv, rows, title, caption)

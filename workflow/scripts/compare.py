@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     from mocap_metrology.common.files import read_table, write_json
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
@@ -24,12 +22,12 @@ with step(snakemake) as log:
     sentence = tables.source_sentence(sources, snakemake.config["duration_s"])
     title = f"{group}: what has changed"
     text = compare.compare_markdown(rows, title, f"{compare.CAPTION} {sentence}")
-    tables.write_with(str(Path(snakemake.output.csv).with_suffix("")), rows, text)
+    tables.write_with(snakemake.output.csv, rows, text)
     words = compare.sentences(rows)
     write_json(snakemake.output.json, {"words": words})
     note = f"{compare.FIGURE} {sentence}"
     confidence = settings["confidence"]
     figure = compare_figure(found, settings["margin"], confidence, title, note)
-    save_figure(figure, Path(snakemake.output.svg).with_suffix(""))
+    save_figure(figure, snakemake.output.svg)
     for word in words:
         log.info("%s", word)

@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     import numpy as np
 
     from mocap_metrology.common.errors import Refusal
@@ -63,5 +61,5 @@ with step(snakemake) as log:
     rows = orientation_rows(origin["recording"], origin["source"], allan, found, refused)
     write_csv(snakemake.output.csv, rows)
     figure = orientation_figure(allan, found, origin, cluster, refused)
-    save_figure(figure, Path(snakemake.output.svg).with_suffix(""))
+    save_figure(figure, snakemake.output.svg)
     log.info("%s", rows)

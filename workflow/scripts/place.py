@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     from coordinates import read_coordinates
 
     from mocap_metrology.noise.motion.place import by_place, evenness
@@ -25,8 +23,7 @@ with step(snakemake) as log:
     source = tables.source_sentence({origin["recording"]: origin["source"]})
     caption = f"{place.CAPTION.format(cell=cell)} {words} {source}"
     title = f"{origin['recording']}: length by place"
-    stem = str(Path(snakemake.output.csv).with_suffix(""))
-    tables.write(stem, rows or [{"note": few}], title, caption)
+    tables.write(snakemake.output.csv, rows or [{"note": few}], title, caption)
     figure = place.place_figure(rows, title, caption)
-    save_figure(figure, Path(snakemake.output.svg).with_suffix(""))
+    save_figure(figure, snakemake.output.svg)
     log.info("%s", words)

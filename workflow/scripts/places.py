@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     import numpy as np
 
     from mocap_metrology.common.errors import Refusal
@@ -29,6 +27,5 @@ with step(snakemake) as log:
     caption = f"{place.PLACES_CAPTION} {tables.source_sentence(snakemake.params.sources)}"
     if len({tuple(row["markers"]) for row in rows}) > 1:
         caption += " Markers differ from place to place, so their own noise may, too."
-    stem = str(Path(snakemake.output.csv).with_suffix(""))
-    tables.write(stem, found, f"{group}: noise by place", caption)
+    tables.write(snakemake.output.csv, found, f"{group}: noise by place", caption)
     log.info("%d rows", len(found))

@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     from mocap_metrology.present import tables
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.skurowski import gather
@@ -20,5 +18,5 @@ with step(snakemake) as log:
     found = gather.subsets_of_group(rows, gaussian)
     title = f"{group}: spread over the number of cameras"
     figure = scaling_figure(found, title, f"{NOTE_GROUP} {source}")
-    save_figure(figure, Path(snakemake.output[0]).with_suffix(""))
+    save_figure(figure, snakemake.output[0])
     log.info("%s: %d subsets", group, len(found))

@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
@@ -36,5 +34,5 @@ with step(snakemake) as log:
         f"{apart}{guessed(snakemake.params.crumps)}{gather.source_and_length(every, lengths)}"
     )
     figure = crump_figure(shaken, quiet, TITLES[7], note)
-    save_figure(figure, Path(snakemake.output[0]).with_suffix(""))
+    save_figure(figure, snakemake.output[0])
     log.info("%s: drawn", rows[0]["recording"])

@@ -29,5 +29,5 @@ with step(snakemake) as log:
         "A1": lambda: allan_families.repaired_figure(rows, others, allan, source, confidence),
     }
     for path in (Path(path) for path in snakemake.output if path.endswith(".svg")):
-        save_figure(makers[path.stem[-2:]](), path.with_suffix(""))
+        save_figure(makers[path.stem[-2:]](), path)
         log.info("%s", path.stem)

@@ -15,7 +15,7 @@ with step(snakemake) as log:
         {row["recording"]: row["source"] for row in rows}, snakemake.config["duration_s"]
     )
     tables.write(
-        snakemake.output.csv.removesuffix(".csv"),
+        snakemake.output.csv,
         rows,
         f"{snakemake.wildcards.group}: verdicts",
         f"{verdict.CAPTION} {sentence}",

@@ -3,8 +3,6 @@
 from step import step
 
 with step(snakemake) as log:
-    from pathlib import Path
-
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
@@ -33,8 +31,7 @@ with step(snakemake) as log:
         if not rows:  # the first cameras of the sheet; others are in the table
             note = f"{compare.TREND_FIGURE} {', '.join(names)}. {sentence}"
             of_names = [dates[name] for name in names], allan, found, title, note
-            save_figure(trend_figure(names, *of_names), Path(snakemake.output.svg).with_suffix(""))
+            save_figure(trend_figure(names, *of_names), snakemake.output.svg)
         rows += [{"first": names[0], "last": names[-1], **row} for row in found]
-    stem = str(Path(snakemake.output.csv).with_suffix(""))
-    tables.write(stem, rows, title, f"{compare.TREND_CAPTION} {sentence}")
+    tables.write(snakemake.output.csv, rows, title, f"{compare.TREND_CAPTION} {sentence}")
     log.info("%d rows", len(rows))

@@ -36,7 +36,7 @@ def read(path: str | Path) -> pd.DataFrame:
 
 
 def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> None:
-    """Write `<path>.csv` and `<path>.md` (`path` has no suffix); what a row lacks is empty."""
+    """Write `<path>.csv` and `<path>.md` (`path` may be either's); what a row lacks is empty."""
     head = dict.fromkeys(name for row in rows for name in row)
     whole = [{name: row.get(name) for name in head} for row in rows]
     write_with(path, whole, markdown(whole, title, caption))
@@ -44,13 +44,13 @@ def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> No
 
 def write_with(path: str | Path, rows: Sequence[Row], text: str, head: Sequence[str] = ()) -> None:
     """Write rows as `<path>.csv` and `text` as `<path>.md`; `head`: columns where no row is."""
-    path = Path(path)
-    table = path.with_name(f"{path.name}.csv")
+    stem = str(path).removesuffix(".csv").removesuffix(".md")
+    table = Path(f"{stem}.csv")
     if rows:
         write_csv(table, rows)
     else:
         write_text(table, ",".join(head) + "\n")
-    write_text(path.with_name(f"{path.name}.md"), text)
+    write_text(f"{stem}.md", text)
 
 
 def aligned(lines: Sequence[Sequence[object]]) -> list[str]:

@@ -112,12 +112,14 @@ def styled() -> Iterator[None]:
         yield
 
 
-def save_figure(figure: Figure, stem: str | Path) -> tuple[Path, Path]:
-    """Write `<stem>.svg` and `<stem>.png`, both whole or neither; return their paths.
+def save_figure(figure: Figure, path: str | Path) -> tuple[Path, Path]:
+    """Write `<path>.svg` and `<path>.png`, both whole or neither; return their paths. `path` may be
+    that of either.
 
     No date, host or version goes in and SVG identifiers are hashes of the content, so the same
     figure gives the same bytes on one set of packages.
     """
+    stem = str(path).removesuffix(".svg").removesuffix(".png")
     svg, png = Path(f"{stem}.svg"), Path(f"{stem}.png")
     title = {"Title": figure.get_label()} if figure.get_label() else {}
     longer = figure.get_figheight() / MM / IMAGE_PAGE_MM

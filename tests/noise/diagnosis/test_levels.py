@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.levels import blocks, changes, trends
+from mocap_metrology.noise.diagnosis.levels import Sides, blocks, changes, trends
 from mocap_metrology.noise.diagnosis.outliers import heavy_tails
 
 RATE, N = 100.0, 60_000
@@ -75,3 +75,19 @@ def test_steps_of_the_file_and_repeated_frames_have_no_tails() -> None:
     assert not heavy_tails({k: np.round(v / 0.2) * 0.2 for k, v in series.items()}, 0.2)
     assert not heavy_tails({k: np.repeat(v[::2], 2) for k, v in series.items()}, 1.5e-5)
     assert not heavy_tails({"x1": np.full(N, np.nan), "x2": np.full(N, 3.0)}, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "lower", "upper", "word"),
+    [
+        (2.0, 1.2, 3.1, "changed"),
+        (0.6, 0.4, 0.9, "changed"),
+        (1.1, 0.9, 1.3, "alike"),
+        (1.1, 0.7, 1.6, "cannot be told"),
+        (np.nan, np.nan, np.nan, "unknown"),
+    ],
+)
+def test_an_interval_that_holds_one_is_alike_only_where_it_is_narrow(
+    ratio: float, lower: float, upper: float, word: str
+) -> None:
+    assert Sides("x1", 0.05, 0.05, 0.05, 0.05, ratio, lower, upper).word == word

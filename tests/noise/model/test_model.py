@@ -261,3 +261,11 @@ def test_coefficients_that_make_no_model_are_refused(coefficients, words):
     with pytest.raises(Refusal) as refusal:
         NoiseModel.from_coefficients(coefficients)
     assert words in str(refusal.value)
+
+
+def test_unfolded_spectrum_is_the_sum_of_its_parts():
+    """One-sided: h_0 + h_-2 / f^2 + 2 (q_c T_c)^2 / (1 + (2 pi f T_c)^2)."""
+    f = np.array([0.01, 0.5, 3.0, 1000.0])
+    parts = (PowerLaw(0, 3e-6), PowerLaw(-2, 2e-7), GaussMarkov(0.05, 1.5), Sinusoid(0.1, 2.0))
+    expected = 3e-6 + 2e-7 / f**2 + 2 * 0.075**2 / (1 + (3 * np.pi * f) ** 2)
+    np.testing.assert_allclose(NoiseModel(parts).psd_continuous(f), expected, rtol=1e-12)

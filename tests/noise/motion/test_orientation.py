@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.motion.orientation import of_cluster, of_poses
+from mocap_metrology.noise.motion.orientation import of_cluster, of_poses, unknown
 
 SHAPE = np.array([[0, 0, 0], [100, 0, 0], [0, 60, 10], [50, 40, 30.0]])
 PLACE = np.array([1000, -2000, 500.0])
@@ -86,3 +86,12 @@ def test_quaternions_of_either_sign() -> None:
 def test_what_has_no_orientation_is_refused(points: np.ndarray, message: str) -> None:
     with pytest.raises(Refusal, match=message):
         of_cluster(points)
+
+
+def test_how_far_a_swinging_body_turned() -> None:
+    """0.2 sin(phi) rad, phi even over a turn: 95 % of the angles are below 0.2 sin(0.95 pi/2)."""
+    phase = 2 * np.pi * np.arange(2000) / 2000
+    turns = Rotation.from_rotvec(0.2 * np.sin(phase)[:, None] * [[0.6, 0.0, 0.8]])
+    found = of_cluster(recording(turns, 0.0, 1))
+    assert found.range_rad == pytest.approx(0.2 * np.sin(0.95 * np.pi / 2), rel=1e-3)
+    assert np.isnan(unknown(5).range_rad) and unknown(5).vectors_rad.shape == (3, 5)

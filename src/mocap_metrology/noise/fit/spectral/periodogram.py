@@ -174,7 +174,7 @@ def periodogram(
     form: Form = "sampled",
 ) -> Periodogram:
     """Of complete stretches (n,) of a series; shares: of their samples that were measured; starts:
-    frames at which they begin; bands: that are left out of each (`without`), Hz;
+    frames at which they begin; bands: that are left out of each (`_without`), Hz;
     form: of the frames."""
     tau0 = 1 / frame_rate_hz
     found, slow, first = [], [], 0
@@ -229,16 +229,10 @@ def _mean_squares(c: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.nda
     return out
 
 
-def without(
-    series: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, float]]
-) -> Periodogram:
-    """The periodogram of one complete stretch (n,) without the coefficients in `bands` (Hz): bins
-    hold the mean of what is left, with so many degrees of freedom less, and next to none (and what
-    their neighbours hold) where nothing is."""
-    return _without(_transformed(series), data, bands) if bands else data
-
-
 def _without(c: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, float]]) -> Periodogram:
+    """The periodogram of one complete stretch of transform `c` (n,) without the coefficients in
+    `bands` (Hz): bins hold the mean of what is left, with so many degrees of freedom less, and next
+    to none (and what their neighbours hold) where nothing is."""
     if not bands:
         return data
     bins, n = data.bins, c.size

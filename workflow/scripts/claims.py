@@ -13,7 +13,7 @@ with step(snakemake) as log:
     from coordinates import read_coordinates
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.lighthouse.assess.reconstructions import reconstruction_errors
+    from mocap_metrology.lighthouse.assess.reference import reconstruction_errors
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
     from mocap_metrology.lighthouse.records import hits_of

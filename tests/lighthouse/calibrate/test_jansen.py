@@ -7,7 +7,7 @@ import pytest
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.reconstructions import reconstruction_errors
+from mocap_metrology.lighthouse.assess.reference import reconstruction_errors
 from mocap_metrology.lighthouse.calibrate.jansen import (
     Calibration,
     CalibrationSettings,

@@ -24,7 +24,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
-from mocap_metrology.lighthouse.records import ROLES, Station
+from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 
 MOUNT_COLUMNS = ("label", "x_m", "y_m", "z_m")
 LARGEST_RESIDUAL_MM = 5.0
@@ -71,6 +71,41 @@ def optical(reference: Reference, lasers_m: np.ndarray) -> Reference:
     lasers = np.asarray(lasers_m, dtype=np.float64)
     origin = np.stack([lasers[:, :, 0].mean(axis=1), lasers[:, 0, 1], lasers[:, 1, 2]], axis=1)
     return replace(reference, t_m=reference.t_m + reference.R @ origin[1] - origin[0])
+
+
+@dataclass(frozen=True)
+class ReconstructionErrors:
+    """Lengths of the errors of one recording by one of J's ways of completing measurements (IV), in
+    mm and deg, at stage `final`."""
+
+    way: str
+    error_mm: float
+    error_deg: float
+
+
+def reconstruction_errors(
+    hits: Hits, board: np.ndarray, true_rotation: np.ndarray, true_position_m: np.ndarray
+) -> list[ReconstructionErrors]:
+    """Pose of the slave by each of J's three ways, linear interpolation and ideal optics, against
+    the truth R (3, 3), t (3,) in m. By `paper-lm`, which finds the minimum of J's cost: his simplex
+    would add its own error. A way that is refused is left out."""
+    from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+    from mocap_metrology.lighthouse.calibrate.reconstruction import METHODS
+
+    truth, found = Reference(true_rotation, true_position_m), []
+    for way in METHODS:
+        settings = CalibrationSettings(
+            ("paper-lm",), ("ideal",), reconstruction=way, lm_interpolation="linear"
+        )
+        try:
+            estimates = calibrate(hits, board, (None, None), settings).estimates
+        except Refusal:
+            continue
+        last = next(e for e in estimates if e.stage in ("final", "static"))
+        offset, turn = errors(last.R, last.t_m, truth)
+        lengths = float(np.linalg.norm(offset)), float(np.linalg.norm(turn))
+        found.append(ReconstructionErrors(way, *lengths))
+    return found
 
 
 def check_ids(reference: Reference, stations: Sequence[Station]) -> str:

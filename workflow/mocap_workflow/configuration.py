@@ -189,7 +189,7 @@ def faults(
     error: ValidationError, section: type[Section], config: Mapping[str, object]
 ) -> list[str]:
     """A line for each wrong key, in the order of the settings; unknown ones come first."""
-    places = dict(_fault(loc, section, config) for loc, _ in misfits(error))
+    places = dict(_fault(one.loc, section, config) for one in misfits(error))
     return [f"config, key {line}" for line in sorted(places, key=lambda line: places[line])]
 
 

@@ -26,7 +26,7 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from mocap_workflow.faults import Faults, Loc, Unfit, shown, unknown
+from mocap_workflow.faults import Faults, Loc, Unfit, misfits, shown, unknown
 
 YAML = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # every job reads the twins: 0.05 s or 0.4 s
 TwinsFile = dict[str, dict[str, Any]]  # its sections
@@ -220,19 +220,19 @@ def read_entry(kind: type[OfKind], mapping: object, where: str) -> OfKind:
 def _lines(error: ValidationError, kind: type[Entry], where: str) -> list[str]:
     lines: list[str] = []
     missing: dict[str, list[str]] = {}
-    for one in error.errors(include_url=False):
-        at, between, key, of = _place(one["loc"], kind, where)
-        cause = one.get("ctx", {}).get("error")
-        if one["type"] == "missing" and of:
+    for one in misfits(error):
+        at, between, key, of = _place(one.loc, kind, where)
+        cause = one.cause
+        if one.kind == "missing" and of:
             missing.setdefault(f"{at}: {of.MISSING}", []).append(key)
-        elif one["type"] == "extra_forbidden" and of:
+        elif one.kind == "extra_forbidden" and of:
             known = ", ".join(of.fields_by_key())
             lines.append(f"{at}: unknown key {key!r}, expected one of {known}")
         elif isinstance(cause, Unfit):
             what = f"{cause.value!r}, expected {cause.expected}"
             lines.append(f"{at}{between}{key}{cause.at}: {what}")
         else:
-            what = cause or f"{one['input']!r}, expected keys with values"
+            what = str(cause or f"{one.value!r}, expected keys with values")
             lines.append(f"{at}{between}{key}: {what}")
     return lines + [line.format(", ".join(keys)) for line, keys in missing.items()]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import sys
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
@@ -72,11 +73,20 @@ def unfit(found: list[Unfit]) -> Unfit:
     return Unfit(found[0].expected, found[0].value, also=tuple(found[1:]))
 
 
-def misfits(error: ValidationError) -> Iterator[tuple[Loc, Unfit | None]]:
-    """Where something is wrong, and what was expected there; None where the type says it."""
-    for one in error.errors(include_url=False, include_input=False):
+@dataclass(frozen=True)
+class Misfit:
+    """One thing that pydantic found wrong: where, its name for it (`missing`, `extra_forbidden`),
+    the value, and what a check of ours raised."""
+
+    loc: Loc
+    kind: str
+    value: object
+    cause: Exception | None
+
+
+def misfits(error: ValidationError) -> Iterator[Misfit]:
+    """Everything that is wrong; several `Unfit` of one check one by one."""
+    for one in error.errors(include_url=False):
         cause = one.get("ctx", {}).get("error")
-        if isinstance(cause, Unfit):
-            yield from ((one["loc"], part) for part in (cause, *cause.also))
-        else:
-            yield one["loc"], None
+        for part in (cause, *cause.also) if isinstance(cause, Unfit) else (cause,):
+            yield Misfit(one["loc"], one["type"], one["input"], part)

@@ -207,7 +207,8 @@ def _lines(
     error: ValidationError, columns: list[str], where: str, cells: Mapping[str, str]
 ) -> list[str]:
     """A line for each wrong cell: first of those that do not look as they should."""
-    found = [(str(loc[0]), unfit) for loc, unfit in misfits(error) if unfit]
+    causes = ((str(one.loc[0]), one.cause) for one in misfits(error))
+    found = [(column, cause) for column, cause in causes if isinstance(cause, Unfit)]
     found.sort(key=lambda one: (not isinstance(one[1], Unmatched), columns.index(one[0])))
     return [
         f"{where}, column {column}: {shown(value)}; expected {unfit.expected}"

@@ -31,7 +31,7 @@ rule calibrate_twin:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("calibrate_twin.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"),
+        code=source("calibrate_twin.py", "io", "lighthouse", "pipeline", "present/text"),
         row=columns("calibration", "twin", "format", "board", *LABELS),
         twin=twin_of(CALIBRATION_TWINS),
         lighthouse=config["lighthouse"],
@@ -56,9 +56,7 @@ checkpoint check_calibration:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source(
-            "check_calibration.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"
-        ),
+        code=source("check_calibration.py", "io", "lighthouse", "pipeline"),
         row=columns("path", "sha256", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -86,7 +84,7 @@ rule decode:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("decode.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"),
+        code=source("decode.py", "io", "lighthouse", "pipeline", "present/text"),
         row=columns("calibration", "twin", "path", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -115,7 +113,7 @@ rule calibrate:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("calibrate.py", "lighthouse_steps.py", "io", "lighthouse", "present/text"),
+        code=source("calibrate.py", "io", "lighthouse", "pipeline", "present/text"),
         row=columns(*LABELS),
         lighthouse=config["lighthouse"],
     message:

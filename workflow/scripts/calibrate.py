@@ -1,9 +1,11 @@
-"""Sweeps and stations -> board poses and pose of the slave, see lighthouse_steps.write_poses."""
+"""Sweeps and stations -> board poses and pose of the slave."""
 
 from step import step
 
-with step(snakemake) as log:
-    from lighthouse_steps import write_poses
+with step(snakemake):
+    from mocap_metrology.pipeline.calibration import Asked
+    from mocap_metrology.pipeline.calibration_files import write_poses
+    from mocap_metrology.pipeline.settings import Lighthouse
 
-    given, files = dict(snakemake.input.items()), dict(snakemake.output.items())
-    write_poses(snakemake.params.row, snakemake.params.lighthouse, given, files, log)
+    asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
+    write_poses(asked, settings, dict(snakemake.input.items()), dict(snakemake.output.items()))

@@ -3,18 +3,21 @@
 from step import step
 
 with step(snakemake) as log:
-    from lighthouse_steps import write_decoded, write_poses, write_twin
+    from mocap_metrology.pipeline.calibration import Asked, decoded
+    from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
+    from mocap_metrology.pipeline.calibration_twin import write_twin
+    from mocap_metrology.pipeline.settings import Lighthouse
 
-    row, config = snakemake.params.row, snakemake.params.lighthouse
+    asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
     (twin,) = snakemake.params.twin.values()
     files = dict(snakemake.output.items())
     log.info("%s", write_twin(twin, snakemake.params.seed, files))
-    dump = {"dump": files["dump"], "board": files["twin_board"]}
-    write_decoded(row, config, dump, files, log)
+    found = decoded(asked, {"dump": files["dump"], "board": files["twin_board"]}, settings)
+    write_decoded(asked, found, settings, files)
     against = dict(snakemake.input.items())
     if "reference" not in against:
         mocap = twin.reference == "mocap"
         against["reference"] = files["reference" if mocap else "truth"]
         against["mount"] = files["mount"] if mocap else None
     made = {name: files[name] for name in ("sweeps", "stations", "board", "truth")}
-    write_poses(row, config, made | against, files, log)
+    write_poses(asked, settings, made | against, files)

@@ -1,9 +1,12 @@
-"""Recording -> pulses, stations and sweeps, see lighthouse_steps.write_decoded."""
+"""Recording -> pulses, stations and sweeps."""
 
 from step import step
 
-with step(snakemake) as log:
-    from lighthouse_steps import write_decoded
+with step(snakemake):
+    from mocap_metrology.pipeline.calibration import Asked, decoded
+    from mocap_metrology.pipeline.calibration_files import write_decoded
+    from mocap_metrology.pipeline.settings import Lighthouse
 
-    given, files = dict(snakemake.input.items()), dict(snakemake.output.items())
-    write_decoded(snakemake.params.row, snakemake.params.lighthouse, given, files, log)
+    asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
+    found = decoded(asked, dict(snakemake.input.items()), settings)
+    write_decoded(asked, found, settings, dict(snakemake.output.items()))

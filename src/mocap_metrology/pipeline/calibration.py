@@ -1,0 +1,111 @@
+"""What the steps of a calibration are given: a recording, settings, what to compare with."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import sha256
+from mocap_metrology.common.types import Row
+from mocap_metrology.io.read import read_recording
+from mocap_metrology.lighthouse.assess import reference
+from mocap_metrology.lighthouse.assess.reference import Reference
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
+from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode
+from mocap_metrology.pipeline.settings import Lighthouse
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of a calibration, as in a row of the sheet; board: the name of the tracked
+    object of a libsurvive recording; sha256: of the recording, where it is known."""
+
+    calibration: str = ""
+    path: str | None = None
+    format: str = "gpio-dump"
+    board: str | None = None
+    twin: str | None = None
+    sha256: str | None = None
+    reference_labels_master: Sequence[str] = ()
+    reference_labels_slave: Sequence[str] = ()
+
+
+def decoded(asked: Asked, files: Mapping[str, str], settings: Lighthouse) -> Decoded:
+    """A recording, decoded; `files` are named dump, board and factory."""
+    return decode(
+        files["dump"],
+        asked.format,
+        str(asked.board) if asked.format == "libsurvive-rec" else files["board"],
+        files.get("factory"),
+        sample_rate_hz=settings.sample_rate_hz,
+        active_level=settings.active_level,
+        cleaning=Cleaning(
+            gate_rad=1e-3 * settings.gate_mrad,
+            gate_mad=settings.gate_mad,
+            half_window=settings.still_half_window,
+            n_sigma=settings.still_n_sigma,
+        ),
+    )
+
+
+def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
+    """`CalibrationSettings` of the section lighthouse."""
+    lasers = settings.lasers_mm
+    return CalibrationSettings(
+        estimators=settings.estimators,
+        optics=settings.optics,
+        simplex_optics=settings.simplex_optics,
+        reconstruction=settings.reconstruction,
+        lm_interpolation=settings.lm_interpolation,
+        lm_weights=settings.lm_weights,
+        start_distance_m=settings.start_distance_m,
+        lasers_m=None if lasers is None else 1e-3 * np.reshape(lasers, (2, 2, 3)),
+        variant=settings.variant,
+        pnp_method=settings.pnp_method,
+    )
+
+
+def checked(asked: Asked, files: Mapping[str, str], settings: Lighthouse) -> tuple[Row, Decoded]:
+    """Contents of check.json, and the decoded recording; raises `Refusal` for one that cannot be
+    used."""
+    if asked.sha256 and (found := sha256(str(asked.path))) != asked.sha256:
+        name = Path(str(asked.path)).name
+        raise Refusal(f"{name}: SHA-256 is {found}; expected {asked.sha256}")
+    recording = decoded(asked, files, settings)
+    warnings = [
+        f"{station.role}: no factory values ({station.why}); expected errors of centimetres"
+        for station in recording.stations
+        if station.factory is None
+    ]
+    return {"ok": True, "why": "", "warnings": warnings, "notes": recording.notes}, recording
+
+
+def reference_of(asked: Asked, path: str | None, mount: str | None) -> Reference | None:
+    """The reference of a row: a pose file, or markers on both housings in a C3D file."""
+    if path is None:
+        return None
+    if not path.lower().endswith(".c3d"):
+        return reference.pose_reference(path)
+    master, slave = asked.reference_labels_master, asked.reference_labels_slave
+    known = reference.read_mount(str(mount))
+    if not master and not slave:  # a twin's: M1 ... on the master, S1 ... on the slave
+        master, slave = ([label for label in known if label.startswith(one)] for one in "MS")
+    found = read_recording([path], [*master, *slave], None)
+    said = f"markers in {Path(path).name}"
+    return reference.reference_from_markers(
+        found.position_mm, found.labels, master, slave, known, said
+    )
+
+
+def truths_of(path: str | None) -> dict[str, Reference] | None:
+    """What a twin was made with: between its housings, and between the origins of its optics."""
+    if path is None:
+        return None
+    lasers = json.loads(Path(path).read_text(encoding="utf-8"))["lasers_m"]
+    housing = reference.pose_reference(path)
+    return {"housing": housing, "optical": reference.optical(housing, np.array(lasers))}

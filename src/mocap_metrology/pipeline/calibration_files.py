@@ -1,0 +1,113 @@
+"""Files of a calibration: dump -> pulses, stations, sweeps -> board poses, pose of the slave.
+`given` and `files` are paths by name."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import (
+    read_table,
+    sha256,
+    versions,
+    write_csv,
+    write_json,
+    write_table,
+)
+from mocap_metrology.common.types import Row
+from mocap_metrology.lighthouse import records
+from mocap_metrology.lighthouse.assess.summary import refused, summary
+from mocap_metrology.lighthouse.board import read_board
+from mocap_metrology.lighthouse.calibrate.jansen import Calibration, calibrate
+from mocap_metrology.lighthouse.decode.chain import Decoded, dropped_share
+from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, stations_to_json
+from mocap_metrology.pipeline.calibration import (
+    Asked,
+    calibration_settings,
+    reference_of,
+    truths_of,
+)
+from mocap_metrology.pipeline.settings import Lighthouse
+from mocap_metrology.present.text.calibration import pose_document
+
+log = logging.getLogger(__name__)
+Paths = Mapping[str, str]
+
+
+def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Paths) -> None:
+    """Pulses, stations, clean hits, and the board; `files` are named pulses, stations, sweeps,
+    board."""
+    origin = {
+        "recording": asked.calibration,
+        "source": asked.twin or asked.path,
+        "twin": asked.twin,
+        "sha256": None if asked.twin else sha256(str(asked.path)),
+        "lighthouse": asdict(settings),
+        "duration_s": found.duration_s,
+        "resolution_s": found.pulses.resolution_s if found.pulses else None,
+        "notes": found.notes,
+        "clocks": [vars(clock) for clock in found.clocks],
+        "versions": versions("numpy", "numba", "pyarrow"),
+    }
+    table: Mapping[str, np.ndarray | Sequence[object]] = {
+        name: [] for name in ("start_s", "length_us", "diode")
+    }
+    if found.pulses is not None:
+        table = records.pulse_columns(found.pulses)
+    write_table(files["pulses"], table, origin, records.PULSES_CODED)
+    origin |= {"counts_by_diode": found.report, "dropped": dropped_share(found.report)}
+    write_table(files["sweeps"], records.sweep_columns(found.hits), origin, records.SWEEPS_CODED)
+    write_board(files["board"], found.board)
+    write_json(files["stations"], stations_to_json(found.stations))
+    for station in found.stations:
+        log.info("%s: id %s, mode %s, %s", station.role, station.id, station.mode, station.why)
+    log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
+
+
+def write_poses(asked: Asked, settings: Lighthouse, given: Paths, files: Paths) -> Row:
+    """sweeps.parquet, stations.json -> poses.parquet, pose.json: board poses and pose of the slave.
+
+    `given` are named sweeps, stations, board, and, where there are any, reference, mount, truth,
+    earlier; `files` pose, poses. Returns the contents of pose.json.
+    """
+    hits, origin = read_table(given["sweeps"])
+    stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
+    factories = [station.factory for station in stations]
+    found, board = Calibration(), read_board(given["board"])
+    try:
+        found = calibrate(
+            records.hits_of(hits), board, factories, calibration_settings(settings), log.info
+        )
+        result = summary(
+            found,
+            stations,
+            duration_s=origin["duration_s"],
+            resolution_s=origin["resolution_s"],
+            notes=origin["notes"],
+            reference=reference_of(asked, given.get("reference"), given.get("mount")),
+            truths=truths_of(given.get("truth")),
+            earlier=given.get("earlier"),
+        )
+    except Refusal as refusal:
+        log.warning("%s", refusal)
+        result = refused(stations, str(refusal))
+    document = pose_document(result)
+    log.info("%s", document["verdict"])
+    same = ("recording", "source", "twin", "sha256", "duration_s")
+    origin = {key: origin[key] for key in same} | {"lighthouse": asdict(settings)}
+    origin["versions"] = versions("numpy", "scipy", "numba")
+    write_table(files["poses"], records.pose_columns(found.paths), origin)
+    document |= {"origin": origin}
+    write_json(files["pose"], document)
+    return document
+
+
+def write_board(path: str, board: np.ndarray) -> None:
+    """A board as a CSV file x_m,y_m,z_m in diode order."""
+    write_csv(path, [dict(zip(("x_m", "y_m", "z_m"), place, strict=True)) for place in board])

@@ -220,3 +220,43 @@ def test_what_is_left_of_an_event():
 )
 def test_times_carry_over(seconds: float, text: str) -> None:
     assert time_words(seconds) == text
+
+
+def of_two_markers(first: np.ndarray, second: np.ndarray):
+    """What is said of two markers, and the codes of what was found."""
+    recording = made(np.stack([first, second]))
+    found = diagnose(recording, [], None, SETTINGS)
+    return sentences(recording, found, [], SETTINGS), findings_of(recording, found, [])
+
+
+def test_of_markers_that_walk_the_movement_is_said_and_no_noise():
+    """Codes of what else was found stay for programs."""
+    rng = np.random.default_rng(3)
+    still = rng.normal(0, 0.05, (2, 3, 2400)) + 200.0
+    t = np.arange(2400) / RATE
+    gait = np.stack([1200 * t, 60 * np.sin(5.6 * t), 900 + 40 * np.sin(11.2 * t)])
+    said, found = of_two_markers(gait, gait + still[1])
+    assert said[0].kind == "moving" and said[0].words.startswith("Marker A seems to move, and so")
+    assert {one.kind for one in said} <= {"moving", "filled", "repeated", "gaps"}
+    assert {"moves", "event"} & {one.code for one in found} == {"moves"}
+    # Where one marker stands, its noise is told after the movement
+    said, _ = of_two_markers(gait, still[1])
+    assert said[0].kind == "moving" and {"resolution", "periodic"} <= {one.kind for one in said}
+    # A marker that was pushed once stands before and after
+    pushed = rng.normal(0, 0.05, (2, 3, 7200)) + 200.0
+    pushed[:, 0, 3600:] += 5.0
+    said, _ = of_two_markers(*pushed)
+    assert said[0].kind == "moving" and {"resolution", "periodic"} <= {one.kind for one in said}
+
+
+def test_positions_that_are_repeated_are_named():
+    """Every second frame is that before: 60 Hz that were exported as 120."""
+    rng = np.random.default_rng(4)
+    doubled = np.repeat(rng.normal(0, 0.05, (3, 1200)) + 200.0, 2, axis=1)
+    said, found = of_two_markers(doubled, rng.normal(0, 0.05, (3, 2400)) + 300.0)
+    (words,) = [one.words for one in said if one.kind == "repeated"]
+    assert words.startswith(
+        "A repeats its position exactly in 50 % of the frames, for up to 0.0083"
+    )
+    shares = {one.series: one.value for one in found if one.code == "repeated"}
+    assert shares == {axis: pytest.approx(0.5, abs=1e-3) for axis in ("x1", "y1", "z1")}

@@ -293,3 +293,22 @@ def test_a_walk_is_a_walk() -> None:
     assert (found.code, found.series, found.value) == (Code.RANDOM_WALK, "y1", 0.5)
     found = judged(drift_mm_per_h=0.5).decided_by
     assert (found.code, found.value, found.over_s) == (Code.DRIFT, 0.5, 3600.0)
+
+
+def test_of_what_moves_only_gaps_count_beside_the_movement() -> None:
+    """Drift, outliers and a misfit of a marker that walks are its walk."""
+    spoilt = {"drift_mm_per_h": 5.0, "status": "misfit"}
+    facts = {"missing": {"y1": 0.05}, "outliers": {"y1": 0.03}, "n_markers": 1}
+    still = judged(facts, **spoilt)
+    assert {c.code for c in still.caps} == {
+        *(Code.MISSING, Code.OUTLIERS, Code.MISFIT, Code.MARKERS),
+    }
+    moving = found_of("moves", x1=2021.4, y1=300.0, L=5.0)
+    gone = judged(facts | {"findings": moving, "labels": ("A",)}, **spoilt)
+    assert (gone.word, gone.decided_by.code) == ("bad", Code.MOVES)
+    assert [c.code for c in gone.caps] == [Code.MISSING]
+    # Another marker stands still: what there is of its noise is told
+    both = replace(FACTS, findings=found_of("moves", x1=2021.4, L=5.0), labels=("A", "B"))
+    series = {"x1": FINE, "x2": replace(FINE, **spoilt), "L": FINE}
+    found = verdict(series, both, LIMITS)
+    assert found.decided_by.code is Code.MOVES and Code.MISFIT in {c.code for c in found.caps}

@@ -28,6 +28,7 @@ from mocap_metrology.noise.assess.checks import (
     Check,
     Code,
     Facts,
+    MovementCheck,
     Series,
     Thresholds,
     Word,
@@ -37,6 +38,7 @@ from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import LONG_S
 
+OF_MOVING = (Code.MISSING, Code.MISSING_OR_FILLED)  # what else counts where every marker moves
 RULE = (4, 10)  # times better than the device under test [S 2.2]
 CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
 
@@ -68,10 +70,11 @@ class Inputs:
 @dataclass(frozen=True)
 class Verdict:
     """word: one of `WORDS`; decided_by: the check that made it; caps: all other checks that allow
-    no better word than theirs; uncertainty: that of one frame, where it is known and did not
-    decide; reference_for_mm: by factor of `RULE`, the least uncertainty of a device it may serve as
-    a reference for by its noise alone: that many times the upper end of the interval of one frame
-    in the worst coordinate; NaN where the word is bad."""
+    no better word than theirs (where every marker moves, only those that are not of noise);
+    uncertainty: that of one frame, where it is known and did not decide; reference_for_mm: by
+    factor of `RULE`, the least uncertainty of a device it may serve as a reference for by its noise
+    alone: that many times the upper end of the interval of one frame in the worst coordinate; NaN
+    where the word is bad."""
 
     word: Word
     decided_by: Check
@@ -134,6 +137,8 @@ def verdict(series: Series, facts: Facts, limits: Thresholds | None = None) -> V
     word = max((c.word for c in found), key=WORDS.index)
     decided = next(c for c in found if c.word == word)
     caps = tuple(c for c in found if c.word != "good" and c not in (main, decided))
+    if isinstance(decided, MovementCheck) and not decided.still:
+        caps = tuple(c for c in caps if c.code in OF_MOVING)
     moves = any(c.code is Code.MOVES and c.word == "bad" for c in found)
     steps = facts.found("resolution_limited")
     told = main in found and main is not decided and main.code is Code.FRAME and not moves

@@ -25,6 +25,7 @@ CODES = {
     "moves": ("mm", "movement that the noise does not explain, within the horizon"),
     "low_pass": ("Hz", "cutoff of a low-pass filter that ran before the export"),
     "gap_filled": ("", "share of the frames that an interpolation filled"),
+    "repeated": ("", "share of the frames that repeat the position of the frame before"),
     "resolution_limited": ("mm", "step of the file, which exceeds the noise"),
     "heavy_tails": ("", "excess kurtosis of the differences of frames"),
     "level_changes": ("", "relative change of the level of the noise over the recording"),
@@ -98,6 +99,7 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
         _moves(found),
         _low_pass(found),
         _gap_filled(recording),
+        _repeated(recording, found),
         _coarse(found),
         _heavy_tails(found),
         _level_changes(found),
@@ -118,6 +120,15 @@ def _gap_filled(recording: Recording) -> list[Finding]:
         Finding("gap_filled", f"{axis}{k}", recording.n_filled[label] / recording.n_frames)
         for k, label in enumerate(recording.labels, start=1)
         if recording.n_filled.get(label)
+        for axis in AXES
+    ]
+
+
+def _repeated(recording: Recording, found: Diagnosis) -> list[Finding]:
+    """Of all coordinates of a marker, as they repeat together."""
+    return [
+        Finding("repeated", f"{axis}{recording.labels.index(one.label) + 1}", one.share)
+        for one in found.repeats
         for axis in AXES
     ]
 

@@ -30,6 +30,7 @@ from mocap_metrology.noise.diagnosis.outliers import (
     without,
 )
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
+from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.likelihood import (
     LONGEST_GAP,
@@ -40,7 +41,7 @@ from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.gaussian.two_markers import Drift, drift
 from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 from mocap_metrology.noise.motion.movement import Movement, movement
-from mocap_metrology.noise.series import all_series
+from mocap_metrology.noise.series import AXES, all_series
 
 NOTCHES = 3  # of a series: its strongest lines
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
@@ -101,7 +102,8 @@ class Diagnosis:
     frames a marker lacks; drifts: a series; movements: a series; dynamics, levels
     (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
     and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
-    before the export; trends: slow changes of the level of the noise."""
+    before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
+    their position."""
 
     events: list[Event]
     lines: list[Found]
@@ -119,6 +121,7 @@ class Diagnosis:
     low_pass: list[LowPass]
     trends: list[Trend]
     tails: list[Tails]
+    repeats: list[Repeats]
 
 
 def diagnose(
@@ -171,7 +174,7 @@ def diagnose(
         _movements(recording, settings), dynamics, levels,
         sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
         _low_pass(recording, blanked, levels, settings), _trends(levels, events),
-        heavy_tails(blanked, step),
+        heavy_tails(blanked, step), _repeats(recording),
     )  # fmt: skip
 
 
@@ -264,6 +267,15 @@ def _low_pass(
         if k not in busy and not (k in recording.coordinates and k[1:] in numbers)
     }
     return low_passes(still, recording.frame_rate_hz, recording.resolution_mm)
+
+
+def _repeats(recording: Recording) -> list[Repeats]:
+    """Of every marker, as recorded."""
+    found = [
+        repeats(label, [recording.coordinates[f"{axis}{k}"] for axis in AXES], recording.step_mm)
+        for k, label in enumerate(recording.labels, start=1)
+    ]
+    return [one for one in found if one is not None]
 
 
 def _model(noise: Sequence[NoiseRow], series: str) -> NoiseModel | None:

@@ -36,6 +36,7 @@ from mocap_metrology.present.text.recording_states import (
     filled_words,
     level_words,
     low_pass_words,
+    repeated_words,
     tail_words,
 )
 from mocap_metrology.present.text.sentence import Sentence, severity
@@ -56,25 +57,34 @@ def sentences(
     noise: Sequence[NoiseRow],
     settings: DiagnosisSettings,
 ) -> list[Sentence]:
-    """All that is to be said of a recording, warnings first."""
+    """All that is to be said of a recording, warnings first, movement before all others.
+
+    Where every marker moves on, nothing is said of noise: what moves hides it.
+    """
+    moving = _moving(found.movements, recording, settings)
+    of_the_data = [
+        *filled_words(recording),
+        *repeated_words(found.repeats, recording),
+        *_gaps(found.missing),
+    ]
+    if _all_move_on(found.movements, recording):
+        return [*moving, *sorted(of_the_data, key=lambda s: s.severity != "warning")]
     parts: list[Iterable[Sentence]] = [
         _events(found, recording, settings),
         _periodic(found.lines, recording),
-        _moving(found.movements, recording, settings),
         _misfit(noise, found),
         _under_the_noise(noise, recording),
         low_pass_words(found.low_pass),
         level_words(found.trends),
         tail_words(found.tails),
-        filled_words(recording),
-        _gaps(found.missing),
+        of_the_data,
         _outliers(found, recording, settings.spike_sigma),
         _resolution(found.resolutions),
         _filters(found.filtered),
         _drift(found, recording),
     ]
     said = [sentence for part in parts for sentence in part]
-    return sorted(said, key=lambda s: s.severity != "warning")
+    return [*moving, *sorted(said, key=lambda s: s.severity != "warning")]
 
 
 def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> list[Sentence]:
@@ -362,6 +372,15 @@ def _moving(
         Sentence("moving", "warning", named, f"{line[0].upper()}{line[1:]}.", {"size_mm": sizes})
         for line in movement_words(most_moving(by_marker), within)
     ]
+
+
+def _all_move_on(movements: Mapping[str, Movement], recording: Recording) -> bool:
+    """Whether every marker moves, and not by one jump alone, on both sides of which it stands."""
+    return all(
+        any(one.moves and math.isnan(one.time_s) for one in own)
+        for k in range(1, len(recording.labels) + 1)
+        for own in [[movements[f"{axis}{k}"] for axis in AXES]]
+    )
 
 
 def _misfit(noise: Sequence[NoiseRow], found: Diagnosis) -> list[Sentence]:

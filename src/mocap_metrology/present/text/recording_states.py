@@ -11,8 +11,9 @@ from mocap_metrology.noise.diagnosis.export import MANY_FILLED, LowPass
 from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.recording import Recording
+from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.text.numbers import percent, signed
+from mocap_metrology.present.text.numbers import mm, percent, signed
 from mocap_metrology.present.text.sentence import Sentence, severity
 
 
@@ -80,3 +81,20 @@ def filled_words(recording: Recording) -> list[Sentence]:
                 Sentence("filled", severity(share > MANY_FILLED), names, words, {"share": share})
             )
     return told
+
+
+def repeated_words(found: Sequence[Repeats], recording: Recording) -> list[Sentence]:
+    """One a marker that repeats its position."""
+    said = []
+    for one in found:
+        k = list(recording.labels).index(one.label) + 1
+        longest = one.longest / recording.frame_rate_hz
+        words = (
+            f"{one.label} repeats its position exactly in {percent(one.share)} of the frames, for "
+            f"up to {longest:.2g} s, and then moves by {mm(one.change_mm)} at once: filtered or "
+            "gap-filled before the export."
+        )
+        names = tuple(f"{axis}{k}" for axis in AXES)
+        numbers = {"share": one.share, "longest_s": longest, "change_mm": one.change_mm}
+        said.append(Sentence("repeated", "warning", names, words, numbers))
+    return said

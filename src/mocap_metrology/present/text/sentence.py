@@ -12,8 +12,8 @@ Severity = Literal["info", "warning"]
 @dataclass(frozen=True)
 class Sentence:
     """kind: event, periodic, resolution, filter, low_pass, warm_up, drift, outliers, gaps, filled,
-    moving, misfit, level, tails; severity: info or warning; words: a sentence; numbers: those in
-    it, units in their names."""
+    repeated, moving, misfit, level, tails; severity: info or warning; words: a sentence; numbers:
+    those in it, units in their names."""
 
     kind: str
     severity: Severity

@@ -1,0 +1,78 @@
+"""Frames that repeat the position before them exactly: what a filter or a fill leaves.
+
+All three coordinates of a measured marker stay the same from one frame to the next only where the
+steps of the file hide its noise, and then it also leaves such a place by a step or two. Where it
+leaves by many steps of the file, a coordinate had kept its value by chance with a probability of
+about step / change, and three of them with far less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mocap_metrology.noise.diagnosis.export import MANY_FILLED, Rule
+
+LEAST_CHANGES = 16  # of frames, to know what a marker does from one to the next
+HIDDEN = 0.005  # quantile of the changes: files may have coarser steps than they say
+BEYOND = 4.0  # times the share that chance makes of one coordinate
+LIKELIEST = 1 / 8  # chance of a repeat, from which nothing is told
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Of one marker: share of the frames that repeat the one before; the longest such stretch, in
+    frames; change_mm: what the marker does when it leaves one (median)."""
+
+    label: str
+    share: float
+    longest: int
+    change_mm: float
+
+
+def repeats(
+    label: str, position_mm: Sequence[npt.NDArray[np.floating]], step_mm: float
+) -> Repeats | None:
+    """Of x, y, z (n,) in mm, NaN in gaps; `step_mm`: of the file, 0 where it is not known.
+
+    None where there are no more repeats than chance and the steps of the file make.
+    """
+    same = np.logical_and.reduce([axis[1:] == axis[:-1] for axis in position_mm])
+    count = int(same.sum())
+    if not count:
+        return None
+    changes = np.abs(np.diff(np.asarray(position_mm, dtype=np.float64), axis=1))
+    moved = changes[:, ~same & np.isfinite(changes).all(axis=0)]
+    if moved.shape[1] < LEAST_CHANGES:
+        return None
+    runs = np.flatnonzero(np.diff(np.concatenate([[0], same.view(np.int8), [0]]))).reshape(-1, 2)
+    change, chance = _leaving(changes, runs, moved, step_mm)
+    longest, share = int(np.ptp(runs, axis=1).max()), count / (same.size + 1)
+    if chance > LIKELIEST:
+        return None
+    if share <= max(MANY_FILLED, BEYOND * chance) and longest < Rule.run(chance):
+        return None
+    return Repeats(label, share, longest, change)
+
+
+def _leaving(
+    changes: npt.NDArray[np.float64],
+    runs: npt.NDArray[np.intp],
+    moved: npt.NDArray[np.float64],
+    step_mm: float,
+) -> tuple[float, float]:
+    """What the coordinate that does most does before and after the `runs`, the smaller of both, in
+    mm, and the chance that it repeats its value."""
+    padded = np.pad(changes, ((0, 0), (1, 1)), constant_values=np.nan)
+    ends = np.fmin(padded[:, runs[:, 0]], padded[:, runs[:, 1] + 1])
+    best = 0.0, 1.0
+    for own, every in zip(ends, moved, strict=True):
+        known, steps = own[np.isfinite(own)], every[every > 0]
+        change = float(np.median(known)) if known.size else 0.0
+        if change > 0 and steps.size:
+            step = max(step_mm, float(np.quantile(steps, HIDDEN)))
+            best = min(best, (change, min(step / change, 1.0)), key=lambda one: one[1])
+    return best

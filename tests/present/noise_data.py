@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 
 from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
 from mocap_metrology.noise.model.components import NoiseModel
@@ -101,11 +102,12 @@ def periodogram_arrays(model: NoiseModel, per_decade: int = 40, n: int = 3_888_0
     return dict(zip(columns, (f, lower, upper, psd, dof), strict=True))
 
 
-def assert_texts_apart(figure) -> None:
+def assert_texts_apart(picture) -> None:
     """No text lies on another one (axis labels: see `figure_data.check`)."""
+    figure = picture.figure
     texts = [text for owner in (figure, *figure.axes) for text in owner.texts if text.get_text()]
     with styled():
         renderer = FigureCanvasAgg(figure).get_renderer()
-        boxes = [(t.get_text(), t.get_window_extent(renderer).padded(-1)) for t in texts]
+        boxes = [(t.get_text(), Text.get_window_extent(t, renderer).padded(-1)) for t in texts]
     for (one, box), (other, beside) in combinations(boxes, 2):
         assert not box.overlaps(beside), (one, other)

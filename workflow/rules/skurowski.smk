@@ -48,7 +48,7 @@ rule skurowski_theory:
         runtime=minutes(10),
     params:
         code=source("skurowski_theory.py", "noise", "present"),
-        caption=captions.SKUROWSKI_THEORY,
+        caption=captions.of_skurowski(1, 2, 3),
     message:
         "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
     script:
@@ -99,7 +99,7 @@ rule skurowski_gaussian_figures:
         runtime=minutes(10),
     params:
         code=source("skurowski_gaussian_figures.py", "noise", "present"),
-        caption=captions.SKUROWSKI_GAUSSIAN,
+        caption=captions.of_skurowski(9, 10, 11),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
         twins=TWINS_OF_PAPER,
     message:
@@ -162,7 +162,7 @@ rule skurowski_noise_figures:
         runtime=minutes(30),
     params:
         code=source("skurowski_noise_figures.py", "noise", "present"),
-        caption=captions.SKUROWSKI_NOISE,
+        caption=captions.of_skurowski(6, 14, 15, 16, 17),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
         settings=NOISE_SETTINGS,
     message:
@@ -191,7 +191,7 @@ rule skurowski_crump:
         runtime=minutes(10),
     params:
         code=source("skurowski_crump.py", "coordinates.py", "noise", "present"),
-        caption=captions.SKUROWSKI_FAMILIES,
+        caption=captions.of_skurowski(7),
         rows=columns("recording", "twin", of=together(SHAKEN, WITHOUT_SHOCK)),
         crumps=column_of_twins("crump", of=SHAKEN),
     message:
@@ -218,7 +218,7 @@ rule skurowski_failing:
         runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
-        caption=captions.SKUROWSKI_FAMILIES,
+        caption=captions.of_skurowski(8),
         rows=columns(*SUBSET, of=accepted(selection.with_and_without_failing, SKUROWSKI)),
     message:
         "Figure 8 of Skurowski & Pawlyta 2019"
@@ -244,7 +244,7 @@ rule skurowski_families:
         runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
-        caption=captions.SKUROWSKI_FAMILIES,
+        caption=captions.of_skurowski(12, 13),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
     message:
         "Figures 12 and 13 of Skurowski & Pawlyta 2019"
@@ -276,7 +276,7 @@ rule skurowski_repaired:
         runtime=minutes(10),
     params:
         code=source("skurowski_families.py", "noise", "present"),
-        caption=captions.SKUROWSKI_FAMILIES,
+        caption=captions.of_skurowski("A1"),
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_REPAIRED),
         others=columns("recording", "twin", of=BEFORE_REPAIR),
         left_out=column_of_twins("without_T_c_below_s", of=OF_REPAIRED),

@@ -11,6 +11,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.groups.coefficients import coefficients_figure, correlated_figure
     from mocap_metrology.present.groups.group_tables import read_noise
     from mocap_metrology.present.groups.members import family_of
+    from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
 
     given, group = snakemake.input, snakemake.wildcards.group
@@ -18,19 +19,19 @@ with step(snakemake) as log:
     family = family_of(rows)
     allan = {name: read_table(path) for name, path in zip(rows, given.allan, strict=True)}
     lengths = {name: gather.length_s(origin) for name, (_, origin) in allan.items()}
-    source = gather.source_and_length(rows, lengths, paper=False)
+    source, remarks = gather.sources(rows, lengths, paper=False)
     noise = {name: read_noise(path) for name, path in zip(rows, given.noise, strict=True)}
     series = {name: list(dict.fromkeys(row["series"] for row in of)) for name, of in noise.items()}
     confidence = next(iter(allan.values()))[1]["allan"]["confidence"]
     columns = {name: found[0] for name, found in allan.items()}
-    likelihood = f"By the likelihood estimator. {source}"
+    likelihood = f"By the likelihood estimator. {source} {remarks}"
+    title, folder = f"{group}: Allan deviation", Path(snakemake.output[0]).parent
+    picture = family_figure(family, columns, series, title, source, remarks, confidence)
+    save(picture, folder / f"{group}_adev")
     figures = {
-        "adev": family_figure(
-            family, columns, series, f"{group}: Allan deviation", source, confidence
-        ),
         "coefficients": coefficients_figure(family, noise, f"{group}: power-law noise", likelihood),
         "correlated": correlated_figure(family, noise, f"{group}: correlated noise", likelihood),
     }
     for name, figure in figures.items():
-        save_figure(figure, Path(snakemake.output[0]).parent / f"{group}_{name}")
+        save_figure(figure, folder / f"{group}_{name}")
     log.info("%s: %d recordings", group, len(rows))

@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.series import all_series
-    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
     from mocap_metrology.present.skurowski.allan_families import TITLES
     from mocap_metrology.present.skurowski.crump import Shaken, crump_figure, guessed
@@ -28,11 +28,11 @@ with step(snakemake) as log:
     lengths = {row["recording"]: gather.length_s(of) for row, of in zip(rows, origins, strict=True)}
     label = rows[1]["recording"] if other else ""
     quiet = (f"{label}, without a shock", other[0][0]) if other else None
-    apart = f"{label} is another draw of noise: far right they differ by chance. " if other else ""
-    note = (
-        f"Recording {rows[0]['recording']}; S shows one of all its cameras. "
-        f"{apart}{guessed(snakemake.params.crumps)}{gather.source_and_length(every, lengths)}"
+    apart = f"{label} is another realisation of the noise: they differ by chance. " if other else ""
+    source, remarks = gather.sources(every, lengths)
+    remarks = (
+        f"Recording {rows[0]['recording']}; the paper shows one of all its cameras. "
+        f"{apart}{guessed(snakemake.params.crumps)}{remarks}"
     )
-    figure = crump_figure(shaken, quiet, TITLES[7], note)
-    save_figure(figure, snakemake.output[0])
+    save(crump_figure(shaken, quiet, TITLES[7], source, remarks), snakemake.output[0])
     log.info("%s: drawn", rows[0]["recording"])

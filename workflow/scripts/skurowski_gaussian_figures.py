@@ -18,7 +18,7 @@ with step(snakemake) as log:
     rows = {row["recording"]: row for row in given.rows}
     twins = given.twins
     lengths = {name: twin.duration_s for name, twin in twins.items()}
-    source = gather.source_and_length(rows, lengths)
+    source = " ".join(gather.sources(rows, lengths))
     gaussian = {
         name: gather.gaussian_row(tables.read(path).to_dict("records"), "x")
         for name, path in zip(rows, files.gaussian, strict=True)

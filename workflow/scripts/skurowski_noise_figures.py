@@ -23,7 +23,7 @@ with step(snakemake) as log:
     psd_of = dict(zip(rows, files.psd, strict=True))
     made = [row for t in appendix.tables_a(rows, noise, expected).values() for row in t]
     lengths = {name: gather.length_s(read_metadata(path)) for name, path in allan_of.items()}
-    source = gather.source_and_length(rows, lengths)
+    source = " ".join(gather.sources(rows, lengths))
 
     name = gather.of_regression(rows)
     allan, origin = read_table(allan_of[name])
@@ -37,7 +37,7 @@ with step(snakemake) as log:
         psd, _ = read_table(psd_of[other])
         pick = psd["series"] == series
         spectra[label] = psd["f_hz"][pick], psd["psd_mm2_hz"][pick]
-    note_17 = f"{gather.NOTE_17} {source}"
+    note_17 = source
     figures = {
         6: regression_figure(
             allan["tau_s"][own],

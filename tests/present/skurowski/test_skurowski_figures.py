@@ -192,14 +192,20 @@ def test_notes_say_how_long_twins_are() -> None:
     origin = {"frame_rate_hz": 120.0, "segments": segments}
     assert gather.length_s(origin) == 600.0
     rows = {name: {"twin": name} for name in "ab"} | {"c": {"twin": None}}
-    same = gather.source_and_length(rows, {"a": 600.0, "b": 600.0, "c": 7.0})
-    assert same.startswith("Simulated (twins of 10 min (S: nine hours)): a, b;")
-    own = gather.source_and_length(rows, {"a": 600.0, "b": 600.0}, paper=False)
-    assert own.endswith("Length of the twins: 10 min.") and "nine" not in own
-    two = gather.source_and_length(rows, {"a": 7200.0, "b": 32400.0})
-    assert two.endswith("Length of the twins: a: 2 h; b: nine hours.")
-    measured = gather.source_and_length({"c": rows["c"]}, {"c": 600.0})
-    assert measured == "All recordings are measured."
+    line, remarks = gather.sources(rows, {"a": 600.0, "b": 600.0, "c": 7.0})
+    assert line.startswith(
+        "Source: 1 measured recording and 2 simulated stand-ins (twins) of 10 min."
+    )
+    assert line.endswith("last nine hours.") and "Simulated: a, b; the others" in remarks
+    twins = {name: rows[name] for name in "ab"}
+    line, _ = gather.sources(twins, {"a": 600.0, "b": 600.0}, paper=False)
+    assert line == "Source: 2 simulated stand-ins (twins) of 10 min."
+    line, _ = gather.sources(twins, {"a": 32400.0, "b": 32400.0})
+    assert line == "Source: 2 simulated stand-ins (twins) of nine hours."
+    line, remarks = gather.sources(twins, {"a": 7200.0, "b": 32400.0})
+    assert "of 2 h and nine hours." in line
+    assert remarks.endswith("Length of the twins: a: 2 h; b: nine hours.")
+    assert gather.sources({"c": rows["c"]}, {"c": 600.0}) == ("Source: 1 measured recording.", "")
 
 
 def test_the_spread_of_figure_9_is_explained() -> None:

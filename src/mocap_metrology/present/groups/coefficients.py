@@ -19,7 +19,6 @@ from mocap_metrology.present.drawing.style import (
     SMALL_PT,
     WIDTH_MM,
     Keywords,
-    Look,
     Sheet,
     blank_sheet,
     coordinate_of,
@@ -32,6 +31,7 @@ from mocap_metrology.present.drawing.style import (
 )
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.groups.members import Family, left_out, shown_series
+from mocap_metrology.present.plot.figure import Look
 from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text.coefficients import symbol, unit
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.present.drawing.curves import Curve
-from mocap_metrology.present.drawing.style import LOOKS, OTHER_LOOKS, Look, coordinate_of
+from mocap_metrology.present.plot.curves import Curve
+from mocap_metrology.present.plot.figure import LOOKS, OTHER_LOOKS, Look, coordinate_of
 from mocap_metrology.present.tables import Record
 
 Rows = Mapping[str, Record]
@@ -16,7 +16,7 @@ Rows = Mapping[str, Record]
 CAMERAS, RECORDING = "Number of cameras", "Recording"
 NAMED_LOOKS = (*LOOKS.values(), *OTHER_LOOKS)  # so many recordings can be told apart by name
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "h", "<", ">", "p", "8")
-MAP, LIGHTEST, DARKEST = "inferno", 0.80, 0.0  # colours whose lightness falls evenly
+MAP, LIGHTEST, DARKEST = "inferno", 0.55, 0.0  # colours whose lightness falls evenly
 MOST_BANDS = 3  # curves in a panel up to which their intervals are drawn
 MOST_MARKERS, MOST_DISTANCES = 3, 3  # with panels of their own
 

@@ -20,6 +20,7 @@ from mocap_metrology.present.plot.figure import (
     Keywords,
     Look,
     Picture,
+    clipped,
     coordinate_of,
     legend_below,
     literal,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 MOST_MARKERS = 6  # with a panel each
 MOST_SINGLE = len(OTHER_LOOKS)  # curves in one panel that can be told apart
 MOST_VECTORS = 60  # lines of a family; more become an image
+ENDS = 14  # characters of the name of the lowest and of the highest curve, over a panel
 NOTHING = "no valid samples"
 Limits = tuple[float, float]
 
@@ -130,7 +132,7 @@ def curves_picture(
     what the shaded band is. Call it within `styled`.
     """
     title, source, caption = texts
-    columns = 2 if len(panels) <= 3 else 3
+    columns = 2 if len(panels) in (1, 3) else 3
     rows = -(-(len(panels) + 1) // columns)
     body = new_figure(title, source, 26.0 + rows * (58.0 if columns == 2 else 48.0))
     grid = body.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -252,7 +254,7 @@ def remarks(panel: Panel, y_limits: Limits) -> list[str]:
         if markers[0] and markers[1]:
             found.append(f"lowest: {markers[0][1]}, highest: {markers[1][1]}")
         else:
-            found.append(f"{low} to {high}")
+            found.append(f"{clipped(low, ENDS)} to {clipped(high, ENDS)}")
     why: dict[str, list[str]] = {}
     for curve in panel.curves:
         known = curve.y[np.isfinite(curve.y)]
@@ -263,7 +265,8 @@ def remarks(panel: Panel, y_limits: Limits) -> list[str]:
         elif known.max() < y_limits[0]:
             why.setdefault("below the axis", []).append(curve.name)
     for reason, names in why.items():
-        found.append(f"{', '.join(names) if len(names) <= 3 else f'{len(names)} series'}: {reason}")
+        which = ", ".join(map(clipped, names)) if len(names) <= 3 else f"{len(names)} series"
+        found.append(f"{which}: {reason}")
     return found
 
 

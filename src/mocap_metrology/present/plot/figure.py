@@ -137,7 +137,13 @@ def literal(text: str) -> str:
 
 def short(name: str) -> str:
     """As much of a user's name as a legend has room for."""
-    return literal(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…")
+    return literal(clipped(name))
+
+
+def clipped(name: str, most: int = LONGEST_NAME) -> str:
+    """The same, for a text that is made literal as a whole; of so many characters at most."""
+    name = plain(name)
+    return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
 def panel_title(axes: Axes, title: str, remark: str = "") -> None:
@@ -206,14 +212,15 @@ def words_picture(words: str, title: str, source: str) -> Picture:
     return Picture(figure, words)
 
 
-def save(picture: Picture, stem: str | Path) -> tuple[Path, Path]:
-    """Write `<stem>.svg` and `<stem>.png`, both whole or neither; return their paths.
+def save(picture: Picture, path: str | Path) -> tuple[Path, Path]:
+    """Write `<path>.svg` and `<path>.png`, both whole or neither; return their paths. `path` may be
+    that of either.
 
     The caption goes into both as the description of the image, from which pages take it
     (`caption_of`). No date, host or version goes in and SVG identifiers are hashes of the content,
     so the same figure gives the same bytes on one set of packages.
     """
-    figure = picture.figure
+    figure, stem = picture.figure, str(path).removesuffix(".svg").removesuffix(".png")
     svg, png = Path(f"{stem}.svg"), Path(f"{stem}.png")
     told = {"Title": figure.get_label(), "Description": plain(picture.caption)}
     known = {key: str(text) for key, text in told.items() if text}

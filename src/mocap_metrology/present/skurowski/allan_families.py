@@ -3,129 +3,95 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.drawing.axes import Limits, decade_axis
-from mocap_metrology.present.drawing.curves import Curve, Panel, draw_panel
-from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
+from mocap_metrology.present.groups.adev import (
+    AXES,
+    adev_limits,
+    compared_figure,
+    panels_picture,
+)
+from mocap_metrology.present.groups.members import count_looks, curve_of
+from mocap_metrology.present.plot.curves import Curve, Limits, Panel, draw_panel, log_limits
+from mocap_metrology.present.plot.figure import (
     FAINT,
     GREY,
     LOOKS,
-    MARGIN_MM,
     OTHER_LOOKS,
-    WIDTH_MM,
     Keywords,
-    Look,
-    Sheet,
-    blank_sheet,
-    head,
-    label_axes,
+    Picture,
+    legend_below,
+    letters,
+    log_axes,
+    log_axis,
+    new_figure,
+    say,
     styled,
 )
-from mocap_metrology.present.groups.adev import adev_limits, compared_figure, panels_figure
-from mocap_metrology.present.groups.members import count_looks, curve_of
-from mocap_metrology.present.groups.slots import look_of
 from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
 from mocap_metrology.present.skurowski.gather import PAPER
 from mocap_metrology.present.tables import Record
+from mocap_metrology.present.text import captions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SERIES = ("x1", "x2", "L")
 SLICE_S = 10.0  # averaging time of the panel against the number of cameras
 DROPS = {"T40": 3, "Bonita": 5, "Vantage": 4}  # S 4.3: "notably better suited" setups
-LEFT_MM, GAP_MM, SLICE_GAP_MM, RIGHT_MM = 16.5, 4.0, 6.0, 3.0
-PANEL_MM = (WIDTH_MM - LEFT_MM - RIGHT_MM - 2 * GAP_MM - SLICE_GAP_MM) / 4
-TITLE_MM, ROW_MM, BETWEEN_MM, LABELS_MM = 5.5, 45.0, 2.5, 11.0
+ROW_MM = 56.0
 CAMERA_LIMITS = 1.4, 10.6
-LAW: Keywords = {"color": GREY, "lw": 0.8, "ls": (0, (1.2, 1.2))}
-DROP: Keywords = {"color": FAINT, "alpha": 0.8, "lw": 0}
-SLICE_LOOKS = {
-    "x1": look_of("x1"),
-    "x2": Look("#cf4a2c", (0, (5, 1.6)), "s"),
-    "L": look_of("L"),
-}
+LAW: Keywords = {"color": GREY, "lw": 0.8, "ls": (0, (1.2, 1.2)), "label": r"$\propto 1/\sqrt{n}$"}
+DROP: Keywords = {"color": FAINT, "alpha": 0.8, "lw": 0, "label": "notably better suited (S 4.3)"}
+SLICE_LOOKS = {"x1": LOOKS["x"], "x2": LOOKS["y"], "L": OTHER_LOOKS[0]}
 Subsets = Mapping[int, Mapping[str, np.ndarray]]  # columns of allan.parquet by number of cameras
 
 
-@dataclass(frozen=True)
-class TypeRow:
-    """One camera type: its family of curves of each series, and the limits they share."""
-
-    name: str
-    families: Mapping[str, Sequence[Curve]]
-    limits: tuple[Limits, Limits]
-
-    @classmethod
-    def of(cls, name: str, subsets: Subsets) -> TypeRow:
-        families = {
-            series: [curve_of(subsets[n], series, str(n), False) for n in sorted(subsets)]
-            for series in SERIES
-        }
-        return cls(name, families, adev_limits([c for f in families.values() for c in f]))
-
-
 @styled()
-def subsets_figure(types: Mapping[str, Subsets], title: str, note: str = "") -> Figure:
+def subsets_figure(
+    types: Mapping[str, Subsets], title: str, source: str, remarks: str = ""
+) -> Picture:
     """Allan deviations of x1, x2 and L by number of cameras, and at one averaging time against it.
 
-    types: columns of allan.parquet by camera type and number of cameras. The column of the number
-    that S calls notably better suited is shaded.
+    types: columns of allan.parquet by camera type and number of cameras; source: the line at the
+    foot; remarks: what the caption adds. The column of the number that S calls notably better
+    suited is shaded.
     """
     types = {name: subsets for name, subsets in types.items() if subsets}
-    looks = {str(n): v for n, v in count_looks([n for s in types.values() for n in s]).items()}
-    rows = [TypeRow.of(name, subsets) for name, subsets in types.items()]
-    note = note if rows else f"No recording is of such a subset. {note}"
-    entries, slices = _entries(looks)
-    width = WIDTH_MM - 2 * MARGIN_MM
-    key_top = len(rows) * (TITLE_MM + ROW_MM + BETWEEN_MM) - BETWEEN_MM + LABELS_MM
-    body = key_top + strip_height(entries, width) + strip_height(slices, width) + 2.0
-    sheet = blank_sheet(body, title, note)
-    for k, row in enumerate(rows):
-        _draw_row(sheet, k, row, looks, k == len(rows) - 1)
-    strip(sheet, MARGIN_MM, key_top, width, entries)
-    strip(sheet, MARGIN_MM, key_top + strip_height(entries, width) + 0.5, width, slices)
-    return sheet.figure
+    caption = f"{captions.SKUROWSKI[12]} {remarks}"
+    counts = count_looks([n for subsets in types.values() for n in subsets])
+    looks = {f"{n} cameras": look for n, look in counts.items()}
+    body = new_figure(title, source, 34.0 + max(len(types), 1) * ROW_MM)
+    grid = body.subplots(max(len(types), 1), 4, sharey="row", sharex="col", squeeze=False)
+    if not types:
+        say(grid[0, 0], "no recording of such a subset")
+    for name, look in looks.items():  # in this order in the legend
+        grid[0, 0].plot([], [], label=name, **look.line())
+    families = {name: _families(subsets) for name, subsets in types.items()}
+    taus = log_limits([c.x for of in families.values() for f in of.values() for c in f])
+    for row, (name, of_type) in zip(grid, families.items(), strict=False):
+        limits = taus, adev_limits([curve for curves in of_type.values() for curve in curves])[1]
+        for axes, (series, curves) in zip(row, of_type.items(), strict=False):
+            log_axes(axes, limits)
+            draw_panel(axes, Panel(series, curves, looks), limits[1])
+            axes.set_title(f"{name}: {series}")
+        _draw_slice(row[3], of_type, limits[1], DROPS.get(name))
+        row[3].set_title(rf"{name}: $\tau$ = {SLICE_S:g} s")
+        row[0].set_ylabel(AXES[1])
+    for axes, label in zip(grid[-1], (*3 * (r"$\tau$ (s)",), "Cameras n"), strict=True):
+        axes.set_xlabel(label)
+    legend_below(body, grid.flat, columns=6)
+    return Picture(body, caption)
 
 
-def _entries(looks: Mapping[str, Look]) -> tuple[list[Entry], list[Entry]]:
-    """Keys of the families and of the last column."""
-    numbers = [
-        Entry(f"{n} cameras" if k == 0 else n, look=v) for k, (n, v) in enumerate(looks.items())
-    ]
-    slices = [Entry(series, look=look) for series, look in SLICE_LOOKS.items()]
-    slices += [Entry("∝ 1/√n", line=LAW), Entry("notably better suited (S 4.3)", patch=DROP)]
-    return numbers, slices
-
-
-def _draw_row(sheet: Sheet, k: int, row: TypeRow, looks: Mapping[str, Look], lowest: bool) -> None:
-    top = TITLE_MM + k * (TITLE_MM + ROW_MM + BETWEEN_MM)
-    for column, (series, curves) in enumerate(row.families.items()):
-        axes = sheet.axes(LEFT_MM + column * (PANEL_MM + GAP_MM), top, PANEL_MM, ROW_MM)
-        decade_axis(axes, "x", row.limits[0], PANEL_MM)
-        decade_axis(axes, "y", row.limits[1], ROW_MM)
-        axes.tick_params(labelleft=column == 0, labelbottom=lowest)
-        labels = axes.get_xticklabels()
-        if len(labels) > 1:  # those of neighbours would touch
-            labels[0].set_horizontalalignment("left")
-            labels[-1].set_horizontalalignment("right")
-        draw_panel(axes, Panel(series, list(curves), looks), row.limits[1])
-        head(axes, f"{row.name}: {series}" if column == 0 else series)
-        label_axes(axes, x="τ (s)" if lowest else "")
-        label_axes(axes, y="Allan deviation (mm)" if column == 0 else "", y_mm=13.5)
-    left = LEFT_MM + 3 * PANEL_MM + 2 * GAP_MM + SLICE_GAP_MM
-    axes = sheet.axes(left, top, PANEL_MM, ROW_MM)
-    decade_axis(axes, "y", row.limits[1], ROW_MM)
-    axes.tick_params(labelleft=False, labelbottom=lowest)
-    _draw_slice(axes, row)
-    head(axes, f"at τ = {SLICE_S:g} s")
-    label_axes(axes, x="Cameras n" if lowest else "")
+def _families(subsets: Subsets) -> dict[str, list[Curve]]:
+    """Curves of each series, in the order of the number of cameras."""
+    return {
+        series: [curve_of(subsets[n], series, f"{n} cameras", False) for n in sorted(subsets)]
+        for series in SERIES
+    }
 
 
 def at_tau(curve: Curve, tau_s: float) -> float:
@@ -138,22 +104,24 @@ def at_tau(curve: Curve, tau_s: float) -> float:
     return float(np.exp(np.interp(np.log(tau_s), x, y, left=np.nan, right=np.nan)))
 
 
-def _draw_slice(axes: Axes, row: TypeRow) -> None:
+def _draw_slice(
+    axes: Axes, families: Mapping[str, Sequence[Curve]], limits: Limits, drop: int | None
+) -> None:
     """Deviation at one averaging time against the number of cameras."""
     from matplotlib.ticker import MultipleLocator
 
-    counts = np.array([int(curve.name) for curve in row.families[SERIES[0]]])
+    counts = np.array([int(curve.name.split()[0]) for curve in families[SERIES[0]]])
+    log_axis(axes, "y", limits)
     axes.set_xlim(*CAMERA_LIMITS)
     axes.xaxis.set_major_locator(MultipleLocator(2))
-    if DROPS.get(row.name) in counts:
-        axes.axvspan(DROPS[row.name] - 0.35, DROPS[row.name] + 0.35, zorder=0, **DROP)
-    for series, curves in row.families.items():
-        look = SLICE_LOOKS[series]
+    for series, curves in families.items():
         values = np.array([at_tau(curve, SLICE_S) for curve in curves])
-        axes.plot(counts, values, look.marker, ls=look.dashes, color=look.colour, mfc="white")
+        axes.plot(counts, values, label=series, **SLICE_LOOKS[series].line())
         if series == "x1" and np.isfinite(values[-1]):
             n = np.linspace(counts[0], counts[-1])
             axes.plot(n, values[-1] * np.sqrt(n[-1] / n), **LAW, zorder=1)
+    if drop is not None and drop in counts:
+        axes.axvspan(drop - 0.35, drop + 0.35, zorder=0, **DROP)
 
 
 TITLES = {
@@ -163,13 +131,12 @@ TITLES = {
     13: f"{PAPER}, Figure 13: Allan deviation by camera type",
     "A1": f"{PAPER}, Figure A1: z1 after the failing camera was replaced",
 }
-NOTE_A1 = "S's own: nine hours before the repair, a length it does not state after it."
 TYPES = ("T40", "Bonita", "Vantage")
 TYPE_LOOKS = dict(zip((*TYPES, "All"), (*LOOKS.values(), OTHER_LOOKS[0]), strict=True))
 SERIES_A1 = "z1"
 ALL_NOTE = (
-    "No coefficients were published of all cameras: their twin is T40-10 with x1 and x2 made to "
-    "meet Table 4, y and z as they are."
+    "No coefficients were published of all cameras: their twin is T40-10 with x1 and x2 scaled to "
+    "Table 4, y and z as they are."
 )
 Rows = Mapping[str, Record]
 Allan = Mapping[str, Mapping[str, np.ndarray]]  # columns of allan.parquet by recording
@@ -187,16 +154,18 @@ def subsets_of(rows: Rows) -> dict[str, dict[int, str]]:
     }
 
 
-def numbers_figure(rows: Rows, allan: Allan, note: str) -> Figure:
+def numbers_figure(rows: Rows, allan: Allan, source: str, remarks: str) -> Picture:
     """S Figure 12: each camera type by number of cameras."""
     columns = {
         kind: {n: allan[name] for n, name in names.items()}
         for kind, names in subsets_of(rows).items()
     }
-    return subsets_figure(columns, TITLES[12], f"Vantage without the failing camera. {note}")
+    return subsets_figure(columns, TITLES[12], source, remarks)
 
 
-def failing_figure(rows: Rows, allan: Allan, note: str, confidence: float) -> Figure | None:
+def failing_figure(
+    rows: Rows, allan: Allan, source: str, remarks: str, confidence: float
+) -> Picture | None:
     """S Figure 8: ten Vantage cameras, one of them failing, against nine; None without both."""
     ten, nine = (standing_for(rows, "Vantage", n) for n in (10, 9))
     if ten is None or nine is None:
@@ -205,10 +174,11 @@ def failing_figure(rows: Rows, allan: Allan, note: str, confidence: float) -> Fi
         "10 cameras, one failing": (allan[ten], LOOKS["y"]),
         "9 cameras, without it": (allan[nine], LOOKS["x"]),
     }
-    return compared_figure(shown, SERIES, TITLES[8], note, confidence)
+    texts = TITLES[8], source, f"{captions.SKUROWSKI[8]} {remarks}"
+    return compared_figure(shown, SERIES, texts, confidence)
 
 
-def types_figure(rows: Rows, allan: Allan, note: str, confidence: float) -> Figure:
+def types_figure(rows: Rows, allan: Allan, source: str, remarks: str, confidence: float) -> Picture:
     """S Figure 13: all sound cameras of each type, and of all types."""
     names = {kind: standing_for(rows, kind, n) for kind, n in TABLE_4.items()}
     shown = {
@@ -216,8 +186,8 @@ def types_figure(rows: Rows, allan: Allan, note: str, confidence: float) -> Figu
         for kind, name in names.items()
         if name is not None
     }
-    text = f"{_remark(rows, names['All'])} {note}"
-    return compared_figure(shown, SERIES, TITLES[13], text, confidence)
+    caption = f"{captions.SKUROWSKI[13]} {_remark(rows, names['All'])} {remarks}"
+    return compared_figure(shown, SERIES, (TITLES[13], source, caption), confidence)
 
 
 def _remark(rows: Rows, name: str | None) -> str:
@@ -226,7 +196,9 @@ def _remark(rows: Rows, name: str | None) -> str:
 
 
 @styled()
-def repaired_figure(rows: Rows, others: Rows, allan: Allan, note: str, confidence: float) -> Figure:
+def repaired_figure(
+    rows: Rows, others: Rows, allan: Allan, source: str, remarks: str, confidence: float
+) -> Picture:
     """S Figure A1: z1 of every camera type after the repair, and left of it of those that the
     sheet compares them with.
 
@@ -245,18 +217,20 @@ def repaired_figure(rows: Rows, others: Rows, allan: Allan, note: str, confidenc
         for title, names in (("Before the repair", before), ("After the repair", after))
         if names
     ]
-    remarks = [f"{name}: {row['comment']}." for name, row in rows.items() if row["comment"]]
-    remarks.append(_remark(rows, standing_for(rows, "All", TABLE_4["All"])))
-    text = f"{' '.join(remarks)} {note} {NOTE_A1}"
-    return panels_figure(panels, TITLES["A1"], text, confidence)
+    comments = [f"{name}: {row['comment']}." for name, row in rows.items() if row["comment"]]
+    comments.append(_remark(rows, standing_for(rows, "All", TABLE_4["All"])))
+    caption = f"{captions.SKUROWSKI['A1']} {' '.join(comments)} {remarks}"
+    picture = panels_picture(panels, (TITLES["A1"], source, caption), confidence)
+    letters(picture.body.axes[: len(panels)])
+    return picture
 
 
 def guess_a1(limits_s: Sequence[float]) -> str:
     """What repaired twins lack: Gauss-Markov terms below these T_c."""
-    said = " or ".join(f"{limit:g} s" for limit in dict.fromkeys(limits_s))
+    limits = " or ".join(f"{limit:g} s" for limit in dict.fromkeys(limits_s))
     return (
-        "S prints no coefficients after the repair, so what it takes from a twin is a guess: "
-        f"correlated noise of T_c below {said}."
+        "The paper prints no coefficients after the repair, so what the twins lack is assumed: "
+        f"correlated noise of T_c below {limits}."
     )
 
 

@@ -9,28 +9,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.noise.allan.variance import allan_variance
-from mocap_metrology.present.drawing.axes import decade_axis, length_unit, linear_axis
-from mocap_metrology.present.drawing.curves import Curve, Panel, draw_panel
-from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
-    GREY,
-    LOOKS,
-    MARGIN_MM,
-    OTHER_LOOKS,
-    WIDTH_MM,
-    Keywords,
-    Look,
-    blank_sheet,
-    head,
-    label_axes,
-    styled,
-)
+from mocap_metrology.present.groups.adev import AXES as ADEV_AXES
 from mocap_metrology.present.groups.adev import adev_limits
 from mocap_metrology.present.groups.members import curve_of
+from mocap_metrology.present.plot.curves import Curve, Panel, draw_panel
+from mocap_metrology.present.plot.figure import (
+    GREY,
+    LOOKS,
+    OTHER_LOOKS,
+    Keywords,
+    Look,
+    Picture,
+    legend_below,
+    log_axes,
+    new_figure,
+    styled,
+)
+from mocap_metrology.present.text import captions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 LAG_S, WINDOW_S = 0.1, 0.5
 TIMES = 2.0  # shaken: so many times the usual square of a movement over LAG_S
@@ -78,17 +76,13 @@ def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock 
 
 
 BEFORE_S, AFTER_S = 5.0, 25.0  # shown round the shock
-LEFT_MM, MIDDLE_MM, RIGHT_MM, TITLE_MM, LABELS_MM = 17.0, 20.0, 3.0, 5.5, 11.0
-TRACE_MM, ADEV_MM, HEIGHT_MM, GAP_MM = 72.0, 58.0, 78.0, 3.0
-RAW: Keywords = {"color": GREY, "lw": 0.5}
-CLEAN: Keywords = {"color": LOOKS["x"].colour, "lw": 0.6}
 AXES = ("x1", "y1", "z1")
-RECORDED, CLEANED, CUT = "as recorded", "after the Hampel filter", "shock cut out"
-CURVES = {
-    RECORDED: LOOKS["y"],
-    CLEANED: LOOKS["x"],
-    CUT: LOOKS["z"],
-}
+RECORDED, CLEANED, CUT = "(b) as recorded", "(b) after the Hampel filter", "(b) shock cut out"
+RAW: Keywords = {"color": GREY, "lw": 0.5, "label": "(a) as recorded"}
+CLEAN: Keywords = {
+    "color": LOOKS["x"].colour, "lw": 0.6, "label": "(a) after the Hampel filter"
+}  # fmt: skip
+CURVES = {RECORDED: LOOKS["y"], CLEANED: LOOKS["x"], CUT: LOOKS["z"]}
 OTHER = Look(OTHER_LOOKS[0].colour, (0, (1.2, 1.2)), "D")
 Series = Mapping[str, np.ndarray]
 
@@ -125,52 +119,48 @@ class Shaken:
 
 @styled()
 def crump_figure(
-    given: Shaken, other: tuple[str, Mapping[str, np.ndarray]] | None, title: str, note: str = ""
-) -> Figure:
+    given: Shaken,
+    other: tuple[str, Mapping[str, np.ndarray]] | None,
+    title: str,
+    source: str,
+    remarks: str = "",
+) -> Picture:
     """Marker 1 round the strongest shake of a recording, and the Allan deviation of the distance
-    with and without it; other: label and columns of allan.parquet of a recording without one."""
+    with and without it; other: label and columns of allan.parquet of a recording without one;
+    source: the line at the foot; remarks: what the caption adds."""
     coordinates = {k: v for k, v in given.raw.items() if k != "L"}
     shock = find_shock(coordinates, given.frame_rate_hz)
-    curves = given.curves(shock)
-    looks = {name: look for name, look in CURVES.items() if name in [c.name for c in curves]}
+    curves, looks = given.curves(shock), dict(CURVES)
     if other is not None:
-        curves.append(curve_of(other[1], "L", other[0], False))
-        looks |= {other[0]: OTHER}
-    entries = [Entry("(a) as recorded", line=RAW), Entry(CLEANED, line=CLEAN)]
-    keys = [Entry(f"(b) {n}" if k == 0 else n, look=v) for k, (n, v) in enumerate(looks.items())]
-    width, key_top = WIDTH_MM - 2 * MARGIN_MM, TITLE_MM + HEIGHT_MM + LABELS_MM
-    body = key_top + strip_height(entries, width) + strip_height(keys, width) + 2.0
-    sheet = blank_sheet(body, title, f"{_said(given, shock)} {note}")
-    row = (HEIGHT_MM - 2 * GAP_MM) / 3
-    for k, series in enumerate(AXES):
-        axes = sheet.axes(LEFT_MM, TITLE_MM + k * (row + GAP_MM), TRACE_MM, row)
-        _trace(axes, given, series, 0 if shock is None else shock.onset, k == 2)
-        if k == 0:
-            head(axes, "(a) Marker 1")
-    left = LEFT_MM + TRACE_MM + MIDDLE_MM
-    axes = sheet.axes(left, TITLE_MM, ADEV_MM, HEIGHT_MM)
+        name = f"(b) {other[0]}"
+        curves.append(curve_of(other[1], "L", name, False))
+        looks[name] = OTHER
+    body = new_figure(title, source, 118.0)
+    grid = body.subplot_mosaic([[series, "L"] for series in AXES], width_ratios=(5, 4))
+    for series in AXES:
+        _trace(grid[series], given, series, 0 if shock is None else shock.onset)
+        grid[series].label_outer()
+    grid["x1"].set_title("(a) Marker 1")
+    grid["z1"].set_xlabel("Time from the shock (s)")
     limits = adev_limits(curves)
-    decade_axis(axes, "x", limits[0], ADEV_MM)
-    decade_axis(axes, "y", limits[1], HEIGHT_MM)
-    draw_panel(axes, Panel("", curves, looks), limits[1])
-    head(axes, "(b) Distance L")
-    label_axes(axes, x="Averaging time τ (s)", y="Allan deviation (mm)", y_mm=12.5)
-    strip(sheet, MARGIN_MM, key_top, width, entries)
-    strip(sheet, MARGIN_MM, key_top + strip_height(entries, width) + 0.5, width, keys)
-    return sheet.figure
+    log_axes(grid["L"], limits)
+    draw_panel(grid["L"], Panel("", curves, looks), limits[1])
+    grid["L"].set(title="(b) Distance L", xlabel=ADEV_AXES[0], ylabel=ADEV_AXES[1])
+    legend_below(body, [grid["x1"], grid["L"]], columns=3)
+    return Picture(body, f"{captions.SKUROWSKI[7]} {_remark(given, shock)} {remarks}")
 
 
 def guessed(crumps: Sequence[Mapping[str, float]]) -> str:
     """Of the shock of a twin (settings of `twins.Crump`), none for a real recording."""
     return "".join(
-        "The twin's shock is a guess, as S prints no numbers of it: up to "
-        f"{c['amplitude_mm']:g} mm, {c['frequency_hz']:g} Hz, dying out in {c['decay_s']:g} s. "
+        "The shock of the twin is assumed, as the paper prints no numbers of it: up to "
+        f"{c['amplitude_mm']:g} mm, {c['frequency_hz']:g} Hz, decaying in {c['decay_s']:g} s. "
         for c in crumps[:1]
     )
 
 
-def _said(given: Shaken, shock: Shock | None) -> str:
-    """Where the shock is, and how little of it a filter of single outliers takes."""
+def _remark(given: Shaken, shock: Shock | None) -> str:
+    """Where the shock is, and how few of its samples a filter of single outliers replaces."""
     if shock is None:
         return "No shock was found."
     part, rate = slice(shock.start, shock.stop), given.frame_rate_hz
@@ -178,7 +168,7 @@ def _said(given: Shaken, shock: Shock | None) -> str:
     return (
         f"The markers shake from {shock.onset / rate:.1f} s to {shock.stop / rate:.1f} s. There "
         f"the Hampel filter replaces {np.count_nonzero(found)} of {np.size(found)} coordinates of "
-        "marker 1: what swings is no single outlier."
+        "marker 1, as an oscillation is no single outlier."
     )
 
 
@@ -189,7 +179,7 @@ def _half_range(given: Shaken, part: slice) -> float:
     return max((float(np.nanmax(values)) for values in off), default=1e-3)
 
 
-def _trace(axes: Axes, given: Shaken, series: str, at: int, lowest: bool) -> None:
+def _trace(axes: Axes, given: Shaken, series: str, at: int) -> None:
     """One coordinate about its median, raw behind cleaned, time from frame `at`."""
     rate = given.frame_rate_hz
     first = max(at - round(BEFORE_S * rate), 0)
@@ -197,12 +187,7 @@ def _trace(axes: Axes, given: Shaken, series: str, at: int, lowest: bool) -> Non
     raw, clean = given.raw[series][part], given.clean[series][part]
     middle = float(np.nanmedian(raw)) if np.isfinite(raw).any() else 0.0
     t = (np.arange(raw.size) + first - at) / rate
-    half = 1.08 * max(_half_range(given, part), 5e-4)
-    unit = length_unit([2 * half])
-    linear_axis(axes, "x", (-BEFORE_S, AFTER_S), 7)
-    linear_axis(axes, "y", (-half * unit.per_mm, half * unit.per_mm), 5)
-    axes.plot(t, (raw - middle) * unit.per_mm, **RAW)
-    axes.plot(t, (clean - middle) * unit.per_mm, **CLEAN)
-    axes.tick_params(labelbottom=lowest)
-    x = "Time from the shock (s)" if lowest else ""
-    label_axes(axes, x=x, y=f"{series} ({unit.symbol})", y_mm=14.0)
+    half = 1.08e3 * max(_half_range(given, part), 5e-4)
+    axes.set(xlim=(-BEFORE_S, AFTER_S), ylim=(-half, half), ylabel=f"{series} (µm)")
+    axes.plot(t, 1e3 * (raw - middle), **RAW)
+    axes.plot(t, 1e3 * (clean - middle), **CLEAN)

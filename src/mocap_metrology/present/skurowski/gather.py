@@ -13,7 +13,7 @@ from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset
-from mocap_metrology.present.tables import Record, Row, source_of, source_sentence
+from mocap_metrology.present.tables import Record, Row, source_of
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_text
 
 PAPER = "Skurowski & Pawlyta 2019"
@@ -25,11 +25,6 @@ TITLES = {
     17: f"{PAPER}, Figure 17: a periodic disturbance, in spectra of z1",
 }
 LINE_HZ = 14.4  # S's "15 Hz": eight rows of Tables A1-A3 have 13.7 to 14.4 Hz
-NOTE_17 = (
-    "z1 by the largest set of each camera type, its number of cameras in brackets. S reports the "
-    "line for T40 and Vantage, negligibly small for Vantage; Tables A1-A3 print its amplitude for "
-    "T40 alone, so a twin of Vantage or Bonita has none."
-)
 SERIES = "z1"  # of Figures 6 and 17; S names none for 6, this one has a line and three bumps
 
 
@@ -66,52 +61,54 @@ def filter_sentence(origin: Record) -> str:
     kept = white_level_kept(given["n_sigma"], max(half, SHORT_WINDOW), given["action"])[1]
     most = 100 * taken_at_most(given["n_sigma"], half, given["action"])
     return (
-        f"Cleaned as in S: the {given['n_sigma']:g}-sigma filter takes {100 * (1 - kept**0.5):.2g} "
-        f"% of the deviation of white noise, {most:.2g} % at most where slow noise lies below; the "
-        "upper ends of intervals are raised by that."
+        f"Cleaned as in the paper: the {given['n_sigma']:g}-sigma filter lowers the deviation of "
+        f"white noise by {100 * (1 - kept**0.5):.2g} %, and by at most {most:.2g} % where slow "
+        "noise lies below it; the upper ends of intervals are raised by that."
     )
 
 
-def source_and_length(
-    rows: Mapping[str, Record],
-    lengths_s: Mapping[str, float],
-    paper: bool = True,
-) -> str:
-    """`source_sentence` of these rows of the sheet with the length of their twins.
+def sources(
+    rows: Mapping[str, Record], lengths_s: Mapping[str, float], paper: bool = True
+) -> tuple[str, str]:
+    """The line at the foot of a figure of these rows of the sheet, and what its caption adds: how
+    many are measured, how many are twins of which length, and which.
 
-    lengths_s: by recording; paper: whether S's own nine hours are to compare with. Twins of several
-    lengths are told apart by name.
+    lengths_s: by recording; paper: whether the nine hours of S are to compare with.
     """
-    sources = {name: source_of(row) for name, row in rows.items()}
-    names: dict[int, list[str]] = {}
-    for name, source in sources.items():
-        if source == "twin" and name in lengths_s:
-            names.setdefault(round(lengths_s[name]), []).append(name)
-    if len(names) == 1 and paper:
-        return source_sentence(sources, float(next(iter(names))))
-    said = [f"{', '.join(own)}: {duration_text(seconds)}" for seconds, own in names.items()]
-    if len(names) == 1:
-        said = [duration_text(next(iter(names)))]
-    return f"{source_sentence(sources)} {_length(said)}".strip()
-
-
-def _length(said: Sequence[str]) -> str:
-    return f"Length of the twins: {'; '.join(said)}." if said else ""
+    twins = [name for name, row in rows.items() if source_of(row) == "twin"]
+    lengths: dict[str, list[str]] = {}
+    for name in (name for name in twins if name in lengths_s):
+        lengths.setdefault(duration_text(lengths_s[name]), []).append(name)
+    measured = len(rows) - len(twins)
+    kinds = [f"{measured} measured recording{'s' * (measured > 1)}"] if measured else []
+    if twins:
+        many, of = "s" * (len(twins) > 1), f" of {' and '.join(lengths)}" if lengths else ""
+        kinds.append(f"{len(twins)} simulated stand-in{many} (twin{many}){of}")
+    line = f"Source: {' and '.join(kinds)}."
+    if paper and lengths and list(lengths) != [duration_text(NINE_HOURS_S)]:
+        line += " The paper's recordings last nine hours."
+    remarks = ["Twins are simulated from published or configured numbers."] if twins else []
+    if twins and measured:
+        remarks.append(f"Simulated: {', '.join(twins)}; the others are measured.")
+    if len(lengths) > 1:
+        each = "; ".join(f"{', '.join(names)}: {length}" for length, names in lengths.items())
+        remarks.append(f"Length of the twins: {each}.")
+    return line, " ".join(remarks)
 
 
 def spread_sentence(twin: Twin | None) -> str:
     """Why the spread of a twin of Figure 9 is not Table 4's: its length and its coefficients."""
     if twin is None:
         return ""
-    lengths = dict.fromkeys((twin.duration_s, float(NINE_HOURS_S)))
     spread = []
-    for seconds in lengths:
+    for seconds in dict.fromkeys((twin.duration_s, NINE_HOURS_S)):
         found = expected_moments(replace(twin, duration_s=seconds))
         one, two = (f"{1000 * found[f'sigma_{k}']:.1f}" for k in (1, 2))
         spread.append(f"{one} and {two} µm over {duration_text(seconds)}")
     return (
-        "Slow noise widens a density as time goes by: the SDs that the printed coefficients lead "
-        f"to on average are {', '.join(spread)}, for x₁ and x₂; Table 4's own are of nine hours."
+        "Slow noise widens a density as time goes by: the standard deviations that the printed "
+        f"coefficients lead to on average are {', '.join(spread)}, for x1 and x2; those of Table 4 "
+        "are of nine hours."
     )
 
 

@@ -48,6 +48,8 @@ ADEV = (
     "Overlapping Allan deviation of every coordinate and distance against the averaging time, as "
     "recorded, with gross outliers masked. The slope shows the kind of noise."
 )
+ADEV_RATIOS = "Below each panel: the same relative to the smallest subset."
+ADEV_ENDS = "Over each panel stand its lowest and its highest recording."
 PSD = (
     "Welch's estimate of the power spectral density after outliers were cleaned. The line joins "
     "medians of 40 bins a decade; the shaded band reaches to the greatest value of each bin, so "
@@ -58,26 +60,121 @@ RECORDING = (
     "of the noise model are in the recording's folder of results."
 )
 SCALING = (
-    "Standard deviations and covariances of the group's recordings against the number of "
-    "cameras, with the law σ/√n fitted; from the cleaned coordinates."
+    "(a) Standard deviations of the cleaned coordinates along the line between the markers (of a "
+    "single marker, along x) and of their distance against the number of cameras, (b) covariances "
+    "of the two markers along that line. Lines: σ/√n, fitted to the points of each series by the "
+    "mean of their logarithms; over each panel the exponent of n with its standard error if it is "
+    "free (−0.5 by the law)."
 )
-SKUROWSKI_FAMILIES = (
-    "A figure of Skurowski & Pawlyta 2019 drawn again from the recordings of the sheet; its "
-    "note says which of them are simulated from the published coefficients."
-)
-SKUROWSKI_GAUSSIAN = (
-    "From the recordings of the sheet, twins where the paper's own were never published. How "
-    "twins depend on the number of cameras comes from the coefficients the paper prints; the "
-    "note below the figure says what else to know."
-)
-SKUROWSKI_NOISE = (
-    "Coefficients as printed in Tables A1-A3 and as found again in the recordings of the sheet; "
-    "the note below the figure says which of these are simulated from the printed ones."
-)
-SKUROWSKI_THEORY = (
-    "Computed from the noise models and the printed numbers; no recording enters. The note "
-    "below the figure says which numbers."
-)
+# Figures of Skurowski & Pawlyta 2019
+SKUROWSKI: dict[int | str, str] = {
+    1: (
+        "Computed from the numbers printed in Table 4, row T40: normal densities of x of either "
+        "marker, and of the distance L with each of the four standard deviations of section 2.2."
+    ),
+    2: (
+        "Line: the standard error σ/√N in units of σ (Equation 3). Points: root of the printed "
+        "white noise h₀ (Tables A1-A3; correlated noise shorter than a frame counts as white), "
+        "geometric mean over x, y, z of both markers, with n cameras. Each type is divided by what "
+        "the law, fitted to it, gives for one camera, so only the fall is to be compared. The "
+        "legend gives the exponent of n with its standard error if it is free; by the law it is "
+        "−0.5. Vantage without the failing tenth camera."
+    ),
+    3: (
+        "Computed from noise models, continuous-time forms with f_h = 500 Hz: (a) power laws, (b) "
+        "correlated and periodic noise. The coefficients are chosen so that each part has decades "
+        "of its own; the values of both axes mean nothing else. The numbers are the slopes of the "
+        "computed curves at that place. Beyond six periods a sinusoid is drawn by the envelope of "
+        "its bumps, and the sum with their mean."
+    ),
+    6: (
+        "The Allan deviation of one series with the model that annealing and an ant colony find by "
+        "weighted least squares (relative residuals, Equation 13), every start of annealing, and "
+        "ordinary least squares (Levenberg-Marquardt, no weights). Below: the data relative to "
+        "each model."
+    ),
+    7: (
+        "(a) The coordinates of marker 1 round a shock. (b) Allan deviation of the distance L as "
+        "recorded, after the Hampel filter, and with the frames of the shock cut out."
+    ),
+    8: (
+        "Overlapping Allan deviation of (a) x1, (b) x2 and (c) the distance L: Vantage with all "
+        "ten cameras, of which one was failing, and without that camera."
+    ),
+    9: (
+        "Kernel estimates (Gaussian kernels, Silverman's bandwidth) of the cleaned coordinates; "
+        "normal densities with the same mean and standard deviation, and with those of Table 4. "
+        "Zero is the mean of Table 4, where a twin starts. Slow noise makes the density of one "
+        "recording uneven and moves its mean."
+    ),
+    10: (
+        "(a) Kernel estimates of the density of the cleaned distance, and normal densities with "
+        "the mean and standard deviation of Table 4. (b) Mean distances; bars: standard error of "
+        "the mean of a twin about its first frame, which has the mean of Table 4 of its type "
+        "(line) for every number of cameras, as the paper prints no others. A measured recording "
+        "has no such bar. An arrow with a number: a mean beyond the axis."
+    ),
+    11: (
+        "(a) Variances along x and of the distance, (b) covariances of x1 and x2. Lines: σ²/n "
+        "(Equation 3), fitted to the points of each series by the mean of their logarithms; over "
+        "each panel the exponent of n with its standard error if it is free (−1 by the law). The "
+        "axis of (b) is linear near zero and logarithmic beyond, alike for all types. How they "
+        "depend on n comes from the printed coefficients, of which the twins are made; bars: what "
+        "these lead to on average over recordings as long. Twins of one type share their slow "
+        "noise (below 0.1 Hz), as subsets of one recording do, so they lie above or below their "
+        "bars together. The tenth Vantage camera was failing and is left out of the fits. Stars: "
+        "Table 4, which is of the nine hours of the paper's recordings."
+    ),
+    12: (
+        "Overlapping Allan deviation of x1, x2 and the distance L by the number of cameras, "
+        "Vantage without the failing one; in the last column the deviation at one averaging time. "
+        "Shaded: the number of cameras that section 4.3 calls notably better suited."
+    ),
+    13: (
+        "Overlapping Allan deviation of (a) x1, (b) x2 and (c) the distance L by all sound cameras "
+        "of each type, and of all types together."
+    ),
+    14: (
+        "Coefficients of power-law noise by the number of cameras, logarithmic: (a) T40, (b) "
+        "Bonita, (c) Vantage. In each group from left to right: x1, y1, z1, x2, y2, z2, L; the "
+        "numbers of one series stand in one line. Pale: published numbers below the least standard "
+        "error that the length of the recording allows. A cross is an end of the range searched by "
+        "annealing-ant-colony, which is no estimate. Bars are 95 % intervals of the likelihood "
+        "estimator, cut at an arrow a factor of 100 below their number; triangles are its 95 % "
+        "upper limits of what it does not detect. In the grey band: less than 10⁻²⁰."
+    ),
+    15: (
+        "The coefficients of Figure 14 on linear axes, where zero can be seen: each panel in its "
+        "own power of ten, up to nine tenths of its numbers that are not zero. Arrows at the top: "
+        "larger numbers, and intervals that go on. Upper limits beyond a panel are left out."
+    ),
+    16: (
+        "Correlated noise: (a) correlation time T_c and amplitude q_c by the number of cameras, "
+        "symbols as in Figure 14; a limit of q_c holds for one class of T_c, whose letter it is "
+        "drawn as: s short, m medium, l long. (b) q_c against T_c, the classes of section 4.6 "
+        "shaded. Dashed: ends of the range of T_c that annealing-ant-colony searched, where terms "
+        "pile up that no T_c within it suits."
+    ),
+    17: (
+        "Power spectral density of z1 by the largest set of each camera type, its number of "
+        "cameras in brackets: (a) as medians of 40 bins a decade with bands up to the greatest "
+        "value, (b) to (d) every point close to the line. The paper reports the line for T40 and "
+        "Vantage, negligibly small for Vantage; Tables A1-A3 print its amplitude for T40 alone, so "
+        "a twin of Vantage or Bonita has none."
+    ),
+    "A1": (
+        "Overlapping Allan deviation of z1 by the largest set of each camera type, (a) before and "
+        "(b) after the failing camera was replaced. The paper's recordings last nine hours before "
+        "the repair; it does not state their length after it."
+    ),
+}
+
+
+def of_skurowski(*figures: int | str) -> str:
+    """Captions of several figures one after the other, each with its number."""
+    return " ".join(f"Figure {figure}: {SKUROWSKI[figure]}" for figure in figures)
+
+
 TREND = (
     "Change of the Allan deviation with the date of recording, per series and averaging time, "
     "in percent a month."

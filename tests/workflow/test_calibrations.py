@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 from mocap_workflow import rows
+from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
+from mocap_workflow.entries import TwinsFile
 from mocap_workflow.faults import Faults
 from running import write_sheet
 
@@ -79,3 +81,10 @@ def test_a_reference_in_c3d_needs_labels(folder: Path) -> None:
         "reference_labels_master",
         "reference_labels_slave",
     ]
+
+
+@pytest.mark.parametrize("key", ["like", "setup"])
+def test_a_twin_that_names_another_entry_by_a_list_is_refused(key: str) -> None:
+    document: TwinsFile = {"twins": {"a": {key: ["b"]}, "b": {}}, "setups": {"b": {}}}
+    with pytest.raises(Faults, match=rf"^twin a: {key}: \['b'\], expected"):
+        calibration_twin(document, "a")

@@ -283,6 +283,8 @@ def test_the_projects_own_sheets_have_right_headers() -> None:
         ("twins: {}\ndefault: {}", "section default: unknown; did you mean defaults?"),
         ("twins: {}\nsetups: {a: 1}", 'setups, "a": expected a name .* and a section of settings'),
         ("twins: {}\nfactories: {a/b: {}}", 'factories, "a/b": expected a name'),
+        ("twins: {}\nsetups: 3", 'section setups: "3", expected names with settings'),
+        ("twins: {}\ndefaults: [a]", "section defaults: .* expected names with settings"),
     ],
 )
 def test_file_of_twins(folder: Path, text: str, expected: str | None) -> None:

@@ -299,11 +299,11 @@ def twin_entry(document: TwinsFile, name: str) -> object:
     entry = dict(entries[name])
     if "like" in entry:
         like = entry.pop("like")
-        if like not in entries or "like" in entries[like]:
+        if not isinstance(like, str) or like not in entries or "like" in entries[like]:
             raise Faults([f"{where}: like: {like!r}, expected a twin that is like no other"])
         entry = _merged(entries[like], entry)
     setup = entry.get("setup")
-    if setup is not None and setup not in setups:
+    if setup is not None and not (isinstance(setup, str) and setup in setups):
         raise Faults([f"{where}: setup: {setup!r}, expected one of {', '.join(setups)}"])
     defaults = document.get("defaults", {}).get("calibration") or {}
     entry = _merged(_merged(defaults, setups[setup] if setup is not None else {}), entry)

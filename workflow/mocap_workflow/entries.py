@@ -54,10 +54,14 @@ def load_twins(path: str | None) -> TwinsFile:
     ]
     content = {section: content.get(section) or {} for section in sections}
     for section, entries in content.items():
+        if not isinstance(entries, dict):
+            what = shown(str(entries))
+            faults.append(f"{path}, section {section}: {what}, expected names with settings")
+            continue
         faults += [
             f'{path}, {section}, {shown(str(name))}: expected a name of letters, digits, "_", "."'
             f' and "-", and a section of settings'
-            for name, settings in (entries or {}).items()
+            for name, settings in entries.items()
             if not (NAME.fullmatch(str(name)) and isinstance(settings, dict))
         ]
     if faults:

@@ -28,12 +28,19 @@ from mocap_metrology.noise.fit.estimators import (
     expected_estimate,
     panel,
     published_estimate,
+    regression,
 )
 from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import PARAMETERS
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
-from mocap_metrology.noise.series import ALLAN, PERIODOGRAM, allan_columns, periodogram_columns
+from mocap_metrology.noise.series import (
+    ALLAN,
+    PERIODOGRAM,
+    allan_columns,
+    joined,
+    periodogram_columns,
+)
 from mocap_metrology.noise.twins.published import printed_row, published_keys, published_row
 
 RATE, N = 120.0, 1 << 17
@@ -127,6 +134,28 @@ def test_stored_curve_is_of_the_series_with_gross_outliers_masked(series, cleane
     assert tuple(columns) == PERIODOGRAM
     total = columns["dof"].sum()
     assert total == pytest.approx((N - 1) * (1 - np.isnan(masked).mean()))
+
+
+def test_columns_of_series_one_below_the_other():
+    parts = [{"m": np.array([1, 2]), "n": np.zeros(2)}, {"m": np.array([4]), "n": np.zeros(1)}]
+    assert joined(parts, ["m"])["m"].tolist() == [1, 2, 4]
+    assert {name: column.size for name, column in joined([], ["m", "n"]).items()} == {
+        "m": 0,
+        "n": 0,
+    }
+
+
+def test_both_sides_of_figure_6_find_the_truth_of_an_exact_curve():
+    """White noise and a random walk without scatter, to 1 %."""
+    truth = {"h_0": 1e-6, "h_-2": 4e-9}
+    exact = NoiseModel.from_coefficients(truth)
+    m = averaging_factors(N, 60, 1, 1 / 3)
+    settings = replace(QUICK, gauss_markov=0, sinusoid=False)
+    run, squares = regression(m, exact.avar(m, RATE, "continuous"), RATE, settings, "x1")
+    for name, value in truth.items():
+        assert run.estimate.values[name] == pytest.approx(value, rel=0.01)
+        assert squares.values[name] == pytest.approx(value, rel=0.01)
+    assert len(run.starts) == len(run.starts_cost) == QUICK.annealing.starts
 
 
 def test_one_estimator_may_fail_without_the_others(series):

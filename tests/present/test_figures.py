@@ -65,10 +65,9 @@ sys.path.insert(0, {folder!r})
 from figure_data import allan_columns, recording, RATE
 from mocap_metrology.present.recording.recording_figures import allan_figure
 from mocap_metrology.present.recording.trajectory import trajectory_figure
-from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.plot.figure import save
 save(allan_figure(allan_columns(["x1", "y1", "L"]), "t", "n"), "allan")
-save_figure(trajectory_figure(*recording(9000, 1, pairs=False), RATE, "t", "n"), "trajectory")
+save(trajectory_figure(*recording(9000, 1, pairs=False), RATE, "t", "n"), "trajectory")
 assert "matplotlib.pyplot" not in sys.modules
 """
 
@@ -117,7 +116,7 @@ def test_a_spike_of_one_sample_in_nine_hours_shows(tmp_path):
     rows, places = np.nonzero(changed[:, : changed.shape[1] * 6 // 10])
     assert np.ptp(rows) > 0.25 * changed.shape[0] * 0.5  # from the noise up to 0.2 mm
     assert np.ptp(places) <= 6  # and no wider than a column
-    box = figure.axes[-1].get_position()
+    box = figure.figure.axes[-1].get_position()
     assert places.mean() / changed.shape[1] == pytest.approx(box.x0 + box.width / 3, abs=0.004)
 
 

@@ -54,9 +54,8 @@ def draw_trajectory(raw: Table, clean: Table, stem: Path) -> None:
         k: np.isfinite(v) & (v.astype(cleaned[k].dtype) != cleaned[k]) for k, v in given.items()
     }
     title = f"{origin['recording']}: trajectory"
-    note = f"{_source(origin)} {_filtered(origin)}"
-    figure = trajectory_figure(given, cleaned, changed, origin["frame_rate_hz"], title, note)
-    save_figure(figure, stem)
+    how = title, _source(origin), _filtered(origin)
+    save(trajectory_figure(given, cleaned, changed, origin["frame_rate_hz"], *how), stem)
 
 
 def draw_diagnosis(found: Diagnosed, origin: Metadata, false_alarm: float, stem: Path) -> None:

@@ -17,7 +17,7 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.present.drawing.axes import LengthUnit, length_unit, linear_axis, time_axis
+from mocap_metrology.present.drawing.axes import linear_axis
 from mocap_metrology.present.drawing.style import (
     FAINT,
     GREY,
@@ -32,6 +32,7 @@ from mocap_metrology.present.drawing.style import (
     label_axes,
     say,
 )
+from mocap_metrology.present.plot.units import LengthUnit, length_unit, time_axis
 from mocap_metrology.present.text.diagnosis import outcome
 from mocap_metrology.present.text.numbers import moment, number, three_digits
 

@@ -10,9 +10,10 @@ style and marker say it once more.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -26,9 +27,12 @@ STYLE = Path(__file__).with_name("mocap.mplstyle")
 WIDTH_MM = 170.0  # of a text column
 MM = 1 / 25.4  # inch
 DPI = 200  # of the PNG: twice what a screen shows at 100 %
-IMAGE_DPI = 150  # of dense parts in an SVG, drawn as images
+IMAGE_DPI = 150  # of dense parts in an SVG, drawn as images; less on pages longer than this,
+IMAGE_PAGE_MM = 190.0  # so that no SVG exceeds 1 MB
+LINE, LINE_MM = 100, 4.0  # characters in a line of a title or a foot, and its height
 LONGEST_WORD, LONGEST_NAME = 55, 28  # characters: of a line, of an entry of a legend
 SMALL_PT = 7.5
+ENTRY_MM, LETTER_MM = 12.0, 1.5  # of a legend: sample and space, and a letter of the text
 MOST_MINOR, LABELLED_MINOR = 2.5, 1.2  # decades of an axis with ticks between them, with labels
 NEAR_ONE = 5e-4, 5e3  # limits of an axis whose numbers are written out
 
@@ -110,7 +114,9 @@ def new_figure(title: str, source: str, height_mm: float, width_mm: float = WIDT
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width_mm * MM, height_mm * MM), layout="constrained")
+    height_mm += sum(LINE_MM * (len(text) // LINE) for text in (title, source))
+    size = (width_mm * MM, height_mm * MM)
+    figure = Figure(figsize=size, dpi=DPI, layout="constrained")  # laid out as the PNG is drawn
     figure.set_label(plain(title))
     figure.suptitle(wrapped(title), x=0.01, ha="left", wrap=True)
     if source:
@@ -135,13 +141,13 @@ def literal(text: str) -> str:
     return re.sub("^_", " _", text).replace("$", r"\$")
 
 
-def short(name: str) -> str:
-    """As much of a user's name as a legend has room for."""
-    return literal(clipped(name))
+def short(name: str, most: int = LONGEST_NAME) -> str:
+    """As much of a user's name as a legend (or what holds `most` characters) has room for."""
+    return literal(clipped(name, most))
 
 
 def clipped(name: str, most: int = LONGEST_NAME) -> str:
-    """The same, for a text that is made literal as a whole; of so many characters at most."""
+    """The same, for a text that is made literal as a whole."""
     name = plain(name)
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
@@ -192,15 +198,28 @@ def say(axes: Axes, text: str) -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, **how)
 
 
-def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int = 5) -> None:
-    """One legend of everything labelled in these axes, each text once, below them."""
+def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int = 6) -> None:
+    """One legend of everything labelled in these axes, each text once, below them, in as many
+    columns as there is room for, `columns` at most."""
     found: dict[str, Any] = {}
     for one in axes:
         for handle, text in zip(*one.get_legend_handles_labels(), strict=True):
             found.setdefault(text, handle)
     if found:
+        columns = next(k for k in range(columns, 0, -1) if k == 1 or _fit(list(found), k))
         where: Keywords = {"loc": "outside lower left", "ncols": columns}
         figure.legend(list(found.values()), list(found), **where)
+
+
+def _fit(texts: Sequence[str], columns: int) -> bool:
+    """Whether a legend of so many columns is narrower than the page, by the number of letters."""
+    long, more = divmod(len(texts), columns)
+    ends = [k * long + min(k, more) for k in range(columns + 1)]
+    longest = (
+        max((len(re.sub(r"[$\\_{}]", "", t)) for t in texts[a:b]), default=0)
+        for a, b in pairwise(ends)
+    )
+    return sum(ENTRY_MM + LETTER_MM * n for n in longest) <= WIDTH_MM
 
 
 def words_picture(words: str, title: str, source: str) -> Picture:
@@ -229,7 +248,9 @@ def save(picture: Picture, path: str | Path) -> tuple[Path, Path]:
             engine.execute(figure)
         figure.set_layout_engine(None)  # else every `savefig` would lay it out and draw it twice
         metadata = {"Date": None, "Creator": None, **known}
-        figure.savefig(svg_part, format="svg", dpi=IMAGE_DPI, metadata=metadata)
+        longer = figure.get_figheight() / MM / IMAGE_PAGE_MM
+        image_dpi = round(IMAGE_DPI / max(longer, 1.0) ** 0.5)
+        figure.savefig(svg_part, format="svg", dpi=image_dpi, metadata=metadata)
         figure.savefig(png_part, format="png", dpi=DPI, metadata={"Software": None, **known})
     return svg, png
 

@@ -55,6 +55,16 @@ PSD = (
     "medians of 40 bins a decade; the shaded band reaches to the greatest value of each bin, so "
     "that a narrow spectral line shows."
 )
+TRAJECTORY = (
+    "Every coordinate and distance about its mean, against time. Grey: raw samples; light blue: "
+    "after outliers were cleaned. Where there are more samples than columns of pixels, a column "
+    "shows the range of its samples and the dark line their mean. Where a few samples lie far from "
+    "the rest, the axis ends short of them: triangles at its edge mark where they are, and the "
+    "number beside the panel is the farthest of them."
+)
+FEWER_OUTLIERS = (
+    "Of the many outliers those are drawn that are the largest of their stretch of time, or of all."
+)
 RECORDING = (
     f"Figures of one recording. Allan deviation: {ADEV} Spectrum: {PSD} Trajectories and the fits "
     "of the noise model are in the recording's folder of results."

@@ -83,4 +83,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     for name in ("a.c3d", "b.c3d", "board.csv", "poses.json", "ref.c3d", "dump.bin"):
         (tmp_path / name).write_text("x")
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub/a.c3d").write_text("x")
     return tmp_path

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import PurePath
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import field_validator
 
@@ -19,6 +19,10 @@ from mocap_workflow.rows import (
     existing,
     file_or_none,
 )
+
+
+def _is_c3d(path: str) -> bool:
+    return PurePath(path).suffix.lower() == ".c3d"
 
 
 class CalibrationRow(SheetRow):
@@ -56,6 +60,8 @@ class CalibrationRow(SheetRow):
     and needed there."""
     reference_labels_slave: Labels = ()
     """The same for the slave."""
+    reference_unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    """Unit of a C3D reference, `mm` or `m`, where the file names none or a wrong one."""
     mount: FileOrNothing = None
     """CSV file `label,x_m,y_m,z_m`: these markers in the frame of the housing. Needed for a C3D
     reference."""
@@ -87,12 +93,19 @@ class CalibrationRow(SheetRow):
     @classmethod
     def _for_c3d(cls, labels: tuple[str, ...], info: Info) -> tuple[str, ...]:
         """A C3D reference needs the labels of both housings, no other has a use for them."""
-        wanted = PurePath(info.context.cells["reference"]).suffix.lower() == ".c3d"
+        wanted = _is_c3d(info.context.cells["reference"])
         if wanted and not labels:
             raise Unfit('labels separated by ";", as the reference is a C3D file')
         if labels and not wanted:
             raise Unfit("nothing, as the reference is no C3D file")
         return labels
+
+    @field_validator("reference_unit")
+    @classmethod
+    def _of_c3d(cls, unit: str | None, info: Info) -> str | None:
+        if unit and not _is_c3d(info.context.cells["reference"]):
+            raise Unfit("nothing, as the reference is no C3D file")
+        return unit
 
     @field_validator("sha256")
     @classmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import date, datetime
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, field_validator
 
@@ -26,6 +26,11 @@ from mocap_workflow.rows import (
 def _count(text: str | None, info: Info) -> str | int | None:
     """The number of cameras that are named, where it is not given."""
     return text or len(parts_of(info.context.cells["camera_ids"])) or None
+
+
+def _with_point(text: str | None) -> str | None:
+    """A number with a decimal point, as it may have a comma."""
+    return text.replace(",", ".") if text else text
 
 
 def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
@@ -105,9 +110,14 @@ class RecordingRow(SheetRow):
     markers. A label may hold a `-` itself as long as there is one way to read the pair."""
     frame_rate_hz: Annotated[
         float | None,
-        Cell(r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?", "a number of Hz > 0 or nothing"),
+        Cell(r"([0-9]+[.,]?[0-9]*|[.,][0-9]+)([eE][+-]?[0-9]+)?", "a number of Hz > 0 or nothing"),
+        BeforeValidator(_with_point),
     ] = None
     """Frame rate where the file has none, or more exactly than in the file (within 0.1 %)."""
+    unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    """Unit of the coordinates, `mm` or `m`, where the file names none or a wrong one. A file whose
+    coordinates all lie within 20 mm of the origin, or beyond 100 m, is refused until it is stated.
+    """
     accept_truncated: Annotated[
         bool, Cell("accept", "accept or nothing"), BeforeValidator(bool)
     ] = Field(default=False, alias="truncated")
@@ -234,5 +244,5 @@ class RecordingRow(SheetRow):
             return cluster
         if len(cluster) < 3 or not set(cluster) <= set(markers):
             named = ", ".join(markers) or "none: column markers is empty"
-            raise Unfit(f"three or more of the chosen markers ({named})")
+            raise Unfit(f'three or more of the chosen markers ({named}), separated by ";"')
         return cluster

@@ -26,6 +26,7 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
+from mocap_metrology.common.paths import DRIVE, of_windows
 from mocap_workflow import sheets
 from mocap_workflow.faults import Faults, Unfit, Unmatched, misfits, shown, unknown
 
@@ -79,10 +80,20 @@ def existing(path: str, info: Info, any_kind: bool = False) -> str:
     if set("<>{}") & set(here):
         raise Unfit("a path without any of < > { }", path)
     if not Path(here).exists():
-        raise Unfit(f"a file ({here} does not exist)", path)
+        raise Unfit(f"a file ({here} does not exist{_instead(info.context.sheet, path)})", path)
     if not (any_kind or Path(here).is_file()):
         raise Unfit(f"a file ({here} is something else)", path)
     return here
+
+
+def _instead(sheet: str, path: str) -> str:
+    """What a path that is not there was probably meant to be, or nothing."""
+    if hint := of_windows(path if DRIVE.match(path) else beside(sheet, path)):
+        return f"; {hint}"
+    parts = [part.strip() for part in path.split(",")]
+    if len(parts) > 1 and all(Path(beside(sheet, part)).exists() for part in parts):
+        return '; separate files with ";"'
+    return ""
 
 
 def file_or_none(path: str | None, info: Info) -> str | None:

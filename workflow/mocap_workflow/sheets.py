@@ -1,4 +1,5 @@
-"""Reading a sheet: one header line, tabs between cells, UTF-8; `#` begins a comment line.
+"""Reading a sheet: one header line, tabs between cells, UTF-8; `#` begins a comment line. Commas or
+semicolons are read too, as a spreadsheet writes them.
 
 Rows are numbered as an editor or a spreadsheet shows them, comments and blank lines counted.
 """
@@ -11,9 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mocap_metrology.common.paths import of_windows
 from mocap_workflow.faults import Faults, shown, unknown
 
-OTHER_DELIMITERS = {",": "commas", ";": "semicolons", "|": "bars", " ": "blanks"}
+DELIMITERS = ("\t", ";", ",")
+OTHER_DELIMITERS = {"|": "bars", " ": "blanks"}
+EMPTY = " \t;,"  # of a row that a spreadsheet saves without a cell
 
 
 @dataclass(frozen=True)
@@ -30,12 +34,13 @@ def read(path: str | Path, columns: Sequence[str], required: Sequence[str]) -> l
     lines = [
         (number, line)
         for number, line in enumerate(_lines(Path(path), sheet), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
+        if line.strip(EMPTY) and not line.lstrip(' "').startswith("#")
     ]
     if not lines:
         raise Faults([f"{sheet}: no header; expected columns {', '.join(columns)}"])
     faults: list[str] = []
-    header = _cells(*lines[0], sheet, faults)
+    delimiter = _delimiter(lines[0][1], columns)
+    header = _cells(*lines[0], delimiter, sheet, faults)
     while header and not header[-1]:
         header.pop()
     faults += _header_faults(header, lines[0][1], sheet, columns, required)
@@ -43,9 +48,11 @@ def read(path: str | Path, columns: Sequence[str], required: Sequence[str]) -> l
         raise Faults(faults)
     rows = []
     for number, line in lines[1:]:
-        cells = _cells(number, line, sheet, faults)
+        cells = _cells(number, line, delimiter, sheet, faults)
         if any(cells[len(header) :]):
-            faults.append(f"{sheet}, row {number}: {len(cells)} cells; expected {len(header)}")
+            inside = "" if delimiter == "\t" else f', and quotes round a cell with "{delimiter}"'
+            expected = f"{len(header)}{inside}"
+            faults.append(f"{sheet}, row {number}: {len(cells)} cells; expected {expected}")
         elif any(cells):
             found = dict(zip(header, cells, strict=False))
             rows.append(Line(number, dict.fromkeys(columns, "") | found))
@@ -58,7 +65,9 @@ def _lines(path: Path, sheet: str) -> list[str]:
     try:
         raw = path.read_bytes()
     except FileNotFoundError:
-        raise Faults([f"{sheet}: no such file; expected a sheet, or an empty value"]) from None
+        hint = f"{hint}; " if (hint := of_windows(sheet)) else ""
+        expected = f"{hint}expected a sheet, or an empty value"
+        raise Faults([f"{sheet}: no such file; {expected}"]) from None
     except OSError as error:
         raise Faults([f"{sheet}: {error.strerror}; expected a sheet"]) from None
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -73,10 +82,19 @@ def _lines(path: Path, sheet: str) -> list[str]:
     return re.split(r"\r\n|\n|\r", text)
 
 
-def _cells(number: int, line: str, sheet: str, faults: list[str]) -> list[str]:
+def _delimiter(header: str, known: Sequence[str]) -> str:
+    """What separates most names of columns from each other; a tab where nothing does."""
+    found = {
+        one: len({part.strip(' "') for part in header.split(one)} & set(known))
+        for one in DELIMITERS
+    }
+    return max(DELIMITERS, key=lambda one: found[one])
+
+
+def _cells(number: int, line: str, delimiter: str, sheet: str, faults: list[str]) -> list[str]:
     """Cells of a line, without blanks around; an opening quote must close on its line."""
     try:
-        cells = next(csv.reader([line], delimiter="\t", strict=True))
+        cells = next(csv.reader([line], delimiter=delimiter, strict=True))
     except csv.Error:
         faults.append(f"{sheet}, row {number}: a quote that does not close; expected a pair")
         return []

@@ -1,6 +1,6 @@
 # Lighthouse: dump -> pulses, stations, sweeps -> board poses, pose of the slave.
 
-LABELS = ("reference_labels_master", "reference_labels_slave")
+LABELS = ("reference_labels_master", "reference_labels_slave", "reference_unit")
 TWIN = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if row.twin)
 MEASURED = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if not row.twin)
 

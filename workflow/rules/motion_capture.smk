@@ -16,7 +16,7 @@ checkpoint check_recording:
         runtime=minutes(30),
     params:
         code=source("check.py", "io", "noise", "pipeline", "present/text"),
-        row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated"),
+        row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated", "unit"),
         second_opinion=config["second_opinion"],
         still=config["still"],
         horizon_s=config["verdict"]["horizon_s"],
@@ -46,7 +46,7 @@ rule trajectories:
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         row=columns(
             *("recording", "twin", "source", "paths", "markers", "pairs"),
-            *("frame_rate_hz", "accept_truncated"),
+            *("frame_rate_hz", "accept_truncated", "unit"),
         ),
         form=of_row(partial(selection.form, twins=TWINS)),
     message:

@@ -14,7 +14,8 @@ with step(snakemake) as log:
     try:
         check, _ = read_checked(Asked(**given.row), *how)
     except Refusal as refusal:
-        check = refused(refusal, 'write "accept" in column truncated of the sheet')
+        columns = 'write "accept" in column truncated of the sheet', "column unit of the sheet"
+        check = refused(refusal, *columns)
         empty_folder(Path(snakemake.output[0]).parent)  # results of an earlier input
     log.info("%s", check)
     write_json(snakemake.output[0], check)

@@ -13,6 +13,7 @@ with step(snakemake) as log:
         row["frame_rate_hz"],
         second_opinion=False,  # asked by check_recording
         accept_truncated=row["accept_truncated"],
+        unit=row["unit"],
     )
     log.info("%s: %d frames", recording.encoding, recording.position_mm.shape[2])
     named = {key: row[key] for key in ("recording", "source", "twin")}

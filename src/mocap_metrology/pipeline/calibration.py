@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.common.files import sha256
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import read_recording
+from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse.assess import reference
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode
 from mocap_metrology.pipeline.settings import Lighthouse
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,7 @@ class Asked:
     sha256: str | None = None
     reference_labels_master: Sequence[str] = ()
     reference_labels_slave: Sequence[str] = ()
+    reference_unit: Unit | None = None
 
 
 def decoded(asked: Asked, files: Mapping[str, str], settings: Lighthouse) -> Decoded:
@@ -95,7 +100,12 @@ def reference_of(asked: Asked, path: str | None, mount: str | None) -> Reference
     known = reference.read_mount(str(mount))
     if not master and not slave:  # a twin's: M1 ... on the master, S1 ... on the slave
         master, slave = ([label for label in known if label.startswith(one)] for one in "MS")
-    found = read_recording([path], [*master, *slave], None)
+    try:
+        found = read_recording([path], [*master, *slave], unit=asked.reference_unit)
+    except UnknownUnit as refusal:
+        raise Refusal(f"{refusal} (column reference_unit of the sheet)") from None
+    if found.unit_source == "assumed":
+        log.warning("%s names no unit, so its coordinates are taken as mm", Path(path).name)
     said = f"markers in {Path(path).name}"
     return reference.reference_from_markers(
         found.position_mm, found.labels, master, slave, known, said

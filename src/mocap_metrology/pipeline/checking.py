@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mocap_metrology.common.errors import Refusal, Truncated
+from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
 from mocap_metrology.common.files import sha256
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import bodies_of, read_recording
@@ -14,6 +14,8 @@ from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
 from mocap_metrology.noise.motion.movement import moving_markers
 from mocap_metrology.present.text.movement import movement_words
+
+UNIT_ASSUMED = "no unit is named in the file, so its coordinates are taken as mm"
 
 
 @dataclass(frozen=True)
@@ -57,23 +59,30 @@ def read_checked(
         recording.resolution_mm,
     )
     duration = recording.position_mm.shape[2] / rate
+    assumed = [UNIT_ASSUMED] if "assumed" in recording.unit_source else []
     return {
         "ok": True,
         "why": "",
-        "warnings": movement_words(moving, min(duration, horizon_s)),
+        "warnings": [*assumed, *movement_words(moving, min(duration, horizon_s))],
         "notes": list(recording.notes),
+        "unit": recording.units,
+        "unit_source": recording.unit_source,
         "moving": bool(moving),
         "bodies": bodies_of(asked.paths[0], asked.markers),
     }, recording
 
 
-def refused(refusal: Refusal, to_accept: str) -> Row:
+def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Row:
     """check.json of a recording that cannot be used; to_accept: how what is there of a file that is
-    cut off is used all the same."""
-    why = f"{refusal}; to use what is there, {to_accept}"
+    cut off is used all the same; to_state: how its unit is stated."""
+    why = str(refusal)
+    if isinstance(refusal, Truncated):
+        why += f"; to use what is there, {to_accept}"
+    elif isinstance(refusal, UnknownUnit) and to_state:
+        why += f" ({to_state})"
     return {
         "ok": False,
-        "why": why if isinstance(refusal, Truncated) else str(refusal),
+        "why": why,
         "warnings": [],
         "notes": [],
     }

@@ -42,6 +42,7 @@ def trajectories(
         "resolution_mm": recording.resolution_mm,
         "resolution_kind": recording.resolution_kind,
         "file_units": recording.units,
+        "unit_source": recording.unit_source,
         "file_encoding": recording.encoding,
         "n_gap_frames": recording.n_gap_frames,
         "n_invalid": recording.n_invalid,

@@ -6,7 +6,6 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.adev import family_figure
     from mocap_metrology.present.groups.coefficients import coefficients_figure, correlated_figure
     from mocap_metrology.present.groups.group_tables import read_noise
@@ -19,19 +18,18 @@ with step(snakemake) as log:
     family = family_of(rows)
     allan = {name: read_table(path) for name, path in zip(rows, given.allan, strict=True)}
     lengths = {name: gather.length_s(origin) for name, (_, origin) in allan.items()}
-    source, remarks = gather.sources(rows, lengths, paper=False)
+    texts = gather.sources(rows, lengths, paper=False)
     noise = {name: read_noise(path) for name, path in zip(rows, given.noise, strict=True)}
     series = {name: list(dict.fromkeys(row["series"] for row in of)) for name, of in noise.items()}
     confidence = next(iter(allan.values()))[1]["allan"]["confidence"]
     columns = {name: found[0] for name, found in allan.items()}
-    likelihood = f"By the likelihood estimator. {source} {remarks}"
-    title, folder = f"{group}: Allan deviation", Path(snakemake.output[0]).parent
-    picture = family_figure(family, columns, series, title, source, remarks, confidence)
-    save(picture, folder / f"{group}_adev")
     figures = {
-        "coefficients": coefficients_figure(family, noise, f"{group}: power-law noise", likelihood),
-        "correlated": correlated_figure(family, noise, f"{group}: correlated noise", likelihood),
+        "adev": family_figure(
+            family, columns, series, f"{group}: Allan deviation", *texts, confidence
+        ),
+        "coefficients": coefficients_figure(family, noise, f"{group}: power-law noise", *texts),
+        "correlated": correlated_figure(family, noise, f"{group}: correlated noise", *texts),
     }
-    for name, figure in figures.items():
-        save_figure(figure, folder / f"{group}_{name}")
+    for name, picture in figures.items():
+        save(picture, Path(snakemake.output[0]).parent / f"{group}_{name}")
     log.info("%s: %d recordings", group, len(rows))

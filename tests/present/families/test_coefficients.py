@@ -51,14 +51,16 @@ def expected(noise, names, column: str) -> list[tuple[float, float]]:
 
 def test_every_coefficient_is_shown(tmp_path) -> None:
     family, noise = group()
-    figure = coefficients_figure(family, noise, "g: power-law noise", "n")
+    picture = coefficients_figure(family, noise, "g: power-law noise", "Source: n.", "More.")
+    figure = picture.figure
+    assert "x1, y1, z1, x2, y2, z2, L." in picture.caption and picture.caption.endswith("More.")
     for axes, alpha in zip(figure.axes[:5], ALPHAS, strict=True):
         for size, column in ((POINT, "value"), (LIMIT, "upper_95")):
             given = expected(noise, [f"h_{alpha}"], column)
             assert np.allclose(marks(axes, size), given, rtol=1e-12), (alpha, column)
         bars = sum(len(lines.get_segments()) for lines in axes.collections)
         assert bars == len(expected(noise, [f"h_{alpha}"], "value"))
-    check_saved(figure, tmp_path / "f")
+    check_saved(picture, tmp_path / "f")
     bottom = figure.axes[4]
     shown = [tick.label1.get_text() for tick in bottom.xaxis.get_major_ticks()]
     assert shown == ["2", "5", "10"] and bottom.get_xlabel() == "Number of cameras"
@@ -67,8 +69,9 @@ def test_every_coefficient_is_shown(tmp_path) -> None:
 
 def test_every_correlated_term_is_shown_twice(tmp_path) -> None:
     family, noise = group("T40")
-    figure = correlated_figure(family, noise, "g: correlated noise", "n")
-    times, amplitudes, scatter = figure.axes[0], figure.axes[1], figure.axes[3]
+    picture = correlated_figure(family, noise, "g: correlated noise", "n")
+    times, amplitudes, scatter = (figure := picture.figure).axes
+    assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == ["(a)", "(b)", "(c)"]
     for axes, letter in ((times, "T_c"), (amplitudes, "q_c")):
         given = expected(noise, [f"{letter}{k}" for k in range(1, 9)], "value")
         assert np.allclose(marks(axes, POINT), given, rtol=1e-12)
@@ -78,10 +81,31 @@ def test_every_correlated_term_is_shown_twice(tmp_path) -> None:
                if r["estimator"] == "likelihood"}  # fmt: skip
         terms += [(v, own[s, f"q_c{p[3:]}"]) for (s, p), v in own.items() if p.startswith("T_c")]
     assert np.allclose(marks(scatter, 3.4), sorted(terms), rtol=1e-12)
-    assert f"{len(terms)} terms" in every_text(figure)
-    assert {"short", "medium", "long"} <= set(every_text(figure))
-    check_saved(figure, tmp_path / "f")
+    assert f"{len(terms)} terms" in every_text(picture)
+    assert {"short", "medium", "long"} <= set(every_text(picture))
+    check_saved(picture, tmp_path / "f")
     assert_texts_apart(figure)
+
+
+def test_limits_of_amplitudes_show_their_class() -> None:
+    """A recording without correlated noise: the letter of a class stands at its limit."""
+    family, _ = group("T40", (10,))
+    limits = {"short": 0.04, "medium": 0.002, "long": 0.0005}
+    row_of = {"series": "x1", "estimator": "likelihood", "status": "not_detected"}
+    noise = [
+        row_of
+        | {"parameter": f"q_c{k}", "value": np.nan, "lower_95": np.nan, "upper_95": limit}
+        | {"note": f"class {kind}: limit for every T_c"}
+        for k, (kind, limit) in enumerate(limits.items(), 1)
+    ]
+    picture = correlated_figure(family, {"T40-10": noise}, "g: correlated noise", "n")
+    (axes,) = picture.figure.axes
+    found = {
+        str(line.get_marker()): line.get_ydata() for line in axes.lines if line.get_xdata().size
+    }
+    assert found == {slots.LETTERS[kind]: [limit] for kind, limit in limits.items()}
+    assert picture.caption.startswith("Correlated noise was not found in any recording.")
+    check(picture)
 
 
 @pytest.mark.parametrize("draw", [coefficients_figure, correlated_figure])
@@ -98,9 +122,9 @@ def test_odd_groups(draw, case) -> None:
     elif case == "many":
         rows = {f"{k}_{'long-name.' * 5}": row("") for k in range(60)}
         family, noise = family_of(rows), dict.fromkeys(rows, noise["T40-10"])
-    figure = draw(family, noise, ODD_TEXT, ODD_TEXT)
-    check(figure)
-    texts = " ".join(" ".join(every_text(figure)).split())
+    picture = draw(family, noise, ODD_TEXT, ODD_TEXT, ODD_TEXT)
+    check(picture)
+    texts = " ".join(" ".join(every_text(picture)).split())
     assert ("No recording has noise coefficients" in texts) == (case in ("nothing", "refused"))
     assert ("not found in any recording" in texts) == (case == "white")
     assert ("left to right: L." in texts) == (case == "many")

@@ -9,45 +9,46 @@ import numpy as np
 
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, unit_key
 from mocap_metrology.noise.model.components import ALPHAS
-from mocap_metrology.present.drawing.axes import Limits, decade_axis, log_limits
-from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
-    FAINT,
-    GREY,
-    MARGIN_MM,
-    OTHER_LOOKS,
-    SMALL_PT,
-    WIDTH_MM,
-    Keywords,
-    Sheet,
-    blank_sheet,
-    coordinate_of,
-    head,
-    label_axes,
-    shorten,
-    styled,
-    text_mm,
-    words_figure,
-)
+from mocap_metrology.present.fits.parts import limit_class
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.groups.members import Family, left_out, shown_series
-from mocap_metrology.present.plot.figure import Look
+from mocap_metrology.present.plot.curves import log_limits
+from mocap_metrology.present.plot.figure import (
+    FAINT,
+    OTHER_LOOKS,
+    Keywords,
+    Look,
+    Picture,
+    coordinate_of,
+    legend_below,
+    letters,
+    log_axes,
+    new_figure,
+    panel_title,
+    say,
+    short,
+    styled,
+    words_picture,
+)
 from mocap_metrology.present.tables import Record, Row
-from mocap_metrology.present.text.coefficients import symbol, unit
+from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.coefficients import mathtext, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-LEFT_MM, RIGHT_MM, TOP_MM, ROW_MM, BETWEEN_MM, LABELS_MM = 17.0, 3.0, 3.0, 32.0, 3.0, 5.0
-WIDE_MM = WIDTH_MM - LEFT_MM - RIGHT_MM
-NAME_MM = 30.0  # of a recording written upright
+ROW_MM, SCATTER_MM, REST_MM = 34.0, 84.0, 30.0  # heights: a panel, (c), titles and legend
+NAMES_MM = 30.0  # of recordings written upright
 NO_MODEL = (
     "No recording has noise coefficients, so there is nothing to draw; the table of noise says "
     "why. Every group has this figure, so it stands here as a sentence."
 )
+NO_TERM = "Correlated noise was not found in any recording."
+MOST_COLUMNS = 8  # of a legend
 MOST_SLOTS = 260  # across a panel; with more recordings only the distance is shown
+ANY = Look(OTHER_LOOKS[2].colour, "-", "o")  # where recordings are too many to tell apart
 Noise = Mapping[str, Sequence[Record]]  # rows of noise.csv by recording
+Term = tuple[str, dict[str, Row]]  # label of its recording, rows of T_c and q_c
 
 
 def group_rows(family: Family, noise: Noise) -> list[Row]:
@@ -57,7 +58,7 @@ def group_rows(family: Family, noise: Noise) -> list[Row]:
     return [
         empty
         | {"n_cameras": label, "series": row["series"], "parameter": row["parameter"]}
-        | {DEFAULT_ESTIMATOR: _known(row["value"])}
+        | {DEFAULT_ESTIMATOR: _known(row["value"]), "limit_class": limit_class(row)}
         | {f"{DEFAULT_ESTIMATOR}_{end}": _known(row[end]) for end in ("lower_95", "upper_95")}
         for name, label in family.labels.items()
         for row in noise[name]
@@ -81,86 +82,45 @@ def series_of(noise: Noise, n_groups: int) -> tuple[list[str], list[str]]:
 
 
 @styled()
-def coefficients_figure(family: Family, noise: Noise, title: str, note: str = "") -> Figure:
+def coefficients_figure(
+    family: Family, noise: Noise, title: str, source: str, remarks: str = ""
+) -> Picture:
     """Coefficients h_-2 ... h_2 of every recording by the likelihood estimator, with intervals: a
-    group a recording or number of cameras, a slot a series."""
+    group a recording or number of cameras, a slot a series. source: the line at the foot; remarks:
+    what the caption adds."""
     shown, others = series_of(noise, len(family.labels))
     rows = [row for row in group_rows(family, noise) if row["series"] in shown]
     if not rows:
-        return words_figure(NO_MODEL, title, note)
-    names = [f"h_{alpha}" for alpha in ALPHAS]
-    entries = slots.coloured_entries(shown)
-    width = WIDTH_MM - 2 * MARGIN_MM
-    key_top = TOP_MM + panels_mm(len(names), family)
-    order = f"In each group from left to right: {', '.join(shown)}."
-    sheet = blank_sheet(
-        key_top + strip_height(entries, width) + 1.5, title, f"{order} {left_out(others)} {note}"
-    )
-    slot_panels(sheet, TOP_MM, rows, names, shown, family)
-    strip(sheet, MARGIN_MM, key_top, width, entries)
-    return sheet.figure
-
-
-def panels_mm(count: int, family: Family) -> float:
-    """Height of so many panels, with the labels below the last."""
-    return count * (ROW_MM + BETWEEN_MM) - BETWEEN_MM + _names_mm(family) + LABELS_MM
+        return words_picture(NO_MODEL, title, source)
+    body = new_figure(title, source, REST_MM + len(ALPHAS) * ROW_MM + _names_mm(family))
+    panels = body.subplots(len(ALPHAS), sharex=True)
+    for axes, alpha in zip(panels, ALPHAS, strict=True):
+        draw_slots(axes, rows, f"h_{alpha}", shown, family)
+    panels[-1].set_xlabel(family.by)
+    slots.label_series(panels[0], shown)
+    slots.label_intervals(panels[0])
+    slots.label_limits(panels[0])
+    legend_below(body, panels, MOST_COLUMNS)
+    order = captions.SLOTS.format(order=", ".join(shown))
+    return Picture(body, f"{captions.COEFFICIENTS} {order} {left_out(others)} {remarks}")
 
 
 def _names_mm(family: Family) -> float:
-    """Height of the labels of groups: upright where they would touch side by side."""
-    widths = [text_mm(label, SMALL_PT) for label in family.labels.values()]
-    if max(widths, default=0.0) < 0.9 * WIDE_MM / max(len(widths), 1):
-        return 5.0
-    return min(max(widths), NAME_MM) + 3.0
+    return NAMES_MM if slots.upright(list(family.labels.values())) else 0.0
 
 
-def slot_panels(
-    sheet: Sheet,
-    top: float,
-    rows: Sequence[Row],
-    names: Sequence[str],
-    shown: Sequence[str],
-    family: Family,
+def draw_slots(
+    axes: Axes, rows: Sequence[Row], name: str, shown: Sequence[str], family: Family
 ) -> None:
-    """A panel a coefficient, one below the other, on one axis of groups; `names`: h_0, T_c, ..."""
+    """The panel of one coefficient (h_0, T_c, ...) on an axis of groups."""
+    of_it = [row for row in rows if unit_key(row["parameter"]) == name]
     groups = list(family.labels.values())
-    for k, name in enumerate(names):
-        of_it = [row for row in rows if unit_key(row["parameter"]) == name]
-        axes = sheet.axes(LEFT_MM, top + k * (ROW_MM + BETWEEN_MM), WIDE_MM, ROW_MM)
-        lowest = k == len(names) - 1
-        slots.camera_axis(axes, groups, lowest)
-        slots.log_axis(axes, _limits(of_it), ROW_MM, labels=True)
-        slots.draw(axes, of_it, groups, slots.raised, shown, coloured=True)
-        label_axes(axes, y=f"{symbol(name)} ({unit(name)})", y_mm=13.5)
-        if lowest:
-            _label_groups(axes, family)
-        if not of_it:
-            how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center"}
-            axes.text(0.5, 0.5, "not found in any recording", color=GREY, **how)
-
-
-def _limits(rows: Sequence[Row]) -> Limits:
-    return slots.floor_limits(rows) if rows else (1e-3, 1.0)
-
-
-def _label_groups(axes: Axes, family: Family) -> None:
-    """Labels side by side, or upright and shortened; as many as there is room for."""
-    from matplotlib.ticker import FixedFormatter, FixedLocator
-
-    labels, height = list(family.labels.values()), _names_mm(family)
-    every = max(-(-len(labels) * 3 // int(WIDE_MM)), 1)
-    texts = [shorten(label, SMALL_PT, NAME_MM) for label in labels]
-    axes.xaxis.set_major_locator(FixedLocator(range(0, len(labels), every)))
-    axes.xaxis.set_major_formatter(FixedFormatter(texts[::every]))
-    upright = {"rotation": 90, "labelsize": SMALL_PT} if height > 5.0 else {}
-    axes.tick_params(axis="x", **upright)
-    label_axes(axes, x=family.by, x_mm=height + 1.5)
-
-
-TITLE_MM, SCATTER_MM, SCATTER_LABELS_MM, SCATTER_BETWEEN_MM = 5.5, 62.0, 11.0, 4.0
-NOTHING = {"T_c": (2e-3, 5e2), "q_c": (1e-4, 1.0)}  # limits where there is no term
-ANY = Look(OTHER_LOOKS[2].colour, "-", "o")  # where recordings are too many to tell apart
-Term = tuple[str, dict[str, Row]]  # label of its recording, rows of T_c and q_c
+    slots.group_axis(axes, groups)
+    slots.floor_axis(axes, slots.floor_limits(of_it) if of_it else (1e-3, 1.0))
+    slots.draw(axes, of_it, groups, slots.raised, shown, coloured=True)
+    axes.set_ylabel(f"{mathtext(name)} ({unit(name)})")
+    if not of_it:
+        say(axes, "not found in any recording")
 
 
 def terms_of(rows: Sequence[Row]) -> list[Term]:
@@ -174,71 +134,73 @@ def terms_of(rows: Sequence[Row]) -> list[Term]:
 
 
 @styled()
-def correlated_figure(family: Family, noise: Noise, title: str, note: str = "") -> Figure:
+def correlated_figure(
+    family: Family, noise: Noise, title: str, source: str, remarks: str = ""
+) -> Picture:
     """Gauss-Markov terms of every recording by the likelihood estimator, with 95 % intervals: (a)
-    T_c and q_c by recording or number of cameras, (b) q_c against T_c, the classes of S 4.6
-    shaded."""
+    T_c and (b) q_c by recording or number of cameras, (c) q_c against T_c, the classes of S 4.6
+    shaded; where no recording has such a term, the limits of q_c alone."""
     shown, others = series_of(noise, len(family.labels))
-    rows = [row for row in group_rows(family, noise) if row["series"] in shown]
+    every = [row for row in group_rows(family, noise) if row["series"] in shown]
+    if not every:
+        return words_picture(NO_MODEL, title, source)
+    rows = [row for row in every if row["parameter"][1:3] == "_c"]
     if not rows:
-        return words_figure(NO_MODEL, title, note)
-    entries, looks = slots.coloured_entries(shown), family.looks
-    scatter = [Entry(family.said(label), dot=_dot(look)) for label, look in looks.items()]
-    scatter.append(Entry("classes of T_c (S 4.6)", patch={"color": FAINT, "alpha": 0.8, "lw": 0}))
-    width = WIDTH_MM - 2 * MARGIN_MM
-    key_top = TITLE_MM + panels_mm(2, family)
-    second = key_top + strip_height(entries, width) + SCATTER_BETWEEN_MM + TITLE_MM
-    last = second + SCATTER_MM + SCATTER_LABELS_MM
-    order = (
-        f"In each group of (a) from left to right: {', '.join(shown)}. A limit of q_c holds for a "
-        "class of T_c."
-    )
-    sheet = blank_sheet(
-        last + strip_height(scatter, width) + 1.5, title, f"{order} {left_out(others)} {note}"
-    )
-    slot_panels(sheet, TITLE_MM, rows, ("T_c", "q_c"), shown, family)
-    head(sheet.figure.axes[0], f"(a) By {family.by.lower()}")
-    strip(sheet, MARGIN_MM, key_top, width, entries)
-    axes = sheet.axes(LEFT_MM, second, WIDE_MM, SCATTER_MM)
+        return words_picture(NO_TERM, title, source)
     terms = terms_of(rows)
-    _scatter(axes, terms, looks)
-    head(axes, "(b) Amplitude against correlation time", f"{len(terms)} terms")
-    label_axes(axes, x="T_c (s)", y=f"q_c ({unit('q_c')})", y_mm=13.5)
-    strip(sheet, MARGIN_MM, last, width, scatter)
-    return sheet.figure
+    names = ("T_c", "q_c") if terms else ("q_c",)
+    above = 12.0 + len(names) * ROW_MM + _names_mm(family)
+    heights = [above, SCATTER_MM] if terms else [above]
+    body = new_figure(title, source, sum(heights) + 18.0)
+    parts = body.subfigures(len(heights), height_ratios=heights, squeeze=False)[:, 0]
+    panels = parts[0].subplots(len(names), sharex=True, squeeze=False)[:, 0]
+    for axes, name in zip(panels, names, strict=True):
+        draw_slots(axes, rows, name, shown, family)
+        panel_title(axes, {"T_c": "Correlation time", "q_c": "Amplitude"}[name])
+    panels[-1].set_xlabel(family.by)
+    slots.label_series(panels[0], shown)
+    slots.label_limits(panels[0], classes=True)
+    if terms:
+        slots.label_intervals(panels[0])
+        scatter = parts[1].subplots()
+        _scatter(scatter, terms, family)
+        legend_below(parts[1], [scatter])
+        letters([*panels, scatter])
+    legend_below(parts[0], panels, MOST_COLUMNS)
+    found = captions.CORRELATED if terms else f"{NO_TERM} {captions.CORRELATED_LIMITS}"
+    order = captions.SLOTS.format(order=", ".join(shown))
+    return Picture(body, f"{found} {order} {left_out(others)} {remarks}")
 
 
-def _dot(look: Look) -> Keywords:
-    return {"color": look.colour, "marker": look.marker, "markersize": 3.4, "mew": 0}
-
-
-def _scatter(axes: Axes, terms: Sequence[Term], looks: Mapping[str, Look]) -> None:
-    values = {
-        name: np.array([term[name][DEFAULT_ESTIMATOR] for _, term in terms], dtype=np.float64)
+def _scatter(axes: Axes, terms: Sequence[Term], family: Family) -> None:
+    """q_c against T_c, a look a recording, with bars as long as the intervals that are known."""
+    values = [
+        np.array([term[name][DEFAULT_ESTIMATOR] for _, term in terms], dtype=np.float64)
         for name in ("T_c", "q_c")
-    }
-    limits = {name: log_limits([v], 2.0) if v.size else NOTHING[name] for name, v in values.items()}
-    decade_axis(axes, "x", limits["T_c"], WIDE_MM)
-    decade_axis(axes, "y", (limits["q_c"][0] / 4, limits["q_c"][1] * 2), SCATTER_MM)
-    slots.shade_classes(axes, limits["T_c"])
-    if not terms:
-        how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center"}
-        axes.text(0.5, 0.5, "no correlated noise was found", **how)
-    for label, look in looks.items() or ((None, ANY),):
-        own = [k for k, (of, _) in enumerate(terms) if label is None or of == label]
+    ]
+    across, (low, high) = (log_limits([v], 2.0) for v in values)
+    log_axes(axes, (across, (low / 4, high * 2)))
+    slots.shade_classes(axes, across)
+    for label, look in family.looks.items() or (("", ANY),):
+        own = [k for k, (of, _) in enumerate(terms) if label in ("", of)]
         if own:
-            _draw_terms(axes, [terms[k][1] for k in own], look)
+            text = short(family.said(label)) if label else None
+            _draw_terms(axes, [terms[k][1] for k in own], look, text)
+    axes.fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
+    panel_title(axes, "Amplitude against correlation time", f"{len(terms)} terms")
+    axes.set(xlabel="$T_c$ (s)", ylabel=f"$q_c$ ({unit('q_c')})")
 
 
-def _draw_terms(axes: Axes, terms: Sequence[dict[str, Row]], look: Look) -> None:
-    """Points with bars as long as the intervals that are known."""
-    x, y = ([term[name][DEFAULT_ESTIMATOR] for term in terms] for name in ("T_c", "q_c"))
-    axes.plot(x, y, ls="", **_dot(look), alpha=0.9)
-    for name, draw, across in (("T_c", axes.hlines, y), ("q_c", axes.vlines, x)):
-        ends = [
-            [term[name][f"{DEFAULT_ESTIMATOR}_{end}_95"] for term in terms]
-            for end in ("lower", "upper")
-        ]
-        known = [k for k in range(len(terms)) if None not in (ends[0][k], ends[1][k])]
-        low, high = (np.maximum([end[k] for k in known], 1e-30) for end in ends)
-        draw([across[k] for k in known], low, high, color=look.colour, lw=0.4, alpha=0.6)
+def _draw_terms(axes: Axes, terms: Sequence[dict[str, Row]], look: Look, text: str | None) -> None:
+    (x, x_bars), (y, y_bars) = (_bars([term[name] for term in terms]) for name in ("T_c", "q_c"))
+    how: Keywords = {"ls": "", "marker": look.marker, "markersize": 3.4, "mew": 0, "alpha": 0.9}
+    how |= {"color": look.colour, "elinewidth": 0.4, "label": text}
+    axes.errorbar(x, y, yerr=y_bars, xerr=x_bars, **how)
+
+
+def _bars(rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:
+    """Estimates (n,) and how far their intervals reach (2, n), 0 where unknown."""
+    keys = (DEFAULT_ESTIMATOR, *(f"{DEFAULT_ESTIMATOR}_{end}_95" for end in ("lower", "upper")))
+    value, low, high = (np.array([row[key] for row in rows], dtype=np.float64) for key in keys)
+    known = np.isfinite(low) & np.isfinite(high)
+    return value, np.where(known, [value - np.maximum(low, 1e-30), high - value], 0.0)

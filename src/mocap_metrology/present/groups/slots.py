@@ -11,20 +11,18 @@ from mocap_metrology.noise.fit.estimates import CLASSES, DEFAULT_ESTIMATOR, S_ES
 from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.drawing.axes import Limits, decade_axis
 from mocap_metrology.present.drawing.legend import Entry
-from mocap_metrology.present.drawing.style import (
+from mocap_metrology.present.drawing.style import WIDTH_MM, Sheet, label_axes, size_mm
+from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.plot.figure import (
     FAINT,
     GREY,
     INK,
     LOOKS,
     OTHER_LOOKS,
     SMALL_PT,
-    WIDTH_MM,
     Keywords,
     Look,
-    Sheet,
     coordinate_of,
-    label_axes,
-    size_mm,
 )
 from mocap_metrology.present.tables import Row
 
@@ -42,17 +40,22 @@ FLOOR, BAND_DECADES = 1e-20, 2.5  # smaller values stand in a band below it, so 
 IN_BAND = FLOOR * 10 ** (-BAND_DECADES / 2)
 ROOM = 5.0  # factor from the numbers to the ends of a logarithmic axis
 PALE = 0.4  # opacity of published numbers below their least standard error
-PUBLISHED = {"markersize": 4.8, "markerfacecolor": "none", "mew": 0.8, "ls": ""}
-REGENERATED = {"markersize": 2.6, "mew": 0, "ls": ""}
-AT_END = {"marker": "x", "markersize": 2.8, "mew": 0.6, "ls": ""}
-LIKELIHOOD = {"marker": "_", "color": INK, "markersize": 5.6, "mew": 1.1, "ls": ""}
-COLOURED = {"markersize": 4.2, "mew": 0, "ls": ""}
-LIMIT = {"marker": "v", "color": INK, "markersize": 3.6, "markerfacecolor": "white", "mew": 0.7,
-         "ls": ""}  # fmt: skip
+PUBLISHED: Keywords = {"markersize": 4.8, "markerfacecolor": "none", "mew": 0.8, "ls": ""}
+REGENERATED: Keywords = {"markersize": 2.6, "mew": 0, "ls": ""}
+AT_END: Keywords = {"marker": "x", "markersize": 2.8, "mew": 0.6, "ls": ""}
+LIKELIHOOD: Keywords = {"marker": "_", "color": INK, "markersize": 5.6, "mew": 1.1, "ls": ""}
+COLOURED: Keywords = {"markersize": 4.2, "mew": 0, "ls": ""}
+OPEN: Keywords = {"markerfacecolor": "white", "mew": 0.7, "ls": ""}
+LIMIT: Keywords = {"marker": "v", "color": INK, "markersize": 3.6, **OPEN}
+# A limit of q_c is drawn as the letter of its class of T_c
+LETTERS = {"short": r"$\mathrm{s}$", "medium": r"$\mathrm{m}$", "long": r"$\ell$"}
+LETTER: Keywords = {"markersize": 4.8, "mew": 0.2, "ls": ""}
 INTERVAL: Keywords = {"color": INK, "lw": 0.7}
 DOWN, UP = 7, 6  # carets of matplotlib, their tips where they stand
 CUT: Keywords = {"markersize": 3.4, "mew": 0, "ls": ""}  # arrow of a bar or number that goes on
 LONGEST = 100.0  # factor below its number, after which a bar on a logarithmic axis is cut
+
+MOST_LABELS, MOST_CHARACTERS = 45, 80  # of groups, side by side across a page
 
 Scale = Callable[[np.ndarray], np.ndarray]
 
@@ -80,23 +83,82 @@ def key_entries(arrow: int = DOWN) -> list[Entry]:
     return entries
 
 
-def coloured_entries(names: Sequence[str]) -> list[Entry]:
-    """The same where only default numbers are drawn, coloured."""
-    bar = {"marker": "|", "markersize": 6.0, "mew": 0.6, "color": INK}
-    return [
-        *series_entries(names),
-        Entry("95 % interval", dot=bar),
-        Entry("not detected, 95 % limit", dot=_arrow()),
-        Entry("interval goes on", dot=_cut()),
-    ]
-
-
 def series_entries(names: Sequence[str]) -> list[Entry]:
     """An entry for each coordinate that there is, and for the distance."""
     looks: dict[str, Look] = {}
     for name in names:
         looks.setdefault(name[0] if coordinate_of(name) else "L", look_of(name))
     return [Entry(k, dot=_dot(look, markersize=3.5, mew=0)) for k, look in looks.items()]
+
+
+def label_series(axes: Axes, names: Sequence[str]) -> None:
+    """Legend entries of each coordinate that there is, and of the distances."""
+    looks: dict[str, Look] = {}
+    for name in names:
+        looks.setdefault(name[0] if coordinate_of(name) else "L", look_of(name))
+    for name, look in looks.items():
+        axes.plot([], [], ls="", mew=0, color=look.colour, marker=look.marker, label=name)
+
+
+def label_intervals(axes: Axes, estimator: str = "") -> None:
+    """Legend entries of intervals of the default estimator; its name, where others are drawn."""
+    bar: Keywords = {"marker": "|", "markersize": 7.0, "mew": 0.8, "ls": "", "color": INK}
+    how = LIKELIHOOD if estimator else bar
+    axes.plot([], [], label=f"{estimator} 95 % interval".strip(), **how)
+    axes.plot([], [], color=INK, marker=DOWN, label="interval goes on", **CUT)
+
+
+def label_limits(axes: Axes, classes: bool = False) -> None:
+    """Legend entries of its upper limits of what it did not detect; classes: those of q_c."""
+    if not classes:
+        axes.plot([], [], label="not detected, 95 % limit", **LIMIT)
+    for name, letter in LETTERS.items() if classes else ():
+        axes.plot([], [], color=INK, marker=letter, label=f"95 % limit, {name} $T_c$", **LETTER)
+
+
+def label_sources(axes: Axes) -> None:
+    """Legend entries of published numbers and of those of S's estimator."""
+    of_x: Keywords = {"color": GREY, "marker": LOOKS["x"].marker}
+    axes.plot([], [], label="published", **of_x, **PUBLISHED)
+    text = "published, below its least standard error"
+    axes.plot([], [], alpha=PALE, label=text, **of_x, **PUBLISHED)
+    axes.plot([], [], label=S_ESTIMATOR, **of_x, **REGENERATED)
+    text = f"{S_ESTIMATOR}: end of the range searched"
+    axes.plot([], [], color=GREY, label=text, **AT_END)
+
+
+def group_axis(axes: Axes, labels: Sequence[object]) -> None:
+    """A group for each label (of `draw`), every second one shaded."""
+    axes.set_xlim(-0.5, max(len(labels), 1) - 0.5)
+    for k in range(1, len(labels), 2):
+        axes.axvspan(k - 0.5, k + 0.5, color=FAINT, alpha=0.4, lw=0, zorder=0)
+    texts = [plot.short(str(label)) for label in labels]
+    every = -(-len(labels) // MOST_LABELS)
+    axes.set_xticks(range(0, len(labels), every or 1), texts[:: every or 1])
+    axes.tick_params(axis="x", length=0, labelrotation=90 if upright(texts) else 0)
+    axes.grid(visible=False, axis="x")
+
+
+def upright(labels: Sequence[str]) -> bool:
+    """Whether labels side by side would touch."""
+    return len(labels) * max(map(len, labels), default=0) > MOST_CHARACTERS
+
+
+def floor_axis(axes: Axes, limits: Limits) -> None:
+    """A logarithmic y axis; where it goes below FLOOR, a band that says so."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter, LogFormatterMathtext, LogLocator
+
+    plot.log_axis(axes, "y", limits)
+    if limits[0] < FLOOR:
+        axes.axhspan(limits[0], FLOOR, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
+        decades = LogLocator(numticks=5).tick_values(100 * FLOOR, limits[1])
+        shown = [float(v) for v in decades if 100 * FLOOR < v < limits[1]]
+        powers = LogFormatterMathtext()
+        powers.set_axis(axes.yaxis)
+        axes.yaxis.set_major_locator(FixedLocator([IN_BAND, *shown]))
+        axes.yaxis.set_major_formatter(
+            FuncFormatter(lambda v, at: powers(v, at) if v > FLOOR else r"$<10^{-20}$")
+        )
 
 
 def _arrow() -> Keywords:
@@ -156,6 +218,7 @@ def shade_classes(axes: Axes, limits: Limits) -> None:
             continue
         axes.axvspan(low, high, color=FAINT, alpha=0.9 if name == "medium" else 0.5, lw=0, zorder=0)
         how: Keywords = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "bottom"}
+        how |= {"bbox": {"facecolor": "white", "alpha": 0.7, "lw": 0, "pad": 1}}
         place = axes.get_xaxis_transform()
         axes.text(float(np.sqrt(low * high)), 0.02, name, transform=place, **how)
 
@@ -255,9 +318,13 @@ def _draw_default(
     if known.any():
         _bars(axes, x[known], [v[known] for v in (value, low, high)], scale, how["color"])
     _plot(axes, x, value, scale, **how)
-    limit = LIMIT | {"color": how["color"]}
     above = scale(np.nan_to_num(high)) > axes.get_ylim()[1]  # says nothing there
-    _plot(axes, x, np.where(np.isnan(value) & ~above, high, np.nan), scale, **limit)
+    limits = np.where(np.isnan(value) & ~above, high, np.nan)
+    kinds = np.array([row.get("limit_class") or "" for row in rows])
+    for kind in sorted(set(kinds)):
+        shape = LETTER | {"marker": LETTERS[kind]} if kind else LIMIT
+        own = np.where(kinds == kind, limits, np.nan)
+        _plot(axes, x, own, scale, **shape | {"color": how["color"]})
 
 
 def _bars(
@@ -273,8 +340,9 @@ def _bars(
     low, over = np.maximum(low, bottom), (high > top) & (shown <= top)
     high = np.where(shown <= top, np.minimum(high, top), low)
     axes.vlines(x, low, high, **INTERVAL | {"color": colour})
-    axes.plot(x[down], low[down], marker=DOWN, color=colour, **CUT, clip_on=False)
-    axes.plot(x[over], high[over], marker=UP, color=colour, **CUT, clip_on=False)
+    for which, y, marker in ((down, low, DOWN), (over, high, UP)):
+        if which.any():  # where an empty line is, the layout would look for it
+            axes.plot(x[which], y[which], marker=marker, color=colour, **CUT, clip_on=False)
 
 
 def _plot(axes: Axes, x: np.ndarray, y: np.ndarray, scale: Scale, **how: Any) -> None:

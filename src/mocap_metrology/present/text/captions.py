@@ -12,6 +12,11 @@ CAMERAS = (
     "direction; where the subsets share their frames, the noise of each added camera relative "
     "to the others is told too."
 )
+COEFFICIENTS = (
+    "Coefficients h of power-law noise, S ∝ f^α, by the likelihood estimator with 95 % intervals; "
+    "triangles are upper 95 % limits of what was not detected. An arrow: the interval goes on "
+    "beyond the panel, or a factor of 100 below its number."
+)
 COMPARE = (
     "Allan deviation of a recording over that of the one it is held against: the one named in "
     "the sheet's column compare_with, or else the one before by date. Above 1 it is noisier; "
@@ -19,6 +24,18 @@ COMPARE = (
     "recordings alike, a share compare.alpha at most has any word other than same, over all "
     "series and averaging times."
 )
+CORRELATED = (
+    "Gauss-Markov terms by the likelihood estimator with 95 % intervals: (a) correlation time T_c "
+    "and (b) amplitude q_c by recording, (c) one against the other, the classes of T_c of S 4.6 "
+    "shaded. Letters in (b) are upper 95 % limits of what was not detected, each for one class of "
+    "T_c: s short, m medium, ℓ long."
+)
+CORRELATED_LIMITS = (
+    "Letters are upper 95 % limits of the amplitude q_c of a Gauss-Markov term that the "
+    "likelihood estimator did not detect, each for one class of its correlation time T_c (S 4.6): "
+    "s short, m medium, ℓ long."
+)
+SLOTS = "In each group from left to right: {order}."
 DIAGNOSIS = (
     "Above, the dynamic Allan deviation over time, events marked; below it the largest event "
     "(or, without one, the most unusual window, framed in the map) beside the noise before and "

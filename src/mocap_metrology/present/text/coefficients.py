@@ -14,6 +14,12 @@ def symbol(parameter: str) -> str:
     return "f₀" if parameter == "f_0" else unit_key(parameter)
 
 
+def mathtext(parameter: str) -> str:
+    """The same for a figure: $h_{-2}$, $q_c$."""
+    kind, _, index = unit_key(parameter).partition("_")
+    return f"${kind}_{{{index}}}$" if index else kind
+
+
 def unit(parameter: str) -> str:
     """mm²/Hz² of `h_1`."""
     text = unit_of(parameter).replace("/s^0.5", "/√s")

@@ -16,6 +16,9 @@ ELSEWHERE = {
     "contributing": "CONTRIBUTING.md",
     "changelog": "CHANGELOG.md",
 }
+ARRAY = re.compile(
+    r"~numpy\.ndarray\[tuple\[~typing\.Any, \.\.\.\], ~numpy\.dtype\[~numpy\.(\w+)\]\]"
+)
 LINK = re.compile(r"(?<=\]\()([^)#:\s]+)(?=[)#])")
 
 project = "mocap-metrology"
@@ -24,6 +27,8 @@ myst_fence_as_directive = ["mermaid"]
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = project
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
 html_show_copyright = False
 html_copy_source = False
 default_role = "code"
@@ -73,8 +78,7 @@ def read_signature(
     """Arrays as they stand in the source."""
     if given is None:
         return None
-    array = re.compile(r"ndarray\[tuple\[Any, \.\.\.\], dtype\[(\w+)\]\]")
-    return array.sub(r"NDArray[\1]", given), back and array.sub(r"NDArray[\1]", back)
+    return ARRAY.sub(r"NDArray[\1]", given), back and ARRAY.sub(r"NDArray[\1]", back)
 
 
 def setup(app: Sphinx) -> None:

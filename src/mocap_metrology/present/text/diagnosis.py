@@ -48,7 +48,7 @@ COMPARED = {
     "alike": "noise is the same before and after",
     "cannot be told": "whether the noise changed cannot be told",
 }
-VICON_STEP_MM = 0.01  # what Vicon's software writes to text files (S 3.4)
+COARSE_STEP_MM = 0.01  # of text files as some programs export them, Vicon's among them (S 3.4)
 
 
 def sentences(
@@ -214,7 +214,7 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     if not known:
         return []
     worst = max(known, key=lambda r: r.share)
-    vicon = worst.share_of(VICON_STEP_MM)
+    coarse = worst.share_of(COARSE_STEP_MM)
     meaning = {
         "fine": "and does not matter",
         "noticeable": "which can be seen in the white level",
@@ -224,12 +224,12 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     words = (
         f"Resolution: the file tells steps of {mm(worst.step_mm)} ({worst.kind}), which make "
         f"{percent(worst.share)} of the Allan variance at one frame at most ({worst.series}), "
-        f"{meaning}; Vicon's steps of {VICON_STEP_MM:g} mm would add "
-        f"{percent(vicon) if math.isfinite(vicon) else 'all there would be'}."
+        f"{meaning}; an export in steps of {COARSE_STEP_MM:g} mm would add "
+        f"{percent(coarse) if math.isfinite(coarse) else 'all there would be'}."
     )
     numbers = {
         "step_mm": worst.step_mm, "word": worst.word, "share": {r.series: r.share for r in known},
-        "rounding_h0_mm2_hz": {r.series: r.rounding_h0 for r in known}, "vicon_share": vicon,
+        "rounding_h0_mm2_hz": {r.series: r.rounding_h0 for r in known}, "vicon_share": coarse,
     }  # fmt: skip
     names = tuple(r.series for r in known)
     return [Sentence("resolution", severity(worst.word != "fine"), names, words, numbers)]

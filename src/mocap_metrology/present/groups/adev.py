@@ -71,6 +71,7 @@ def ratio_picture(
         draw_panel(above[k], panel, limits[1])
         panel_title(above[k], short(panel.title))
         below[k].set_ylim(extent)
+        below[k].locator_params(axis="y", nbins=5)
         for order, (name, (x, ratio)) in enumerate(found[k].items()):
             every = markers_every(x.size, order)
             below[k].plot(x, ratio, **panel.look(name).line(markevery=every))
@@ -86,6 +87,7 @@ def ratio_picture(
     for axes in (*above[len(panels) :], *below[len(panels) :]):
         axes.axis("off")
     if len(panels) < above.size:
+        log_axes(above[len(panels)], limits)
         slope_fan(above[len(panels)], limits, ALLAN_SLOPES)
     legend_below(body, above[: len(panels)])
     return Picture(body, texts[2])

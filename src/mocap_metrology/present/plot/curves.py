@@ -298,7 +298,7 @@ def slope_fan(
     (left, right), (bottom, top) = np.log10(limits)
     across, up = right - left, top - bottom
     steepest = max(abs(slope) for slope, _ in slopes)
-    reach = min(0.35 * across, 0.42 * up / steepest)  # decades of x
+    reach = min(0.24 * across, 0.42 * up / steepest)  # decades of x
     x, y = left + 0.05 * across, bottom + 0.5 * up
     spread = np.linspace(0.92, 0.08, len(slopes))  # of the texts, in parts of the height
     for (slope, text), at in zip(slopes, spread, strict=True):
@@ -307,7 +307,7 @@ def slope_fan(
         axes.annotate(
             text,
             end,
-            xytext=(0.48, at),
+            xytext=(0.35, at),
             textcoords="axes fraction",
             va="center",
             fontsize=SMALL_PT,

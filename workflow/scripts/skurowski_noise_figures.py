@@ -9,6 +9,7 @@ with step(snakemake) as log:
     from mocap_metrology.noise.fit.estimators import NoiseSettings, regression
     from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix, gather
     from mocap_metrology.present.skurowski.coefficients import colour_figure, correlated_figure
     from mocap_metrology.present.skurowski.periodic import periodic_figure
@@ -23,7 +24,7 @@ with step(snakemake) as log:
     psd_of = dict(zip(rows, files.psd, strict=True))
     made = [row for t in appendix.tables_a(rows, noise, expected).values() for row in t]
     lengths = {name: gather.length_s(read_metadata(path)) for name, path in allan_of.items()}
-    source = " ".join(gather.sources(rows, lengths))
+    source, remarks = gather.sources(rows, lengths)
 
     name = gather.of_regression(rows)
     allan, origin = read_table(allan_of[name])
@@ -37,24 +38,30 @@ with step(snakemake) as log:
         psd, _ = read_table(psd_of[other])
         pick = psd["series"] == series
         spectra[label] = psd["f_hz"][pick], psd["psd_mm2_hz"][pick]
-    note_17 = source
+    source_6, made_6 = gather.sources({name: rows[name]}, lengths)
+    remarks_6 = f"Series {series} of recording {name}. {gather.filter_sentence(origin)} {made_6}"
+    how_17 = gather.sources({n: rows[n] for n in gather.largest(rows).values()}, lengths)
     figures = {
         6: regression_figure(
-            allan["tau_s"][own],
-            allan["adev_mm"][own],
+            (allan["tau_s"][own], allan["adev_mm"][own]),
             run.starts,
             ordinary.model,
             run.estimate.model,
             rate,
-            titles[6],
-            f"{name}, {series}. {gather.filter_sentence(origin)} {source}",
+            (titles[6], source_6, remarks_6),
             form=settings.form,
         ),
-        14: colour_figure(made, titles[14], source),
-        15: colour_figure(made, titles[15], source, logarithmic=False),
-        16: correlated_figure(made, titles[16], source),
-        17: periodic_figure(spectra, gather.LINE_HZ, titles[17], note_17),
+        17: periodic_figure(spectra, gather.LINE_HZ, titles[17], *how_17),
     }
     for number, figure in figures.items():
+        save(figure, Path(snakemake.output[0]).parent / f"skurowski_fig{number:02d}")
+        log.info("Figure %d", number)
+    note = f"{source} {remarks}"
+    old = {
+        14: colour_figure(made, titles[14], note),
+        15: colour_figure(made, titles[15], note, logarithmic=False),
+        16: correlated_figure(made, titles[16], note),
+    }
+    for number, figure in old.items():
         save_figure(figure, Path(snakemake.output[0]).parent / f"skurowski_fig{number:02d}")
         log.info("Figure %d", number)

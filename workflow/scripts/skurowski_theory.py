@@ -6,8 +6,8 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.present import tables
-    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.pages import left_out
+    from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import camera_tables, table_1
     from mocap_metrology.present.skurowski.model_figures import model_figure, standard_error_figure
     from mocap_metrology.present.skurowski.slopes import slopes_figure
@@ -43,4 +43,4 @@ with step(snakemake) as log:
         log.info("%s: %d rows", name, len(rows))
     figures = (model_figure, standard_error_figure, slopes_figure)
     for number, figure in enumerate(figures, start=1):
-        save_figure(figure(), folder / "figures" / f"skurowski_fig{number:02d}")
+        save(figure(), folder / "figures" / f"skurowski_fig{number:02d}")

@@ -64,7 +64,7 @@ def test_theory_figures_are_readable(tmp_path) -> None:
 
 
 def test_figure_1_shows_the_densities_of_table_4() -> None:
-    axes = model_figure().axes
+    axes = model_figure().body.axes
     row = published_gaussian("T40")
     for panel, sigmas in zip(
         axes[1:4],
@@ -89,15 +89,15 @@ def test_white_noise_of_a_component_below_a_frame_is_counted() -> None:
 
 def test_slopes_written_in_figure_3_are_those_of_the_curves() -> None:
     figure = slopes.slopes_figure()
-    written = [t.get_text() for axes in figure.axes[:2] for t in axes.texts]
+    written = [t.get_text() for axes in figure.body.axes for t in axes.texts]
     assert [t for t in written if t[:1] in ("+", "−", "0")] == [
         *("−1", "−½", "0", "+½"),
         *("−½", "+1", "−1", "+½", "−½", "+½"),
     ]
-    for axes in figure.axes[:2]:  # named and labelled in one way
+    for axes in figure.body.axes:  # named and labelled in one way
         assert axes.get_ylabel() == "Allan deviation (mm)"
         formatter = axes.yaxis.get_major_formatter()
-        assert all(formatter(tick).startswith("10") for tick in axes.get_yticks())
+        assert all("10^" in formatter(tick) for tick in axes.get_yticks())
     white = slopes.deviation([PowerLaw(0, 3.0)])
     assert slopes.slope_at(white, 1.0) == pytest.approx(-0.5, abs=1e-9)
     bump = slopes.deviation([GaussMarkov(1.0, 10.0)])
@@ -113,16 +113,16 @@ def test_locations_are_densities_and_odd_input_is_drawn(tmp_path) -> None:
     rng = np.random.default_rng(1)
     row = published_gaussian("T40")
     x = {f"x{k}": row[f"mu_{k}_mm"] + 0.02 * rng.standard_normal(20_000) for k in (1, 2)}
-    figure = locations_figure(x, row)
+    figure = locations_figure(x, row, "s")
     check_saved(figure, tmp_path)
-    filled = figure.axes[0].collections[0].get_paths()[0].vertices
+    filled = figure.body.axes[0].collections[0].get_paths()[0].vertices
     area = 0.5 * np.sum(filled[:-1, 0] * filled[1:, 1] - filled[1:, 0] * filled[:-1, 1])
     assert abs(area) == pytest.approx(1, abs=0.01)
     x["x1"][:100] = np.nan
     x["x2"] = np.full(20_000, 6.0)
-    check(locations_figure(x, row, ODD_TEXT, ODD_TEXT))
+    check(locations_figure(x, row, ODD_TEXT, ODD_TEXT, ODD_TEXT))
     x["x2"] = 6.0 + 0.01 * rng.standard_normal(20_000)
-    check(locations_figure(x, None))
+    check(locations_figure(x, None, "s"))
 
 
 def test_means_stand_where_they_are(tmp_path) -> None:
@@ -144,21 +144,21 @@ def test_means_stand_where_they_are(tmp_path) -> None:
     kinds = {kind: published_gaussian(kind) for kind in ("T40", "Bonita")}
     L = {k: row["mu_L_mm"] + row["sigma_L_mm"] * rng.standard_normal(5000)
          for k, row in kinds.items()}  # fmt: skip
-    figure = distances_figure(L, kinds, means)
+    figure = distances_figure(L, kinds, means, "s")
     check_saved(figure, tmp_path)
-    below = figure.axes[2]
+    below = figure.body.axes[1]
     drawn = np.concatenate([points(below, "o"), points(below, "s")])
     assert sorted(drawn[:, 1]) == pytest.approx(sorted(m.value for m in means))
-    check(distances_figure({"other": L["T40"]}, {}, [Mean("other", 3, 1.0, None, None)]))
-    check(distances_figure({}, {}, []))
+    check(distances_figure({"other": L["T40"]}, {}, [Mean("other", 3, 1.0, None, None)], "s"))
+    check(distances_figure({}, {}, [], "s"))
 
 
 def test_one_mean_far_off_does_not_flatten_the_others() -> None:
     """Twenty means within 0.02 mm and one 2 mm off: an arrow and its number, the others spread."""
     rng = np.random.default_rng(4)
     near = [Mean("T40", n, 160.3 + 0.02 * rng.uniform(-1, 1), 0.01, 160.3) for n in range(2, 22)]
-    figure = distances_figure({}, {}, [*near, Mean("T40", 22, 162.3, 1.5, 160.3)])
-    below = figure.axes[2]
+    figure = distances_figure({}, {}, [*near, Mean("T40", 22, 162.3, 1.5, 160.3)], "s")
+    below = figure.body.axes[1]
     low, high = below.get_ylim()
     assert low < 160.28 and 160.32 < high < 160.4
     assert "162.30" in [text.get_text() for text in below.texts]
@@ -175,16 +175,18 @@ def test_the_law_is_fitted_to_what_follows_it(tmp_path) -> None:
             [0.1 * factor, 0.2 * factor, 0.3 * factor]
         )
         assert all(fit.exponent == pytest.approx(-0.5) for fit in found.values())
-    figure = scaling_figure(subsets)
-    check_saved(figure, tmp_path)
-    drawn = points(figure.axes[0], SERIES["distance"]["marker"])
-    assert drawn[:, 1] == pytest.approx(0.3 * drawn[:, 0] ** -0.5)
-    stars = points(figure.axes[0], "*")
     printed = published_gaussian("T40")
-    assert sorted(stars[:, 1]) == pytest.approx(
-        sorted(printed[f"sigma_{k}_mm"] for k in ("1", "2", "L"))
-    )
-    assert "distance  −0.50 ± 0.00" in every_text(figure)
+    for power, text in ((1, "distance  −0.50 ± 0.00"), (2, "distance  −1.00 ± 0.00")):
+        figure = scaling_figure(subsets, ("t", "s", "c"), variances=power == 2)
+        check_saved(figure, tmp_path / str(power))
+        axes = figure.body.axes[0]
+        assert axes.get_ylabel().startswith(("Standard deviation", "Variance")[power - 1])
+        drawn = points(axes, SERIES["distance"]["marker"])
+        assert drawn[:, 1] == pytest.approx((0.3 * drawn[:, 0] ** -0.5) ** power)
+        assert sorted(points(axes, "*")[:, 1]) == pytest.approx(
+            sorted(printed[f"sigma_{k}_mm"] ** power for k in ("1", "2", "L"))
+        )
+        assert text in every_text(figure)
 
 
 def test_notes_say_how_long_twins_are() -> None:
@@ -217,12 +219,24 @@ def test_the_spread_of_figure_9_is_explained() -> None:
 
 def test_covariances_share_a_unit() -> None:
     rows = sheet((10, 5, 2))
-    figure = scaling_figure(gather.subsets(rows, gaussian(rows), {}))
-    below = [axes for axes in figure.axes if axes.get_ylabel().startswith("Covariance")]
+    figure = scaling_figure(gather.subsets(rows, gaussian(rows), {}), ("t", "s", "c"))
+    below = [axes for axes in figure.body.axes if axes.get_ylabel().startswith("Covariance")]
     assert [axes.get_ylabel() for axes in below] == ["Covariance (µm²)"]
     drawn = points(below[0], COVARIANCE["marker"])
     assert drawn[:, 1] == pytest.approx(-1e6 * 0.1**2 / drawn[:, 0])
     assert "exponent of n" in every_text(figure)
+
+
+def test_one_large_covariance_does_not_flatten_the_others() -> None:
+    sizes = dict(zip((2, 4, 6, 8), (3e-2, 2e-4, -3e-5, 1e-4), strict=True))
+    subsets = [Subset("t", n, {"sigma_1_mm": 1 / n, "sigma_12_mm2": v}) for n, v in sizes.items()]
+    figure = scaling_figure(subsets, ("t", "s", "c"))
+    below = figure.body.axes[1]
+    height = below.transAxes.inverted().transform(below.transData.transform(
+        [(n, 1e6 * v) for n, v in sizes.items()]))[:, 1]  # fmt: skip
+    assert height.min() > 0 and height.max() < 1
+    assert np.diff(np.sort(height)).min() > 0.03
+    check(figure)
 
 
 def test_the_failing_camera_is_not_fitted() -> None:
@@ -243,6 +257,7 @@ def test_a_users_group_with_many_types_single_markers_and_odd_names() -> None:
     numbers |= {"alone": numbers["b-3"], "unknown": numbers["b-3"]}
     subsets = gather.subsets_of_group(rows, numbers)
     assert len(subsets) == 20
-    check(scaling_figure(subsets, ODD_TEXT, ODD_TEXT))
+    check(scaling_figure(subsets, (ODD_TEXT, ODD_TEXT, ODD_TEXT)))
     constant = [Subset("t", n, {"sigma_1_mm": 0.0, "sigma_12_mm2": 0.0}) for n in (2, 4)]
-    check(scaling_figure(constant, "nothing moves", ""))
+    check(scaling_figure(constant, ("nothing moves", "s", "")))
+    check(scaling_figure([], ("no recording", "s", "")))

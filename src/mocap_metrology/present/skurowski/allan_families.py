@@ -178,15 +178,19 @@ def failing_figure(
     return compared_figure(shown, SERIES, texts, confidence)
 
 
+def types_of(rows: Rows) -> dict[str, str]:
+    """Recordings of Figure 13 by camera type."""
+    found = {kind: standing_for(rows, kind, n) for kind, n in TABLE_4.items()}
+    return {kind: name for kind, name in found.items() if name is not None}
+
+
 def types_figure(rows: Rows, allan: Allan, source: str, remarks: str, confidence: float) -> Picture:
     """S Figure 13: all sound cameras of each type, and of all types."""
-    names = {kind: standing_for(rows, kind, n) for kind, n in TABLE_4.items()}
+    names = types_of(rows)
     shown = {
-        f"{kind} ({TABLE_4[kind]})": (allan[name], TYPE_LOOKS[kind])
-        for kind, name in names.items()
-        if name is not None
+        f"{kind} ({TABLE_4[kind]})": (allan[name], TYPE_LOOKS[kind]) for kind, name in names.items()
     }
-    caption = f"{captions.SKUROWSKI[13]} {_remark(rows, names['All'])} {remarks}"
+    caption = f"{captions.SKUROWSKI[13]} {_remark(rows, names.get('All'))} {remarks}"
     return compared_figure(shown, SERIES, (TITLES[13], source, caption), confidence)
 
 

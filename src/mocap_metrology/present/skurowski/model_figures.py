@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.noise.cameras.scaling import Scaling, fit_scaling
+from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.twins.published import (
     FRAME_RATE_HZ,
@@ -15,52 +15,34 @@ from mocap_metrology.noise.twins.published import (
     published_keys,
     published_row,
 )
-from mocap_metrology.present.drawing.axes import linear_axis
-from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
-    BODY_PT,
+from mocap_metrology.present.plot.figure import (
     GREY,
     INK,
     LOOKS,
-    MARGIN_MM,
     OTHER_LOOKS,
     SMALL_PT,
-    WIDTH_MM,
     Keywords,
-    Look,
-    Sheet,
-    blank_sheet,
-    head,
-    label_axes,
+    Picture,
+    legend_below,
+    new_figure,
     styled,
 )
+from mocap_metrology.present.text import captions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PAPER = "Skurowski & Pawlyta 2019"
 TITLE_1 = f"{PAPER}, Figure 1: Gaussian model of two markers"
 TITLE_2 = f"{PAPER}, Figure 2: standard error of the mean of N"
-NOTE_1 = (
-    "Computed from the printed numbers of Table 4, row T40: N(μ, σ) of x of either marker, and of "
-    "the distance with each of the four standard deviations of section 2.2."
-)
-NOTE_2 = (
-    "Line: the standard error σ/√N in units of σ (Equation 3). Points: root of the printed white "
-    "noise h₀ (Tables A1-A3; correlated noise shorter than a frame counts as white), geometric "
-    "mean over x, y, z of both markers, with n cameras; each type divided by what the law, fitted "
-    "to it, gives for one camera, so only how it falls is to be compared. In the key: exponent of "
-    "n if free, −0.5 by the law. Vantage without the failing tenth camera."
-)
-LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM, GAP_MM = 16.0, 3.0, 5.5, 10.0, 8.0
+SOURCE_1 = "Source: computed from Table 4 of the paper, row T40."
+SOURCE_2 = "Source: computed from Equation 3 and Tables A1-A3 of the paper."
 MOST_N = 12
-WAND_MM, PANEL_MM = 24.0, 46.0
 LENGTHS = {
-    "σ_C = {:.1f} µm, correlated": ("sigma_C_mm", OTHER_LOOKS[0]),
-    "σ_B = {:.1f} µm, independent": ("sigma_B_mm", LOOKS["y"]),
-    "σ_A = {:.1f} µm, as marker 1": ("sigma_A1_mm", LOOKS["x"]),
-    "σ_A = {:.1f} µm, as marker 2": ("sigma_A2_mm", LOOKS["z"]),
+    r"$\sigma_C$ = {:.1f} µm, correlated": ("sigma_C_mm", OTHER_LOOKS[0]),
+    r"$\sigma_B$ = {:.1f} µm, independent": ("sigma_B_mm", LOOKS["y"]),
+    r"$\sigma_A$ = {:.1f} µm, as marker 1": ("sigma_A1_mm", LOOKS["x"]),
+    r"$\sigma_A$ = {:.1f} µm, as marker 2": ("sigma_A2_mm", LOOKS["z"]),
 }
 KINDS = dict(zip(("T40", "Bonita", "Vantage"), LOOKS.values(), strict=True))
 
@@ -72,73 +54,66 @@ def normal(x: np.ndarray, sigma: float) -> np.ndarray:
 
 
 @styled()
-def model_figure(row: Mapping[str, float] | None = None, title: str = TITLE_1) -> Figure:
+def model_figure(row: Mapping[str, float] | None = None, title: str = TITLE_1) -> Picture:
     """S Figure 1 of a row of Table 4 (default T40): where the markers are, and the densities."""
     row = published_gaussian("T40") if row is None else row
-    entries = [
-        Entry(name.format(1000 * row[key]), line=_line(look))
-        for name, (key, look) in LENGTHS.items()
-    ]
-    width = WIDTH_MM - 2 * MARGIN_MM
-    key_top = WAND_MM + TITLE_MM + PANEL_MM + LABELS_MM
-    sheet = blank_sheet(key_top + strip_height(entries, width) + 1.5, title, NOTE_1)
-    _wand(sheet, row)
-    panel = (WIDTH_MM - LEFT_MM - RIGHT_MM - 2 * GAP_MM) / 3
+    of = {k: 1000 * row[f"sigma_{k}_mm"] for k in (1, 2)}
+    lengths = {name.format(1000 * row[k]): (1000 * row[k], v) for name, (k, v) in LENGTHS.items()}
     curves = {
-        "Marker 2": {"": (row["sigma_2_mm"], LOOKS["x"])},
-        "Marker 1": {"": (row["sigma_1_mm"], LOOKS["x"])},
-        "Distance": {name: (row[key], look) for name, (key, look) in LENGTHS.items()},
+        "Marker 2": {"": (of[2], LOOKS["x"])},
+        "Marker 1": {"": (of[1], LOOKS["x"])},
+        "Distance": lengths,
     }
-    reach = 3.3e3 * max(sigma for of in curves.values() for sigma, _ in of.values())
-    top = max(normal(np.zeros(1), s)[0] for of in curves.values() for s, _ in of.values()) / 1000
-    means = (row["mu_2_mm"], row["mu_1_mm"], row["mu_e_mm"])
-    for k, (name, of) in enumerate(curves.items()):
-        axes = sheet.axes(LEFT_MM + k * (panel + GAP_MM), WAND_MM + TITLE_MM, panel, PANEL_MM)
-        linear_axis(axes, "x", (-reach, reach), 5)
-        linear_axis(axes, "y", (0, 1.12 * top), 5)
-        x = np.linspace(-reach, reach, 601)
-        for sigma, look in of.values():
-            axes.plot(x, normal(x, 1000 * sigma), **_line(look))
-        axes.tick_params(labelleft=k == 0)
-        symbol = "xₖ − μₖ".replace("ₖ", "₂₁"[k]) if k < 2 else "L − μₑ"
-        label_axes(axes, f"{symbol} (µm)", "Density (1/µm)" if k == 0 else "")
-        head(axes, name)
-        lines = [f"μ{'₂₁ₑ'[k]} = {means[k]:.4f} mm"]
-        lines += [f"σ{'₂₁'[k]} = {1000 * of[''][0]:.1f} µm"] if k < 2 else []
-        how: Keywords = {
+    sigmas = [sigma for of_panel in curves.values() for sigma, _ in of_panel.values()]
+    reach = 3.3 * max(sigmas)
+    body = new_figure(title, SOURCE_1, 100.0)
+    grid = body.subplot_mosaic([["wand"] * 3, list(curves)], height_ratios=(1, 3))
+    _wand(grid["wand"], row)
+    x = np.linspace(-reach, reach, 601)
+    for name, of_panel in curves.items():
+        axes = grid[name]
+        for text, (sigma, look) in of_panel.items():
+            how: Keywords = {"label": text} if text else {}
+            axes.plot(x, normal(x, sigma), color=look.colour, ls=look.dashes, **how)
+        axes.set(xlim=(-reach, reach), ylim=(0, 1.3 * normal(np.zeros(1), min(sigmas))[0]))
+        axes.set_title(name)
+        symbol = name[-1] if name[-1].isdigit() else "e"
+        left = rf"$x_{symbol}$" if symbol != "e" else "$L$"
+        axes.set_xlabel(rf"{left} − $\mu_{symbol}$ (µm)")
+        lines = [rf"$\mu_{symbol}$ = {row[f'mu_{symbol}_mm']:.4f} mm"]
+        if symbol != "e":
+            lines.append(rf"$\sigma_{symbol}$ = {of[int(symbol)]:.1f} µm")
+        place: Keywords = {
             "transform": axes.transAxes,
             "va": "top",
             "ha": "right",
-            "linespacing": 1.4,
+            "size": SMALL_PT,
         }
-        axes.text(0.97, 0.97, "\n".join(lines), size=SMALL_PT, color=GREY, **how)
-    strip(sheet, MARGIN_MM, key_top, width, entries)
-    return sheet.figure
+        axes.text(0.97, 0.96, "\n".join(lines), color=GREY, **place)
+        axes.label_outer()
+    grid["Marker 2"].set_ylabel("Density (1/µm)")
+    for name in ("Marker 1", "Distance"):
+        grid[name].tick_params(labelleft=False)
+    legend_below(body, grid.values())
+    return Picture(body, captions.SKUROWSKI[1])
 
 
-def _line(look: Look) -> Keywords:
-    return {"color": look.colour, "ls": look.dashes, "lw": 1.3}
-
-
-def _wand(sheet: Sheet, row: Mapping[str, float]) -> None:
+def _wand(axes: Axes, row: Mapping[str, float]) -> None:
     """The two markers on their common axis, to scale, and what is between them."""
-    width = WIDTH_MM - LEFT_MM - RIGHT_MM
-    axes = sheet.axes(LEFT_MM, 1.0, width, WAND_MM - 11.0)
-    low, high = sorted((row["mu_1_mm"], row["mu_2_mm"]))
+    places = {row["mu_1_mm"]: "marker 1", row["mu_2_mm"]: "marker 2"}
+    low, high = min(places), max(places)
     pad = 0.06 * (high - low)
-    axes.set(xlim=(low - pad, high + pad), ylim=(0, 1), yticks=[])
-    for side in ("left", "right", "top"):
-        axes.spines[side].set_visible(False)
-    axes.axhline(0.32, color=GREY, lw=1.5, zorder=1)
-    axes.plot([low, high], [0.32, 0.32], ls="", marker="o", ms=9, color=LOOKS["x"].colour)
+    axes.set(xlim=(low - pad, high + pad), ylim=(0, 1.2), yticks=[], xlabel="x (mm)")
+    axes.grid(visible=False)
+    axes.spines[["left", "right", "top"]].set_visible(False)
+    axes.axhline(0.3, color=GREY, lw=1.5, zorder=1)
+    axes.plot([low, high], [0.3, 0.3], ls="", marker="o", ms=9, color=LOOKS["x"].colour)
     arrow = {"arrowstyle": "<->", "color": INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", (low, 0.68), (high, 0.68), arrowprops=arrow)
-    text = f"L = x₁ − x₂,  μₑ = {row['mu_e_mm']:.4f} mm"
-    axes.text((low + high) / 2, 0.74, text, ha="center", va="bottom", size=BODY_PT)
-    names = {row["mu_1_mm"]: "marker 1", row["mu_2_mm"]: "marker 2"}
-    for place, name in names.items():
-        axes.text(place, 0.76, name, ha="center", va="bottom", size=SMALL_PT, color=GREY)
-    label_axes(axes, "x (mm)")
+    axes.annotate("", (low, 0.72), (high, 0.72), arrowprops=arrow)
+    text = rf"$L = x_1 - x_2$,  $\mu_e$ = {row['mu_e_mm']:.4f} mm"
+    axes.text((low + high) / 2, 0.8, text, ha="center", va="bottom")
+    for place, name in places.items():
+        axes.text(place, 0.8, name, ha="center", va="bottom", size=SMALL_PT, color=GREY)
 
 
 def white_level(model: NoiseModel) -> float:
@@ -168,37 +143,23 @@ def white_roots() -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 @styled()
-def standard_error_figure(title: str = TITLE_2) -> Figure:
+def standard_error_figure(title: str = TITLE_2) -> Picture:
     """S Figure 2, with the printed white noise beside the law."""
-    height = 68.0
-    found = {kind: fit_scaling(*pair) for kind, pair in white_roots().items()}
-    fits = {kind: fit for kind, fit in found.items() if fit is not None}
-    entries = [Entry("σ/√N", line={"color": INK, "lw": 1.4})]
-    for kind, look in KINDS.items():
-        fit = fits[kind]
-        text = f"{kind}: exponent {fit.exponent:.2f} ± {fit.exponent_error:.2f}".replace("-", "−")
-        entries.append(Entry(text, dot=_dot(look)))
-    width = WIDTH_MM - 2 * MARGIN_MM
-    key_top = TITLE_MM + height + LABELS_MM
-    sheet = blank_sheet(key_top + strip_height(entries, width) + 1.5, title, NOTE_2)
-    axes = sheet.axes(LEFT_MM, TITLE_MM, WIDTH_MM - LEFT_MM - RIGHT_MM, height)
-    _standard_error(axes, fits)
-    strip(sheet, MARGIN_MM, key_top, width, entries)
-    return sheet.figure
-
-
-def _dot(look: Look) -> Keywords:
-    return {"color": look.colour, "marker": look.marker, "markersize": 4.2, "mew": 0.8,
-            "markerfacecolor": "white"}  # fmt: skip
-
-
-def _standard_error(axes: Axes, fits: Mapping[str, Scaling]) -> None:
-    linear_axis(axes, "x", (0.5, MOST_N + 0.5), MOST_N)
-    points = {kind: (n, roots / fits[kind].one) for kind, (n, roots) in white_roots().items()}
-    linear_axis(axes, "y", (0, 1.08 * max(1.0, *(y.max() for _, y in points.values()))), 8)
+    body = new_figure(title, SOURCE_2, 95.0)
+    axes = body.subplots()
     n = np.linspace(1, MOST_N, 400)
-    axes.plot(n, 1 / np.sqrt(n), color=INK, lw=1.4)
-    for (kind, look), shift in zip(KINDS.items(), (-0.08, 0.0, 0.08), strict=True):
-        cameras, relative = points[kind]
-        axes.plot(cameras + shift, relative, ls="", **_dot(look))
-    label_axes(axes, "Number of observations N, or of cameras", "Standard error (σ)", y_mm=10.5)
+    axes.plot(n, 1 / np.sqrt(n), color=INK, lw=1.4, label=r"$\sigma/\sqrt{N}$")
+    for (kind, (cameras, roots)), shift in zip(
+        white_roots().items(), (-0.08, 0.0, 0.08), strict=True
+    ):
+        fit = fit_scaling(cameras, roots)
+        if fit is None:
+            continue
+        text = f"{kind}: exponent {fit.exponent:.2f} ± {fit.exponent_error:.2f}".replace("-", "−")
+        how = KINDS[kind].line(ls="", markersize=4.2, label=text)
+        axes.plot(cameras + shift, roots / fit.one, **how)
+    axes.set(xlim=(0.5, MOST_N + 0.5), xticks=range(1, MOST_N + 1))
+    axes.set_ylim(0, 1.05 * axes.get_ylim()[1])
+    axes.set(xlabel="Number of observations N, or of cameras", ylabel=r"Standard error ($\sigma$)")
+    legend_below(body, [axes])
+    return Picture(body, captions.SKUROWSKI[2])

@@ -10,62 +10,42 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.noise.cameras.scaling import Scaling, fit_scaling
-from mocap_metrology.present.drawing.axes import Limits, decade_axis, linear_axis, log_limits
-from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
-    BODY_PT,
+from mocap_metrology.present.plot.curves import Limits, log_limits
+from mocap_metrology.present.plot.figure import (
     GREY,
     INK,
     LOOKS,
-    MARGIN_MM,
     SMALL_PT,
-    WIDTH_MM,
     Keywords,
-    blank_sheet,
-    head,
-    label_axes,
-    shorten,
+    Picture,
+    legend_below,
+    log_axis,
+    new_figure,
+    short,
     styled,
 )
 from mocap_metrology.present.skurowski.model_figures import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 TITLE_11 = f"{PAPER}, Figure 11: spread over the number of cameras"
-LAW = (
-    "Lines: σ/√n (Equation 3), fitted to the points of each series by the mean of their "
-    "logarithms; in the corner, the exponent of n with its standard error if it is free (−0.5 by "
-    "the law)."
-)
-NOTE_11 = (
-    "(a) Standard deviations along x and of the distance (S plots their squares, variances), (b) "
-    "covariances of x₁ and x₂. How they depend on n comes from the printed coefficients, of which "
-    "the twins are made; bars: what these lead to on average over recordings as long. Twins of one "
-    "type have one history of slow noise (below 0.1 Hz), as subsets of one recording do, so they "
-    "lie above or below their bars together. Vantage's "
-    "tenth camera was failing and is left out of the fits; stars: Table 4, which is of nine hours."
-)
-NOTE_GROUP = (
-    "(a) Standard deviations along the line between the markers (of a single marker, along x) and "
-    "of the distance, (b) covariances of the two markers along that line."
-)
-COVARIANCE = {"color": "#4d4d4d", "marker": "X", "markersize": 4.6, "mew": 0.4}
-TEXT_SHARE = 0.5  # height above the points, for the exponents, in that of the points
+COLUMNS = 3
 SQUARE_MM_FROM = 0.1  # covariances, mm²: smaller ones are shown in µm²
-LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM = 17.5, 3.0, 5.5, 11.0
-GAP_MM, BETWEEN_MM, COLUMNS = 15.5, 6.5, 3
-CAMERA_MM = 4.4  # from label to label
-BOLD = 1.15  # width of bold text, in that of the same in normal weight
-SD_MM, COVARIANCE_MM = 54.0, 36.0
+DECADES_FROM = 50.0  # range of covariances from which their axis is logarithmic
+LABEL_SHARE = 0.09  # of the width of a panel, from one number of cameras to the next
 SERIES: dict[str, Keywords] = {
-    "marker 1": {"color": LOOKS["x"].colour, "marker": "o", "markerfacecolor": LOOKS["x"].colour},
+    "marker 1": {"color": LOOKS["x"].colour, "marker": "o"},
     "marker 2": {"color": LOOKS["z"].colour, "marker": "^", "markerfacecolor": "white"},
-    "distance": {"color": INK, "marker": "D", "markerfacecolor": INK},
+    "distance": {"color": INK, "marker": "D"},
 }
 COLUMN_OF = {"marker 1": "sigma_1_mm", "marker 2": "sigma_2_mm", "distance": "sigma_L_mm"}
 DASHES = {"marker 1": "-", "marker 2": (0, (5, 1.6)), "distance": (0, (1.2, 1.2))}
+COVARIANCE: Keywords = {"color": "#4d4d4d", "marker": "X", "markersize": 4.6, "mew": 0.4, "ls": ""}
+BAR: Keywords = {"marker": "_", "markersize": 7.0, "mew": 1.1, "ls": ""}
+STAR: Keywords = {"marker": "*", "markersize": 8.0, "mew": 0.8, "mfc": "none", "ls": ""}
+KINDS = "row", "expected", "published"
+LABELS = dict(zip(KINDS[1:], ("on average, by the coefficients", "Table 4"), strict=True))
 
 
 @dataclass(frozen=True)
@@ -98,140 +78,136 @@ def _values(subsets: Sequence[Subset], kind: str, column: str) -> np.ndarray:
 
 
 @styled()
-def scaling_figure(subsets: Sequence[Subset], title: str = TITLE_11, note: str = NOTE_11) -> Figure:
-    """S Figure 11 of any group: a column a camera type, above the standard deviations with the law,
-    below the covariances; one row of columns for every three types."""
+def scaling_figure(
+    subsets: Sequence[Subset], texts: tuple[str, str, str], *, variances: bool = False
+) -> Picture:
+    """S Figure 11 of any group: a column a camera type, above the standard deviations (or, as in
+    S, `variances`) with the law, below the covariances; one row of columns for every three types.
+
+    texts: title, source line and caption.
+    """
     kinds = list(dict.fromkeys(subset.camera_type for subset in subsets)) or [""]
-    rows = -(-len(kinds) // COLUMNS)
-    block = TITLE_MM + SD_MM + BETWEEN_MM + COVARIANCE_MM + LABELS_MM
-    entries = _entries(subsets)
-    width = WIDTH_MM - 2 * MARGIN_MM
-    key_top = rows * block
-    sheet = blank_sheet(
-        key_top + strip_height(entries, width) + 1.5, title, f"{LAW} {note}".strip()
-    )
-    columns = min(len(kinds), COLUMNS)
-    panel = (WIDTH_MM - LEFT_MM - RIGHT_MM - GAP_MM * (columns - 1)) / columns
-    limits, unit = _limits(subsets), _covariance_unit(subsets)
+    rows, columns = -(-len(kinds) // COLUMNS), min(len(kinds), COLUMNS)
+    body = new_figure(texts[0], texts[1], 32.0 + 98.0 * rows)
+    grid = body.subplots(2 * rows, columns, sharex=True, squeeze=False, height_ratios=(3, 2) * rows)
+    above, below = grid[::2].ravel(), grid[1::2].ravel()
+    power, unit = 1 + variances, _covariance_unit(subsets)
+    y, x = _limits(subsets, power), [subset.n_cameras for subset in subsets] or [1]
+    log_axis(grid[0, 0], "x", (min(x) / 1.2, max(x) * 1.2))
     for k, kind in enumerate(kinds):
         own = sorted((s for s in subsets if s.camera_type == kind), key=lambda s: s.n_cameras)
-        row, column = divmod(k, columns)
-        left, top = LEFT_MM + column * (panel + GAP_MM), row * block + TITLE_MM
-        axes = sheet.axes(left, top, panel, SD_MM)
-        _deviations(axes, own, limits, (panel, SD_MM))
-        axes.tick_params(labelbottom=False, labelleft=column == 0)
-        name = f"(a) {kind or 'cameras'}" if k == 0 else kind or "cameras"
-        head(axes, shorten(name, BODY_PT * BOLD, panel))
-        label_axes(axes, "", "Standard deviation (mm)" if column == 0 else "", y_mm=14.5)
-        axes = sheet.axes(left, top + SD_MM + BETWEEN_MM, panel, COVARIANCE_MM)
-        _covariances(axes, own, limits[0], (panel, COVARIANCE_MM), unit)
-        head(axes, "(b)" if k == 0 else "")
-        y = f"Covariance ({unit[0]})" if column == 0 else ""
-        label_axes(axes, "Number of cameras", y, y_mm=14.5)
-    strip(sheet, MARGIN_MM, key_top, width, entries)
-    return sheet.figure
+        log_axis(above[k], "y", y)
+        _deviations(above[k], own, power)
+        above[k].set_title(f"(a) {short(kind) or 'cameras'}")
+        _covariances(below[k], own, subsets, unit[1])
+        below[k].set_title(f"(b) {short(kind) or 'cameras'}")
+        above[k].tick_params(labelleft=k % columns == 0)
+        below[k].tick_params(labelleft=k % columns == 0)
+        if k % columns == 0:
+            above[k].set_ylabel("Variance (mm²)" if variances else "Standard deviation (mm)")
+            below[k].set_ylabel(f"Covariance ({unit[0]})")
+        if k + columns >= len(kinds):
+            below[k].set_xlabel("Number of cameras")
+            below[k].tick_params(labelbottom=True)
+    _camera_axis(grid[0, 0], sorted(set(x)))
+    for axes in (*above[len(kinds) :], *below[len(kinds) :]):
+        axes.axis("off")
+    _label(above[0], subsets, r"$\sigma^2/n$" if variances else r"$\sigma/\sqrt{n}$")
+    legend_below(body, [above[0]])
+    return Picture(body, texts[2])
 
 
-def _entries(subsets: Sequence[Subset]) -> list[Entry]:
-    entries = [Entry(name, dot=_dot(how)) for name, how in SERIES.items()]
-    entries.append(Entry("covariance", dot=COVARIANCE))
-    entries.append(Entry("σ/√n", line={"color": GREY, "lw": 1.0}))
-    if any(subset.expected for subset in subsets):
-        entries.append(Entry("on average, by the coefficients", dot=_bar(GREY)))
-    if any(subset.published for subset in subsets):
-        entries.append(Entry("Table 4", dot=_star(GREY)))
-    return entries
+def _label(axes: Axes, subsets: Sequence[Subset], law: str) -> None:
+    """Entries of the legend."""
+    for name, how in SERIES.items():
+        axes.plot([], [], label=name, ls="", **how)
+    axes.plot([], [], label="covariance", **COVARIANCE)
+    axes.plot([], [], label=law, color=GREY, lw=1.0)
+    for (kind, text), how in zip(LABELS.items(), (BAR, STAR), strict=True):
+        if any(getattr(subset, kind) for subset in subsets):
+            axes.plot([], [], label=text, color=GREY, **how)
 
 
-def _dot(how: Keywords) -> Keywords:
-    return {"markersize": 3.8, "mew": 0.9, **how}
-
-
-def _bar(colour: str) -> Keywords:
-    return {"marker": "_", "color": colour, "markersize": 7.0, "mew": 1.1, "alpha": 0.75}
-
-
-def _star(colour: str) -> Keywords:
-    return {"marker": "*", "color": colour, "markersize": 8.0, "mew": 0.8,
-            "markerfacecolor": "none"}  # fmt: skip
-
-
-def _limits(subsets: Sequence[Subset]) -> tuple[Limits, Limits]:
-    """Of the number of cameras and of the standard deviations; room for the exponents above."""
-    kinds = ("row", "expected", "published")
-    values = [_values(subsets, kind, column) for kind in kinds for column in COLUMN_OF.values()]
-    low, high = log_limits(values)
-    counts = [subset.n_cameras for subset in subsets] or [1]
-    return (min(counts) / 1.2, max(counts) * 1.2), (low, high * (high / low) ** TEXT_SHARE)
+def _limits(subsets: Sequence[Subset], power: int) -> Limits:
+    """Of the standard deviations, or of their squares."""
+    return log_limits(
+        _values(subsets, kind, column) ** power for kind in KINDS for column in COLUMN_OF.values()
+    )
 
 
 def _covariance_unit(subsets: Sequence[Subset]) -> tuple[str, float]:
     """Unit of all covariances, and how many of it are in 1 mm²."""
-    kinds = ("row", "expected", "published")
-    values = np.abs(np.concatenate([_values(subsets, k, "sigma_12_mm2") for k in kinds]))
-    greatest = float(values[np.isfinite(values)].max(initial=0.0))
-    return ("mm²", 1.0) if greatest >= SQUARE_MM_FROM else ("µm²", 1e6)
+    values = _covariances_of(subsets)
+    return ("mm²", 1.0) if np.abs(values).max(initial=0) >= SQUARE_MM_FROM else ("µm²", 1e6)
 
 
-def _camera_axis(axes: Axes, subsets: Sequence[Subset], limits: Limits, width: float) -> None:
-    """Logarithmic, `width` mm, with a label at every number of cameras there is room for."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+def _covariances_of(subsets: Sequence[Subset]) -> np.ndarray:
+    """All of them that are known, mm²."""
+    values = np.concatenate([_values(subsets, kind, "sigma_12_mm2") for kind in KINDS])
+    return values[np.isfinite(values)]
 
-    axes.set_xscale("log")
-    axes.set_xlim(limits)
-    counts = sorted({subset.n_cameras for subset in subsets})
-    per_mm = math.log(limits[1] / limits[0]) / width
-    kept: list[int] = []
+
+def _camera_axis(axes: Axes, counts: Sequence[int]) -> None:
+    """A label at every number of cameras that there is room for."""
+    from matplotlib.ticker import NullLocator
+
+    low, high = axes.get_xlim()
+    room = LABEL_SHARE * math.log(high / low)
+    shown: list[int] = []
     for n in reversed(counts):
-        if not kept or math.log(kept[-1] / n) > CAMERA_MM * per_mm:
-            kept.append(n)
-    axes.xaxis.set_major_locator(FixedLocator(kept))
+        if not shown or math.log(shown[-1] / n) > room:
+            shown.append(n)
+    axes.set_xticks(shown, [str(n) for n in shown])
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _p: f"{v:.0f}"))
-    axes.grid(visible=True, axis="x")
 
 
-def _deviations(
-    axes: Axes, subsets: Sequence[Subset], limits: tuple[Limits, Limits], size: tuple[float, float]
-) -> None:
-    decade_axis(axes, "y", limits[1], size[1])
-    _camera_axis(axes, subsets, limits[0], size[0])
+def _deviations(axes: Axes, subsets: Sequence[Subset], power: int) -> None:
+    """Standard deviations to that power with the law fitted to them, and the exponents of n in the
+    corner that is free: numbers fall to the right."""
     n = np.array([subset.n_cameras for subset in subsets], float)
-    curve = np.geomspace(*limits[0], 50)
-    lines = []
+    curve = np.geomspace(*axes.get_xlim(), 50)
+    lines, shown = [("exponent of n", GREY)], [np.ones(0)]
     for name, fit in fits(subsets).items():
         how = SERIES[name]
-        found, expected, published = (
-            _values(subsets, kind, COLUMN_OF[name]) for kind in ("row", "expected", "published")
-        )
+        values = [_values(subsets, kind, COLUMN_OF[name]) ** power for kind in KINDS]
         if fit is not None:
-            axes.plot(curve, fit.law(curve), color=how["color"], ls=DASHES[name], lw=0.9)
-            error = "" if math.isnan(fit.exponent_error) else f" ± {fit.exponent_error:.2f}"
-            lines.append((f"{name}  {fit.exponent:.2f}{error}".replace("-", "−"), how["color"]))
-        axes.plot(n, expected, ls="", **_bar(how["color"]))
-        axes.plot(n, published, ls="", **_star(how["color"]))
-        axes.plot(n, found, ls="", **_dot(how))
-    lines = [("exponent of n", GREY), *lines] if lines else []
-    for k, (text, colour) in enumerate(lines):
-        place: Keywords = {"transform": axes.transAxes, "ha": "right", "va": "top"}
-        axes.text(0.97, 0.97 - 0.075 * k, text, size=SMALL_PT, color=colour, **place)
+            axes.plot(curve, fit.law(curve) ** power, color=how["color"], ls=DASHES[name], lw=0.9)
+            error = power * fit.exponent_error
+            more = "" if math.isnan(error) else f" ± {error:.2f}"
+            text = f"{name}  {power * fit.exponent:.2f}{more}".replace("-", "−")
+            lines.append((text, how["color"]))
+        axes.plot(n, values[1], color=how["color"], alpha=0.75, **BAR)
+        axes.plot(n, values[2], color=how["color"], **STAR)
+        axes.plot(n, values[0], ls="", **how)
+        shown.append(values[0])
+    known = np.concatenate(shown)
+    known = np.log(known[known > 0])
+    top = not known.size or float(known.mean()) < float(np.log(axes.get_ylim()).mean())
+    place: Keywords = {"transform": axes.transAxes, "ha": "right" if top else "left"}
+    for k, (text, colour) in enumerate(lines if len(lines) > 1 else []):
+        at = 0.96 - 0.07 * k if top else 0.04 + 0.07 * (len(lines) - 1 - k)
+        how = place | {"va": "top" if top else "bottom", "size": SMALL_PT, "color": colour}
+        axes.text(0.97 if top else 0.03, at, text, **how)
 
 
 def _covariances(
-    axes: Axes,
-    subsets: Sequence[Subset],
-    limits: Limits,
-    size: tuple[float, float],
-    unit: tuple[str, float],
+    axes: Axes, subsets: Sequence[Subset], every: Sequence[Subset], per_mm2: float
 ) -> None:
-    """Linear, in that unit (its name, and how many are in 1 mm²), each panel to its own scale."""
-    _camera_axis(axes, subsets, limits, size[0])
+    """On an axis for all types. Where they differ by decades, and one would flatten all others, it
+    is logarithmic to both sides and linear near zero."""
+    known = per_mm2 * _covariances_of(every)
+    sizes = np.abs(known[known != 0])
+    low, high = known.min(initial=0), known.max(initial=0)
+    near = 10.0 ** np.floor(np.log10(np.quantile(sizes, 0.25))) if sizes.size else 1.0
+    if sizes.max(initial=0) > DECADES_FROM * near:
+        axes.set_yscale("symlog", linthresh=near, linscale=0.5)
+        axes.set_ylim(min(2 * low, -near), max(2 * high, near))
+    else:
+        room = 0.1 * (high - low) or 1.0
+        axes.set_ylim(low - room, high + room)
     n = np.array([subset.n_cameras for subset in subsets], float)
-    values = [_values(subsets, kind, "sigma_12_mm2") for kind in ("row", "expected", "published")]
-    values = [v * unit[1] for v in values]
-    known = np.concatenate([v[np.isfinite(v)] for v in values] + [np.zeros(1)])
-    span = float(np.ptp(known)) or 1.0
-    linear_axis(axes, "y", (known.min() - 0.12 * span, known.max() + 0.12 * span), 6)
+    values = [per_mm2 * _values(subsets, kind, "sigma_12_mm2") for kind in KINDS]
     axes.axhline(0, color=GREY, lw=0.7)
-    for v, how in zip(values, (COVARIANCE, _bar(INK), _star(GREY)), strict=True):
-        axes.plot(n, v, ls="", **how)
+    axes.plot(n, values[0], **COVARIANCE)
+    axes.plot(n, values[1], color=INK, alpha=0.75, **BAR)
+    axes.plot(n, values[2], color=GREY, **STAR)

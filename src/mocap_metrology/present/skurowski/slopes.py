@@ -8,45 +8,38 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.present.drawing.axes import decade_axis
-from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
+from mocap_metrology.present.plot.curves import Limits
+from mocap_metrology.present.plot.figure import (
     INK,
     LOOKS,
-    MARGIN_MM,
     OTHER_LOOKS,
-    SMALL_PT,
-    WIDTH_MM,
     Keywords,
     Look,
-    blank_sheet,
-    head,
-    label_axes,
+    Picture,
+    legend_below,
+    letters,
+    log_axes,
+    new_figure,
     styled,
 )
+from mocap_metrology.present.text import captions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 TITLE = "Skurowski & Pawlyta 2019, Figure 3: parts of an Allan deviation and their slopes"
-NOTE = (
-    "Computed from noise models, continuous-time forms with f_h = 500 Hz; the coefficients are "
-    "chosen so that each part has decades of its own, and the values of both axes mean nothing "
-    "else. Slopes are those of the computed curves where they are written. Past six periods a "
-    "sinusoid is drawn by what its bumps reach, and the sum with their mean."
-)
+SOURCE = "Source: computed from noise models."
 FRAME_RATE_HZ = 1000.0
 TAU0 = 1 / FRAME_RATE_HZ
 TAU = np.geomspace(1e-3, 1e5, 2401)
-LEFT_MM, RIGHT_MM, TITLE_MM, LABELS_MM, GAP_MM, HEIGHT_MM = 14.0, 3.0, 5.5, 10.0, 17.0, 72.0
+MM_PT = 72 / 25.4  # points in a millimetre
 LINE = Sinusoid(0.12, 3.0)
 RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
 
 class Part(NamedTuple):
     """A component with its name and look, and at which tau (s) its slope is written, how far off
-    the curve in mm; None for a curve that has no slope to write."""
+    the curve in mm."""
 
     name: str
     component: PowerLaw | GaussMarkov | Sinusoid
@@ -106,45 +99,38 @@ def slope_text(slope: float) -> str:
 
 
 @styled()
-def slopes_figure(title: str = TITLE) -> Figure:
+def slopes_figure(title: str = TITLE) -> Picture:
     """S Figure 3 in two panels: the colours, then correlated and periodic noise."""
-    looks = {part.name: part.look for part in (*POWER_LAWS, *OTHERS)}
-    entries = [
-        Entry("their sum", line={"color": INK, "lw": 2.2, "alpha": 0.35}),
-        *(Entry(k, line={"color": v.colour, "ls": v.dashes}) for k, v in looks.items()),
-    ]
-    width = WIDTH_MM - 2 * MARGIN_MM
-    key_top = TITLE_MM + HEIGHT_MM + LABELS_MM
-    sheet = blank_sheet(key_top + strip_height(entries, width) + 1.5, title, NOTE)
-    panel = (WIDTH_MM - LEFT_MM - RIGHT_MM - GAP_MM) / 2
-    for k, (name, parts) in enumerate(
-        (("Power laws", POWER_LAWS), ("Correlated and periodic noise", OTHERS))
+    body = new_figure(title, SOURCE, 105.0)
+    grid = body.subplots(1, 2)
+    for axes, name, parts in zip(
+        grid, ("Power laws", "Correlated and periodic noise"), (POWER_LAWS, OTHERS), strict=True
     ):
-        axes = sheet.axes(LEFT_MM + k * (panel + GAP_MM), TITLE_MM, panel, HEIGHT_MM)
-        _draw(axes, parts, (panel, HEIGHT_MM))
-        head(axes, name)
-        label_axes(axes, "Averaging time τ (s)", "Allan deviation (mm)")
-    strip(sheet, MARGIN_MM, key_top, width, entries)
-    return sheet.figure
+        _draw(axes, parts)
+        axes.set(title=name, xlabel=r"Averaging time $\tau$ (s)", ylabel="Allan deviation (mm)")
+    letters(grid)
+    legend_below(body, grid, columns=4)
+    return Picture(body, captions.SKUROWSKI[3])
 
 
-def _draw(axes: Axes, parts: Sequence[Part], size: tuple[float, float]) -> None:
-    from matplotlib.transforms import ScaledTranslation
+def _draw(axes: Axes, parts: Sequence[Part]) -> None:
+    from matplotlib.ticker import LogFormatterMathtext
 
     total = deviation([part.component for part in parts])
-    limits = float(total.min()) / 6, float(total.max()) * 3
-    decade_axis(axes, "x", (TAU[0], TAU[-1]), size[0])
-    decade_axis(axes, "y", limits, size[1], plain=False)
-    axes.plot(TAU, total, color=INK, lw=2.6, alpha=0.35, solid_capstyle="round")
+    limits: Limits = float(total.min()) / 6, float(total.max()) * 3
+    log_axes(axes, ((TAU[0], TAU[-1]), limits))
+    axes.yaxis.set_major_formatter(LogFormatterMathtext())  # alike in both panels
+    axes.plot(TAU, total, color=INK, lw=2.6, alpha=0.35, label="their sum")
     for part in parts:
         smooth = curve = deviation([part.component])
         if isinstance(part.component, Sinusoid):
             smooth, whole = envelope(part.component), part.component.f_0 * TAU <= RESOLVED
             curve = np.where(whole, curve, smooth)
-        axes.plot(TAU, curve, color=part.look.colour, ls=part.look.dashes, lw=1.0)
+        look = part.look
+        axes.plot(TAU, curve, color=look.colour, ls=look.dashes, lw=1.0, label=part.name)
         for tau, (right, up) in part.at:
             y = float(np.interp(np.log(tau), np.log(TAU), smooth))
-            shift = ScaledTranslation(right / 25.4, up / 25.4, axes.figure.dpi_scale_trans)
-            text = slope_text(slope_at(smooth, tau))
-            how: Keywords = {"ha": "center", "va": "center", "size": SMALL_PT + 1, "weight": "bold"}
-            axes.text(tau, y, text, color=part.look.colour, transform=axes.transData + shift, **how)
+            how: Keywords = {"ha": "center", "va": "center", "weight": "bold"}
+            how |= {"textcoords": "offset points", "color": look.colour}
+            text, off_pt = slope_text(slope_at(smooth, tau)), (right * MM_PT, up * MM_PT)
+            axes.annotate(text, (tau, y), off_pt, **how)

@@ -90,7 +90,7 @@ SCALING = (
     "(a) Standard deviations of the cleaned coordinates along the line between the markers (of a "
     "single marker, along x) and of their distance against the number of cameras, (b) covariances "
     "of the two markers along that line. Lines: σ/√n, fitted to the points of each series by the "
-    "mean of their logarithms; over each panel the exponent of n with its standard error if it is "
+    "mean of their logarithms; in each panel the exponent of n with its standard error if it is "
     "free (−0.5 by the law)."
 )
 # Figures of Skurowski & Pawlyta 2019
@@ -143,9 +143,9 @@ SKUROWSKI: dict[int | str, str] = {
     ),
     11: (
         "(a) Variances along x and of the distance, (b) covariances of x1 and x2. Lines: σ²/n "
-        "(Equation 3), fitted to the points of each series by the mean of their logarithms; over "
+        "(Equation 3), fitted to the points of each series by the mean of their logarithms; in "
         "each panel the exponent of n with its standard error if it is free (−1 by the law). The "
-        "axis of (b) is linear near zero and logarithmic beyond, alike for all types. How they "
+        "axis of (b) is linear near zero and logarithmic beyond. How variances and covariances "
         "depend on n comes from the printed coefficients, of which the twins are made; bars: what "
         "these lead to on average over recordings as long. Twins of one type share their slow "
         "noise (below 0.1 Hz), as subsets of one recording do, so they lie above or below their "
@@ -185,7 +185,8 @@ SKUROWSKI: dict[int | str, str] = {
     17: (
         "Power spectral density of z1 by the largest set of each camera type, its number of "
         "cameras in brackets: (a) as medians of 40 bins a decade with bands up to the greatest "
-        "value, (b) to (d) every point close to the line. The paper reports the line for T40 and "
+        "value, (b) to (d) every point close to the line, and over each panel the peak over the "
+        "median. The paper reports the line for T40 and "
         "Vantage, negligibly small for Vantage; Tables A1-A3 print its amplitude for T40 alone, so "
         "a twin of Vantage or Bonita has none."
     ),

@@ -92,7 +92,7 @@ site: env  ## build the pages of docs/: build/site/index.html
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/docs.txt
 	@$(RUN) python -m sphinx -E -W --keep-going -q -b html docs build/site
 
-PICTURES := recordings/T40-10/verdict.png recordings/T40-10/adev.png recordings/T40-10/fit/z1.png \
+PICTURES := recordings/T40-10/verdict.png recordings/T40-10/adev.png recordings/T40-10/fit \
 	recordings/T40-10-crump/diagnosis.png calibrations/twin-1-1/calibration.png
 pictures: warm  ## draw the pictures of README.md and docs anew, from nine-hour twins
 	@$(RUN) python workflow/run.py --cores $(CORES) $(PICTURES:%=results/%)

@@ -24,11 +24,11 @@ HERE = Path(__file__).parent
 FOLDER = HERE.parents[1] / "docs" / "accuracy"
 COLUMNS = ("case", "statistic", "runs", "reach", "at 8b8d0af", "measured")
 RUNS = 100
-HEAD = """# What holds, and how often
+HEAD = """# Accuracy
 
-Intervals, alarms and detections on simulated recordings whose truth is known. `reach` is what was
-aimed at; `at 8b8d0af` is the same study on the state before these checks were made. Made by
-`make accuracy`, which takes hours; one subject by `make accuracy ARGS=SUBJECT`.
+Intervals, alarms and detections in simulated recordings, whose truth is known. `reach` is the goal;
+`at 8b8d0af` is the same study before these checks existed. `make accuracy` computes all tables and
+takes hours; `make accuracy ARGS=SUBJECT` computes one.
 """
 
 

@@ -1,13 +1,14 @@
 """Intervals of the Allan deviation (68.3 %) of published systems, and pairs of coarse exports.
 
-Curves: twins of every published row, six coordinates each, nine hours (with fewer than 100 runs an
-hour): share of all points of a range of averaging factors whose interval holds the model's own
-deviation. `shown`: of the series as recorded, gross outliers masked (allan_masked.parquet), which
-figures, tables, verdict, compare and trend show. `cleaned`: as in S (allan.parquet), the upper end
-raised by what its filter takes at most, so it must hold 68.3 % or more.
+Curves: twins of every published row, six coordinates each, nine hours (with fewer than 100 runs one
+hour). The statistic is the share of points, in a range of averaging factors, whose interval holds
+the deviation of the model. `shown`: the series as recorded without gross outliers
+(allan_masked.parquet), as in figures, tables, verdict, compare and trend. `cleaned`: as in S
+(allan.parquet). Its upper end is raised by the largest effect of the filter, so that it must hold
+in 68.3 % or more.
 
-Pairs: two recordings of ten minutes of the same white noise, put elsewhere within a step; and real
-changes of a tenth and of a half beside them.
+Pairs: two recordings of ten minutes of the same white noise at different positions within a step,
+and real changes by a tenth and by a half.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Straight drift and warm-ups under noise, by `likelihood`: does it find them, and hold its
-intervals; and are walks, flicker and slow correlation left what they are?
+"""Straight drift and warm-ups under noise, by `likelihood`: detection, intervals, and false
+detection in random walks, flicker noise and slow correlation.
 
-"holds": the 95 % interval, or the 95 % limit of what was not detected, holds the truth. Recordings
-of 10 or 15 min at 100 or 120 Hz, white noise of 0.05 mm with what is named; drift of 0.1 to 0.3 mm
-in 10 min, warm-ups of 0.05 to 0.5 mm, either sign. At 8b8d0af there were no such parameters; its
-h_-2 and detections are of the same recordings there.
+"holds": the 95 % interval, or the 95 % limit of what was not detected, includes the truth.
+Recordings of 10 or 15 min at 100 or 120 Hz with white noise of 0.05 mm and the named component:
+drift of 0.1 to 0.3 mm in 10 min, warm-ups of 0.05 to 0.5 mm, of either sign. At 8b8d0af these
+parameters did not exist; its h_-2 and detections come from the same recordings.
 """
 
 from __future__ import annotations

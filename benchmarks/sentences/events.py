@@ -1,9 +1,9 @@
-"""Events: false alarms in sound recordings, heavy tails among them, and detection.
+"""Events: false alarms in undisturbed recordings, also with heavy tails, and detection.
 
 Recordings of two markers (six coordinates and their distance), ten minutes at 100 Hz, 0.05 mm of
-noise; a false alarm of 1 % is asked for. `events` counts recordings with any event. Shocks swing
-twice, with 0.5 to 1 of their size in every coordinate; bumps move marker 1 for good. Kinds beside
-Student t4 have a fifth of `--runs`, detections a tenth.
+noise; the false-alarm rate is set to 1 %. `events` counts recordings with any event. Shocks swing
+twice, with 0.5 to 1 of their size in every coordinate; bumps displace marker 1 permanently. Kinds
+other than Student t4 have a fifth of `--runs`, detections a tenth.
 """
 
 from __future__ import annotations

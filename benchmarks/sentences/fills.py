@@ -1,8 +1,9 @@
-"""Gaps that were filled before the export: no event, but named.
+"""Gaps that were filled before the export: they must be named and must not cause an event.
 
-Recordings as in `events`, of white noise and a weak walk; 2 % of marker 1's frames are filled in
-its three coordinates: straight lines, or polynomials through eight samples on both sides. Straight
-lines of 100 frames and cubic polynomials of 15 have all `--runs`, other fills a fifth.
+Recordings as in `events`, of white noise and a weak random walk. 2 % of the frames of marker 1 are
+filled in its three coordinates by straight lines or by polynomials through eight samples on both
+sides. Straight lines of 100 frames and cubic polynomials of 15 have all `--runs`, other fills a
+fifth.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""A level of the noise that changes slowly: no event, but named, with an interval that holds.
+"""A noise level that changes slowly: named, with an interval that holds, and without an event.
 
-Recordings as in `events`; kinds beside the fall of white noise by 15 % have a fifth of `--runs`.
+Recordings as in `events`. All cases except white noise that falls by 15 % have a fifth of `--runs`.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""Periodic disturbances: mains that wander, filtered data, the end of the spectrum, stable lines.
+"""Periodic disturbances: wandering mains, filtered data, the end of the spectrum, stable lines.
 
-Series of ten minutes, white noise of 50 um, at 120 Hz unless said. Wandering lines: 15 um at 50 Hz,
-whose frequency departs by 20 mHz (standard deviation of an Ornstein-Uhlenbeck process of 60 s;
-amplitude of a sinusoid of 100 s; greatest departure of a random walk); folded: at 100 Hz, so at
-Nyquist. `findings`: lines a recording; intervals are those of `noise.csv`. Widths are medians over
-the Cramer-Rao bound of a sinusoid in the same noise (which knows nothing of the phases that a
-folded line's power depends on). Estimator `likelihood` where named (lines, gaps, slow lines and
-noise in turn), else the search for lines alone.
+Series of ten minutes at 120 Hz unless stated, white noise of 50 um. Wandering lines: 15 um at 50
+Hz, whose frequency deviates by 20 mHz (standard deviation of an Ornstein-Uhlenbeck process of 60 s;
+amplitude of a sinusoid of 100 s; largest deviation of a random walk). Folded: at 100 Hz, so at
+Nyquist. `findings`: lines in a recording; intervals are those of `noise.csv`. Widths are medians
+over the Cramer-Rao bound of a sinusoid in the same noise (which excludes the phases on which the
+power of a folded line depends). Where named, the estimator is `likelihood` (lines, gaps, slow lines
+and noise in turn); otherwise it is the search for lines alone.
 """
 
 from __future__ import annotations

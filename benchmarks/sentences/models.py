@@ -1,11 +1,11 @@
-"""Do the intervals of noise coefficients hold, although the data chose the model?
+"""Intervals of noise coefficients when the data also select the model.
 
-Published: of each of the 154 series of Tables A1-A3, nine hours at 120 Hz, the binned periodogram
+Published: for each of the 154 series of Tables A1-A3, nine hours at 120 Hz, the binned periodogram
 is drawn from its distribution (no lines). Gauss-Markov terms are paired with the true ones by T_c,
-within a factor of three; terms whose Cramer-Rao bound exceeds their value do not count. Kinds: 15
-min at 100 Hz, whole series, the default chain. An undetected coefficient holds if its 95 % limit
-is above the truth. Width: of 95 % intervals over those of the Cramer-Rao bound, median, where the
-right model was chosen.
+within a factor of three; terms whose Cramer-Rao bound exceeds their value are excluded. Kinds: 15
+min at 100 Hz, whole series, the default chain. A coefficient that was not detected holds if its
+95 % limit is above the truth. Width: of 95 % intervals over those of the Cramer-Rao bound, median,
+where the correct model was selected.
 """
 
 from __future__ import annotations

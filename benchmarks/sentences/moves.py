@@ -1,8 +1,8 @@
-"""Which recordings are said to move: still markers of many kinds of noise, and moved ones.
+"""Movement: still markers with many kinds of noise, and moved ones.
 
-White noise of 0.05 mm, 100 Hz, ten minutes unless said; sigma is that of one frame. A walk of
-d mm/h strays by d on average (rms) in an hour. "At 8b8d0af": by the rule of then, medians over a
-second that span more than 2 mm, on the same recordings.
+White noise of 0.05 mm, 100 Hz, ten minutes unless stated; sigma is that of one frame. A walk of
+d mm/h deviates by d (rms) in an hour. "At 8b8d0af": the earlier rule (medians over a second that
+span more than 2 mm) on the same recordings.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Lighthouse: mirrored poses, last steps that run away, and variants of the rotor model.
+"""Lighthouse: mirrored poses, last steps that diverge, and variants of the rotor model.
 
 Flights: a deck of four diodes, 30 x 15 mm, level, 8 to 60 s, two stations 4.3 m apart, 2.3 to 5 m
 away, factory values of real stations, 53 urad of jitter a sweep and 30 a hit (`flight` of
 `benchmarks.lighthouse_recordings`); the variant of the rotor model is given. A board pose is
-mirrored if it is more than 20 deg from the truth; a calibration, if more than a tenth of its poses
-are. Deep boards: 24 x 16 cm, diodes 20 mm before and behind its plane, the board's file a mirror
-image of it; absurd is a pose more than 100 mm or 2 deg off. Variants: rotors that obey libsurvive's
-or the Crazyflie's formula by turns, the calibration with its default settings (at 8b8d0af the
-Crazyflie's formula); an error is held against its standard deviation, axis by axis.
+mirrored if it deviates by more than 20 deg from the truth; a calibration, if more than a tenth of
+its poses are. Deep boards: 24 x 16 cm, diodes 20 mm before and behind the plane, and a board file
+that is a mirror image. Absurd: a pose that is wrong by more than 100 mm or 2 deg. Variants: rotors
+that obey libsurvive's or the Crazyflie's formula in turn, the calibration with its default settings
+(at 8b8d0af the Crazyflie's formula). An error is divided by its standard deviation, axis by axis.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Allan deviation of twins over the curve of the published coefficients, as S's formulas print it.
 
-Of all 154 published series (22 rows of Tables A1-A3, seven series each) the expectation of what is
-drawn, from the spectrum of the circle it is drawn on (one hour at 120 Hz) and the recorded height
-of the sinusoid; and recordings of ten minutes, drawn. The column at 8b8d0af is that of
-`form: sampled`, which was the only one. L is by its own model, also where x1 and x2 contradict it.
+For all 154 published series (22 rows of Tables A1-A3, seven series each): the expectation, from the
+discrete spectrum of the simulation (one hour at 120 Hz) and the recorded height of the sinusoid,
+and recordings of ten minutes as simulated. The column at 8b8d0af is that of `form: sampled`, then
+the only form. L has its own model, also where x1 and x2 contradict it.
 """
 
 from __future__ import annotations

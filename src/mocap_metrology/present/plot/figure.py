@@ -33,7 +33,8 @@ LINE, LINE_MM = 100, 4.0  # characters in a line of a title or a foot, and its h
 LONGEST_WORD, LONGEST_NAME = 55, 28  # characters: of a line, of an entry of a legend
 SMALL_PT = 7.5
 ENTRY_MM, LETTER_MM = 12.0, 1.5  # of a legend: sample and space, and a letter of the text
-MOST_MINOR, LABELLED_MINOR = 2.5, 1.2  # decades of an axis with ticks between them, with labels
+MOST_MINOR = 2.5  # decades of an axis with ticks between them,
+LABELLED_MINOR = {"x": 1.2, "y": 2.2}  # and with labels at 2 and 5 too
 NEAR_ONE = 5e-4, 5e3  # limits of an axis whose numbers are written out
 
 INK, GREY, FAINT = "#222222", "#6b6b6b", "#d4d4d4"
@@ -178,7 +179,7 @@ def log_axis(axes: Axes, which: Literal["x", "y"], limits: tuple[float, float]) 
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     if limits[1] / limits[0] > 10**MOST_MINOR:
         axis.set_minor_locator(NullLocator())  # a tick is an artist, and slow
-    elif limits[1] / limits[0] > 10**LABELLED_MINOR:
+    elif limits[1] / limits[0] > 10 ** LABELLED_MINOR[which]:
         axis.set_minor_formatter(NullFormatter())
     elif written_out:
         axis.set_minor_formatter(

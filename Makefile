@@ -5,6 +5,9 @@ PYTHON ?= python3
 CORES ?= 2
 ARGS ?=
 RESULTS ?= $(if $(findstring profiles/quick,$(ARGS)),results/quick,results)
+# A folder that is asked for is that of the run and that of the report. Snakemake reads the last --config alone.
+FOLDER := $(if $(filter command,$(origin RESULTS)),results=$(RESULTS))
+WITH = $(if $(FOLDER),$(if $(filter --config,$(ARGS)),$(patsubst --config,--config $(FOLDER),$(ARGS)),$(ARGS) --config $(FOLDER)),$(ARGS))
 BIN := .venv/bin
 LOCK := requirements/requirements.txt
 # Settings of the machine's pip and python must not leak into a locked environment.
@@ -16,23 +19,23 @@ RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PAT
 .PHONY: run check report env warm test study lint hooks peers benchmark accuracy lock samples site pictures docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
-	@$(RUN) python workflow/run.py --cores $(CORES)
+	@$(RUN) python workflow/run.py --cores $(CORES) $(if $(FOLDER),--config $(FOLDER))
 
 # A refusal ends a run with status 1 and is in the report; what a crash left out cannot be.
 report: warm  ## run, then write the report: $(RESULTS)/report.html (quick: make report ARGS="--profile profiles/quick")
-	@status=0; $(RUN) python workflow/run.py --cores $(CORES) $(ARGS) || status=$$?; \
-	$(RUN) python workflow/write_report.py $(RESULTS)/report.html $(ARGS) || exit 1; exit $$status
+	@status=0; $(RUN) python workflow/run.py --cores $(CORES) $(WITH) || status=$$?; \
+	$(RUN) python workflow/write_report.py $(RESULTS)/report.html $(WITH) || exit 1; exit $$status
 
 # Names as they were typed: through the environment neither make nor the shell reads a $ or a ` in them.
 # RESULTS has a default of its own, which is that of whole runs.
 export CHECK_FILE := $(value FILE)
 export CHECK_MARKERS := $(value MARKERS)
 export CHECK_RESULTS := $(if $(filter command,$(origin RESULTS)),$(value RESULTS))
-check: warm  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [TRUNCATED=accept] [RESULTS=folder]
+check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [UNIT=mm] [TRUNCATED=accept] [RESULTS=folder]
 	@test -n "$$CHECK_FILE" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
-	@$(RUN) python workflow/check_file.py --cores "$(CORES)" $(if $(RATE),--rate "$(RATE)") \
-		$(if $(filter accept,$(TRUNCATED)),--accept-truncated) --markers="$$CHECK_MARKERS" \
-		--results="$$CHECK_RESULTS" -- "$$CHECK_FILE"
+	@$(RUN) python -m mocap_metrology check --threads "$(CORES)" $(if $(RATE),--rate "$(RATE)") \
+		$(if $(UNIT),--unit "$(UNIT)") $(if $(filter accept,$(TRUNCATED)),--accept-truncated) \
+		--markers="$$CHECK_MARKERS" --output="$$CHECK_RESULTS" -- "$$CHECK_FILE"
 
 env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled requirements
 

@@ -20,6 +20,7 @@ BELOW = {
     "lighthouse": {"common"},
     "present": {"common", "noise", "lighthouse"},
     "pipeline": {"common", "io", "noise", "lighthouse", "present"},
+    "cli": {"common", "io", "noise", "present", "pipeline"},
 }
 
 

@@ -9,7 +9,7 @@ import pytest
 from running import environment
 
 PROGRAMS = (
-    *("workflow/check_file.py", "workflow/rule_graph.py", "workflow/write_report.py"),
+    *("workflow/rule_graph.py", "workflow/write_report.py"),
     *("benchmarks/failing_camera.py", "benchmarks/noise_monte_carlo.py"),
     *("benchmarks/lighthouse_times.py", "benchmarks/noise_times.py", "benchmarks/peers.py"),
 )

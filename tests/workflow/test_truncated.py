@@ -5,11 +5,13 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-import check_file
 import numpy as np
 import pytest
 from running import write_sheet
 from scipy.spatial.transform import Rotation
+
+from mocap_metrology.common.errors import Refusal, Truncated
+from mocap_metrology.io.read import read_recording
 
 N, RATE = 2400, 100.0
 TRC = """PathFileType\t4\t(X/Y/Z)\tcut.trc
@@ -31,46 +33,24 @@ def trc(path: Path, n: int, declared: int) -> Path:
     return path
 
 
-@pytest.fixture
-def runs(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    """Folders the workflow would have run in."""
-    found: list[Path] = []
-
-    def run(folder: Path, name: str, cores: int) -> int:
-        found.append(folder)
-        return 1
-
-    monkeypatch.setattr(check_file, "_run", run)
-    return found
-
-
-def test_a_file_that_is_cut_off_needs_a_word(tmp_path, runs, capsys) -> None:
+def test_a_file_that_is_cut_off_needs_a_word(tmp_path) -> None:
     path = trc(tmp_path / "cut.trc", 150, 200)
-    arguments = [str(path), "--results", str(tmp_path / "out")]
-    assert check_file.main(arguments) == 1
-    said = capsys.readouterr().err
-    assert said.startswith("cut.trc: cut off: 150 of the 200 frames that NumFrames says; to use ")
-    assert "TRUNCATED=accept" in said
-    assert not runs
-    check_file.main([*arguments, "--accept-truncated"])
-    assert runs == [tmp_path / "out"]
-    with (tmp_path / "out/check.tsv").open(encoding="utf-8", newline="") as stream:
-        row = next(csv.DictReader(stream, delimiter="\t"))
-    assert (row["truncated"], row["markers"]) == ("accept", "A;B")
+    with pytest.raises(Truncated, match=r"cut.trc: cut off: 150 of the 200 frames that NumFrames"):
+        read_recording([path], ["A"])
+    found = read_recording([path], ["A", "B"], accept_truncated=True)
+    assert found.position_mm.shape == (2, 3, 150)
 
 
-def test_nothing_to_accept_is_not_offered(tmp_path, runs, capsys) -> None:
+def test_nothing_to_accept_is_not_offered(tmp_path) -> None:
     """Neither of a header alone, nor of a letter among the numbers."""
     head = tmp_path / "head.trc"
     head.write_text("\n".join(TRC.splitlines()[:3]) + "\n", encoding="utf-8")
     letter = trc(tmp_path / "letter.trc", 200, 200)
     letter.write_text(letter.read_text().replace("\t0.500\t", "\tx.500\t"), encoding="utf-8")
     for path, why in ((head, "head.trc: cut off: 3 lines"), (letter, "letter.trc: line 57, ")):
-        assert check_file.main([str(path)]) == 1
-        said = capsys.readouterr().err
-        assert said.startswith(why)
-        assert "accept" not in said
-    assert not runs
+        with pytest.raises(Refusal, match=why) as caught:
+            read_recording([path], ["A"])
+        assert not isinstance(caught.value, Truncated)
 
 
 def test_orientation_of_accepted_poses(tmp_path, root, snakemake) -> None:

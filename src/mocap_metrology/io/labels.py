@@ -21,6 +21,38 @@ def in_words(labels: Sequence[str], most: int = 20) -> str:
     return text if len(labels) <= most else f"{text}, … and {len(labels) - most} more"
 
 
+COMPUTED = re.compile(
+    r"(angles?|forces?|moments?|powers?)v?$|cent(re|er)ofmass|virtual", re.IGNORECASE
+)
+SEGMENT = ("O", "A", "L", "P")  # ends of the labels of Vicon's axes of a segment: LFOO, LFOA, ...
+
+
+def numbered(labels: Sequence[str]) -> list[str]:
+    """Labels as markers are chosen by, in order: one that stands twice is `A#1` and `A#2`."""
+    stripped = [label.strip() for label in labels]
+    counts: dict[str, int] = {}
+    found = []
+    for label in stripped:
+        counts[label] = counts.get(label, 0) + 1
+        found.append(f"{label}#{counts[label]}" if stripped.count(label) > 1 else label)
+    return found
+
+
+def no_markers(labels: Sequence[str]) -> frozenset[int]:
+    """Places (from 0) of labels that name no marker: computed quantities and points, axes of
+    segments, trajectories without a name, and what cannot be named in a list (`;`)."""
+    known = set(labels)
+    segments = {label[:-1] for label in known if all(label[:-1] + end in known for end in SEGMENT)}
+    return frozenset(
+        place
+        for place, label in enumerate(labels)
+        if COMPUTED.search(label)
+        or label[:-1] in segments
+        or label.startswith(("*", "Unlabeled"))
+        or ";" in label
+    )
+
+
 def find_points(labels: Sequence[str], markers: Sequence[str], file: str) -> list[int]:
     """Places (from 0) of the chosen `markers` among `labels`.
 

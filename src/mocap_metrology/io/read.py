@@ -22,9 +22,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.c3d.computed import computed_points
 from mocap_metrology.io.c3d.read import read_c3d
-from mocap_metrology.io.c3d.structure import inspect
-from mocap_metrology.io.labels import find_points
+from mocap_metrology.io.c3d.structure import Structure, inspect
+from mocap_metrology.io.labels import find_points, no_markers, numbered
 from mocap_metrology.io.recording import Header, Recording
 from mocap_metrology.io.text import motive, nexus, poses, qualisys, trc
 from mocap_metrology.io.text.layout import Layout, check_text, lines
@@ -144,6 +145,16 @@ def labels_of(path: str | Path, accept_truncated: bool = False) -> tuple[str, ..
     header = _header(path, accept_truncated)
     markers = tuple(one for k, one in enumerate(header.labels) if k not in header.bodies)
     return markers or header.labels
+
+
+def marker_labels(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:
+    """Those of `labels_of` that are markers, as they are chosen (`A#1` where one stands twice): no
+    angle, force, moment, power, nor another point that a model computed."""
+    header = _header(path, accept_truncated)
+    out = no_markers(header.labels) | header.bodies
+    if isinstance(header, Structure):
+        out |= computed_points(header)
+    return tuple(label for k, label in enumerate(numbered(header.labels)) if k not in out)
 
 
 def bodies_of(path: str | Path, markers: Sequence[str] | None = None) -> tuple[str, ...]:

@@ -7,12 +7,12 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.common.files import sha256
-from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import read_recording
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse.assess import reference
@@ -22,6 +22,15 @@ from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode
 from mocap_metrology.pipeline.settings import Lighthouse
 
 log = logging.getLogger(__name__)
+
+
+class Check(TypedDict):
+    """Contents of check.json."""
+
+    ok: bool
+    why: str
+    warnings: list[str]
+    notes: list[str]
 
 
 @dataclass(frozen=True)
@@ -75,7 +84,7 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
     )
 
 
-def checked(asked: Asked, files: Mapping[str, str], settings: Lighthouse) -> tuple[Row, Decoded]:
+def checked(asked: Asked, files: Mapping[str, str], settings: Lighthouse) -> tuple[Check, Decoded]:
     """Contents of check.json, and the decoded recording; raises `Refusal` for one that cannot be
     used."""
     if asked.sha256 and (found := sha256(str(asked.path))) != asked.sha256:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NotRequired, TypedDict
 
 from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
 from mocap_metrology.common.files import sha256
-from mocap_metrology.common.types import Row
 from mocap_metrology.io.read import bodies_of, read_recording
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
@@ -16,6 +16,19 @@ from mocap_metrology.noise.motion.movement import moving_markers
 from mocap_metrology.present.text.movement import movement_words
 
 UNIT_ASSUMED = "no unit is named in the file, so its coordinates are taken as mm"
+
+
+class Check(TypedDict):
+    """Contents of check.json; `bodies`: chosen labels that have an orientation."""
+
+    ok: bool
+    why: str
+    warnings: list[str]
+    notes: list[str]
+    unit: NotRequired[str]
+    unit_source: NotRequired[str]
+    moving: NotRequired[bool]
+    bodies: NotRequired[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -33,7 +46,7 @@ class Asked:
 
 def read_checked(
     asked: Asked, range_mm: float, horizon_s: float, second_opinion: bool
-) -> tuple[Row, Recording]:
+) -> tuple[Check, Recording]:
     """Contents of check.json, and the recording.
 
     range_mm, horizon_s: of `movement`; second_opinion: whether ezc3d reads a C3D file too. Raises
@@ -72,7 +85,7 @@ def read_checked(
     }, recording
 
 
-def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Row:
+def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:
     """check.json of a recording that cannot be used; to_accept: how what is there of a file that is
     cut off is used all the same; to_state: how its unit is stated."""
     why = str(refusal)

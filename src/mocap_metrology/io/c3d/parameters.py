@@ -115,6 +115,10 @@ class Parameters:
         """The parameter, or None."""
         return self._found.get((group, name))
 
+    def names(self, group: str) -> list[str]:
+        """Names of the parameters of a group."""
+        return [name for own, name in self._found if own == group]
+
     def numbers(self, group: str, name: str) -> Numbers:
         """Its values, or an empty array where it is absent."""
         found = self.get(group, name)

@@ -43,11 +43,13 @@ class Structure:
     `scale` is |POINT:SCALE|, the int16 step in `unit`;
     `frame_rate_hz` 0 where the file has none; `first_frame` from TRIAL where it agrees with the
     frame count, else from the header. `given_labels` are those of the file, `labels` completed.
+    `listed`: labels that another parameter of POINT than LABELS lists, as ANGLES or POWERS.
     """
 
     path: Path
     labels: tuple[str, ...]
     given_labels: tuple[str, ...]
+    listed: frozenset[str]
     n_points: int
     n_frames: int
     frame_count_source: str
@@ -223,6 +225,7 @@ def _assemble(
         path=path,
         labels=complete_labels(given, header.n_points),
         given_labels=given,
+        listed=_listed(parameters),
         n_points=header.n_points,
         n_frames=count.n,
         frame_count_source=count.source,
@@ -241,6 +244,11 @@ def _assemble(
         trial=trial,
         trial_base=count.trial_base,
     )
+
+
+def _listed(parameters: Parameters) -> frozenset[str]:
+    own = (n for n in parameters.names("POINT") if not n.startswith(("LABELS", "DESCRIPTIONS")))
+    return frozenset(text for name in own for text in parameters.texts("POINT", name))
 
 
 def _number_of_points(header: _Header, parameters: Parameters, file: str) -> int:

@@ -9,6 +9,7 @@ from mocap_metrology.noise.assess.checks import COORDINATE, worst
 from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text.numbers import duration_words, three_digits, three_fixed
 
+MOVES = "still.range_mm"  # the threshold of what stands still
 Found = Record  # contents of verdict.json
 
 CAPTION = (
@@ -99,10 +100,14 @@ def sentences(found: Found) -> list[str]:
 
 
 def verdict_lines(found: Found) -> list[str]:
-    """What `make check` prints of a recording."""
+    """What `make check` prints of a recording; of one that moves no noise, which would be of the
+    movement."""
     horizon = duration_words(found["horizon_s"])
+    first = f"{found['recording']}: {found['word']}"
+    if found["decided_by"]["threshold"] == MOVES:
+        return [first, found["reason"], reference_sentence(found)]
     lines = [
-        f"{found['recording']}: {found['word']}",
+        first,
         *sentences(found),
         *([numbers] if (numbers := marker_numbers(found)) else []),
         "",

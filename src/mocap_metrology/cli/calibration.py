@@ -1,0 +1,68 @@
+"""`mocap-metrology check` of a recording of a board of photodiodes."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from mocap_metrology.cli.results import name_of, replaced, tell
+from mocap_metrology.common.files import write_json
+from mocap_metrology.pipeline.calibration import Asked, checked
+from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
+from mocap_metrology.pipeline.settings import DEFAULTS
+from mocap_metrology.present.calibration.calibration_figure import calibration_figure
+from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
+from mocap_metrology.present.calibration.pose_text import pose_rows
+from mocap_metrology.present.drawing.style import save_figure
+
+TABLES = {
+    "pulses": "pulses.parquet",
+    "sweeps": "sweeps.parquet",
+    "poses": "poses.parquet",
+    "stations": "stations.json",
+    "board": "board.csv",
+    "pose": "pose.json",
+}
+PICTURES = ("calibration.png", "calibration.svg")
+
+
+def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> None:
+    """Results of one calibration into the folder, and the verdict on the terminal."""
+    kind, settings = given.format or format_of(path), DEFAULTS.lighthouse
+    asked = Asked(name_of(path), str(path.resolve()), kind, given.board)
+    tell("1/3 pulses, base stations, sweeps")
+    check, decoded = checked(asked, {"dump": str(path), "board": given.board}, settings)
+    for words in (*check["notes"], *check["warnings"]):
+        tell(words)
+    with replaced(folder, ("check.json", *TABLES.values(), *PICTURES)) as part:
+        files = {name: str(part / file) for name, file in TABLES.items()}
+        write_json(part / "check.json", check)
+        write_decoded(asked, decoded, settings, files)
+        tell("2/3 poses of the board and of the base stations")
+        write_poses(asked, settings, files, files)
+        tell("3/3 figure")
+        calibration = read_calibration(files, asked.calibration, None)
+        save_figure(calibration_figure(calibration), part / PICTURES[0])
+    print("\n".join([*_verdict(calibration), "", f"Figure: {folder / PICTURES[0]}"]))
+
+
+def _verdict(found: CalibrationFiles) -> list[str]:
+    """The word, its reason, and the pose with its uncertainty."""
+    verdict = found.pose["verdict"]
+    lines = [f"{found.name}: {verdict['word']}", verdict["reason"]]
+    if found.chosen is None:
+        return lines
+    rows = pose_rows(found.chosen)
+    width = max(len(label) for label, _ in rows)
+    table = [
+        f"  {label:{width}}  {'  '.join(f'{cell:>10}' for cell in cells)}" for label, cells in rows
+    ]
+    return [*lines, "", "Pose of the slave in the frame of the master:", *table]
+
+
+def format_of(path: Path) -> str:
+    """By the suffix."""
+    name = path.name.lower()
+    if name.endswith((".rec", ".rec.gz")):
+        return "libsurvive-rec"
+    return "angles-csv" if name.endswith(".csv") else "gpio-dump"

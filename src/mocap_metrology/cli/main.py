@@ -1,0 +1,153 @@
+"""`mocap-metrology check take.c3d`: the verdict on one file, without a sheet.
+
+What is heavy is imported after the first line is on the terminal.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+EXAMPLES = """examples:
+  mocap-metrology check take.c3d
+  mocap-metrology check take.c3d --markers LTOE RTOE
+  mocap-metrology check poses.txt --rate 100 --unit m
+  mocap-metrology check dump.bin --board board.csv
+
+A recording is of markers that stand still, for a minute or better an hour: C3D, TRC, CSV of Motive
+or Vicon Nexus, TSV of Qualisys, or poses as text. With --board the file is a sweep dump of a board
+of photodiodes before two Lighthouse base stations. The results of an earlier check in the same
+folder are replaced. Exit status: 0 with a verdict, whatever it is; 1 without one."""
+THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
+FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
+DUMPS = (".bin", ".dump", ".rec", ".gz")
+INTERRUPTED = 130  # the shell's number for it
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Exit status of the command."""
+    given = parser().parse_args(arguments)
+    # One thread a library, as in the workflow: the digits of a sum depend on it
+    os.environ.update({f"{pool}_NUM_THREADS": "1" for pool in THREADS})
+    try:
+        return check(given)
+    except KeyboardInterrupt:
+        print("\nInterrupted; no results were written", file=sys.stderr, flush=True)
+        os._exit(INTERRUPTED)  # threads would finish their series first
+
+
+def parser() -> argparse.ArgumentParser:
+    """What may stand on the command line."""
+    whole = argparse.ArgumentParser(
+        prog="mocap-metrology",
+        description="How good is an optical tracking system, from the recordings it makes.",
+    )
+    commands = whole.add_subparsers(required=True, metavar="command")
+    one = commands.add_parser(
+        "check",
+        help="the verdict on one file",
+        description="The verdict on one file: how uncertain its positions are, of what noise, and "
+        "whether the system is good enough as a reference.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    one.add_argument("file", help="a recording (.c3d .trc .csv .tsv .txt), or a dump with --board")
+    one.add_argument(
+        "--output", metavar="DIR", help="folder of the results (default: results/check/FILE)"
+    )
+    one.add_argument(
+        "--threads", type=_count, metavar="N", help="series at once (default: all processors)"
+    )
+    markers = one.add_argument_group("recordings of markers")
+    markers.add_argument(
+        "--markers",
+        nargs="+",
+        default=(),
+        metavar="LABEL",
+        help='two markers or more that stand still, as A B or "A;B" (default: the first two that '
+        "do)",
+    )
+    markers.add_argument(
+        "--rate",
+        type=_rate,
+        metavar="HZ",
+        help="frames a second, where the file has none or not exactly (default: as in the file)",
+    )
+    markers.add_argument(
+        "--unit",
+        choices=("mm", "m"),
+        help="unit of the coordinates, where the file names none or a wrong one",
+    )
+    markers.add_argument(
+        "--accept-truncated",
+        action="store_true",
+        help="use what there is of a file that is cut off (default: refuse it)",
+    )
+    dumps = one.add_argument_group("recordings of a board of photodiodes")
+    dumps.add_argument(
+        "--board",
+        metavar="CSV",
+        help="places of the photodiodes: x_m,y_m,z_m in diode order; of a libsurvive recording the "
+        "name of the tracked object in it",
+    )
+    dumps.add_argument(
+        "--format",
+        choices=FORMATS,
+        help="of the dump (default: .rec and .rec.gz libsurvive-rec, .csv angles-csv, all other "
+        "gpio-dump)",
+    )
+    return whole
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}; expected a whole number, 1 or more")
+    return int(text)
+
+
+def _rate(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1e6:
+        raise argparse.ArgumentTypeError(f"{text!r}; expected frames a second, as 100")
+    return value
+
+
+def check(given: argparse.Namespace) -> int:
+    """Check one file; say what is wrong with it, or what crashed and where its traceback is."""
+    path = Path(given.file).expanduser()
+    if path.exists():
+        print(f"{path.name}: reading", file=sys.stderr, flush=True)
+    from mocap_metrology.cli.results import folder_of, kept
+    from mocap_metrology.common.errors import Refusal
+
+    folder = Path(given.output or folder_of(path)).expanduser()
+    try:
+        _check_path(path, given)
+        if given.board:
+            from mocap_metrology.cli.calibration import check_calibration as run
+        else:
+            from mocap_metrology.cli.recording import check_recording as run
+        run(path, folder, given)
+        return 0
+    except Refusal as refusal:
+        print(refusal, file=sys.stderr)
+    except Exception as error:
+        print(f"{kept(error, folder, path.name)}\nNo verdict", file=sys.stderr)
+    return 1
+
+
+def _check_path(path: Path, given: argparse.Namespace) -> None:
+    from mocap_metrology.common.errors import Refusal
+
+    if not path.exists():
+        raise Refusal(f"{given.file}: no such file; expected a recording, as take.c3d")
+    if not path.is_file():
+        raise Refusal(f"{given.file}: is not a file; expected a recording, as take.c3d")
+    if path.suffix.lower() in DUMPS and not given.board:
+        raise Refusal(f"{path.name}: a dump needs --board board.csv, the places of its photodiodes")

@@ -1,0 +1,71 @@
+"""Which markers a recording is judged by where none are named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal, Unseen
+from mocap_metrology.io.labels import in_words
+from mocap_metrology.io.read import labels_of, marker_labels, read_recording
+from mocap_metrology.noise.gaussian.two_markers import median_drift
+from mocap_metrology.pipeline.checking import Asked
+from mocap_metrology.present.text.numbers import length
+
+FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
+WANTED = 2  # with two there is a distance
+
+
+def chosen(asked: Asked, limit_mm: float) -> tuple[list[str], str]:
+    """Markers of a file, and why these."""
+    (path,) = asked.paths
+    labels = marker_labels(path, asked.accept_truncated)
+    found, why = choose(labels, lambda label: _movement(asked, label), limit_mm)
+    if not found:
+        every = in_words(labels_of(path, asked.accept_truncated), 60)
+        name = path.rpartition("/")[2]
+        raise Refusal(
+            f"{name}: no marker is seen in half of the frames; name markers of these: {every}"
+        )
+    return found, why
+
+
+def choose(
+    labels: Sequence[str], movement: Callable[[str], float | None], limit_mm: float
+) -> tuple[list[str], str]:
+    """Markers to judge by, and why these.
+
+    The first two in the file that stand still: choosing the quietest would flatter the system.
+    Where fewer do, the two that move least. movement: range in mm of a marker's one-second means,
+    None if it is hardly seen or not measured; asked only until two are found.
+    """
+    ranges: dict[str, float] = {}
+    for label in labels:
+        moved = movement(label)
+        if moved is not None:
+            ranges[label] = moved
+        still = [name for name, value in ranges.items() if value <= limit_mm]
+        if len(still) == WANTED:
+            return still, "the first two that stand still"
+    least = sorted(ranges, key=lambda name: ranges[name])[:WANTED]
+    if least and all(ranges[name] <= limit_mm for name in least):
+        return least, "all that stand still"
+    moves = ", ".join(f"{name} by {length(ranges[name])}" for name in least)
+    return least, f"those that move least, {moves}: no two stand still"
+
+
+def _movement(asked: Asked, label: str) -> float | None:
+    """Range of a marker's one-second medians in mm; None if it is hardly seen, or has a coordinate
+    that is zero throughout, which no marker has that is measured."""
+    how = asked.frame_rate_hz, False, asked.accept_truncated, asked.unit
+    try:
+        found = read_recording(asked.paths, [label], *how)
+    except Unseen:
+        return None
+    position = found.position_mm[0].astype(float)
+    seen = np.isfinite(position).all(axis=0)
+    if seen.mean() < FEWEST_SEEN or not np.any(position[:, seen], axis=1).all():
+        return None
+    ranges = [median_drift(axis, found.frame_rate_hz).range for axis in position]
+    return float(max(ranges)) if np.isfinite(ranges).all() else None

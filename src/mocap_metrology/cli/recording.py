@@ -1,0 +1,72 @@
+"""`mocap-metrology check` of a recording of markers."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from mocap_metrology.cli.markers import chosen
+from mocap_metrology.cli.results import name_of, replaced, tell
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import write_json
+from mocap_metrology.io.labels import find_points
+from mocap_metrology.io.read import labels_of
+from mocap_metrology.pipeline.checking import Asked, read_checked, refused
+from mocap_metrology.pipeline.one_recording import N_STEPS, PICTURES, WRITTEN, analyse
+from mocap_metrology.pipeline.progress import Progress
+from mocap_metrology.pipeline.settings import DEFAULTS
+from mocap_metrology.present.text.numbers import duration_words
+from mocap_metrology.present.verdict.words import verdict_lines
+
+# The verdict goes by one estimator of noise; the others are there to be compared
+SETTINGS = replace(DEFAULTS, noise=replace(DEFAULTS.noise, estimators=("likelihood",)))
+
+
+def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None:
+    """Results of one recording into the folder, and the verdict on the terminal."""
+    limits = SETTINGS.still.range_mm, SETTINGS.verdict.horizon_s, SETTINGS.second_opinion
+    try:
+        asked = _asked(path, given)
+        check, take = read_checked(asked, *limits)
+    except Refusal as refusal:
+        raise Refusal(_why(refusal)) from None
+    n_frames, rate = take.position_mm.shape[2], take.frame_rate_hz
+    labels = ", ".join(take.labels)
+    tell(f"{labels}: {n_frames} frames at {rate:g} Hz, {duration_words(n_frames / rate)}")
+    for words in check["warnings"]:
+        tell(words)
+    workers = given.threads or len(os.sched_getaffinity(0))
+    with replaced(folder, ("check.json", *WRITTEN)) as part:
+        write_json(part / "check.json", check)
+        progress = Progress(sys.stderr, N_STEPS, workers)
+        logging.getLogger("mocap_metrology").addHandler(progress)
+        found = analyse(take, check["warnings"], name_of(path), part, SETTINGS, progress)
+    pictures = (f"  {folder / f'{name}.png'}" for name in PICTURES)
+    print("\n".join([*verdict_lines(found), "", "Figures:", *pictures]))
+
+
+def _asked(path: Path, given: argparse.Namespace) -> Asked:
+    """With the markers that were named, or a choice of markers, which is told."""
+    named = [part.strip() for text in given.markers for part in text.split(";") if part.strip()]
+    asked = Asked([str(path)], named, given.rate, given.accept_truncated, given.unit)
+    if named:
+        find_points(labels_of(path, asked.accept_truncated), named, path.name)
+        return asked
+    found, why = chosen(asked, SETTINGS.still.range_mm)
+    tell(f"Markers: {', '.join(found)} ({why}); name others with --markers, in make MARKERS=")
+    return replace(asked, markers=found)
+
+
+def _why(refusal: Refusal) -> str:
+    """The refusal, and what to write on the command line."""
+    rate = ", here --rate 100, in make RATE=100" if "column frame_rate_hz" in str(refusal) else ""
+    why = refused(
+        refusal,
+        "add --accept-truncated, in make TRUNCATED=accept",
+        "--unit m or mm, in make UNIT=m or mm",
+    )["why"]
+    return f"{why}{rate}"

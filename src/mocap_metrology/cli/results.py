@@ -1,0 +1,73 @@
+"""The folder of the results of one file: its name, and all of them or none."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import sys
+import traceback
+import uuid
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mocap_metrology.common.errors import Refusal
+
+CRASH = "crash.log"
+LONGEST = 60  # letters of a name, which stands in titles
+
+
+def tell(words: str) -> None:
+    """A line on what is being done, beside the verdict on standard output."""
+    print(words, file=sys.stderr, flush=True)
+
+
+def name_of(path: Path) -> str:
+    """A name for a recording: `My file (2).c3d` is `My-file-2`. What is too long, or has no letter
+    or digit of ASCII, is told apart by a hash."""
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem).strip("-.")
+    digest = hashlib.sha256(path.stem.encode("utf-8", "surrogateescape")).hexdigest()[:6]
+    if not re.search(r"[A-Za-z0-9]", name):
+        return f"recording-{digest}"
+    return name if len(name) <= LONGEST else f"{name[:12].rstrip('-._')}-{digest}"
+
+
+def folder_of(path: Path) -> Path:
+    """Where the results go unless another folder is asked for: `take.c3d` beside `take.trc`."""
+    return Path("results/check") / f"{name_of(path)}{path.suffix.lower()}"
+
+
+@contextmanager
+def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
+    """A new folder to write to; on success its files replace those called `names` in `folder`,
+    on failure it goes and the folder stays as it was."""
+    part = folder / f".part-{uuid.uuid4().hex[:12]}"
+    made = next((p for p in (*reversed(folder.parents), folder) if not p.exists()), None)
+    try:
+        part.mkdir(parents=True)
+    except OSError as error:
+        why = error.strerror or error
+        raise Refusal(f"{folder}: {why}; expected a folder to write to") from None
+    try:
+        yield part
+        for name in (*names, CRASH):
+            (folder / name).unlink(missing_ok=True)
+        for path in part.iterdir():
+            path.replace(folder / path.name)
+        made = None
+    finally:
+        shutil.rmtree(made or part)
+
+
+def kept(error: BaseException, folder: Path, name: str) -> str:
+    """A crash in one line; its traceback goes to `crash.log` in the folder."""
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    path = folder / CRASH
+    said = "".join(traceback.format_exception(error))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        path.write_text(said, encoding="utf-8")
+    except OSError:
+        return f"check of {name} crashed: {what}\n{said}"
+    return f"check of {name} crashed: {what}\n  traceback: {path}"

@@ -1,0 +1,64 @@
+"""What is being done, told while it lasts; several series are worked on at once."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import TextIO, TypeVar
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+PAUSE_S = 3.0  # between lines about one step, where they do not overwrite each other
+
+
+class Progress(logging.Handler):
+    """Lines like `3/8 Allan deviations: 4 of 7 series` on `stream`; `workers` threads.
+
+    On a terminal the line of a step is written anew, elsewhere there is one now and then. As a
+    handler of a logger it shows warnings between them.
+    """
+
+    def __init__(self, stream: TextIO, n_steps: int, workers: int = 1):
+        super().__init__(logging.WARNING)
+        self.stream, self.n_steps = stream, n_steps
+        self.pool = ThreadPoolExecutor(workers)
+        self._begun, self._what, self._last = 0, "", 0.0
+
+    def step(self, what: str) -> None:
+        """The next step begins."""
+        self.end()
+        self._begun += 1
+        self._what, self._last = f"{self._begun}/{self.n_steps} {what}", time.monotonic()
+        self._write(self._what)
+
+    def over(self, function: Callable[[T], R], items: Iterable[T], /) -> Iterator[R]:
+        """The function of each item, in their order."""
+        futures = [self.pool.submit(function, item) for item in items]
+        for number, future in enumerate(futures, start=1):
+            yield future.result()
+            self._done(number, len(futures))
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """A line of its own; on a terminal it takes the place of the step's."""
+        self._write(f"{record.getMessage()}\n" if self.stream.isatty() else record.getMessage())
+
+    def end(self) -> None:
+        """The last step has ended."""
+        if self._what and self.stream.isatty():
+            self.stream.write("\n")
+            self.stream.flush()
+        self._what = ""
+
+    def _done(self, number: int, total: int) -> None:
+        now = time.monotonic()
+        if self.stream.isatty() or (now - self._last > PAUSE_S and number < total):
+            self._last = now
+            self._write(f"{self._what}: {number} of {total} series")
+
+    def _write(self, text: str) -> None:
+        again = self.stream.isatty()
+        self.stream.write(f"\r\x1b[K{text}" if again else f"{text}\n")
+        self.stream.flush()

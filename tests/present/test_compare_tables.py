@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from figure_data import ODD_TEXT, check, check_saved, every_text
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.series import allan_columns
 from mocap_metrology.present.changes import compare
-from mocap_metrology.present.changes.compare_figure import Comparison, compare_figure
-from mocap_metrology.present.changes.trend_figure import trend_figure
+from mocap_metrology.present.changes.change_figures import Comparison, compare_figure, trend_figure
 from mocap_metrology.present.motion import place
 
 SETTINGS = {"margin": 0.05, "alpha": 0.01, "confidence": 0.95}
@@ -92,30 +92,86 @@ def test_trend_rows() -> None:
         compare.days_of(["2026-01-01", "2026-01-02T00:00:00+01:00"])
 
 
-def test_figure_says_how_many_comparisons_it_leaves_out() -> None:
-    both = [Comparison(f"r{k}", f"r{k - 1}", columns(1.3), columns(1.0)) for k in range(1, 9)]
-    figure = compare_figure(both, 0.05, 0.95, "title", "note.")
-    texts = " ".join(text.get_text() for text in figure.texts)
-    assert "The last 6 of 8 comparisons" in texts.replace("\n", " ")
-    titles = [t.get_text() for axes in figure.axes for t in axes.texts]
-    assert "r8 / r7" in titles and "r2 / r1" not in titles
+SERIES = (*(f"{axis}{k}" for k in (1, 2) for axis in "xyz"), "L")
 
 
-def test_trend_figure_has_a_line_where_there_is_a_trend() -> None:
+def test_figure_shows_the_last_ratios_with_their_intervals(tmp_path) -> None:
+    both = [
+        Comparison(
+            f"r{k}", f"r{k - 1}", columns(1 + k / 10, series=SERIES), columns(1, series=SERIES)
+        )
+        for k in range(1, 9)
+    ]
+    picture = compare_figure(both, 0.05, 0.95, "title", "Source: one.", "More.")
+    assert "More. The last 6 of 8 comparisons" in picture.caption
+    texts = every_text(picture)
+    assert "r8 / r7" in texts and "r2 / r1" not in texts
+    assert {"x", "y", "z", "L", "95 % interval", "no change: within 5 %"} <= set(texts)
+    rows = np.array(picture.figure.axes).reshape(6, 3)
+    for k, (first, second, distances) in enumerate(rows, 3):
+        for axes, count in ((first, 3), (second, 3), (distances, 1)):
+            curves = [line.get_ydata() for line in axes.lines if len(line.get_ydata()) > 2]
+            assert len(curves) == count and all(np.allclose(c, 1 + k / 10) for c in curves)
+    check_saved(picture, tmp_path / "f")
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.02, 40.0, 3e4])
+def test_figures_of_odd_recordings(factor) -> None:
+    """Equal ones, a ratio of four decades, many markers, long names, values that are missing."""
+    many = [f"{axis}{k}" for k in range(1, 10) for axis in "xyz"] + ["L"]
+    new, old = columns(factor, series=tuple(many)), columns(1.0, series=tuple(many))
+    new["adev_mm"][new["series"] == "x1"] = np.nan
+    short = Comparison("new", "old", columns(factor, series=("x1",)), old)
+    picture = compare_figure(
+        [Comparison(ODD_TEXT, "old_" * 20, new, old), short], 0.05, 0.95, ODD_TEXT, ODD_TEXT
+    )
+    check(picture)
+    assert len(picture.figure.axes) == 4  # all markers in one panel, and the distances
+    apart = columns(factor, 0.02, series=("x1",)), columns(1.0, series=("y1",))
+    check(compare_figure([Comparison("a", "b", *apart)], 0.05, 0.95, "title", "source"))
+
+
+def test_trend_figure_has_a_line_where_there_is_a_trend(tmp_path) -> None:
     names = ["a", "b", "c", "d", "e"]
     dates = [f"2026-{month:02}-01" for month in range(1, 6)]
     allan = {n: columns(1.1**k) for k, n in enumerate(names)}
     rows = compare.trend_rows(names, dates, allan, 0.01, 0.95)
-    figure = trend_figure(names, dates, allan, rows, "title", "note")
-    panels = [axes for axes in figure.axes if axes.get_ylim()[1] > axes.get_ylim()[0] > 0]
-    lines = [sum(line.get_linestyle() == "-" for line in axes.lines) for axes in panels]
+    picture = trend_figure(names, dates, allan, rows, "title", "Source: one.", "More.")
+    panels = picture.figure.axes
+    assert len(panels) == 3 * 2 and picture.caption.endswith("More.")
     clear = [
         [r for r in rows if r["tau_s"] == tau and r["word"] != compare.NO_TREND]
         for tau in (0.01, 1, 100)
     ]
-    assert sum(lines) == sum(len(found) for found in clear) > 0
+    lines = [line for axes in panels for line in axes.lines if line.get_ls() != "None"]
+    trends = [line for line in lines if len(line.get_xdata()) == len(names)]
+    assert len(trends) == sum(map(len, clear)) > 0
+    for line in trends:
+        assert np.log(line.get_ydata()[-1] / line.get_ydata()[0]) == pytest.approx(
+            4 * np.log(1.1), rel=0.1
+        )
+    points = [axes.containers[0].lines[0] for axes in panels]
+    assert all(np.allclose(p.get_ydata()[1:] / p.get_ydata()[:-1], 1.1) for p in points)
     ticks = [text.get_text() for text in panels[-1].get_xticklabels()]
-    assert (ticks[0], ticks[-1]) == ("2026-01-01", "2026-05-01")
+    assert "2026" in ticks and len(ticks) >= 2
+    check_saved(picture, tmp_path / "f")
+
+
+@pytest.mark.parametrize(
+    "dates",
+    [
+        ("2026-01-01T08:00:00+01:00", "2026-01-01T20:00:00+01:00", "2026-01-02T03:30:00+01:00"),
+        ("2016-01-01", "2021-07-01", "2026-07-01"),
+        ("2026-01-01", "2026-01-02", "2026-12-02"),
+    ],
+)
+def test_trend_over_hours_and_years(dates) -> None:
+    names = ["a", "b", "c"]
+    allan = {n: columns(1.0, series=SERIES) for n in names}
+    rows = compare.trend_rows(names, dates, allan, 0.01, 0.95)
+    picture = trend_figure(names, dates, allan, rows, ODD_TEXT, ODD_TEXT)
+    check(picture)
+    assert "Averaged over 100 s" in every_text(picture)
 
 
 def test_a_sentence_says_no_more_than_its_rows() -> None:

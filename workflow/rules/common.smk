@@ -173,11 +173,6 @@ def pairs(rows):
     return selection.pairs(rows, [row.name for row in EVERY_RECORDING(None)])
 
 
-def paired(rows):
-    """The recordings of these pairs."""
-    return selection.named(RECORDINGS.rows.values(), sum(pairs(rows), ()))
-
-
 def references(rows):
     """The accepted recordings that these are compared with."""
     return selection.references(rows, EVERY_RECORDING(None))

@@ -31,7 +31,6 @@ rule compare:
         code=source("compare.py", "noise", "present"),
         caption=captions.COMPARE,
         pairs=accepted(pairs),
-        sources=column("source", of=accepted(paired)),
         compare=config["compare"],
     message:
         "{wildcards.group}: what has changed"
@@ -65,7 +64,6 @@ rule trend:
         caption=captions.TREND,
         series_over_dates=accepted(selection.series_over_dates),
         dates=column("date", of=DATED),
-        sources=column("source", of=DATED),
         compare=config["compare"],
     message:
         "{wildcards.group}: change over dates"

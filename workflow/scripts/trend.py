@@ -6,19 +6,21 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
-    from mocap_metrology.present.changes.trend_figure import trend_figure
-    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.changes.change_figures import trend_figure
+    from mocap_metrology.present.plot.figure import save
+    from mocap_metrology.present.skurowski.gather import length_s, sources
 
     dates, settings = snakemake.params.dates, snakemake.params.compare
-    group, sources = snakemake.wildcards.group, snakemake.params.sources
     tables_of = dict(zip(dates, map(read_table, snakemake.input), strict=True))
     allan = {name: columns for name, (columns, _) in tables_of.items()}
     coarse = {
         name: compare.coarse_steps(columns, made["resolution_mm"])
         for name, (columns, made) in tables_of.items()
     }
-    rows, title = [], f"{group}: change over dates"
-    sentence = tables.source_sentence(sources)
+    origins = {name: made for name, (_, made) in tables_of.items()}
+    lengths = {name: length_s(origin) for name, origin in origins.items()}
+    source, remarks = sources(origins, lengths, paper=False)
+    rows, title = [], f"{snakemake.wildcards.group}: change over dates"
     for names in snakemake.params.series_over_dates:
         found = compare.trend_rows(
             names,
@@ -29,9 +31,9 @@ with step(snakemake) as log:
             {series: step for name in names for series, step in coarse[name].items()},
         )
         if not rows:  # the first cameras of the sheet; others are in the table
-            note = f"{compare.TREND_FIGURE} {', '.join(names)}. {sentence}"
-            of_names = [dates[name] for name in names], allan, found, title, note
-            save_figure(trend_figure(names, *of_names), snakemake.output.svg)
+            said = f"Recordings of the same cameras: {', '.join(names)}. {remarks}"
+            of_names = [dates[name] for name in names], allan, found, title, source, said
+            save(trend_figure(names, *of_names), snakemake.output.svg)
         rows += [{"first": names[0], "last": names[-1], **row} for row in found]
-    tables.write(snakemake.output.csv, rows, title, f"{compare.TREND_CAPTION} {sentence}")
+    tables.write(snakemake.output.csv, rows, title, f"{compare.TREND_CAPTION} {source} {remarks}")
     log.info("%d rows", len(rows))

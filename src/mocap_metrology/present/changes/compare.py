@@ -28,19 +28,11 @@ TREND_CAPTION = (
     "interval; `scatter` is how much more the recordings scatter about the line than their own "
     "noise explains; `resolution`: the steps of an export decide, as they hide the noise."
 )
-TREND_FIGURE = (
-    "Allan deviation at three averaging times by date of recording, with 68 % intervals; a line "
-    "where it changes by more than chance allows over the averaging times of a series. Recordings "
-    "of the same cameras:"
-)
 COHERENCE_CAPTION = (
     "What a series has in common with what was recorded beside it: largest squared coherence above "
     "its threshold (else the largest there is), its period, and the size of the response there. "
     "The threshold is of causes that wander at random: two that are periodic with like periods, or "
     "both settle, exceed it more often without having to do with each other."
-)
-FIGURE = (
-    "Allan deviation of the first recording over that of the second: above 1 the first is noisier."
 )
 
 

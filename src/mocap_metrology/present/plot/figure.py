@@ -35,6 +35,7 @@ SMALL_PT = 7.5
 ENTRY_MM, LETTER_MM = 12.0, 1.5  # of a legend: sample and space, and a letter of the text
 MOST_MINOR = 2.5  # decades of an axis with ticks between them,
 LABELLED_MINOR = {"x": 1.2, "y": 2.2}  # and with labels at 2 and 5 too
+NEARLY_LINEAR, FEW_DECADES = 3.0, 300.0  # spans of ratios with ticks in even steps, at 1, 2, 5
 NEAR_ONE = 5e-4, 5e3  # limits of an axis whose numbers are written out
 
 INK, GREY, FAINT = "#222222", "#6b6b6b", "#d4d4d4"
@@ -185,6 +186,19 @@ def log_axis(axes: Axes, which: Literal["x", "y"], limits: tuple[float, float]) 
         axis.set_minor_formatter(
             FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
         )
+
+
+def ratio_axis(axes: Axes, limits: tuple[float, float]) -> None:
+    """The y axis logarithmic, for ratios: round numbers written out, few decades or less."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
+
+    axes.set(yscale="log", ylim=limits)
+    span = limits[1] / limits[0]
+    near = MaxNLocator(4, steps=[1, 2, 5, 10])
+    far = LogLocator(subs=(1.0, 2.0, 5.0) if span < FEW_DECADES else (1.0,))
+    axes.yaxis.set_major_locator(near if span < NEARLY_LINEAR else far)
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter("{x:g}")
 
 
 def letters(axes: Iterable[Axes]) -> None:

@@ -18,11 +18,11 @@ COEFFICIENTS = (
     "beyond the panel, or a factor of 100 below its number."
 )
 COMPARE = (
-    "Allan deviation of a recording over that of the one it is held against: the one named in "
-    "the sheet's column compare_with, or else the one before by date. Above 1 it is noisier; "
-    "intervals are those of Fisher's F with the equivalent degrees of freedom of both. Of two "
-    "recordings alike, a share compare.alpha at most has any word other than same, over all "
-    "series and averaging times."
+    "Allan deviation of a recording divided by that of its reference: the one named in the sheet's "
+    "column compare_with, or else the one before by date. Above 1 the recording is noisier; within "
+    "the yellow band a change counts as none. Shaded: intervals of Fisher's F with the equivalent "
+    "degrees of freedom of both; they may leave a panel. Of two equal recordings, a share "
+    "compare.alpha at most has any word other than same, over all series and averaging times."
 )
 CORRELATED = (
     "Gauss-Markov terms by the likelihood estimator with 95 % intervals: (a) correlation time T_c "
@@ -204,8 +204,9 @@ def of_skurowski(*figures: int | str) -> str:
 
 
 TREND = (
-    "Change of the Allan deviation with the date of recording, per series and averaging time, "
-    "in percent a month."
+    "Allan deviation at three averaging times by the date of recording, with 68 % intervals; a "
+    "line where it changes by more than chance allows over the averaging times of a series. The "
+    "table has the change in percent a month, per series and averaging time."
 )
 VERDICT = (
     "Uncertainty of one frame and of means over 1, 10 and 60 s about the mean of the horizon, "

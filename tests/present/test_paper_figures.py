@@ -16,12 +16,13 @@ from noise_data import (
     group,
 )
 
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, correlation_class
 from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.noise.twins.published import SERIES, published_row
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.skurowski.appendix import TABLES, table_a
 from mocap_metrology.present.skurowski.coefficients import (
+    cameras_of,
     colour_figure,
     correlated_figure,
     searched_ends,
@@ -92,7 +93,7 @@ def test_ends_of_the_search_are_no_points(rows, logarithmic) -> None:
     ended = [r for r in changed if r["parameter"] == "h_0" and r["series"] in ("x1", "L")]
     for row in ended:
         row["regenerated_status"] = "at_bound"
-    axes = colour_figure(changed, "t", logarithmic=logarithmic).axes[6]  # h_0 of T40
+    axes = colour_figure(changed, "t", "s", logarithmic=logarithmic).body.axes[2]  # h_0 of T40
     crosses = [len(x.get_xdata()) for x in axes.lines if x.get_marker() == "x"]
     top = axes.get_ylim()[1]
     scale = 1.0 if logarithmic else 10.0 ** (-6)
@@ -104,11 +105,12 @@ def test_ends_of_the_search_are_no_points(rows, logarithmic) -> None:
 
 @pytest.mark.parametrize("logarithmic", [True, False])
 def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None:
-    made = colour_figure(rows, "t", "n", logarithmic=logarithmic)
-    panels = made.axes[:15]
-    cameras = sorted({r["n_cameras"] for r in rows})
+    made = colour_figure(rows, "t", "s", "n", logarithmic=logarithmic)
+    panels = made.body.axes
+    assert len(panels) == 15
     for k, axes in enumerate(panels):
-        alpha, kind = ALPHAS[k // 3], list(TABLES)[k % 3]
+        alpha, kind = ALPHAS[k % 5], list(TABLES)[k // 5]
+        cameras = cameras_of(rows, kind)
         own = [r for r in rows if r["parameter"] == f"h_{alpha}" and r["camera_type"] == kind]
         assert len(own) == 49 + 7 * (kind == "Vantage")
         scale = 1.0
@@ -117,7 +119,7 @@ def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None
             for row in own:
                 for column in ("published", "regenerated", DEFAULT_ESTIMATOR):
                     if row[column] is not None and row[column] < slots.FLOOR:
-                        row[column] = slots.IN_BAND
+                        row[column] = slots.in_band()
         else:
             values = slots.column_values(own)
             held = np.quantile(values[values > 0], 0.9)
@@ -140,27 +142,48 @@ def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None
     if logarithmic:
         check_saved(made, tmp_path / "f")
     assert_texts_apart(made)
-    assert {"T40", "Bonita", "Vantage"} <= set(every_text(made))
-    assert ("< 10⁻²⁰" in every_text(made)) == logarithmic
+    assert {"(a) T40", "(b) Bonita", "(c) Vantage"} <= set(every_text(made))
+    assert any("10^{-20}" in text for text in every_text(made)) == logarithmic
 
 
 def test_correlated_terms(rows, tmp_path) -> None:
-    made = correlated_figure(rows, "t", "n")
+    made = correlated_figure(rows, "t", "s", "n")
     for source, column in (("published", 3.6), ("regenerated", 3.0), (DEFAULT_ESTIMATOR, 3.0)):
         pairs = term_pairs(rows, source)
         assert len(pairs) == 511  # terms in Tables A1-A3
-        axes = next(a for a in made.axes if any(t.get_text().endswith(
-            {"published": "published", "regenerated": PAPER}.get(source, source)
-        ) and t.get_weight() == "bold" for t in a.texts))  # fmt: skip
+        name = PAPER if source == "regenerated" else source
+        axes = next(a for a in made.body.axes if a.get_title(loc="left") == f"(b) {name}")
         assert np.allclose(sorted(marks(axes, column)), sorted(p[:2] for p in pairs), atol=0)
         assert "511 terms" in [t.get_text() for t in axes.texts]
     first = [r for r in rows if r["camera_type"] == "T40" and r["parameter"].startswith("T_c")]
-    drawn = np.array(sorted(marks(made.axes[0], slots.PUBLISHED["markersize"])))
-    cameras = sorted({r["n_cameras"] for r in rows})
+    drawn = np.array(sorted(marks(made.body.axes[0], slots.PUBLISHED["markersize"])))
+    cameras = cameras_of(rows, "T40")
     expected = np.array(places(first, "published", cameras))
     assert np.allclose(np.sort(drawn[:, 1]), np.sort(expected[:, 1]), atol=0)
     check_saved(made, tmp_path / "f")
     assert_texts_apart(made)
+
+
+def test_a_limit_of_an_amplitude_shows_its_class_of_correlation_time() -> None:
+    made = [r for r in table_rows([("T40", 10)]) if r["parameter"][1:3] == "_c"]
+    for row in made:
+        row |= {"likelihood": None, "likelihood_upper_95": 0.01, "likelihood_status": "ok"}
+        if row["parameter"].startswith("q_c"):
+            row["likelihood_status"] = "not_detected"
+    amplitudes = correlated_figure(made, "t", "s").body.axes[1]
+    for kind, letter in slots.LETTERS.items():
+        drawn = sorted(x for x, _ in marks_of_shape(amplitudes, letter))
+        expected = sorted(
+            slots.offsets(SERIES)[row["series"]]
+            for row in made
+            if row["parameter"].startswith("T_c") and correlation_class(row["published"]) == kind
+        )
+        assert drawn == pytest.approx(expected), kind
+
+
+def marks_of_shape(axes, marker: str) -> list[tuple[float, float]]:
+    found = [x.get_xydata() for x in axes.lines if x.get_marker() == marker]
+    return [tuple(point) for points in found for point in points]
 
 
 def test_terms_at_an_end_of_the_search_are_told() -> None:
@@ -170,8 +193,8 @@ def test_terms_at_an_end_of_the_search_are_told() -> None:
     for row, end in zip(terms[:3], (1 / 60, 60.0, 60.0), strict=True):
         row |= {"regenerated": end, "regenerated_status": "at_bound"}
     assert searched_ends(made) == [1 / 60, 60.0]
-    figure = correlated_figure(made, "t")
-    dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
+    figure = correlated_figure(made, "t", "s")
+    dashed = [line for line in figure.body.axes[0].lines if line.get_linestyle() == "--"]
     assert [line.get_ydata()[0] for line in dashed] == [1 / 60, 60.0]
     assert any(text.endswith("terms, 3 at an end") for text in every_text(figure))
 
@@ -184,7 +207,7 @@ def test_a_bar_that_is_cut_ends_in_an_arrow(logarithmic) -> None:
         row |= {"likelihood_lower_95": row["published"] / 2}
         row |= {"likelihood_upper_95": row["published"] * 2}
     made[0]["likelihood_lower_95"], made[1]["likelihood_upper_95"] = 0.0, 1.0
-    axes = colour_figure(made, "t", logarithmic=logarithmic).axes[6]
+    axes = colour_figure(made, "t", "s", logarithmic=logarithmic).body.axes[2]
     low, high = axes.get_ylim()
     if logarithmic:
         ((_, end),) = marks_of(axes, slots.DOWN)
@@ -203,7 +226,7 @@ def test_leftovers_are_terms_too() -> None:
     before, after = (term_pairs(r, DEFAULT_ESTIMATOR) for r in (made, made + extra))
     assert after[len(before) :] == [(77.0, 0.3, "T40", True)]
     assert term_pairs(made + extra, "published") == term_pairs(made, "published")
-    check(correlated_figure(made + extra, "t"), draw=False)
+    check(correlated_figure(made + extra, "t", "s"), draw=False)
 
 
 @pytest.mark.parametrize("draw", [colour_figure, correlated_figure])
@@ -220,7 +243,7 @@ def test_odd_coefficients(draw, case) -> None:
                 "likelihood_status": "not_detected",
                 "regenerated": None,
             }
-    check(draw(made, ODD_TEXT, ODD_TEXT), draw=case == "not detected")
+    check(draw(made, ODD_TEXT, ODD_TEXT, ODD_TEXT), draw=case == "not detected")
 
 
 # ---- Figures 6 and 17

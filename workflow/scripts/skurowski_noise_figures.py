@@ -7,7 +7,6 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_metadata, read_table
     from mocap_metrology.noise.fit.estimators import NoiseSettings, regression
-    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.groups.group_tables import read_noise
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix, gather
@@ -51,17 +50,11 @@ with step(snakemake) as log:
             (titles[6], source_6, remarks_6),
             form=settings.form,
         ),
+        14: colour_figure(made, titles[14], source, remarks),
+        15: colour_figure(made, titles[15], source, remarks, logarithmic=False),
+        16: correlated_figure(made, titles[16], source, remarks),
         17: periodic_figure(spectra, gather.LINE_HZ, titles[17], *how_17),
     }
     for number, figure in figures.items():
         save(figure, Path(snakemake.output[0]).parent / f"skurowski_fig{number:02d}")
-        log.info("Figure %d", number)
-    note = f"{source} {remarks}"
-    old = {
-        14: colour_figure(made, titles[14], note),
-        15: colour_figure(made, titles[15], note, logarithmic=False),
-        16: correlated_figure(made, titles[16], note),
-    }
-    for number, figure in old.items():
-        save_figure(figure, Path(snakemake.output[0]).parent / f"skurowski_fig{number:02d}")
         log.info("Figure %d", number)

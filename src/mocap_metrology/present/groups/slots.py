@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mocap_metrology.noise.fit.estimates import CLASSES, DEFAULT_ESTIMATOR, S_ESTIMATOR
 from mocap_metrology.noise.twins.published import SERIES
-from mocap_metrology.present.drawing.axes import Limits, decade_axis
-from mocap_metrology.present.drawing.legend import Entry
-from mocap_metrology.present.drawing.style import WIDTH_MM, Sheet, label_axes, size_mm
 from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.plot.curves import Limits
 from mocap_metrology.present.plot.figure import (
     FAINT,
     GREY,
@@ -30,20 +28,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TYPES = ("T40", "Bonita", "Vantage")
-LEFT_MM, GAP_MM, RIGHT_MM = 17.0, 9.0, 3.0
-PANEL_MM = (WIDTH_MM - LEFT_MM - RIGHT_MM - 2 * GAP_MM) / 3
-NAME_MM = 17.5  # right of wide panels, for what they are of
-WIDE_MM = WIDTH_MM - LEFT_MM - NAME_MM
-CLOSE_MM, GROUPS_MM = 1.5, 7.5  # between the panels of a block, and below it
 EMPTY_SLOTS = 1.6  # between groups
 FLOOR, BAND_DECADES = 1e-20, 2.5  # smaller values stand in a band below it, so many decades high
-IN_BAND = FLOOR * 10 ** (-BAND_DECADES / 2)
 ROOM = 5.0  # factor from the numbers to the ends of a logarithmic axis
-PALE = 0.4  # opacity of published numbers below their least standard error
-PUBLISHED: Keywords = {"markersize": 4.8, "markerfacecolor": "none", "mew": 0.8, "ls": ""}
-REGENERATED: Keywords = {"markersize": 2.6, "mew": 0, "ls": ""}
-AT_END: Keywords = {"marker": "x", "markersize": 2.8, "mew": 0.6, "ls": ""}
-LIKELIHOOD: Keywords = {"marker": "_", "color": INK, "markersize": 5.6, "mew": 1.1, "ls": ""}
+SOURCES = {"regenerated": "#7b2d8b", "likelihood": "#0a6b3d"}  # colours; published: black
+PUBLISHED: Keywords = {
+    **{"marker": "o", "color": INK, "markersize": 4.4, "markerfacecolor": "none", "mew": 0.9},
+    "ls": "",
+}
+UNSUPPORTED: Keywords = PUBLISHED | {"color": OTHER_LOOKS[1].colour, "mew": 0.4}
+_REGENERATED: Keywords = {"color": SOURCES["regenerated"], "ls": ""}
+REGENERATED: Keywords = {"marker": "s", "markersize": 2.6, "mew": 0, **_REGENERATED}
+AT_END: Keywords = {"marker": "x", "markersize": 2.8, "mew": 0.6, **_REGENERATED}
+LIKELIHOOD: Keywords = {
+    **{"marker": "_", "color": SOURCES["likelihood"], "markersize": 5.6, "mew": 1.2, "ls": ""}
+}
 COLOURED: Keywords = {"markersize": 4.2, "mew": 0, "ls": ""}
 OPEN: Keywords = {"markerfacecolor": "white", "mew": 0.7, "ls": ""}
 LIMIT: Keywords = {"marker": "v", "color": INK, "markersize": 3.6, **OPEN}
@@ -55,6 +54,7 @@ DOWN, UP = 7, 6  # carets of matplotlib, their tips where they stand
 CUT: Keywords = {"markersize": 3.4, "mew": 0, "ls": ""}  # arrow of a bar or number that goes on
 LONGEST = 100.0  # factor below its number, after which a bar on a logarithmic axis is cut
 
+SLOT_PT = 6.0  # of the letters of series below their slots
 MOST_LABELS, MOST_CHARACTERS = 45, 80  # of groups, side by side across a page
 
 Scale = Callable[[np.ndarray], np.ndarray]
@@ -66,31 +66,6 @@ def look_of(series: str) -> Look:
     return LOOKS[found[0]] if found else OTHER_LOOKS[0]
 
 
-def key_entries(arrow: int = DOWN) -> list[Entry]:
-    """What colours, shapes and fillings mean; arrow: `DOWN` or `UP`, where the axis cuts."""
-    entries = series_entries(("x1", "y1", "z1", "L"))
-    look, grey = look_of("x1"), {"color": GREY}
-    entries.append(Entry("published", dot=_dot(look, markerfacecolor="none") | grey))
-    pale = _dot(look, markerfacecolor="none", alpha=PALE) | grey
-    entries.append(Entry("published, less than its least standard error", dot=pale))
-    entries.append(Entry(S_ESTIMATOR, dot=_dot(look, markersize=2.6, mew=0) | grey))
-    end = {k: v for k, v in AT_END.items() if k != "ls"}
-    entries.append(Entry(f"{S_ESTIMATOR}: end of the range searched", dot=end | grey))
-    bar = {k: v for k, v in LIKELIHOOD.items() if k != "ls"}
-    entries.append(Entry(f"{DEFAULT_ESTIMATOR}, 95 % interval", dot=bar))
-    entries.append(Entry(f"{DEFAULT_ESTIMATOR}: not detected, 95 % limit", dot=_arrow()))
-    entries.append(Entry("goes on beyond", dot=_cut() | {"marker": arrow}))
-    return entries
-
-
-def series_entries(names: Sequence[str]) -> list[Entry]:
-    """An entry for each coordinate that there is, and for the distance."""
-    looks: dict[str, Look] = {}
-    for name in names:
-        looks.setdefault(name[0] if coordinate_of(name) else "L", look_of(name))
-    return [Entry(k, dot=_dot(look, markersize=3.5, mew=0)) for k, look in looks.items()]
-
-
 def label_series(axes: Axes, names: Sequence[str]) -> None:
     """Legend entries of each coordinate that there is, and of the distances."""
     looks: dict[str, Look] = {}
@@ -100,35 +75,39 @@ def label_series(axes: Axes, names: Sequence[str]) -> None:
         axes.plot([], [], ls="", mew=0, color=look.colour, marker=look.marker, label=name)
 
 
-def label_intervals(axes: Axes, estimator: str = "") -> None:
-    """Legend entries of intervals of the default estimator; its name, where others are drawn."""
+def label_intervals(axes: Axes) -> None:
+    """Legend entries of intervals."""
     bar: Keywords = {"marker": "|", "markersize": 7.0, "mew": 0.8, "ls": "", "color": INK}
-    how = LIKELIHOOD if estimator else bar
-    axes.plot([], [], label=f"{estimator} 95 % interval".strip(), **how)
+    axes.plot([], [], label="95 % interval", **bar)
     axes.plot([], [], color=INK, marker=DOWN, label="interval goes on", **CUT)
 
 
-def label_limits(axes: Axes, classes: bool = False) -> None:
-    """Legend entries of its upper limits of what it did not detect; classes: those of q_c."""
+def label_limits(axes: Axes, classes: bool = False, **how: Any) -> None:
+    """Legend entries of upper limits of what was not detected; classes: those of q_c."""
     if not classes:
-        axes.plot([], [], label="not detected, 95 % limit", **LIMIT)
+        axes.plot([], [], label="not detected, 95 % limit", **LIMIT | how)
     for name, letter in LETTERS.items() if classes else ():
-        axes.plot([], [], color=INK, marker=letter, label=f"95 % limit, {name} $T_c$", **LETTER)
+        look = LETTER | {"color": INK, "marker": letter} | how
+        axes.plot([], [], label=f"95 % limit, {name} $T_c$", **look)
 
 
-def label_sources(axes: Axes) -> None:
-    """Legend entries of published numbers and of those of S's estimator."""
-    of_x: Keywords = {"color": GREY, "marker": LOOKS["x"].marker}
-    axes.plot([], [], label="published", **of_x, **PUBLISHED)
-    text = "published, below its least standard error"
-    axes.plot([], [], alpha=PALE, label=text, **of_x, **PUBLISHED)
-    axes.plot([], [], label=S_ESTIMATOR, **of_x, **REGENERATED)
-    text = f"{S_ESTIMATOR}: end of the range searched"
-    axes.plot([], [], color=GREY, label=text, **AT_END)
+def label_sources(axes: Axes, classes: bool = False) -> None:
+    """Legend entries of published numbers, of those of S's estimator, and of the default ones."""
+    for text, how in (
+        ("published", PUBLISHED),
+        ("published, below its least standard error", UNSUPPORTED),
+        (S_ESTIMATOR, REGENERATED),
+        (f"{S_ESTIMATOR}: end of the range searched", AT_END),
+        (f"{DEFAULT_ESTIMATOR}, 95 % interval", LIKELIHOOD),
+    ):
+        axes.plot([], [], label=text, **how)
+    label_limits(axes, classes, color=SOURCES[DEFAULT_ESTIMATOR])
+    axes.plot([], [], color=INK, marker=UP, label="goes on beyond", **CUT)
 
 
-def group_axis(axes: Axes, labels: Sequence[object]) -> None:
-    """A group for each label (of `draw`), every second one shaded."""
+def group_axis(axes: Axes, labels: Sequence[object], series: Sequence[str] = ()) -> None:
+    """A group for each label (of `draw`), every second one shaded; `series`: whose letters stand
+    below their slots."""
     axes.set_xlim(-0.5, max(len(labels), 1) - 0.5)
     for k in range(1, len(labels), 2):
         axes.axvspan(k - 0.5, k + 0.5, color=FAINT, alpha=0.4, lw=0, zorder=0)
@@ -137,6 +116,12 @@ def group_axis(axes: Axes, labels: Sequence[object]) -> None:
     axes.set_xticks(range(0, len(labels), every or 1), texts[:: every or 1])
     axes.tick_params(axis="x", length=0, labelrotation=90 if upright(texts) else 0)
     axes.grid(visible=False, axis="x")
+    if series:
+        places = [(k + x, n[0]) for k in range(len(labels)) for n, x in offsets(series).items()]
+        axes.set_xticks([x for x, _ in places], [letter for _, letter in places], minor=True)
+        axes.xaxis.remove_overlapping_locs = False  # the middle slot is over its number
+        axes.tick_params(axis="x", which="minor", length=0, labelsize=SLOT_PT, pad=1)
+        axes.tick_params(axis="x", which="major", pad=9)
 
 
 def upright(labels: Sequence[str]) -> bool:
@@ -144,70 +129,28 @@ def upright(labels: Sequence[str]) -> bool:
     return len(labels) * max(map(len, labels), default=0) > MOST_CHARACTERS
 
 
-def floor_axis(axes: Axes, limits: Limits) -> None:
-    """A logarithmic y axis; where it goes below FLOOR, a band that says so."""
+def floor_axis(axes: Axes, limits: Limits, ticks: int = 5, floor: float = FLOOR) -> None:
+    """A logarithmic y axis of so many ticks at most; below the floor a band that says so."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, LogFormatterMathtext, LogLocator
 
     plot.log_axis(axes, "y", limits)
-    if limits[0] < FLOOR:
-        axes.axhspan(limits[0], FLOOR, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
-        decades = LogLocator(numticks=5).tick_values(100 * FLOOR, limits[1])
-        shown = [float(v) for v in decades if 100 * FLOOR < v < limits[1]]
+    if limits[0] < floor:
+        axes.axhspan(limits[0], floor, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
+        decades = LogLocator(numticks=ticks).tick_values(100 * floor, limits[1])
+        room = in_band(floor) * (limits[1] / limits[0]) ** 0.2  # for the label of the band
+        shown = [float(v) for v in decades if room < v < limits[1]]
         powers = LogFormatterMathtext()
         powers.set_axis(axes.yaxis)
-        axes.yaxis.set_major_locator(FixedLocator([IN_BAND, *shown]))
+        least = rf"$<10^{{{np.log10(floor):.0f}}}$"
+        axes.yaxis.set_major_locator(FixedLocator([in_band(floor), *shown]))
         axes.yaxis.set_major_formatter(
-            FuncFormatter(lambda v, at: powers(v, at) if v > FLOOR else r"$<10^{-20}$")
+            FuncFormatter(lambda v, at: powers(v, at) if v > floor else least)
         )
 
 
-def _arrow() -> Keywords:
-    return {k: v for k, v in LIMIT.items() if k != "ls"}
-
-
-def _cut() -> Keywords:
-    return {"marker": DOWN, "color": INK, "markersize": CUT["markersize"], "mew": 0}
-
-
-def _dot(look: Look, **how: object) -> Keywords:
-    return {"color": look.colour, "marker": look.marker, "markersize": 4.8, "mew": 0.8} | how
-
-
-def panel_axes(sheet: Sheet, column: int, top: float, height: float) -> Axes:
-    """Axes of one panel of three in a row."""
-    return sheet.axes(LEFT_MM + column * (PANEL_MM + GAP_MM), top, PANEL_MM, height)
-
-
-def block_mm(row_mm: float) -> float:
-    """Height of a block of `block_axes`, with the labels of its groups."""
-    return len(TYPES) * (row_mm + CLOSE_MM) - CLOSE_MM + GROUPS_MM
-
-
-def block_axes(sheet: Sheet, top: float, row_mm: float, label: str) -> list[Axes]:
-    """A wide panel for each camera type, one below the other, named on the right; `label` is that
-    of their vertical axes."""
-    found = []
-    for k, name in enumerate(TYPES):
-        axes = sheet.axes(LEFT_MM, top + k * (row_mm + CLOSE_MM), WIDE_MM, row_mm)
-        how: Keywords = {"transform": axes.transAxes, "va": "top", "weight": "bold"}
-        axes.text(1 + 1.5 / WIDE_MM, 1.0, name, **how)
-        label_axes(axes, y=label if k == 1 else "", y_mm=14.0)
-        found.append(axes)
-    return found
-
-
-def camera_axis(axes: Axes, cameras: Sequence[int | str], labels: bool) -> None:
-    """A group for each number of cameras, every second one shaded."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter
-
-    count = max(len(cameras), 1)
-    axes.set_xlim(-0.5, count - 0.5)
-    for k in range(1, count, 2):
-        axes.axvspan(k - 0.5, k + 0.5, color=FAINT, alpha=0.4, lw=0, zorder=0)
-    axes.xaxis.set_major_locator(FixedLocator(range(len(cameras))))
-    names = dict(enumerate(cameras))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _p: str(names.get(round(v), ""))))
-    axes.tick_params(axis="x", length=0, labelbottom=labels)
+def in_band(floor: float = FLOOR) -> float:
+    """Where smaller values than the floor are drawn: in the middle of the band below it."""
+    return floor * float(10 ** (-BAND_DECADES / 2))
 
 
 def shade_classes(axes: Axes, limits: Limits) -> None:
@@ -229,42 +172,24 @@ def column_values(rows: Sequence[Row]) -> np.ndarray:
     return np.array([v for v in values if v is not None], dtype=np.float64)
 
 
-def floor_limits(rows: Sequence[Row]) -> Limits:
-    """Logarithmic limits round the numbers and upper limits shown; a band below FLOOR if any."""
+def floor_limits(rows: Sequence[Row], floor: float = FLOOR) -> Limits:
+    """Logarithmic limits round the numbers and upper limits shown; below the floor a band."""
     ends = [row[f"{DEFAULT_ESTIMATOR}_upper_95"] for row in rows if row[DEFAULT_ESTIMATOR] is None]
     limits = np.array([v for v in ends if v is not None], dtype=np.float64)
     values = np.concatenate([column_values(rows), limits])
     values = values[np.isfinite(values) & (values >= 0)]
-    above = values[values >= FLOOR]
+    above = values[values >= floor]
     if not above.size:
-        return FLOOR * 10**-BAND_DECADES, FLOOR * 1e3
+        return floor * 10**-BAND_DECADES, floor * 1e3
     low, high = above.min() / ROOM, above.max() * ROOM
     if above.size < values.size:
-        low = FLOOR * 10**-BAND_DECADES
+        low = floor * 10**-BAND_DECADES
     return float(low), float(high)
 
 
-def log_axis(axes: Axes, limits: Limits, height: float, labels: bool) -> None:
-    """Decades; where the axis goes below FLOOR, a band that says so."""
-    from matplotlib.ticker import FixedLocator
-
-    decade_axis(axes, "y", limits, height)
-    if limits[0] < FLOOR:
-        axes.axhspan(limits[0], FLOOR, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
-        ticks = np.asarray(axes.get_yticks())
-        axes.yaxis.set_major_locator(
-            FixedLocator(ticks[ticks > FLOOR * 10].tolist())
-        )  # room for its label
-        if labels:
-            how: Keywords = {"size": SMALL_PT - 1, "color": GREY, "ha": "right", "va": "center"}
-            place = axes.get_yaxis_transform()
-            axes.text(-1.5 / size_mm(axes)[0], IN_BAND, "< 10⁻²⁰", transform=place, **how)
-    axes.tick_params(labelleft=labels)
-
-
-def raised(values: np.ndarray) -> np.ndarray:
-    """Values to draw on a logarithmic axis: those below FLOOR at the middle of the band."""
-    return np.where(values < FLOOR, IN_BAND, values)
+def raised(values: np.ndarray, floor: float = FLOOR) -> np.ndarray:
+    """Values to draw on a logarithmic axis: those below the floor in the middle of the band."""
+    return np.where(values < floor, in_band(floor), values)
 
 
 def draw(
@@ -276,26 +201,34 @@ def draw(
     coloured: bool = False,
 ) -> None:
     """Published, regenerated and default numbers of the rows of one camera type; `scale` turns
-    numbers into what the axis shows; `names`: series, a slot each. The default numbers are black
-    bars, or `coloured`: with the look of their series. What lies above the axis, and what a bar is
-    cut of, is told by an arrow."""
+    numbers into what the axis shows; `names`: series, a slot each. Every source has its own colour,
+    or, `coloured`, the default numbers alone are drawn, in the look of their series. An arrow shows
+    what lies above the axis, and where a bar is cut."""
     group = {n: k for k, n in enumerate(cameras)}
     slot = offsets(names)
-    for look in dict.fromkeys(look_of(series) for series in names):
-        own = [row for row in rows if look_of(row["series"]) == look]
-        if not own:
-            continue
-        x = np.array([group[row["n_cameras"]] + slot[row["series"]] for row in own])
-        shape = {"color": look.colour, "marker": look.marker}
-        pale = np.array([row["supported"] is False for row in own])
-        published = _values(own, "published")
-        for which, alpha in ((pale, PALE), (~pale, 1.0)):
-            values = np.where(which, published, np.nan)
-            _plot(axes, x, values, scale, alpha=alpha, **shape, **PUBLISHED)
-        found, ended = _values(own, "regenerated"), np.array([at_end(row) for row in own])
-        _plot(axes, x, np.where(ended, np.nan, found), scale, **shape, **REGENERATED)
-        _plot(axes, x, np.where(ended, found, np.nan), scale, **shape | AT_END)
-        _draw_default(axes, x, own, scale, COLOURED | shape if coloured else LIKELIHOOD)
+    if coloured:
+        for look in dict.fromkeys(look_of(series) for series in names):
+            own = [row for row in rows if look_of(row["series"]) == look]
+            how = COLOURED | {"color": look.colour, "marker": look.marker}
+            _draw_default(axes, _places(own, group, slot), own, scale, how)
+        return
+    x, published, found = (
+        _places(rows, group, slot),
+        *(_values(rows, column) for column in ("published", "regenerated")),
+    )
+    pale, ended = (
+        np.array([of(row) for row in rows], dtype=bool)
+        for of in (lambda row: row["supported"] is False, at_end)
+    )
+    _plot(axes, x[pale], published[pale], scale, **UNSUPPORTED)
+    _plot(axes, x[~pale], published[~pale], scale, **PUBLISHED)
+    _plot(axes, x[~ended], found[~ended], scale, **REGENERATED)
+    _plot(axes, x[ended], found[ended], scale, **AT_END)
+    _draw_default(axes, x, rows, scale, LIKELIHOOD)
+
+
+def _places(rows: Sequence[Row], group: Mapping[Any, int], slot: Mapping[str, float]) -> np.ndarray:
+    return np.array([group[row["n_cameras"]] + slot[row["series"]] for row in rows])
 
 
 def at_end(row: Row) -> bool:

@@ -164,11 +164,11 @@ SKUROWSKI: dict[int | str, str] = {
     14: (
         "Coefficients of power-law noise by the number of cameras, logarithmic: (a) T40, (b) "
         "Bonita, (c) Vantage. In each group from left to right: x1, y1, z1, x2, y2, z2, L; the "
-        "numbers of one series stand in one line. Pale: published numbers below the least standard "
-        "error that the length of the recording allows. A cross is an end of the range searched by "
-        "annealing-ant-colony, which is no estimate. Bars are 95 % intervals of the likelihood "
-        "estimator, cut at an arrow a factor of 100 below their number; triangles are its 95 % "
-        "upper limits of what it does not detect. In the grey band: less than 10⁻²⁰."
+        "numbers of one series stand in one line. Grey circles: published numbers below the least "
+        "standard error that the length of the recording allows. A cross is an end of the range "
+        "searched by annealing-ant-colony, which is no estimate. Bars are 95 % intervals of the "
+        "likelihood estimator, cut at an arrow a factor of 100 below their number; triangles are "
+        "its 95 % upper limits of what it does not detect. In the grey band: less than 10⁻²⁰."
     ),
     15: (
         "The coefficients of Figure 14 on linear axes, where zero can be seen: each panel in its "
@@ -177,10 +177,11 @@ SKUROWSKI: dict[int | str, str] = {
     ),
     16: (
         "Correlated noise: (a) correlation time T_c and amplitude q_c by the number of cameras, "
-        "symbols as in Figure 14; a limit of q_c holds for one class of T_c, whose letter it is "
-        "drawn as: s short, m medium, l long. (b) q_c against T_c, the classes of section 4.6 "
-        "shaded. Dashed: ends of the range of T_c that annealing-ant-colony searched, where terms "
-        "pile up that no T_c within it suits."
+        "symbols as in Figure 14; an upper limit of q_c holds for one class of T_c and is drawn as "
+        "its letter: s short, m medium, ℓ long. In the grey band: less than 10⁻⁷ mm/√s. (b) q_c "
+        "against T_c, the classes of section 4.6 shaded; published terms below their least "
+        "standard error are pale. Dashed: ends of the range of T_c that annealing-ant-colony "
+        "searched, where terms pile up that no T_c within it suits."
     ),
     17: (
         "Power spectral density of z1 by the largest set of each camera type, its number of "

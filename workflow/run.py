@@ -1,12 +1,11 @@
 """Snakemake, after what a killed run left is cleared: `python workflow/run.py --cores 2 [...]`.
 
-Every argument is Snakemake's. From here on this process is Snakemake itself.
+Every argument is Snakemake's. From here on this process does what `snakemake` does.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
 import subprocess
 import sys
 
@@ -21,14 +20,23 @@ def main(arguments: list[str]) -> None:
         command = [*SNAKEMAKE, "--unlock", *arguments]
         return not subprocess.run(command, capture_output=True, check=False).returncode
 
+    runs.ends_at_interrupt()
     try:
         runs.clear(unlock)
         with contextlib.suppress(OSError):  # Snakemake will say what is wrong with the folder
             runs.began()
     except Faults as faults:
         stop(faults)
-    os.execv(sys.executable, [*SNAKEMAKE, *arguments])
+    from snakemake.cli import main as snakemake
+
+    sys.argv = ["snakemake", *arguments]
+    snakemake(arguments)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    try:
+        main(sys.argv[1:])
+    except KeyboardInterrupt:  # before jobs are started; then Snakemake itself ends
+        print("Interrupted", file=sys.stderr)
+    finally:
+        runs.ends_as_interrupted()

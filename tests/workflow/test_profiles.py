@@ -15,7 +15,7 @@ def keys(name: str) -> dict:
 
 def test_ci_is_default_without_its_progress_bar() -> None:
     default = keys("default")
-    assert default.pop("logger") == "rich"
+    assert default.pop("logger") == "mocap"
     assert keys("ci") == default
 
 

@@ -12,8 +12,11 @@ import atexit
 import contextlib
 import json
 import os
+import signal
 import socket
 import sys
+import threading
+import time
 import uuid
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -28,6 +31,7 @@ RECORD = Path(".snakemake/run.json")
 MARK = "MOCAP_METROLOGY_RUN"  # names the run in the environment of its jobs
 PLACE = "MOCAP_METROLOGY_RECORD"  # where it stands, be Snakemake sent to another folder or not
 SAME_S = 2.0  # what two readings of the start of one process may differ by, as the clock is set
+HEARD = threading.Event()  # Ctrl-C
 PATIENCE_S = 10.0  # for a job to end when it is asked to
 
 
@@ -114,6 +118,15 @@ def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:
             file=sys.stderr,
         )
         return
+    jobs = _end(run)
+    if unlock():
+        record.unlink(missing_ok=True)
+        ending = f"; {len(jobs)} processes of it were ended" if jobs else ""
+        print(f"{folder}: cleared what the last run ({process}) left{ending}", file=sys.stderr)
+
+
+def _end(run: Run) -> list[psutil.Process]:
+    """End the jobs of a run; which they were."""
     jobs = run.jobs()
     for job in jobs:
         with contextlib.suppress(psutil.Error):
@@ -122,10 +135,42 @@ def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:
         with contextlib.suppress(psutil.Error):
             job.kill()
     psutil.wait_procs(jobs, PATIENCE_S)
-    if unlock():
-        record.unlink(missing_ok=True)
-        ending = f"; {len(jobs)} processes of it were ended" if jobs else ""
-        print(f"{folder}: cleared what the last run ({process}) left{ending}", file=sys.stderr)
+    return jobs
+
+
+def ends_at_interrupt(record: Path = RECORD) -> None:
+    """Have Ctrl-C end this run and its jobs without a traceback of any.
+
+    A terminal sends it to all of them. What is blocked here is blocked in jobs too, so a thread
+    alone hears it: it raises KeyboardInterrupt in the main thread, by a signal that jobs do not
+    get, and ends the jobs.
+    """
+    signal.signal(signal.SIGUSR1, signal.default_int_handler)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    threading.Thread(target=_interrupted, args=(record,), daemon=True).start()
+
+
+def _interrupted(record: Path) -> None:
+    signal.sigwait({signal.SIGINT})
+    HEARD.set()
+    os.kill(os.getpid(), signal.SIGUSR1)
+    while True:  # until this process has ended, as jobs may just have been started
+        run = read(Path(os.environ.get(PLACE, record)))
+        if run is not None:
+            _end(run)
+        time.sleep(0.2)
+
+
+def ends_as_interrupted(record: Path = RECORD) -> None:
+    """End by Ctrl-C, if it was that: what called this run, a shell or make, then ends too."""
+    if HEARD.is_set():
+        for path in {record.absolute(), Path(os.environ.get(PLACE, record)).absolute()}:
+            ended(path)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        os.kill(os.getpid(), signal.SIGINT)
 
 
 class Scheduler(Protocol):

@@ -7,13 +7,15 @@
         log.info("cleaning")
 
 Import what is heavy inside, so that its failures reach the log too. Information goes to the log,
-warnings and errors to the log and the terminal, and so does what is logged as TOLD: results.
+warnings and errors to the log and the terminal, and so does what is logged as TOLD: results. Why a
+step fails goes to the log alone where the run says it last.
 """
 
 from __future__ import annotations
 
 import logging
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +23,11 @@ from pathlib import Path
 from typing import Any
 
 TOLD = logging.INFO + 5
+LATER = "MOCAP_METROLOGY_REASONS_LATER"  # set by a run that itself says why steps fail
+CLEARED = "\r\x1b[K"  # takes the bar off the line, on a terminal
+
+logging.addLevelName(TOLD, "RESULT")
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a job without a traceback
 
 # One thread, so that no result depends on --cores; read by the libraries when they are imported.
 for _pool in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA"):
@@ -42,11 +49,11 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
         try:
             yield log
         except Refusal as refusal:
-            log.error("%s", refusal)
+            log.error("%s", refusal, extra={"of_the_end": True})
             sys.exit(1)
         except Exception as error:
             what = " ".join(f"{type(error).__name__}: {error}".split())
-            log.error("%s (see %s)", what, path, exc_info=True)
+            log.error("%s (see %s)", what, path, exc_info=True, extra={"of_the_end": True})
             sys.exit(1)
 
 
@@ -57,13 +64,13 @@ def _job(snakemake: Any) -> str:
 class _OneLine(logging.Formatter):
     """A line for the terminal: no time, no traceback."""
 
-    def __init__(self, prefix: str):
+    def __init__(self, prefix: str, before: str):
         super().__init__()
-        self.prefix = prefix
+        self.prefix, self.before = prefix, before
 
     def format(self, record: logging.LogRecord) -> str:
         warning = "warning: " if record.levelno == logging.WARNING else ""
-        return f"{warning}{self.prefix}{' '.join(record.getMessage().split())}"
+        return f"{self.before}{warning}{self.prefix}{' '.join(record.getMessage().split())}"
 
 
 def _logger(terminal: int, prefix: str) -> logging.Logger:
@@ -72,7 +79,9 @@ def _logger(terminal: int, prefix: str) -> logging.Logger:
     to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%H:%M:%S"))
     to_terminal = logging.StreamHandler(os.fdopen(terminal, "w", encoding="utf-8", closefd=False))
     to_terminal.setLevel(TOLD)
-    to_terminal.setFormatter(_OneLine(prefix))
+    to_terminal.setFormatter(_OneLine(prefix, CLEARED if os.isatty(terminal) else ""))
+    if os.environ.get(LATER):
+        to_terminal.addFilter(lambda record: not hasattr(record, "of_the_end"))
     log.handlers = [to_file, to_terminal]
     log.setLevel(logging.INFO)
     log.propagate = False

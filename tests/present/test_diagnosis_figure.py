@@ -103,14 +103,14 @@ def test_wide_intervals_do_not_say_alike():
     figure, _ = page(one)
     texts = every_text(figure)
     assert "alike" not in texts
-    assert any(t.endswith("cannot be told") for t in texts)
+    assert any(t.endswith("undecided") for t in texts)
 
 
 @pytest.mark.parametrize(
     ("lower", "upper", "word"),
     [
-        *((0.98, 1.02, "alike"), (0.7, 1.4, "alike"), (0.1, 5.0, "cannot be told")),
-        *((0.9, 1.6, "cannot be told"), (1.1, 5.0, "changed"), (0.2, 0.9, "changed")),
+        *((0.98, 1.02, "alike"), (0.7, 1.4, "alike"), (0.1, 5.0, "undecided")),
+        *((0.9, 1.6, "undecided"), (1.1, 5.0, "changed"), (0.2, 0.9, "changed")),
     ],
 )
 def test_what_a_ratio_tells(lower, upper, word):

@@ -99,12 +99,12 @@ SENTENCES = [
     (
         Check(Code.LOW_PASS, "usable", 6.1, math.nan, "Hz"),
         "The recording looks low-pass filtered at about 6.1 Hz; a frame's noise before the filter "
-        "cannot be told. Export unfiltered.",
+        "cannot be estimated. Export unfiltered.",
     ),
     (
         Check(Code.LOW_PASS, "usable", math.nan, math.nan, "Hz", names=("x1", "y1")),
-        "x1, y1 look low-pass filtered; a frame's noise before the filter cannot be told. Export "
-        "unfiltered.",
+        "x1, y1 look low-pass filtered; a frame's noise before the filter cannot be estimated. "
+        "Export unfiltered.",
     ),
     (
         Check(Code.OUTLIERS, "usable", 0.02, 0.01, series="z1"),

@@ -94,7 +94,7 @@ def test_solid_board(seen: int, caught: float) -> None:
 @pytest.mark.parametrize(("seen", "missed"), [(5, 0.2), (7, 0.08), (9, 0.04)])
 def test_few_hits_of_a_solid_board(seen: int, missed: float) -> None:
     """8 mrad, below the ten hits of perspective: the affine part alone lets 15 to 100 % pass. What
-    cannot be told apart goes too, 3 % of the true ones; without wrong hits nothing goes."""
+    cannot be distinguished goes too, 3 % of the true ones; without wrong hits nothing goes."""
     rng = np.random.default_rng(7)
     board = solid_board(rng)
     true = scene(board, rng, 0.5, seen=seen)

@@ -83,7 +83,7 @@ def test_steps_of_the_file_and_repeated_frames_have_no_tails() -> None:
         (2.0, 1.2, 3.1, "changed"),
         (0.6, 0.4, 0.9, "changed"),
         (1.1, 0.9, 1.3, "alike"),
-        (1.1, 0.7, 1.6, "cannot be told"),
+        (1.1, 0.7, 1.6, "undecided"),
         (np.nan, np.nan, np.nan, "unknown"),
     ],
 )

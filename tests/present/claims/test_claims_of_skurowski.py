@@ -202,7 +202,7 @@ def test_t40_drops_at_three_cameras_at_long_times() -> None:
 
 
 def test_limits_of_a_search_are_no_estimates() -> None:
-    """What ended at a limit is not in the median; where most did, the order cannot be told."""
+    """What ended at a limit is not in the median; where most did, the order is undecided."""
     claim = BY_ID["S-4.5-order-flicker-blue"]
     free = coefficients(lambda kind, n: 1e-10)
     ended = {
@@ -272,7 +272,7 @@ def test_rows_without_recordings_cannot_be_told() -> None:
 
 @pytest.mark.parametrize("kept", [["T40"], ["Vantage", "Bonita"], []])
 def test_parts_of_the_group_tell_what_they_can(kept: list[str]) -> None:
-    """A sheet with some of the recordings: no claim fails, those of the others cannot be told."""
+    """A sheet with some of the recordings: no claim fails, those of the others are undecided."""
     full = study(lambda kind, n, s: 0.1 / np.sqrt(n))
     part = Regenerated({k: v for k, v in full.allan.items() if k[0] in kept and k[1] > 3}, {}, {})
     rows = {row["id"]: row for row in claim_rows(part, None, ("twin", ""))}

@@ -85,12 +85,12 @@ class Event:
         return "once" if self.of == 1 else "repeated"
 
     @property
-    def noise_after(self) -> Literal["changed", "alike", "cannot be told"]:
+    def noise_after(self) -> Literal["changed", "alike", "undecided"]:
         """Against that before, over all series."""
         if self.level_changed:
             return "changed"
-        unsure = any(side.word == "cannot be told" for side in self.sides)
-        return "cannot be told" if unsure else "alike"
+        unsure = any(side.word == "undecided" for side in self.sides)
+        return "undecided" if unsure else "alike"
 
     @property
     def matters(self) -> bool:

@@ -4,9 +4,9 @@ Filtered. White noise, flicker, random walk, Gauss-Markov noise (of any correlat
 frame rate), blue and violet noise and all their sums share one property: the spectrum of the
 differences from frame to frame, W(f) = 4 sin^2(pi f tau0) S(f), never falls with f. Behind a
 low-pass it falls. So nothing is assumed of how strong each kind of noise is; a smoothing of first
-order, which has the spectrum of Gauss-Markov noise, cannot be told from it. Movement, too, makes W
-fall, to the white noise of the system: behind a filter it falls to the rounding of the file, or
-never levels.
+order, which has the spectrum of Gauss-Markov noise, cannot be distinguished from it. Movement, too,
+makes W fall, to the white noise of the system: behind a filter it falls to the rounding of the
+file, or never levels.
 
 Filled. A polynomial of order p, or a spline between the same two samples, has differences of order
 p + 1 that are zero up to the rounding of the file; those of noise are small only by chance. One

@@ -82,17 +82,15 @@ class Sides:
         return self.lower > 1 or self.upper < 1
 
     @property
-    def word(self) -> Literal["changed", "alike", "cannot be told", "unknown"]:
-        """`changed`, `alike`, or `cannot be told` where the interval holds 1 and more than a factor
+    def word(self) -> Literal["changed", "alike", "undecided", "unknown"]:
+        """`changed`, `alike`, or `undecided` where the interval holds 1 and more than a factor
         of 1.5; `unknown` without one."""
         if not math.isfinite(self.ratio):
             return "unknown"
         if self.changed:
             return "changed"
         return (
-            "alike"
-            if self.lower >= 1 / TOLD_FACTOR and self.upper <= TOLD_FACTOR
-            else "cannot be told"
+            "alike" if self.lower >= 1 / TOLD_FACTOR and self.upper <= TOLD_FACTOR else "undecided"
         )
 
 

@@ -43,7 +43,7 @@ PART = 4  # what goes on does so by this part of the range that matters
 
 @dataclass(frozen=True)
 class Movement:
-    """Of one coordinate: size_mm, 0 for what is still, NaN where it cannot be told; lower_95 and
+    """Of one coordinate: size_mm, 0 for what is still, NaN where it is unknown; lower_95 and
     upper_95 of a jump, NaN of other movement; time_s: of a jump, else NaN."""
 
     size_mm: float

@@ -22,7 +22,7 @@ from mocap_metrology.noise.twins.published import (
 )
 from mocap_metrology.present.tables import Record, Row
 
-HOLDS, DOES_NOT, UNKNOWN = "holds", "does not", "cannot be told"
+HOLDS, DOES_NOT, UNKNOWN = "holds", "does not", "undecided"
 COLUMNS = (
     *("id", "paper", "section", "claim", "statistic", "criterion"),
     *("published", "published_word", "regenerated", "realisations", "regenerated_word"),
@@ -36,7 +36,7 @@ T = TypeVar("T")  # what a claim is decided by: a source of numbers of S, or of 
 @dataclass(frozen=True)
 class Finding:
     """The statistic in words with its numbers, and whether the claim holds by it; not `there`:
-    cannot be told for want of numbers, not of precision."""
+    undecided for lack of numbers, not of precision."""
 
     value: str
     word: str
@@ -65,7 +65,7 @@ def decided(value: str, holds: bool) -> Finding:
 
 def by_count(value: str, flags: Sequence[bool], least: float) -> Finding:
     """Whether a share of `least` of such cases is as said: what the 95 % interval (Clopper-Pearson)
-    of the share leaves open cannot be told. All of fewer than it takes hold too."""
+    of the share leaves open is undecided. All of fewer than it takes hold too."""
     from scipy.special import betaincinv
 
     hits, total = int(np.sum(flags)), len(flags)
@@ -88,14 +88,14 @@ def median_error(values: Sequence[float] | np.ndarray) -> float:
 
 
 def within(value: float, error: float, low: float, high: float) -> str:
-    """Whether a number lies between low and high: cannot be told where value +- error spans one."""
+    """Whether a number lies between low and high: undecided where value +- error spans one."""
     if low <= value - error and value + error <= high:
         return HOLDS
     return DOES_NOT if value + error < low or value - error > high else UNKNOWN
 
 
 def together(words: Sequence[str]) -> str:
-    """All hold, one does not, or it cannot be told."""
+    """All hold, one does not, or it is undecided."""
     if DOES_NOT in words:
         return DOES_NOT
     return UNKNOWN if UNKNOWN in words else HOLDS

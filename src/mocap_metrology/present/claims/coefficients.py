@@ -70,7 +70,7 @@ def _independent_of_n(study: Study) -> Finding:
         return unknown("no component in five subsets of a series")
     counts = {k: [v.count(w) for w in (HOLDS, DOES_NOT, UNKNOWN)] for k, v in found.items()}
     text = "; ".join(
-        f"{name}: independent of n {yes}, not {no}, cannot be told {rest}"
+        f"{name}: independent of n {yes}, not {no}, undecided {rest}"
         for name, (yes, no, rest) in counts.items()
     )
     if any(no > (1 - MOSTLY) * (yes + no + rest) for yes, no, rest in counts.values()):

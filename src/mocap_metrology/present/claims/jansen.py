@@ -334,7 +334,7 @@ CLAIMS: Sequence[Claim[Source]] = (
         "VII, VIII",
         "motion pattern, speed and distance have no noticeable influence",
         "simulated errors against each, in logarithms less the setup's mean; permutations in it",
-        f"p above 0.01 / 3 in all; cannot be told if {NOTICEABLE:g} times the error would not show "
+        f"p above 0.01 / 3 in all; undecided if {NOTICEABLE:g} times the error would not show "
         f"in one (power {POWER:g})",
         _no_influence,
         "by setup, as J: over calibrations of the same configuration",

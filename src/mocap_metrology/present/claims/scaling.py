@@ -182,7 +182,7 @@ def _order(
 ) -> Finding:
     """Median within a factor of ten of 10^exponent, and nine in ten within a hundred, counting
     those of zero as outside; `constant`: and over the cameras within a factor of ten. What ended at
-    a limit of the search is no number; where that is most of them, the median cannot be told."""
+    a limit of the search is no number; where that is most of them, the median is unknown."""
     texts, good = [], []
     for name in names:
         table = [
@@ -263,7 +263,7 @@ def _means(study: Study) -> Finding:
 
 LAW = "exponent b of ADEV(one frame) = a n^-b, geometric mean of the seven series"
 ROUGHLY = (
-    f"1/2 within {NEAR} or Student's 95 % interval; cannot be told where it is, and two standard "
+    f"1/2 within {NEAR} or Student's 95 % interval; undecided where it is, and two standard "
     f"errors exceed {WIDE}"
 )
 CLAIMS: Sequence[Claim[Study]] = (

@@ -25,11 +25,11 @@ CAPTION = (
     "published tables and by what this run regenerated. Twins of S are made from its published "
     "coefficients, so they answer alike wherever the coefficients decide; regenerated coefficients "
     "are those of annealing-ant-colony without what ended at a limit of its search, periodic "
-    "disturbances those of likelihood. ±: two standard errors; a word whose criterion lies within "
-    "them cannot be told. realisations: standard deviations and covariances of nine "
+    "disturbances those of likelihood. ±: two standard errors; a criterion that lies within "
+    "them is undecided. realisations: standard deviations and covariances of nine "
     "hours are mostly random walk; such a claim holds if it does in 95 % of many recordings drawn "
     "from the same coefficients, of those that are precise enough to decide; does not if in 5 % or "
-    "fewer; and cannot be told between, or where fewer than half decide."
+    "fewer; and undecided between, or where fewer than half decide."
 )
 SHOWN = ("claim", "decided by", "published", "regenerated")
 
@@ -63,7 +63,7 @@ def claim_rows(
 
 
 def _found(claim: Claim[T], study: T | None) -> Finding:
-    """A claim whose recordings are not there, or are too short, cannot be told."""
+    """A claim whose recordings are not there, or are too short, is undecided."""
     if study is None:
         return unknown("no recordings")
     try:

@@ -48,7 +48,7 @@ SHOWN = {"burst": "while it lasts", "level": "within 5 s", "window": "this windo
 NOISE = {
     "changed": "noise changed",
     "alike": "noise alike",
-    "cannot be told": "cannot be told whether noise changed",
+    "undecided": "undecided whether noise changed",
 }
 NO_EVENTS = "Events could not be looked for: the recording is too short, or its steps too coarse."
 

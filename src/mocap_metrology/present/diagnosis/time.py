@@ -169,7 +169,7 @@ FEW_EVENTS = 20  # beyond, their marks are small
 EVENT = {"marker": "v", "ms": 4.5, "mew": 0, "color": INK, "clip_on": False}
 FRAME: Keywords = {"facecolor": "none", "edgecolor": INK, "lw": 1.2}
 # A ratio by what it tells: colour, and sign of its middle
-COMPARED = {"changed": ("#cf4a2c", "s"), "alike": ("#10307a", "o"), "cannot be told": (GREY, "D")}
+COMPARED = {"changed": ("#cf4a2c", "s"), "alike": ("#10307a", "o"), "undecided": (GREY, "D")}
 
 
 def _colours() -> Colormap:
@@ -279,7 +279,7 @@ def draw_sides(axes: Axes, title: str, sides: Sequence[Sides]) -> None:
 def _told(known: Sequence[Sides]) -> str:
     """What all these ratios tell, in two or three words."""
     words = [side.word for side in known]
-    for word in ("changed", "cannot be told"):
+    for word in ("changed", "undecided"):
         if word in words:
             all_of_them = words.count(word) == len(words)
             return word if all_of_them else f"{words.count(word)} of {len(words)} {word}"

@@ -46,7 +46,7 @@ LEVELS_S = 2 * LEAST_POINTS * JOINED_BLOCKS * BLOCK_S
 COMPARED = {
     "changed": "noise changed",
     "alike": "noise is the same before and after",
-    "cannot be told": "whether the noise changed cannot be told",
+    "undecided": "whether the noise changed is undecided",
 }
 COARSE_STEP_MM = 0.01  # of text files as some programs export them, Vicon's among them (S 3.4)
 

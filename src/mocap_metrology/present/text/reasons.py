@@ -90,7 +90,7 @@ def reason(check: Check) -> str:
             verb = "look" if len(check.names) > 1 else "looks"
             return (
                 f"{named} {verb} low-pass filtered{about}; a frame's noise before the filter "
-                "cannot be told. Export unfiltered."
+                "cannot be estimated. Export unfiltered."
             )
         case Code.MISSING | Code.MISSING_OR_FILLED | Code.OUTLIERS:
             return (

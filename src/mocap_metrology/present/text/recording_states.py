@@ -25,7 +25,7 @@ def low_pass_words(found: Sequence[LowPass]) -> list[Sentence]:
     about = f" at about {float(np.median(known)):.2g} Hz" if known else ""
     words = (
         f"{', '.join(cutoffs)} look{'s' if len(cutoffs) == 1 else ''} low-pass filtered{about}; "
-        "a frame's noise before the filter cannot be told."
+        "a frame's noise before the filter cannot be estimated."
     )
     numbers = {"cutoff_hz": cutoffs, "top_to_pass_band": {one.series: one.ratio for one in found}}
     return [Sentence("low_pass", "warning", tuple(cutoffs), words, numbers)]

@@ -40,7 +40,7 @@ __all__ = [
     "line_errors",
 ]
 
-FIRST_CYCLES = 10  # fewer cycles in a recording cannot be told from a random walk
+FIRST_CYCLES = 10  # fewer cycles in a recording look like a random walk
 MEDIAN_FROM = 128  # below, a band of a quarter octave holds too few coefficients for its median
 SLOW_SAMPLES = 1 << 13  # block means that show the frequencies below
 ONE_BAND = 3  # lines so near to each other (`_reach`) are one of finite width
@@ -215,7 +215,7 @@ def _apart(a: Line, b: Line) -> float:
 
 def _sidebands(state: _State, pair: list[Line]) -> bool:
     """Whether two lines are one: not resolved, or with power on the other side of the stronger, or
-    on both sides of Nyquist, where that cannot be told."""
+    on both sides of Nyquist, where that is undecided."""
     strong, weak = sorted(pair, key=lambda line: -line.gain)
     duration = state.n * state.spacing_s
     folded = 0.5 / state.spacing_s - max(strong.f_0, weak.f_0) < _reach(strong, duration)

@@ -9,8 +9,11 @@ import pytest
 from calibration_inputs import COVARIANCE, DEAD, T_M, TURN, paths, write_calibration
 from figure_data import check, check_saved, every_text
 from matplotlib.colors import to_rgba
+from matplotlib.text import Text
 from scipy.spatial.transform import Rotation
 
+from mocap_metrology.lighthouse.board import flat_board
+from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.present.calibration import views
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure, faint_diodes
 from mocap_metrology.present.calibration.calibration_files import (
@@ -18,8 +21,8 @@ from mocap_metrology.present.calibration.calibration_files import (
     pose_of,
     read_calibration,
 )
-from mocap_metrology.present.calibration.pose_text import TABLE_MM, pose_rows
-from mocap_metrology.present.drawing.style import SMALL_PT, VERDICT_WORDS
+from mocap_metrology.present.calibration.pose_text import pose_rows
+from mocap_metrology.present.plot.figure import VERDICT_WORDS
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -35,8 +38,13 @@ def figure(moving):
     return calibration_figure(moving)
 
 
-def panel(figure, title: str):
-    return next(a for a in figure.axes if any(t.get_text().startswith(title) for t in a.texts))
+def panel(picture, title: str):
+    return next(a for a in picture.figure.axes if a.get_title(loc="left").startswith(title))
+
+
+def cells(picture) -> list[str]:
+    """Lines of all text, each by itself."""
+    return [line for text in every_text(picture) for line in text.split("\n")]
 
 
 def lines_of(axes, colour: str):
@@ -44,7 +52,7 @@ def lines_of(axes, colour: str):
 
 
 def test_numbers_stand_in_the_text_to_the_digit(figure):
-    texts = every_text(figure)
+    texts = cells(figure)
     gamma, beta, alpha = TURN.as_euler("ZYX", degrees=True)
     # Two digits of 2.0 mm and 0.030 deg, the largest standard deviations
     for value, digits in (*((v, 1) for v in 1e3 * T_M), *((v, 3) for v in (alpha, beta, gamma))):
@@ -57,14 +65,14 @@ def test_numbers_stand_in_the_text_to_the_digit(figure):
     assert f"baseline {np.linalg.norm(T_M):.3f} m" in said and "42 µrad" in said
     assert "master: id 1031, mode b, factory values from 9 frames" in said
     assert "slave: id unknown, mode c, no factory values: no whole frame" in said.replace("\n", " ")
-    assert "Simulated (twin twin-7)" in said and "lab-1: calibration (simulated)" in said
+    assert "simulated stand-in (twin) twin-7" in said and "lab-1: calibration" in said
 
 
 def test_paths_are_drawn_where_another_program_puts_them(moving, figure):
     time, _, p = paths()
     slave = moving.paths("paper-lm", "factory")[1]
     moved = TURN.apply(slave.t_m) + T_M  # scipy, not the module's own product
-    for title, (i, j) in (("a  Stations", (0, 1)), ("Stations from the right", (0, 2))):
+    for title, (i, j) in (("(a) Stations", (0, 1)), ("(b) Stations", (0, 2))):
         axes = panel(figure, title)
         assert axes.get_aspect() == 1
         master_line = max(lines_of(axes, views.COLOURS[0]), key=lambda one: len(one.get_xdata()))
@@ -77,7 +85,27 @@ def test_paths_are_drawn_where_another_program_puts_them(moving, figure):
         known = np.isfinite(x)
         other = np.column_stack([np.interp(time[1:], slave.time_s, moved[:, k]) for k in (i, j)])
         np.testing.assert_allclose(np.column_stack([x, y])[known], other[: known.sum()], atol=1e-9)
-    assert any(f"{np.linalg.norm(T_M):.2f} m" == t.get_text() for a in figure.axes for t in a.texts)
+    middle = np.median(p, axis=0)
+    far = [np.linalg.norm(middle), np.linalg.norm(middle - T_M)]
+    assert f"board {far[0]:.2f} m from the master, {far[1]:.2f} m from the slave" in cells(figure)
+
+
+@pytest.mark.parametrize("t_m", [T_M, [3.9, -0.1, 0.0], [0.3, -3.0, 0.2], [3.2, 0.1, 2.5]])
+def test_names_of_stations_keep_off_lines(moving, t_m):
+    drawn = calibration_figure(
+        judged(moving, "good", "All.", [], translation_mm=(1e3 * np.asarray(t_m)).tolist())
+    )
+    check(drawn)
+    for title in ("(a) Stations", "(b) Stations"):
+        axes = panel(drawn, title)
+        names = [t for t in axes.texts if t.get_text() in ROLES]
+        assert len(names) == 2
+        for name in names:
+            box = name.get_window_extent().padded(-1)
+            for line in [line for line in axes.lines if len(line.get_xdata()) == 2]:
+                x, y = (np.linspace(*ends, 300) for ends in line.get_data())
+                way = axes.transData.transform(np.column_stack([x, y]))
+                assert not any(box.contains(*at) for at in way), (title, name.get_text())
 
 
 def test_disagreement_and_the_mirrored_moment(moving, figure):
@@ -87,12 +115,12 @@ def test_disagreement_and_the_mirrored_moment(moving, figure):
     assert 1 <= both.mirrored.sum() <= 2  # interpolation may carry it on to the next moment
     R = Rotation.from_matrix(moving.paths("paper-lm", "factory")[0].R[1:])
     assert both.turned_deg[5] < 1 and len(R) == len(both.time_s)
-    axes = panel(figure, "c  Both")
+    axes = panel(figure, "(d) Distance")
     dots = max(axes.lines, key=lambda line: len(line.get_xdata()))
     np.testing.assert_allclose(dots.get_ydata(), both.apart_mm)
     marked = [line for line in axes.lines if line.get_marker() == views.MIRRORED["marker"]]
     assert len(marked) == 1 and len(marked[0].get_xdata()) == both.mirrored.sum()
-    residuals = panel(figure, "d  Single board poses")
+    residuals = panel(figure, "(e) Residuals")
     levels = [np.median(line.get_ydata()) for line in residuals.lines if line.get_alpha() == 0.7]
     assert sorted(levels) == pytest.approx([30.0, 40.0])
 
@@ -100,7 +128,7 @@ def test_disagreement_and_the_mirrored_moment(moving, figure):
 def test_the_ellipse_is_the_covariance_scaled_as_said(figure):
     from matplotlib.patches import Ellipse
 
-    axes = panel(figure, "a  Stations")
+    axes = panel(figure, "(a) Stations")
     (ellipse,) = (patch for patch in axes.patches if isinstance(patch, Ellipse))
     said = next(t for t in every_text(figure) if "times as large" in t and "σ" in t)
     scale = int(said.split("drawn ")[1].split()[0])
@@ -113,9 +141,30 @@ def test_the_ellipse_is_the_covariance_scaled_as_said(figure):
 def test_dead_and_faint_diodes_are_named(figure):
     texts = every_text(figure)
     assert f"dead: {DEAD}" in texts and f"dead: {DEAD}, seldom: 20" in texts
-    dead, seldom = faint_diodes(np.array([1.0, 0.9, 0.3, 0.0, 1.0]))
-    assert dead.tolist() == [3] and seldom.tolist() == [2]
-    assert faint_diodes(np.zeros(4))[0].size == 4
+
+
+def test_a_diode_is_dead_only_where_others_prove_it():
+    shares = np.ones((2, 32))
+    shares[:, 3] = 0.0  # neither station
+    shares[0, 5], shares[0, 7] = 0.0, 0.3
+    flat, solid = flat_board(), flat_board() + np.outer(np.arange(32) % 2, [0.1, 0, 0])
+    found = {word: own.tolist() for word, own in faint_diodes(shares, flat, 0).items()}
+    assert found == {"dead": [3], "not seen": [5], "seldom": [7]}  # the slave sees diode 5
+    found = faint_diodes(shares, solid, 0)  # it may face away
+    assert not found["dead"].size and found["not seen"].tolist() == [3, 5]
+    assert not faint_diodes(np.zeros((2, 32)), flat, 0)["dead"].size  # nothing proves anything
+
+
+def test_diodes_that_face_away_are_not_called_dead(moving):
+    """A headset: each station sees one half of the diodes, and four are seen by neither."""
+    n, front = len(moving.board), np.asarray(moving.sweeps["station"]) == 0
+    diode = np.asarray(moving.sweeps["diode"])
+    shown = np.where(front, diode < 14, diode >= 18)
+    sweeps = {name: np.asarray(values)[shown] for name, values in moving.sweeps.items()}
+    board = moving.board + np.outer(np.arange(n) >= 16, [0.1, 0.0, 0.0])
+    drawn = calibration_figure(dataclasses.replace(moving, board=board, sweeps=sweeps))
+    assert "not seen: 19" in every_text(drawn) and "dead diode" not in every_text(drawn)
+    assert f"not seen: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, {DEAD}, 14" in drawn.caption
 
 
 def judged(moving, word: str, reason: str, checks, **entry):
@@ -146,7 +195,7 @@ def test_words_and_units_are_the_same_all_over_the_page(moving):
     assert "urad" not in said.replace("µrad", "") and " deg" not in said and "(deg)" not in said
     assert "The pose is 31.4 mm and 0.74° from the reference." in said
     assert "(usable below 2164)" in said
-    assert "noise of an angle to expect: 72 µrad" in said  # 86.545 is 1.2 times the noise
+    assert "expected noise of an angle: 72 µrad" in said  # 86.545 is 1.2 times the noise
     good = [CHECKS[0] | {"value": 402, "limit": 576.97, "ok": True}, CHECKS[1]]
     passed = "All 2 checks passed. Angles are 402 µrad rms from the fit."
     drawn = calibration_figure(judged(moving, "good", passed, good))
@@ -158,10 +207,9 @@ def test_words_and_units_are_the_same_all_over_the_page(moving):
 def test_the_badge_has_the_colours_of_the_pages(moving):
     drawn = calibration_figure(judged(moving, "usable", REASON, CHECKS))
     text, behind = VERDICT_WORDS["usable"]
-    badge = next(t for axes in drawn.axes for t in axes.texts if t.get_text() == "usable")
+    badge = next(t for t in drawn.figure.findobj(Text) if t.get_text() == "usable")
     assert badge.get_color() == text
-    faces = [patch.get_facecolor() for patch in badge.axes.patches]
-    assert to_rgba(behind) in faces
+    assert badge.get_bbox_patch().get_facecolor() == to_rgba(behind)
 
 
 def test_an_error_beyond_sigma_is_remarked_and_takes_digits_away(moving):
@@ -186,17 +234,16 @@ def test_frames_are_counted_and_rows_of_both_columns_are_level(moving):
     drawn = calibration_figure(dataclasses.replace(moving, stations=stations))
     said = " ".join(every_text(drawn))
     assert "from 1 frame" in said and "1 frames" not in said
-    canvas = next(a for a in drawn.axes if any(t.get_text() == "good" for t in a.texts))
-    table = [t for t in canvas.texts if t.get_size() == SMALL_PT]
-    left = {round(t.get_position()[1], 6) for t in table if t.get_position()[0] < TABLE_MM}
-    right = [round(t.get_position()[1], 6) for t in table if t.get_position()[0] > TABLE_MM]
-    assert len(right) > len(moving.stations) + 4 and left <= set(right)
+    columns = [t for t in drawn.figure.findobj(Text) if "\n" in t.get_text()]
+    assert len(columns) == 5  # labels, three numbers, what they stand on
+    assert len({(t.get_position()[1], t.get_size(), t._linespacing) for t in columns}) == 1
+    assert len({len(t.get_text().split("\n")) for t in columns[:4]}) == 1
 
 
 @pytest.mark.parametrize(
     ("kind", "said"),
     [
-        ("static", "b  Board at rest"),
+        ("static", "(c) Board at rest"),
         ("static-no-path", "The board was at rest: no path"),
         ("failed", "No pose of the slave: verdict failed"),
     ],
@@ -205,11 +252,11 @@ def test_pictures_without_a_path(tmp_path, kind, said):
     given = read_calibration(write_calibration(tmp_path / "in", kind), kind)
     drawn = calibration_figure(given)
     texts = " ".join(every_text(drawn))
-    assert said in texts and "Measured." in texts
+    assert said in texts and "Source: measured." in texts
     if kind == "failed":
         assert "slave: 0 moments with both angles; expected 20" in texts
         assert "failed" in every_text(drawn) and "slave" not in [
-            t.get_text() for t in panel(drawn, "a  Stations").texts
+            t.get_text() for t in panel(drawn, "(a) Stations").texts
         ]
     check_saved(drawn, tmp_path / "out")
 

@@ -5,10 +5,10 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.present.calibration.calibration_figure import calibration_figure
     from mocap_metrology.present.calibration.calibration_files import read_calibration
-    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.plot.figure import save
 
     given, params = snakemake.input, snakemake.params
     files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}
     calibration = read_calibration(files, params.name, params.twin)
-    save_figure(calibration_figure(calibration), snakemake.output.png)
+    save(calibration_figure(calibration), snakemake.output.png)
     log.info("verdict: %s", calibration.pose["verdict"]["word"])

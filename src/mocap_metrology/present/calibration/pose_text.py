@@ -3,31 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
-from mocap_metrology.present.drawing.style import (
-    BODY_PT,
-    FAINT,
-    GREY,
-    LINE_SPACING,
-    SMALL_PT,
-    UNKNOWN_WORD,
-    VERDICT_WORDS,
-    Keywords,
-    Sheet,
-    lines_mm,
-    shorten,
-    wrap,
-)
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text.numbers import number
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 TIMES_SIGMA = 3.0
 BEYOND_SIGMA = (
@@ -67,10 +49,7 @@ def beyond_sigma(entry: Record) -> bool:
     return bool((off > TIMES_SIGMA * np.sqrt(np.clip(variance, 0, None))).any())
 
 
-BADGE_MM, LABEL_MM, COLUMN_MM, GAP_MM = 22.0, 33.0, 17.0, 5.0
 MM_DEG = slice(3), slice(3, 6)
-TABLE_MM = LABEL_MM + 3 * COLUMN_MM
-LINE_MM = lines_mm(1, SMALL_PT)
 
 
 def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
@@ -112,8 +91,9 @@ def _cells(values: Iterable[float], digits: int, sign: bool = False) -> list[str
     return [number(float(value), digits, sign) for value in values]
 
 
-def facts(given: CalibrationFiles) -> list[str]:
-    """Lines beside the numbers: what the pose stands on, and the stations."""
+def facts(given: CalibrationFiles, board_m: np.ndarray | None) -> list[str]:
+    """Lines beside the numbers: what the pose stands on, distances to where the board was on the
+    whole, and the stations."""
     entry, lines = given.chosen, []
     if entry is not None:
         baseline = np.linalg.norm(entry["translation_mm"]) / 1e3
@@ -127,6 +107,12 @@ def facts(given: CalibrationFiles) -> list[str]:
             )
         if (share := entry.get("mirrored_share")) is not None:
             lines.append(f"mirrored board poses {100 * share:.2g} %")
+    if board_m is not None:
+        far = f"board {number(float(np.linalg.norm(board_m)), 2)} m from the master"
+        if entry is not None:
+            slave = board_m - np.array(entry["translation_mm"]) / 1e3
+            far += f", {number(float(np.linalg.norm(slave)), 2)} m from the slave"
+        lines.append(far)
     return lines + [_station(station) for station in given.stations]
 
 
@@ -141,77 +127,3 @@ def _station(station: Record) -> str:
     else:
         factory = "factory values from a file"
     return f"{station['role']}: {known}, mode {station.get('mode') or 'unknown'}, {factory}"
-
-
-def text_height(given: CalibrationFiles, width_mm: float) -> float:
-    """Height that `draw_text` takes."""
-    return _verdict_mm(given, width_mm) + LINE_MM * _n_lines(given, width_mm) + 1.0
-
-
-def _n_lines(given: CalibrationFiles, width_mm: float) -> int:
-    rows = len(pose_rows(given.chosen)) + len(_remark(given.chosen)) if given.chosen else 1
-    return max(rows, len(_wrapped_facts(given, width_mm)))
-
-
-def _remark(entry: Record) -> list[str]:
-    """What to know of sigma where the error is beyond it."""
-    return wrap(BEYOND_SIGMA, SMALL_PT, TABLE_MM) if beyond_sigma(entry) else []
-
-
-def _wrapped_facts(given: CalibrationFiles, width_mm: float) -> list[str]:
-    room = width_mm - TABLE_MM - GAP_MM
-    return [line for fact in facts(given) for line in wrap(fact, SMALL_PT, room)]
-
-
-def _reason(given: CalibrationFiles, width_mm: float) -> list[str]:
-    return wrap(given.pose["verdict"]["reason"], BODY_PT, 0.95 * (width_mm - BADGE_MM - 3.0))
-
-
-def _verdict_mm(given: CalibrationFiles, width_mm: float) -> float:
-    return max(lines_mm(len(_reason(given, width_mm)), BODY_PT), 6.0) + 2.0
-
-
-def draw_text(sheet: Sheet, left: float, top: float, width: float, given: CalibrationFiles) -> None:
-    """Verdict above, pose on the left, what it stands on and the stations on the right."""
-    height = text_height(given, width)
-    canvas = sheet.canvas(left, top, width, height)
-    _draw_verdict(canvas, height, width, given)
-    at = height - _verdict_mm(given, width)
-    canvas.plot([0, width], [at + 0.8] * 2, color=FAINT, lw=0.6)
-    if given.chosen is None:
-        canvas.text(0, at - LINE_MM / 2, "No pose of the slave.", size=SMALL_PT, va="center")
-    else:
-        _draw_table(canvas, at, given.chosen)
-    for k, line in enumerate(_wrapped_facts(given, width)):  # in the rows of the table
-        middle = at - (k + 0.5) * LINE_MM
-        canvas.text(TABLE_MM + GAP_MM, middle, line, size=SMALL_PT, va="center_baseline")
-
-
-def _draw_verdict(canvas: Axes, height: float, width: float, given: CalibrationFiles) -> None:
-    from matplotlib.patches import FancyBboxPatch
-
-    word = str(given.pose["verdict"]["word"])
-    colour, behind = VERDICT_WORDS.get(word, UNKNOWN_WORD)  # as on the pages
-    box = FancyBboxPatch(
-        (0.4, height - 5.4), BADGE_MM - 0.8, 4.8, "round,pad=0,rounding_size=1",
-        facecolor=behind, edgecolor=colour, lw=0.6,
-    )  # fmt: skip
-    canvas.add_patch(box)
-    how: Keywords = {"size": BODY_PT + 1, "weight": "bold", "color": colour, "ha": "center"}
-    canvas.text(BADGE_MM / 2, height - 3.1, word, va="center_baseline", **how)
-    lines = "\n".join(_reason(given, width))
-    how = {"size": BODY_PT, "va": "top", "linespacing": LINE_SPACING}
-    canvas.text(BADGE_MM + 3.0, height - 0.6, lines, **how)
-
-
-def _draw_table(canvas: Axes, top: float, entry: Record) -> None:
-    rows = pose_rows(entry)
-    how: Keywords = {"size": SMALL_PT, "va": "center_baseline"}
-    for k, line in enumerate(_remark(entry), start=len(rows)):
-        canvas.text(0, top - (k + 0.5) * LINE_MM, line, **how)
-    for k, (label, values) in enumerate(rows):
-        middle = top - (k + 0.5) * LINE_MM
-        canvas.text(0, middle, shorten(label, SMALL_PT, LABEL_MM), color=GREY, **how)
-        for column, value in enumerate(values):
-            right = LABEL_MM + (column + 1) * COLUMN_MM
-            canvas.text(right, middle, value, ha="right", **how)

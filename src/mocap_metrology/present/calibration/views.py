@@ -9,21 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
-from mocap_metrology.present.calibration.calibration_files import Agreement, Pose, thinned
-from mocap_metrology.present.drawing.axes import linear_axis
-from mocap_metrology.present.drawing.style import (
-    GREY,
-    INK,
-    LOOKS,
-    SMALL_PT,
-    Keywords,
-    label_axes,
-    size_mm,
+from mocap_metrology.present.calibration.calibration_files import (
+    Agreement,
+    CalibrationFiles,
+    Pose,
+    agreement,
+    pose_of,
+    thinned,
 )
-from mocap_metrology.present.text.numbers import number
+from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, SMALL_PT, Keywords
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from mocap_metrology.lighthouse.records import Path
 
 COLOURS = LOOKS["x"].colour, LOOKS["y"].colour  # of master and slave
 PATHS: tuple[Keywords, ...] = (
@@ -32,236 +31,204 @@ PATHS: tuple[Keywords, ...] = (
 )
 REFERENCE: Keywords = {"marker": "+", "color": INK, "markersize": 7.0, "mew": 0.9}
 MIRRORED: Keywords = {"marker": "v", "color": INK, "markerfacecolor": "#ffcc33", "markersize": 4.2}
-ELLIPSE = {"facecolor": "none", "edgecolor": INK, "lw": 0.9}
+ELLIPSE: Keywords = {"facecolor": "none", "edgecolor": INK, "lw": 0.9}
 NAMES = ("x, forward (m)", "y, left (m)", "z, up (m)")
-ABOVE, RIGHT = (0, 1), (0, 2)  # coordinates across and up the paper
+ABOVE, RIGHT, FRONT = (0, 1), (0, 2), (1, 2)  # coordinates across and up the paper
+SEEN_FROM = {ABOVE: "from above", RIGHT: "from the right", FRONT: "from the front"}
 FIELD_DEG = 60.0  # half of what a laser sweeps (J II)
-CONE_MM, FRAME_MM, SMALLEST_MM = 15.0, 6.0, 1.6
-LEAST_VIEW_M, LEAST_PATH_M, LONGEST_GAP_S = 3.0, 0.02, 0.1
+HIGH, PATH_HIGH = 0.68, 0.5  # heights of a view, and of the path near by, over their widths
+CONE, AXES, SMALLEST = 0.38, 0.15, 0.04  # lengths in half widths of a view
+LEAST_VIEW_M, LEAST_PATH_M, LONGEST_GAP_S = 1.5, 0.01, 0.1  # half widths; a gap in a path
 ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000)
 
 
 @dataclass(frozen=True)
 class Scenery:
-    """What both views show; slave None where no pose was found."""
+    """What both views show: `paths` of the board in the frame of either station; slave None where
+    no pose was found; `both`: these paths compared; `alone_m` (n, 3): the master's path where there
+    is no other."""
 
+    paths: tuple[Path, Path] | None
     slave: Pose | None
     covariance: np.ndarray | None  # (6, 6), mm and deg
     reference: Pose | None
     both: Agreement | None
-    alone_m: np.ndarray | None = None  # (n, 3) the master's path where there is no other
+    alone_m: np.ndarray | None
+
+    @classmethod
+    def of(cls, given: CalibrationFiles) -> Scenery:
+        """Of the chosen estimate; of any board poses where there is none."""
+        entry = given.chosen
+        if entry is None:
+            every = (given.paths(*kind) for kind in given.kinds)
+            paths = next((found for found in every if found), None)
+            alone = None if paths is None else paths[MASTER].t_m
+            return cls(paths, None, None, given.reference, None, alone)
+        paths, pose = given.paths(entry["estimator"], entry["optics"]), pose_of(entry)
+        covariance = np.array(entry.get("covariance") or [[np.nan]], dtype=np.float64)
+        both = None if paths is None else agreement(paths, pose)
+        if both is not None and not both.time_s.size:
+            both = None
+        alone = paths[MASTER].t_m if paths is not None and both is None else None
+        known = covariance if np.isfinite(covariance).all() else None
+        return cls(paths, pose, known, given.reference, both, alone)
+
+    @property
+    def moving_m(self) -> np.ndarray | None:
+        """(n, 3) places of the board in the master's frame."""
+        return self.alone_m if self.both is None else self.both.master_m
 
     @property
     def board_m(self) -> np.ndarray | None:
         """Where the board was on the whole."""
-        moving = self.alone_m
-        if self.both is not None and len(self.both.time_s):
-            moving = self.both.master_m
-        return None if moving is None else np.asarray(np.median(moving, axis=0))
+        return None if self.moving_m is None else np.asarray(np.median(self.moving_m, axis=0))
 
-    def points(self) -> np.ndarray:
-        """What has to be on the paper, apart from cones."""
-        found = [np.zeros((1, 3))]
-        found += [pose[1][None] for pose in (self.slave, self.reference) if pose is not None]
-        if self.both is not None:
-            found.append(_usual(self.both.master_m))
-        if self.alone_m is not None:
-            found.append(_usual(self.alone_m))
-        return np.concatenate(found)
+    @property
+    def stations(self) -> list[tuple[int, Pose]]:
+        """Every station whose pose is known."""
+        master = MASTER, (np.eye(3), np.zeros(3))
+        return [master] if self.slave is None else [master, (SLAVE, self.slave)]
+
+    def frame(self) -> tuple[np.ndarray, float]:
+        """Middle (3,) and half the width of both views in metres, with room for names."""
+        places = [pose[1][None] for _, pose in self.stations]
+        places += [] if self.reference is None else [self.reference[1][None]]
+        places += [] if self.moving_m is None else [usual(self.moving_m)]
+        low, high = (np.vstack(places).min(axis=0), np.vstack(places).max(axis=0))
+        half = ((high - low) * [0.86, 0.8 / HIGH, 0.8 / HIGH]).max()  # room for names
+        return (low + high) / 2, max(float(half), LEAST_VIEW_M)
 
 
-def _usual(points: np.ndarray) -> np.ndarray:
+def usual(points: np.ndarray) -> np.ndarray:
     """Ends of all but the farthest hundredth in each coordinate: mirrored poses may be far off."""
     return np.percentile(points, [0.5, 99.5], axis=0) if len(points) else points
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Middle of the views and metres on a millimetre of paper, the same for both."""
-
-    centre: np.ndarray  # (3,)
-    per_mm: float
-
-    @classmethod
-    def around(cls, scenery: Scenery, width_mm: float, height_mm: float) -> Frame:
-        points = scenery.points()
-        low, high = points.min(axis=0), points.max(axis=0)
-        room = np.array([width_mm, height_mm, height_mm]) - 2 * np.array([16.0, 9.0, 9.0])
-        per_mm = max(((high - low) / room).max(), LEAST_VIEW_M / width_mm)
-        return cls((low + high) / 2, float(per_mm))
-
-
-def draw_view(axes: Axes, scenery: Scenery, frame: Frame, view: tuple[int, int]) -> None:
-    """One view with equal scales; distances are written into the one from above."""
-    size = size_mm(axes)
-    for which, coordinate, mm in zip("xy", view, size, strict=True):
-        half = frame.per_mm * mm / 2
-        middle = frame.centre[coordinate]
-        linear_axis(axes, which, (middle - half, middle + half), int(mm / 9))
-    axes.set_aspect("equal")
-    label_axes(axes, NAMES[view[0]], NAMES[view[1]], x_mm=7.0, y_mm=9.5)
-    stations = [(MASTER, (np.eye(3), np.zeros(3)))]
-    stations += [] if scenery.slave is None else [(SLAVE, scenery.slave)]
+def draw_view(axes: Axes, scenery: Scenery, view: tuple[int, int]) -> None:
+    """One view with equal scales: stations, what they can see, the board's path, lines between."""
+    (centre, half), own = scenery.frame(), list(view)
+    board = [] if scenery.board_m is None else [scenery.board_m]
     _draw_paths(axes, scenery, view)
-    _draw_distances(axes, scenery, view, frame.per_mm)
-    ends = [pose[1] for _, pose in stations] + [scenery.board_m]
-    for station, pose in stations:
-        lines = [p for k, p in enumerate(ends) if p is not None and k != station]
-        others = [p + FRAME_MM * frame.per_mm * R.T for k, (R, p) in stations if k != station]
-        draw_station(axes, pose, station, view, frame.per_mm, (lines, others))
+    places = [pose[1] for _, pose in scenery.stations] + board
+    for k, place in enumerate(places):
+        ends = np.array([place, places[k - 1]])[:, own]
+        axes.plot(*ends.T, color=GREY, lw=0.6, ls=(0, (1, 2)), zorder=2)
+    for k, (station, pose) in enumerate(scenery.stations):
+        others = [place for i, place in enumerate(places) if i != k]
+        _draw_station(axes, pose, station, view, half, others)
     if scenery.reference is not None:
-        axes.plot(*scenery.reference[1][list(view)], ls="", zorder=5, **REFERENCE)
+        place = scenery.reference[1][own]
+        axes.plot(*place, ls="", zorder=5, label="reference", **REFERENCE)
     if scenery.slave is not None and scenery.covariance is not None:
-        scale = ellipse_scale(scenery.covariance, frame.per_mm)
-        _draw_ellipse(axes, scenery.slave[1], scenery.covariance, view, scale)
+        _draw_ellipse(axes, scenery.slave[1], scenery.covariance, view, half)
+    _equal(axes, view, centre, half)
 
 
-def draw_station(
-    axes: Axes, pose: Pose, station: int, view: tuple[int, int], per_mm: float,
-    clear_of: tuple[Sequence[np.ndarray], Sequence[np.ndarray]],
-) -> None:  # fmt: skip
-    """Axes x, y, z of a station, what it can see, and its name, clear of lines to some points and
-    of other points (n, 3)."""
-    R, t = pose
-    colour, own = COLOURS[station], list(view)
+def _equal(
+    axes: Axes, view: tuple[int, int], centre: np.ndarray, half: float, high: float = HIGH
+) -> None:
+    """Equal scales, `half` metres to the left and right of the centre."""
+    from matplotlib.ticker import MaxNLocator
+
+    across, up = (float(centre[k]) for k in view)
+    axes.set(xlim=(across - half, across + half), ylim=(up - high * half, up + high * half))
+    axes.set(xlabel=NAMES[view[0]], ylabel=NAMES[view[1]], aspect="equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+
+
+def _draw_station(
+    axes: Axes,
+    pose: Pose,
+    station: int,
+    view: tuple[int, int],
+    half: float,
+    others: Sequence[np.ndarray],
+) -> None:
+    """Axes x, y, z of a station, what it can see, and its name, in the widest gap between its axes
+    and the directions to other places (3,)."""
+    (R, t), colour, own = pose, COLOURS[station], list(view)
     turn = np.radians(np.linspace(-FIELD_DEG, FIELD_DEG, 25))
-    across = np.zeros((25, 3))
-    across[:, 0], across[:, view[1]] = np.cos(turn), np.sin(turn)
-    fan = t + CONE_MM * per_mm * across @ R.T
-    axes.fill(*np.vstack([t, fan])[:, own].T, color=colour, alpha=0.12, lw=0, zorder=1)
-    for k, letter in enumerate("xyz"):
-        end = t + FRAME_MM * per_mm * R[:, k]
-        arrow = {"arrowstyle": "-|>,head_width=0.14,head_length=0.28", "color": colour, "lw": 0.9}
-        arrow |= {"shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", tuple(end[own]), tuple(t[own]), arrowprops=arrow, zorder=4)
-        reach = np.linalg.norm((end - t)[own]) / per_mm
-        if reach > 0.5 * FRAME_MM:
-            at = t + (FRAME_MM * (1 + 1.4 / reach)) * per_mm * R[:, k]
-            how: Keywords = {
-                "size": SMALL_PT - 0.5,
-                "color": colour,
-                "ha": "center",
-                "va": "center",
-            }
-            axes.text(at[own[0]], at[own[1]], letter, **how)
-    axes.plot(*t[own], "os"[station], color=colour, markersize=3.2, zorder=4)
-    spokes = [FRAME_MM * R[own, k] * f for k in range(3) for f in (0.5, 1.0, 1.3)]
-    for way in ((end - t)[own] / per_mm for end in clear_of[0]):
-        far = float(np.linalg.norm(way))
-        spokes += [way / max(far, 1e-9) * min(mm, far) for mm in (2.0, 4.0, 6.0, 8.0)]
-    spokes += [way for points in clear_of[1] for way in (points - t)[:, own] / per_mm]
-    at = t[own] + _free_place(np.array(spokes)) * per_mm
-    how = {"color": colour, "weight": "bold", "size": SMALL_PT, "ha": "center", "va": "center"}
-    axes.text(at[0], at[1], ROLES[station], zorder=6, **how)
-
-
-def _free_place(taken: np.ndarray) -> np.ndarray:
-    """Where a name stands, in mm about its station, farthest from the places (n, 2) taken."""
-    turn = np.radians(np.arange(0, 360, 15))
-    places = np.column_stack([8.0 * np.cos(turn), 4.2 * np.sin(turn)])
-    apart = (places[:, None] - taken[None]) / np.array([1.8, 1.0])
-    place: np.ndarray = places[
-        np.argmax(np.linalg.norm(apart, axis=2).min(axis=1) - 1e-6 * np.sin(turn))
-    ]
-    return place
+    rays = np.zeros((25, 3))
+    rays[:, 0], rays[:, view[1]] = np.cos(turn), np.sin(turn)
+    fan = np.vstack([t, t + CONE * half * rays @ R.T])[:, own]
+    label = f"120° in view of the {ROLES[station]}"
+    axes.fill(*fan.T, color=colour, alpha=0.12, lw=0, zorder=1, label=label)
+    at = t[own]
+    axes.plot(*at, "os"[station], color=colour, markersize=3.2, zorder=4)
+    ways = [way for place in others if np.linalg.norm(way := (place - t)[own]) > 0.02 * half]
+    arrow: Keywords = {"arrowstyle": "<|-,head_width=0.14,head_length=0.28", "color": colour}
+    arrow |= {"shrinkA": 0, "shrinkB": 0, "lw": 0.9}
+    how: Keywords = {"color": colour, "size": SMALL_PT, "ha": "center", "va": "center"}
+    for letter, way in zip("xyz", R.T[:, own], strict=True):
+        ways.append(way)
+        if np.linalg.norm(way) > 0.5:
+            tip = at + AXES * half * way * (1 + 0.25 / np.linalg.norm(way))
+            axes.annotate(letter, tuple(at), tuple(tip), arrowprops=arrow, zorder=4, **how)
+    turns = np.sort([np.arctan2(y, x) for x, y in ways if np.hypot(x, y) > 1e-3])
+    gaps = np.diff(np.append(turns, turns[0] + 2 * np.pi))
+    free = turns[np.argmax(gaps)] + gaps.max() / 2
+    off = float(25 * np.cos(free)), float(13 * np.sin(free))
+    bold: Keywords = {"weight": "bold", "textcoords": "offset points", "zorder": 6}
+    axes.annotate(ROLES[station], tuple(at), off, **how, **bold)
 
 
 def _draw_paths(axes: Axes, scenery: Scenery, view: tuple[int, int]) -> None:
     own, both = list(view), scenery.both
+    names = "path of the board, by the master", "by the slave, after R and t"
     if both is not None:
         few = thinned(len(both.time_s))
         step = np.diff(both.time_s[few], prepend=both.time_s[0])
         gap = step > max(LONGEST_GAP_S, 3 * np.median(step))
-        for points, how in zip((both.master_m, both.slave_m), PATHS, strict=True):
+        for points, how, name in zip((both.master_m, both.slave_m), PATHS, names, strict=True):
             shown = np.where(gap[:, None], np.nan, points[few])
-            axes.plot(*shown[:, own].T, zorder=3, **how)
+            axes.plot(*shown[:, own].T, zorder=3, label=name, **how)
     elif scenery.alone_m is not None:
-        axes.plot(*scenery.alone_m[thinned(len(scenery.alone_m))][:, own].T, zorder=3, **PATHS[0])
+        alone = scenery.alone_m[thinned(len(scenery.alone_m))]
+        axes.plot(*alone[:, own].T, zorder=3, label=names[MASTER], **PATHS[MASTER])
 
 
-def _draw_distances(axes: Axes, scenery: Scenery, view: tuple[int, int], per_mm: float) -> None:
-    """Lines between stations and board; their lengths in space, in the view from above."""
-    places = [(MASTER, np.zeros(3))]
-    places += [] if scenery.slave is None else [(SLAVE, scenery.slave[1])]
-    board, lines = scenery.board_m, []
-    if len(places) == 2:
-        lines.append((places[0][1], places[1][1]))
-    if board is not None:
-        lines += [(place, board) for _, place in places]
-    for start, end in lines:
-        ends = np.array([start, end])[:, list(view)]
-        axes.plot(*ends.T, color=GREY, lw=0.6, ls=(0, (1, 2)), zorder=2)
-        if view != ABOVE:
-            continue
-        length = float(np.linalg.norm(end - start))
-        step = ends[1] - ends[0]
-        if np.linalg.norm(step) < 16 * per_mm:
-            continue
-        turn = (np.degrees(np.arctan2(step[1], step[0])) + 90) % 180 - 90
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
-        how: Keywords = {
-            "rotation": turn,
-            "rotation_mode": "anchor",
-            "ha": "center",
-            "va": "center",
-        }
-        middle = ends[0] + 0.55 * step
-        text = f"{number(length, 2)} m"
-        axes.text(middle[0], middle[1], text, size=SMALL_PT, bbox=box, zorder=2.5, **how)
-
-
-def ellipse_scale(covariance: np.ndarray, per_mm: float) -> int:
+def ellipse_scale(covariance: np.ndarray, half: float) -> int:
     """How many times its size the ellipse is drawn, so that it can be seen on the paper."""
-    largest = np.sqrt(np.linalg.eigvalsh(covariance[:3, :3])[-1]) / 1e3 / per_mm
-    if not 0 < largest < SMALLEST_MM:
+    largest = np.sqrt(np.linalg.eigvalsh(covariance[:3, :3])[-1]) / 1e3 / half
+    if not 0 < largest < SMALLEST:
         return 1
-    return next((k for k in ROUND if k * largest >= SMALLEST_MM), ROUND[-1])
+    return next((k for k in ROUND if k * largest >= SMALLEST), ROUND[-1])
 
 
 def _draw_ellipse(
-    axes: Axes, place: np.ndarray, covariance: np.ndarray, view: tuple[int, int], scale: int
+    axes: Axes, place: np.ndarray, covariance: np.ndarray, view: tuple[int, int], half: float
 ) -> None:
     from matplotlib.patches import Ellipse
 
-    own = list(view)
-    part = covariance[np.ix_(own, own)] / 1e6
-    values, vectors = np.linalg.eigh(part)
+    scale, own = ellipse_scale(covariance, half), list(view)
+    values, vectors = np.linalg.eigh(covariance[np.ix_(own, own)] / 1e6)
     width, height = 2 * scale * np.sqrt(np.clip(values, 0, None))
     turn = np.degrees(np.arctan2(vectors[1, 0], vectors[0, 0]))
-    axes.add_patch(
-        Ellipse((place[view[0]], place[view[1]]), width, height, angle=turn, zorder=5, **ELLIPSE)
-    )
+    across, up = place[own]
+    axes.add_patch(Ellipse((across, up), width, height, angle=turn, zorder=5, **ELLIPSE))
+    times = f", drawn {scale} times as large" if scale > 1 else ""
+    how: Keywords = {"marker": "o", "ls": "", "color": INK, "markerfacecolor": "none", "ms": 6}
+    axes.plot([], [], label=f"1 σ of the slave's position{times}", **how)
 
 
-def draw_closeup(axes: Axes, scenery: Scenery, still: bool) -> tuple[int, int] | None:
-    """Both paths, in the view in which the board's path takes the most room; dots where
-    the board is at rest."""
-    both = scenery.both
-    path = scenery.alone_m if both is None else both.master_m
+def draw_path(axes: Axes, scenery: Scenery, still: bool) -> str:
+    """Both paths near by, in the view in which the board's path takes the most room, dots where the
+    board is at rest; returns from where, nothing where there is no path."""
+    path, both = scenery.moving_m, scenery.both
     if path is None or len(path) < 2:
-        return None
-    low, high = _usual(path)
+        return ""
+    low, high = usual(path)
     inside = path[((path >= low) & (path <= high)).all(axis=1)]
     spread = np.cov((inside if len(inside) > 2 else path).T)
-    views = ABOVE, RIGHT, (1, 2)
-    view = max(views, key=lambda own: np.linalg.det(spread[np.ix_(own, own)]))
-    own, size = list(view), np.array(size_mm(axes))
-    per_mm = max(((high - low)[own] / (size - 8.0)).max(), LEAST_PATH_M / size[0])
-    middle = (low + high)[own] / 2
-    for which, centre, mm in zip("xy", middle, size, strict=True):
-        half = per_mm * mm / 2
-        linear_axis(axes, which, (centre - half, centre + half), int(mm / 11))
-    axes.set_aspect("equal")
-    label_axes(axes, NAMES[view[0]], NAMES[view[1]], x_mm=7.0, y_mm=12.5)
+    view = max(SEEN_FROM, key=lambda own: float(np.linalg.det(spread[np.ix_(own, own)])))
+    own = list(view)
+    half = 0.6 * ((high - low)[own] / [1, PATH_HIGH]).max()
     _draw_paths(axes, scenery, view)
     if still:
         for line in axes.lines:
             line.set(linestyle="none", marker=".", markersize=2.0, rasterized=True)
     if both is not None and both.mirrored.any():
         axes.plot(*both.master_m[both.mirrored][:200, own].T, ls="", zorder=4, **MIRRORED)
-    return view
-
-
-def view_name(view: tuple[int, int]) -> str:
-    """From where a view of two coordinates looks."""
-    return {(0, 1): "from above", (0, 2): "from the right", (1, 2): "from the front"}[view]
+    _equal(axes, view, (low + high) / 2, max(float(half), LEAST_PATH_M), PATH_HIGH)
+    return SEEN_FROM[view]

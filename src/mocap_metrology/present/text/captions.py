@@ -4,7 +4,13 @@ A figure adds to its caption what only its data can say. Plain text, no markup.
 """
 
 CALIBRATION = (
-    "Paths of the board from both stations, residuals, and the pose of the slave with its verdict."
+    "The pose of the slave with its verdict and what it stands on. (a), (b) Stations and the path "
+    "of the board from above and from the right: dotted lines join the stations and the middle of "
+    "the path. (c) The path near by, where it takes the most room. (d) Distance between the paths "
+    "by both stations after R and t; dashed: its median. (e) Root mean square of the angles about "
+    "each board pose. (f), (g) Share of the sweeps of either station that each diode saw, pale "
+    "where it is below half of the usual share. A diode is dead if neither station sees it though "
+    "it faces the same way as others that are seen."
 )
 CAMERAS = (
     "Noise of the positions from subsets of the cameras of one take, against the number of "

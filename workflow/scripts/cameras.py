@@ -13,7 +13,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.cameras.camera_figure import camera_figure
     from mocap_metrology.present.cameras.take import Take, levels_of, of_take, one_frame
     from mocap_metrology.present.drawing.style import save_figure
-    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.tables import read_noise
 
     given, settings, group = snakemake.params, snakemake.params.cameras, snakemake.wildcards.group
     of = {row["recording"]: row for row in given.rows}

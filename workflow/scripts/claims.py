@@ -24,9 +24,9 @@ with step(snakemake) as log:
     from mocap_metrology.present.claims.jansen import Calibrations
     from mocap_metrology.present.claims.remedies import shock_of
     from mocap_metrology.present.claims.table import claim_rows, claims_markdown
-    from mocap_metrology.present.groups.group_tables import read_noise
     from mocap_metrology.present.jansen.jansen_tables import source_of
     from mocap_metrology.present.skurowski.gaussian_table import cleaning_of
+    from mocap_metrology.present.tables import read_noise
 
     given, files = snakemake.params, snakemake.input
 

@@ -9,7 +9,7 @@ with step(snakemake) as log:
     from mocap_metrology.pipeline.judging import diagnosed, diagnosis_settings
     from mocap_metrology.pipeline.settings import Diagnosis, Still
     from mocap_metrology.pipeline.tables import Table
-    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.tables import read_noise
 
     given, name = snakemake.params, snakemake.wildcards.recording
     settings = diagnosis_settings(

@@ -37,7 +37,7 @@ with step(snakemake) as log:
         expected = tables.read(series)["series"].tolist()
         summary += group_tables.allan_summary(name, source[name], read_table(path)[0], expected)
     write("allan", summary, "Allan deviations", group_tables.ALLAN)
-    found = dict(zip(source, map(group_tables.read_noise, snakemake.input.noise), strict=True))
+    found = dict(zip(source, map(tables.read_noise, snakemake.input.noise), strict=True))
     noise = group_tables.noise_table(found, source)
     caption = f"{group_tables.CAPTION} {sentence}"
     text = group_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)

@@ -7,12 +7,12 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_metadata, read_table
     from mocap_metrology.noise.fit.estimators import NoiseSettings, regression
-    from mocap_metrology.present.groups.group_tables import read_noise
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix, gather
     from mocap_metrology.present.skurowski.coefficients import colour_figure, correlated_figure
     from mocap_metrology.present.skurowski.periodic import periodic_figure
     from mocap_metrology.present.skurowski.regression import regression_figure
+    from mocap_metrology.present.tables import read_noise
 
     given, titles, series = snakemake.params, gather.TITLES, gather.SERIES
     rows = {row["recording"]: row for row in given.rows}

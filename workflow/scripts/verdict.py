@@ -12,7 +12,7 @@ with step(snakemake) as log:
     from mocap_metrology.pipeline.figures import draw_verdict
     from mocap_metrology.pipeline.judging import Evidence, judged
     from mocap_metrology.pipeline.settings import Verdict
-    from mocap_metrology.present.groups.group_tables import read_noise
+    from mocap_metrology.present.tables import read_noise
     from mocap_metrology.present.verdict.words import verdict_lines
 
     given, files = snakemake.params, snakemake.input

@@ -26,7 +26,7 @@ from mocap_metrology.pipeline.recording import (
     spectra,
 )
 from mocap_metrology.pipeline.settings import Settings
-from mocap_metrology.present.groups.group_tables import read_noise
+from mocap_metrology.present.tables import read_noise
 
 N_STEPS = 7
 GROUP = "check"  # of a recording without a sheet

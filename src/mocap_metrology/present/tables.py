@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 Row = dict[str, Any]  # of a table: numbers, words, gaps
 Record = Mapping[str, Any]  # a row as read from CSV, or what a JSON file holds
 BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
+NOISE_NUMBERS = (  # columns of noise.csv
+    *("value", "std_error", "crlb", "lower_68", "upper_68", "lower_95", "upper_95"),
+)
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
 
 
@@ -33,6 +36,14 @@ def read(path: str | Path) -> pd.DataFrame:
     import pandas as pd
 
     return pd.read_csv(path, keep_default_na=False, na_values=[""])
+
+
+def read_noise(path: str | Path) -> list[Row]:
+    """Rows of a noise.csv with numbers as numbers; NaN where a number is missing."""
+    table = read(path)
+    words = table.columns.difference([*NOISE_NUMBERS, "detected"])
+    table[words] = table[words].astype(object).fillna("")
+    return [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
 
 
 def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> None:

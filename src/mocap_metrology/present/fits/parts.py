@@ -4,6 +4,7 @@ curves, and how far the data are off."""
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -92,7 +93,6 @@ def limit_class(row: Record) -> str | None:
 
 
 PER_DECADE = 120  # points of a curve: eight a period for the first six periods of a sinusoid
-PREFIXES = ((0, ""), (-3, "m"), (-6, "µ"), (-9, "n"))
 PERIODS = 6  # of a sinusoid drawn one by one; then their envelope
 
 
@@ -210,6 +210,12 @@ def _parts(model: NoiseModel, rows: Mapping[str, NoiseRow]) -> list[Part]:
     return parts
 
 
+def _in_figure(parameter: str) -> str:
+    """`symbol` as mathematics, where it has an index of letters."""
+    text = symbol(parameter)
+    return re.sub(r"^([A-Za-z]+)_(\w+)$", r"$\1_\2$", text)
+
+
 def _value(name: str, row: NoiseRow | None, component: Component | Deterministic) -> str:
     attribute = {"h_": "h"}.get(name[:2], name.rstrip("0123456789") if name != "f_0" else "f_0")
     value = float(getattr(component, attribute))
@@ -220,15 +226,13 @@ def _value(name: str, row: NoiseRow | None, component: Component | Deterministic
     if name == "f_0" and error > 0:
         return f"{symbol(name)} {_frequency(value, error)}{status}"
     spread = f" ±{_percent(error / abs(value))}" if value and np.isfinite(error) else ""
-    return f"{symbol(name)} {typeset(value)} {unit(name)}{spread}{status}"
+    return f"{_in_figure(name)} {typeset(value)} {unit(name)}{spread}{status}"
 
 
 def _frequency(value: float, error: float) -> str:
-    """`14.40000000 Hz ± 29 nHz`: as many decimals as are known."""
-    decimals = min(max(-math.floor(math.log10(error)), 0), 9)
-    exponent, prefix = next((e, p) for e, p in PREFIXES if error >= 0.995 * 10.0**e or e == -9)
-    scaled = float(f"{error / 10.0**exponent:.2g}")
-    return f"{value:.{decimals}f} Hz ± {scaled:g} {prefix}Hz"
+    """`14.400000 ± 0.000012 Hz`: two digits of the error, and the value to the same place."""
+    decimals = min(max(1 - math.floor(math.log10(float(f"{error:.1e}"))), 0), 10)
+    return f"{value:.{decimals}f} ± {error:.{decimals}f} Hz"
 
 
 def _percent(share: float) -> str:

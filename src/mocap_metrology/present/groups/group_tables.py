@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, unit_key, uni
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.present.fits.parts import limit_class
-from mocap_metrology.present.tables import Record, Row, aligned, read, source_of
+from mocap_metrology.present.tables import Record, Row, aligned, source_of
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
 
 FROM_CSV = (
@@ -36,16 +35,7 @@ CAPTION = (
     f"{STATUS_SIGNS}. Gauss-Markov terms by rising T_c. "
     "All estimators, with standard errors, are in the CSV."
 )
-NUMBERS = ("value", "std_error", "crlb", "lower_68", "upper_68", "lower_95", "upper_95")
 MOST_SERIES = 7  # columns of a table to read
-
-
-def read_noise(path: str | Path) -> list[Row]:
-    """Rows of a noise.csv with numbers as numbers; NaN where a number is missing."""
-    table = read(path)
-    words = table.columns.difference([*NUMBERS, "detected"])
-    table[words] = table[words].astype(object).fillna("")
-    return [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
 
 
 def noise_table(noise: Mapping[str, Sequence[Record]], sources: Mapping[str, str]) -> list[Row]:

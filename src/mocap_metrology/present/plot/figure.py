@@ -14,10 +14,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
+from math import log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from mocap_metrology.common.files import whole
+from mocap_metrology.present.text.numbers import power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,6 +37,7 @@ SMALL_PT = 7.5
 ENTRY_MM, LETTER_MM = 12.0, 1.5  # of a legend: sample and space, and a letter of the text
 MOST_MINOR = 2.5  # decades of an axis with ticks between them,
 LABELLED_MINOR = {"x": 1.2, "y": 2.2}  # and with labels at 2 and 5 too
+MOST_DECADES = 6  # labelled
 NEARLY_LINEAR, FEW_DECADES = 3.0, 300.0  # spans of ratios with ticks in even steps, at 1, 2, 5
 NEAR_ONE = 5e-4, 5e3  # limits of an axis whose numbers are written out
 
@@ -117,8 +120,7 @@ def new_figure(title: str, source: str, height_mm: float, width_mm: float = WIDT
     from matplotlib.figure import Figure
 
     height_mm += sum(LINE_MM * (len(text) // LINE) for text in (title, source))
-    size = (width_mm * MM, height_mm * MM)
-    figure = Figure(figsize=size, dpi=DPI, layout="constrained")  # laid out as the PNG is drawn
+    figure = Figure(figsize=(width_mm * MM, height_mm * MM), layout="constrained")
     figure.set_label(plain(title))
     figure.suptitle(wrapped(title), x=0.01, ha="left", wrap=True)
     if source:
@@ -171,15 +173,18 @@ def log_axes(axes: Axes, limits: tuple[tuple[float, float], tuple[float, float]]
 def log_axis(axes: Axes, which: Literal["x", "y"], limits: tuple[float, float]) -> None:
     """One axis logarithmic; numbers written out where all are near 1, ticks between the decades
     where there are few."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
     axes.set(**{f"{which}scale": "log", f"{which}lim": limits})
     axis = axes.xaxis if which == "x" else axes.yaxis
     written_out = limits[0] > NEAR_ONE[0] and limits[1] < NEAR_ONE[1]
     if written_out:
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    elif limits[1] / limits[0] > 10 ** LABELLED_MINOR[which]:  # mathematics is slow
+        axis.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(log10(value)))))
     if limits[1] / limits[0] > 10**MOST_MINOR:
-        axis.set_minor_locator(NullLocator())  # a tick is an artist, and slow
+        axis.set_major_locator(LogLocator(numticks=MOST_DECADES))  # ticks are artists, and slow
+        axis.set_minor_locator(NullLocator())
     elif limits[1] / limits[0] > 10 ** LABELLED_MINOR[which]:
         axis.set_minor_formatter(NullFormatter())
     elif written_out:
@@ -259,6 +264,7 @@ def save(picture: Picture, path: str | Path) -> tuple[Path, Path]:
     told = {"Title": figure.get_label(), "Description": plain(picture.caption)}
     known = {key: str(text) for key, text in told.items() if text}
     with styled(), whole(svg) as svg_part, whole(png) as png_part:
+        figure.set_dpi(DPI)  # laid out as the PNG is drawn: hinting makes small text wider
         if engine := figure.get_layout_engine():
             engine.execute(figure)
         figure.set_layout_engine(None)  # else every `savefig` would lay it out and draw it twice

@@ -88,6 +88,14 @@ TRAJECTORY = (
 FEWER_OUTLIERS = (
     "Of the many outliers those are drawn that are the largest of their stretch of time, or of all."
 )
+FIT = (
+    "(a) Allan deviation and (b) power spectral density of one series, with the fitted noise model "
+    "and its components. (c) Residuals: data/model - 1, between -1 and 1 % on a linear axis and "
+    "beyond on a logarithmic one; shaded is the interval of the data. (d) Residuals of the "
+    "spectrum over its standard deviation, the square root of 2/dof; shaded are 1 and 2 sigma."
+)
+OTHER_FITS = "(e) and (f): the same of other estimators, residuals and spectra of their models."
+GAUSS_MARKOV = "GM: Gauss-Markov component, its number under its peak; classes of T_c after S 4.6:"
 RECORDING = (
     f"Figures of one recording. Allan deviation: {ADEV} Spectrum: {PSD} Trajectories and the fits "
     "of the noise model are in the recording's folder of results."

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from figure_data import ODD_TEXT, check, check_saved, every_text
 
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose
 from mocap_metrology.noise.twins.take import (
@@ -25,7 +26,6 @@ from mocap_metrology.present.cameras.camera_tables import (
     summary,
     word,
 )
-from mocap_metrology.present.drawing.style import save_figure
 
 LIMITS = {"rise": 0.05, "noisy": 1.5}
 IDS = tuple(range(11, 21))  # of the ten cameras, in the order in which they are added
@@ -166,33 +166,70 @@ def test_law_table_takes_what_is_known() -> None:
     assert length["b"] is None and length["h_0_b"] == pytest.approx(1.0)
 
 
+def levels(subsets: dict, scale: float = 1.0) -> dict:
+    """What the figure needs of each recording: noise that falls as 1/n."""
+    names = ("x1", "y1", "z1", "x2", "y2", "z2")
+    return {
+        name: {"n": len(ids), "without": [i for i in IDS if i not in ids]}
+        | dict.fromkeys(names, scale * 0.1 / len(ids))
+        for name, ids in subsets.items()
+    }
+
+
+def bars(axes) -> list[tuple[float, float, float]]:
+    """Value, lower and upper end of every interval drawn in a panel."""
+    found = []
+    for one in axes.containers:
+        line, _, (ends,) = one.lines
+        found += [
+            (y, low[1], high[1])
+            for y, (low, high) in zip(line.get_ydata(), ends.get_segments(), strict=True)
+        ]
+    return sorted(found)
+
+
 @pytest.mark.parametrize("subsets", [PAPER, LEFT_OUT])
 def test_figure_has_a_panel_for_each_question(tmp_path, subsets: dict) -> None:
     rows = rows_of(np.random.default_rng(18), subsets, 15)
-    names = ("x1", "y1", "z1", "x2", "y2", "z2")
-    sigma = {
-        "T40": {
-            name: {"n": len(ids), "without": [i for i in IDS if i not in ids]}
-            | dict.fromkeys(names, 0.1 / len(ids))
-            for name, ids in subsets.items()
-        }
-    }
-    figure = camera_figure(rows, sigma, LIMITS, "Cameras", "All recordings are measured.")
-    labels = [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()]
+    source = "Source: 7 measured recordings."
+    picture = camera_figure(rows, {"T40": levels(subsets)}, LIMITS, "Cameras", source, "More.")
+    _, of_rise, of_camera = picture.figure.axes
+    titles = [axes.get_title(loc="left")[:3] for axes in picture.figure.axes]
+    assert titles == ["(a)", "(b)", "(c)"] and all(t in picture.caption for t in titles)
+    assert picture.caption.endswith("More.")
+    labels = [axes.get_ylabel() for axes in picture.figure.axes]
     assert labels == [
-        "Allan deviation, one frame (mm)",
+        "Allan deviation,\none frame (mm)",
         "Noise of subset /\nof the smaller one",
         "Noise of camera /\nmedian of all",
     ]
-    ticks = [[t.get_text() for t in axes.get_xticklabels()] for axes in figure.axes[1:3]]
+    ticks = [[t.get_text() for t in axes.get_xticklabels()] for axes in (of_rise, of_camera)]
     assert all(text.startswith("id ") for text in ticks[0])  # +2 would read as two cameras
     assert subsets is LEFT_OUT or ticks[1][0] == "id 11\nid 12"
-    svg, png = save_figure(figure, tmp_path / "cameras")
-    assert png.stat().st_size > 10_000 and svg.stat().st_size < 1_000_000
+    noise = ("camera_noise", "camera_noise_lower_95", "camera_noise_upper_95")
+    known = {(r["from"], r["to"]): tuple(r[k] for k in noise) for r in rows if r["camera_noise"]}
+    assert np.allclose(bars(of_camera), sorted(known.values()))
+    check_saved(picture, tmp_path / "cameras")
+
+
+def test_camera_types_share_their_scales() -> None:
+    """Five types of very different noise, in two rows of columns; long names."""
+    rng, kinds = np.random.default_rng(20), [f"{k}_{'camera-' * 9}" for k in range(5)]
+    rows = [row | {"camera_type": k} for k in kinds for row in rows_of(rng, PAPER, 15)]
+    sigma = {kind: levels(PAPER, 10.0**k) for k, kind in enumerate(kinds)}
+    picture = camera_figure(rows, sigma, LIMITS, ODD_TEXT, ODD_TEXT)
+    check(picture)
+    shown = [axes for axes in picture.figure.axes if axes.axison]
+    assert len(shown) == 3 * len(kinds)
+    of_name = [axes for axes in shown if axes.get_xlabel() == "Number of cameras"]
+    assert len({axes.get_ylim() for axes in of_name}) == 1 < len(of_name)
+    for axes, k in zip(of_name, range(5), strict=True):
+        low, high = axes.get_ylim()
+        assert low < 10.0**k * 0.01 and 10.0**k * 0.05 < high
 
 
 def test_figure_of_nothing(tmp_path) -> None:
     sigma = {"T40": {"a": {"n": 2, "without": [3], "x1": 1.0}, "b": {"n": 3, "without": []}}}
-    figure = camera_figure([], sigma, LIMITS, "Cameras")
-    assert [t.get_text() for axes in figure.axes for t in axes.texts].count("nothing to tell") == 1
-    save_figure(figure, tmp_path / "nothing")
+    picture = camera_figure([], sigma, LIMITS, "Cameras", "Source: nothing.")
+    assert every_text(picture).count("no addition of cameras") == 1
+    check_saved(picture, tmp_path / "nothing")

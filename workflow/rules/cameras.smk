@@ -34,7 +34,6 @@ rule cameras:
         caption=captions.CAMERAS,
         takes=accepted(selection.takes),
         rows=columns("recording", "camera_type", "camera_ids", of=SUBSETS),
-        sources=column("source", of=SUBSETS),
         cameras=config["cameras"],
         mask_sigma=config["noise"]["mask_sigma"],
         half_window_s=config["hampel"]["half_window_s"],

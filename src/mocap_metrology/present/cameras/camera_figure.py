@@ -7,148 +7,136 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.cameras.camera_tables import NOISE, noisy, raised
-from mocap_metrology.present.drawing.axes import decade_axis, log_limits
-from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
+from mocap_metrology.present.cameras.camera_tables import LARGEST, NOISE, noisy, raised
+from mocap_metrology.present.plot.curves import Limits, log_limits
+from mocap_metrology.present.plot.figure import (
     FAINT,
     GREY,
     INK,
     LOOKS,
-    MARGIN_MM,
-    SMALL_PT,
-    WIDTH_MM,
     Keywords,
-    Sheet,
-    blank_sheet,
+    Picture,
     coordinate_of,
-    head,
-    label_axes,
-    size_mm,
+    legend_below,
+    log_axis,
+    new_figure,
+    panel_title,
+    ratio_axis,
+    say,
+    short,
     styled,
-    text_mm,
 )
 from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.text import captions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-LEFT_MM, GAP_MM, RIGHT_MM, TOP_MM = 17.0, 11.0, 3.0, 6.0
-NOISE_MM, RISE_MM, CAMERA_MM, LABELS_MM, BETWEEN_MM = 48.0, 34.0, 30.0, 12.0, 2.0
-RATIOS = "Noise of subset /\nof the smaller one", "Noise of camera /\nmedian of all"
-MOST = 3  # camera types side by side
+NOISE_MM, RISE_MM, CAMERA_MM, REST_MM = 60.0, 48.0, 46.0, 22.0  # heights of rows
+MOST, NAME = 3, 18  # camera types side by side, characters over a panel
 ALARM = "#c2185b"
-TICK_PT = SMALL_PT - 0.5
-TAU_LOOKS = (("o", INK), ("s", "#5c5c5c"), ("^", "#858585"))  # one frame, 0.1 s, 1 s
-DOT = 3.8  # points
+RAISED: Keywords = {"color": ALARM, "alpha": 0.13, "lw": 0}
+LIMIT: Keywords = {"color": ALARM, "lw": 0.9, "ls": (0, (4, 2))}
+LAW: Keywords = {"color": FAINT, "lw": 0.8}
+TAU_LOOKS = (("o", INK), ("s", "#5c5c5c"), ("^", "#757575"))  # one frame, 0.1 s, 1 s
+CLOSE = 0.88  # of the next larger number of cameras, from which its label would touch
+ROOM_FOR_ID = 14  # ids across a page that have room for the word
 WORDS = ("", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-NOTE = (
-    "Above: Allan deviation at one frame against the number of cameras; first marker filled, "
-    "others open; grey: 1/√n (S Eq. 3). Below: noise of each subset relative to the next "
-    "smaller one, in the direction in which it rose most, of the worst marker, with 95 % "
-    "intervals; sound cameras give 1 or less; dashed: limit. "
-)
-CAMERA_NOTE = (
-    "Last: noise of each added camera (of the noisiest, where several were added at once) relative "
-    "to the median of all cameras, from frames that the subsets share; dashed: limit. "
-)
+Levels = Mapping[str, Record]  # of each recording: n, ids it is without, deviation by coordinate
 
 
 @styled()
 def camera_figure(
     rows: Sequence[Row],
-    sigma_mm: Mapping[str, Mapping[str, Record]],
+    sigma_mm: Mapping[str, Levels],
     settings: Mapping[str, float],
     title: str,
-    note: str = "",
-) -> Figure:
-    """rows: those of <group>_cameras; sigma_mm: camera type -> recording -> `n`, the ids it
+    source: str,
+    remarks: str = "",
+) -> Picture:
+    """A column a camera type: (a) noise at one frame against the number of cameras, (b) how it
+    changed with each addition, (c) the noise of each added camera, where it is known.
+
+    rows: those of <group>_cameras; sigma_mm: camera type -> recording -> `n`, the ids it
     is `without` and the deviation at one frame of each coordinate; settings: limits `rise`
-    and `noisy`."""
-    types = list(sigma_mm)
-    told = any(row["camera_noise"] is not None for row in rows)
-    block = TOP_MM + NOISE_MM + LABELS_MM + BETWEEN_MM + RISE_MM + LABELS_MM
-    block += (CAMERA_MM + BETWEEN_MM + LABELS_MM) if told else 0.0
-    n_rows = -(-len(types) // MOST)
-    entries = _entries(rows)
-    width = WIDTH_MM - 2 * MARGIN_MM
-    body = n_rows * block + strip_height(entries, width) + 4.0
-    sheet = blank_sheet(body, title, f"{NOTE}{CAMERA_NOTE if told else ''}{note}")
-    columns = min(len(types), MOST)
-    panel = (WIDTH_MM - LEFT_MM - RIGHT_MM - (columns - 1) * GAP_MM) / columns
-    for k, kind in enumerate(types):
-        place = LEFT_MM + k % MOST * (panel + GAP_MM), TOP_MM + k // MOST * block, panel
-        own = [row for row in rows if row["camera_type"] == kind]
-        _block(sheet, place, kind, own, sigma_mm[kind], settings, told)
-    strip(sheet, MARGIN_MM, n_rows * block + 2.0, width, entries)
-    return sheet.figure
+    and `noisy`; source: the line at the foot; remarks: what the caption adds.
+    """
+    kinds = list(sigma_mm)
+    heights = [NOISE_MM, RISE_MM]
+    heights += [CAMERA_MM] if any(row["camera_noise"] is not None for row in rows) else []
+    n_blocks = -(-len(kinds) // MOST)
+    columns = min(len(kinds), MOST)
+    room = ROOM_FOR_ID // columns
+    body = new_figure(title, source, REST_MM + n_blocks * sum(heights))
+    levels = log_limits([_values(of)[1] for of in sigma_mm.values()], least_decades=1.0)
+    factors = [_factor_limits(rows, LARGEST[0]), _factor_limits(rows, NOISE[0])]
+    last: list[Axes] = []
+    for k, part in enumerate(body.subfigures(n_blocks, squeeze=False)[:, 0]):
+        shown = kinds[k * MOST : (k + 1) * MOST]
+        grid = part.subplots(len(heights), columns, squeeze=False, height_ratios=heights)
+        for kind, column in zip(shown, grid.T, strict=False):
+            own = [row for row in rows if row["camera_type"] == kind]
+            _noise_panel(column[0], sigma_mm[kind], raised(own), levels)
+            panel_title(column[0], short(kind, NAME))
+            _rise_panel(column[1], own, settings["rise"], factors[0], room)
+            if len(heights) > 2:
+                _camera_panel(column[2], own, settings["noisy"], factors[1], room)
+        _name_rows(grid, shown)
+        last = list(grid[:, : len(shown)].flat)
+    last[1].axvspan(np.nan, np.nan, label="raised or noisy", **RAISED)
+    legend_below(part, last, 5)
+    return Picture(body, f"{captions.CAMERAS} {remarks}")
 
 
-def _block(
-    sheet: Sheet,
-    place: tuple[float, float, float],
-    kind: str,
-    rows: Sequence[Row],
-    sigma_mm: Mapping[str, Record],
-    settings: Mapping[str, float],
-    told: bool,
-) -> None:
-    left, top, width = place
-    up = raised(rows)
-    axes = sheet.axes(left, top, width, NOISE_MM)
-    _noise_panel(axes, sigma_mm, up, width)
-    head(axes, kind)
-    first = left == LEFT_MM  # of its row: it alone names the vertical axes
-    names = "Allan deviation, one frame (mm)", *RATIOS
-    names = names if first else ("", "", "")
-    counted = len({found["n"] for found in sigma_mm.values()}) == len(sigma_mm)
-    across = "Number of cameras" if counted else "Cameras left out (−), or their number"
-    label_axes(axes, x=across, y=names[0], x_mm=LABELS_MM - 2.0, y_mm=13.0)
-    top += NOISE_MM + LABELS_MM + BETWEEN_MM
-    axes = sheet.axes(left, top, width, RISE_MM)
-    _rise_panel(axes, rows, up, settings["rise"])
-    label_axes(axes, x="Ids of the cameras added", y=names[1], x_mm=LABELS_MM - 2.0, y_mm=12.5)
-    if told:
-        top += RISE_MM + LABELS_MM + BETWEEN_MM
-        axes = sheet.axes(left, top, width, CAMERA_MM)
-        _camera_panel(axes, rows, settings["noisy"])
-        label_axes(axes, x="Ids of the cameras", y=names[2], x_mm=LABELS_MM - 2.0, y_mm=12.5)
+def _name_rows(grid: np.ndarray, shown: Sequence[str]) -> None:
+    """Letters and vertical axes are named at the first camera type; what holds none goes."""
+    names = (
+        (shown[0], "Allan deviation,\none frame (mm)"),
+        ("With each addition", "Noise of subset /\nof the smaller one"),
+        ("Each added camera", "Noise of camera /\nmedian of all"),
+    )
+    for letter, row, (title, label) in zip("abc", grid, names, strict=False):
+        panel_title(row[0], f"({letter}) {short(title, NAME)}")
+        row[0].set_ylabel(label)
+        for axes in row[1:]:
+            axes.tick_params(labelleft=False)
+        for axes in row[len(shown) :]:
+            axes.axis("off")
 
 
-def _noise_panel(
-    axes: Axes, sigma_mm: Mapping[str, Record], up: Sequence[Row], width: float
-) -> None:
+def _values(levels: Levels) -> tuple[list[str], np.ndarray]:
+    """Series, and their deviations (series, recording), recordings by number of cameras."""
+    series = list(dict.fromkeys(s for found in levels.values() for s in found if coordinate_of(s)))
+    names = sorted(levels, key=lambda name: levels[name]["n"])
+    values = [[levels[name].get(s, np.nan) for name in names] for s in series]
+    return series, np.array(values, dtype=np.float64).reshape(len(series), len(names))
+
+
+def _noise_panel(axes: Axes, levels: Levels, up: Sequence[Row], limits: Limits) -> None:
     """Against the number of cameras; or, where recordings have equally many, side by side."""
-    names = sorted(sigma_mm, key=lambda name: sigma_mm[name]["n"])
-    n = np.array([sigma_mm[name]["n"] for name in names], dtype=np.float64)
+    names = sorted(levels, key=lambda name: levels[name]["n"])
+    n = np.array([levels[name]["n"] for name in names], dtype=np.float64)
     nested = np.unique(n).size == n.size
     x = n if nested else np.arange(n.size, dtype=np.float64)
-    at = dict(zip(names, x, strict=True))
-    series = {s: place for f in sigma_mm.values() for s in f if (place := coordinate_of(s))}
-    values = {s: np.array([sigma_mm[name].get(s, np.nan) for name in names]) for s in series}
-    limits = log_limits(list(values.values()), least_decades=1.0)
+    at = dict(zip(names, x.tolist(), strict=True))
+    log_axis(axes, "y", limits)
+    axes.grid(visible=False)
     for row in up:
-        ends = (at[row["from"]], at[row["to"]]) if nested else at[row["from"]] + SLOT
-        axes.axvspan(*ends, color=ALARM, alpha=0.13, lw=0)
+        ends = (at[row["from"]], at[row["to"]]) if nested else (at[row["from"]], at[row["from"]])
+        axes.axvspan(ends[0] - 0.5 * (not nested), ends[1] + 0.5 * (not nested), **RAISED)
+    for level in np.geomspace(*limits, 9) if nested else ():
+        axes.plot(n, level * (n[0] / n) ** 0.5, zorder=0.5, **LAW)
+    for name, y in zip(*_values(levels), strict=True):
+        axis, marker = coordinate_of(name) or ("x", 1)
+        how = LOOKS[axis].line(lw=0.9, label=axis)
+        how |= {"markerfacecolor": LOOKS[axis].colour if marker == 1 else "white"}
+        axes.plot(x, y, **how | ({} if nested else {"ls": ""}))
     if nested:
-        grid = np.array([n.min(), n.max()])
-        for level in np.geomspace(*limits, 9):
-            axes.plot(grid, level * (n.min() / grid) ** 0.5, color=FAINT, lw=0.8, zorder=0.5)
-    for (axis, marker), y in zip(series.values(), values.values(), strict=True):
-        look = LOOKS[axis]
-        fill = look.colour if marker == 1 else "white"
-        how: Keywords = {"color": look.colour, "marker": look.marker, "markerfacecolor": fill}
-        axes.plot(x, y, ls=look.dashes if nested else "", lw=0.9, **how)
-    decade_axis(axes, "y", limits, NOISE_MM)
-    axes.grid(visible=False, axis="y")
-    if nested:
-        _count_axis(axes, n, width)
+        axes.plot([], [], label="1/√n (S Eq. 3)", **LAW)
+        _count_axis(axes, n)
     else:
-        _slot_axis(axes, [_without(**sigma_mm[name]) for name in names])
-
-
-SLOT = np.array([-0.5, 0.5])
+        _slot_axis(axes, [_without(**levels[name]) for name in names])
+        axes.set_xlabel("Cameras left out (−), or their number")
 
 
 def _without(n: int, without: Sequence[int | str], **_levels: float) -> str:
@@ -156,74 +144,61 @@ def _without(n: int, without: Sequence[int | str], **_levels: float) -> str:
     return "\n".join(f"−{i}" for i in without) if 0 < len(without) <= 2 else f"{n}"
 
 
-def _count_axis(axes: Axes, counts: np.ndarray, width: float) -> None:
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
-    low, high = counts.min(), counts.max()
-    pad = (high / low) ** 0.06
-    axes.set_xscale("log")
-    axes.set_xlim(low / pad, high * pad)
-    at = width / np.log(high / low * pad**2)
+def _count_axis(axes: Axes, counts: np.ndarray) -> None:
+    """A logarithmic axis of numbers of cameras, labels where there is room, the largest first."""
+    pad = float(counts[-1] / counts[0]) ** 0.06
+    axes.set(xscale="log", xlim=(counts[0] / pad, counts[-1] * pad), xlabel="Number of cameras")
     shown = [counts[-1]]
-    for count in counts[-2::-1]:  # labels where there is room, the largest first
-        if np.log(shown[-1] / count) * at > 4.0:
+    for count in counts[-2::-1]:
+        if count < CLOSE * shown[-1]:
             shown.append(count)
-    axes.xaxis.set_major_locator(FixedLocator(sorted(shown)))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _p: f"{v:g}"))
+    axes.set_xticks(shown, [f"{count:g}" for count in shown])
+    axes.set_xticks([], minor=True)
 
 
-def _rise_panel(axes: Axes, rows: Sequence[Row], up: Sequence[Row], rise: float) -> None:
-    steps = list(dict.fromkeys((r["from"], r["to"]) for r in rows if r["from"]))
-    own = [r for r in rows if r["from"]]
+def _rise_panel(axes: Axes, rows: Sequence[Row], rise: float, limits: Limits, room: int) -> None:
+    """Factor of the worst marker with each addition, at up to three averaging times."""
+    own = [row for row in rows if row["from"]]
+    steps = list(dict.fromkeys((row["from"], row["to"]) for row in own))
+    bad = {(row["from"], row["to"]) for row in raised(rows)}
+    ratio_axis(axes, limits)
+    axes.set_xlabel("Ids of the cameras added")
     if not own:
-        _nothing(axes, "nothing to tell")
+        axes.set_xticks([])
+        say(axes, "no addition of cameras")
         return
-    taus = sorted({r["tau_s"] for r in own})[: len(TAU_LOOKS)]
-    bad = {(r["from"], r["to"]) for r in up}
-    for k, step in enumerate(steps):
-        if step in bad:
-            axes.axvspan(k - 0.5, k + 0.5, color=ALARM, alpha=0.13, lw=0)
-    for j, (tau, (marker, colour)) in enumerate(zip(taus, TAU_LOOKS, strict=False)):
-        worst = [_worst(own, step, tau) for step in steps]
+    taus = sorted({row["tau_s"] for row in own})[: len(TAU_LOOKS)]
+    for j, (tau, look) in enumerate(zip(taus, TAU_LOOKS, strict=False)):
         x = np.arange(len(steps)) + (j - (len(taus) - 1) / 2) * 0.24
-        _dots(
-            axes,
-            x,
-            worst,
-            ("largest_factor", "largest_lower_95", "largest_upper_95"),
-            marker,
-            colour,
-        )
-    axes.axhline(1, color=GREY, lw=0.8)
-    axes.axhline(1 + rise, color=ALARM, lw=0.9, ls=(0, (4, 2)))
-    named = {s: next(r for r in own if (r["from"], r["to"]) == s) for s in steps}
-    _factor_axis(axes, own, "largest")
-    _slot_axis(axes, _step_labels([named[s] for s in steps], size_mm(axes)[0]))
+        worst = [_worst(own, step, tau) for step in steps]
+        _bars(axes, x, worst, LARGEST, look, "one frame" if j == 0 else f"{tau:.2g} s")
+    _limits(axes, 1 + rise, [k for k, step in enumerate(steps) if step in bad])
+    named = {step: next(r for r in own if (r["from"], r["to"]) == step) for step in steps}
+    _slot_axis(axes, [_added(named[step], len(steps) <= room) for step in steps])
 
 
-def _camera_panel(axes: Axes, rows: Sequence[Row], limit: float) -> None:
-    shortest = min((r["tau_s"] for r in rows), default=0.0)
-    own = [r for r in rows if r["tau_s"] == shortest and r["camera_noise"] is not None]
-    first = list({(r["from"], r["to"]): r for r in reversed(own)}.values())[::-1]
-    sets = {r["added"] for r in noisy(rows, limit)}
+def _camera_panel(axes: Axes, rows: Sequence[Row], limit: float, limits: Limits, room: int) -> None:
+    """Noise of each added camera at one frame."""
+    shortest = min((row["tau_s"] for row in rows), default=0.0)
+    own = [row for row in rows if row["tau_s"] == shortest and row["camera_noise"] is not None]
+    first = list({(row["from"], row["to"]): row for row in reversed(own)}.values())[::-1]
+    bad = {row["added"] for row in noisy(rows, limit)}
+    ratio_axis(axes, limits)
+    axes.set_xlabel("Ids of the cameras")
     if not first:
-        _nothing(axes, "frames are not shared")
+        axes.set_xticks([])
+        say(axes, "frames are not shared")
         return
-    for k, row in enumerate(first):
-        if row["added"] in sets:
-            axes.axvspan(k - 0.5, k + 0.5, color=ALARM, alpha=0.13, lw=0)
-    _dots(axes, np.arange(len(first)), first, NOISE[:3], "o", INK)
+    _bars(axes, np.arange(len(first)), first, NOISE, TAU_LOOKS[0], "one frame")
+    _limits(axes, limit, [k for k, row in enumerate(first) if row["added"] in bad])
+    _slot_axis(axes, [_added(row, len(first) <= room) for row in first])
+
+
+def _limits(axes: Axes, limit: float, bad: Sequence[int]) -> None:
     axes.axhline(1, color=GREY, lw=0.8)
-    axes.axhline(limit, color=ALARM, lw=0.9, ls=(0, (4, 2)))
-    _factor_axis(axes, first, "camera_noise")
-    _slot_axis(axes, _step_labels(first, size_mm(axes)[0]))
-
-
-def _nothing(axes: Axes, why: str) -> None:
-    axes.set(xticks=[], yticks=[])
-    how: Keywords = {"transform": axes.transAxes, "ha": "center", "va": "center", "size": SMALL_PT}
-    axes.text(0.5, 0.5, why, color=GREY, **how)
+    axes.axhline(limit, label="limit", **LIMIT)
+    for k in bad:
+        axes.axvspan(k - 0.5, k + 0.5, **RAISED)
 
 
 def _worst(rows: Sequence[Row], step: tuple[str, str], tau: float) -> Row:
@@ -231,70 +206,41 @@ def _worst(rows: Sequence[Row], step: tuple[str, str], tau: float) -> Row:
     return max(own, key=lambda r: r["largest_factor"])
 
 
-def _dots(
+def _bars(
     axes: Axes,
     x: np.ndarray,
     rows: Sequence[Row],
     keys: Sequence[str],
-    marker: str,
-    colour: str,
+    look: tuple[str, str],
+    text: str,
 ) -> None:
-    value, low, high = (np.array([r[key] for r in rows], dtype=np.float64) for key in keys)
-    axes.vlines(x, low, high, color=colour, lw=1.0)
-    axes.plot(x, value, ls="", marker=marker, color=colour, markersize=DOT)
+    """Factors with intervals whose ends are wider than the points, so that short ones show."""
+    value, low, high = (np.array([row[key] for row in rows], dtype=np.float64) for key in keys[:3])
+    how: Keywords = {"ls": "", "marker": look[0], "color": look[1], "markersize": 2.6}
+    reach = np.nan_to_num([value - low, high - value])
+    axes.errorbar(
+        x, value, yerr=reach, elinewidth=0.9, capsize=3.2, capthick=0.7, label=text, **how
+    )
 
 
-def _factor_axis(axes: Axes, rows: Sequence[Row], which: str) -> None:
-    """Logarithmic, from what the estimates need; intervals may leave the panel."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
-    key = "largest_factor" if which == "largest" else which
-    values = np.array([r[key] for r in rows], dtype=np.float64)
-    low, high = min(values.min() / 1.12, 0.8), max(values.max() * 1.12, 1.25)
-    fine, coarse = [0.8, 0.9, 1, 1.1, 1.2, 1.3, 1.5], [0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 4]
-    ticks = np.array(fine if high / low < 2 else [*coarse, 6, 10, 20, 50])
-    ticks = ticks[(ticks > low) & (ticks < high)]
-    axes.set_yscale("log")
-    axes.set_ylim(low, high)
-    axes.yaxis.set_major_locator(FixedLocator(ticks))
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _p: f"{v:g}"))
-    axes.grid(visible=True, axis="y")
+def _factor_limits(rows: Sequence[Row], key: str) -> Limits:
+    """From what the estimates need; intervals may leave the panel."""
+    values = [row[key] for row in rows if row[key] is not None and (row["from"] or key == NOISE[0])]
+    return min([0.8, *(v / 1.12 for v in values)]), max([1.25, *(v * 1.12 for v in values)])
 
 
 def _slot_axis(axes: Axes, labels: Sequence[str]) -> None:
-    from matplotlib.ticker import FixedLocator, FuncFormatter
-
     axes.set_xlim(-0.5, len(labels) - 0.5)
-    axes.xaxis.set_major_locator(FixedLocator(range(len(labels))))
-    names = dict(enumerate(labels))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _p: names.get(round(v), "")))
-    axes.tick_params(axis="x", length=0, labelsize=TICK_PT)
+    axes.set_xticks(range(len(labels)), labels)
+    axes.tick_params(axis="x", length=0)
+    axes.grid(visible=False, axis="x")
 
 
-def _step_labels(rows: Sequence[Row], width: float) -> list[str]:
-    """Ids, one a line, of two at most, with the word `id` where axes `width` mm wide have room; of
-    more, their number in words."""
-    few = [ids for row in rows if len(ids := row["added"].split(";")) <= 2]
-    widest = max((text_mm(f"id {i}", TICK_PT) for ids in few for i in ids), default=0.0)
-    word = "id " if widest < 0.8 * width / max(len(rows), 1) else ""
-    return [_step_label(row, word) for row in rows]
-
-
-def _step_label(row: Row, word: str) -> str:
+def _added(row: Row, room: bool) -> str:
+    """Ids, one a line, of two at most, with the word `id` where there is room; of more, their
+    number in words."""
     ids = row["added"].split(";")
     if len(ids) <= 2:
-        return "\n".join(f"{word}{i}" for i in ids)
+        return "\n".join(f"{'id ' * room}{short(i)}" for i in ids)
     count = WORDS[len(ids)] if len(ids) < len(WORDS) else str(len(ids))
     return f"{count}\nmore" if row["from"] else f"first\n{count}"
-
-
-def _entries(rows: Sequence[Row]) -> list[Entry]:
-    entries = [Entry(axis, look=LOOKS[axis]) for axis in LOOKS]
-    taus = sorted({r["tau_s"] for r in rows if r["from"]})[: len(TAU_LOOKS)]
-    for k, (tau, (marker, colour)) in enumerate(zip(taus, TAU_LOOKS, strict=False)):
-        text = "one frame" if k == 0 else f"{tau:.2g} s"
-        entries.append(Entry(text, dot={"marker": marker, "color": colour, "markersize": DOT}))
-    entries.append(Entry("limit", line={"color": ALARM, "lw": 0.9, "ls": (0, (4, 2))}))
-    entries.append(Entry("raised or noisy", patch={"color": ALARM, "alpha": 0.13, "lw": 0}))
-    return entries

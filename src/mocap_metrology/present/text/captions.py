@@ -13,10 +13,13 @@ CALIBRATION = (
     "it faces the same way as others that are seen."
 )
 CAMERAS = (
-    "Noise of the positions from subsets of the cameras of one take, against the number of "
-    "cameras and from each subset to the next larger one. Sound cameras cannot raise it in any "
-    "direction; where the subsets share their frames, the noise of each added camera relative "
-    "to the others is told too."
+    "Noise of the positions from subsets of the cameras of one take. (a) Allan deviation at one "
+    "frame against the number of cameras; first marker filled, others open. (b) Noise of each "
+    "subset relative to the next smaller one, in the direction in which it rose most, of the worst "
+    "marker, with 95 % intervals. Sound cameras cannot raise the noise in any direction: they give "
+    "1 or less. (c), where the subsets share their frames: noise of each added camera, or of the "
+    "noisiest where several were added at once, relative to the median of all cameras, with 95 % "
+    "intervals. Bars with ends are intervals, some shorter than their point; some leave the panel."
 )
 COEFFICIENTS = (
     "Coefficients h of power-law noise, S ∝ f^α, by the likelihood estimator with 95 % intervals; "

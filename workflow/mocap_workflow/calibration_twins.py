@@ -61,15 +61,15 @@ class FactoryValues(Entry):
     BEFORE_KEY = "."
 
     phase: Rotors | None = None
-    """Of rotor 0 and 1."""
+    """Phase of rotor 0 and 1."""
     tilt: Rotors | None = None
-    """Likewise."""
+    """Tilt of rotor 0 and 1."""
     curve: Rotors | None = None
-    """Likewise."""
+    """Curve of rotor 0 and 1."""
     gibphase: Rotors | None = None
-    """Likewise."""
+    """Phase of the gibbous term of rotor 0 and 1."""
     gibmag: Rotors | None = None
-    """Likewise."""
+    """Amplitude of the gibbous term of rotor 0 and 1."""
 
     def made(self) -> Factory:
         """The values as the station itself can state them: half floats."""
@@ -97,9 +97,9 @@ class Board(Entry):
     width_m: Annotated[float, Number(0.01, 2)] = 0.24
     """Width of the grid."""
     height_m: Annotated[float, Number(0.01, 2)] = 0.16
-    """Its height."""
+    """Height of the grid."""
     out_of_plane_m: Annotated[float, Number(0, 0.2)] = 0.0
-    """Puts each diode so far before or behind the plane."""
+    """Displaces each diode by this distance before or behind the plane."""
 
     def made(self) -> twins.BoardTwin:
         """The board."""
@@ -113,22 +113,23 @@ class Motion(Entry):
     """`line`, `arc` (half a circle, to and fro), `circle`, `hand` (random, three sines a
     coordinate) or `still`."""
     centre_m: PointWithin20
-    """Middle of the path."""
+    """Centre of the path."""
     speed_m_s: Annotated[float, Number(0, 5)] = 0.4
-    """Greatest speed of the path."""
+    """Largest speed on the path."""
     extent_m: Annotated[float, Number(0, 5)] = 0.3
-    """Diameter, length, greatest extent along an axis."""
+    """Diameter, length, largest extent along an axis."""
     sway_m: Annotated[float, Number(0, 1)] = 0.0
-    """Rms along each axis, slow, added to line, arc and circle: a hand does not follow a ruler, and
-    positions on a straight line leave a turn about it open."""
+    """Slow random motion along each axis (rms) that is added to line, arc and circle. A hand is
+    never exactly on a line, and positions on a straight line leave the rotation about it
+    undetermined."""
     wobble_deg: Annotated[float, Number(0, 45)] = 8.0
-    """Rms of each angle, slow."""
+    """Slow random rotation about each axis (rms)."""
     tremor_mm: Annotated[float, Number(0, 10)] = 0.0
     """Rms of each coordinate at 3-5 Hz and at 8-10 Hz."""
     tremor_deg: Annotated[float, Number(0, 10)] = 0.0
-    """The same of each angle."""
+    """Rms of each angle in the same bands."""
     turn_deg: Angles = ORIGIN
-    """The board faces the middle between the stations, but for this."""
+    """Rotation of the board away from the middle between the stations, which it otherwise faces."""
 
     def made(self) -> twins.MotionTwin:
         """The motion."""
@@ -139,19 +140,20 @@ class Station(Entry):
     """A base station: pose of its housing in the master's, and its optics and lasers in there."""
 
     id: Annotated[int, Whole(1, 2**32 - 1)]
-    """Goes out in the flashes."""
+    """Identity that the flashes transmit."""
     mode: Annotated[str, one_of(("A", "b", "c"))]
-    """Likewise: b and c, or b and A by cable. A master in mode A without a slave sweeps alone."""
+    """Mode that the flashes transmit: b and c, or b and A by cable. A master in mode A without a
+    slave sweeps alone."""
     position_m: PointWithin20 = ORIGIN
-    """Of the slave's housing in the master's."""
+    """Position of the housing of the slave in that of the master."""
     rotation_deg: Angles = ORIGIN
-    """The same: [alpha, beta, gamma]."""
+    """Rotation of the housing of the slave: [alpha, beta, gamma]."""
     factory: FactoryValues | None = None
     """Values of rotor 0 and 1 (rounded to half floats), or a name of `factories`; without it, ideal
     optics."""
     lasers_m: Lasers = (ORIGIN, ORIGIN)
-    """The lasers of axis 0 and 1 in the housing: [[x, y, z], [x, y, z]] (default: both at its
-    origin)."""
+    """Positions of the lasers of axis 0 and 1 in the housing: [[x, y, z], [x, y, z]] (default: both
+    at its origin)."""
 
     def made(self) -> twins.StationTwin:
         """The station."""
@@ -165,15 +167,15 @@ class CalibrationTwin(Entry):
     A rotation [alpha, beta, gamma] is Rz(gamma) Ry(beta) Rx(alpha)."""
 
     seed: Annotated[int, Whole(0, 2**63 - 1)]
-    """Same seed, same recording."""
+    """The same seed gives the same recording."""
     setup: Text = ""
-    """Takes what it does not say from this one of `setups`."""
+    """Name of one of `setups`, which has the keys that the twin does not set."""
     master: Station
     """The master."""
     slave: Station | None = None
     """The slave."""
     motion: Motion
-    """How the board moves."""
+    """Motion of the board."""
     board: Board = Board()
     """Diodes that face forwards (+x)."""
     variant: Annotated[str, one_of(VARIANTS)] = "crazyflie"
@@ -183,19 +185,19 @@ class CalibrationTwin(Entry):
     duration_s: Annotated[float, Number(0.02, 60)] = 8.0
     """8 s are 16 000 000 words; 8.388608 fills the memory of the board."""
     start_cycle: Annotated[float, Number(0, 4)] = 0.0
-    """Where in the period of four cycles the recording begins."""
+    """Position of the first sample in the period of four cycles."""
     clock_ppm: Annotated[float, Number(-1000, 1000)] = 0.0
-    """The recording's clock against the stations'."""
+    """Deviation of the clock of the recording from that of the stations."""
     slave_offset_us: Annotated[float, Number(-50, 50)] = 0.0
-    """Added to the 416.67 us from the master's flash to the slave's."""
+    """Added to the 416.67 us from the flash of the master to that of the slave."""
     sync_jitter_us: Annotated[float, Number(0, 20)] = 0.0
-    """Of each flash (SD)."""
+    """Jitter of each flash (SD)."""
     flash_shortfall_us: Annotated[float, Number(0, 10.41)] = 5.2
-    """A flash is so much shorter than its code's longest."""
+    """Difference between a flash and the longest flash of its code."""
     flash_bias_us: Annotated[float, Number(-10, 10)] = 0.0
-    """And so much longer by the analogue part."""
+    """Lengthening of a flash by the analogue electronics."""
     flash_spread_us: Annotated[float, Number(0, 5)] = 0.0
-    """SD of that, a diode and flash."""
+    """SD of this lengthening, for each diode and flash."""
     aperture_mm: Annotated[float, Number(0.1, 20)] = 3.0
     """A sweep lasts aperture / (377/s x distance) + `beam_us`."""
     beam_us: Annotated[float, Number(0, 20)] = 0.0
@@ -205,7 +207,7 @@ class CalibrationTwin(Entry):
     independent_urad: Annotated[float, Number(0, 1e4)] = 0.0
     """Noise of each hit (SD)."""
     incidence_deg: Annotated[float, Number(1, 90)] = 70.0
-    """A diode sees no light from farther to the side."""
+    """A diode sees no light from larger angles."""
     dropout: Annotated[float, Number(0, 1)] = 0.0
     """Share of hits that are lost."""
     reflections: Annotated[float, Number(0, 1)] = 0.0
@@ -215,9 +217,9 @@ class CalibrationTwin(Entry):
     false_flashes_per_s: Annotated[float, Number(0, 1000)] = 0.0
     """Flashes of other origin, seen by all diodes."""
     blocked: Blocked = ()
-    """[[1, 2.0, 3.5]]: station (0 master, 1 slave), from, to in s: nothing of it is seen."""
+    """[[1, 2.0, 3.5]]: station (0 master, 1 slave), start and end in s; its light is blocked."""
     occlusions_per_min: Annotated[float, Number(0, 600)] = 0.0
-    """The same at random for each station."""
+    """Random interruptions of this kind, for each station."""
     occlusion_s: Annotated[float, Number(0.001, 60)] = 0.2
     """Their mean length."""
     reference: Annotated[str, one_of(REFERENCES)] = "truth"
@@ -226,11 +228,11 @@ class CalibrationTwin(Entry):
     mocap_noise_mm: Annotated[float, Number(0, 10)] = 0.3
     """Noise of these markers."""
     mocap_frames: Annotated[int, Whole(1, 100_000)] = 100
-    """How many frames of them."""
+    """Number of their frames."""
     mocap_rate_hz: Annotated[float, Number(1, 10_000)] = 100.0
-    """Their rate."""
+    """Their frame rate."""
     mount_error_deg: Annotated[float, Number(0, 10)] = 0.0
-    """A mount is so far from straight, the same in all of a setup."""
+    """Misalignment of a mount, the same in all calibrations of a setup."""
 
     def made(self, name: str) -> twins.LighthouseTwin:
         """The twin of that name."""

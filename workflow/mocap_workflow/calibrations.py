@@ -48,16 +48,16 @@ class CalibrationRow(SheetRow):
     """CSV file `x_m,y_m,z_m` in diode order, metres; for `libsurvive-rec` the name of the tracked
     object in the recording. May be empty for a twin."""
     factory: FileOrNothing = None
-    """Optional file of factory values for stations whose own cannot be read out of the recording: a
-    `stations.json` of this workflow, the `.json` that libsurvive writes beside a recording, or the
-    system configuration (`.yaml`, `systemType: 1`) of a Crazyflie: its station 0 flashes first and
-    is the master."""
+    """Optional file of factory values for stations whose own values cannot be read from the
+    recording: a `stations.json` of this workflow, the `.json` that libsurvive writes beside a
+    recording, or the system configuration (`.yaml`, `systemType: 1`) of a Crazyflie, whose station
+    0 flashes first and is the master."""
     reference: FileOrNothing = None
     """Optional pose to compare with: JSON (`R` or `quaternion_xyzw`, `t_m` or `translation_mm`,
     `stations: {master: id, slave: id}`), or a C3D file with markers on both housings."""
     reference_labels_master: Labels = ()
-    """Labels of the markers on the master's housing, separated by `;`; for a C3D reference only,
-    and needed there."""
+    """Labels of the markers on the housing of the master, separated by `;`; required for a C3D
+    reference, not allowed otherwise."""
     reference_labels_slave: Labels = ()
     """The same for the slave."""
     reference_unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
@@ -66,7 +66,7 @@ class CalibrationRow(SheetRow):
     """CSV file `label,x_m,y_m,z_m`: these markers in the frame of the housing. Needed for a C3D
     reference."""
     check_against: FileOrNothing = None
-    """Optional earlier `pose.json`: has a station moved since?"""
+    """Optional earlier `pose.json`, to check whether a station has moved since."""
     sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
         None
     )

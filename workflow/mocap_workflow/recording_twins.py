@@ -92,7 +92,7 @@ class PublishedRow(Entry):
     n_cameras: Annotated[int, BeforeValidator(_whole)]
     """2, 3, 4, 5, 6, 8 or 10; Vantage also 9."""
     gaussian: Text | None = None
-    """Another row of Table 4 to take the start from."""
+    """Another row of Table 4 for the start positions."""
 
     def origin(self) -> Origin:
         """What a twin of this row is made of."""
@@ -110,14 +110,14 @@ class Outliers(Entry):
     BEFORE_KEY = "."
 
     per_hour: NonNegative
-    """How many are expected in an hour."""
+    """Expected number in an hour."""
     amplitude_mm: NonNegative
     """Mean of an exponential distribution, SD of a normal one."""
     distribution: Annotated[
         Literal["exponential", "normal"],
         one_of(("exponential", "normal"), "exponential or normal"),
     ] = "exponential"
-    """Of the amplitude."""
+    """Distribution of the amplitude."""
 
 
 class Crump(Entry):
@@ -127,13 +127,13 @@ class Crump(Entry):
     BEFORE_KEY = "."
 
     amplitude_mm: NonNegative
-    """Greatest amplitude."""
+    """Largest amplitude."""
     decay_s: Positive
-    """Time in which it falls to 1/e."""
+    """Time in which the amplitude falls to 1/e."""
     frequency_hz: NonNegative
-    """How fast it swings."""
+    """Frequency of the oscillation."""
     time_s: NonNegative | None = None
-    """When it begins, from the first frame."""
+    """Time at which it begins, from the first frame."""
     time_share: Annotated[float, Number(0, 1)] | None = None
     """The same as a share of the recording: 0.5 is half way through."""
 
@@ -150,9 +150,9 @@ class Gaps(Entry):
     BEFORE_KEY = "."
 
     per_hour: NonNegative
-    """How often in an hour, each marker."""
+    """Expected number in an hour, for each marker."""
     mean_s: NonNegative
-    """Mean of an exponential distribution; one frame at least."""
+    """Mean length (exponential distribution); at least one frame."""
 
 
 class Slow(Entry):
@@ -164,7 +164,7 @@ class Slow(Entry):
     take: Text
     """Name of the take."""
     below_hz: Positive
-    """The frequency."""
+    """Highest frequency that is shared."""
 
 
 class RecordingTwin(Entry):
@@ -175,40 +175,40 @@ class RecordingTwin(Entry):
     published: PublishedRow | None = None
     """A row of Tables A1-A3 of Skurowski & Pawlyta 2019."""
     coefficients: Annotated[dict[str, Coefficients], some_of((*SERIES, "all"))] | None = None
-    """Your own: series x1 y1 z1 x2 y2 z2, or `all` for the six, and L (distance), which sets how x1
-    and x2 go together. Names h_-2 ... h_2, q_c1 T_c1, q_c2 T_c2, ..., A_s f_0; mm, s and Hz (h_0:
-    mm^2/Hz, one-sided; q_c: mm/s^0.5)."""
+    """Your own coefficients: series x1 y1 z1 x2 y2 z2, or `all` for the six, and L (distance),
+    which sets the correlation of x1 and x2. Names h_-2 ... h_2, q_c1 T_c1, q_c2 T_c2, ..., A_s f_0;
+    mm, s and Hz (h_0: mm^2/Hz, one-sided; q_c: mm/s^0.5)."""
     without: Annotated[tuple[str, ...], BeforeValidator(_names)] = ()
-    """Components to leave out of every series."""
+    """Components that are excluded from every series."""
     without_T_c_below_s: NonNegative = 0.0
-    """Leave out correlated components faster than this."""
+    """Excludes correlated components with a shorter T_c."""
     seed: Annotated[int, Whole()]
-    """Same seed, same recording."""
+    """The same seed gives the same recording."""
     start_mm: Annotated[tuple[Place, Place], list_of(2, "[[x, y, z], [x, y, z]]")] | None = None
-    """Where the markers are in the first frame; noise moves them from there (default: Table 4)."""
+    """Positions of the markers in the first frame, to which noise is added (default: Table 4)."""
     labels: Labels = Twin.labels
     """Names of the two markers in the file."""
     duration_s: Positive = Twin.duration_s
-    """Length, by default and at most that of config.yaml."""
+    """Length; by default, and at most, that of config.yaml."""
     frame_rate_hz: Positive = Twin.frame_rate_hz
-    """Frames a second."""
+    """Frames per second."""
     form: Text = Field(Twin.form, json_schema_extra={"enum": list(FORMS)})
     """Frames are averages over the frame period (continuous), or points (sampled); by default
     `twin_form` of config.yaml."""
     distance_line: Annotated[str, BeforeValidator(_split_or_omit)] = Field(
         Twin.distance_line, json_schema_extra={"enum": ["split", "omit"]}
     )
-    """A periodic distortion of L goes half into x1 and half, in opposite sense, into x2; or
-    nowhere."""
+    """A periodic distortion of L is added half to x1 and half, with opposite sign, to x2; or it is
+    omitted."""
     coherence_factor: Annotated[float, Number(0, 1)] = 1.0
-    """What x1 and x2 have in common, times this."""
+    """Factor of the common part of x1 and x2."""
     yz_coherence: Annotated[float, Number(-1, 1)] = 0.0
-    """Share that y1 and y2, z1 and z2 have in common."""
+    """Common share of y1 and y2, and of z1 and z2."""
     scale: Annotated[
         dict[str, NonNegative], some_of(COORDINATES), BeforeValidator(_of_all_coordinates)
     ] = Field(default_factory=dict)
-    """Noise of a coordinate times this, all of them by one number; what x1 and x2 have in common
-    stays the same share."""
+    """Factor of the noise of a coordinate, or one number for all; the common share of x1 and x2
+    remains the same."""
     drift_mm_per_h: dict[str, Place] = Field(default_factory=dict)
     """Velocity of a marker, by its label."""
     outliers: Outliers | None = None
@@ -220,7 +220,7 @@ class RecordingTwin(Entry):
     slow: Slow | None = None
     """What it shares with other twins."""
     resolution_mm: Positive | None = None
-    """Coordinates are rounded to this."""
+    """Step to which coordinates are rounded."""
 
     def origin(self) -> Origin:
         """What its positions are drawn from."""
@@ -275,9 +275,9 @@ class FailingCamera(Entry):
     BEFORE_KEY = "."
 
     camera: Annotated[int, Whole(1)]
-    """Its id."""
+    """Id of the camera."""
     times: Positive
-    """So many times as noisy."""
+    """Factor of its noise."""
 
 
 class TakeOfCameras(Entry):
@@ -287,21 +287,22 @@ class TakeOfCameras(Entry):
     BEFORE_KEY = "."
 
     camera_type: Annotated[str, one_of(FOCAL_PX)]
-    """T40, Bonita or Vantage: its optics."""
+    """T40, Bonita or Vantage: the optics of the cameras."""
     cameras: Annotated[int, Whole(2), AfterValidator(_not_too_many)]
-    """How many; their ids are 1, 2, ..."""
+    """Number of cameras; their ids are 1, 2, ..."""
     layout_seed: Annotated[int, Whole()]
-    """Where they hang: another number, another hall."""
+    """Seed of the positions of the cameras: another value is another hall."""
     centroid_px: Positive
     """Noise of a centroid in pixels (white, SD in each direction)."""
     spread: Annotated[float, Number(0, 1)] = 0.0
-    """Noise differs from camera to camera (SD of its logarithm)."""
+    """Variation of the noise from camera to camera (SD of its logarithm)."""
     failing: FailingCamera | None = None
     """One that is so many times as noisy."""
     h_m2: NonNegative = Field(0.0, alias="h_-2")
-    """The markers move: random walk of every coordinate, mm^2 Hz; the same in all subsets."""
+    """Random walk of every coordinate of the markers themselves, mm^2 Hz; the same in all
+    subsets."""
     drift_mm_per_h: dict[str, Place] = Field(default_factory=dict)
-    """And drift, by label."""
+    """Drift of the markers, by label."""
 
     def made(self) -> Take:
         """The take."""
@@ -329,11 +330,11 @@ class SubsetTwin(Entry):
     camera_ids: tuple[int, ...]
     """The cameras of this recording, as in its row of the sheet."""
     seed: Annotated[int, Whole()]
-    """Same seed, same recording."""
+    """The same seed gives the same recording."""
     duration_s: Positive = TakeTwin.duration_s
-    """Length, by default and at most that of config.yaml."""
+    """Length; by default, and at most, that of config.yaml."""
     frame_rate_hz: Positive = TakeTwin.frame_rate_hz
-    """Frames a second."""
+    """Frames per second."""
     labels: Labels = TakeTwin.labels
     """Names of the two markers in the file."""
     form: ClassVar[str] = "sampled"

@@ -95,7 +95,7 @@ class RecordingRow(SheetRow):
         Cell("0*[1-9][0-9]{0,3}", "a whole number from 1 to 9999, or nothing"),
         BeforeValidator(_count),
     ] = None
-    """How many cameras saw the markers. If empty, the number of `camera_ids`."""
+    """Number of cameras that saw the markers. If empty, the number of `camera_ids`."""
     camera_ids: Annotated[
         tuple[int, ...],
         Cell(
@@ -103,11 +103,11 @@ class RecordingRow(SheetRow):
             'whole numbers separated by ";", each of at most 9 digits, or nothing',
         ),
     ] = ()
-    """Their numbers, separated by `;`; as many as `n_cameras`. Of a twin made of single cameras:
+    """Their numbers, separated by `;`; as many as `n_cameras`. For a twin made of single cameras,
     those of the twin."""
     pairs: Annotated[tuple[tuple[str, str], ...], BeforeValidator(_pairs)] = ()
     """Pairs of these markers whose distance is analysed: `A-B;C-D`. If empty, the first two
-    markers. A label may hold a `-` itself as long as there is one way to read the pair."""
+    markers. A label may contain `-` as long as there is only one way to read the pair."""
     frame_rate_hz: Annotated[
         float | None,
         Cell(r"([0-9]+[.,]?[0-9]*|[.,][0-9]+)([eE][+-]?[0-9]+)?", "a number of Hz > 0 or nothing"),
@@ -121,7 +121,8 @@ class RecordingRow(SheetRow):
     accept_truncated: Annotated[
         bool, Cell("accept", "accept or nothing"), BeforeValidator(bool)
     ] = Field(default=False, alias="truncated")
-    """`accept` takes what is there of a file that was cut off; otherwise it is refused."""
+    """`accept` uses the frames that are there of a file that was cut off; otherwise the file is
+    refused."""
     sha256: Annotated[
         tuple[str, ...],
         Cell(
@@ -129,7 +130,7 @@ class RecordingRow(SheetRow):
             '64 hexadecimal digits for each file, separated by ";", or nothing',
         ),
     ] = ()
-    """Checksum of the file; of several files one for each, separated by `;`. Not for twins."""
+    """Checksum of the file; for several files one each, separated by `;`. Not for twins."""
     date: Annotated[
         str | None,  # no zone: all recordings of a laboratory are dated by the same clock
         Cell(
@@ -138,18 +139,18 @@ class RecordingRow(SheetRow):
             "or nothing",
         ),
     ] = None
-    """When it was recorded: `2019-03-25` or `2019-03-25T21:30`, by the laboratory's clock. Rows of
-    one group with the same `camera_type`, `n_cameras`, `camera_ids` and `markers` are held against
-    the one before; on three days or more they make a trend."""
+    """Date of the recording: `2019-03-25` or `2019-03-25T21:30`, by the laboratory's clock. Rows of
+    one group with the same `camera_type`, `n_cameras`, `camera_ids` and `markers` are compared with
+    the one before; three days or more make a trend."""
     compare_with: str | None = None
-    """Name of another recording of the sheet that this one is compared with, as after a repair. It
-    may be of another group."""
+    """Name of another recording of the sheet with which this one is compared, for example after a
+    repair. It may be in another group."""
     covariate: FileOrNothing = None
-    """CSV file `time_s,<name>` of something recorded beside it, as a temperature; time in s from
-    the first frame."""
+    """CSV file `time_s,<name>` of a quantity that was recorded at the same time, such as a
+    temperature; time in s from the first frame."""
     cluster: Annotated[tuple[str, ...], each_once('labels of markers, separated by ";"')] = ()
-    """Three or more of `markers` that sit on one rigid body, separated by `;`: the noise of its
-    orientation is analysed too."""
+    """Three or more of `markers` on one rigid body, separated by `;`: the noise of its orientation
+    is analysed as well."""
     place: Annotated[
         str | None,
         Cell(
@@ -157,8 +158,8 @@ class RecordingRow(SheetRow):
             'a name of letters, digits, spaces, "_", "." and "-", or nothing',
         ),
     ] = None
-    """Name of the place in the volume where this was recorded. Two places or more in a group make a
-    table of noise by place."""
+    """Name of the place in the volume. Two places or more in a group make a table of noise by
+    place."""
     comment: str = ""
     """Free text."""
 

@@ -33,10 +33,10 @@ class Hampel(Section):
     half_window_s: float = Field(DEFAULTS.hampel.half_window_s, gt=0)
     """Half length of the sliding window of the Hampel filter, in s."""
     n_sigma: float = Field(DEFAULTS.hampel.n_sigma, gt=0)
-    """A value further than this many 1.4826 MAD from the window's median is an outlier. The MAD
-    counts as half a step of the file at least."""
+    """A value that deviates from the median of the window by more than this many 1.4826 MAD is an
+    outlier. The MAD is at least half a step of the file."""
     action: Action = DEFAULTS.hampel.action
-    """Outliers become the median, or gaps, or are left alone."""
+    """Outliers are replaced by the median, become gaps, or are not changed."""
 
 
 class Allan(Section):
@@ -45,7 +45,7 @@ class Allan(Section):
     n_taus: Annotated[int, Words("a whole number >= 2 and <= 10000")] = Field(
         DEFAULTS.allan.n_taus, ge=2, le=10000
     )
-    """How many averaging times, evenly spaced in log tau."""
+    """Number of averaging times, evenly spaced in log tau."""
     min_m: int = Field(DEFAULTS.allan.min_m, ge=1)
     """Shortest averaging time, in frames."""
     max_fraction: float = Field(DEFAULTS.allan.max_fraction, gt=0, le=0.5)
@@ -57,7 +57,7 @@ class Allan(Section):
     confidence: float = Field(DEFAULTS.allan.confidence, gt=0, lt=1)
     """Level of the confidence intervals."""
     min_coverage: float = Field(DEFAULTS.allan.min_coverage, gt=0, le=1)
-    """A window counts when at least this share of its frames is valid."""
+    """A window is used if at least this share of its frames is valid."""
 
 
 class Spectrum(Section):
@@ -73,47 +73,48 @@ class Still(Section):
     """What counts as standing still."""
 
     range_mm: float = Field(DEFAULTS.still.range_mm, gt=0)
-    """A marker that covers more than this within `verdict.horizon_s`, and not as noise does, moves;
-    so does one that suddenly stands elsewhere by four standard deviations of a frame or more.
-    Random walk, drift and warm-up below this are none."""
+    """A marker moves if it covers more than this within `verdict.horizon_s`, and more than its
+    noise explains. It also moves if it jumps by four standard deviations of a frame or more. Random
+    walk, drift and warm-up below this value are not movement."""
 
 
 class Verdict(Section):
     """Limits of the verdict."""
 
     horizon_s: float = Field(DEFAULTS.verdict.horizon_s, gt=0)
-    """Uncertainties are about the mean of so long (of the recording, if it is shorter): measure
-    now, and the next hour may say something else."""
+    """Uncertainties are about the mean of this time (of the recording, if shorter), so they include
+    the wander within it."""
     window_s: float = Field(DEFAULTS.verdict.window_s, gt=0)
-    """The scatter of single frames is taken within so long."""
+    """The scatter of single frames is computed within this time."""
     good_mm: float = Field(DEFAULTS.verdict.good_mm, gt=0)
     """The verdict is `good` up to this uncertainty of one frame in the worst coordinate. A
-    reference should be 10, at least 4 times better than the device under test (S 2.2): the defaults
-    are that for a device of 1 mm."""
+    reference should be 10 times, at least 4 times, better than the device under test (S 2.2); the
+    defaults are for a device of 1 mm."""
     usable_mm: float = Field(DEFAULTS.verdict.usable_mm, gt=0)
-    """It is `usable` up to this, and `bad` beyond. No `usable_` limit is below its `good_` one."""
+    """The verdict is `usable` up to this uncertainty, and `bad` above. No `usable_` limit may be
+    below its `good_` limit."""
     good_drift_mm: float = Field(DEFAULTS.verdict.good_drift_mm, gt=0)
-    """The same for the drift over the horizon. A drift by d scatters d/√12 about its mean: 0.1
-    mm."""
+    """Limit of `good` for the drift over the horizon. A drift by d scatters by d/√12 about its
+    mean: 0.1 mm."""
     usable_drift_mm: float = Field(DEFAULTS.verdict.usable_drift_mm, gt=0)
-    """Likewise: 0.25 mm."""
+    """Limit of `usable` for the drift: a scatter of 0.25 mm."""
     good_missing: Share = Field(DEFAULTS.verdict.good_missing, ge=0, le=1)
-    """The same for the share of missing frames."""
+    """Limit of `good` for the share of missing frames."""
     usable_missing: Share = Field(DEFAULTS.verdict.usable_missing, ge=0, le=1)
-    """Likewise."""
+    """Limit of `usable` for the share of missing frames."""
     good_outliers: Share = Field(DEFAULTS.verdict.good_outliers, ge=0, le=1)
-    """The same for the share of outliers, less that of clean noise; the least share that goes with
-    their number, as some are chance in a short recording."""
+    """Limit of `good` for the share of outliers, minus that of clean noise. The smallest share that
+    is consistent with their number is used, because in a short recording some are random."""
     usable_outliers: Share = Field(DEFAULTS.verdict.usable_outliers, ge=0, le=1)
-    """Likewise."""
+    """Limit of `usable` for the share of outliers."""
     good_duration_s: float = Field(DEFAULTS.verdict.good_duration_s, ge=0)
-    """A shorter recording is `usable` at best, and `bad` below 100 frames or one second, which are
-    too few to judge. In any that is shorter than the horizon, the upper end of the interval must
-    keep to `good_mm`, too."""
+    """A shorter recording is `usable` at best. Below 100 frames or one second, which are too few to
+    judge, it is `bad`. In a recording shorter than the horizon, the upper end of the interval must
+    also be below `good_mm`."""
     good_markers: int = Field(DEFAULTS.verdict.good_markers, ge=0)
-    """With fewer markers it is `usable` at best."""
+    """With fewer markers the verdict is `usable` at best."""
     misfit: Word = DEFAULTS.verdict.misfit
-    """The best word where the noise of a coordinate fits no model. A marker that moves
+    """The best verdict if the noise of a coordinate fits no model. A marker that moves
     (`still.range_mm`) is `bad`, whatever its noise."""
 
 
@@ -121,10 +122,10 @@ class Compare(Section):
     """Comparisons of recordings of different days."""
 
     margin: float = Field(0.05, ge=0)
-    """A change of the Allan deviation by a smaller share counts for none."""
+    """A smaller relative change of the Allan deviation is ignored."""
     alpha: float = Field(0.01, gt=0, lt=1)
-    """Of unchanged recordings this share is called changed, or of unrelated series related to a
-    covariate, by chance."""
+    """False-alarm rate: the share of unchanged recordings that are reported as changed, and of
+    unrelated series that are reported as related to a covariate."""
     confidence: float = Field(0.95, gt=0, lt=1)
     """Level of the intervals of ratios and trends."""
 
@@ -140,12 +141,12 @@ class Cameras(Section):
     """Subsets of the cameras of one take."""
 
     rise: float = Field(0.05, ge=0)
-    """A step to more cameras is reported if it raises the noise by more than this share in any
+    """An addition of cameras is reported if it increases the noise by more than this share in any
     direction. Of 100 systems without a bad camera at most one is reported if the cameras differ by
     10 %, and up to 11 if they differ by 15 % (`benchmarks/failing_camera.py`)."""
     noisy: float = Field(1.5, gt=1)
-    """A camera this many times as noisy as the median of all (or the set that was added at once and
-    holds it) is named. Needs subsets of the same frames."""
+    """A camera with this many times the median noise of all is named (or the set with which it was
+    added). Needs subsets of the same frames."""
 
 
 class Gaussian(Section):
@@ -163,13 +164,14 @@ class Diagnosis(Section):
     false_alarm: Annotated[float, Words("a probability > 0 and <= 0.5")] = Field(
         DEFAULTS.diagnosis.false_alarm, gt=0, le=0.5
     )
-    """Greatest probability that an event is reported in an undisturbed recording: one half for
+    """Largest probability that an event is reported in an undisturbed recording: one half for
     bursts, one half for lasting changes."""
     side_s: float = Field(DEFAULTS.diagnosis.side_s, ge=10)
-    """Noise before and after an event is compared over so many seconds, or what there is."""
+    """Length over which the noise before and after an event is compared, in s (or what the
+    recording has)."""
     spike_sigma: float = Field(DEFAULTS.diagnosis.spike_sigma, ge=4)
-    """One or two frames farther than this from their neighbours, of one marker alone, are outliers
-    and no event."""
+    """One or two frames of a single marker that deviate from their neighbours by more than this are
+    outliers, not an event."""
     cutoffs_hz: Annotated[
         tuple[Frequency, ...],
         AfterValidator(Once()),
@@ -178,12 +180,13 @@ class Diagnosis(Section):
             "each > 0, <= 1000000",
         ),
     ] = DEFAULTS.diagnosis.cutoffs_hz
-    """Butterworth low-passes that are tried: second order, both ways, half the amplitude at this
-    frequency."""
+    """Butterworth low-pass filters whose effect is computed: second order, run both ways, half the
+    amplitude at this frequency."""
     notch_width_hz: float = Field(DEFAULTS.diagnosis.notch_width_hz, gt=0)
-    """Width of the notch that is tried at each line, between its half-power points."""
+    """Width of the notch filter whose effect is computed at each line, between its half-power
+    points."""
     max_lines: int = Field(DEFAULTS.diagnosis.max_lines, ge=0)
-    """Periodic disturbances that are named, at most, a series."""
+    """Largest number of periodic disturbances that are reported in a series."""
 
 
 class Noise(Section):
@@ -196,22 +199,22 @@ class Noise(Section):
         ],
         AfterValidator(Once("likelihood")),
     ] = DEFAULTS.noise.estimators
-    """Estimators of noise coefficients, `likelihood` among them; what each does stands in
-    `docs/noise.md`. `annealing-ant-colony-plain` takes some 10 s a series."""
+    """Estimators of noise coefficients, with `likelihood` among them; `docs/noise.md` describes
+    each. `annealing-ant-colony-plain` takes about 10 s a series."""
     mask_sigma: float = Field(DEFAULTS.noise.mask_sigma, ge=3)
-    """`likelihood` and `weighted` get the series as recorded, without what a Hampel filter of this
-    threshold takes for outliers."""
+    """`likelihood` and `weighted` use the series as recorded, without the outliers of a Hampel
+    filter with this threshold."""
     criterion: Literal["bic", "aicc"] = DEFAULTS.noise.criterion
-    """Decides which components are there."""
+    """Criterion that selects the components."""
     max_gauss_markov: int = Field(DEFAULTS.noise.max_gauss_markov, ge=0, le=4)
-    """Most Gauss-Markov terms that are tried."""
+    """Largest number of Gauss-Markov terms."""
     sinusoid: bool = DEFAULTS.noise.sinusoid
-    """Whether periodic disturbances are looked for."""
+    """Whether periodic disturbances are detected."""
     form: Form = DEFAULTS.noise.form
     """Allan variances that `annealing-ant-colony` and `levenberg-marquardt` fit; S used the
     continuous ones."""
     gauss_markov: int = Field(DEFAULTS.noise.gauss_markov, ge=0, le=4)
-    """Gauss-Markov terms these two fit where the paper prints no panel."""
+    """Number of Gauss-Markov terms in these two where the paper has no panel."""
 
 
 class Annealing(Section):
@@ -222,31 +225,31 @@ class Annealing(Section):
     iterations: int = Field(DEFAULTS.annealing.iterations, ge=1)
     """Length of a run, in twice the number of coefficients."""
     temperature: float = Field(DEFAULTS.annealing.temperature, gt=0.01, le=50000)
-    """Temperature at its start."""
+    """Temperature at the start of a run."""
     descent: int = Field(DEFAULTS.annealing.descent, ge=1)
-    """Steps of Levenberg-Marquardt each trial of `annealing-ant-colony` is taken down;
-    `annealing-ant-colony-plain` takes none."""
+    """Steps of Levenberg-Marquardt that refine each trial of `annealing-ant-colony`;
+    `annealing-ant-colony-plain` has none."""
     archive: int = Field(DEFAULTS.annealing.archive, ge=2)
-    """Ant colony: solutions it keeps."""
+    """Ant colony: number of solutions in the archive."""
     ants: int = Field(DEFAULTS.annealing.ants, ge=1)
-    """New solutions an iteration."""
+    """New solutions in each iteration."""
     q: float = Field(DEFAULTS.annealing.q, gt=0)
-    """How much the best solutions count: the smaller, the more."""
+    """Weight of the best solutions: the smaller, the more they count."""
     xi: float = Field(DEFAULTS.annealing.xi, gt=0)
-    """How widely new solutions are spread round old ones."""
+    """Spread of new solutions around old ones."""
     colony_iterations: int = Field(DEFAULTS.annealing.colony_iterations, ge=0)
     """Iterations of the colony."""
     jitter: float = Field(DEFAULTS.annealing.jitter, gt=0)
-    """Spread of the first archive round the annealing's result, in natural logarithms."""
+    """Spread of the first archive around the result of the annealing, in natural logarithms."""
     plain_iterations: int = Field(DEFAULTS.annealing.plain_iterations, ge=1)
     """`annealing.iterations` of `annealing-ant-colony-plain`."""
     plain_colony_iterations: int = Field(DEFAULTS.annealing.plain_colony_iterations, ge=0)
-    """Its `annealing.colony_iterations`."""
+    """`annealing.colony_iterations` of `annealing-ant-colony-plain`."""
     negligible: float = Field(DEFAULTS.annealing.negligible, gt=0, lt=0.1)
-    """Least share of a component: root mean square over tau of its part of the relative Allan
-    variance. What ends there is absent (`at_bound`)."""
+    """Smallest share of a component: root mean square over tau of its part of the relative Allan
+    variance. A component that ends there is absent (`at_bound`)."""
     largest: float = Field(DEFAULTS.annealing.largest, ge=1)
-    """Greatest share; above 1 none can pay."""
+    """Largest share; a share above 1 never lowers the cost."""
     shortest_frames: float = Field(DEFAULTS.annealing.shortest_frames, ge=0.1)
     """Shortest T_c that is searched, in frames. The shortest in S's tables is 10 ms, 1.2 frames.
     Allan variances cannot distinguish so short a term from white noise."""
@@ -254,59 +257,60 @@ class Annealing(Section):
     """Longest T_c that is searched, as a share of the recording."""
     lowest_hz: float = Field(DEFAULTS.annealing.lowest_hz, gt=0)
     """Lowest f_0 that is searched, or one period in the recording where that is more; slower ones
-    fit chance. The highest is half of the frame rate."""
+    fit random fluctuations. The highest is half of the frame rate."""
     longest_tau_share: float = Field(DEFAULTS.annealing.longest_tau_share, gt=0, le=1)
-    """Longest tau that `annealing-ant-colony` and `-plain` fit, as a share of the recording:
-    relative residuals weigh longer ones, which are chance, like short ones."""
+    """Longest tau that `annealing-ant-colony` and `-plain` fit, as a share of the recording.
+    Relative residuals give longer tau, where the fluctuations are random, the same weight as short
+    ones."""
 
 
 class Lighthouse(Section):
     """Calibration of base stations."""
 
     sample_rate_hz: float = Field(DEFAULTS.lighthouse.sample_rate_hz, ge=100000, le=100000000)
-    """Words a second of a GPIO dump."""
+    """Words per second of a GPIO dump."""
     active_level: Annotated[int, Words("0 or 1", "`0`, `1`")] = Field(
         DEFAULTS.lighthouse.active_level, ge=0, le=1
     )
     """Value of a bit while its diode sees light."""
     gate_mrad: float = Field(DEFAULTS.lighthouse.gate_mrad, gt=0)
-    """A hit is an outlier when it is off the others of its sweep by more than this and more than
-    `gate_mad`."""
+    """A hit is an outlier if it deviates from the others of its sweep by more than this and by more
+    than `gate_mad`."""
     gate_mad: float = Field(DEFAULTS.lighthouse.gate_mad, ge=3)
-    """The same in MAD of the sweep."""
+    """The second limit, in MAD of the sweep."""
     still_half_window: int = Field(DEFAULTS.lighthouse.still_half_window, ge=2)
-    """Hampel filter of each diode while the board is at rest: sweeps to each side."""
+    """Hampel filter of each diode while the board is at rest: sweeps on each side."""
     still_n_sigma: float = Field(DEFAULTS.lighthouse.still_n_sigma, ge=3)
-    """Its threshold, in 1.4826 MAD."""
+    """Threshold of this filter, in 1.4826 MAD."""
     estimators: Annotated[
         tuple[PoseEstimator, ...],
         AfterValidator(Once("paper-lm")),
     ] = DEFAULTS.lighthouse.estimators
-    """How the pose is estimated, `paper-lm` always; what each does stands below."""
+    """Estimators of the pose, with `paper-lm` among them; each is described below."""
     optics: Annotated[tuple[Optics, ...], AfterValidator(Once(least=1))] = (
         DEFAULTS.lighthouse.optics
     )
-    """`ideal` is J's; `factory` takes the maker's values out of the flashes."""
+    """`ideal` is J's; `factory` uses the values of the maker that the flashes carry."""
     simplex_optics: Annotated[tuple[Optics, ...], AfterValidator(Once())] = (
         DEFAULTS.lighthouse.simplex_optics
     )
-    """Optics of `paper` and `paper-tight`, which take a second each."""
+    """Optics of `paper` and `paper-tight`, each of which takes a second."""
     reconstruction: Literal["full-interpolation", "dominant-axis", "pairs"] = (
         DEFAULTS.lighthouse.reconstruction
     )
-    """How both angles come to one moment (J section IV)."""
+    """Method that brings both angles to one moment (J section IV)."""
     lm_interpolation: Literal["linear", "cubic"] = DEFAULTS.lighthouse.lm_interpolation
-    """Interpolation of `paper-lm`; the others are linear, as J."""
+    """Interpolation of `paper-lm`; the others are linear, as in J."""
     lm_weights: Literal["path", "none"] = DEFAULTS.lighthouse.lm_weights
-    """Whether the last stage of `paper-lm` weighs in that the board's path is uncertain; J takes it
-    as exact."""
+    """Whether the last stage of `paper-lm` includes the uncertainty of the path of the board; J
+    treats it as exact."""
     start_distance_m: float = Field(DEFAULTS.lighthouse.start_distance_m, ge=0.1, le=20)
     """Distance of the board in the first guess of `paper`, in m; J does not state it."""
     variant: Literal["auto", "crazyflie", "libsurvive", "astrobee"] = DEFAULTS.lighthouse.variant
-    """What factory values mean, where open-source drivers differ (sign of curve, argument of the
-    gibbous term). `auto` fits each and takes the one that leaves the smallest residual of both
-    stations; what the recording cannot rule out is added to the covariance. `pose.json` has all of
-    them under `variants`."""
+    """Meaning of the factory values where open-source drivers differ (sign of curve, argument of
+    the gibbous term). `auto` fits each variant and selects the one with the smallest residual of
+    both stations; variants that the recording does not exclude increase the covariance. `pose.json`
+    lists all under `variants`."""
     pnp_method: Literal["auto", "epnp", "ippe", "sqpnp"] = DEFAULTS.lighthouse.pnp_method
     """Method of `pnp`; `auto` is `ippe` on flat boards."""
     lasers_mm: Annotated[
@@ -318,8 +322,8 @@ class Lighthouse(Section):
             "twelve numbers",
         ),
     ] = DEFAULTS.lighthouse.lasers_mm
-    """Where the lasers sit in their housings: x, y, z of axis 0 and axis 1 of the master, then of
-    the slave. Poses are then of the housings, else of the optics."""
+    """Positions of the lasers in their housings: x, y, z of axis 0 and axis 1 of the master, then
+    of the slave. Poses are then of the housings, otherwise of the optics."""
 
 
 class Settings(Section):
@@ -332,7 +336,7 @@ class Settings(Section):
     twins: Annotated[
         str | None, Words("the path of a file of twins, or nothing", "a path or nothing")
     ] = "config/twins.yaml"
-    """Simulated recordings and calibrations by name, with every parameter of theirs."""
+    """Simulated recordings and calibrations by name, with all their parameters."""
     results: Annotated[
         str,
         Field(pattern=r"^[^<>{}]*[^<>{}./][^<>{}]*$"),
@@ -343,18 +347,18 @@ class Settings(Section):
             "a folder",
         ),
     ] = "results"
-    """Where everything is written. It is made when missing."""
+    """Folder of all outputs. It is created if missing."""
     duration_s: float = Field(32400.0, ge=1)
-    """Length of twin recordings, in s, unless a twin names a shorter one of its own. It changes
-    nothing else."""
+    """Length of twin recordings, in s, unless a twin has a shorter one of its own. Nothing else
+    depends on it."""
     seed: int = Field(DEFAULTS.seed, ge=0)
-    """Added to the seed of every twin: another one draws all recordings anew."""
+    """Added to the seed of every twin: another value simulates all recordings anew."""
     twin_form: Literal["continuous", "sampled"] = "continuous"
-    """What a frame of a twin is: an average over the frame period, whose Allan variance is that of
-    the textbook formulas, in which the paper gives its coefficients; or a point, as with cameras,
-    whose exposure is far shorter than a frame. A twin of its own `form` keeps it (give `sampled`
-    where the coefficients come from `likelihood` on a camera's recording); subsets of a take are
-    points."""
+    """Meaning of a frame of a twin. `continuous`: an average over the frame period, whose Allan
+    variance is that of the textbook formulas, in which the paper gives its coefficients. `sampled`:
+    a point, as with cameras, whose exposure is far shorter than a frame. A twin with a `form` of
+    its own is not affected (set `sampled` if its coefficients come from `likelihood` on a recording
+    of a camera); subsets of a take are points."""
     hampel: Hampel = Hampel()
     allan: Allan = Allan()
     psd: Spectrum = Spectrum()
@@ -364,7 +368,7 @@ class Settings(Section):
     place: Place = Place()
     cameras: Cameras = Cameras()
     second_opinion: bool = DEFAULTS.second_opinion
-    """Whether C3D files short enough for it are read by ezc3d too."""
+    """Whether C3D files that are short enough are also read by ezc3d."""
     gaussian: Gaussian = Gaussian()
     diagnosis: Diagnosis = Diagnosis()
     noise: Noise = Noise()

@@ -196,15 +196,16 @@ def started(root: Path, toy: Path, *arguments: str) -> list[str]:
 
 
 def test_refusals_are_said_once_and_last(root: Path, toy: Path) -> None:
-    """Two rows of four; a step that crashes is named with its log, before or after them no more."""
-    for name in "bc":
-        (toy / f"config/{name}.c3d").write_text(f"{name} is bad\n")
+    """Two rows of four, behind what there is to say of the others."""
+    for name, what in (("a", "is bad"), ("b", "is bad"), ("c", "moves")):
+        (toy / f"config/{name}.c3d").write_text(f"{name} {what}\n")
     how = {"cwd": toy, "env": environment(), "stderr": subprocess.STDOUT, "text": True}
     call = started(root, toy, "tables")
     done = subprocess.run(call, stdout=subprocess.PIPE, check=False, timeout=900, **how)
     lines = done.stdout.splitlines()
     assert done.returncode == 1
-    assert lines[-2:] == [f"recording {name} refused: it is bad" for name in "bc"]
+    assert lines[-3] == "warning: recording c: marker A moves"
+    assert lines[-2:] == [f"recording {name} refused: it is bad" for name in "ab"]
     assert done.stdout.count("it is bad") == 2
     assert not [words for words in OF_SNAKEMAKE if words in done.stdout]
     assert "Level 25" not in (toy / "results/logs/gate/tables.log").read_text()

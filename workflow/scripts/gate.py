@@ -13,25 +13,25 @@ with step(snakemake, prefix="") as log:
     for path in verdicts if len(verdicts) <= 10 else ():  # of more, the tables tell
         found = json.loads(path.read_text(encoding="utf-8"))
         log.log(TOLD, "recording %s is %s: %s", path.parent.name, found["word"], found["reason"])
-    refused = 0
+    refused = []  # said last
     for path in map(Path, snakemake.input.checks):
         check = json.loads(path.read_text(encoding="utf-8"))
         what = f"{path.parent.parent.name.removesuffix('s')} {path.parent.name}"
         for warning in check.get("warnings", []):
             log.warning("%s: %s", what, warning)
         if not check["ok"]:
-            refused += 1
-            log.error("%s refused: %s", what, check["why"])
+            refused.append(f"{what} refused: {check['why']}")
     for path in map(Path, snakemake.input.results):
         if path.name != "pose.json":
             continue
         verdict = json.loads(path.read_text(encoding="utf-8"))["verdict"]
         if verdict["word"] == "failed":
-            refused += 1
-            log.error("calibration %s failed: %s", path.parent.name, verdict["reason"])
+            refused.append(f"calibration {path.parent.name} failed: {verdict['reason']}")
     for path in snakemake.input.results:
         if Path(path).name == "summary.html":
             log.log(TOLD, "see %s", path)
+    for line in refused:
+        log.error("%s", line)
     if refused:
         sys.exit(1)
     write_json(snakemake.output[0], {"checked": len(snakemake.input.checks)})

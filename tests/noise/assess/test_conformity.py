@@ -242,6 +242,10 @@ def test_movement_leads_and_what_still_counts_follows() -> None:
     decided = verdict({**series, "x1": far}, both).decided_by
     assert decided.names == ("marker 1", "marker 2")
     assert (decided.distance, decided.still) == ("", ())
+    # Both feet of one who walks: their distance swings, though no movement of it was found
+    gait = replace(FACTS, findings=found_of("moves", x1=3590.0, y2=3590.0))
+    decided = verdict({**series, "x1": far, "L": replace(FINE, frame_mm=165.0)}, gait).decided_by
+    assert decided.distance == ""
 
 
 @pytest.mark.parametrize(("step", "word"), [(0.1, "usable"), (0.25, "usable"), (0.3, "bad")])

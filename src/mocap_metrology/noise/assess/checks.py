@@ -198,8 +198,9 @@ def upper_end(series: Series, facts: Facts, limits: Thresholds, main: Check) -> 
     return Check(Code.UPPER_END, word, value, limit, "mm", key, name, over_s=over)
 
 
-def movement(series: Series, coordinates: Series, facts: Facts) -> Check:
-    """Of the findings: what noise does not explain."""
+def movement(series: Series, coordinates: Series, facts: Facts, limits: Thresholds) -> Check:
+    """Of the findings: what noise does not explain. A distance still tells of noise unless a frame
+    of it is less certain than the largest usable drift: then it moves, too."""
     moving = facts.found("moves")
     moved = {k: v for k, v in moving.items() if k in coordinates}
     name, value = worst(moved)
@@ -210,6 +211,7 @@ def movement(series: Series, coordinates: Series, facts: Facts) -> Check:
         if k not in moving and math.isfinite(v.frame_mm) and v.status != "constant"
     }
     distances = [k for k in still if not COORDINATE.fullmatch(k)]
+    distances = [k for k in distances if still[k].frame_mm <= limits.usable_drift_mm]
     distance = min(distances, key=lambda k: still[k].frame_mm, default="")
     others = dict.fromkeys(facts.label(k) for k in still if COORDINATE.fullmatch(k))
     word: Word = "bad" if moved else "good"

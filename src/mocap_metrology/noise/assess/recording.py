@@ -154,7 +154,7 @@ def _checks(
     series: Series, coordinates: Series, facts: Facts, limits: Thresholds, main: Check
 ) -> list[Check]:
     """All, in the order in which they are told if equally bad."""
-    moving = checks.movement(series, coordinates, facts)
+    moving = checks.movement(series, coordinates, facts, limits)
     steps = checks.resolution(coordinates, facts, limits)
     missing = checks.missing(coordinates, facts, limits)
     length = checks.length(facts)

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LEAST_Q_C = 1e-7  # mm/√s; smaller amplitudes stand in a band below it
+LABEL_AT = -0.045, -0.105  # of y, linear and logarithmic: `align_ylabels` takes a second
 HELD = 0.9  # share of the positive numbers within a linear axis
 PALE = 0.4  # opacity of published terms below their least standard error
 END: Keywords = {"color": INK, "lw": 0.7, "ls": (0, (4, 2)), "zorder": 0.8}
@@ -81,11 +82,11 @@ def colour_figure(
             else:
                 _linear(axes, own, cameras)
             axes.set_ylabel(f"{mathtext(name)}\n({unit(name)})", fontsize=SMALL_PT)
+            axes.yaxis.set_label_coords(LABEL_AT[logarithmic], 0.5)
             if not own:
                 say(axes, "no numbers")
         block[0].set_title(f"({letter}) {kind}")
         block[-1].set_xlabel("Number of cameras")
-    body.align_ylabels(panels)
     slots.label_sources(panels[0])
     legend_below(body, [panels[0]])
     caption = captions.SKUROWSKI[14 if logarithmic else 15]
@@ -132,7 +133,7 @@ def correlated_figure(rows: Sequence[Row], title: str, source: str, remarks: str
         slots.group_axis(axes, cameras, SERIES if k % 2 else ())
         axes.tick_params(axis="x", which="both", labelbottom=bool(k % 2))
         floor = LEAST_Q_C if name == "q_c" else slots.FLOOR
-        slots.floor_axis(axes, slots.floor_limits(of_it, floor), floor=floor)
+        slots.floor_axis(axes, slots.floor_limits(of_it, floor), ticks=4, floor=floor)
         for end in ends if name == "T_c" else ():
             axes.axhline(end, **END)
         own = [r for r in of_it if r["camera_type"] == kind]
@@ -140,11 +141,11 @@ def correlated_figure(rows: Sequence[Row], title: str, source: str, remarks: str
         if not own:
             say(axes, "no numbers")
         axes.set_ylabel(f"{mathtext(name)} ({unit(name)})")
+        axes.yaxis.set_label_coords(LABEL_AT[True], 0.5)
         if name == "T_c":
             axes.set_title(f"(a) {kind}")
         else:
             axes.set_xlabel("Number of cameras")
-    body.align_ylabels(wide)
     scatter = [body.add_subplot(cells[-1, k]) for k in range(len(SOURCES))]
     _scatters(scatter, rows, ends)
     slots.label_sources(wide[0], classes=True)

@@ -200,7 +200,7 @@ def _covariances(
     low, high = known.min(initial=0), known.max(initial=0)
     near = 10.0 ** np.floor(np.log10(np.quantile(sizes, 0.25))) if sizes.size else 1.0
     if sizes.max(initial=0) > DECADES_FROM * near:
-        axes.set_yscale("symlog", linthresh=near, linscale=0.5)
+        axes.set_yscale("symlog", linthresh=near)
         axes.set_ylim(min(2 * low, -near), max(2 * high, near))
     else:
         room = 0.1 * (high - low) or 1.0

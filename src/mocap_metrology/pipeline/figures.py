@@ -72,7 +72,7 @@ def draw_diagnosis(found: Diagnosed, origin: Metadata, false_alarm: float, stem:
 
 def draw_verdict(verdict: Record, stem: Path) -> None:
     """Uncertainties, limits, causes. verdict: contents of verdict.json."""
-    save_figure(verdict_figure(verdict), stem)
+    save(verdict_figure(verdict), stem)
 
 
 def _series(origin: Metadata) -> list[str]:

@@ -11,24 +11,20 @@ import numpy as np
 
 from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.noise.fit.estimates import correlation_class
-from mocap_metrology.present.drawing.axes import decade_axis, log_limits
-from mocap_metrology.present.drawing.legend import Entry, strip, strip_height
-from mocap_metrology.present.drawing.style import (
-    BODY_PT,
+from mocap_metrology.present.plot.curves import log_limits
+from mocap_metrology.present.plot.figure import (
     GREY,
     INK,
     SMALL_PT,
-    WIDTH_MM,
     Keywords,
-    Sheet,
-    blank_sheet,
-    lines_mm,
-    shorten,
-    size_mm,
+    Picture,
+    legend_below,
+    log_axis,
+    new_figure,
     styled,
-    text_mm,
-    wrap,
+    wrapped,
 )
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.words import (
     FRAME,
@@ -41,20 +37,21 @@ from mocap_metrology.present.verdict.words import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 MOST_ROWS = 24
 MOST_DECADES = 6.0  # of the axis: farther down there are rounding errors only
 FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many times the value
-ROW_MM = 10.5
-NAMES_MM, GAP_MM, RIGHT_MM, BARS_MM = 13.0, 8.0, 4.0, 56.0
+ROW_MM = 9.5
+LETTER = 0.024  # of the width of a bar of all
+WIDE_MM, NARROW_MM, USABLE_MM = 155.0, 85.0, 11.0  # of the axes alone, or beside bars; of a word
+OF_FRAME = ("uncertainty of one frame", "upper end of the interval of one frame")
 BAND_COLOURS = {"good": "#eef5ea", "usable": "#fdf3d8", "bad": "#f9e3dc"}
 MARKS: tuple[tuple[str, str | int, Keywords], ...] = (
     (FRAME, "frame", {"marker": "o", "color": INK, "mfc": INK, "ms": 4.2}),
     (NEAR, "near", {"marker": "o", "color": GREY, "mfc": "white", "ms": 4.0}),
     (MEANS[0], 0, {"marker": "s", "color": "#10307a", "mfc": "#10307a", "ms": 3.4}),
-    (MEANS[1], 1, {"marker": "^", "color": "#cf4a2c", "mfc": "#cf4a2c", "ms": 3.8}),
-    (MEANS[2], 2, {"marker": "D", "color": "#1b8aa8", "mfc": "#1b8aa8", "ms": 3.2}),
+    (MEANS[1], 1, {"marker": "^", "color": "#b03a20", "mfc": "#b03a20", "ms": 3.8}),
+    (MEANS[2], 2, {"marker": "D", "color": "#176f87", "mfc": "#176f87", "ms": 3.2}),
 )
 # Kinds of noise from fast to slow; correlated noise by the class of its correlation time (S 4.6)
 KINDS = {
@@ -73,49 +70,40 @@ KINDS = {
 }
 CORRELATED = {kind.split()[1]: kind for kind in KINDS if kind.startswith("correlated")}
 DARK = ("periodic", CORRELATED["unclassed"], CORRELATED["long"])  # white text on them
-GAP = 1.2  # mm between words above the bands
 T_C = re.compile(r"correlated \(T_c (\S+) s\)")
 
 
 @styled()
-def verdict_figure(found: Found) -> Figure:
+def verdict_figure(found: Found) -> Picture:
     """Uncertainty of one frame and of means of every series against the limits of good and usable,
-    and the shares of the kinds of noise in that of one frame; word and sentence above.
+    and the shares of the kinds of noise in that of one frame; above, the check that decided.
 
     found: contents of verdict.json.
     """
     names = _shown(found["series"])
     series = {name: found["series"][name] for name in names}
-    words = _words(found)
-    keys = _keys(series)
     points = {name: _points(values) for name, values in series.items()}
     limits = _limits(points, found)
-    text_height = lines_mm(len(words), BODY_PT) + 3.0
-    top = text_height + lines_mm(1, SMALL_PT) + 1.5
-    height = ROW_MM * max(len(names), 1)
-    key_height = strip_height(keys[0], WIDTH_MM - 4) + strip_height(keys[1], WIDTH_MM - 4)
-    below = 12.0
-    title = f"{found['recording']}: {found['word']}"
+    first, *others = sentences(found)
+    body = new_figure(
+        f"{found['recording']}: {found['word']}", _source(found), 50.0 + ROW_MM * len(names)
+    )
+    how: Keywords = {"x": 0.01, "ha": "left", "fontsize": 8.5, "weight": "normal", "wrap": True}
+    body.suptitle(wrapped(f"Decided by: {found['decided_by']['quantity']}. {first}"), **how)
+    bars = any(values["shares"] for values in series.values())
+    panels = body.subplots(
+        1, 1 + bars, sharey=True, squeeze=False, width_ratios=[1.6, 1.0][: 1 + bars]
+    )[0]
+    log_axis(panels[0], "x", limits)
+    _bands(panels[0], limits, found, NARROW_MM if bars else WIDE_MM)
+    _uncertainties(panels[0], points, limits)
+    _rows(panels[0], series, points)
+    _ring(panels[0], found, points)
+    if bars:
+        _bars(panels[1], series)
+    legend_below(body, panels)
     note = _note(found, names, _cut(points, limits))
-    sheet = blank_sheet(top + height + below + key_height + 3.0, title, note)
-    canvas = sheet.canvas(2.0, 1.5, WIDTH_MM - 4, text_height)
-    for k, line in enumerate(words):
-        at = text_height - lines_mm(k, BODY_PT)
-        canvas.text(0, at, line, size=BODY_PT, va="top")
-    width = WIDTH_MM - NAMES_MM - RIGHT_MM - (GAP_MM + BARS_MM if keys[1] else 0.0)
-    axes = sheet.axes(NAMES_MM, top, width, height)
-    _bands(axes, limits, found)
-    _uncertainties(axes, series, points, limits)
-    if keys[1]:
-        _bars(sheet.axes(NAMES_MM + width + GAP_MM, top, BARS_MM, height), series)
-    _strips(sheet, top + height + below, keys)
-    return sheet.figure
-
-
-def _strips(sheet: Sheet, top: float, keys: tuple[list[Entry], list[Entry]]) -> None:
-    for entries in keys:
-        strip(sheet, 2.0, top, WIDTH_MM - 4, entries)
-        top += strip_height(entries, WIDTH_MM - 4) + 1.0
+    return Picture(body, " ".join([captions.VERDICT, *others, note]))
 
 
 def _shown(series: Mapping[str, Found]) -> list[str]:
@@ -124,30 +112,26 @@ def _shown(series: Mapping[str, Found]) -> list[str]:
     return [name for name in series if name in known]
 
 
-def _words(found: Found) -> list[str]:
-    lines: list[str] = []
-    for sentence in sentences(found):
-        lines += wrap(sentence, BODY_PT, WIDTH_MM - 8)
-    return lines
+def _source(found: Found) -> str:
+    origin = f"twin {found['twin']}: simulated" if found.get("twin") else "measured"
+    lasting = duration_words(found["duration_s"])
+    return f"Source: {origin}. {lasting} at {found['frame_rate_hz']:g} Hz."
 
 
 def _note(found: Found, names: Sequence[str], cut: bool) -> str:
-    twin = found.get("twin")
-    source = f"twin {twin}: simulated" if twin else "measured"
+    """What the caption adds of this recording."""
     left_out = len(found["series"]) - len(names)
-    lasting = duration_words(found["duration_s"])
     judged = "the verdict is on one frame in the worst coordinate"
     if found["word"] != _band(found):
         judged = (
             f"the bands are of these alone, the word is by the {found['decided_by']['quantity']}"
         )
     parts = [
-        f"Source: {source}. {lasting} at {found['frame_rate_hz']:g} Hz.",
         f"Standard uncertainties about the mean of {duration_words(found['horizon_s'])}, "
         f"lines: {100 * found['confidence']:.3g} % intervals; {judged}.",
     ]
     if numbers := marker_numbers(found):
-        parts.insert(1, shorten(numbers, SMALL_PT, 2 * WIDTH_MM))
+        parts.append(numbers)
     if cut:
         parts.append("Arrows: on beyond the axis.")
     if any(T_C.fullmatch(kind) for k in names for kind in found["series"][k]["shares"]):
@@ -206,85 +190,80 @@ def _cut(points: Mapping[str, Points], limits: tuple[float, float]) -> bool:
     return any(p[1] < limits[0] or p[2] > limits[1] for p in there)
 
 
-def _bands(axes: Axes, limits: tuple[float, float], found: Found) -> None:
-    """Bands of the words, each word above its own; beside it where the band is too narrow."""
+def _bands(axes: Axes, limits: tuple[float, float], found: Found, width_mm: float) -> None:
+    """Bands of the words, each word above its own, apart where the band between is narrow; bold if
+    what is drawn here decided."""
     low, high = limits
-    width, height = size_mm(axes)
-    edges = (low, found["limits_mm"]["good"], found["limits_mm"]["usable"], high)
-    at = width * np.log(np.divide(edges, low)) / np.log(high / low)
-    for word, left, right in zip(BAND_COLOURS, edges, edges[1:], strict=False):
+    good, usable = found["limits_mm"]["good"], found["limits_mm"]["usable"]
+    for word, left, right in zip(
+        BAND_COLOURS, (low, good, usable), (good, usable, high), strict=True
+    ):
         axes.axvspan(left, right, color=BAND_COLOURS[word], lw=0, zorder=0)
-    weights = ["bold" if word == found["word"] else "normal" for word in BAND_COLOURS]
-    room = [
-        text_mm(w, SMALL_PT, weight) / 2 + GAP
-        for w, weight in zip(BAND_COLOURS, weights, strict=True)
-    ]
-    middle = (at[1:] + at[:-1]) / 2
-    middle[0] = min(middle[0], middle[1] - room[1] - room[0])
-    middle[2] = max(middle[2], middle[1] + room[1] + room[2])
-    for word, centre, weight in zip(BAND_COLOURS, middle, weights, strict=True):
-        axes.text(
-            centre / width,
-            1 + 1.2 / height,
+    between = width_mm * math.log(usable / good) / math.log(high / low)
+    aside = max(USABLE_MM - between, 0.0) / 2 / 25.4 * 72 + 3  # points
+    places = ((good, -aside, "right"), (math.sqrt(good * usable), 0, "center"))
+    for word, (at, shift, side) in zip(
+        BAND_COLOURS, (*places, (usable, aside, "left")), strict=True
+    ):
+        decided = word == found["word"] == _band(found)
+        axes.annotate(
             word,
-            transform=axes.transAxes,
-            ha="center",
+            (at, 1.0),
+            xytext=(shift, 3),
+            xycoords=axes.get_xaxis_transform(),
+            textcoords="offset points",
+            ha=side,
             size=SMALL_PT,
-            weight=weight,
-            color=INK if weight == "bold" else GREY,
+            weight="bold" if decided else "normal",
+            color=INK if decided else GREY,
         )
 
 
-def _uncertainties(
-    axes: Axes,
-    series: Mapping[str, Found],
-    points: Mapping[str, Points],
-    limits: tuple[float, float],
-) -> None:
-    low, high = limits
-    width, height = size_mm(axes)
-    decade_axis(axes, "x", limits, width)
+def _places(points: Mapping[str, Points]) -> dict[int, float]:
+    """Number of each mark that occurs -> its place within a row, up and down from the middle."""
     shown = [k for k in range(len(MARKS)) if any(marks[k] for marks in points.values())]
-    step = 1 / (len(shown) + 1)  # of a row
+    return {k: (n + 1) / (len(shown) + 1) - 0.5 for n, k in enumerate(shown)}
+
+
+def _uncertainties(axes: Axes, points: Mapping[str, Points], limits: tuple[float, float]) -> None:
+    """Every mark of every series with its interval; arrows where that goes on beyond the axis."""
+    low, high = limits
+    for k, place in _places(points).items():
+        text, _, look = MARKS[k]
+        own = [(row + place, p) for row, marks in enumerate(points.values()) if (p := marks[k])]
+        at = np.array([y for y, _ in own])
+        value, lower, upper = np.array([p for _, p in own]).T
+        ends = np.clip([lower, upper], low, high)
+        axes.hlines(at, *ends, color=look["color"], lw=1.0)
+        axes.plot(value, at, ls="", label=text, **look)
+        arrow: Keywords = {"color": look["color"], "ms": 3.5, "ls": "", "clip_on": False}
+        for beyond, edge, sign in ((lower < low, low, "<"), (upper > high, high, ">")):
+            if beyond.any():
+                axes.plot(np.full(int(beyond.sum()), edge), at[beyond], marker=sign, **arrow)
+
+
+def _rows(axes: Axes, series: Mapping[str, Found], points: Mapping[str, Points]) -> None:
+    """A name a row, white lines between, and words where nothing is known."""
     for row, (name, marks) in enumerate(points.items()):
-        for place, k in enumerate(shown, start=1):
-            look, point = MARKS[k][2], marks[k]
-            if point is None:
-                continue
-            at = row - 0.5 + place * step
-            axes.plot(np.clip(point[1:], low, high), [at, at], color=look["color"], lw=1.0)
-            axes.plot([point[0]], [at], ls="", **look)
-            arrow: Keywords = {"color": look["color"], "ms": 3.5, "ls": "", "clip_on": False}
-            if point[1] < low:
-                axes.plot([low], [at], marker="<", **arrow)
-            if point[2] > high:
-                axes.plot([high], [at], marker=">", **arrow)
+        if row:
+            axes.axhline(row - 0.5, color="white", lw=1.2, zorder=0.5)
         if not any(marks):
-            axes.text(
-                *(np.sqrt(low * high), row),
-                series[name]["status"],
-                size=SMALL_PT,
-                color=GREY,
-                ha="center",
-                va="center",
-            )
-    _rows(axes, series)
+            middle = math.sqrt(math.prod(axes.get_xlim()))
+            how: Keywords = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "center"}
+            axes.text(middle, row, series[name]["status"], **how)
+    axes.set(ylim=(max(len(series), 1) - 0.5, -0.5), xlabel="Standard uncertainty (mm)")
     axes.set_yticks(range(len(series)), list(series))
     axes.tick_params(axis="y", length=0)
-    axes.text(
-        0.5,
-        -8.0 / height,
-        "Standard uncertainty (mm)",
-        transform=axes.transAxes,
-        ha="center",
-        size=BODY_PT,
-    )
+    axes.grid(visible=False, axis="y")
 
 
-def _rows(axes: Axes, series: Mapping[str, Found]) -> None:
-    axes.set_ylim(len(series) - 0.5, -0.5)
-    for k in range(1, len(series)):
-        axes.axhline(k - 0.5, color="white", lw=1.2, zorder=0.5)
+def _ring(axes: Axes, found: Found, points: Mapping[str, Points]) -> None:
+    """Round the point that decided, where it is one of these."""
+    decided, name = found["decided_by"], found["decided_by"]["series"]
+    if decided["quantity"] in OF_FRAME and (point := points.get(name, [None])[0]):
+        row = list(points).index(name) + _places(points)[0]
+        ring: Keywords = {"marker": "o", "ms": 9, "mfc": "none", "mec": INK, "mew": 1.0, "ls": ""}
+        axes.plot([point[0]], [row], label="decides the verdict", **ring)
 
 
 def kind_of(share: str) -> tuple[str, str]:
@@ -298,60 +277,36 @@ def kind_of(share: str) -> tuple[str, str]:
     return share, ""
 
 
-def _fitting(text: str, room_mm: float) -> str:
-    """The text, or without its symbol, or nothing: what a bar has room for."""
-    shorter = (text, text.removeprefix("$T_c$ "))
-    return next((t for t in shorter if text_mm(t.replace("$", ""), SMALL_PT) <= room_mm), "")
-
-
 def _bars(axes: Axes, series: Mapping[str, Found]) -> None:
-    order = list(KINDS)
-    width, height = size_mm(axes)
+    """Shares of the kinds of noise, from fast to slow; correlation times where there is room."""
+    ends = np.zeros(len(series))
+    for kind, colour in KINDS.items():
+        label: str | None = kind
+        for row, values in enumerate(series.values()):
+            for name, share in values["shares"].items():
+                if kind_of(name)[0] != kind:
+                    continue
+                edge: Keywords = {"ec": "white", "lw": 0.4, "height": 0.62}
+                axes.barh(row, share, left=ends[row], color=colour, label=label, **edge)
+                label = None
+                _write(axes, kind_of(name)[1], ends[row] + share / 2, row, share, kind)
+                ends[row] += share
     for row, values in enumerate(series.values()):
-        left = 0.0
-        shares = sorted(values["shares"].items(), key=lambda s: order.index(kind_of(s[0])[0]))
-        for name, share in shares:
-            kind, text = kind_of(name)
-            colour = KINDS[kind]
-            axes.barh(row, share, left=left, height=0.62, color=colour, ec="white", lw=0.4)
-            text = _fitting(text, share * width - 1.0)
-            if text:
-                axes.text(
-                    left + share / 2,
-                    row,
-                    text,
-                    size=SMALL_PT,
-                    ha="center",
-                    va="center_baseline",
-                    color="white" if kind in DARK else INK,
-                    parse_math=True,
-                )
-            left += share
-        if not shares:
-            axes.text(0.5, row, "measured", size=SMALL_PT, color=GREY, ha="center", va="center")
-    axes.set_xlim(0, 1)
+        if not values["shares"]:
+            how: Keywords = {"size": SMALL_PT, "color": GREY, "ha": "center", "va": "center"}
+            axes.text(0.5, row, "measured", **how)
+    axes.set(xlim=(0, 1), xlabel="Share of the variance of one frame (%)")
     axes.set_xticks([0, 0.5, 1], ["0", "50", "100"])
-    axes.set_ylim(len(series) - 0.5, -0.5)
-    axes.set_yticks([])
-    for side in ("top", "right", "left"):
-        axes.spines[side].set_visible(False)
-    axes.text(
-        0.5,
-        -8.0 / height,
-        "Share of the variance of one frame (%)",
-        transform=axes.transAxes,
-        ha="center",
-        size=BODY_PT,
-    )
+    axes.tick_params(axis="y", length=0, labelleft=False)
+    axes.grid(visible=False)
+    axes.spines[["top", "right", "left"]].set_visible(False)
 
 
-def _keys(series: Mapping[str, Found]) -> tuple[list[Entry], list[Entry]]:
-    there = [any(column) for column in zip(*map(_points, series.values()), strict=True)]
-    marks = [
-        Entry(text, line={"color": look["color"], "lw": 1.0}, dot=look)
-        for (text, _, look), shown in zip(MARKS, there, strict=False)
-        if shown
-    ]
-    used = {kind_of(name)[0] for values in series.values() for name in values["shares"]}
-    kinds = [Entry(k, patch={"color": c, "lw": 0}) for k, c in KINDS.items() if k in used]
-    return marks, kinds
+def _write(axes: Axes, text: str, x: float, row: int, share: float, kind: str) -> None:
+    """A text in a bar, without its symbol or not at all where the bar is short."""
+    bare = text.removeprefix("$T_c$ ")
+    text = text if share > (len(bare) + 4) * LETTER else bare
+    if share > (len(bare) + 1) * LETTER:
+        colour = "white" if kind in DARK else INK
+        how: Keywords = {"size": SMALL_PT, "ha": "center", "va": "center_baseline"}
+        axes.text(x, row, text, color=colour, **how)

@@ -16,7 +16,7 @@ from mocap_metrology.noise.twins.published import SERIES, published_keys, publis
 from mocap_metrology.present.skurowski import appendix
 from mocap_metrology.present.skurowski.appendix_text import table_a_markdown
 from mocap_metrology.present.tables import write_with
-from mocap_metrology.present.text.numbers import three_digits
+from mocap_metrology.present.text.numbers import significant
 
 KEY = ("camera_type", "n_cameras", "series", "parameter")
 
@@ -144,7 +144,7 @@ def test_a_term_without_a_partner_has_the_limit_of_its_class(monkeypatch) -> Non
     assert (rows["q_c2"]["likelihood"], rows["q_c2"]["likelihood_upper_95"]) == (None, 7e-4)
     assert rows["T_c2"]["likelihood_status"] == "unpaired"
     assert list(rows) == ["q_c1", "T_c1", "q_c2", "T_c2"]
-    assert "< 7.00e-04" in table_a_markdown(list(rows.values()), "T", "C")
+    assert "< 7.00×10⁻⁴" in table_a_markdown(list(rows.values()), "T", "C")
 
 
 def test_a_line_elsewhere_is_said(monkeypatch) -> None:
@@ -200,7 +200,7 @@ def test_markdown_shows_every_printed_number(everything) -> None:
                 row = {r["parameter"]: r for r in own if str(r["n_cameras"]) == cells[0].strip()}
                 for name, cell in zip(names[2:], cells[2:], strict=True):
                     shown = cell.strip().rstrip("†‡")
-                    assert shown == (three_digits(row[name]["published"]) if name in row else "")
+                    assert shown == (significant(row[name]["published"]) if name in row else "")
                     assert ("†" in cell) == (name in row and row[name]["supported"] is False)
 
 
@@ -212,7 +212,7 @@ def test_the_plain_colony_has_a_column_and_a_line_of_its_own(monkeypatch) -> Non
     assert (rows["h_0"]["regenerated"], rows["h_0"]["plain"]) == (1e-6, 3e-6)
     assert rows[f"h_2 ({plain})"]["plain"] == 1e-9
     text = table_a_markdown(list(rows.values()), "T", "C")
-    assert re.search(rf"\| +\| {plain} +\| 3.00e-06", text)
+    assert re.search(rf"\| +\| {plain} +\| 3.00×10⁻⁶", text)
     without = _table(published, {PAPER: published}, monkeypatch, h_0=1e-7)
     assert without["h_0"]["plain"] is without["h_0"]["plain_status"] is None
     assert f"| {plain}" not in table_a_markdown(list(without.values()), "T", "C")
@@ -224,7 +224,7 @@ def test_markdown_marks_and_leftovers(monkeypatch) -> None:
     rows = list(_table(published, fitted, monkeypatch, h_0=1e-5).values())
     rows[0]["regenerated"], rows[0]["regenerated_status"] = 2.5, "at_bound"
     text = table_a_markdown(rows, "T", "C")
-    assert "1.00e-06†" in text and "< 1.00e-11" in text and "2.50§" in text and "–" in text
+    assert "1.00×10⁻⁶†" in text and "< 1.00×10⁻¹¹" in text and "2.50§" in text and "–" in text
     assert "- 10 cameras, likelihood, not published: q_c1 0.500 mm/s^0.5, T_c1 100 s" in text
     assert "a recording of this length cannot support 1, 2 have no bound" in text
     for seconds, length in ((32400.0, "nine hours"), (600.0, "10 min")):

@@ -146,7 +146,7 @@ def test_filters_look_like_no_coordinate_and_the_same_in_key_and_panel():
 
 
 @pytest.mark.parametrize(
-    ("mm", "text"), [(0.0036, "3.6 µm"), (0.123, "120 µm"), (1.97, "2 mm"), (2345.0, "2300 mm")]
+    ("mm", "text"), [(0.0036, "3.6 µm"), (0.123, "0.12 mm"), (1.97, "2 mm"), (2345.0, "2.3 m")]
 )
 def test_sizes_of_lines(mm, text):
     assert _size(mm) == text

@@ -30,7 +30,7 @@ from mocap_metrology.present.text.diagnosis import (
     sentences,
     warm_up_words,
 )
-from mocap_metrology.present.text.numbers import time_words
+from mocap_metrology.present.text.numbers import moment
 
 RATE = 120.0
 NAMES = ("x1", "y1", "z1", "x2", "y2", "z2")
@@ -166,16 +166,16 @@ WARM = Deterministic(0.0, 0.22, 360.0)
 
 def test_the_sentence_of_a_warm_up_says_how_much_and_how_long():
     assert warm_up_words({"x1": WARM}, 7200.0) == (
-        "still warming up: 0.209 mm in the first 18 minutes (x1), time constant 6 minutes: "
+        "still warming up: 0.209 mm in the first 18 min (x1), time constant 6 min: "
         "start recording later"
     )
-    assert "0.178 mm in the first 10 minutes" in warm_up_words({"x1": WARM}, 600.0)
+    assert "0.178 mm in the first 10 min" in warm_up_words({"x1": WARM}, 600.0)
     assert drift_words({"x1": WARM}, 7200.0) == ""
 
 
 def test_the_fastest_drift_is_told():
     parts = {"x1": Deterministic(0.5), "y1": Deterministic(-1.2)}
-    assert drift_words(parts, 600.0) == "a steady drift of -1.2 mm/h (y1), 0.2 mm in all"
+    assert drift_words(parts, 600.0) == "a steady drift of −1.2 mm/h (y1), 0.2 mm in all"
     assert warm_up_words(parts, 600.0) == ""
 
 
@@ -216,10 +216,15 @@ def test_what_is_left_of_an_event():
 
 @pytest.mark.parametrize(
     ("seconds", "text"),
-    [(9059.97, "2:31:00.0"), (599.97, "0:10:00.0"), (150.24, "150.2 s"), (3661.0, "1:01:01.0")],
+    [
+        (9059.97, "2 h 31 min 0.0 s"),
+        (599.97, "10 min 0.0 s"),
+        (150.24, "150.2 s"),
+        (3661.0, "1 h 1 min 1.0 s"),
+    ],
 )
 def test_times_carry_over(seconds: float, text: str) -> None:
-    assert time_words(seconds) == text
+    assert moment(seconds) == text
 
 
 def of_two_markers(first: np.ndarray, second: np.ndarray):

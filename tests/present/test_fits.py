@@ -18,6 +18,7 @@ from mocap_metrology.present.fits import parts as fit_parts
 from mocap_metrology.present.fits.fit_figure import MODEL, UNDER, fit_figure, part_styles
 from mocap_metrology.present.fits.fit_figure import OTHERS as LOOKS_OF_OTHERS
 from mocap_metrology.present.plot.figure import GREY, LOOKS, save
+from mocap_metrology.present.text.numbers import with_uncertainty
 
 pytestmark = pytest.mark.filterwarnings("error")
 MODEL_Z1 = published_row("T40", 10)["z1"].ordered()
@@ -193,7 +194,7 @@ def test_every_component_is_named_with_its_value() -> None:
     ],
 )
 def test_a_frequency_has_its_error_in_hertz(value, error, text) -> None:
-    assert fit_parts._frequency(value, error) == text
+    assert with_uncertainty(value, error, "Hz") == text
 
 
 def test_other_estimators_are_told_apart() -> None:
@@ -342,7 +343,7 @@ WHITE = NoiseModel((PowerLaw(0, 5e-5),))
 @pytest.mark.parametrize(
     ("under", "wave", "text"),
     [
-        ({"drift": -1.2}, -1.2 * T / 3600, "drift -1.20 mm/h ±3 %"),
+        ({"drift": -1.2}, -1.2 * T / 3600, "drift −1.20 mm/h ±3 %"),
         (
             {"A_w": 0.2, "T_w": 60.0},
             0.2 * np.exp(-T / 60),

@@ -11,7 +11,6 @@ import pytest
 from mocap_metrology.present import tables
 from mocap_metrology.present.drawing.style import UNKNOWN_WORD, VERDICT_WORDS
 from mocap_metrology.present.pages import html_page
-from mocap_metrology.present.text import numbers
 
 VOID = {"br", "wbr", "meta"}
 
@@ -63,8 +62,7 @@ def test_a_table_of_markdown_comes_back_whole() -> None:
     read = Reader(html_page.page(html_page.title_of(text), html_page.body_of(text)))
     expected = [["name", "sign", "value", "n"]]
     for row in rows:
-        mantissa, e, exponent = numbers.readable(row["value"]).partition("e")
-        value = f"{mantissa}×10{int(exponent)}" if e else mantissa
+        value = tables.readable(row["value"])
         sign = row["sign"].replace("T_c1", "Tc1")  # a subscript
         expected.append(
             [row["name"], sign, value.replace("-", "−"), f"{row['n']}".replace("-", "−")]

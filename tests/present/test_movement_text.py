@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.text.movement import movement_words
-from mocap_metrology.present.text.numbers import three
+from mocap_metrology.present.text.numbers import mm
 
 TAIL = ", which noise does not; the Allan variance supposes still markers"
 
@@ -35,13 +35,12 @@ def test_all_markers_that_move_are_one_line() -> None:
     assert ", and so do 8 others: M0 covers" in movement_words(many, 1.7)[0]
 
 
-def test_numbers_of_sentences_have_no_power_of_ten() -> None:
+def test_lengths_of_sentences_have_no_power_of_ten() -> None:
     said = {
-        2020.4: "2020",
-        928_000: "928000",
-        5.04e6: "5040000",
-        0.24589: "0.246",
-        0.0426: "0.0426",
-        -0.503: "-0.503",
+        2020.4: "2.02 m",
+        928_000: "928 m",
+        0.24589: "0.246 mm",
+        0.0426: "42.6 µm",
+        -0.503: "−0.503 mm",
     }
-    assert {value: three(value) for value in said} == said
+    assert {value: mm(value) for value in said} == said

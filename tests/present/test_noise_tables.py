@@ -16,41 +16,42 @@ from mocap_metrology.present.groups.group_tables import (
 )
 from mocap_metrology.present.tables import write_with
 from mocap_metrology.present.text.coefficients import symbol, unit
-from mocap_metrology.present.text.numbers import three_digits, typeset, with_interval
+from mocap_metrology.present.text.numbers import significant, with_interval
 
 
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (9.26e-7, "9.26e-07"),
+        (9.26e-7, "9.26×10⁻⁷"),
         (0.225, "0.225"),
         (5.859, "5.86"),
         (2000.0, "2000"),
         (14.4, "14.4"),
-        (0.0009994, "9.99e-04"),
+        (0.0009994, "9.99×10⁻⁴"),
         (0.00099996, "0.00100"),
-        (99999.0, "1.00e+05"),
-        (2.64e-309, "2.64e-309"),
+        (99999.0, "100000"),
+        (2.64e-309, "2.64×10⁻³⁰⁹"),
         (0.0, "0"),
-        (-0.5, "-0.500"),
+        (-0.5, "−0.500"),
         (math.nan, ""),
         (None, ""),
     ],
 )
-def test_three_digits(value, text) -> None:
-    assert three_digits(value) == text
+def test_three_digits_come_back(value, text) -> None:
+    assert significant(value) == text
     if value:
-        shown = float(text) if text else value
+        plain = text.translate(str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789"))
+        shown = float(plain.replace("×10", "e")) if text else value
         assert math.isnan(value) or shown == pytest.approx(value, rel=5.1e-3)
 
 
 @pytest.mark.parametrize(
     ("numbers", "text"),
     [
-        ((9.26e-7, 9.1e-7, 9.4e-7), "9.26 (9.10…9.40)e-07"),
-        ((9.26e-7, 9.259e-7, 9.261e-7), "9.260 (9.259…9.261)e-07"),
-        ((0.225, 0.1, 0.5), "0.225 (0.100…0.500)"),
-        ((1e-9, 0.0, 4e-5), "1.00 (0.00…4.00e+04)e-09"),
+        ((9.26e-7, 9.1e-7, 9.4e-7), "9.26 (9.10…9.40)×10⁻⁷"),
+        ((9.26e-7, 9.259e-7, 9.261e-7), "9.2600 (9.2590…9.2610)×10⁻⁷"),
+        ((0.225, 0.1, 0.5), "0.23 (0.10…0.50)"),
+        ((1e-9, 0.0, 4e-5), "1.0 (0.0…40000)×10⁻⁹"),
         ((0.225, None, 0.5), "0.225"),
         ((0.225, math.nan, 0.5), "0.225"),
         ((math.nan, 1.0, 2.0), ""),
@@ -61,7 +62,7 @@ def test_with_interval(numbers, text) -> None:
 
 
 def test_typesetting() -> None:
-    assert typeset(9.26e-7) == "9.26×10⁻⁷" and typeset(0.5) == "0.500"
+    assert significant(9.26e-7) == "9.26×10⁻⁷" and significant(0.5) == "0.500"
     assert [symbol(p) for p in ("h_-2", "q_c3", "f_0")] == ["h₋₂", "q_c", "f₀"]
     assert unit("h_1") == "mm²/Hz²" and unit("q_c2") == "mm/√s"
 
@@ -96,7 +97,7 @@ def test_markdown_has_a_block_a_recording(tmp_path) -> None:
         if row["status"] == "ok":
             shown = with_interval(row["value"], row["lower_95"], row["upper_95"])
             assert shown in block
-    assert "< 1.00e-11" in block
+    assert "< 1.00×10⁻¹¹" in block
     write_with(tmp_path / "n", rows, text, COLUMNS)
     write_with(tmp_path / "none", [], noise_markdown([], "T", "C"), COLUMNS)
     assert (tmp_path / "none.csv").read_text() == ",".join(COLUMNS) + "\n"
@@ -115,7 +116,7 @@ def test_a_misfit_is_marked_and_explained():
     found = rows("x1", Estimate("likelihood", "sampled", (odd,), 0.0))
     table = noise_table({"one": found}, {"one": "measured"})
     text = noise_markdown(table, "title", CAPTION)
-    assert "2.00e-06#" in text
+    assert "2.00×10⁻⁶#" in text
     assert "# of a model that does not describe the spectrum" in text
 
 

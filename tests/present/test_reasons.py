@@ -27,13 +27,13 @@ SENTENCES = [
     ),
     (
         Check(Code.FRAME, "good", 0.026, 0.1, "mm", **FRAME),
-        "One frame of y1 is uncertain by 0.0260 mm (0.0255 to 0.0264) about the mean of an hour; "
+        "One frame of y1 is uncertain by 26.00 (25.50…26.41) µm about the mean of an hour; "
         "good is up to 0.1 mm.",
     ),
     (
         Check(Code.FRAME, "good", 0.026, 0.026, "mm", **FRAME | {"over_s": 120.0}, asked_s=3600.0),
-        "One frame of y1 is uncertain by 0.0260 mm (0.0255 to 0.0264) about the mean of 2 min; "
-        "good is up to 0.026 mm (the interval reaches across); over 2 min only, nothing is known "
+        "One frame of y1 is uncertain by 26.00 (25.50…26.41) µm about the mean of 2 min; "
+        "good is up to 26 µm (the interval reaches across); over 2 min only, nothing is known "
         "of an hour.",
     ),
     (
@@ -58,7 +58,7 @@ SENTENCES = [
     ),
     (
         Check(Code.UPPER_END, "usable", 0.1001, 0.1, "mm", series="y1", over_s=120.0),
-        "Over 2 min only, one frame of y1 may be uncertain by 0.100 mm, the upper end of its "
+        "Over 2 min only, one frame of y1 may be uncertain by 0.1 mm, the upper end of its "
         "interval; good is up to 0.1 mm.",
     ),
     (
@@ -66,8 +66,8 @@ SENTENCES = [
             *(Code.MOVES, "bad", 2021.4, 0.0, "mm", "", "y2"),
             **{"names": ("RFT1",), "over_s": 3600.0, "distance": "L", "distance_mm": 0.3},
         ),
-        "RFT1 moves: y2 by 2020 mm within an hour, which its noise does not explain; what still "
-        "counts is the distance L, one frame uncertain by 0.300 mm.",
+        "RFT1 moves: y2 by 2.02 m within an hour, which its noise does not explain; what still "
+        "counts is the distance L, one frame uncertain by 0.3 mm.",
     ),
     (
         MovementCheck(
@@ -182,11 +182,11 @@ def test_every_code_has_its_words() -> None:
         ),
         (
             Unmodelled(Why.FRAMES_DISAGREE, 0.02, 0.04),
-            "single frames scatter by 0.02 mm, the model says 0.04 mm",
+            "single frames scatter by 20 µm, the model says 40 µm",
         ),
         (
             Unmodelled(Why.MEANS_DISAGREE, 0.0312, 0.01, 1.0),
-            "means over 1 s scatter by 0.0312 mm, the model says 0.01 mm",
+            "means over 1 s scatter by 31.2 µm, the model says 10 µm",
         ),
     ],
 )
@@ -195,7 +195,8 @@ def test_why_numbers_are_measured(found: Unmodelled | None, words: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "words"), [(3600, "an hour"), (600, "10 min"), (5.2, "5.2 s"), (32400, "9 h")]
+    ("seconds", "words"),
+    [(3600, "an hour"), (600, "10 min"), (5.2, "5.2 s"), (32400, "nine hours")],
 )
 def test_durations_in_words(seconds: float, words: str) -> None:
     assert duration_words(seconds) == words

@@ -60,7 +60,7 @@ def test_refusals_come_first_and_nothing_is_taken_for_markup() -> None:
 
 def test_why_names_all_that_lowers_the_word_in_few_words() -> None:
     reason = (
-        "One frame of x2 is uncertain by 0.728 mm (0.68 to 0.779) about the mean of 10 min; usable "
+        "One frame of x2 is uncertain by 0.728 (0.680…0.779) mm about the mean of 10 min; usable "
         "is up to 0.25 mm."
     )
     drift = {"reason": "x1 drifts by 0.521 mm in 10 min; good would be up to 0.35 mm."}

@@ -12,7 +12,8 @@ from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import group_tables
 from mocap_metrology.present.skurowski import camera_tables
-from mocap_metrology.present.text.numbers import as_printed, duration_text, readable
+from mocap_metrology.present.tables import as_printed, readable
+from mocap_metrology.present.text.numbers import duration_words
 
 
 def recording(name: str, twin: str | None, n_cameras: int = 10) -> dict:
@@ -76,7 +77,7 @@ def test_rows_with_a_note_only_stand_beside_whole_ones(tmp_path) -> None:
     [
         ((1 / 120,), "0.0083333"),
         ((160.58,), "160.58"),
-        ((1.88359e-5,), "1.88e-05"),
+        ((1.88359e-5,), "1.88×10⁻⁵"),
         ((600.0,), "600"),
         ((0.0,), "0"),
         ((-math.inf,), "-inf"),
@@ -85,9 +86,9 @@ def test_rows_with_a_note_only_stand_beside_whole_ones(tmp_path) -> None:
         ((0.0005, "sigma_1_mm"), "0.0005"),
         ((0.00012344, "sigma_C_mm"), "0.000123"),  # four decimals are not enough
         ((0.192, "rho_12"), "0.1920"),
-        ((5.196016e-28, "chi2_p"), "< 1e-6"),
+        ((5.196016e-28, "chi2_p"), "< 10⁻⁶"),
         ((0.8628132, "p"), "0.863"),
-        ((1e-7, "tau_p_s"), "1.00e-07"),  # no probability
+        ((1e-7, "tau_p_s"), "1.00×10⁻⁷"),  # no probability
         ((-1.1e-14, "deviation_percent"), "0"),
         ((-13.0417, "deviation_percent"), "-13"),
         ((278.152, "allowed_percent"), "278"),
@@ -113,8 +114,8 @@ def test_table_4_is_shown_as_printed(root) -> None:
         cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
         assert [row[1] for row in cells] == printed
         assert {row[2] for row in cells} == {"160.6000"}
-        assert {row[3] for row in cells} == {"1.50e-05"}
-    assert as_printed(1.4e-6) == "1.40e-06"
+        assert {row[3] for row in cells} == {"1.50×10⁻⁵"}
+    assert as_printed(1.4e-6) == "1.40×10⁻⁶"
 
 
 def test_the_length_of_twins_stands_where_they_are_named() -> None:
@@ -127,4 +128,4 @@ def test_the_length_of_twins_stands_where_they_are_named() -> None:
     mixed = tables.source_sentence(twins | {"c": "measured"}, 20.0)
     assert mixed == "Simulated (twins of 20 s (S: nine hours)): a, b; the others are measured."
     assert tables.source_sentence({"c": "measured"}, 20.0) == "All recordings are measured."
-    assert [duration_text(s) for s in (32400, 7200, 600)] == ["nine hours", "2 h", "10 min"]
+    assert [duration_words(s) for s in (32400, 7200, 600)] == ["nine hours", "2 h", "10 min"]

@@ -17,9 +17,10 @@ from mocap_metrology.noise.assess.recording import Inputs, assess_recording
 from mocap_metrology.noise.assess.uncertainty import Span
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.plot.figure import Picture
+from mocap_metrology.present.text.numbers import with_unit
 from mocap_metrology.present.verdict.document import verdict_document
 from mocap_metrology.present.verdict.figure import KINDS, kind_of, verdict_figure
-from mocap_metrology.present.verdict.words import HEAD, mm, summary_row, verdict_lines
+from mocap_metrology.present.verdict.words import HEAD, in_mm, summary_row, verdict_lines
 
 RATE, N = 50.0, 6000  # 2 min
 SIGMA = {"x1": 0.02, "y1": 0.12, "z1": 0.03}
@@ -82,13 +83,13 @@ def test_row_names_the_worst_coordinate() -> None:
 def test_lines_say_word_reason_and_numbers_once() -> None:
     lines = verdict_lines(contents())
     assert lines[0] == "lab-1: usable"
-    assert lines[1].startswith("One frame of y1 is uncertain by 0.120 mm (0.118 to 0.121) about")
+    assert lines[1].startswith("One frame of y1 is uncertain by 0.1200 (0.1179…0.1211) mm about")
     assert lines[1].endswith("; over 2 min only, nothing is known of an hour.")
     assert "1 marker of at least 2: without a distance" in lines[2]
-    four, ten = (mm(contents()["reference_for_mm"][k]) for k in ("4", "10"))
+    four, ten = (with_unit(contents()["reference_for_mm"][k], "mm") for k in ("4", "10"))
     assert lines[3] == (
-        f"By its noise alone it may serve as reference for devices of at least {four} mm "
-        f"uncertainty (4 times the upper end of its interval; 10 times: {ten} mm); scale and "
+        f"By its noise alone it may serve as reference for devices of at least {four} "
+        f"uncertainty (4 times the upper end of its interval; 10 times: {ten}); scale and "
         "distortion of the volume are not in it."
     )
     (cells,) = [re.split(r"\s{2,}", line.strip()) for line in lines if line.startswith("  y1")]
@@ -113,7 +114,7 @@ def test_numbers_of_series_are_told_as_markers_in_words_and_picture() -> None:
     ("value", "words"), [(12345.0, "12300"), (2.5e-5, "0.0000250"), (0.0, "0"), (None, "-")]
 )
 def test_lengths_have_no_power_of_ten(value: float | None, words: str) -> None:
-    assert mm(value) == words
+    assert in_mm(value) == words
 
 
 def test_reasons_are_said_once_for_all_series() -> None:

@@ -11,7 +11,7 @@ from mocap_metrology.io.labels import in_words
 from mocap_metrology.io.read import labels_of, marker_labels, read_recording
 from mocap_metrology.noise.gaussian.two_markers import median_drift
 from mocap_metrology.pipeline.checking import Asked
-from mocap_metrology.present.text.numbers import length
+from mocap_metrology.present.text.numbers import mm
 
 FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
 WANTED = 2  # with two there is a distance
@@ -51,7 +51,7 @@ def choose(
     least = sorted(ranges, key=lambda name: ranges[name])[:WANTED]
     if least and all(ranges[name] <= limit_mm for name in least):
         return least, "all that stand still"
-    moves = ", ".join(f"{name} by {length(ranges[name])}" for name in least)
+    moves = ", ".join(f"{name} by {mm(ranges[name])}" for name in least)
     return least, f"those that move least, {moves}: no two stand still"
 
 

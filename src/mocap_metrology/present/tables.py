@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeGuard
@@ -10,13 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 import numpy as np
 
 from mocap_metrology.common.files import write_csv, write_text
-from mocap_metrology.present.text.numbers import (
-    FOUR_DECIMALS,
-    NINE_HOURS_S,
-    as_printed,
-    duration_text,
-    readable,
-)
+from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,6 +23,13 @@ NOISE_NUMBERS = (  # columns of noise.csv
     *("value", "std_error", "crlb", "lower_68", "upper_68", "lower_95", "upper_95"),
 )
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
+DIGITS = 5  # significant ones of a number to read
+SMALL, LARGE = 1e-4, 1e6  # beyond these a number is written with a power of ten
+LEAST_P = 1e-6  # a probability below this is as good as none
+NOTHING = 1e-9  # a percentage, or a number published as 0, below this is an error of rounding
+# What S Table 4 prints with four decimals
+FOUR_DECIMALS = re.compile(r"(mu|sigma)_(1|2|L|e|A1|A2|B|C)_mm|rho_12")
+PROBABILITY = re.compile(r"(.+_)?p")
 
 
 def read(path: str | Path) -> pd.DataFrame:
@@ -74,7 +76,7 @@ def aligned(lines: Sequence[Sequence[object]]) -> list[str]:
 
 
 def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
-    """A Markdown table, numbers as `numbers.readable` and `as_printed` write them, columns of equal
+    """A Markdown table, numbers as `readable` and `as_printed` write them, columns of equal
     width."""
     head = list(rows[0])
     lines = aligned([head, *([_cell(row, name) for name in head] for row in rows)])
@@ -132,10 +134,50 @@ def _length(duration_s: float | None) -> str:
     """` of 10 min (S: nine hours)`, or nothing where the length is not known."""
     if duration_s is None:
         return ""
-    of_paper = "" if round(duration_s) == NINE_HOURS_S else f" (S: {duration_text(NINE_HOURS_S)})"
-    return f" of {duration_text(duration_s)}{of_paper}"
+    of_paper = "" if round(duration_s) == NINE_HOURS_S else f" (S: {duration_words(NINE_HOURS_S)})"
+    return f" of {duration_words(duration_s)}{of_paper}"
 
 
 def source_of(recording: Record | None) -> str:
     """`twin`, `measured`, or `cited` where no recording stands for the published row."""
     return "cited" if recording is None else "twin" if recording["twin"] else "measured"
+
+
+def readable(value: float, name: str = "", published: float | None = None) -> str:
+    """A number of the column, or of the quantity, of that name, for a table to read.
+
+    Five significant digits, three below 1e-3, with a power of ten below 1e-4 and from 1e6 on; four
+    decimals, zeros included, of what S Table 4 prints so; three digits of a percentage;
+    probabilities below 1e-6 as `< 1e-6`. published: the number it stands beside, as many decimals
+    of which it has at least.
+    """
+    if math.isnan(value):
+        return ""
+    if math.isinf(value):
+        return str(value)
+    if PROBABILITY.fullmatch(name):
+        return "< 10⁻⁶" if value < LEAST_P else f"{value:.3g}"
+    least = name.endswith("_percent") or published == 0
+    if value == 0 or (least and abs(value) < NOTHING):
+        return "0"
+    if name.endswith("_percent"):
+        return f"{value:.3g}" if abs(value) < 100 else f"{value:.0f}"
+    if FOUR_DECIMALS.fullmatch(name) and abs(value) >= 1e-3:
+        return f"{value:.4f}"
+    if not SMALL <= abs(value) < LARGE:
+        return significant(value) if value % 1 or abs(value) >= 1e15 else f"{value:.0f}"
+    if abs(value) >= 10**DIGITS:
+        return f"{float(f'{value:.{DIGITS}g}'):.0f}"
+    text = f"{value:.{DIGITS if abs(value) >= 1e-3 else 3}g}"
+    decimals = len(as_printed(published or 0.0, name).partition(".")[2])
+    more = decimals > len(text.partition(".")[2]) and abs(published or 0.0) >= SMALL
+    return f"{value:.{decimals}f}" if more else text
+
+
+def as_printed(value: float, name: str = "") -> str:
+    """A published number with all its digits: three of a small coefficient, four decimals of what
+    S Table 4 prints so."""
+    if FOUR_DECIMALS.fullmatch(name):
+        return f"{value:.4f}"
+    small = 0 < abs(value) < SMALL and float(f"{value:.2e}") == value
+    return significant(value) if small else f"{value:.7g}"

@@ -49,7 +49,7 @@ from mocap_metrology.present.plot.figure import (
     wrapped,
 )
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.numbers import two
+from mocap_metrology.present.text.numbers import mm, significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -165,7 +165,7 @@ def draw_disagreement(axes: Axes, scenery: Scenery, duration_s: float) -> None:
     few = thinned(value.size, MOST_DOTS)
     dense = value.size > DENSE
     axes.plot(both.time_s[few], value[few], "o", color="#4d4d4d", rasterized=dense, **DOT)
-    text = f"median distance: {two(median)} mm, 95 % below {two(most)} mm"
+    text = f"median distance: {mm(median, 2)}, 95 % below {mm(most, 2)}"
     axes.axhline(median, color=INK, lw=0.7, ls=(0, (5, 2)), label=text)
     turned = np.flatnonzero(both.mirrored)
     if turned.size:
@@ -196,7 +196,7 @@ def draw_residuals(axes: Axes, scenery: Scenery, given: CalibrationFiles) -> Non
         few, colour = thinned(len(path), MOST_DOTS), COLOURS[station]
         how: Keywords = DOT | {"color": colour, "rasterized": len(path) > DENSE}
         axes.plot(path.time_s[few], shown[station][few], "os"[station], zorder=2.2 - station, **how)
-        median = two(float(np.median(values[station])))
+        median = significant(float(np.median(values[station])), 2)
         text = f"residuals by the {ROLES[station]}: median {median} µrad"
         axes.plot([], [], "os"[station], color=colour, ms=3.0, mew=0, label=text)
     text = f"expected noise of an angle: {expected:.0f} µrad"

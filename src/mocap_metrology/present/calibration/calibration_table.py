@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.present.tables import Record, Row, aligned
-from mocap_metrology.present.text.numbers import three_digits
+from mocap_metrology.present.text.numbers import significant
 
 CAPTION = (
     "Pose of the slave in the master's frame, p_master = R p_slave + t, R = Rz(γ) Ry(β) Rx(α); the"
@@ -94,7 +94,7 @@ def _mm_deg(row: Row, kind: str, together: Callable[..., float]) -> str:
     """`0.52 mm, 0.011°`; empty for what is unknown."""
     mm = together(*(row[f"{kind}_{axis}_mm"] for axis in "xyz"))
     deg = together(*(row[f"{kind}_r{axis}_deg"] for axis in "xyz"))
-    return "" if math.isnan(mm) else f"{three_digits(mm)} mm, {three_digits(deg)}°"
+    return "" if math.isnan(mm) else f"{significant(mm)} mm, {significant(deg)}°"
 
 
 def _text(value: object) -> str:

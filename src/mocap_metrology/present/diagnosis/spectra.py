@@ -25,7 +25,7 @@ from mocap_metrology.present.drawing.style import (
     text_mm,
 )
 from mocap_metrology.present.plot.decimate import Bins, log_bins
-from mocap_metrology.present.text.numbers import two
+from mocap_metrology.present.text.numbers import mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -138,10 +138,9 @@ def _name_lines(
                   transform=axes.transAxes)  # fmt: skip
 
 
-def _size(mm: float) -> str:
-    """Two digits, in µm below a millimetre."""
-    value, unit = (mm, "mm") if mm >= 1 else (1000 * mm, "µm")
-    return f"{two(value)} {unit}"
+def _size(amplitude_mm: float) -> str:
+    """Two digits."""
+    return mm(amplitude_mm, 2)
 
 
 def _free(used: Sequence[tuple[float, float, int]], centre: float, half: float) -> int:

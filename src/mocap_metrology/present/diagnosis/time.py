@@ -34,7 +34,7 @@ from mocap_metrology.present.drawing.style import (
 )
 from mocap_metrology.present.plot.units import LengthUnit, length_unit, time_axis
 from mocap_metrology.present.text.diagnosis import outcome
-from mocap_metrology.present.text.numbers import moment, number, three_digits
+from mocap_metrology.present.text.numbers import moment, number, significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,7 +143,7 @@ def _head(
     window; of others, whether noise explains it."""
     unit = cut.unit
     if view.kind == "burst" and event:
-        size = f"{three_digits(event.size_mm * unit.per_mm)} {unit.symbol}"
+        size = f"{significant(event.size_mm * unit.per_mm)} {unit.symbol}"
         title = "The event" if len(found.events) == 1 else "The largest event"
         unknown = event.outcome == "unknown"
         word = "too near an end to compare" if unknown else outcome(event)
@@ -159,7 +159,7 @@ def _head(
     inside = {k: v[first:last] for k, v in cut.values.items() if np.isfinite(v[first:last]).any()}
     spans = {k: float(np.nanmax(v) - np.nanmin(v)) for k, v in inside.items()}
     most = max(spans, key=lambda k: spans[k], default="")
-    size = f"{three_digits(spans[most] * unit.per_mm)} {unit.symbol}" if most else ""
+    size = f"{significant(spans[most] * unit.per_mm)} {unit.symbol}" if most else ""
     return title, f"{most} spans {size}" if most else ""
 
 

@@ -15,8 +15,9 @@ from mocap_metrology.present.drawing.style import (
     Keywords,
     lines_mm,
     text_mm,
+    tick_text,
 )
-from mocap_metrology.present.text.numbers import power_of_ten, tick_text
+from mocap_metrology.present.text.numbers import power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -304,3 +304,8 @@ def coordinate_of(name: str) -> tuple[str, int] | None:
     """("x", 1) of "x1"; None of a distance or any other name."""
     found = COORDINATE.fullmatch(name)
     return (found[1], int(found[2])) if found else None
+
+
+def tick_text(value: float) -> str:
+    """As short as it can be, with a minus sign and not a hyphen."""
+    return f"{value + 0.0:.10g}".replace("-", "−")

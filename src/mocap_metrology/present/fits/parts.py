@@ -24,7 +24,7 @@ from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTI
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text.coefficients import symbol, unit
-from mocap_metrology.present.text.numbers import typeset
+from mocap_metrology.present.text.numbers import significant, with_uncertainty
 
 LIMIT = 10.0  # correlation times that differ by a greater factor are of different components
 
@@ -150,14 +150,16 @@ def fit_of(estimator: str, rows: Sequence[NoiseRow], duration_s: float = 0.0) ->
     for row in rows:
         upper = row.get("upper_95")
         if row["status"] == "not_detected" and upper is not None and np.isfinite(float(upper)):
-            limit = f"{symbol(row['parameter'])} < {typeset(float(upper))} {unit(row['parameter'])}"
+            limit = (
+                f"{symbol(row['parameter'])} < {significant(float(upper))} {unit(row['parameter'])}"
+            )
             kind = limit_class(row)
             absent.append(f"{limit} ({kind})" if kind else limit)
     form: Form = rows[0]["model"] if rows else "sampled"
     finite = {r["parameter"]: r for r in rows if np.isfinite(_number(r["value"]))}
     found = deterministic_of(finite.values())
     names = [n for n in DETERMINISTIC if getattr(found, n)]
-    under = ", ".join(f"{n} {typeset(getattr(found, n))} {unit(n)}" for n in names)
+    under = ", ".join(f"{n} {significant(getattr(found, n))} {unit(n)}" for n in names)
     parts = _parts(model, by_name)
     if not found.empty:
         values = ", ".join(_value(name, finite[name], found) for name in names)
@@ -224,15 +226,9 @@ def _value(name: str, row: NoiseRow | None, component: Component | Deterministic
     odd = status in ("at_bound", "not_converged", "misfit")
     status = f" ({status.replace('_', ' ')})" if odd else ""
     if name == "f_0" and error > 0:
-        return f"{symbol(name)} {_frequency(value, error)}{status}"
+        return f"{symbol(name)} {with_uncertainty(value, error, 'Hz')}{status}"
     spread = f" ±{_percent(error / abs(value))}" if value and np.isfinite(error) else ""
-    return f"{_in_figure(name)} {typeset(value)} {unit(name)}{spread}{status}"
-
-
-def _frequency(value: float, error: float) -> str:
-    """`14.400000 ± 0.000012 Hz`: two digits of the error, and the value to the same place."""
-    decimals = min(max(1 - math.floor(math.log10(float(f"{error:.1e}"))), 0), 10)
-    return f"{value:.{decimals}f} ± {error:.{decimals}f} Hz"
+    return f"{_in_figure(name)} {significant(value)} {unit(name)}{spread}{status}"
 
 
 def _percent(share: float) -> str:
@@ -240,7 +236,7 @@ def _percent(share: float) -> str:
     if share >= 10:
         return ">1000 %"
     percent = float(f"{100 * share:.{int(share >= 0.095)}e}")
-    return f"{percent:g} %" if percent >= 1e-3 or percent == 0 else f"{typeset(percent)} %"
+    return f"{percent:g} %" if percent >= 1e-3 or percent == 0 else f"{significant(percent)} %"
 
 
 def drawn_m(last: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.present.fits.parts import limit_class
 from mocap_metrology.present.tables import Record, Row, aligned, source_of
-from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, three_digits, with_interval
+from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, significant, with_interval
 
 FROM_CSV = (
     "series",
@@ -107,7 +107,7 @@ def _cell(row: Row | None) -> str:
         known = upper is not None and upper == upper
         kind = limit_class(row)
         of_class = f" ({kind})" if kind else ""
-        return f"< {three_digits(float(upper))}{of_class}" if known else "not detected"
+        return f"< {significant(float(upper))}{of_class}" if known else "not detected"
     text = with_interval(row["value"], row["lower_95"], row["upper_95"])
     return text + MARKS.get(row["status"], "")
 

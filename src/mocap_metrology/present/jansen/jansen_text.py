@@ -20,7 +20,7 @@ from mocap_metrology.lighthouse.published import (
 )
 from mocap_metrology.present.jansen.jansen_tables import Variant, paper_setup, pose_of
 from mocap_metrology.present.tables import Record, Row, aligned
-from mocap_metrology.present.text.numbers import three, three_digits
+from mocap_metrology.present.text.numbers import significant
 
 PHASES, SHORT_PATH = "phases of the rotors left out", "short path"
 MEANINGS = {
@@ -116,7 +116,7 @@ def _summary(rows: Sequence[Row], last: str) -> list[str]:
     own = [row for row in rows if row["setup"] == last]
     published = {row["quantity"]: row["published"] for row in own}
     table = [["estimator", "stage", "optics", *HEAD, "mirrored", "n"]]
-    table.append(["**published**", "", "", *(three_digits(published.get(q)) for q in QUANTITIES)])
+    table.append(["**published**", "", "", *(significant(published.get(q)) for q in QUANTITIES)])
     table[-1] += ["", ""]
     for variant, of_it in _grouped(own, _variant):
         cells = {row["quantity"]: _with_ratio(row) for row in of_it}
@@ -131,7 +131,7 @@ def _with_ratio(row: Row) -> str:
     if math.isnan(row["regenerated"]):
         return ""
     ratio = float(f"{row['ratio']:.2g}")
-    return f"{three_digits(row['regenerated'])} (×{three(ratio)})"
+    return f"{significant(row['regenerated'])} (×{ratio:g})"
 
 
 def _counted(n: int, noun: str) -> str:
@@ -160,7 +160,7 @@ def _by_setup(rows: Sequence[Row], last: str) -> list[str]:
     table = [["setup", *HEAD, "n"]]
     for setup in (*SETUPS, last):
         shown = [
-            f"{three_digits(row['regenerated'])} ({row['published']:g})".lstrip()
+            f"{significant(row['regenerated'])} ({row['published']:g})".lstrip()
             for row in (cells[setup, q] for q in QUANTITIES)
         ]
         table.append([setup, *shown, str(counts[setup])])
@@ -230,7 +230,7 @@ def gain(records: Sequence[Record], estimator: str = "paper-lm", stage: str = "f
     frame = "between the optical frames of the twins" if optical else "against the reference"
     return (
         f"Factory values cut the mean error of {estimator}, {stage}, {frame} from"
-        f" {three_digits(mm[0])} to {three_digits(mm[1])} mm ({mm[0] / mm[1]:.1f} times) and from"
-        f" {three_digits(deg[0])} to {three_digits(deg[1])}° ({deg[0] / deg[1]:.1f} times;"
+        f" {significant(mm[0])} to {significant(mm[1])} mm ({mm[0] / mm[1]:.1f} times) and from"
+        f" {significant(deg[0])} to {significant(deg[1])}° ({deg[0] / deg[1]:.1f} times;"
         f" {len(pairs)} calibrations)."
     )

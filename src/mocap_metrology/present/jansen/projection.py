@@ -24,8 +24,8 @@ from mocap_metrology.present.drawing.style import (
     head,
     size_mm,
     text_mm,
+    tick_text,
 )
-from mocap_metrology.present.text.numbers import tick_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mocap_metrology.present.pages.html_page import heading, paragraph, table
 from mocap_metrology.present.tables import Record, Row
-from mocap_metrology.present.text.numbers import three_digits
+from mocap_metrology.present.text.numbers import significant
 
 INPUTS = ("name", "kind", "source", "file", "seed", "sha256")
 TIMES = ("rule", "jobs", "total_s", "longest_s", "max_rss_mb")
@@ -86,7 +86,7 @@ def body(found: Record) -> str:
 
 def _shown(row: Record) -> Row:
     """A row of `run_times` with numbers of three digits, and jobs as they are."""
-    return {k: three_digits(v) if isinstance(v, float) else v for k, v in row.items()}
+    return {k: significant(v) if isinstance(v, float) else v for k, v in row.items()}
 
 
 def _rows(head: Sequence[str], rows: Sequence[Record]) -> str:

@@ -24,7 +24,7 @@ from mocap_metrology.present.pages.html_page import (
     word,
 )
 from mocap_metrology.present.tables import Record
-from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_text, three_digits
+from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
 from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR
 
 MM = ("x_mm", "y_mm", "z_mm")
@@ -77,7 +77,7 @@ def _row(row: Record, flat: Record, address: Callable[[str], str]) -> list[objec
         link(address(name), name),
         word(flat["verdict"]),
         *_pose([flat[quantity] for quantity in QUANTITIES]),
-        *(three_digits(value) or EMPTY for value in sigma),
+        *(significant(value) or EMPTY for value in sigma),
         flat["reason"],
     ]
 
@@ -104,7 +104,7 @@ def setup_row(name: str, rows: Sequence[Record]) -> list[object]:
         len(rows),
         " ".join(shown),
         *_pose(centre),
-        *(three_digits(value) or EMPTY for value in (mm, deg)),
+        *(significant(value) or EMPTY for value in (mm, deg)),
         ", ".join(f"{what} ({count})" for what, count in wrong.most_common()) or EMPTY,
     ]
 
@@ -143,7 +143,7 @@ RECORDINGS_NOTE = (
 PUBLISHED = "skurowski2019"  # group whose twins are made from the coefficients of a paper
 APART = "These subsets of cameras do not share their frames: "
 SHORTER = (  # what a sentence loses in the table
-    r" \([-+.\de]+ to [-+.\de]+\)",
+    r" \([^()]*…[^()]*\)",
     r" about the mean of [^;]*",
     r", beyond what [^;]*",
     r"( \([^()]*\))?: its numbers .*(?=\.$)",
@@ -194,7 +194,7 @@ def _quick(rows: Sequence[Record]) -> Iterator[str]:
         several = _texts(lengths)
         yield paragraph(
             f"**A quick look: the twins are {several} long**, the recordings of Skurowski & "
-            f"Pawlyta {duration_text(NINE_HOURS_S)}. Slow noise hardly shows in so short a time: "
+            f"Pawlyta {duration_words(NINE_HOURS_S)}. Slow noise hardly shows in so short a time: "
             "verdicts and coefficients of the whole length can be others."
         )
 
@@ -207,7 +207,7 @@ def _lengths(rows: Sequence[Record]) -> list[float]:
 
 def _texts(lengths: Sequence[float]) -> str:
     """`10 min`, or `20 s to 10 min`."""
-    return " to ".join(dict.fromkeys(duration_text(k) for k in (lengths[0], lengths[-1])))
+    return " to ".join(dict.fromkeys(duration_words(k) for k in (lengths[0], lengths[-1])))
 
 
 def _groups(rows: Sequence[Record]) -> list[str]:
@@ -265,7 +265,7 @@ def recording_row(row: Record, address: Address) -> list[object]:
     return [
         link(address("recording", row["recording"]), row["recording"]),
         word(row["word"]),
-        *(three_digits(_greatest(values)) or EMPTY for values in numbers),
+        *(significant(_greatest(values)) or EMPTY for values in numbers),
         _mostly(series.values()),
         "<br>".join(map(inline, why(row))),
     ]

@@ -18,10 +18,9 @@ from mocap_metrology.present.plot.decimate import log_bins
 from mocap_metrology.present.plot.figure import Picture, styled
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.numbers import two
+from mocap_metrology.present.text.numbers import mm
 
 MOST_NAMED = 2  # files
-UNITS = (("mm", 1.0), ("µm", 1e3), ("nm", 1e6))
 
 
 def source_words(origin: Record) -> str:
@@ -42,8 +41,7 @@ def step_words(resolution_mm: float, kind: str) -> str:
     """`step 61 nm (float32)`: of the stored values, in a unit that needs no power of ten."""
     if not resolution_mm > 0:
         return "step unknown"
-    unit, per_mm = next((u, f) for u, f in UNITS if resolution_mm * f >= 0.1 or u == "nm")
-    return f"step {two(resolution_mm * per_mm)} {unit} ({kind})"
+    return f"step {mm(resolution_mm, 2)} ({kind})"
 
 
 ESTIMATORS = ("oadev", "mdev", "hdev")

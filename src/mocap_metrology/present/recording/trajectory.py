@@ -24,7 +24,7 @@ from mocap_metrology.present.plot.figure import (
 from mocap_metrology.present.plot.units import TimeAxis, length_unit, time_axis
 from mocap_metrology.present.recording.traces import GAP, Prepared, Trace, prepare
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.numbers import number, two
+from mocap_metrology.present.text.numbers import number, significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -142,7 +142,7 @@ def _rows(series: Sequence[Prepared], time: TimeAxis, title: str, source: str) -
         n_outliers = sum(named[name].n_outliers for name in names)
         panel_title(axes, axis or "L", f"{number(n_outliers)} outliers")
     unit = length_unit([step])
-    grid[0].set_ylabel(f"Marker; a row is {two(step * unit.per_mm)} {unit.symbol} high")
+    grid[0].set_ylabel(f"Marker; a row is {significant(step * unit.per_mm, 2)} {unit.symbol} high")
     return body
 
 

@@ -19,7 +19,7 @@ from mocap_metrology.present.skurowski.appendix import (
     support_counts,
 )
 from mocap_metrology.present.tables import Record, Row, aligned
-from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_text, three_digits
+from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_words, significant
 
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (
@@ -38,7 +38,7 @@ def table_a_markdown(
 
     duration_s: length of the recordings, where it is known.
     """
-    length = "this length" if duration_s is None else duration_text(duration_s)
+    length = "this length" if duration_s is None else duration_words(duration_s)
     length = f"a recording of {length}"
     lines = [f"# {title}", "", caption, "", SIGNS.format(length=length), ""]
     lines += [_count_sentence(rows, length), ""]
@@ -90,7 +90,7 @@ def _published(row: Row | None) -> str:
     if row is None:
         return ""
     sign = UNSUPPORTED if row["supported"] is False else ""
-    return three_digits(row["published"]) + sign + (LEFT_OUT if _own_notes(row) else "")
+    return significant(row["published"]) + sign + (LEFT_OUT if _own_notes(row) else "")
 
 
 def _own_notes(row: Row) -> list[str]:
@@ -105,10 +105,10 @@ def _estimated(row: Row | None, column: str) -> str:
     status = row[f"{column}_status"]
     if status == "not_detected":
         upper = row.get(f"{column}_upper_95")
-        return f"< {three_digits(upper)}" if upper is not None else "not detected"
+        return f"< {significant(upper)}" if upper is not None else "not detected"
     if status == UNPAIRED:
         return "–"
-    return three_digits(row[column]) + MARKS.get(status, "") if row[column] is not None else ""
+    return significant(row[column]) + MARKS.get(status, "") if row[column] is not None else ""
 
 
 def _below(rows: Sequence[Row]) -> list[str]:
@@ -131,7 +131,7 @@ def _below(rows: Sequence[Row]) -> list[str]:
                 if row[k] is not None
             )
             place = groups.setdefault((row["n_cameras"], estimator[:-1]), [])
-            place.append(f"{name} {three_digits(value)} {row['unit']}")
+            place.append(f"{name} {significant(value)} {row['unit']}")
     lines += [
         f"- {n} cameras, {who}, not published: {', '.join(v)}" for (n, who), v in groups.items()
     ]

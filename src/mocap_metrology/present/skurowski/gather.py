@@ -14,7 +14,7 @@ from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_fo
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset
 from mocap_metrology.present.tables import Record, Row, source_of
-from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_text
+from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words
 
 PAPER = "Skurowski & Pawlyta 2019"
 TITLES = {
@@ -78,14 +78,14 @@ def sources(
     twins = [name for name, row in rows.items() if source_of(row) == "twin"]
     lengths: dict[str, list[str]] = {}
     for name in (name for name in twins if name in lengths_s):
-        lengths.setdefault(duration_text(lengths_s[name]), []).append(name)
+        lengths.setdefault(duration_words(lengths_s[name]), []).append(name)
     measured = len(rows) - len(twins)
     kinds = [f"{measured} measured recording{'s' * (measured > 1)}"] if measured else []
     if twins:
         many, of = "s" * (len(twins) > 1), f" of {' and '.join(lengths)}" if lengths else ""
         kinds.append(f"{len(twins)} simulated stand-in{many} (twin{many}){of}")
     line = f"Source: {' and '.join(kinds)}."
-    if paper and lengths and list(lengths) != [duration_text(NINE_HOURS_S)]:
+    if paper and lengths and list(lengths) != [duration_words(NINE_HOURS_S)]:
         line += " The paper's recordings last nine hours."
     remarks = ["Twins are simulated from published or configured numbers."] if twins else []
     if twins and measured:
@@ -104,7 +104,7 @@ def spread_sentence(twin: Twin | None) -> str:
     for seconds in dict.fromkeys((twin.duration_s, NINE_HOURS_S)):
         found = expected_moments(replace(twin, duration_s=seconds))
         one, two = (f"{1000 * found[f'sigma_{k}']:.1f}" for k in (1, 2))
-        spread.append(f"{one} and {two} µm over {duration_text(seconds)}")
+        spread.append(f"{one} and {two} µm over {duration_words(seconds)}")
     return (
         "Slow noise widens a density as time goes by: the standard deviations that the printed "
         f"coefficients lead to on average are {', '.join(spread)}, for x1 and x2; those of Table 4 "

@@ -27,7 +27,7 @@ from mocap_metrology.present.plot.figure import (
     styled,
 )
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.numbers import three_digits
+from mocap_metrology.present.text.numbers import significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,6 +98,6 @@ def _close(
     axes.set_ylim(0.0, 1.1 * greatest * per_mm2 or 1.0)
     axes.axvline(line_hz, **MARK)
     axes.plot(f, psd * per_mm2, color=who[1].colour, lw=0.6)
-    times = three_digits(greatest / float(np.median(psd))) if greatest > 0 else ""
+    times = significant(greatest / float(np.median(psd))) if greatest > 0 else ""
     panel_title(axes, short(who[0]), f"{times} × median" if times else "")
     axes.set_ylabel(f"{unit}/Hz")

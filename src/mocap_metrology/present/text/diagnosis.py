@@ -24,13 +24,12 @@ from mocap_metrology.noise.motion.movement import Movement, most_moving
 from mocap_metrology.noise.series import AXES
 from mocap_metrology.present.text.movement import movement_words
 from mocap_metrology.present.text.numbers import (
-    minutes_words,
+    duration_words,
     mm,
+    moment,
     percent,
     span,
-    speed,
-    three,
-    time_words,
+    with_unit,
 )
 from mocap_metrology.present.text.recording_states import (
     filled_words,
@@ -97,7 +96,7 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
     told = [_event(e, recording) for e in order[:NAMED_EVENTS]]
     if len(order) > NAMED_EVENTS:
         words = (
-            f"{len(order)} events in {time_words(recording.duration_s)}, of which the largest "
+            f"{len(order)} events in {duration_words(recording.duration_s)}, of which the largest "
             f"{NAMED_EVENTS} are told of: this is no undisturbed recording."
         )
         told.insert(0, Sentence("event", "warning", (), words, {"n_events": len(order)}))
@@ -106,7 +105,7 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
 
 def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> Sentence:
     windows = f"{found.n_windows:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
-    lasting = time_words(recording.duration_s)
+    lasting = duration_words(recording.duration_s)
     if recording.duration_s < LEAST_S:
         words = (
             f"Too short to decide on events: {lasting} with {windows} windows of the dynamic Allan "
@@ -133,11 +132,11 @@ def _event(event: Event, recording: Recording) -> Sentence:
         "sides": [vars(s) for s in event.sides],
     }  # fmt: skip
     if event.kind == "level":
-        words = f"At {time_words(event.time_s)} the noise of {event.series[0]} became another"
+        words = f"At {moment(event.time_s)} the noise of {event.series[0]} became another"
     else:
         who = ", ".join(markers) or ", ".join(event.series)
         words = (
-            f"At {time_words(event.time_s)} something moved {who} by up to {mm(event.size_mm)} "
+            f"At {moment(event.time_s)} something moved {who} by up to {mm(event.size_mm)} "
             f"({event.largest}) for {event.duration_s:.2g} s"
         )
     if side is None:
@@ -270,7 +269,7 @@ def _slow(after: Left, before: Left) -> float:
 def _slope(per_hour: float, duration_s: float) -> str:
     """In mm/h of a recording of a minute at least; of a shorter one what it says itself."""
     if duration_s >= 60:
-        return speed(per_hour)
+        return with_unit(per_hour, "mm/h", sign=True)
     return f"by {mm(per_hour * duration_s / 3600)} over all of it"
 
 
@@ -281,7 +280,7 @@ def _drift(found: Diagnosis, recording: Recording) -> list[Sentence]:
     name, worst = max(known.items(), key=lambda item: item[1].range)
     words = (
         f"Slow movement: means over {worst.block_s:.2g} s wander by up to {mm(worst.range)} "
-        f"({name}) in {time_words(recording.duration_s)}, a straight line through them "
+        f"({name}) in {duration_words(recording.duration_s)}, a straight line through them "
         f"{_slope(worst.per_hour, recording.duration_s)}."
     )
     numbers = {
@@ -318,8 +317,8 @@ def warm_up_words(parts: Mapping[str, Deterministic], duration_s: float) -> str:
     name = max(sizes, key=lambda k: abs(sizes[k][0]))
     size, within = sizes[name]
     return (
-        f"still warming up: {three(abs(size))} mm in the first {minutes_words(within)} ({name}), "
-        f"time constant {minutes_words(parts[name].T_w)}: start recording later"
+        f"still warming up: {mm(abs(size))} in the first {duration_words(within)} ({name}), "
+        f"time constant {duration_words(parts[name].T_w)}: start recording later"
     )
 
 
@@ -331,7 +330,7 @@ def drift_words(parts: Mapping[str, Deterministic], duration_s: float) -> str:
         return ""
     name = max(speeds, key=lambda k: abs(speeds[k]))
     gone = abs(speeds[name]) * duration_s / 3600
-    return f"a steady drift of {three(speeds[name])} mm/h ({name}), {three(gone)} mm in all"
+    return f"a steady drift of {with_unit(speeds[name], 'mm/h')} ({name}), {mm(gone)} in all"
 
 
 def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Sentence]:

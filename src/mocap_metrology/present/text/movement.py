@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mocap_metrology.noise.motion.movement import Movement
-from mocap_metrology.present.text.numbers import length, three
+from mocap_metrology.present.text.numbers import mm, with_unit
 
 MOST_NAMED = 6
 
@@ -28,10 +28,10 @@ def movement_words(moving: Mapping[str, tuple[str, Movement]], within_s: float) 
 
 def deed(axis: str, found: Movement, within_s: float) -> str:
     """What a marker does: `stands 2.05 mm elsewhere along x from 312 s on`."""
-    size = length(found.size_mm)
+    size = mm(found.size_mm)
     if math.isfinite(found.time_s):
-        return f"stands {size} elsewhere along {axis} from {three(found.time_s)} s on"
-    return f"covers {size} along {axis} within {three(within_s)} s"
+        return f"stands {size} elsewhere along {axis} from {with_unit(found.time_s, 's')} on"
+    return f"covers {size} along {axis} within {with_unit(within_s, 's')}"
 
 
 def _and_others(names: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ from mocap_metrology.noise.assess.checks import (
     MovementCheck,
 )
 from mocap_metrology.noise.assess.uncertainty import Unmodelled, Why
-from mocap_metrology.present.text.numbers import duration_words, three, three_fixed
+from mocap_metrology.present.text.numbers import duration_words, mm, with_interval, with_unit
 
 # What the value of a check is, as verdict.json names it
 QUANTITIES = {
@@ -75,12 +75,12 @@ def reason(check: Check) -> str:
         case Code.UPPER_END:
             return (
                 f"Over {duration_words(check.over_s)} only, one frame of {check.series} may be "
-                f"uncertain by {three_fixed(value)} mm, the upper end of its interval; good is up "
+                f"uncertain by {mm(value)}, the upper end of its interval; good is up "
                 f"to {float(check.limit):g} mm."
             )
         case Code.STEP:
             return (
-                f"The resolution of the export decides: its steps of {three(value)} mm hide the "
+                f"The resolution of the export decides: its steps of {mm(value)} hide the "
                 f"noise of {', '.join(check.names) or 'all coordinates'}, so a frame is known to a "
                 "step and not better; export finer steps."
             )
@@ -101,7 +101,7 @@ def reason(check: Check) -> str:
             walk = "wanders as a random walk: a line through it rises"
             does = "drifts" if check.code is Code.DRIFT else walk
             return (
-                f"{check.series} {does} by {three(value)} mm in {duration_words(check.over_s)}; "
+                f"{check.series} {does} by {mm(value)} in {duration_words(check.over_s)}; "
                 f"{_against(check)}."
             )
         case Code.DURATION:
@@ -129,33 +129,34 @@ def _length(check: LengthCheck) -> str:
 def _frame(check: Check, value: float) -> str:
     low, high, limit = check.lower, check.upper, float(check.limit)
     close = " (the interval reaches across)" if low <= limit < high else ""
-    interval = f" ({three_fixed(low)} to {three_fixed(high)})" if math.isfinite(low + high) else ""
     unknown = ""
     if math.isfinite(check.asked_s):
         reached, asked = duration_words(check.over_s), duration_words(check.asked_s)
         unknown = f"; over {reached} only, nothing is known of {asked}"
+    size = with_interval(value, low, high, "mm")
     return (
-        f"One frame of {check.series} is uncertain by {three_fixed(value)} mm{interval} about "
+        f"One frame of {check.series} is uncertain by {size} about "
         f"the mean of {duration_words(check.over_s)}; {_against(check)}{close}{unknown}."
     )
 
 
 def _against(check: Check, times: float = 1, unit: str = "mm") -> str:
     """The limit that the word of a check goes by."""
-    return f"{KEPT[check.word]} {times * float(check.limit):g} {unit}"
+    return f"{KEPT[check.word]} {with_unit(times * float(check.limit), unit)}"
 
 
 def _movement(check: MovementCheck) -> str:
     verb = "moves" if len(check.names) == 1 else "move"
     if check.distance:
         counts = f"what still counts is the distance {check.distance}, one frame uncertain by "
-        counts += f"{three_fixed(check.distance_mm)} mm"
+        counts += mm(check.distance_mm)
     elif check.still:
         counts = f"what still counts are the numbers of {', '.join(check.still)}"
     else:
         counts = "none of its numbers is of noise alone"
+    size = mm(float(check.value))
     return (
-        f"{', '.join(check.names)} {verb}: {check.series} by {three(float(check.value))} mm within "
+        f"{', '.join(check.names)} {verb}: {check.series} by {size} within "
         f"{duration_words(check.over_s)}, which its noise does not explain; {counts}."
     )
 
@@ -185,7 +186,7 @@ def why_measured(found: Unmodelled | None) -> str:
     if found is None:
         return ""
     needed = f"{found.value:.0f} samples, a noise model needs {found.expected:.0f}"
-    scatter = f"scatter by {found.value:.3g} mm, the model says {found.expected:.3g} mm"
+    scatter = f"scatter by {mm(found.value)}, the model says {mm(found.expected)}"
     return {
         Why.NO_SAMPLES: "no valid samples",
         Why.TOO_SHORT: f"too short: {needed}",

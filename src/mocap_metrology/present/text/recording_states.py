@@ -13,7 +13,7 @@ from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.recording import Recording
 from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.text.numbers import mm, percent, signed
+from mocap_metrology.present.text.numbers import mm, percent
 from mocap_metrology.present.text.sentence import Sentence, severity
 
 
@@ -41,7 +41,8 @@ def level_words(found: Sequence[Trend]) -> list[Sentence]:
         names = tuple(t.series for t in own)
         worst = max(own, key=lambda t: t.extent)
         if word == "changes":
-            how = f"slowly, by {signed(worst.least)} to {signed(worst.greatest)} from its level at "
+            least, most = (percent(v, 2, sign=True) for v in (worst.least, worst.greatest))
+            how = f"slowly, by {least} to {most} from its level at "
             how += f"the start ({worst.series})"
         else:
             ends = sorted((abs(worst.lower), abs(worst.upper)))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from mocap_metrology.noise.assess.checks import COORDINATE, worst
 from mocap_metrology.present.tables import Record, Row
-from mocap_metrology.present.text.numbers import duration_words, three_digits, three_fixed
+from mocap_metrology.present.text.numbers import duration_words, significant, with_unit
 
 MOVES = "still.range_mm"  # the threshold of what stands still
 Found = Record  # contents of verdict.json
@@ -79,9 +79,9 @@ def reference_sentence(found: Found) -> str:
     if four is None or math.isnan(four):
         return "It may not serve as a reference."
     return (
-        f"By its noise alone it may serve as reference for devices of at least {mm(four)} mm "
-        f"uncertainty (4 times the upper end of its interval; 10 times: {mm(ten)} mm); scale and "
-        "distortion of the volume are not in it."
+        f"By its noise alone it may serve as reference for devices of at least "
+        f"{with_unit(four, 'mm')} uncertainty (4 times the upper end of its interval; 10 times: "
+        f"{with_unit(ten, 'mm')}); scale and distortion of the volume are not in it."
     )
 
 
@@ -155,16 +155,16 @@ def _table(series: Mapping[str, Found]) -> list[list[str]]:
 
 
 def _cells(name: str, values: Record) -> list[str]:
-    least = mm(values["adev_min_mm"])
+    least = in_mm(values["adev_min_mm"])
     falls = ", still falling" if values["adev_still_falls"] else ""
-    at = f"{falls} at {three_digits(values['tau_min_s'])} s" if least != "-" else ""
-    means = [mm(m["uncertainty_mm"]) for m in values["means"]]
+    at = f"{falls} at {significant(values['tau_min_s'])} s" if least != "-" else ""
+    means = [in_mm(m["uncertainty_mm"]) for m in values["means"]]
     share = dominating(values)
     mostly = f"{share} {100 * values['shares'][share]:.0f} %" if share else ""
     return [
         name,
-        mm(values["frame_mm"]),
-        mm(values["sigma_frame_mm"]),
+        in_mm(values["frame_mm"]),
+        in_mm(values["sigma_frame_mm"]),
         *means,
         f"{least}{at}",
         mostly,
@@ -179,11 +179,9 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
-def mm(value: float | None) -> str:
-    """Three digits without a power of ten down to a nanometre, or a dash for nothing."""
-    if value and (value >= 1e4 or 1e-6 <= value < 1e-3):
-        return three_fixed(value)
-    return three_digits(value) or "-"
+def in_mm(value: float | None) -> str:
+    """Three digits, or a dash for nothing."""
+    return significant(value, least=1e-6) or "-"
 
 
 def _with_numbers(series: Mapping[str, Found]) -> dict[str, Found]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
+from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.errors import Refusal
 
 COLUMNS = ("x_m", "y_m", "z_m")
@@ -35,7 +35,7 @@ def read_board(path: str | Path) -> np.ndarray:
     """
     name = Path(path).name
     try:
-        rows = list(csv.reader(Path(path).read_text(encoding="utf-8-sig").splitlines()))
+        rows = spreadsheet.rows(Path(path).read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         raise Refusal(f"{name}: cannot be read ({error}); expected a CSV x_m,y_m,z_m") from None
     header = [cell.strip() for cell in rows[0]] if rows else []

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.spreadsheet import delimiter, with_point
 from mocap_metrology.io.header import NUMBER
 from mocap_metrology.io.text.layout import check_text, lines
 
@@ -22,7 +23,9 @@ def read_covariate(path: str | Path) -> tuple[str, np.ndarray, np.ndarray]:
     path = Path(path)
     try:
         check_text(path, WHAT)
-        records = [(line.number, _cells(line.text)) for line in lines(path)]
+        told = [line for line in lines(path) if line.text.strip()]
+        between = delimiter(told[0].text) if told else ","
+        records = [(line.number, _cells(line.text, between)) for line in told]
     except OSError as error:
         raise Refusal(f"{path.name}: cannot be read: {error.strerror or error}") from error
     records = [(number, cells) for number, cells in records if any(cells)]
@@ -55,9 +58,11 @@ def _rows(name: str, records: list[tuple[int, list[str]]]) -> np.ndarray:
     return np.array(rows)
 
 
-def _cells(text: str) -> list[str]:
+def _cells(text: str, between: str) -> list[str]:
     """Two cells, and what else there is: a spreadsheet may add empty ones."""
-    cells = [cell.strip(' \t"') for cell in text.split(",")]
+    cells = [cell.strip(' \t"') for cell in text.split(between)]
+    if between == ";":
+        cells = [with_point(cell) for cell in cells]
     while len(cells) > 2 and not cells[-1]:
         cells.pop()
     return cells

@@ -10,7 +10,6 @@ Stations are known by the id in their flashes: poses of different ones are never
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import warnings
@@ -21,6 +20,7 @@ from typing import SupportsInt
 
 import numpy as np
 
+from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
@@ -194,7 +194,7 @@ def read_mount(path: str | Path) -> dict[str, np.ndarray]:
     """
     name = Path(path).name
     try:
-        rows = list(csv.reader(Path(path).read_text(encoding="utf-8-sig").splitlines()))
+        rows = spreadsheet.rows(Path(path).read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         raise Refusal(f"{name}: cannot be read ({error}); expected label,x_m,y_m,z_m") from None
     header = [cell.strip() for cell in rows[0]] if rows else []

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.spreadsheet import delimiter, with_point
 from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -36,9 +37,15 @@ def read_angles(path: str | Path) -> Hits:
 
     name = Path(path).name
     try:
-        table = pd.read_csv(path, dtype=str, keep_default_na=False, encoding="utf-8-sig")
+        with Path(path).open(encoding="utf-8-sig") as stream:
+            between = delimiter(stream.readline())
+        table = pd.read_csv(
+            path, sep=between, dtype=str, keep_default_na=False, encoding="utf-8-sig"
+        )
     except (OSError, ValueError) as error:  # pandas raises ValueErrors of its own
         raise Refusal(f"{name}: cannot be read ({error}); expected a CSV: {EXPECTED}") from None
+    if between == ";":
+        table = table.map(with_point)
     table.columns = [str(column).strip() for column in table.columns]
     missing = [column for column in NEEDED if column not in table.columns]
     if missing:

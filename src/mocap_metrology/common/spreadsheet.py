@@ -1,0 +1,29 @@
+"""CSV files as spreadsheets save them: where the decimal mark is a comma, semicolons are between
+cells."""
+
+from __future__ import annotations
+
+import csv
+import re
+
+NUMBER = re.compile(r"\s*[+-]?\d*,\d*([eE][+-]?\d+)?\s*")
+
+
+def delimiter(header: str) -> str:
+    """What is between the cells of a header: `;` where there is no comma, else `,`."""
+    return ";" if ";" in header and "," not in header else ","
+
+
+def with_point(cell: str) -> str:
+    """A number with a decimal comma as one with a point; any other cell as it is."""
+    return cell.replace(",", ".") if NUMBER.fullmatch(cell) else cell
+
+
+def rows(text: str) -> list[list[str]]:
+    """Cells of each line of a table, its header first; numbers have points."""
+    lines = text.splitlines()
+    between = delimiter(lines[0]) if lines else ","
+    found = list(csv.reader(lines, delimiter=between))
+    if between == ",":
+        return found
+    return [[with_point(cell) for cell in row] for row in found]

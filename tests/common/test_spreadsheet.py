@@ -1,0 +1,62 @@
+"""Tables that a spreadsheet saves with semicolons and decimal commas are those with commas."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common.spreadsheet import rows
+from mocap_metrology.io.text.covariate import read_covariate
+from mocap_metrology.lighthouse.assess.reference import read_mount
+from mocap_metrology.lighthouse.board import read_board
+from mocap_metrology.lighthouse.decode.angles_csv import read_angles
+
+PLACES = [[0.0, -0.05, 0.02], [0.0, 0.05, 0.02], [0.0, -0.05, -0.02], [0.0, 0.05, -0.02]]
+LABELLED = [[name, *place] for name, place in zip("ABCD", PLACES, strict=True)]
+HITS = [
+    [station, axis, cycle, diode, cycle / 60 + axis / 120 + diode * 1e-5, 0.01 * diode]
+    for cycle in range(20)
+    for station in ("master", "slave")
+    for axis in (0, 1)
+    for diode in range(4)
+]
+TABLES: dict[str, tuple[str, list[list], Callable[[Path], object]]] = {
+    "board": ("x_m,y_m,z_m", PLACES, read_board),
+    "mount": ("label,x_m,y_m,z_m", LABELLED, lambda path: list(read_mount(path).values())),
+    "covariate": ("time_s,room_C", [[k, 20 + 0.25 * k] for k in range(9)],
+                  lambda path: np.stack(read_covariate(path)[1:])),
+    "angles": ("station,axis,cycle,diode,time_s,angle_rad", HITS,
+               lambda path: (read_angles(path).time_s, read_angles(path).angle_rad)),
+}  # fmt: skip
+
+
+def saved(header: str, table: list[list], between: str, mark: str) -> str:
+    """As a spreadsheet saves it, with a BOM; `mark` is the decimal mark."""
+    stream = io.StringIO("\ufeff", newline="")
+    stream.seek(1)
+    cells = [[str(cell).replace(".", mark) if isinstance(cell, float) else cell for cell in row]
+             for row in table]  # fmt: skip
+    csv.writer(stream, delimiter=between).writerows([header.split(","), *cells])
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_semicolons_and_decimal_commas(tmp_path: Path, name: str) -> None:
+    header, table, read = TABLES[name]
+    found = []
+    for between, mark in ((",", "."), (";", ","), (";", ".")):
+        path = tmp_path / f"{name}{len(found)}.csv"
+        path.write_bytes(saved(header, table, between, mark).encode())
+        found.append(np.asarray(read(path), dtype=float))
+    assert np.array_equal(found[0], found[1]) and np.array_equal(found[0], found[2])
+
+
+def test_a_cell_that_is_no_number_keeps_its_comma() -> None:
+    assert rows("a;b\n1,5;x, y\n") == [["a", "b"], ["1.5", "x, y"]]
+    assert rows("a,b\n1,5\n") == [["a", "b"], ["1", "5"]]
+    assert rows("") == []

@@ -4,4 +4,5 @@ import sys
 
 from mocap_metrology.cli.main import main
 
-sys.exit(main())
+if __name__ == "__main__":  # not on import: kernels are sought in all modules
+    sys.exit(main())

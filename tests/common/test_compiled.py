@@ -118,3 +118,10 @@ def test_every_compiled_function_goes_through_the_decorator():
             lines = text.splitlines()
             assert not [x for x in lines if x.startswith(("import numba", "from numba"))], path
             assert ("@njit" in text) == ("common.compiled import njit" in text), path
+
+
+def test_every_module_is_warmed_up_as_make_does():
+    """It imports all of the package: a module that runs on import would end `make env`."""
+    command = [sys.executable, "-m", "mocap_metrology.common.compiled"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert (done.returncode, done.stderr) == (0, "")

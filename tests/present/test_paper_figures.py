@@ -28,11 +28,11 @@ from mocap_metrology.present.skurowski.coefficients import (
     searched_ends,
     term_pairs,
 )
-from mocap_metrology.present.skurowski.periodic import periodic_figure
-from mocap_metrology.present.skurowski.regression import (
+from mocap_metrology.present.skurowski.series_figures import (
     FINAL,
     ORDINARY,
     START,
+    periodic_figure,
     regression_figure,
     smooth_adev,
 )

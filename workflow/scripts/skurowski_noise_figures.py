@@ -10,8 +10,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix, gather
     from mocap_metrology.present.skurowski.coefficients import colour_figure, correlated_figure
-    from mocap_metrology.present.skurowski.periodic import periodic_figure
-    from mocap_metrology.present.skurowski.regression import regression_figure
+    from mocap_metrology.present.skurowski.series_figures import periodic_figure, regression_figure
     from mocap_metrology.present.tables import read_noise
 
     given, titles, series = snakemake.params, gather.TITLES, gather.SERIES

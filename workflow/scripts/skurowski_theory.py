@@ -9,8 +9,11 @@ with step(snakemake) as log:
     from mocap_metrology.present.pages import left_out
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import camera_tables, table_1
-    from mocap_metrology.present.skurowski.model_figures import model_figure, standard_error_figure
-    from mocap_metrology.present.skurowski.slopes import slopes_figure
+    from mocap_metrology.present.skurowski.theory_figures import (
+        model_figure,
+        slopes_figure,
+        standard_error_figure,
+    )
 
     folder, paper = Path(snakemake.output[0]).parents[1], "Skurowski & Pawlyta 2019"
     laws, types, missing = table_1.table_1(), camera_tables.table_2(), left_out.left_out()

@@ -10,20 +10,21 @@ from noise_data import assert_texts_apart
 
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_gaussian, published_row
-from mocap_metrology.present.skurowski import gather, slopes
+from mocap_metrology.present.skurowski import gather
+from mocap_metrology.present.skurowski import theory_figures as slopes
 from mocap_metrology.present.skurowski.densities import Mean, distances_figure, locations_figure
-from mocap_metrology.present.skurowski.model_figures import (
-    model_figure,
-    standard_error_figure,
-    white_level,
-    white_roots,
-)
 from mocap_metrology.present.skurowski.scaling import (
     COVARIANCE,
     SERIES,
     Subset,
     fits,
     scaling_figure,
+)
+from mocap_metrology.present.skurowski.theory_figures import (
+    model_figure,
+    standard_error_figure,
+    white_level,
+    white_roots,
 )
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -25,7 +25,7 @@ from mocap_metrology.present.plot.figure import (
     short,
     styled,
 )
-from mocap_metrology.present.skurowski.model_figures import KINDS, PAPER, normal
+from mocap_metrology.present.skurowski.theory_figures import KINDS, PAPER, normal
 from mocap_metrology.present.text import captions
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from mocap_metrology.present.plot.figure import (
     short,
     styled,
 )
-from mocap_metrology.present.skurowski.model_figures import PAPER
+from mocap_metrology.present.skurowski.theory_figures import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

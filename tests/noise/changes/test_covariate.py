@@ -165,7 +165,7 @@ def test_encodings_blank_lines_quotes_and_empty_cells(
         ("time_s,t\n0,20\n10,2_1\n", ": line 3: expected two numbers"),
         ("time_s,t\n0,1\n\n9,1\n8,2\n", ": line 5: time_s must rise, 8 follows 9"),
         ("time_s,t\n0,20\n", ": 1 lines of numbers; expected two or more"),
-        ("time_s;t\n0;20\n", ": columns time_s;t; expected time_s and one other, with a comma"),
+        ("time_s|t\n0|20\n", ": columns time_s|t; expected time_s and one other, with a comma"),
         ("time_s,t,u\n0,1,2\n", ": columns time_s, t, u; expected time_s and one other"),
         ("\0\1\2", ": is not a CSV file of time_s and one other column: it looks like a binary"),
         ("", ": is empty, expected a CSV file of time_s and one other column"),

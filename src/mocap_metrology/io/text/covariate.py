@@ -33,7 +33,8 @@ def read_covariate(path: str | Path) -> tuple[str, np.ndarray, np.ndarray]:
     if len(columns) != 2 or columns[0] != "time_s":
         given = ", ".join(columns)[:80]
         raise Refusal(
-            f"{path.name}: columns {given}; expected time_s and one other, with a comma between"
+            f"{path.name}: columns {given}; expected time_s and one other, with a comma or a"
+            " semicolon between"
         )
     rows = _rows(path.name, records[1:])
     return columns[1], rows[:, 0], rows[:, 1]

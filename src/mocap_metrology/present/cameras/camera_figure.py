@@ -99,7 +99,7 @@ def _name_rows(grid: np.ndarray, shown: Sequence[str]) -> None:
         panel_title(row[0], f"({letter}) {short(title, NAME)}")
         row[0].set_ylabel(label)
         for axes in row[1:]:
-            axes.tick_params(labelleft=False)
+            axes.tick_params(labelleft=False, which="both")
         for axes in row[len(shown) :]:
             axes.axis("off")
 

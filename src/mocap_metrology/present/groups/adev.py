@@ -76,8 +76,8 @@ def ratio_picture(
             every = markers_every(x.size, order)
             below[k].plot(x, ratio, **panel.look(name).line(markevery=every))
         first = k % COLUMNS == 0
-        above[k].tick_params(labelleft=first)
-        below[k].tick_params(labelleft=first)
+        for axes in (above[k], below[k]):
+            axes.tick_params(labelleft=first, which="both")
         if first:
             above[k].set_ylabel(AXES[1])
             below[k].set_ylabel(f"Ratio to\n{short(next(iter(found[k]), ''))}")

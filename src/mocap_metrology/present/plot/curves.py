@@ -47,7 +47,7 @@ ALLAN_SLOPES = (
     (0.5, "+½: random walk"),
     (0.0, "0: flicker"),
     (-0.5, "−½: white"),
-    (-1.0, "−1: violet, blue, sinusoid"),
+    (-1.0, "−1: violet, blue,\nsinusoid"),
 )
 PSD_SLOPES = (
     (2.0, "+2: violet"),

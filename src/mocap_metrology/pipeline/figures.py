@@ -11,7 +11,6 @@ from mocap_metrology.noise.series import coordinate_names, pair_name
 from mocap_metrology.pipeline.judging import Diagnosed
 from mocap_metrology.pipeline.tables import Table
 from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
-from mocap_metrology.present.drawing.style import save_figure
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.recording.recording_figures import (
     allan_figure,
@@ -60,14 +59,14 @@ def draw_trajectory(raw: Table, clean: Table, stem: Path) -> None:
 
 def draw_diagnosis(found: Diagnosed, origin: Metadata, false_alarm: float, stem: Path) -> None:
     """What shows that something is wrong with a recording. origin: of its trajectories."""
-    note = (
-        f"Source: {source_words(origin)}. As recorded, isolated frames bridged. Events: at most "
-        f"{100 * false_alarm:g} % of sound recordings show one. Filters run both ways "
-        "(fourth order, half the amplitude at the cutoff). Spectrum: medians of bins, grey up to "
-        "the greatest value; behind filters by their gain."
+    remarks = (
+        f"As recorded, isolated frames bridged. Events: at most {100 * false_alarm:g} % of sound "
+        "recordings show one. Filters run both ways (fourth order, half the amplitude at the "
+        "cutoff). Spectrum: medians of bins, grey up to the greatest value; behind filters by "
+        "their gain."
     )
-    title = f"{origin['recording']}: diagnosis"
-    save_figure(diagnosis_figure(found.recording, found.found, title, note), stem)
+    how = f"{origin['recording']}: diagnosis", f"Source: {source_words(origin)}.", remarks
+    save(diagnosis_figure(found.recording, found.found, *how), stem)
 
 
 def draw_verdict(verdict: Record, stem: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -10,21 +9,18 @@ import numpy as np
 
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
+from mocap_metrology.noise.diagnosis.periodic import Found
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.present.drawing.axes import decade_axis, log_limits
-from mocap_metrology.present.drawing.style import (
+from mocap_metrology.present.plot.curves import log_limits
+from mocap_metrology.present.plot.decimate import Bins, log_bins
+from mocap_metrology.present.plot.figure import (
     GREY,
     INK,
-    SMALL_PT,
     Keywords,
-    head,
-    label_axes,
+    log_axes,
+    panel_title,
     say,
-    shorten,
-    size_mm,
-    text_mm,
 )
-from mocap_metrology.present.plot.decimate import Bins, log_bins
 from mocap_metrology.present.text.numbers import mm
 
 if TYPE_CHECKING:
@@ -33,16 +29,20 @@ if TYPE_CHECKING:
 BINS_PER_DECADE = 40
 DECADES = 9  # of a spectrum that a filter is followed down
 NAMED = 4  # lines that are labelled
+NEAR, HIGHER = 0.06, 4.0  # of the axis: numbers this near stand one above the other, so many times
+SHORT_S = 60.0  # of a recording whose broad peaks are left undecided
+PEAK, PEAK_DECADES, AROUND_DECADES = 3.0, 0.06, 0.4  # times what lies around; half widths
 SEEN = 1e-4  # share of the Allan variance from which rounding is on the page
 # None of the coordinates' own, and as far apart in lightness
 FILTER_LOOKS = (
     {"color": INK, "ls": "-"},
-    {"color": "#2f8f4e", "ls": (0, (3, 1.1))},
-    {"color": "#d9a300", "ls": (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))},
+    {"color": "#23733d", "ls": (0, (3, 1.1))},
+    {"color": "#8a6500", "ls": (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))},
     {"color": "#6b2480", "ls": (0, (1.2, 1.2))},
 )
-LINE: Keywords = {"color": GREY, "lw": 0.7, "ls": (0, (1.2, 1.2))}
 ROUNDING: Keywords = {"color": INK, "lw": 0.8, "ls": ":"}
+PREDICTED = "curve: by the noise model"
+MEASURED = "points: measured"
 Looks = Mapping[str, Keywords]
 
 
@@ -65,29 +65,26 @@ def draw_spectrum(
     looks: Looks,
 ) -> None:
     """Welch's spectrum, its lines by name, and what is left of it behind each filter."""
-    head(axes, f"Spectrum of {series}", _lines_remark(found, series))
     psd = found.spectra.get(series)
-    width, height = size_mm(axes)
-    label_axes(axes, x="Frequency (Hz)", y="PSD (mm²/Hz)", y_mm=12.5)
     if psd is None or not np.any(psd["psd_mm2_hz"] > 0):
-        axes.set_xticks([])
-        axes.set_yticks([])
+        panel_title(axes, f"Spectrum of {series}")
+        axes.set(xticks=[], yticks=[])
         say(axes, "no spectrum")
         return
     bins = log_bins(psd["f_hz"], psd["psd_mm2_hz"], BINS_PER_DECADE)
+    own = [f for f in found.lines if f.series == series]
+    panel_title(axes, f"Spectrum of {series}", _lines_remark(len(own), bins, recording.duration_s))
+    axes.set(xlabel="Frequency (Hz)", ylabel="PSD (mm²/Hz)")
     rounding = rounding_of(found, series)
-    low, high = log_limits([bins.centre])[0], recording.frame_rate_hz / 2 * 1.1
-    decade_axis(axes, "x", (low, high), width)
     least = float(np.min(bins.median[bins.median > 0], initial=np.inf)) / 300
-    shown = [np.array([least]), bins.high]
-    if rounding:
-        shown.append(np.array([rounding.rounding_h0]))
+    shown = [np.array([least]), bins.high, np.array([rounding.rounding_h0 if rounding else least])]
     lower, upper = log_limits(shown, 2.0, DECADES)
-    decade_axis(axes, "y", (lower, upper * 6), height)
+    x_limits = log_limits([bins.centre])[0], recording.frame_rate_hz / 2 * 1.1
+    log_axes(axes, (x_limits, (lower, upper * (HIGHER if own else 1.0))))
     _curves(axes, bins, found, recording.frame_rate_hz, series, looks)
     if rounding:
-        axes.plot([low, high], [rounding.rounding_h0] * 2, **ROUNDING)
-    _name_lines(axes, found, series, bins, (low, high), upper * 6)
+        axes.axhline(rounding.rounding_h0, label="rounding of the file", **ROUNDING)
+    _number_lines(axes, own[:NAMED], bins)
 
 
 def rounding_of(found: Diagnosis, series: str) -> Resolution | None:
@@ -104,52 +101,59 @@ def _curves(
     for one in found.filtered:
         if one.series == series and one.filter.name in looks:
             gain = one.filter.gain(bins.centre, rate_hz) ** 2
-            axes.plot(bins.centre, bins.median * gain, lw=1.2, **looks[one.filter.name])
+            look = looks[one.filter.name]
+            axes.plot(bins.centre, bins.median * gain, lw=1.2, label=_called(one), **look)
 
 
-def _lines_remark(found: Diagnosis, series: str) -> str:
-    own = sum(x.series == series for x in found.lines)
-    return f"{own or 'no'} spectral line{'s' if own > 1 else ''}"
+def _called(one: Filtered) -> str:
+    """Name of a filter in the legend."""
+    return "as recorded" if one.filter.name == "none" else one.filter.name
 
 
-def _name_lines(
-    axes: Axes,
-    found: Diagnosis,
-    series: str,
-    bins: Bins,
-    x: tuple[float, float],
-    top: float,
-) -> None:
-    """A dotted line over each of the strongest, its frequency and amplitude above it."""
-    own = [f for f in found.lines if f.series == series][:NAMED]
-    width, _ = size_mm(axes)
-    used: list[tuple[float, float, int]] = []
-    for one in sorted(own, key=lambda f: f.line.f_0):
+def _lines_remark(count: int, bins: Bins, duration_s: float) -> str:
+    """How many spectral lines; of a short recording without one, a broad peak that may hide one."""
+    broad = broad_peak(bins) if not count and duration_s < SHORT_S else None
+    if broad:
+        return f"broad peak near {broad:.2g} Hz, {duration_s:.2g} s cannot decide"
+    return f"{count or 'no'} spectral line{'s' if count > 1 else ''}"
+
+
+def broad_peak(bins: Bins) -> float | None:
+    """Frequency at which the density is three times that around it, or None: medians over 0.12
+    decades over medians over 0.8 decades, where both are on the axis."""
+    if not bins.centre.size or not np.all(bins.median > 0):
+        return None
+    at = np.log10(bins.centre)
+    away = np.abs(at[:, None] - at)
+    level = np.log10(bins.median)
+    near, around = (
+        np.array([np.median(level[row]) for row in away <= half])
+        for half in (PEAK_DECADES, AROUND_DECADES)
+    )
+    inside = (at - at[0] > AROUND_DECADES) & (at[-1] - at > AROUND_DECADES)
+    excess = np.where(inside, near - around, -np.inf)
+    most = int(np.argmax(excess))
+    top = int(np.argmax(np.where(away[most] <= 2 * PEAK_DECADES, level, -np.inf)))
+    return float(bins.centre[top]) if excess[most] > np.log10(PEAK) else None
+
+
+def _number_lines(axes: Axes, lines: Sequence[Found], bins: Bins) -> None:
+    """A number over each of the strongest lines; frequency and amplitude in the legend."""
+    span = np.log10(np.divide(*axes.get_xlim()[::-1]))
+    before, height = -np.inf, 0
+    for k, one in enumerate(sorted(lines, key=lambda f: f.line.f_0), start=1):
         f = one.line.f_0
         peak = float(bins.high[np.argmin(np.abs(np.log(bins.centre / f)))])
-        axes.plot([f, f], [1.3 * peak, top / 6], **LINE, zorder=1)
-        text = shorten(f"{f:.4g} Hz: {_size(one.line.A_s)}", SMALL_PT, width)
-        centre = width * math.log(f / x[0]) / math.log(x[1] / x[0])
-        half = text_mm(text, SMALL_PT) / 2
-        centre = min(max(centre, half + 1), width - half - 1)
-        level = _free(used, centre, half)
-        used.append((centre, half, level))
-        axes.text(centre / width, 0.965 - 0.06 * level, text, size=SMALL_PT, ha="center", va="top",
-                  transform=axes.transAxes)  # fmt: skip
+        height = height + 1 if np.log10(f) - before < NEAR * span else 0
+        before = np.log10(f)
+        label = f"{f:.4g} Hz: {_size(one.line.A_s)}"
+        how: Keywords = {"ls": "", "marker": f"${k}$", "ms": 5.5, "color": INK, "mew": 0.3}
+        axes.plot([f], [1.8 * peak * HIGHER ** (0.7 * height)], label=label, clip_on=False, **how)
 
 
 def _size(amplitude_mm: float) -> str:
     """Two digits."""
     return mm(amplitude_mm, 2)
-
-
-def _free(used: Sequence[tuple[float, float, int]], centre: float, half: float) -> int:
-    """The first row in which a text of that half width touches none of those used."""
-    return next(
-        row
-        for row in range(len(used) + 1)
-        if all(abs(centre - c) > half + h + 1 for c, h, own in used if own == row)
-    )
 
 
 def draw_deviations(
@@ -161,28 +165,28 @@ def draw_deviations(
     own = [f for f in own if f.predicted or f.measured]
     filtered = any(f.filter.sos is not None for f in own)
     remark = "as it is and filtered" if filtered else "too short to filter"
-    head(axes, f"Allan deviation of {series}", remark if own else "")
-    label_axes(axes, x="Averaging time τ (s)", y="ADEV (mm)", y_mm=12.5)
+    panel_title(axes, f"Allan deviation of {series}", remark if own else "")
     curves = [left.curve for f in own for left in (f.predicted, f.measured) if left]
     if not any(np.any(np.asarray(curve[1]) > 0) for curve in curves):
-        axes.set_xticks([])
-        axes.set_yticks([])
+        axes.set(xticks=[], yticks=[])
         say(axes, "no Allan deviation")
         return
-    width, height = size_mm(axes)
-    decade_axis(axes, "x", log_limits([c[0] for c in curves]), width)
-    decade_axis(axes, "y", log_limits([c[1] for c in curves]), height)
-    limits = axes.get_xlim(), axes.get_ylim()
+    axes.set(xlabel="Averaging time τ (s)", ylabel="ADEV (mm)")
+    limits = log_limits([c[0] for c in curves]), log_limits([c[1] for c in curves])
+    log_axes(axes, limits)
     for one in own:
         look = looks[one.filter.name]
         if one.predicted:
-            axes.plot(*one.predicted.curve, lw=1.2, **look)
+            axes.plot(*one.predicted.curve, lw=1.2, label=_called(one), **look)
         if one.measured:
-            joined = {**look, "lw": 1.2} if not one.predicted else {**look, "ls": ""}
+            joined = {**look, "lw": 1.2, "label": _called(one)}
+            if one.predicted:
+                joined = {**look, "ls": ""}
             axes.plot(*one.measured.curve, marker="o", ms=2.6, mew=0, **joined)
-    rounding = rounding_of(found, series)
-    if rounding:
+    if any(one.predicted for one in own):
+        axes.plot([], [], color=GREY, label=PREDICTED)
+        axes.plot([], [], color=GREY, ls="", marker="o", ms=3, mew=0, label=MEASURED)
+    if rounding := rounding_of(found, series):
         tau = np.array(limits[0])
         adev = rounding.rounding_mm / np.sqrt(np.maximum(tau * recording.frame_rate_hz, 1.0))
-        axes.plot(tau, adev, **ROUNDING)
-        axes.set(xlim=limits[0], ylim=limits[1])
+        axes.plot(tau, adev, label="rounding of the file", **ROUNDING)

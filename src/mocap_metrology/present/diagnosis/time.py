@@ -17,19 +17,17 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.present.drawing.axes import linear_axis
-from mocap_metrology.present.drawing.style import (
+from mocap_metrology.present.plot.figure import (
     FAINT,
     GREY,
     INK,
     LOOKS,
     OTHER_LOOKS,
-    SMALL_PT,
     Keywords,
     Look,
     coordinate_of,
-    head,
-    label_axes,
+    panel_title,
+    ratio_axis,
     say,
 )
 from mocap_metrology.present.plot.units import LengthUnit, length_unit, time_axis
@@ -42,6 +40,7 @@ if TYPE_CHECKING:
 
 LEAST_S_SHOWN, MOST_S_SHOWN = 3.0, 60.0
 SHADE: Keywords = {"facecolor": FAINT, "alpha": 0.45, "lw": 0}
+SHOWN = {"burst": "while it lasts", "level": "within 5 s", "window": "this window"}
 LIKELY = 0.5  # chance from which noise explains a window
 
 
@@ -108,21 +107,18 @@ def draw_zoom(
     rate = recording.frame_rate_hz
     cut = _cut(recording, found, view)
     start, unit = cut.begin / rate, cut.unit
-    head(axes, *_head(recording, found, event, view, cut))
+    panel_title(axes, *_head(recording, found, event, view, cut))
     end_s = (cut.end - cut.begin) / rate
-    axes.axvspan(view.first_s - start, min(view.last_s - start, end_s), **SHADE)
+    span = view.first_s - start, min(view.last_s - start, end_s)
     time = np.arange(cut.end - cut.begin) / rate
-    low, high = 0.0, 0.0
     for name, values in cut.values.items():
         look = look_of(name)
-        axes.plot(time, values * unit.per_mm, color=look.colour, ls=look.dashes, lw=0.7)
-        low = min(low, float(np.nanmin(values)) * unit.per_mm)
-        high = max(high, float(np.nanmax(values)) * unit.per_mm)
-    pad = 0.06 * (high - low) or 1.0
-    linear_axis(axes, "x", (0.0, end_s), 6)
-    linear_axis(axes, "y", (low - pad, high + pad), 5)
-    where = f"Time (s) from {moment(start)}" if cut.begin else "Time (s)"
-    label_axes(axes, x=where, y=f"{', '.join(view.names)} ({unit.symbol})", y_mm=12.5)
+        how: Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.7}
+        axes.plot(time, values * unit.per_mm, label=name, **how)
+    axes.axvspan(*span, label=SHOWN[view.kind], **SHADE)
+    axes.set_xlim(0.0, end_s)
+    axes.set_xlabel(f"Time (s) from {moment(start)}" if cut.begin else "Time (s)")
+    axes.set_ylabel(f"{', '.join(view.names)} ({unit.symbol})")
 
 
 def _cut(recording: Recording, found: Diagnosis, view: View) -> _Cut:
@@ -166,10 +162,14 @@ def _head(
 COLUMNS = 600  # of the image
 COLOUR_LIMIT = 1.0  # octaves of the deviation that the colours span, either way
 FEW_EVENTS = 20  # beyond, their marks are small
-EVENT = {"marker": "v", "ms": 4.5, "mew": 0, "color": INK, "clip_on": False}
+EVENT: Keywords = {"marker": "v", "ms": 4.5, "mew": 0, "color": INK, "ls": "", "clip_on": False}
 FRAME: Keywords = {"facecolor": "none", "edgecolor": INK, "lw": 1.2}
-# A ratio by what it tells: colour, and sign of its middle
-COMPARED = {"changed": ("#cf4a2c", "s"), "alike": ("#10307a", "o"), "undecided": (GREY, "D")}
+# A ratio by what it shows: colour, sign of its middle, and words
+COMPARED = {
+    "changed": ("#b03a20", "s", "noise changed"),
+    "alike": ("#10307a", "o", "noise alike"),
+    "undecided": (GREY, "D", "undecided whether noise changed"),
+}
 
 
 def _colours() -> Colormap:
@@ -179,21 +179,20 @@ def _colours() -> Colormap:
     return LinearSegmentedColormap.from_list("ratio", colours).with_extremes(bad=FAINT)
 
 
-def draw_dynamic(axes: Axes, bar: Axes, recording: Recording, found: Diagnosis, view: View) -> None:
+def draw_dynamic(axes: Axes, recording: Recording, found: Diagnosis, view: View) -> None:
     """Ratio of the dynamic Allan deviation to that of the noise, over time and averaging time, of
     the series that is shown close up; its most unusual window is framed."""
     series = view.series
     axis = time_axis(recording.n_frames, recording.frame_rate_hz)
     per_s = axis.per_frame * recording.frame_rate_hz
     own = found.dynamics.get(series) or []
-    head(axes, f"Dynamic Allan deviation of {series}", _events_remark(found, recording.duration_s))
-    linear_axis(axes, "x", axis.limits, 8)
+    remark = _events_remark(found, recording.duration_s)
+    panel_title(axes, f"Dynamic Allan deviation of {series}", remark)
+    axes.set(xlim=axis.limits, xlabel=axis.label, ylabel="τ (s)")
     axes.grid(visible=False)
-    label_axes(axes, x=axis.label, y="τ (s)", y_mm=12.5)
     if not own:
-        bar.axis("off")
         axes.set_yticks([])
-        say(axes, "nothing to tell")
+        say(axes, "no windows")
         return
     image = np.array([_row(d, recording.duration_s) for d in own])
     shown = axes.imshow(
@@ -201,18 +200,16 @@ def draw_dynamic(axes: Axes, bar: Axes, recording: Recording, found: Diagnosis, 
         extent=(*axis.limits, -0.5, len(own) - 0.5), cmap=_colours(),
         vmin=-COLOUR_LIMIT, vmax=COLOUR_LIMIT,
     )  # fmt: skip
-    axes.set_ylim(-0.5, len(own) - 0.5)
     axes.set_yticks(range(0, len(own), 2), [f"{d.tau_s:.2g}" for d in own[::2]])
-    mark: Keywords = {**EVENT, "ms": EVENT["ms"] if len(found.events) <= FEW_EVENTS else 2.0}
-    for event in found.events:
-        axes.plot([event.time_s * per_s], [len(own) - 0.5], ls="", **mark)
+    small = {} if len(found.events) <= FEW_EVENTS else {"ms": 2.0}
+    if found.events:
+        at = [event.time_s * per_s for event in found.events]
+        axes.plot(at, [len(own) - 0.5] * len(at), label="event", **{**EVENT, **small})
     if view.kind == "window":
         _frame(axes, own, view, per_s)
-    axes.figure.colorbar(shown, cax=bar, ticks=[-1, 0, 1])
-    bar.set_yticklabels(["½", "1", "2"])
-    bar.tick_params(length=2, width=0.6)
-    bar.set_ylabel("of its usual value", size=SMALL_PT)
-    bar.yaxis.set_label_coords(4.2, 0.5)
+    bar = axes.figure.colorbar(shown, ax=axes, ticks=[-1, 0, 1], pad=0.01, aspect=12)
+    bar.set_ticklabels(["½", "1", "2"])
+    bar.set_label("ADEV / median")
 
 
 def _frame(axes: Axes, own: Sequence[Dynamic], view: View, per_s: float) -> None:
@@ -253,52 +250,33 @@ def _row(d: Dynamic, duration_s: float) -> np.ndarray:
 
 def draw_sides(axes: Axes, title: str, sides: Sequence[Sides]) -> None:
     """Ratio of the standard deviations of fast noise of every series, with 99 % intervals over all
-    series together, coloured by what they tell."""
+    series together, coloured by what they show."""
     known = [s for s in sides if math.isfinite(s.ratio)]
-    head(axes, title, _told(known))
-    if not known:
-        axes.set_xticks([])
-        axes.set_yticks([])
-        say(axes, "too short to compare")
-        return
+    panel_title(axes, title, _outcome(known))
     reach = 1.15 * max(abs(math.log(v)) for s in known for v in (s.lower, s.upper))
     reach = min(max(reach, math.log(1.02)), math.log(20))
-    limits = (math.exp(-reach), math.exp(reach))
-    linear_axis(axes, "y", limits, 6) if reach < math.log(1.5) else _log_axis(axes, limits)
+    ratio_axis(axes, (math.exp(-reach), math.exp(reach)))
     axes.axhline(1.0, color=INK, lw=0.8)
-    for k, side in enumerate(known):
-        colour, marker = COMPARED[side.word]
-        axes.plot([k, k], [side.lower, side.upper], color=colour, lw=1.4)
-        axes.plot([k], [side.ratio], ls="", marker=marker, ms=4, mew=0, color=colour)
-    axes.set_xlim(-0.6, len(known) - 0.4)
+    for word, (colour, marker, text) in COMPARED.items():
+        own = [(k, side) for k, side in enumerate(known) if side.word == word]
+        if own:
+            at, of_word = [k for k, _ in own], [side for _, side in own]
+            axes.vlines(
+                at, [s.lower for s in of_word], [s.upper for s in of_word], color=colour, lw=1.4
+            )
+            dots: Keywords = {"ls": "", "marker": marker, "ms": 4, "mew": 0, "color": colour}
+            axes.plot(at, [s.ratio for s in of_word], label=text, **dots)
+    axes.set(xlim=(-0.6, len(known) - 0.4), xlabel="Series", ylabel="Ratio of SD, 99 %")
     step = -(-len(known) // 10)
     axes.set_xticks(range(0, len(known), step), [s.series for s in known[::step]])
-    label_axes(axes, x="Series", y="Ratio of sd, 99 %", y_mm=11.5)
+    axes.grid(visible=False, axis="x")
 
 
-def _told(known: Sequence[Sides]) -> str:
-    """What all these ratios tell, in two or three words."""
+def _outcome(known: Sequence[Sides]) -> str:
+    """What all these ratios show, in two or three words."""
     words = [side.word for side in known]
     for word in ("changed", "undecided"):
         if word in words:
             all_of_them = words.count(word) == len(words)
             return word if all_of_them else f"{words.count(word)} of {len(words)} {word}"
     return "alike" if words else ""
-
-
-def _log_axis(axes: Axes, limits: tuple[float, float]) -> None:
-    from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
-
-    axes.set_yscale("log")
-    axes.set_ylim(limits)
-    near = (0.8, 1.25) if limits[1] < 4 else ()  # they would touch the 1
-    ticks = [
-        t
-        for t in sorted((0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, *near))
-        if limits[0] <= t <= limits[1]
-    ]
-    axes.yaxis.set_major_locator(FixedLocator(ticks))
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_yticklabels([f"{t:g}" for t in ticks])
-    axes.grid(visible=True, axis="y")

@@ -13,7 +13,7 @@ from mocap_metrology.pipeline.settings import DEFAULTS
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import pose_rows
-from mocap_metrology.present.drawing.style import save_figure
+from mocap_metrology.present.plot.figure import save
 
 TABLES = {
     "pulses": "pulses.parquet",
@@ -42,7 +42,7 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
         write_poses(asked, settings, files, files)
         tell("3/3 figure")
         calibration = read_calibration(files, asked.calibration, None)
-        save_figure(calibration_figure(calibration), part / PICTURES[0])
+        save(calibration_figure(calibration), part / PICTURES[0])
     print("\n".join([*_verdict(calibration), "", f"Figure: {folder / PICTURES[0]}"]))
 
 

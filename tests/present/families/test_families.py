@@ -134,6 +134,7 @@ def test_odd_families(count) -> None:
     figure = family_figure(family_of(rows), given, dict.fromkeys(rows, names), ODD_TEXT, ODD_TEXT)
     check(figure)
     assert "Not shown: 24 further series" in figure.caption
+    assert ("Lowest and highest recording of x1: " in figure.caption) == (count > 7)
 
 
 def subsets(kinds=("T40", "Bonita", "Vantage")) -> dict:

@@ -228,6 +228,23 @@ def test_covariances_share_a_unit() -> None:
     assert "exponent of n" in every_text(figure)
 
 
+@pytest.mark.parametrize("factor", [1.0, 30.0])
+def test_exponents_are_written_where_no_number_is(factor) -> None:
+    """Two types of which one is far above the other, and two alike."""
+    rows = sheet((10, 8, 6, 5, 4, 3, 2))
+    numbers = gaussian(rows)
+    for name in (name for name in rows if name.startswith("Bonita")):
+        numbers[name] = {k: v if k == "axis" else factor * v for k, v in numbers[name].items()}
+    figure = scaling_figure(gather.subsets_of_group(rows, numbers), ("t", "s", "c"))
+    check(figure)
+    for axes in figure.body.axes[:2]:
+        assert len(axes.texts) == 4
+        drawn = np.concatenate([line.get_xydata() for line in axes.lines])
+        places = axes.transData.transform(drawn[np.isfinite(drawn).all(axis=1)])
+        for text in axes.texts:
+            assert not text.get_window_extent().count_contains(places), text.get_text()
+
+
 def test_one_large_covariance_does_not_flatten_the_others() -> None:
     sizes = dict(zip((2, 4, 6, 8), (3e-2, 2e-4, -3e-5, 1e-4), strict=True))
     subsets = [Subset("t", n, {"sigma_1_mm": 1 / n, "sigma_12_mm2": v}) for n, v in sizes.items()]

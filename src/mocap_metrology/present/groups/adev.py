@@ -22,6 +22,7 @@ from mocap_metrology.present.plot.curves import (
     Panel,
     curves_picture,
     draw_panel,
+    family_ends,
     log_limits,
     markers_every,
     slope_fan,
@@ -153,9 +154,15 @@ def family_figure(
         limits = adev_limits([curve for panel in panels for curve in panel.curves])
         caption = f"{captions.ADEV} {captions.ADEV_RATIOS} {left_out(others)} {remarks}"
         return ratio_picture(panels, limits, (title, source, caption))
-    ends = "" if family.looks else captions.ADEV_ENDS
-    caption = f"{captions.ADEV} {ends} {left_out(others)} {remarks}"
+    caption = f"{captions.ADEV} {_ends(panels)} {left_out(others)} {remarks}"
     return panels_picture(panels, (title, source, caption), confidence)
+
+
+def _ends(panels: Sequence[Panel]) -> str:
+    """Lowest and highest recording of each panel, where these are too many to tell apart."""
+    found = [(panel.title, family_ends(panel.curves)) for panel in panels if panel.family]
+    names = [f"{title}: {ends[0].name} and {ends[1].name}" for title, ends in found if ends]
+    return captions.ADEV_ENDS.format(names="; ".join(names)) if names else ""
 
 
 @styled()

@@ -27,6 +27,7 @@ from mocap_metrology.present.plot.figure import (
     log_axes,
     new_figure,
     panel_title,
+    plain,
     say,
     short,
 )
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 MOST_MARKERS = 6  # with a panel each
 MOST_SINGLE = len(OTHER_LOOKS)  # curves in one panel that can be told apart
 MOST_VECTORS = 60  # lines of a family; more become an image
-ENDS = 14  # characters of the name of the lowest and of the highest curve, over a panel
+MOST_REMARK = 22  # characters over a panel that name its lowest and its highest curve
 NOTHING = "no valid samples"
 Limits = tuple[float, float]
 
@@ -253,8 +254,8 @@ def remarks(panel: Panel, y_limits: Limits) -> list[str]:
         markers = [coordinate_of(end.name) for end in ends]
         if markers[0] and markers[1]:
             found.append(f"lowest: {markers[0][1]}, highest: {markers[1][1]}")
-        else:
-            found.append(f"{clipped(low, ENDS)} to {clipped(high, ENDS)}")
+        elif len(text := f"{plain(low)} to {plain(high)}") <= MOST_REMARK:
+            found.append(text)
     why: dict[str, list[str]] = {}
     for curve in panel.curves:
         known = curve.y[np.isfinite(curve.y)]

@@ -33,6 +33,7 @@ TITLE_11 = f"{PAPER}, Figure 11: spread over the number of cameras"
 COLUMNS = 3
 SQUARE_MM_FROM = 0.1  # covariances, mm²: smaller ones are shown in µm²
 DECADES_FROM = 50.0  # range of covariances from which their axis is logarithmic
+TEXT_SHARE, LINE_SHARE = 0.36, 0.07  # of the height of a panel: of the exponents, of a line
 LABEL_SHARE = 0.09  # of the width of a panel, from one number of cameras to the next
 SERIES: dict[str, Keywords] = {
     "marker 1": {"color": LOOKS["x"].colour, "marker": "o"},
@@ -45,6 +46,7 @@ COVARIANCE: Keywords = {"color": "#4d4d4d", "marker": "X", "markersize": 4.6, "m
 BAR: Keywords = {"marker": "_", "markersize": 7.0, "mew": 1.1, "ls": ""}
 STAR: Keywords = {"marker": "*", "markersize": 8.0, "mew": 0.8, "mfc": "none", "ls": ""}
 KINDS = "row", "expected", "published"
+Text = tuple[str, str]  # and its colour
 LABELS = dict(zip(KINDS[1:], ("on average, by the coefficients", "Table 4"), strict=True))
 
 
@@ -94,15 +96,16 @@ def scaling_figure(
     power, unit = 1 + variances, _covariance_unit(subsets)
     y, x = _limits(subsets, power), [subset.n_cameras for subset in subsets] or [1]
     log_axis(grid[0, 0], "x", (min(x) / 1.2, max(x) * 1.2))
+    exponents = []
     for k, kind in enumerate(kinds):
         own = sorted((s for s in subsets if s.camera_type == kind), key=lambda s: s.n_cameras)
         log_axis(above[k], "y", y)
-        _deviations(above[k], own, power)
-        above[k].set_title(f"(a) {short(kind) or 'cameras'}")
+        exponents.append(_deviations(above[k], own, power))
+        above[k].set_title(f"(a) {short(kind, 16) or 'cameras'}")
         _covariances(below[k], own, subsets, unit[1])
-        below[k].set_title(f"(b) {short(kind) or 'cameras'}")
-        above[k].tick_params(labelleft=k % columns == 0)
-        below[k].tick_params(labelleft=k % columns == 0)
+        below[k].set_title(f"(b) {short(kind, 16) or 'cameras'}")
+        above[k].tick_params(which="both", labelleft=k % columns == 0)
+        below[k].tick_params(which="both", labelleft=k % columns == 0)
         if k % columns == 0:
             above[k].set_ylabel("Variance (mm²)" if variances else "Standard deviation (mm)")
             below[k].set_ylabel(f"Covariance ({unit[0]})")
@@ -110,6 +113,7 @@ def scaling_figure(
             below[k].set_xlabel("Number of cameras")
             below[k].tick_params(labelbottom=True)
     _camera_axis(grid[0, 0], sorted(set(x)))
+    _write_exponents(list(above[: len(kinds)]), exponents)
     for axes in (*above[len(kinds) :], *below[len(kinds) :]):
         axes.axis("off")
     _label(above[0], subsets, r"$\sigma^2/n$" if variances else r"$\sigma/\sqrt{n}$")
@@ -161,12 +165,11 @@ def _camera_axis(axes: Axes, counts: Sequence[int]) -> None:
     axes.xaxis.set_minor_locator(NullLocator())
 
 
-def _deviations(axes: Axes, subsets: Sequence[Subset], power: int) -> None:
-    """Standard deviations to that power with the law fitted to them, and the exponents of n in the
-    corner that is free: numbers fall to the right."""
+def _deviations(axes: Axes, subsets: Sequence[Subset], power: int) -> list[Text]:
+    """Standard deviations to that power with the law fitted to them; the exponents of n."""
     n = np.array([subset.n_cameras for subset in subsets], float)
     curve = np.geomspace(*axes.get_xlim(), 50)
-    lines, shown = [("exponent of n", GREY)], [np.ones(0)]
+    lines = [("exponent of n", GREY)]
     for name, fit in fits(subsets).items():
         how = SERIES[name]
         values = [_values(subsets, kind, COLUMN_OF[name]) ** power for kind in KINDS]
@@ -179,15 +182,33 @@ def _deviations(axes: Axes, subsets: Sequence[Subset], power: int) -> None:
         axes.plot(n, values[1], color=how["color"], alpha=0.75, **BAR)
         axes.plot(n, values[2], color=how["color"], **STAR)
         axes.plot(n, values[0], ls="", **how)
-        shown.append(values[0])
-    known = np.concatenate(shown)
-    known = np.log(known[known > 0])
-    top = not known.size or float(known.mean()) < float(np.log(axes.get_ylim()).mean())
-    place: Keywords = {"transform": axes.transAxes, "ha": "right" if top else "left"}
-    for k, (text, colour) in enumerate(lines if len(lines) > 1 else []):
-        at = 0.96 - 0.07 * k if top else 0.04 + 0.07 * (len(lines) - 1 - k)
-        how = place | {"va": "top" if top else "bottom", "size": SMALL_PT, "color": colour}
-        axes.text(0.97 if top else 0.03, at, text, **how)
+    return lines if len(lines) > 1 else []
+
+
+def _write_exponents(panels: Sequence[Axes], of_panels: Sequence[Sequence[Text]]) -> None:
+    """In the upper right or the lower left corner, as numbers fall to the right; where both are
+    taken, all axes go higher."""
+    crowded = [_free(axes)[0] for axes in panels if max(_free(axes)) < TEXT_SHARE]
+    if crowded:
+        low, high = panels[0].get_ylim()
+        higher = (high / low) ** ((1 - min(crowded)) / (1 - TEXT_SHARE))
+        for axes in panels:
+            axes.set_ylim(low, low * higher)
+    for axes, lines in zip(panels, of_panels, strict=True):
+        top = np.argmax(_free(axes)) == 0
+        x, ha, va = (0.97, "right", "top") if top else (0.03, "left", "bottom")
+        for k, (text, colour) in enumerate(lines):
+            y = 0.96 - LINE_SHARE * k if top else 0.04 + LINE_SHARE * (len(lines) - 1 - k)
+            place: Keywords = {"transform": axes.transAxes, "ha": ha, "va": va, "size": SMALL_PT}
+            axes.text(x, y, text, color=colour, **place)
+
+
+def _free(axes: Axes) -> tuple[float, float]:
+    """Shares of the height that are free in the upper right and in the lower left corner."""
+    points = np.concatenate([line.get_xydata() for line in axes.lines] or [np.zeros((0, 2))])
+    points = points[np.isfinite(points).all(axis=1) & (points > 0).all(axis=1)]
+    x, y = axes.transAxes.inverted().transform(axes.transData.transform(points)).T
+    return 1 - float(y[x > 0.4].max(initial=0)), float(y[x < 0.6].min(initial=1))
 
 
 def _covariances(

@@ -75,7 +75,7 @@ ADEV = (
     "recorded, with gross outliers masked. The slope shows the kind of noise."
 )
 ADEV_RATIOS = "Below each panel: the same relative to the smallest subset."
-ADEV_ENDS = "Over each panel stand its lowest and its highest recording."
+ADEV_ENDS = "Lowest and highest recording of {names}."
 PSD = (
     "Welch's estimate of the power spectral density after outliers were cleaned. The line joins "
     "medians of 40 bins a decade; the shaded band reaches to the greatest value of each bin, so "

@@ -8,6 +8,6 @@ with step(snakemake):
     from mocap_metrology.pipeline.settings import Hampel
     from mocap_metrology.pipeline.tables import Table
 
-    clean, outliers = cleaned(Table.read(snakemake.input[0]), Hampel(**snakemake.params.hampel))
-    clean.write(snakemake.output.table)
-    write_csv(snakemake.output.outliers, outliers)
+    found = cleaned(Table.read(snakemake.input[0]), Hampel(**snakemake.params.hampel))
+    found.table.write(snakemake.output.table)
+    write_csv(snakemake.output.outliers, found.report)

@@ -4,7 +4,7 @@ which their results are stored.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,7 +43,18 @@ def distance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
     S Eq. 12 with differences inside the squares (printed there as sums).
     """
-    return np.sqrt(np.sum((np.asarray(first, float) - np.asarray(second, float)) ** 2, axis=0))
+    return _length(
+        np.asarray(a, float) - np.asarray(b, float) for a, b in zip(first, second, strict=True)
+    )
+
+
+def _length(differences: Iterable[np.ndarray]) -> np.ndarray:
+    """(n,) length of vectors whose components come one by one, as arrays that may be overwritten:
+    nine hours of three at once would be 190 MB."""
+    first, *others = (np.square(d, out=d) for d in differences)
+    for other in others:
+        first += other
+    return np.sqrt(first, out=first)
 
 
 def all_series(
@@ -58,7 +69,10 @@ def all_series(
     for pair in pairs:
         yield (
             pair_name(pair, pairs),
-            distance(position(coordinates, pair[0]), position(coordinates, pair[1])),
+            _length(
+                coordinates[f"{axis}{pair[0]}"].astype(np.float64) - coordinates[f"{axis}{pair[1]}"]
+                for axis in AXES
+            ),
         )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from mocap_metrology.common.files import Metadata
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Columns, Row
 from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.assess.recording import Inputs, OutlierRow, assess_recording
@@ -45,7 +46,11 @@ class Diagnosed:
 
 
 def diagnosed(
-    raw: Table, psd: Table, noise: Sequence[NoiseRow], settings: DiagnosisSettings
+    raw: Table,
+    psd: Table,
+    noise: Sequence[NoiseRow],
+    settings: DiagnosisSettings,
+    over: Over = in_turn,
 ) -> Diagnosed:
     """Events, lines, resolution and filters of a recording; noise: rows of noise.csv."""
     origin = raw.origin
@@ -58,7 +63,7 @@ def diagnosed(
         origin["resolution_kind"],
         origin["n_filled_frames"],
     )
-    found = diagnose(recording, noise, psd.columns, settings, psd.origin["psd"])
+    found = diagnose(recording, noise, psd.columns, settings, psd.origin["psd"], over)
     findings = findings_of(recording, found, noise)
     return Diagnosed(recording, found, findings, sentences(recording, found, noise, settings))
 

@@ -56,9 +56,10 @@ def analyse(
     progress.step("gap-filled frames and outliers")
     raw = trajectories(take, {"recording": name, "source": "measured", "twin": None})
     raw.write(folder / "trajectories.parquet")
-    clean, outliers = cleaned(raw, settings.hampel, over)
+    filtered = cleaned(raw, settings.hampel, over)
+    clean = filtered.table
     clean.write(folder / "clean.parquet")
-    write_csv(folder / "outliers.csv", outliers)
+    write_csv(folder / "outliers.csv", filtered.report)
 
     progress.step("Allan deviations")
     allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan, over)
@@ -68,7 +69,8 @@ def analyse(
     psd.write(folder / "psd.parquet")
 
     progress.step("noise model")
-    noise = noise_coefficients(raw, allan.columns, noise_sections(settings), over=over)
+    sections, outliers = noise_sections(settings), filtered.outliers
+    noise = noise_coefficients(raw, allan.columns, sections, over=over, outliers=outliers)
     write_csv(folder / "noise.csv", noise.rows)
     noise.allan.write(folder / "allan_masked.parquet")
     noise.periodogram.write(folder / "periodogram.parquet")
@@ -80,7 +82,7 @@ def analyse(
     limits = judging.diagnosis_settings(
         settings.diagnosis, settings.still, settings.verdict.horizon_s
     )
-    diagnosed = judging.diagnosed(raw, psd, rows, limits)
+    diagnosed = judging.diagnosed(raw, psd, rows, limits, over)
     diagnosed.write(folder, name, "measured")
 
     progress.step("verdict")

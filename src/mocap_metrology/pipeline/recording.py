@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from zlib import crc32
 
@@ -12,6 +12,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import Metadata, versions
 from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, taken_at_most, white_level_kept
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Columns, Row
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
@@ -34,14 +35,23 @@ from mocap_metrology.noise.series import (
     periodogram_columns,
 )
 from mocap_metrology.pipeline import settings as of
-from mocap_metrology.pipeline.tables import Over, Series, Table, in_turn
+from mocap_metrology.pipeline.tables import Series, Table
 
 log = logging.getLogger(__name__)
 PSD = ("series", "f_hz", "psd_mm2_hz", "n_segments", "n_bridged")
 
 
-def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> tuple[Table, list[Row]]:
-    """Every series, distances included, through the Hampel filter: clean.parquet, outliers.csv."""
+@dataclass(frozen=True)
+class Cleaned:
+    """table: of clean.parquet; report: rows of outliers.csv; outliers: of each series, (n,)."""
+
+    table: Table
+    report: list[Row]
+    outliers: dict[str, np.ndarray]
+
+
+def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> Cleaned:
+    """Every series, distances included, through the Hampel filter."""
     origin, rate = raw.origin, raw.origin["frame_rate_hz"]
     half_window = max(round(settings.half_window_s * rate), 1)
     share_of_noise, kept = white_level_kept(settings.n_sigma, half_window, settings.action)
@@ -54,7 +64,7 @@ def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> tuple[Tabl
         )
     given = raw.coordinates
 
-    def filtered(one: Series) -> tuple[str, np.ndarray, Row]:
+    def filtered(one: Series) -> tuple[str, np.ndarray, np.ndarray, Row]:
         name, values = one
         result = hampel(
             values, half_window, settings.n_sigma, settings.action, origin["resolution_mm"]
@@ -74,14 +84,16 @@ def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> tuple[Tabl
             "resolution_mm": origin["resolution_mm"],
             "resolution_kind": origin["resolution_kind"],
         }
-        return name, result.values.astype(given[name].dtype if name in given else float), row
+        found = result.values.astype(given[name].dtype if name in given else float)
+        return name, found, result.outlier, row
 
-    columns, report = {"frame": raw.frame}, []
-    for name, values, row in over(filtered, raw.with_distances()):
+    columns, report, outliers = {"frame": raw.frame}, [], {}
+    for name, values, outliers[name], row in over(filtered, raw.with_distances()):
         columns[f"{name}_mm"] = values
         report.append(row)
     origin = origin | {"hampel": asdict(settings), "window_frames": 2 * half_window + 1}
-    return Table(columns, origin | {"versions": versions("numpy", "numba", "pyarrow")}), report
+    table = Table(columns, origin | {"versions": versions("numpy", "numba", "pyarrow")})
+    return Cleaned(table, report, outliers)
 
 
 def allan_deviations(
@@ -152,18 +164,24 @@ def noise_coefficients(
     sections: NoiseSections,
     subset: tuple[str, int] | None = None,
     over: Over = in_turn,
+    outliers: Mapping[str, np.ndarray] | None = None,
 ) -> NoiseTables:
     """Coefficients of the noise of every series, by every estimator: noise.csv and what was fitted.
 
     raw: coordinates as recorded; allan: of the cleaned ones; subset: of the paper's tables, whose
-    panels S's estimators then fit.
+    panels S's estimators then fit. outliers: of `cleaned` with the same raw coordinates, which
+    saves looking for the grosser ones among all samples.
     """
     origin = raw.origin
     rate, step, recording = origin["frame_rate_hz"], origin["resolution_mm"], origin["recording"]
     settings = NoiseSettings.of(sections, rate, origin.get("form", "sampled"), subset)
 
+    known = outliers if outliers and _same_window(sections, settings, rate) else {}
+
     def curve(name: str, values: np.ndarray, kind: str = "oadev") -> Columns:
-        return allan_columns(name, masked_curve(values, rate, settings, step, kind)[1], kind)
+        return allan_columns(
+            name, masked_curve(values, rate, settings, step, kind, known.get(name))[1], kind
+        )
 
     def estimated(one: Series) -> tuple[str, list[Columns], SeriesNoise | str]:
         """Its curves besides the first, and the noise or why there is none."""
@@ -174,7 +192,9 @@ def noise_coefficients(
         seed = crc32(f"{recording} {name}".encode()) + settings.seed
         asked = settings.components(name)
         try:
-            found = estimate_series(values, given, rate, settings, asked, seed, step)
+            found = estimate_series(
+                values, given, rate, settings, asked, seed, step, known.get(name)
+            )
         except Refusal as refusal:
             return name, [*curves, curve(name, values)], str(refusal)
         return name, [*curves, allan_columns(name, found.curve)], found
@@ -198,6 +218,13 @@ def noise_coefficients(
         Table(joined(curves, ALLAN), origin),
         Table(joined(periodograms, PERIODOGRAM), origin),
     )
+
+
+def _same_window(sections: NoiseSections, settings: NoiseSettings, rate: float) -> bool:
+    """Whether what the mask takes is among the outliers of the filter before."""
+    hampel = sections["hampel"]
+    same = round(hampel["half_window_s"] * rate) == settings.half_window
+    return same and hampel["action"] != "off" and hampel["n_sigma"] <= settings.mask_sigma
 
 
 def _rows(name: str, found: SeriesNoise) -> list[Row]:

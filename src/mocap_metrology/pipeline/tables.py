@@ -1,11 +1,10 @@
-"""A table with what it says of itself, and the order in which series are worked on."""
+"""A table with what it says of itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -13,20 +12,7 @@ from mocap_metrology.common.files import Metadata, read_table, write_table
 from mocap_metrology.common.types import Columns
 from mocap_metrology.noise.series import all_series
 
-T = TypeVar("T")
-R = TypeVar("R")
 Series = tuple[str, np.ndarray]  # name without unit, values
-
-
-class Over(Protocol):
-    """How a function is applied to each of some items; results in their order."""
-
-    def __call__(self, function: Callable[[T], R], items: Iterable[T], /) -> Iterable[R]: ...
-
-
-def in_turn(function: Callable[[T], R], items: Iterable[T], /) -> Iterable[R]:
-    """One after another."""
-    return map(function, items)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
 from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
@@ -130,52 +131,69 @@ def diagnose(
     psd: Columns | None = None,
     settings: DiagnosisSettings | None = None,
     welch_settings: Mapping[str, float] | None = None,
+    over: Over = in_turn,
 ) -> Diagnosis:
     """noise: rows of noise.csv, of which `likelihood` counts; psd: columns of psd.parquet, which is
     made anew without the events where there are any. Units mm, s, Hz.
 
     Lines, resolution and filters are those of the recording without its events; where there are
-    any, the noise model is fitted anew to what the filters are tried on.
+    any, the noise model is fitted anew to what the filters are tried on. over: how series are
+    worked on.
     """
     settings = settings or DiagnosisSettings()
     rate, step = recording.frame_rate_hz, recording.step_mm
-    spikes, coordinates = _quiet(recording, settings, step)
+    spikes, coordinates = _quiet(recording, settings, step, over)
     drifts, quiet = {}, dict(coordinates)
     for name, series in all_series(coordinates, recording.pairs):
         drifts[name] = drift(series, rate)
         quiet.setdefault(name, series.astype(np.float32) if name not in coordinates else series)
     events, dynamics, levels = searched(
-        quiet, recording.pairs, rate, step, settings.false_alarm, settings.side_s
+        quiet, recording.pairs, rate, step, settings.false_alarm, settings.side_s, over
     )
     away = inside_events(events, recording.n_frames, 1 / rate)
     if away.mean() > MOST_BLANKED:
         away[:] = False
     wide = _widened(away)
-    lines, filtered, resolutions, spectra, blanked = [], [], [], {}, {}
-    for name, series in quiet.items():
+
+    def examined(one: tuple[str, np.ndarray]) -> _Examined:
+        name, series = one
         blank = np.where(away, np.nan, series.astype(np.float64))
-        blanked[name] = blank
         model, spectrum = _model(noise, name), _rows(psd, name)
         if away.any():
             form = model.form if model else "sampled"
             model = _refitted(np.where(wide, np.nan, blank), rate, form) or model
             spectrum = _welch(blank, rate, welch_settings or {})
-        if spectrum is not None:
-            spectra[name] = spectrum
         density = partial(model.psd, frame_rate_hz=rate) if model else None
         own_lines, own_filtered = _lines_and_filters(name, blank, rate, density, spectrum, settings)
-        lines += own_lines
-        filtered += own_filtered
         avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
         kind = recording.resolution_kind
-        resolutions.append(resolution(name, step, kind, avar_1, rate, name.startswith("L")))
+        step_of = resolution(name, step, kind, avar_1, rate, name.startswith("L"))
+        return _Examined(name, blank, spectrum, own_lines, own_filtered, step_of)
+
+    every = list(over(examined, quiet.items()))
+    blanked = {one.name: one.blanked for one in every}
+    spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     return Diagnosis(
-        events, lines, filtered, resolutions, spikes, _missing(recording), drifts,
-        _movements(recording, settings), dynamics, levels,
+        events, [line for one in every for line in one.lines],
+        [left for one in every for left in one.filtered], [one.step for one in every], spikes,
+        _missing(recording), drifts,
+        _movements(recording, settings, over), dynamics, levels,
         sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
         _low_pass(recording, blanked, levels, settings), _trends(levels, events),
         heavy_tails(blanked, step), _repeats(recording),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Examined:
+    """What was found in one series without its events."""
+
+    name: str
+    blanked: np.ndarray
+    spectrum: dict[str, np.ndarray] | None
+    lines: list[Found]
+    filtered: list[Filtered]
+    step: Resolution
 
 
 def searched(
@@ -185,15 +203,19 @@ def searched(
     step: float,
     false_alarm: float,
     side_s: float,
+    over: Over = in_turn,
 ) -> tuple[list[Event], dict[str, list[Dynamic]], dict[str, Blocks]]:
     """Events of coordinates and distances, spikes bridged, and what they were found in."""
-    dynamics = {
-        name: dynamic_allan(series, rate_hz, step)
-        for name, series in all_series(
-            drawn_in({k: v for k, v in quiet.items() if not k.startswith("L")}, step), pairs
-        )
-    }
-    levels = {name: blocks(series, rate_hz) for name, series in quiet.items()}
+    drawn = drawn_in({k: v for k, v in quiet.items() if not k.startswith("L")}, step)
+
+    def dynamic(one: tuple[str, np.ndarray]) -> tuple[str, list[Dynamic]]:
+        return one[0], dynamic_allan(one[1], rate_hz, step)
+
+    def level(one: tuple[str, np.ndarray]) -> tuple[str, Blocks]:
+        return one[0], blocks(one[1], rate_hz)
+
+    dynamics = dict(over(dynamic, all_series(drawn, pairs)))
+    levels = dict(over(level, quiet.items()))
     return find_events(dynamics, levels, quiet, rate_hz, false_alarm, side_s), dynamics, levels
 
 
@@ -226,11 +248,12 @@ def _lines_and_filters(
 
 
 def _quiet(
-    recording: Recording, settings: DiagnosisSettings, step: float
+    recording: Recording, settings: DiagnosisSettings, step: float, over: Over
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Isolated frames of every coordinate, and the coordinates without them."""
     raw = recording.coordinates
-    off = {k: off_frames(v, settings.spike_sigma, step) for k, v in raw.items()}
+    found = over(lambda values: off_frames(values, settings.spike_sigma, step), raw.values())
+    off = dict(zip(raw, found, strict=True))
     spikes = isolated(off, {k: int(k[1:]) for k in raw})
     return spikes, {k: without(v, spikes[k]) for k, v in raw.items()}
 
@@ -242,14 +265,19 @@ def _missing(recording: Recording) -> dict[str, float]:
     }
 
 
-def _movements(recording: Recording, settings: DiagnosisSettings) -> dict[str, Movement]:
+def _movements(
+    recording: Recording, settings: DiagnosisSettings, over: Over
+) -> dict[str, Movement]:
     """Of every coordinate as recorded, and of every distance."""
     given = (
         *(recording.frame_rate_hz, settings.still_range_mm, settings.horizon_s),
         recording.step_mm,
     )
-    every = all_series(recording.coordinates, recording.pairs)
-    return {name: movement(values, *given) for name, values in every}
+
+    def of(one: tuple[str, np.ndarray]) -> tuple[str, Movement]:
+        return one[0], movement(one[1], *given)
+
+    return dict(over(of, all_series(recording.coordinates, recording.pairs)))
 
 
 def _low_pass(

@@ -141,10 +141,13 @@ def masked_curve(
     settings: NoiseSettings,
     resolution: float = 0.0,
     estimator: str = "oadev",
+    among: np.ndarray | None = None,
 ) -> tuple[np.ndarray, AllanCurve]:
-    """The series without its gross outliers (NaN), and its Allan curve: what a lab is shown."""
+    """The series without its gross outliers (NaN), and its Allan curve: what a lab is shown.
+    among: as of `hampel`."""
     tau0 = 1 / frame_rate_hz
-    masked = hampel(raw, settings.half_window, settings.mask_sigma, "mask", resolution).values
+    found = hampel(raw, settings.half_window, settings.mask_sigma, "mask", resolution, among)
+    masked = found.values
     m = averaging_factors(raw.size, settings.n_taus, settings.min_m, settings.max_fraction)
     how = (settings.confidence, settings.min_coverage)
     return masked, allan_curve(masked, 1 / tau0, m, estimator, *how)
@@ -158,17 +161,18 @@ def estimate_series(
     components: Components | None = None,
     seed: int = 0,
     resolution: float = 0.0,
+    among: np.ndarray | None = None,
 ) -> SeriesNoise:
     """Run every estimator of `settings` on one series.
 
     raw: (n,) as recorded, NaN in gaps; cleaned: m and Allan variances (mm^2) of the series cleaned
     as in S; components: what S's estimators fit (default: all power laws, `gauss_markov` terms,
-    a sinusoid). Raises Refusal for a series without noise to estimate; the refusal of a single
-    estimator is in the result.
+    a sinusoid); among: as of `hampel`. Raises Refusal for a series without noise to estimate; the
+    refusal of a single estimator is in the result.
     """
     tau0 = 1 / frame_rate_hz
     check_series(raw, resolution)
-    masked, curve = masked_curve(raw, frame_rate_hz, settings, resolution)
+    masked, curve = masked_curve(raw, frame_rate_hz, settings, resolution, among=among)
     check_series(masked, resolution)
     n = raw.size
     components = components or settings.components()

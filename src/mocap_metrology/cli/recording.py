@@ -28,10 +28,12 @@ SETTINGS = replace(DEFAULTS, noise=replace(DEFAULTS.noise, estimators=("likeliho
 
 def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None:
     """Results of one recording into the folder, and the verdict on the terminal."""
+    progress = Progress(sys.stderr, N_STEPS, given.threads or len(os.sched_getaffinity(0)))
+    logging.getLogger("mocap_metrology").addHandler(progress)
     limits = SETTINGS.still.range_mm, SETTINGS.verdict.horizon_s, SETTINGS.second_opinion
     try:
         asked = _asked(path, given)
-        check, take = read_checked(asked, *limits)
+        check, take = read_checked(asked, *limits, progress.over)
     except Refusal as refusal:
         raise Refusal(_why(refusal)) from None
     n_frames, rate = take.position_mm.shape[2], take.frame_rate_hz
@@ -39,11 +41,8 @@ def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None
     tell(f"{labels}: {n_frames} frames at {rate:g} Hz, {duration_words(n_frames / rate)}")
     for words in check["warnings"]:
         tell(words)
-    workers = given.threads or len(os.sched_getaffinity(0))
     with replaced(folder, ("check.json", *WRITTEN)) as part:
         write_json(part / "check.json", check)
-        progress = Progress(sys.stderr, N_STEPS, workers)
-        logging.getLogger("mocap_metrology").addHandler(progress)
         found = analyse(take, check["warnings"], name_of(path), part, SETTINGS, progress)
     pictures = (f"  {folder / f'{name}.png'}" for name in PICTURES)
     print("\n".join([*verdict_lines(found), "", "Figures:", *pictures]))

@@ -9,6 +9,7 @@ from typing import NotRequired, TypedDict
 
 from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
 from mocap_metrology.common.files import sha256
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.io.read import bodies_of, read_recording
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
@@ -45,12 +46,16 @@ class Asked:
 
 
 def read_checked(
-    asked: Asked, range_mm: float, horizon_s: float, second_opinion: bool
+    asked: Asked,
+    range_mm: float,
+    horizon_s: float,
+    second_opinion: bool,
+    over: Over = in_turn,
 ) -> tuple[Check, Recording]:
     """Contents of check.json, and the recording.
 
-    range_mm, horizon_s: of `movement`; second_opinion: whether ezc3d reads a C3D file too. Raises
-    `Refusal` for a recording that cannot be used.
+    range_mm, horizon_s: of `movement`; second_opinion: whether ezc3d reads a C3D file too; over:
+    how coordinates are worked on. Raises `Refusal` for a recording that cannot be used.
     """
     for path, expected in zip(asked.paths, asked.sha256, strict=False):
         if sha256(path) != expected:
@@ -70,6 +75,7 @@ def read_checked(
         range_mm,
         horizon_s,
         recording.resolution_mm,
+        over,
     )
     duration = recording.position_mm.shape[2] / rate
     assumed = [UNIT_ASSUMED] if "assumed" in recording.unit_source else []

@@ -98,7 +98,13 @@ class Evidence:
     warnings: Sequence[str] = ()
 
 
-def judged(evidence: Evidence, named: Row, settings: of.Verdict, confidence: float) -> Row:
+def judged(
+    evidence: Evidence,
+    named: Row,
+    settings: of.Verdict,
+    confidence: float,
+    over: Over = in_turn,
+) -> Row:
     """Contents of verdict.json. named: what it begins with; confidence: of intervals."""
     origin = evidence.origin
     limits = asdict(settings)
@@ -117,7 +123,7 @@ def judged(evidence: Evidence, named: Row, settings: of.Verdict, confidence: flo
         evidence.outliers,
         [Finding.of(row) for row in evidence.diagnosis["findings"]],
     )
-    found = assess_recording(inputs, span, Thresholds(**limits))
+    found = assess_recording(inputs, span, Thresholds(**limits), over)
     document = named | verdict_document(found, origin["source"])
     document["warnings"] = list(evidence.warnings)
     document["findings"] = evidence.diagnosis["findings"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
@@ -17,15 +18,19 @@ from mocap_metrology.noise.assess.recording import OutlierRow
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.fit.estimators import NoiseSections
 from mocap_metrology.pipeline import figures, judging
+from mocap_metrology.pipeline.judging import Diagnosed
 from mocap_metrology.pipeline.progress import Progress
 from mocap_metrology.pipeline.reading import trajectories
 from mocap_metrology.pipeline.recording import (
+    Cleaned,
+    NoiseTables,
     allan_deviations,
     cleaned,
     noise_coefficients,
     spectra,
 )
 from mocap_metrology.pipeline.settings import Settings
+from mocap_metrology.pipeline.tables import Table
 from mocap_metrology.present.tables import read_noise
 
 N_STEPS = 7
@@ -49,70 +54,117 @@ def analyse(
 ) -> Mapping[str, Any]:
     """Write the results of a measured recording into `folder`; return verdict.json's contents.
 
-    warnings: of check.json. Small tables are read again from their files, as the rules do, so that
-    both compute with the same digits.
+    warnings: of check.json. A thread takes the steps, those of `progress` work on the series, and
+    this one draws meanwhile: matplotlib is for one thread only.
     """
-    over = progress.over
-    progress.step("gap-filled frames and outliers")
-    raw = trajectories(take, {"recording": name, "source": "measured", "twin": None})
-    raw.write(folder / "trajectories.parquet")
-    filtered = cleaned(raw, settings.hampel, over)
-    clean = filtered.table
-    clean.write(folder / "clean.parquet")
-    write_csv(folder / "outliers.csv", filtered.report)
+    steps = _Steps(take, warnings, name, folder, settings, progress)
+    thread = ThreadPoolExecutor(1)
+    try:
+        clean = thread.submit(steps.clean)
+        psd = thread.submit(steps.spectra)
+        noise = thread.submit(steps.noise)
+        diagnosed = thread.submit(steps.diagnose)
+        verdict = thread.submit(steps.judge)
+        figures.draw_trajectory(*clean.result(), folder / "trajectory")
+        figures.draw_psd(psd.result(), folder / "psd")
+        figures.draw_allan(noise.result().allan, folder / "adev")
+        found, origin, false_alarm = diagnosed.result(), steps.raw.origin, steps.limits.false_alarm
+        figures.draw_diagnosis(found, origin, false_alarm, folder / "diagnosis")
+        document = verdict.result()
+        progress.step("figures")
+        figures.draw_verdict(document, folder / "verdict")
+    finally:
+        thread.shutdown(wait=False, cancel_futures=True)
+        progress.end()
+    return document
 
-    progress.step("Allan deviations")
-    allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan, over)
-    allan.write(folder / "allan.parquet")
-    progress.step("power spectral densities")
-    psd = spectra(clean.in_mm(), clean.origin, settings.psd, over)
-    psd.write(folder / "psd.parquet")
 
-    progress.step("noise model")
-    sections, outliers = noise_sections(settings), filtered.outliers
-    noise = noise_coefficients(raw, allan.columns, sections, over=over, outliers=outliers)
-    write_csv(folder / "noise.csv", noise.rows)
-    noise.allan.write(folder / "allan_masked.parquet")
-    noise.periodogram.write(folder / "periodogram.parquet")
-    # Tables that were written above, so of these columns
-    rows = cast(list[NoiseRow], read_noise(folder / "noise.csv"))
-    counted = cast(list[OutlierRow], pd.read_csv(folder / "outliers.csv").to_dict("records"))
+class _Steps:
+    """The steps of a recording in their order; each computes from what those before it left here.
 
-    progress.step("events, periodic disturbances, filters")
-    limits = judging.diagnosis_settings(
-        settings.diagnosis, settings.still, settings.verdict.horizon_s
-    )
-    diagnosed = judging.diagnosed(raw, psd, rows, limits, over)
-    diagnosed.write(folder, name, "measured")
+    Small tables are read again from their files, as the rules do: so the digits are the same.
+    """
 
-    progress.step("verdict")
-    evidence = judging.Evidence(
-        clean.in_mm(),
-        clean.origin,
-        noise.allan.columns,
-        rows,
-        counted,
-        json.loads((folder / "diagnosis.json").read_text(encoding="utf-8")),
-        warnings,
-    )
-    named: Row = {
-        "recording": name,
-        "group": GROUP,
-        "twin": None,
-        "camera_type": "",
-        "n_cameras": None,
-    }
-    found = judging.judged(evidence, named, settings.verdict, settings.allan.confidence)
-    write_json(folder / "verdict.json", found)
+    raw: Table
+    filtered: Cleaned
+    psd: Table
+    found: NoiseTables
+    rows: list[NoiseRow]
 
-    progress.step("figures")
-    figures.draw_verdict(found, folder / "verdict")
-    figures.draw_allan(noise.allan, folder / "adev")
-    figures.draw_psd(psd, folder / "psd")
-    figures.draw_diagnosis(diagnosed, raw.origin, limits.false_alarm, folder / "diagnosis")
-    figures.draw_trajectory(raw, clean, folder / "trajectory")
-    progress.end()
-    return found
+    def __init__(
+        self,
+        take: Recording,
+        warnings: list[str],
+        name: str,
+        folder: Path,
+        settings: Settings,
+        progress: Progress,
+    ):
+        self.take, self.warnings, self.name = take, warnings, name
+        self.folder, self.settings, self.progress = folder, settings, progress
+        still, horizon_s = settings.still, settings.verdict.horizon_s
+        self.limits = judging.diagnosis_settings(settings.diagnosis, still, horizon_s)
+
+    def clean(self) -> tuple[Table, Table]:
+        """Coordinates as recorded, and all series cleaned."""
+        self.progress.step("gap-filled frames and outliers")
+        over, named = self.progress.over, {"recording": self.name, "source": "measured"}
+        self.raw = trajectories(self.take, named | {"twin": None}, over=over)
+        self.progress.later(self.raw.write, self.folder / "trajectories.parquet")
+        self.filtered = cleaned(self.raw, self.settings.hampel, over)
+        self.progress.later(self.filtered.table.write, self.folder / "clean.parquet")
+        write_csv(self.folder / "outliers.csv", self.filtered.report)
+        return self.raw, self.filtered.table
+
+    def spectra(self) -> Table:
+        self.progress.step("power spectral densities")
+        clean = self.filtered.table
+        self.psd = spectra(clean.in_mm(), clean.origin, self.settings.psd, self.progress.over)
+        self.psd.write(self.folder / "psd.parquet")
+        return self.psd
+
+    def noise(self) -> NoiseTables:
+        """Allan deviations, and the model of the noise."""
+        over, settings, clean = self.progress.over, self.settings, self.filtered.table
+        self.progress.step("Allan deviations")
+        allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan, over)
+        allan.write(self.folder / "allan.parquet")
+        self.progress.step("noise model")
+        given, outliers = noise_sections(settings), self.filtered.outliers
+        self.found = noise_coefficients(
+            self.raw, allan.columns, given, over=over, outliers=outliers
+        )
+        write_csv(self.folder / "noise.csv", self.found.rows)
+        self.found.allan.write(self.folder / "allan_masked.parquet")
+        self.found.periodogram.write(self.folder / "periodogram.parquet")
+        return self.found
+
+    def diagnose(self) -> Diagnosed:
+        self.progress.step("events, periodic disturbances, filters")
+        # Written above, so of these columns
+        self.rows = cast(list[NoiseRow], read_noise(self.folder / "noise.csv"))
+        found = judging.diagnosed(self.raw, self.psd, self.rows, self.limits, self.progress.over)
+        found.write(self.folder, self.name, "measured")
+        return found
+
+    def judge(self) -> Row:
+        self.progress.step("verdict")
+        clean, outliers = self.filtered.table, pd.read_csv(self.folder / "outliers.csv")
+        evidence = judging.Evidence(
+            clean.in_mm(),
+            clean.origin,
+            self.found.allan.columns,
+            self.rows,
+            cast(list[OutlierRow], outliers.to_dict("records")),  # written above, as well
+            json.loads((self.folder / "diagnosis.json").read_text(encoding="utf-8")),
+            self.warnings,
+        )
+        named: Row = {"recording": self.name, "group": GROUP}
+        named |= {"twin": None, "camera_type": "", "n_cameras": None}
+        how = self.settings.verdict, self.settings.allan.confidence, self.progress.over
+        document = judging.judged(evidence, named, *how)
+        write_json(self.folder / "verdict.json", document)
+        return document
 
 
 def noise_sections(settings: Settings) -> NoiseSections:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 from typing import TextIO, TypeVar
 
 T = TypeVar("T")
@@ -26,10 +27,11 @@ class Progress(logging.Handler):
         self.stream, self.n_steps = stream, n_steps
         self.pool = ThreadPoolExecutor(workers)
         self._begun, self._what, self._last = 0, "", 0.0
+        self._later: list[Future[None]] = []
 
     def step(self, what: str) -> None:
         """The next step begins."""
-        self.end()
+        self._new_line()
         self._begun += 1
         self._what, self._last = f"{self._begun}/{self.n_steps} {what}", time.monotonic()
         self._write(self._what)
@@ -41,12 +43,23 @@ class Progress(logging.Handler):
             yield future.result()
             self._done(number, len(futures))
 
+    def later(self, write: Callable[[Path], None], path: Path) -> None:
+        """Write meanwhile; it is done when `end` returns."""
+        self._later.append(self.pool.submit(write, path))
+
     def emit(self, record: logging.LogRecord) -> None:
         """A line of its own; on a terminal it takes the place of the step's."""
         self._write(f"{record.getMessage()}\n" if self.stream.isatty() else record.getMessage())
 
     def end(self) -> None:
-        """The last step has ended."""
+        """All that was begun is done, or given up after a failure."""
+        self.pool.shutdown(cancel_futures=True)
+        for written in self._later:
+            if not written.cancelled():
+                written.result()
+        self._new_line()
+
+    def _new_line(self) -> None:
         if self._what and self.stream.isatty():
             self.stream.write("\n")
             self.stream.flush()
@@ -54,6 +67,8 @@ class Progress(logging.Handler):
 
     def _done(self, number: int, total: int) -> None:
         now = time.monotonic()
+        if not self._what:
+            return
         if self.stream.isatty() or (now - self._last > PAUSE_S and number < total):
             self._last = now
             self._write(f"{self._what}: {number} of {total} series")

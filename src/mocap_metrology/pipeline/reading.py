@@ -9,6 +9,7 @@ from dataclasses import asdict
 import numpy as np
 
 from mocap_metrology.common.files import Metadata, versions
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.noise.diagnosis.export import filled_frames
 from mocap_metrology.noise.series import coordinate_names, pair_numbers
@@ -18,7 +19,10 @@ log = logging.getLogger(__name__)
 
 
 def trajectories(
-    recording: Recording, named: Metadata, pairs: Sequence[Sequence[str]] | None = None
+    recording: Recording,
+    named: Metadata,
+    pairs: Sequence[Sequence[str]] | None = None,
+    over: Over = in_turn,
 ) -> Table:
     """Chosen markers in mm, one row a frame, gaps as NaN; what an interpolation filled is a gap.
 
@@ -26,7 +30,7 @@ def trajectories(
     `form`: frames of a camera are points, its exposure is far shorter than a frame. Changes the
     positions of `recording` in place.
     """
-    filled = filled_frames(recording.position_mm, recording.resolution_mm)
+    filled = filled_frames(recording.position_mm, recording.resolution_mm, over)
     for label, own, mask in zip(recording.labels, recording.position_mm, filled, strict=True):
         own[:, mask] = np.nan  # no measurement
         if mask.any():

@@ -21,6 +21,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.assess import checks
 from mocap_metrology.noise.assess.checks import (
     COORDINATE,
@@ -94,17 +95,23 @@ class Assessment:
     series: Mapping[str, SeriesNumbers]
 
 
-def assess_recording(inputs: Inputs, span: Span, limits: Thresholds | None = None) -> Assessment:
+def assess_recording(
+    inputs: Inputs, span: Span, limits: Thresholds | None = None, over: Over = in_turn
+) -> Assessment:
     """Numbers of every series and the verdict. Of a recording of less than a minute no drift per
     hour is told, though the verdict goes by what it was."""
     limits = limits or Thresholds()
-    numbers, n_frames = {}, 0
-    for name, values in inputs.series:
+
+    def assessed(one: tuple[str, np.ndarray]) -> tuple[str, SeriesNumbers, int]:
+        name, values = one
         rows = [
             r for r in inputs.noise if r["series"] == name and r["estimator"] == DEFAULT_ESTIMATOR
         ]
-        numbers[name] = assess_series(values, rows, _curve(inputs.allan, name), span)
-        n_frames = values.size
+        return name, assess_series(values, rows, _curve(inputs.allan, name), span), values.size
+
+    every = list(over(assessed, inputs.series))
+    numbers = {name: found for name, found, _ in every}
+    n_frames = every[-1][2] if every else 0
     duration = n_frames / span.frame_rate_hz
     facts = Facts(
         duration,
@@ -117,10 +124,10 @@ def assess_recording(inputs: Inputs, span: Span, limits: Thresholds | None = Non
         n_frames,
         inputs.findings,
     )
-    found = verdict(numbers, facts, limits)
+    word = verdict(numbers, facts, limits)
     if duration < LONG_S:
         numbers = {k: replace(v, drift_mm_per_h=math.nan) for k, v in numbers.items()}
-    return Assessment(facts, span, limits, found, numbers)
+    return Assessment(facts, span, limits, word, numbers)
 
 
 def verdict(series: Series, facts: Facts, limits: Thresholds | None = None) -> Verdict:

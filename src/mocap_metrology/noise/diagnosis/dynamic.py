@@ -108,13 +108,15 @@ def dynamic_allan(
     gone = None if whole else running_sum(~valid)
     found = []
     for scale in among or scales(rate_hz):
-        squares, known = _squares(sums, gone, scale)
+        differences, known = _differences(sums, gone, scale)
+        rows = _rows(differences, known, scale)
+        squares = _squares(differences, known)
         if squares.size < scale.count * FEWEST // 2:
             continue
         avar, share = _windows(squares, known, scale)
         if np.isfinite(avar).sum() < FEWEST or not np.nanmax(avar) > 0:
             continue
-        edf, kappa = _dispersion(sums, gone, scale)
+        edf, kappa = _dispersion(rows)
         hop_s = scale.window / 2 / rate_hz
         baseline = _running_median(avar, max(round(baseline_s / hop_s), FEWEST))
         baseline = baseline / max(1 - 2 / (9 * edf), 0.5) ** 3  # a chi-squared's median and mean
@@ -140,27 +142,24 @@ def tail(x: np.ndarray) -> float:
     return float(np.median(greatest)) / (math.log(size) + MEDIAN_OF_GREATEST)
 
 
-def _squares(
+def _differences(
     sums: np.ndarray, gone: np.ndarray | None, scale: Scale
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """d^2 / 2 and, with gaps, which of them touch none (others are 0)."""
-    d = _differences(sums, scale)
-    d *= d
-    d *= 0.5
-    if gone is None:
-        return d, None
-    m, step = scale.m, scale.step
-    known = (gone[2 * m :: step] - gone[: -2 * m : step]) == 0
-    d[~known] = 0.0
-    return d, known
-
-
-def _differences(sums: np.ndarray, scale: Scale) -> np.ndarray:
+    """d and, with gaps, which of them touch none."""
     m, step = scale.m, scale.step
     d: np.ndarray = sums[2 * m :: step] - sums[m:-m:step]
     d -= sums[m:-m:step]
     d += sums[: -2 * m : step]
     d /= m
+    return d, None if gone is None else (gone[2 * m :: step] - gone[: -2 * m : step]) == 0
+
+
+def _squares(d: np.ndarray, known: np.ndarray | None) -> np.ndarray:
+    """d^2 / 2 in place of d; those that touch gaps are 0."""
+    d *= d
+    d *= 0.5
+    if known is not None:
+        d[~known] = 0.0
     return d
 
 
@@ -182,17 +181,18 @@ def _pairs(values: np.ndarray, half: int) -> np.ndarray:
     return parts[:-1] + parts[1:]
 
 
-def _dispersion(sums: np.ndarray, gone: np.ndarray | None, scale: Scale) -> tuple[float, float]:
-    """edf and kappa (see above) from the spectrum of the differences in a window: eigenvalues of R
-    as medians over windows of its periodogram, which no event disturbs."""
-    d = _differences(sums, scale)
+def _rows(d: np.ndarray, known: np.ndarray | None, scale: Scale) -> np.ndarray:
+    """A copy of some of the windows, (k, count) differences each; without gaps where enough are."""
     rows = d[: d.size // scale.count * scale.count].reshape(-1, scale.count)
-    if gone is not None:
-        m, step = scale.m, scale.step
-        known = (gone[2 * m :: step] - gone[: -2 * m : step]) == 0
+    if known is not None:
         whole = known[: rows.size].reshape(rows.shape).all(axis=1)
         rows = rows[whole] if whole.sum() >= FEWEST else rows
-    rows = rows[:: rows.shape[0] // SPECTRA + 1]
+    return rows[:: rows.shape[0] // SPECTRA + 1].copy()
+
+
+def _dispersion(rows: np.ndarray) -> tuple[float, float]:
+    """edf and kappa (see above) from the spectrum of the differences in a window: eigenvalues of R
+    as medians over windows of its periodogram, which no event disturbs."""
     if not rows.shape[0]:
         return 1.0, 1.0
     spectrum = np.fft.rfft(rows, axis=1)

@@ -29,6 +29,7 @@ from typing import Final, Literal
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.fit.spectral.gaps import bridged, stretches
 
 # Rounded
@@ -356,8 +357,11 @@ def _smooth(series: np.ndarray, rule: Rule) -> np.ndarray:
     return np.concatenate(flags) if flags else np.zeros(0, bool)
 
 
-def filled_frames(position_mm: np.ndarray, resolution_mm: float) -> np.ndarray:
-    """(markers, n) of (markers, 3, n): where any coordinate of a marker was filled, all were."""
-    return np.array([
-        np.any([filled(axis, resolution_mm) for axis in marker], axis=0) for marker in position_mm
-    ])  # fmt: skip
+def filled_frames(
+    position_mm: np.ndarray, resolution_mm: float, over: Over = in_turn
+) -> np.ndarray:
+    """(markers, n) of (markers, 3, n): where any coordinate of a marker was filled, all were. over:
+    how coordinates are worked on."""
+    axes = (axis for marker in position_mm for axis in marker)
+    found = np.array(list(over(lambda axis: filled(axis, resolution_mm), axes)))
+    return np.any(found.reshape(position_mm.shape), axis=1)

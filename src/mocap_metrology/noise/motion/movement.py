@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.series import AXES
 
 LEAST_BLOCKS = 100
@@ -66,15 +67,14 @@ def moving_markers(
     range_mm: float,
     horizon_s: float,
     step_mm: float = 0.0,
+    over: Over = in_turn,
 ) -> dict[str, tuple[str, Movement]]:
-    """`most_moving` of markers, label -> (3, n), as `movement` has them."""
+    """`most_moving` of markers, label -> (3, n), as `movement` has them. over: how coordinates are
+    worked on."""
     given = frame_rate_hz, range_mm, horizon_s, step_mm
-    return most_moving(
-        {
-            label: dict(zip(AXES, (movement(p, *given) for p in values), strict=True))
-            for label, values in positions.items()
-        }
-    )
+    every = (values for marker in positions.values() for values in marker)
+    found = iter(over(lambda values: movement(values, *given), every))
+    return most_moving({label: {axis: next(found) for axis in AXES} for label in positions})
 
 
 def most_moving(

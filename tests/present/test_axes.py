@@ -7,6 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from mocap_metrology.present.drawing.axes import decade_axis, decade_label, labelled, round_ticks
+from mocap_metrology.present.drawing.style import wrap
 
 DRAWS = np.random.default_rng(5)
 
@@ -68,3 +69,13 @@ def test_every_label_of_an_axis_is_whole(limits, plain, labels) -> None:
 def test_labels_of_numbers() -> None:
     assert [decade_label(v, False) for v in (1e-3, 5e-3, 1.2e5)] == ["10⁻³", "5×10⁻³", "1.2×10⁵"]
     assert [decade_label(v, True) for v in (1e-3, 5e-3, 1000.0)] == ["0.001", "0.005", "1000"]
+
+
+def test_a_number_and_its_unit_stay_in_one_line() -> None:
+    text = "One frame is uncertain by 0.0426 mm (at 250 Hz) about the mean of 2 min, by 5 % of it."
+    for width in range(20, 90):
+        lines = wrap(text, 8.5, width)
+        assert " ".join(lines) == text
+        assert not any(
+            line.split(" ")[0].strip(",;.)") in ("mm", "Hz", "min", "%") for line in lines
+        )

@@ -10,7 +10,6 @@ from figure_data import check_saved, every_text
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.motion.orientation import of_cluster, unknown
-from mocap_metrology.present.drawing.style import wrap
 from mocap_metrology.present.motion.orientation import orientation_figure, orientation_rows
 from mocap_metrology.present.motion.place import place_figure, place_sentence
 
@@ -33,7 +32,9 @@ def test_a_cluster_on_a_line(tmp_path) -> None:
 
 
 def test_a_move_without_a_full_cube(tmp_path) -> None:
-    figure = place_figure([], "R: length by place", "Too few frames in any cube.")
+    figure = place_figure(
+        [], "R: length by place", "Source: measured.", "Too few frames in any cube."
+    )
     assert "Too few frames in any cube." in every_text(figure)
     check_saved(figure, tmp_path)
 
@@ -44,22 +45,29 @@ def test_cubes_without_noise_have_no_infinite_factor() -> None:
     assert "nan" not in words
 
 
-def test_a_number_and_its_unit_stay_in_one_line() -> None:
-    text = "One frame is uncertain by 0.0426 mm (at 250 Hz) about the mean of 2 min, by 5 % of it."
-    for width in range(20, 90):
-        lines = wrap(text, 8.5, width)
-        assert " ".join(lines) == text
-        assert not any(
-            line.split(" ")[0].strip(",;.)") in ("mm", "Hz", "min", "%") for line in lines
-        )
-
-
 def test_the_numbers_of_a_map_are_on_the_page(tmp_path) -> None:
     rows = [
         {"x_mm": 250.0 * k, "y_mm": 0.0, "n_frames": 100, "sigma_mm": 0.0402 + 0.0011 * k}
         | {"deviation_mm": 0.0031 * (k - 2)}
         for k in range(5)
     ]
-    figure = place_figure(rows, "R: length by place", "Source: measured.")
-    assert "Mean less overall mean (µm)" in every_text(figure)
+    figure = place_figure(rows, "R: length by place", "Source: measured.", "A caption.")
+    assert "(b) Mean less overall mean (µm)" in every_text(figure)
     check_saved(figure, tmp_path)
+
+
+def test_the_squares_of_a_map_are_the_cells() -> None:
+    """A cell without frames is empty; of two heights the mean weighted by frames."""
+    rows = [
+        {"x_mm": x, "y_mm": y, "z_mm": z, "n_frames": n, "sigma_mm": s, "deviation_mm": 0.0}
+        for x, y, z, n, s in (
+            *((0.0, 0.0, 0.0, 100, 0.04), (0.0, 0.0, 250.0, 300, 0.08)),
+            *((500.0, 0.0, 0.0, 100, 0.05), (0.0, 250.0, 0.0, 100, 0.06)),
+        )
+    ]
+    figure = place_figure(rows, "R: length by place", "Source: measured.", "A caption.")
+    (squares, *_) = figure.figure.axes[0].collections
+    shown = np.ma.filled(squares.get_array(), np.nan).reshape(2, 3)
+    assert np.allclose(shown, [[70, np.nan, 50], [60, np.nan, np.nan]], equal_nan=True)
+    assert squares.get_coordinates()[0, 0].tolist() == [-125.0, -125.0]
+    assert "cubes of 2 heights" in figure.caption

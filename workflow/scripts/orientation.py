@@ -13,12 +13,12 @@ with step(snakemake) as log:
     from mocap_metrology.noise.allan.variance import averaging_factors
     from mocap_metrology.noise.motion.orientation import AXES, of_cluster, of_poses, unknown
     from mocap_metrology.noise.series import ALLAN, allan_columns, joined, position
-    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.motion.orientation import (
         in_radians,
         orientation_figure,
         orientation_rows,
     )
+    from mocap_metrology.present.plot.figure import save
 
     cluster, settings = snakemake.params.cluster, snakemake.params.allan
     columns, origin = read_table(snakemake.input.trajectories)
@@ -61,5 +61,5 @@ with step(snakemake) as log:
     rows = orientation_rows(origin["recording"], origin["source"], allan, found, refused)
     write_csv(snakemake.output.csv, rows)
     figure = orientation_figure(allan, found, origin, cluster, refused)
-    save_figure(figure, snakemake.output.svg)
+    save(figure, snakemake.output.svg)
     log.info("%s", rows)

@@ -8,8 +8,9 @@ with step(snakemake) as log:
     from mocap_metrology.noise.motion.place import by_place, evenness
     from mocap_metrology.noise.series import pair_name, position
     from mocap_metrology.present import tables
-    from mocap_metrology.present.drawing.style import save_figure
     from mocap_metrology.present.motion import place
+    from mocap_metrology.present.plot.figure import save
+    from mocap_metrology.present.recording.recording_figures import source_words
 
     _, series, origin = read_coordinates(snakemake.input[0])
     first, second = (position(series, marker) for marker in origin["pairs"][0])
@@ -21,9 +22,9 @@ with step(snakemake) as log:
     pair = " and ".join(origin["labels"][marker - 1] for marker in origin["pairs"][0])
     words = f"Pair {pair}: {said}" if few else f"Pair {pair}. {said}"
     source = tables.source_sentence({origin["recording"]: origin["source"]})
-    caption = f"{place.CAPTION.format(cell=cell)} {words} {source}"
+    caption = f"{place.CAPTION.format(cell=cell)} {words}"
     title = f"{origin['recording']}: length by place"
-    tables.write(snakemake.output.csv, rows or [{"note": few}], title, caption)
-    figure = place.place_figure(rows, title, caption)
-    save_figure(figure, snakemake.output.svg)
+    tables.write(snakemake.output.csv, rows or [{"note": few}], title, f"{caption} {source}")
+    origin_words = f"Source: {source_words(origin)}."
+    save(place.place_figure(rows, title, origin_words, caption), snakemake.output.svg)
     log.info("%s", words)

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mocap_metrology.noise.motion.orientation import AXES, Orientation
-from mocap_metrology.present.drawing.axes import log_limits
-from mocap_metrology.present.drawing.curves import Curve, Key, Panel, curves_figure
-from mocap_metrology.present.drawing.style import LOOKS, styled, words_figure
-from mocap_metrology.present.plot.curves import ALLAN_SLOPES
+from mocap_metrology.present.plot.curves import (
+    ALLAN_SLOPES,
+    Curve,
+    Panel,
+    curves_picture,
+    log_limits,
+)
+from mocap_metrology.present.plot.figure import LOOKS, Picture, styled, words_picture
 from mocap_metrology.present.recording.recording_figures import source_words
 from mocap_metrology.present.tables import Record, Row
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from mocap_metrology.present.text import captions
 
 TURNS_RAD = 0.0175  # 1 degree: what turns further is moved, and not measured for its noise
 
@@ -83,13 +84,13 @@ def orientation_figure(
     origin: Record,
     cluster: Sequence[str],
     refused: str = "",
-) -> Figure:
+) -> Picture:
     """Allan deviation of the three components of the rotation vector, with intervals; or the words
     why there is none (`refused`)."""
     title = f"{origin['recording']}: Allan deviation of orientation"
     where = source_words(origin)
     if refused:
-        return words_figure(refused, title, f"Source: {where}.")
+        return words_picture(refused, title, f"Source: {where}.")
     curves = []
     for axis in AXES:
         pick = allan["series"] == axis
@@ -98,26 +99,23 @@ def orientation_figure(
             for k in ("tau_s", "adev_rad", "adev_lower_rad", "adev_upper_rad")
         )
         curves.append(Curve(axis, tau, 1e6 * adev, (1e6 * low, 1e6 * high)))
-    note = f"Source: {where}. Rotation vector from the mean orientation, about axes of the room"
+    told = [captions.ORIENTATION]
     residual = _rms(found.residual_mm)
     if residual is not None:
-        note += (
-            f", of the cluster {', '.join(cluster)} (Kabsch, frame by frame). The markers are "
+        told.append(
+            f"Cluster: {', '.join(cluster)} (Kabsch, frame by frame). The markers are "
             f"{found.spread_mm:.0f} mm from their centre (rms) and {1000 * residual:.3g} µm off a "
-            "rigid body (rms)"
+            "rigid body (rms)."
         )
-    note += "."
     if found.range_rad > TURNS_RAD:
         degrees = np.degrees(found.range_rad)
-        note += f" It turns by {degrees:.3g} degrees: what is shown is motion, not noise."
+        told.append(f"It turns by {degrees:.3g} degrees: what is shown is motion, not noise.")
     bands = [edge for curve in curves for edge in curve.band or ()]
-    band = f"{100 * origin['allan']['confidence']:.3g} % interval"
-    key = Key(ALLAN_SLOPES, "Allan deviation", band)
-    return curves_figure(
+    return curves_picture(
         [Panel("Orientation", curves, {f"r{axis}": look for axis, look in LOOKS.items()})],
         ("Averaging time τ (s)", "Allan deviation (µrad)"),
         (log_limits([c.x for c in curves]), log_limits([c.y for c in curves] + bands, 1.0, 6.0)),
-        key,
-        title,
-        note,
+        ALLAN_SLOPES,
+        (title, f"Source: {where}.", " ".join(told)),
+        f"{100 * origin['allan']['confidence']:.3g} % interval",
     )

@@ -11,26 +11,21 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.changes.compare import ratios_to_mean
 from mocap_metrology.present.changes.compare import curve_of, series_of
-from mocap_metrology.present.drawing.axes import linear_axis
-from mocap_metrology.present.drawing.style import (
-    GREY,
-    SMALL_PT,
-    WIDTH_MM,
+from mocap_metrology.present.plot.figure import (
     Keywords,
-    blank_sheet,
-    head,
-    label_axes,
+    Picture,
+    letters,
+    new_figure,
+    panel_title,
     styled,
-    words_figure,
+    words_picture,
 )
 from mocap_metrology.present.tables import Record, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.collections import PathCollection
-    from matplotlib.figure import Figure
 
-LEFT_MM, GAP_MM, HEIGHT_MM, BAR_MM = 16.0, 26.0, 56.0, 3.0
+HEIGHT_MM = 62.0
 CAPTION = (
     "Length of a pair of markers while it is carried through the volume, by cubes of {cell:g} mm: "
     "noise of one frame (Allan deviation at one frame, with its 95 % interval) and mean less that "
@@ -61,57 +56,56 @@ def place_sentence(even: Mapping[str, float]) -> str:
 
 
 @styled()
-def place_figure(rows: Sequence[Row], title: str, note: str) -> Figure:
+def place_figure(rows: Sequence[Row], title: str, source: str, caption: str) -> Picture:
     """Two maps from above: noise of the length, and deviation of its mean, a square a cell; of no
-    cell only the words."""
+    cell only the words of the caption."""
     if not rows:
-        return words_figure(note, title, "")
-    sheet = blank_sheet(HEIGHT_MM + 16.0, title, note)
-    width = (WIDTH_MM - LEFT_MM - GAP_MM - 18.0) / 2
-    panels = (
-        ("Noise of one frame (µm)", "sigma_mm", "viridis"),
-        ("Mean less overall mean (µm)", "deviation_mm", "coolwarm"),
-    )
-    for k, (name, column, colours) in enumerate(panels):
-        left = LEFT_MM + k * (width + GAP_MM)
-        axes = sheet.axes(left, 5.0, width, HEIGHT_MM)
-        scatter = _map(axes, rows, column, colours, (width, HEIGHT_MM))
-        bar = sheet.axes(left + width + 2.0, 5.0, BAR_MM, HEIGHT_MM)
-        sheet.figure.colorbar(scatter, cax=bar)
-        head(axes, name)
-        label_axes(axes, x="x (mm)", y="y (mm)" if k == 0 else "", y_mm=13.0)
-    return sheet.figure
+        return words_picture(caption, title, source)
+    body = new_figure(title, source, HEIGHT_MM + 22.0)
+    panels = body.subplots(1, 2)
+    _map(panels[0], rows, "sigma_mm", "viridis")
+    _map(panels[1], rows, "deviation_mm", "coolwarm")
+    panel_title(panels[0], "Noise of one frame (µm)")
+    panel_title(panels[1], "Mean less overall mean (µm)")
+    panels[0].set_ylabel("y (mm)")
+    letters(panels)
+    heights = len({row["z_mm"] for row in rows if "z_mm" in row})
+    more = f" A square is the mean over cubes of {heights} heights." if heights > 1 else ""
+    return Picture(body, f"{caption}{more}")
 
 
-def _map(
-    axes: Axes, rows: Sequence[Row], column: str, colours: str, size_mm: tuple[float, float]
-) -> PathCollection:
+def _map(axes: Axes, rows: Sequence[Row], column: str, colours: str) -> None:
     """Cells of all heights over x and y: the mean over the heights, weighted by frames."""
     cells: dict[tuple[float, float], list[Row]] = {}
     for row in rows:
         cells.setdefault((row["x_mm"], row["y_mm"]), []).append(row)
-    x, y = np.array(list(cells)).T
-    value = [
+    places = np.array(list(cells))
+    values = [
         1e3 * np.average([r[column] for r in own], weights=[r["n_frames"] for r in own])
         for own in cells.values()
     ]
+    x, y, image = _grid(places, np.array(values))
     limits: Keywords = {}
     if column == "deviation_mm":
-        reach = float(np.abs(value).max()) or 1.0
+        reach = float(np.nanmax(np.abs(image))) or 1.0
         limits = {"vmin": -reach, "vmax": reach}
-    span = max(np.ptp(x), np.ptp(y), 1.0) * 1.25
-    middle = (x.min() + x.max()) / 2, (y.min() + y.max()) / 2
-    ratio = size_mm[0] / size_mm[1]
-    linear_axis(axes, "x", (middle[0] - span * ratio / 2, middle[0] + span * ratio / 2), 5)
-    linear_axis(axes, "y", (middle[1] - span / 2, middle[1] + span / 2), 6)
-    steps = np.diff(np.unique(np.concatenate([x, y])))
-    cell = float(steps[steps > 0].min()) if np.any(steps > 0) else span / 4
-    side_pt = size_mm[1] / span * cell * 72 / 25.4 * 0.92
-    dots = axes.scatter(x, y, c=value, s=side_pt**2, marker="s", cmap=colours, lw=0, **limits)
-    if len(rows) > len(cells):
-        text = f"{len(rows)} cells of several heights"
-        axes.text(0.02, 0.02, text, transform=axes.transAxes, size=SMALL_PT, color=GREY)
-    return dots
+    squares = axes.pcolormesh(x, y, image, cmap=colours, edgecolor="white", lw=0.8, **limits)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set(xlabel="x (mm)")
+    axes.figure.colorbar(squares, ax=axes, pad=0.02)
+
+
+def _grid(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges along x and y, and the image, NaN where there is no cell. places: (k, 2) centres, on a
+    square grid."""
+    steps = np.concatenate([np.diff(np.unique(own)) for own in places.T])
+    cell = float(steps[steps > 0].min()) if steps.size else 1.0
+    first = places.min(axis=0)
+    column, row = np.round((places - first) / cell).astype(int).T
+    image = np.full((int(row.max()) + 1, int(column.max()) + 1), np.nan)
+    image[row, column] = values
+    x, y = (first[k] + cell * (np.arange(n + 1) - 0.5) for k, n in enumerate(image.shape[::-1]))
+    return x, y, image
 
 
 def places_rows(

@@ -10,10 +10,14 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
+    from mocap_metrology.present.skurowski import gather
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: tables.source_of(row) for row in rows}
-    sentence = tables.source_sentence(source, snakemake.config["duration_s"])
+    allan = dict(zip(source, map(read_table, snakemake.input.allan), strict=True))
+    lengths = {name: gather.length_s(origin) for name, (_, origin) in allan.items()}
+    of_rows = {row["recording"]: row for row in rows}
+    sentence = " ".join(gather.sources(of_rows, lengths, paper=False))
     stem = str(Path(snakemake.output[0])).removesuffix("_subsets.csv")
 
     def gathered(paths):
@@ -32,10 +36,9 @@ with step(snakemake) as log:
     write("gaussian", gathered(snakemake.input.gaussian), "Gaussian model", group_tables.GAUSSIAN)
     write("outliers", gathered(snakemake.input.outliers), "outliers", group_tables.OUTLIERS)
     summary = []
-    paths = zip(source, snakemake.input.allan, snakemake.input.outliers, strict=True)
-    for name, path, series in paths:
-        expected = tables.read(series)["series"].tolist()
-        summary += group_tables.allan_summary(name, source[name], read_table(path)[0], expected)
+    for name, path in zip(source, snakemake.input.outliers, strict=True):
+        expected = tables.read(path)["series"].tolist()
+        summary += group_tables.allan_summary(name, source[name], allan[name][0], expected)
     write("allan", summary, "Allan deviations", group_tables.ALLAN)
     found = dict(zip(source, map(tables.read_noise, snakemake.input.noise), strict=True))
     noise = group_tables.noise_table(found, source)

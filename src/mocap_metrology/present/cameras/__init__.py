@@ -1,1 +1,1 @@
-"""Tables and figure of a group whose subsets of cameras tell which one adds noise."""
+"""Tables and figure of a group whose subsets of cameras show which one adds noise."""

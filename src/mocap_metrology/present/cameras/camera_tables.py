@@ -1,4 +1,4 @@
-"""What camera subsets tell: tables and sentences of one group."""
+"""Tables and sentences on the camera subsets of one group."""
 
 from __future__ import annotations
 
@@ -262,7 +262,7 @@ def _sentences(
     if apart:
         words.append(
             f"{kind}: these subsets do not share their frames (simulated one by one, for "
-            "instance): only a rise tells of a camera, not what it adds."
+            "instance): a rise shows a noisy camera, whose own noise cannot be estimated."
         )
     return words
 

@@ -80,7 +80,7 @@ def of_take(
         rate = origin["frame_rate_hz"]
         try:
             sums = moments(found, take.read, len(labels), rate, n_frames, steps)
-        except Refusal as refusal:  # the law can be told all the same
+        except Refusal as refusal:  # the law needs no shared frames
             log.warning("%s: %s", camera_type, refusal)
         else:
             labels = [labels[k] for k in sums.markers]

@@ -19,14 +19,14 @@ CAPTION = (
     "Allan deviation of a recording over that of its reference, with its interval: above 1 is "
     "noisier. A word other than `same` stands where the ratio is off 1 by more than the margin and "
     "by more than chance allows over all series and averaging times of the two recordings; "
-    "`resolution` where the steps of an export decide, as they hide the noise: export finer steps."
+    "`resolution`: the steps of the exported file hide the noise; export finer steps."
 )
 NO_TREND = "none found"
 COARSE = "resolution"  # the word where the file's steps decide
 TREND_CAPTION = (
     "Change of the Allan deviation with the date of recording, in percent a month with its "
     "interval; `scatter` is how much more the recordings scatter about the line than their own "
-    "noise explains; `resolution`: the steps of an export decide, as they hide the noise."
+    "noise explains; `resolution`: the steps of the exported file hide the noise."
 )
 COHERENCE_CAPTION = (
     "What a series has in common with what was recorded beside it: largest squared coherence above "

@@ -138,7 +138,7 @@ OUTLIERS = (
     "share_of_clean_gaussian_noise (0.34 % at 3 sigma and 241 frames) and leaves white_level_kept "
     "(0.966) of the white level: Allan deviations of cleaned series (allan.parquet) are 1.7 % low "
     "at short tau by that much. "
-    "resolution: the smallest step the file can tell (int16 or float32 spacing, or a coarser "
+    "resolution: the smallest step that the file can hold (int16 or float32 spacing, or a coarser "
     "rounding found in the values)."
 )
 

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import base64
 import random
+import re
 from html.parser import HTMLParser
 
 import pytest
+from markupsafe import Markup
+from matplotlib.figure import Figure as Drawing
 
 from mocap_metrology.present import tables
-from mocap_metrology.present.drawing.style import UNKNOWN_WORD, VERDICT_WORDS
-from mocap_metrology.present.pages import html_page
+from mocap_metrology.present.pages import details, document, site
 
-VOID = {"br", "wbr", "meta"}
+VOID = {"br", "wbr", "meta", "img"}
 
 
 class Reader(HTMLParser):
-    """Elements, cells of all tables, and links; every tag must be closed."""
+    """Elements, cells of all tables, links and images; every tag must be closed."""
 
     def __init__(self, text: str):
         super().__init__()
-        self.open, self.elements, self.links = [], [], []
+        self.open, self.elements, self.links, self.images = [], [], [], []
         self.tables: list[list[list[str]]] = []
         self.cell: str | None = None
         self.feed(text)
@@ -39,6 +40,8 @@ class Reader(HTMLParser):
             self.cell = ""
         elif tag == "a":
             self.links.append(dict(attrs))
+        elif tag == "img":
+            self.images.append(dict(attrs))
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
@@ -59,63 +62,104 @@ def test_a_table_of_markdown_comes_back_whole() -> None:
         for k in range(-9, 9)
     ]
     text = tables.markdown(rows, "g: numbers", "A caption <of> these.")
-    read = Reader(html_page.page(html_page.title_of(text), html_page.body_of(text)))
+    page = document.page(text, "numbers", True)
+    read = Reader(page)
     expected = [["name", "sign", "value", "n"]]
     for row in rows:
-        value = tables.readable(row["value"])
-        sign = row["sign"].replace("T_c1", "Tc1")  # a subscript
-        expected.append(
-            [row["name"], sign, value.replace("-", "−"), f"{row['n']}".replace("-", "−")]
-        )
+        sign = row["sign"].replace("T_c1", "Tc1").replace("&amp;", "&")  # a subscript, an entity
+        value = tables.readable(row["value"]).replace("-", "−")
+        expected.append([row["name"], sign, value, f"{row['n']}".replace("-", "−")])
     assert read.tables == [expected]
-    assert "script" not in read.elements
+    assert read.elements.count("script") == 1  # that of the page
     assert read.elements.count("h1") == 1
+    assert {"download": "numbers.csv", "href": "../tables/numbers.csv"} in read.links
+    assert "A caption &lt;of&gt; these." in page
 
 
-def test_headings_lists_and_bold() -> None:
-    text = "# T, Table I: x\n\nOne\ntwo.\n\n## Part\n\n- a\n- **b** c\n\n| a |\n|---|\n| **1** |\n"
-    body = html_page.body_of(text)
-    assert "<p>One two.</p>" in body
-    assert "<h2>Part</h2>" in body
-    assert "<li>a</li><li><strong>b</strong> c</li>" in body
-    assert Reader(body).tables == [[["a"], ["1"]]]
+def test_a_page_asks_no_host_for_anything() -> None:
+    page = document.page("# T\n\n| a |\n|---|\n| 1 |\n", "t", False)
+    assert not re.search(r"https?:|//[a-z]|@import|url\(", page.partition("<body")[0])
+    assert not re.search(r"<(link|iframe)|\bsrc=|fetch\(|XMLHttpRequest|import\(", page)
+
+
+def test_headings_lists_bold_and_code() -> None:
+    text = "# T, Table I: x\n\nOne\ntwo.\n\n## Part\n\n* a `+`\n* **b** c\n\n"
+    text += "| a |\n|---|\n| **1** |\n"
+    first, table = document.parts_of(text)
+    assert "<h1>T, Table I: x</h1>" in first and "<h2>Part</h2>" in first
+    assert "<code>+</code>" in first and "<strong>b</strong> c" in first
+    assert table.rows == [[Markup("<strong>1</strong>")]]
 
 
 @pytest.mark.parametrize(
     ("line", "html"),
     [
-        ("`same` or `a_b`", "<code>same</code> or <code>a_<wbr>b</code>"),
-        ("`2e-07 mm^2` **h_-2**", "<code>2e-07 mm^2</code> <strong>h<sub>−2</sub></strong>"),
-        ("9.26 (9.10…9.40)e-07", "9.26 (9.10…9.40)×10<sup>−7</sup>"),
-        ("< 1e-6, 1.00e+05", "&lt; 10<sup>−6</sup>, 1.00×10<sup>5</sup>"),
         ("h_0 (mm^2/Hz^3)", "h<sub>0</sub> (mm<sup>2</sup>/Hz<sup>3</sup>)"),
-        ("mm^2 Hz", "mm<sup>2</sup>\u00a0Hz"),
-        ("q_c2 (mm/s^0.5), T_c", "q<sub>c2</sub> (mm/\u2060√s), T<sub>c</sub>"),
-        ("h_0_b x9_f_0 T40-10 3e4b1 v1.2e-3x a1e-05", "h_0_b x9_f_0 T40-10 3e4b1 v1.2e-3x a1e-05"),
+        ("h_-2", "h<sub>−2</sub>"),
+        ("q_c2 (mm/s^0.5), T_c", "q<sub>c2</sub> (mm/√s), T<sub>c</sub>"),
+        ("1 < 2 & 3", "1 &lt; 2 &amp; 3"),
+        ("x9_f_0 h_0_b T40-10", "x9_f_0 h_0_b T40-10"),
+        ("camera_type", "camera_<wbr>type"),
     ],
 )
-def test_code_units_and_powers_of_ten(line: str, html: str) -> None:
-    assert html_page.inline(line) == html
+def test_units_are_typeset(line: str, html: str) -> None:
+    assert site.typeset(line) == html
 
 
-def test_lists_of_both_signs() -> None:
-    body = html_page.body_of("Text.\n* a `+`\n* b\n\n**c** d\n")
-    assert body.split("\n")[1] == "<ul><li>a <code>+</code></li><li>b</li></ul>"
-    assert body.endswith("<p><strong>c</strong> d</p>")
+def test_columns_of_numbers_and_of_text() -> None:
+    made = site.table(("a", "b", "c", "d"), [("x", "–", "1.5", "w " * 30), ("y", "–", "< 2", "z")])
+    assert list(made.kinds) == ["", "n", "n", "t"]
+    assert list(site.table(("a", "b"), [("x", "–")], words=(1,)).kinds) == ["", ""]
 
 
-def test_a_column_of_dashes_stands_where_its_numbers_would() -> None:
-    text = html_page.table(("a", "b", "c"), [("x", "–", ""), ("y", "–", "")])
-    assert text.count('<td class="n">–</td>') == 2
-    assert text.count('class="n"') == 3
-    assert 'class="n"' not in html_page.table(("a", "b"), [("x", "–")], words=(1,))
+def test_of_many_columns_the_important_ones_are_seen_first() -> None:
+    names = ["camera_type", "n_cameras", *(f"c{k}" for k in range(22)), "published", "verdict"]
+    line = "| " + " | ".join(names) + " |"
+    text = f"{line}\n{'|---' * len(names)}|\n{line}\n"
+    (table,) = document.parts_of(text)
+    assert {names[k] for k in table.first} == {"camera_type", "n_cameras", "published", "verdict"}
+    assert len(Reader(document.page(text, "t", False)).tables[0][0]) == 26
 
 
-def test_a_download_is_the_file_itself() -> None:
-    content = 'ä,b\n1,"x"\n'.encode()
-    link = Reader(html_page.download("t.csv", content, "t.csv")).links[0]
-    assert link["download"] == "t.csv"
-    assert base64.b64decode(link["href"].partition("base64,")[2]) == content
+def test_a_row_without_a_name_has_that_of_the_row_above() -> None:
+    """So that rows keep their meaning when they are sorted."""
+    (table,) = document.parts_of("| n | a |\n|---|---|\n| 10 | x |\n| | y |\n| 8 | z |\n")
+    assert [row[0] for row in table.rows] == ["10", "10", "8"]
+
+
+def test_names_are_in_natural_order() -> None:
+    names = ["noise-10", "noise-2", "Noise-1", "a"]
+    assert sorted(names, key=site.natural) == ["a", "Noise-1", "noise-2", "noise-10"]
+
+
+def test_every_image_has_words_and_leads_to_itself(tmp_path) -> None:
+    """Title and caption of the PNG; without one, the name of the file."""
+    folder = tmp_path / "recordings" / "r"
+    folder.mkdir(parents=True)
+    told = {"Title": "r: good", "Description": "One <frame> of y1."}
+    for name, metadata in (("verdict", told), ("my_psd", {"Software": None})):
+        Drawing(figsize=(1, 1)).savefig(folder / f"{name}.png", metadata=metadata)
+    images = [folder / "my_psd.svg", folder / "verdict.svg"]
+    figures = details.figures_of(tmp_path, images)
+    files = details.files_of(tmp_path, [folder / "noise.csv"])
+    page = Reader(details.page("r", figures, files, verdict="good", lines=["It is good."]))
+    assert [image["alt"] for image in page.images] == ["r: good. One <frame> of y1.", "my psd"]
+    sources = [image["src"] for image in page.images]
+    assert sources == ["../../recordings/r/verdict.svg", "../../recordings/r/my_psd.svg"]
+    addresses = [link["href"] for link in page.links]
+    assert addresses == ["../../summary.html", *sources, "../../recordings/r/noise.csv"]
+
+
+def test_claims_of_a_paper_are_counted_and_shown() -> None:
+    rows = [
+        {"paper": paper, "claim": "c", "section": "1", "published": "p", "regenerated": "r"}
+        | {"regenerated_word": word}
+        for paper, word in (("S", "holds"), ("S", "holds"), ("J", "does not"), ("S", "undecided"))
+    ]
+    own = details.of_paper(rows, "skurowski")
+    assert details.claim_counts(own) == "2 hold, 1 undecided"
+    assert details.claim_counts([]) == ""
+    assert len(details.claim_table(own).rows) == 3
 
 
 def luminance(colour: str) -> float:
@@ -125,8 +169,25 @@ def luminance(colour: str) -> float:
     return 0.2126 * r + 0.7152 * g + 0.0722 * b
 
 
-@pytest.mark.parametrize("ink, behind", [*VERDICT_WORDS.values(), UNKNOWN_WORD])
+def contrast(ink: str, behind: str) -> float:
+    light, dark = sorted((luminance(ink), luminance(behind)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+@pytest.mark.parametrize("ink, behind", site.WORDS.values())
 def test_verdicts_are_readable(ink: str, behind: str) -> None:
     """Contrast of at least 4.5 (WCAG 2.1, AA)."""
-    light, dark = sorted((luminance(ink), luminance(behind)), reverse=True)
-    assert (light + 0.05) / (dark + 0.05) >= 4.5
+    assert contrast(ink, behind) >= 4.5
+
+
+def test_all_text_is_readable() -> None:
+    style = site.environment().get_template("style.css").render()
+    inks = set(re.findall(r"(?<![-\w])color: (#[0-9a-f]{6})", style)) - {
+        ink for ink, _ in site.WORDS.values()
+    }
+    assert inks
+    assert min(contrast(ink, behind) for ink in inks for behind in ("#ffffff", "#f3f4f6")) >= 4.5
+
+
+def test_own_script_is_short() -> None:
+    assert len(site.environment().get_template("page.js").render().splitlines()) <= 150

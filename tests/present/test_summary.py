@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.present.pages import provenance, summary
-from mocap_metrology.present.pages.summary import calibrations, spread
+from mocap_metrology.present.pages.summary import spread
 
 
 def recording(name: str, word: str, **more) -> dict:
@@ -49,7 +49,7 @@ def test_numbers_are_of_the_worst_coordinate_and_never_of_a_distance() -> None:
 def test_refusals_come_first_and_nothing_is_taken_for_markup() -> None:
     refused = [{"kind": "recording", "name": "r", "why": "no <marker>"}]
     rows = [recording("a", "good"), recording("b", "bad", sentences=JUMPS)]
-    text = summary.body(summary.Found(rows, (), refused, {"g": {"short": ["Camera 6 is noisy."]}}))
+    text = summary.page(summary.Found(rows, (), refused, {"g": {"short": ["Camera 6 is noisy."]}}))
     assert text.index("no &lt;marker&gt;") < text.index("2 recordings, all simulated (twins)")
     assert "1 good, 1 bad" in text
     assert text.index("</table>") < text.index("Camera 6 is noisy.")
@@ -84,41 +84,43 @@ def test_why_names_all_that_lowers_the_word_in_few_words() -> None:
 def test_subsets_that_share_no_frames_say_so_once(group: str, source: str, said: str) -> None:
     rows = [recording(name, "good", group=group, source=source) for name in "ab"]
     told = {"short": ["T: raised.", "B: raised."], "apart": True}
-    text = summary.body(summary.Found(rows, cameras={group: told}))
+    text = summary.page(summary.Found(rows, cameras={group: told}))
     assert text.count("do not share their frames") == text.count(said) == 1
 
 
 def test_short_twins_are_called_a_quick_look_and_their_length_is_said() -> None:
     rows = [recording("a", "good", duration_s=600.0), recording("b", "bad", source="measured")]
-    text = summary.body(summary.Found(rows))
-    assert "A quick look: the twins are 10 min long" in text
+    text = summary.page(summary.Found(rows))
+    assert "A quick look: the simulated stand-ins (twins) are 10 min long" in text
     assert "2 recordings, 1 simulated (twins of 10 min), 1 measured: " in text
     whole = [recording("a", "good", duration_s=32400.0)]
-    text = summary.body(summary.Found(whole))
-    assert "quick" not in text and "simulated (a twin of nine hours): 1 good" in text
+    text = summary.page(summary.Found(whole))
+    assert "quick look" not in text and "simulated (a twin of nine hours): 1 good" in text
     measured = [recording("a", "good", duration_s=600.0, source="measured")]
-    assert "quick" not in summary.body(summary.Found(measured))
+    assert "quick look" not in summary.page(summary.Found(measured))
 
 
-def test_a_name_without_a_link_says_why() -> None:
+def test_own_groups_come_before_the_papers_and_measured_before_twins() -> None:
     rows = [
-        {"calibration": name, "setup": "s", "group": "h", "source": "twin"}
-        | {"pose": pose("good", -207.61)}
-        for name in ("sim-1", "sim-2")
+        recording("T40-10", "good", group="skurowski2019"),
+        recording("stand-in", "good", group="lab"),
+        recording("noise-10", "good", group="lab", source="measured"),
+        recording("noise-2", "bad", group="lab", source="measured"),
     ]
-    made = calibrations(rows, lambda name: "a.svg" if name == "sim-1" else "")
-    assert "only the first is drawn" in made[1]
-    assert ">−207.6</td>" in made[0] and ">−207.6 " not in made[0]
-    for address in ("", "a.svg"):
-        assert "drawn" not in calibrations(rows, lambda name, address=address: address)[1]
+    papers = [summary.Paper("The paper", "p.html", "3 hold, 1 undecided")]
+    text = summary.page(summary.Found(rows), papers=papers, tables=["t_10", "t_2"])
+    order = ("noise-2<", "noise-10<", "stand-in<", "The paper", "T40-10<", "t_2.csv", "t_10.csv")
+    places = [text.index(name) for name in order]
+    assert places == sorted(places)
+    assert "of its claims 3 hold, 1 undecided" in text
 
 
 def test_only_calibrations_or_nothing_at_all() -> None:
     row = {"calibration": "c", "setup": "s", "group": "h", "source": "measured"}
-    text = summary.body(summary.Found(calibrations=[row | {"pose": pose("good", 1.0)}]))
+    text = summary.page(summary.Found(calibrations=[row | {"pose": pose("good", 1.0)}]))
     assert "1 calibration, measured: 1 good." in text
     assert "it is good" in text
-    assert "empty" in summary.body(summary.Found())
+    assert "empty" in summary.page(summary.Found())
 
 
 def test_many_calibrations_are_a_row_a_setup() -> None:
@@ -127,10 +129,11 @@ def test_many_calibrations_are_a_row_a_setup() -> None:
         | {"pose": pose("usable" if k % 2 else "good", float(k), ["residual"] * (k % 2))}
         for k in range(22)
     ]
-    table = calibrations(rows, lambda name: "")[0]
-    assert table.count("<tr>") == 3  # head and two setups
-    assert "11 usable" in table
-    assert "residual (11)" in table
+    table, _ = summary.calibrations(rows, lambda name: "")
+    assert len(table.rows) == 2  # setups
+    assert "11 good" in table.rows[0][2]
+    assert "11 usable" in table.rows[1][2]
+    assert table.rows[1][-1] == "residual (11)"
 
 
 def test_spread_of_poses_against_scipy() -> None:

@@ -281,11 +281,23 @@ def entry(key):
     return lambda wildcards: reporting.entry(f"{tables}/{wildcards.table}.md")[key]
 
 
-def links_of_report(wildcards):
-    """Where names on the summary lead, by name; the report lies beside the results."""
-    verdicts = {
-        row.name: f"recordings/{row.name}/verdict.svg" for row in EVERY_RECORDING(wildcards)
+def subjects(wildcards):
+    """Names of the recordings, calibrations and groups that have a page of their own."""
+    recordings, calibrations = EVERY_RECORDING(wildcards), EVERY_CALIBRATION(wildcards)
+    return {
+        "recording": [row.name for row in recordings],
+        "calibration": [row.name for row in calibrations],
+        "group": list(dict.fromkeys(row.group for row in [*recordings, *calibrations])),
     }
-    shown = selection.shown(EVERY_CALIBRATION(wildcards))
-    figures = {row.name: f"calibrations/{row.name}/calibration.svg" for row in shown}
-    return {"recording": verdicts, "calibration": figures}
+
+
+def papers(wildcards):
+    """The papers of which there are recordings or calibrations."""
+    found = {"skurowski": OF_SKUROWSKI, "jansen": OF_JANSEN}
+    return [paper for paper, rows in found.items() if rows(wildcards)]
+
+
+def names_of_tables(wildcards):
+    """Names of all tables, without folder and ending."""
+    paths = map(Path, results_of("tables")(wildcards))
+    return [path.stem for path in paths if path.suffix == ".csv" and path.parent.name == "tables"]

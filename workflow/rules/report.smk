@@ -36,6 +36,7 @@ rule summary_page:
         verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
         poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
         cameras=collect("<results>/tables/{group}_cameras.json", group=groups(selection.subsets)),
+        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then="<results>/tables/claims.csv"),
     output:
         page=report(
             "<results>/summary.html",
@@ -56,11 +57,42 @@ rule summary_page:
         caption=captions.SUMMARY,
         calibrations=columns("calibration", "setup", "group", "source", of=EVERY_CALIBRATION),
         cameras=groups(selection.subsets),
-        links=links_of_report,
+        subjects=subjects,
+        papers=papers,
+        tables=names_of_tables,
     message:
         "Summary"
     script:
         "../scripts/summary_page.py"
+
+
+# A page a recording, calibration, group and paper with its figures; it lies beside the results.
+rule detail_pages:
+    input:
+        results=results_of("recordings", "calibrations", "tables", "figures"),
+        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
+        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
+        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then="<results>/tables/claims.csv"),
+    output:
+        directory("<results>/details"),
+    log:
+        "<logs>/detail_pages.log",
+    benchmark:
+        "<benchmarks>/detail_pages.tsv"
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("detail_pages.py", "noise", "present"),
+        recordings=columns("recording", "group", of=EVERY_RECORDING),
+        calibrations=columns("calibration", "group", of=EVERY_CALIBRATION),
+        groups=lambda wildcards: subjects(wildcards)["group"],
+        papers=papers,
+        results=config["results"],
+    message:
+        "Pages of recordings, calibrations, groups and papers"
+    script:
+        "../scripts/detail_pages.py"
 
 
 # After everything else, so that all run times are known.
@@ -98,7 +130,7 @@ rule provenance:
             accepted_calibrations(partial(reporting.inputs, twins=CALIBRATION_TWINS), EVERY),
         ),
         names=[*RECORDINGS.rows, *CALIBRATIONS.rows, *RECORDINGS.groups, *CALIBRATIONS.groups],
-        pages=["report_pages", "summary_page", "provenance"],
+        pages=["report_pages", "summary_page", "detail_pages", "provenance"],
         benchmarks=f"{config['results']}/benchmarks",
     message:
         "Provenance"
@@ -111,6 +143,9 @@ rule report_results:
         report=branch(
             EVERY_RECORDING,
             then=collect_outputs(
-                rules.report_pages.output, rules.summary_page.output, rules.provenance.output
+                rules.report_pages.output,
+                rules.summary_page.output,
+                rules.detail_pages.output,
+                rules.provenance.output,
             ),
         ),

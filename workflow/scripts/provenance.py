@@ -10,7 +10,7 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_metadata, sha256, write_json, write_text
-    from mocap_metrology.present.pages import html_page, provenance
+    from mocap_metrology.present.pages import provenance
 
     given, params = snakemake.input, snakemake.params
 
@@ -58,5 +58,5 @@ with step(snakemake) as log:
         ),
     }
     write_json(snakemake.output.json, found)
-    write_text(snakemake.output.page, html_page.page("Provenance", provenance.body(found)))
+    write_text(snakemake.output.page, provenance.page(found))
     log.info("%d inputs, %d tables", len(inputs), len(found["tables"]))

@@ -10,7 +10,8 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import write_text
-    from mocap_metrology.present.pages import html_page, summary
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.pages import details, summary
 
     def read(path):
         return json.loads(Path(path).read_text(encoding="utf-8"))
@@ -29,7 +30,21 @@ with step(snakemake) as log:
     groups = zip(params.cameras, given.cameras, strict=True)
     cameras = {group: read(path) for group, path in groups}
     found = summary.Found([*map(read, given.verdicts)], calibrations, refused, cameras)
-    body = summary.body(found, lambda kind, name: params.links[kind].get(name, ""))
-    write_text(snakemake.output.page, html_page.page("Summary", body))
-    write_text(snakemake.output.front, html_page.fragment(body))
+    claims = []
+    for path in given.claims:
+        claims = tables.read(path).fillna("").to_dict("records")
+    papers = [
+        summary.Paper(
+            details.PAPERS[paper],
+            details.address("paper", paper),
+            details.claim_counts(details.of_paper(claims, paper)),
+        )
+        for paper in params.papers
+    ]
+
+    def address(kind, name):
+        return details.address(kind, name) if name in params.subjects[kind] else ""
+
+    for path, part in ((snakemake.output.page, False), (snakemake.output.front, True)):
+        write_text(path, summary.page(found, address, papers, params.tables, part))
     log.info("%d verdicts, %d refused", len(given.verdicts) + len(calibrations), len(refused))

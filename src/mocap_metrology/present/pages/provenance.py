@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from mocap_metrology.present.pages.html_page import heading, paragraph, table
+from mocap_metrology.present.pages.site import Table, render, table
 from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text.numbers import significant
 
@@ -60,28 +60,17 @@ def flat(settings: Record, before: str = "") -> list[tuple[str, str]]:
     return rows
 
 
-def body(found: Record) -> str:
-    """HTML of provenance.json."""
-    code = found["code"]
-    commit = code["commit"] or "not in a repository"
-    parts = [
-        heading("Provenance"),
-        paragraph(f"mocap-metrology {code['version']}, commit {commit}, Python {code['python']}."),
-        heading("Configuration", 2),
-        table(("key", "value"), flat(found["configuration"]), long=(1,)),
-        heading("Inputs", 2),
-        paragraph(INPUTS_NOTE),
-        _rows(INPUTS, found["inputs"]),
-        heading("Run times", 2),
-        paragraph(TIMES_NOTE),
-        _rows(TIMES, [_shown(row) for row in found["run_times"]]),
-        heading("Tables", 2),
-        paragraph(RESULTS_NOTE),
-        table(("table", "sha256"), found["tables"].items()),
-        heading("Packages", 2),
-        table(("package", "version"), found["packages"].items()),
+def page(found: Record) -> str:
+    """The page of provenance.json."""
+    tables = [
+        ("Configuration", "", table(("key", "value"), flat(found["configuration"]))),
+        ("Inputs", INPUTS_NOTE, _rows(INPUTS, found["inputs"])),
+        ("Run times", TIMES_NOTE, _rows(TIMES, [_shown(row) for row in found["run_times"]])),
+        ("Tables", RESULTS_NOTE, table(("table", "sha256"), found["tables"].items())),
+        ("Packages", "", table(("package", "version"), found["packages"].items())),
     ]
-    return "\n".join(parts)
+    shown = [{"title": title, "note": note, "table": it} for title, note, it in tables]
+    return render("provenance.html", "Provenance", code=found["code"], tables=shown)
 
 
 def _shown(row: Record) -> Row:
@@ -89,5 +78,5 @@ def _shown(row: Record) -> Row:
     return {k: significant(v) if isinstance(v, float) else v for k, v in row.items()}
 
 
-def _rows(head: Sequence[str], rows: Sequence[Record]) -> str:
+def _rows(head: Sequence[str], rows: Sequence[Record]) -> Table:
     return table(head, [[row[name] for name in head] for row in rows])

@@ -8,21 +8,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from markupsafe import Markup
 
 from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.lighthouse.rotation import from_angles, log, mean, to_angles
 from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.present.calibration.calibration_table import calibration_rows
-from mocap_metrology.present.drawing.style import VERDICT_WORDS
-from mocap_metrology.present.pages.html_page import (
-    EMPTY,
-    heading,
-    inline,
-    link,
-    paragraph,
-    table,
-    word,
-)
+from mocap_metrology.present.pages import site
+from mocap_metrology.present.pages.site import EMPTY, Table, link, natural, table, typeset, word
+from mocap_metrology.present.plot.figure import VERDICT_WORDS
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
 from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR
@@ -40,10 +34,6 @@ NOTE = (
     "x, y, z and α, β, γ: translation and rotation of the slave in the master's frame. σ: one "
     "standard deviation as the estimator states it, largest of three axes."
 )
-UNDRAWN = (
-    "A name without a link has no figure: of the twins of a setup, which look alike, only the "
-    "first is drawn."
-)
 SETUP_NOTE = (
     "A row is a setup, of which every calibration repeats the same poses of the stations. x, y, "
     "z and α, β, γ: mean translation and rotation of the slave in the master's frame; scatter: "
@@ -51,19 +41,17 @@ SETUP_NOTE = (
 )
 
 
-def calibrations(rows: Sequence[Record], address: Callable[[str], str]) -> list[str]:
-    """Table of the calibrations of a group and a note, as HTML.
+def calibrations(rows: Sequence[Record], address: Callable[[str], str]) -> tuple[Table, list[str]]:
+    """Table of the calibrations of a group, and its notes.
 
     rows: `calibration`, `setup`, `source`, `pose` (contents of pose.json); address: of a name.
     """
     if len(rows) > MANY:
         setups = dict.fromkeys(row["setup"] for row in rows)
         cells = [setup_row(name, [r for r in rows if r["setup"] == name]) for name in setups]
-        return [table(SETUP_HEAD, cells, html=(2,), long=(11,)), paragraph(SETUP_NOTE)]
+        return table(SETUP_HEAD, cells), [SETUP_NOTE]
     cells = [_row(row, flat, address) for row, flat in _flat(rows)]
-    drawn = [bool(address(row["calibration"])) for row in rows]
-    note = NOTE if all(drawn) or not any(drawn) else f"{NOTE} {UNDRAWN}"
-    return [table(HEAD, cells, html=(0, 1), long=(10,)), paragraph(note)]
+    return table(HEAD, cells), [NOTE]
 
 
 def _flat(rows: Sequence[Record]) -> list[tuple[Record, Record]]:
@@ -102,7 +90,7 @@ def setup_row(name: str, rows: Sequence[Record]) -> list[object]:
     return [
         name,
         len(rows),
-        " ".join(shown),
+        Markup(" ").join(shown),
         *_pose(centre),
         *(significant(value) or EMPTY for value in (mm, deg)),
         ", ".join(f"{what} ({count})" for what, count in wrong.most_common()) or EMPTY,
@@ -124,7 +112,7 @@ def spread(values: np.ndarray) -> tuple[np.ndarray, float, float]:
     return pose, mm, deg
 
 
-Address = Callable[[str, str], str]  # kind (recording, calibration), name -> address or nothing
+Address = Callable[[str, str], str]  # kind (recording, group, ...), name -> address or nothing
 
 DURATIONS_S = (1, 10, 60)
 MOST = 3  # warnings that are told of a recording
@@ -140,6 +128,8 @@ RECORDINGS_NOTE = (
     "limits. Mostly: the noise with the largest share in it. Why: what the verdict rests on and "
     "what else is wrong, shortened."
 )
+TABLES_NOTE = "Every table of these results, on a page and as CSV."
+PAPERS = ("skurowski2019", "jansen2019")  # how groups of the papers' own begin
 PUBLISHED = "skurowski2019"  # group whose twins are made from the coefficients of a paper
 APART = "These subsets of cameras do not share their frames: "
 SHORTER = (  # what a sentence loses in the table
@@ -167,36 +157,105 @@ class Found:
     cameras: Mapping[str, Record] = field(default_factory=dict)
 
 
-def body(found: Found, address: Address = lambda kind, name: "") -> str:
-    """HTML of the page: refused inputs, then a section a group, each with a sentence first."""
-    parts = [heading("Summary"), *_quick(found.recordings), *_refused(found.refused)]
-    for group in _groups(found.recordings):
-        rows = [row for row in found.recordings if row["group"] == group]
-        parts += [heading(f"{group}: recordings", 2), sentence("recording", rows)]
+@dataclass(frozen=True)
+class Section:
+    """A group of recordings or of calibrations: a sentence, a table, notes below it."""
+
+    title: str
+    address: str
+    sentence: str
+    table: Table
+    notes: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A paper: its page, and how many of its claims hold or do not."""
+
+    title: str
+    address: str
+    claims: str = ""
+
+
+def page(
+    found: Found,
+    address: Address = lambda kind, name: "",
+    papers: Sequence[Paper] = (),
+    tables: Sequence[str] = (),
+    part: bool = False,
+) -> str:
+    """The page: what was refused, one's own groups, the papers, the other groups, all tables.
+
+    tables: names; part: to stand within another page.
+    """
+    groups = [*_recordings(found, address), *_calibrations(found, address)]
+    return site.render(
+        "summary.html",
+        "Summary",
+        part=part,
+        quick=_quick(found.recordings),
+        refused=_refused(found.refused),
+        own=[section for group, section in groups if not _of_paper(group)],
+        others=[section for group, section in groups if _of_paper(group)],
+        papers=papers,
+        note=RECORDINGS_NOTE if found.recordings else "",
+        empty=not (found.recordings or found.calibrations or found.refused),
+        tables=_tables(tables) if tables else None,
+        tables_note=TABLES_NOTE,
+    )
+
+
+def _of_paper(group: str) -> bool:
+    return group.startswith(PAPERS)
+
+
+def _recordings(found: Found, address: Address) -> Iterator[tuple[str, Section]]:
+    for group, rows in _groups(found.recordings, "recording"):
         cells = [recording_row(row, address) for row in rows]
-        parts.append(table(RECORDING_HEAD, cells, html=(0, 1, 8), long=(8,), words=(7,)))
-        parts += _cameras(group, rows, found.cameras.get(group, {}))
-    if found.recordings:
-        parts.append(paragraph(RECORDINGS_NOTE))
-    for group in _groups(found.calibrations):
-        rows = [row for row in found.calibrations if row["group"] == group]
-        parts += [heading(f"{group}: calibrations", 2), sentence("calibration", rows)]
-        parts += calibrations(rows, lambda name: address("calibration", name))
-    if not (found.recordings or found.calibrations or found.refused):
-        parts.append(paragraph("The sheets are empty."))
-    return "\n".join(parts)
+        yield (
+            group,
+            Section(
+                f"{group}: recordings",
+                address("group", group),
+                sentence("recording", rows),
+                table(RECORDING_HEAD, cells, words=(7,)),
+                _cameras(group, rows, found.cameras.get(group, {})),
+            ),
+        )
 
 
-def _quick(rows: Sequence[Record]) -> Iterator[str]:
+def _calibrations(found: Found, address: Address) -> Iterator[tuple[str, Section]]:
+    for group, rows in _groups(found.calibrations, "calibration"):
+        shown, notes = calibrations(rows, lambda name: address("calibration", name))
+        title = f"{group}: calibrations"
+        where = address("group", group)
+        yield group, Section(title, where, sentence("calibration", rows), shown, notes)
+
+
+def _groups(rows: Sequence[Record], kind: str) -> Iterator[tuple[str, list[Record]]]:
+    """Groups with their rows in natural order, those that were measured before twins."""
+    of: dict[str, list[Record]] = {}
+    for row in sorted(rows, key=lambda row: (row["source"] == "twin", natural(row[kind]))):
+        of.setdefault(row["group"], []).append(row)
+    yield from of.items()
+
+
+def _tables(names: Sequence[str]) -> Table:
+    pages = [link(f"pages/{name}.html", name) for name in sorted(names, key=natural)]
+    files = [link(f"tables/{name}.csv", f"{name}.csv") for name in sorted(names, key=natural)]
+    return table(("table to read", "all columns, all digits"), zip(pages, files, strict=True))
+
+
+def _quick(rows: Sequence[Record]) -> tuple[str, str] | None:
     """That twins stand for recordings of nine hours, where they are shorter."""
     lengths = _lengths(rows)
-    if lengths and round(max(lengths)) < NINE_HOURS_S:
-        several = _texts(lengths)
-        yield paragraph(
-            f"**A quick look: the twins are {several} long**, the recordings of Skurowski & "
-            f"Pawlyta {duration_words(NINE_HOURS_S)}. Slow noise hardly shows in so short a time: "
-            "verdicts and coefficients of the whole length can be others."
-        )
+    if not lengths or round(max(lengths)) >= NINE_HOURS_S:
+        return None
+    return (
+        f"A quick look: the simulated stand-ins (twins) are {_texts(lengths)} long.",
+        f" The recordings of Skurowski & Pawlyta last {duration_words(NINE_HOURS_S)}. Slow noise "
+        "hardly shows in so short a time: whole-length verdicts and coefficients can differ.",
+    )
 
 
 def _lengths(rows: Sequence[Record]) -> list[float]:
@@ -208,10 +267,6 @@ def _lengths(rows: Sequence[Record]) -> list[float]:
 def _texts(lengths: Sequence[float]) -> str:
     """`10 min`, or `20 s to 10 min`."""
     return " to ".join(dict.fromkeys(duration_words(k) for k in (lengths[0], lengths[-1])))
-
-
-def _groups(rows: Sequence[Record]) -> list[str]:
-    return list(dict.fromkeys(row["group"] for row in rows))
 
 
 def _cameras(group: str, rows: Sequence[Record], told: Record) -> list[str]:
@@ -226,14 +281,14 @@ def _cameras(group: str, rows: Sequence[Record], told: Record) -> list[str]:
         )
     elif told.get("apart"):
         lines.append(f"{APART}only a rise tells of a camera, not what it adds.")
-    return [f"<p>{'<br>'.join(map(inline, lines))}</p>"] if lines else []
+    return lines
 
 
-def _refused(rows: Sequence[Record]) -> Iterator[str]:
-    if rows:
-        yield heading("Refused", 2)
-        cells = [(row["name"], row["kind"], word("refused"), row["why"]) for row in rows]
-        yield table(("name", "kind", "verdict", "why"), cells, html=(2,), long=(3,))
+def _refused(rows: Sequence[Record]) -> Table | None:
+    if not rows:
+        return None
+    cells = [(row["name"], row["kind"], word("refused"), row["why"]) for row in rows]
+    return table(("name", "kind", "verdict", "why"), cells)
 
 
 def sentence(kind: str, rows: Sequence[Record]) -> str:
@@ -250,7 +305,7 @@ def sentence(kind: str, rows: Sequence[Record]) -> str:
         measured = f"{len(rows) - twins} measured"
         source = f"{twins} simulated (twins{of}), {measured}" if twins else "measured"
     plural = "" if len(rows) == 1 else "s"
-    return paragraph(f"{len(rows)} {kind}{plural}, {source}: {counts}.")
+    return f"{len(rows)} {kind}{plural}, {source}: {counts}."
 
 
 def _word(row: Record) -> str:
@@ -267,7 +322,7 @@ def recording_row(row: Record, address: Address) -> list[object]:
         word(row["word"]),
         *(significant(_greatest(values)) or EMPTY for values in numbers),
         _mostly(series.values()),
-        "<br>".join(map(inline, why(row))),
+        Markup("<br>").join(map(typeset, why(row))),
     ]
 
 

@@ -1,0 +1,94 @@
+"""A table that was written in Markdown as parts of a page."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+from markdown_it import MarkdownIt
+from markupsafe import Markup
+
+from mocap_metrology.present.pages.site import Table, render, table, typeset
+
+# Of tables with many columns: those that are seen at first
+IMPORTANT = (
+    *(
+        "recording",
+        "calibration",
+        "axis",
+        "camera_type",
+        "n_cameras",
+        "series",
+        "quantity",
+        "parameter",
+    ),
+    *("estimator", "noise", "formula", "tau_s", "published", "regenerated", "value"),
+    *("deviation_percent", "ratio", "inside", "consistent", "word", "verdict", "reason", "note"),
+    *("mu_1_mm", "sigma_1_mm", "mu_2_mm", "sigma_2_mm", "mu_L_mm", "sigma_L_mm", "source"),
+    *("camera_ids", "added", "adev_mm", "rise", "x_mm", "y_mm", "z_mm"),
+)
+MANY = 12  # columns from which only the important ones are seen at first
+
+
+def title_of(text: str) -> str:
+    """The first heading, or nothing."""
+    first = re.search(r"^# (.*)$", text, re.M)
+    return first[1].strip() if first else ""
+
+
+def page(text: str, name: str, csv: bool) -> str:
+    """The page of a table: its Markdown, and a link to its CSV, which lies in ../tables."""
+    return render(
+        "text.html",
+        title_of(text) or name,
+        parts_of_page=parts_of(text),
+        csv={"name": f"{name}.csv", "address": f"../tables/{name}.csv"} if csv else None,
+        up={"summary": "../summary.html"},
+    )
+
+
+def parts_of(text: str) -> list[Markup | Table]:
+    """HTML of a Markdown text, and its tables for the template that shows them."""
+    reader = MarkdownIt("commonmark", {"html": False}).enable("table")
+    parts: list[Markup | Table] = []
+    rest: list[str] = []
+    lines = text.splitlines()
+    begun = 0
+    for token in reader.parse(text):
+        if token.type == "table_open" and token.map:
+            rest = lines[begun : token.map[0]]
+            parts += _html(reader, rest)
+            parts.append(_table(reader, lines[token.map[0] : token.map[1]]))
+            begun = token.map[1]
+    return [*parts, *_html(reader, lines[begun:])]
+
+
+def _html(reader: MarkdownIt, lines: list[str]) -> list[Markup]:
+    html = reader.render("\n".join(lines)).strip()
+    return [typeset_html(html)] if html else []
+
+
+def typeset_html(html: str) -> Markup:
+    """HTML with its text typeset, tags as they are."""
+    parts = re.split(r"(<code>.*?</code>|<[^>]+>)", html)
+    return Markup("".join(p if k % 2 else str(typeset(Markup(p))) for k, p in enumerate(parts)))
+
+
+def _table(reader: MarkdownIt, lines: list[str]) -> Table:
+    tokens = reader.parse("\n".join(lines))
+    cells = [token for token in tokens if token.type in ("inline", "tr_open")]
+    rows: list[list[str | Markup]] = []
+    for token in cells:
+        if token.type == "tr_open":
+            rows.append([])
+        else:
+            within = token.children or []
+            plain = all(child.type == "text" for child in within)
+            html = typeset_html(reader.renderInline(token.content))
+            rows[-1].append("".join(child.content for child in within) if plain else html)
+    head, *body = rows
+    for above, row in pairwise(body):  # rows may be sorted, so that none leans on the one above
+        row[0] = row[0] or above[0]
+    names = [re.sub(r"<[^>]+>", "", str(name)) for name in head]
+    first = [name for name in names if name in IMPORTANT] if len(names) > MANY else []
+    return table(names, body, first=first if len(first) > 2 else ())

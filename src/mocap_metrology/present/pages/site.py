@@ -1,0 +1,138 @@
+"""Pages of HTML from the templates of `present/html`.
+
+A page carries its style and its script (sorting, searching, zooming) and asks no host for anything.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from mocap_metrology.present.plot.figure import UNKNOWN_WORD, VERDICT_WORDS
+
+WORDS = VERDICT_WORDS | {  # of verdicts, and of claims
+    "holds": VERDICT_WORDS["good"],
+    "does not": VERDICT_WORDS["bad"],
+    "unknown": UNKNOWN_WORD,
+}
+EMPTY = "–"  # a cell without a number
+SHORT = 9  # columns that a table shows at first
+WIDE = 40  # characters from which a cell may wrap
+NUMERIC_SHARE = 0.6  # of its filled cells makes a column one of numbers
+# Signs before a number: not detected, bounds, approximately, brackets of a published value.
+NUMBER = re.compile(r"[<>≤≥~±(†*+\u2212-]*\s*\d")
+MINUS = "\N{MINUS SIGN}"
+UNITS = (  # powers and coefficients; no names of columns
+    (re.compile(r"/s\^0\.5"), "/√s"),
+    (re.compile(r"(?<=[\w)])\^(-?\d)(?![\d.])"), r"<sup>\1</sup>"),
+    (re.compile(r"(?<!\w)(h|[qT]|A|f|width)_(-?\d|c\d*|s|0|f)(?!\w)"), r"\1<sub>\2</sub>"),
+    (re.compile(r"(?<=[a-z])_(?=[a-z])|(?<=\d);(?=\d)"), r"\g<0><wbr>"),
+)
+CODE = re.compile(r"(<code>.*?</code>)")
+
+Cell = str | Markup
+
+
+@dataclass(frozen=True)
+class Table:
+    """What `parts.html` shows as a table: `kinds` are n of numbers, t of text that may wrap; the
+    columns in `first` are seen at first, the others behind a button."""
+
+    head: Sequence[Cell]
+    kinds: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    first: Collection[int]
+
+
+@lru_cache(maxsize=1)
+def environment() -> Environment:
+    """The templates, with everything escaped that is not markup already."""
+    made = Environment(
+        loader=PackageLoader("mocap_metrology.present", "html"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    made.globals |= {"words": WORDS, "word": word, "link": link}
+    return made
+
+
+def render(template: str, title: str, **values: object) -> str:
+    """A whole page."""
+    style, script = (environment().get_template(name).render() for name in ("style.css", "page.js"))
+    values = {"up": {}} | values
+    page = environment().get_template(template)
+    return page.render(title=title, style=Markup(style), script=Markup(script), **values)
+
+
+def word(text: str, count: int | None = None) -> Markup:
+    """A verdict, or how many there are of it: in a word, and in colour beside it."""
+    shown = text if count is None else f"{count} {text}"
+    kind = text.replace(" ", "-") if text in WORDS else "unknown"
+    return Markup('<span class="word is-{}">{}</span>').format(kind, shown)
+
+
+def link(address: str, text: str) -> Markup:
+    """A name that leads to an address, or just the name where there is none."""
+    return Markup('<a href="{}">{}</a>').format(address, text) if address else escape(text)
+
+
+def typeset(text: str) -> Markup:
+    """Text with powers and coefficients of units; names may break at `_`, lists behind `;`."""
+    return Markup("".join(map(_typeset, CODE.split(str(escape(text))))))
+
+
+def _typeset(html: str) -> str:
+    if html.startswith("<code>"):
+        return html
+    for pattern, made in UNITS:
+        html = pattern.sub(made, html)
+    return re.sub(r"(?<=<su[bp]>)-", MINUS, html)
+
+
+def table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    words: Collection[int] = (),
+    first: Collection[str] = (),
+) -> Table:
+    """A table of plain text, numbers and markup; columns of numbers are set to the right, also
+    those of nothing but dashes unless they are in `words`; first: names of the columns that are
+    seen at first, else the first `SHORT`."""
+    lines = [["" if cell is None else cell for cell in row] for row in rows]
+    texts = [[re.sub(r"<[^>]+>", "", str(cell)) for cell in line] for line in lines]
+    kinds = [_kind([line[k] for line in texts], k in words) for k in range(len(head))]
+    shown = [[_cell(cell, kind) for cell, kind in zip(line, kinds, strict=True)] for line in lines]
+    seen = {k for k, name in enumerate(head) if (name in first if first else k < SHORT)}
+    if len(head) <= SHORT + 3 and not first:
+        seen = set(range(len(head)))
+    return Table([typeset(name) for name in head], kinds, shown, seen)
+
+
+def _cell(cell: object, kind: str) -> Markup:
+    if isinstance(cell, Markup):
+        return cell
+    text = str(cell)
+    return typeset(re.sub(r"^-(?=\d)", MINUS, text) if kind == "n" else text)
+
+
+def _kind(cells: Sequence[str], is_text: bool) -> str:
+    filled = [cell for cell in cells if cell not in ("", EMPTY)]
+    if any(len(cell) > WIDE for cell in filled):
+        return "t"
+    if is_text:
+        return ""
+    if not filled:
+        return "n" if EMPTY in cells else ""
+    return "n" if sum(bool(NUMBER.match(c)) for c in filled) >= NUMERIC_SHARE * len(filled) else ""
+
+
+def natural(name: str) -> list[tuple[int, str]]:
+    """Key of an order in which noise-2 comes before noise-10."""
+    parts = re.split(r"(\d+)", name)
+    return [(int(part), "") if k % 2 else (-1, part.casefold()) for k, part in enumerate(parts)]

@@ -1,0 +1,63 @@
+"""Figures with their captions -> a page a recording, calibration, group and paper."""
+
+from step import step
+
+with step(snakemake) as log:
+    import json
+    from pathlib import Path
+
+    from mocap_metrology.common.files import write_text
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.pages import details
+    from mocap_metrology.present.verdict import words
+
+    given, params = snakemake.input, snakemake.params
+    results, folder = Path(params.results), Path(snakemake.output[0])
+    images = [Path(path) for path in dict.fromkeys(given.results) if path.endswith(".svg")]
+    csv = [Path(path) for path in dict.fromkeys(given.results) if path.endswith(".csv")]
+
+    def write(kind, name, figures, files, **more):
+        figures = details.figures_of(results, figures)
+        title = details.PAPERS.get(name, name) if kind == "paper" else name
+        page = details.page(title, figures, details.files_of(results, files), **more)
+        write_text(folder.parent / details.address(kind, name), page)
+
+    def group_link(row):
+        where = f"../groups/{row['group']}.html"
+        return {row["group"]: where} if row["group"] in params.groups else {}
+
+    every = {"recording": params.recordings, "calibration": params.calibrations}
+    for kind, rows in every.items():
+        for row in rows:
+            name = row[kind]
+            own = results / f"{kind}s" / name
+            document = own / ("verdict.json" if kind == "recording" else "pose.json")
+            found = json.loads(document.read_text(encoding="utf-8"))
+            verdict = found if kind == "recording" else found["verdict"]
+            lines = words.sentences(found) if kind == "recording" else [verdict["reason"]]
+            write(
+                kind,
+                name,
+                [path for path in images if own in path.parents],
+                [path for path in csv if own in path.parents],
+                verdict=verdict["word"],
+                lines=lines,
+                up=group_link(row),
+            )
+    for group in params.groups:
+        figures = [path for path in images if path.stem.startswith(f"{group}_")]
+        files = [path for path in csv if path.stem.startswith(f"{group}_")]
+        write("group", group, figures, files)
+    claims = []
+    for path in given.claims:
+        claims = tables.read(path).fillna("").to_dict("records")
+    for paper in params.papers:
+        held = details.of_paper(claims, paper)
+        write(
+            "paper",
+            paper,
+            [path for path in images if path.stem.startswith(f"{paper}_")],
+            [path for path in csv if path.stem.startswith(f"{paper}_") or path.stem == "claims"],
+            tables=[{"title": "Claims", "table": details.claim_table(held)}] if held else [],
+        )
+    log.info("%d figures", len(images))

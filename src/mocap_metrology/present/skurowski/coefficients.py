@@ -207,11 +207,14 @@ def term_pairs(rows: Sequence[Row], source: str) -> list[Pair]:
 
 def _scatters(panels: Sequence[Axes], rows: Sequence[Row], ends: Sequence[float]) -> None:
     """q_c against T_c, a panel a source."""
+    from matplotlib.ticker import LogLocator
+
     pairs = {source: term_pairs(rows, source) for source in SOURCES}
     every = [pair for some in pairs.values() for pair in some]
     x_limits, (low, high) = (log_limits([np.array([p[k] for p in every])]) for k in (0, 1))
     for axes, (source, name) in zip(panels, SOURCES.items(), strict=True):
         log_axes(axes, (x_limits, (low / 30, high * 30)))  # room for the words
+        axes.xaxis.set_major_locator(LogLocator(numticks=4))  # a third of the page is narrow
         slots.shade_classes(axes, x_limits)
         for kind in CAMERAS:
             for fine in (False, True):

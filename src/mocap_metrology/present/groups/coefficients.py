@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ROW_MM, SCATTER_MM, REST_MM = 34.0, 84.0, 30.0  # heights: a panel, (c), titles and legend
-NAMES_MM = 30.0  # of recordings written upright
+NAME_MM = 1.6  # of a letter of a recording written upright
 NO_MODEL = (
     "No recording has noise coefficients, so there is nothing to draw; the table of noise says "
     "why. Every group has this figure, so it stands here as a sentence."
@@ -106,7 +106,9 @@ def coefficients_figure(
 
 
 def _names_mm(family: Family) -> float:
-    return NAMES_MM if slots.upright(list(family.labels.values())) else 0.0
+    """Height of the labels of groups, where they stand upright."""
+    labels = [short(label) for label in family.labels.values()]
+    return NAME_MM * max(map(len, labels)) if slots.upright(labels) else 0.0
 
 
 def draw_slots(

@@ -171,7 +171,7 @@ def test_titles_of_tables_say_where_they_go(tmp_path, title: str, expected: tupl
 
 
 def test_rules_name_numbered_categories_and_offer_no_table_twice() -> None:
-    """A report could only offer a CSV for download, and its page in the report carries it."""
+    """A report could only offer a CSV for download, which lies beside it; it shows its page."""
     for path in (ROOT / "workflow/rules").glob("*.smk"):
         text = path.read_text(encoding="utf-8")
         assert set(re.findall(r'\bcategory="(.+)"', text)) <= set(report.CATEGORIES), path

@@ -11,13 +11,7 @@ rule diagnosis:
         events="<results>/recordings/{recording}/events.csv",
         periodic="<results>/recordings/{recording}/periodic.csv",
         filters="<results>/recordings/{recording}/filters.csv",
-        svg=report(
-            "<results>/recordings/{recording}/diagnosis.svg",
-            caption="../report/caption.rst",
-            category="5 Recordings",
-            subcategory="{recording}",
-            labels={"result": "diagnosis: figure"},
-        ),
+        svg="<results>/recordings/{recording}/diagnosis.svg",
         png="<results>/recordings/{recording}/diagnosis.png",
     log:
         "<logs>/diagnosis/{recording}.log",

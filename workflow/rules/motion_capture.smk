@@ -200,22 +200,8 @@ rule recording_figures:
         allan="<results>/recordings/{recording}/allan_masked.parquet",
         psd="<results>/recordings/{recording}/psd.parquet",
     output:
-        report(
-            "<results>/recordings/{recording}/adev.svg",
-            caption="../report/caption.rst",
-            category="5 Recordings",
-            subcategory="{recording}",
-            labels={"result": "Allan deviation: every series, with intervals"},
-        ),
-        report(
-            "<results>/recordings/{recording}/psd.svg",
-            caption="../report/caption.rst",
-            category="5 Recordings",
-            subcategory="{recording}",
-            labels={"result": "spectrum: power spectral density of every series"},
-        ),
-        # In its folder only: as large as all other figures of the recording together
-        "<results>/recordings/{recording}/trajectory.svg",
+        # On the page of the recording only: in the report they would be three quarters of it
+        multiext("<results>/recordings/{recording}/", "adev.svg", "psd.svg", "trajectory.svg"),
         multiext("<results>/recordings/{recording}/", "adev.png", "psd.png", "trajectory.png"),
     log:
         "<logs>/recording_figures/{recording}.log",

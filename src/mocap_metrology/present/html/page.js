@@ -118,6 +118,10 @@
   }
 
   document.querySelectorAll(".mm table").forEach((table) => (sortable(table), tools(table)));
+  // Within Snakemake's report a page has no address, so that its links lead nowhere
+  if (location.protocol === "data:") {
+    document.querySelectorAll(".mm a").forEach((link) => link.replaceWith(...link.childNodes));
+  }
   const images = document.querySelectorAll(".mm figure img");
   if (images.length) {
     const show = viewer(images[0]);

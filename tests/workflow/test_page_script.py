@@ -1,0 +1,81 @@
+"""Pages in a browser: tables sort and are searched, figures zoom, nothing is wider than a phone."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+from browser import NAMES, browser
+from matplotlib.figure import Figure as Drawing
+
+from mocap_metrology.present.pages import details, document
+
+COLUMN = "[...document.querySelectorAll('tbody tr:not([hidden])')].map(r => r.cells[%d].innerText)"
+CLICK = "document.querySelectorAll('thead button')[%d].click()"
+SEARCH = """(() => {
+  const search = document.querySelector("input[type=search]");
+  search.value = "noise-1 s";
+  search.dispatchEvent(new Event("input"));
+})()"""
+SCALE = "new DOMMatrix(getComputedStyle(document.querySelector('dialog img')).transform).a"
+WHEEL = """document.querySelector("dialog").dispatchEvent(
+  new WheelEvent("wheel", {deltaY: -400, clientX: 300, clientY: 200}))"""
+WIDTH = "document.documentElement.scrollWidth"
+VALUES = ("9.26×10⁻⁷", "−5.20", "", "13\u202f195", "< 0.3", "2.5 (2.1…2.9)", "–", "7", "12")
+
+
+@pytest.fixture(scope="module")
+def executable():
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    if found is None:
+        pytest.skip("no Chromium or Chrome in PATH")
+    return found
+
+
+def test_a_table_sorts_by_number_and_name_and_is_searched(executable, tmp_path) -> None:
+    rows = [f"| noise-{len(VALUES) - k} | {value} | s{k} |" for k, value in enumerate(VALUES)]
+    wide = " | ".join(f"column_{k}" for k in range(20))
+    text = "\n".join(["# T", "", "| name | value | s |", "|---|---|---|", *rows, "", f"| {wide} |"])
+    text += "\n" + "|---" * 20 + "|\n"
+    page = tmp_path / "page.html"
+    page.write_text(document.page(text, "t", False), encoding="utf-8")
+    with browser(executable, tmp_path) as seen:
+        seen.size(400, 800)
+        seen.open(page.as_uri(), "document.querySelector('thead button')")
+        assert seen.evaluate(WIDTH) <= 400
+        seen.evaluate(CLICK % 1)
+        rising = seen.evaluate(COLUMN % 1)
+        seen.evaluate(CLICK % 1)
+        falling = seen.evaluate(COLUMN % 1)
+        seen.evaluate(CLICK % 0)
+        names = seen.evaluate(COLUMN % 0)
+        seen.evaluate(SEARCH)
+        left = seen.evaluate(COLUMN % 0)
+        assert seen.errors == []
+        assert seen.requests == [page.as_uri()]
+    numbers = ["−5.20", "9.26×10⁻⁷", "< 0.3", "2.5 (2.1…2.9)", "7", "12", "13\u202f195"]
+    assert [value for value in rising if value not in ("", "–")] == numbers
+    assert [value for value in falling if value not in ("", "–")] == numbers[::-1]
+    assert set(rising[-2:]) == set(falling[-2:]) == {"", "–"}
+    assert names == [f"noise-{k}" for k in range(1, len(VALUES) + 1)]
+    assert left == ["noise-1"]
+
+
+def test_a_figure_opens_and_zooms(executable, tmp_path) -> None:
+    folder = tmp_path / "recordings" / "r"
+    folder.mkdir(parents=True)
+    for end in ("png", "svg"):
+        Drawing(figsize=(6, 4)).savefig(folder / f"verdict.{end}")
+    page = tmp_path / details.address("recording", "r")
+    page.parent.mkdir(parents=True)
+    figures = details.figures_of(tmp_path, [folder / "verdict.svg"])
+    page.write_text(details.page("r", figures, [], verdict="good"), encoding="utf-8")
+    with browser(executable, tmp_path) as seen:
+        seen.open(page.as_uri(), "document.querySelector('figure img').naturalWidth")
+        seen.evaluate("document.querySelector('figure a').click()")
+        assert seen.evaluate("document.querySelector('dialog').open")
+        assert seen.evaluate(SCALE) == 1
+        seen.evaluate(WHEEL)
+        assert seen.evaluate(SCALE) == pytest.approx(2.718, abs=0.01)
+        assert seen.evaluate("location.pathname").endswith("details/recordings/r.html")
+        assert seen.errors == []

@@ -85,10 +85,10 @@ def check(picture, draw: bool = True) -> None:
             canvas.draw()
         extent = partial(Text.get_window_extent, renderer=canvas.get_renderer())
         page, slack = figure.bbox, 0.01 * figure.bbox.width  # hinting widens small text
+        every_axis = [axis for axes in figure.axes for axis in axes._axis_map.values()]
         ticks = {
             text
-            for axes in figure.axes
-            for axis in (axes.xaxis, axes.yaxis)
+            for axis in every_axis
             for text in [axis.offsetText, *axis.get_ticklabels(which="both")]
         }
         for text in [text for text in shown_texts(figure) if text not in ticks]:
@@ -97,7 +97,7 @@ def check(picture, draw: bool = True) -> None:
                 continue
             assert page.x0 <= box.x0 and box.x1 <= page.x1 + slack, text.get_text()
             assert page.y0 <= box.y0 and box.y1 <= page.y1 + slack, text.get_text()
-        for axis in [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]:
+        for axis in every_axis:
             if not draw or not axis.get_visible() or not axis.axes.axison:
                 continue
             labels = [

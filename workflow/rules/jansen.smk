@@ -66,7 +66,7 @@ rule jansen_figures:
         runtime=minutes(10),
     params:
         code=source("jansen_figures.py", "lighthouse", "present"),
-        caption=captions.JANSEN,
+        caption=captions.of_jansen(*JANSEN_FIGURES),
         rows=columns("calibration", "twin", of=EXAMPLE),
     message:
         "Figures 3 and 5-8 of Jansen et al. 2019"

@@ -7,7 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present.calibration.calibration_files import read_calibration
-    from mocap_metrology.present.drawing.style import save_figure
+    from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.jansen.jansen_figures import jansen_figures
 
     given, (row,) = snakemake.input, snakemake.params.rows
@@ -15,5 +15,5 @@ with step(snakemake) as log:
     calibration = read_calibration(files, row["calibration"], row["twin"])
     pulses, _ = read_table(given.pulses[0], ["start_s", "length_us", "diode"])
     for number, figure in jansen_figures(calibration, pulses).items():
-        save_figure(figure, Path(snakemake.output[0]).parent / f"jansen_fig{number:02d}")
+        save(figure, Path(snakemake.output[0]).parent / f"jansen_fig{number:02d}")
         log.info("Figure %d", number)

@@ -8,21 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
+from mocap_metrology.present.jansen.angles import angles_figure, clearest_point
 from mocap_metrology.present.jansen.paths import (
     Superposed,
     paths_figure,
     slave_figure,
     superposition_figure,
 )
-from mocap_metrology.present.jansen.signal import (
-    angles_figure,
-    clearest_point,
-    signal_figure,
-    signal_of,
-)
+from mocap_metrology.present.jansen.signal import signal_figure, signal_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from mocap_metrology.present.plot.figure import Picture
 
 NUMBERS = (3, 5, 6, 7, 8)
 PAPER = "Jansen et al. 2019"
@@ -43,19 +39,20 @@ def jansen_figures(
     pulses: Mapping[str, np.ndarray],
     estimator: str = "paper",
     optics: str = "ideal",
-) -> dict[int, Figure]:
+) -> dict[int, Picture]:
     """Figures 3, 5, 6, 7 and 8 of J from one calibration, by number.
 
     pulses: columns of pulses.parquet. Figures 6 to 8 show the Kabsch stage of this estimator and
     optics, as J's do; of the chosen pose where the calibration has it not.
     """
-    note = f"Calibration {given.name}. {given.simulated}"
+    kind = f"simulated stand-in (twin) {given.twin}" if given.twin else "measured"
+    source = f"Source: calibration {given.name}, {kind}."
     shown = Superposed.of(given, estimator, optics)
     point = clearest_point(shown.paths, given.board)
     return {
-        3: signal_figure(signal_of(pulses, given.sweeps), TITLES[3], note),
-        5: angles_figure(point, TITLES[5], f"P is a diode of the board. {note}"),
-        6: paths_figure(shown, TITLES[6], note),
-        7: superposition_figure(shown, TITLES[7], note),
-        8: slave_figure(shown, TITLES[8], note),
+        3: signal_figure(signal_of(pulses, given.sweeps), TITLES[3], source),
+        5: angles_figure(point, TITLES[5], source),
+        6: paths_figure(shown, TITLES[6], source),
+        7: superposition_figure(shown, TITLES[7], source),
+        8: slave_figure(shown, TITLES[8], source),
     }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,36 +18,56 @@ from mocap_metrology.present.calibration.calibration_files import (
     thinned,
 )
 from mocap_metrology.present.calibration.views import COLOURS
-from mocap_metrology.present.drawing.legend import ROW_MM, Entry, strip
-from mocap_metrology.present.drawing.style import (
+from mocap_metrology.present.jansen.space import (
+    HEAD,
+    IN_SPACE,
+    View,
+    arc,
+    arrow,
+    clearest,
+    draw_frame,
+    freest,
+    name,
+    outline,
+    show,
+    tips,
+    unclipped,
+    widest,
+)
+from mocap_metrology.present.plot.figure import (
+    FAINT,
     GREY,
     INK,
-    MARGIN_MM,
     SMALL_PT,
-    WIDTH_MM,
     Keywords,
-    size_mm,
+    Picture,
+    legend_below,
+    new_figure,
     styled,
 )
-from mocap_metrology.present.jansen.projection import BOX, Stage, arc, magnified, outline, stage
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import SubFigure
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 N_BOARDS = 7
-INSETS_MM, INSET_GAP_MM = 54.0, 6.0
 DENSE = 500  # so many dots are an image in an SVG
-PALE = "#9a9a9a"
-DOTS = {"mew": 0, "markersize": 1.9}
-BEFORE = DOTS | {"color": "#e39a86", "marker": "s", "markersize": 1.5}
-BETWEEN = DOTS | {"color": PALE, "marker": "s", "markersize": 1.5}
+DOTS: Keywords = {"ls": "", "mew": 0, "markersize": 1.9}
+BEFORE = DOTS | {"color": "#c06a52", "marker": "s", "markersize": 1.5}
+BETWEEN = DOTS | {"color": "#757575", "marker": "s", "markersize": 1.5}
 AFTER = DOTS | {"color": COLOURS[SLAVE], "marker": "s", "markersize": 1.6}
 OWN = DOTS | {"color": COLOURS[MASTER], "marker": "o", "markersize": 2.4}
 GHOST: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (2, 1.4))}
-AXES_MM, REFERENCE_MM = 16.0, 21.0
-BOLD: Keywords = {"weight": "bold", "bbox": BOX}
+PALE: Keywords = {"color": "#757575", "lw": 0.9}
+AXES, REFERENCE, TURN = 0.14, 1.15, 0.75  # length of axes in that of the room; in that of axes
+LEFT = -0.36  # title of a panel wider than its square
+NEAR_TICKS = 4
+WHOLE, NEAR = (1.2, 0.8), (0.84, 0.8)  # what a drawing takes of its panel
+WIDE, HIGH, BESIDE = 0.8, 0.45, 0.6  # of names about a station, in lengths of axes
 CORE, ROOM = (5, 95), 0.2  # percentiles of a path, and what is added of their distance
+PAGE_MM = 180.0
 STAGES = {
     "kabsch": "from the superposition of both paths (Kabsch)",
     "final": "after the last minimisation",
@@ -87,8 +108,9 @@ class Superposed:
         share = entry.get("mirrored_share")
         return cls(paths, given.board, pose_of(entry), given.reference, label, share)
 
-    def note(self, more: str) -> str:
-        """What the dots are, those off the path included, and `more`."""
+    def caption(self, figure: int, outside: Sequence[int] = ()) -> str:
+        """Caption of a figure: what the dots are, those off the path included; outside: how many
+        are beyond each of its enlarged panels."""
         apart = (
             "Dots off the path: the search for that board pose ended elsewhere, in the other"
             f" minimum of a flat board (mirrored poses, {100 * self.mirrored:.2g} % here, many of"
@@ -96,168 +118,177 @@ class Superposed:
             if self.mirrored
             else ""
         )
-        return " ".join(filter(None, (self.label, apart, more)))
+        panels = zip("bc", outside, strict=False)
+        beyond = [f"{n} dots are outside of ({panel})" for panel, n in panels if n]
+        ends = [f"{' and '.join(beyond)}."] if beyond else []
+        return " ".join(filter(None, (captions.JANSEN[figure], self.label, apart, *ends)))
 
 
 @styled()
-def paths_figure(given: Superposed, title: str, note: str = "") -> Figure:
+def paths_figure(given: Superposed, title: str, source: str) -> Picture:
     """J Figure 6: board poses as each station sees them, both stations at the origin."""
-    points = [np.zeros((1, 3)), *(_usual(path.t_m) for path in given.paths)]
-    page = given.note(note), ROW_MM + 2, INSETS_MM
-    frames = [(np.eye(3), np.zeros(3), 13.0)]
-    sheet, drawing = stage(np.vstack(points), title, *page, frames=frames)
-    outlines = [_boards(path, given.board) for path in given.paths]
-    some = "seven" if all(len(boards) == N_BOARDS for boards in outlines) else "some"
-    strip(sheet, MARGIN_MM, 0.5, WIDTH_MM, [
-        Entry("path of the board from the master", dot=_large(OWN)),
-        Entry("from the slave", dot=_large(AFTER)),
-        Entry(f"the board in {some} of its poses", patch={"color": GREY, "alpha": 0.3}),
-    ])  # fmt: skip
-    floor = _floor(points)
+    body = new_figure(title, source, PAGE_MM)
+    axes = _panels(body)
+    points = np.vstack([np.zeros((1, 3)), *(_usual(path.t_m) for path in given.paths)])
+    view, length = widest(points), AXES * float(np.ptp(points, axis=0).max())
+    floor = show(axes["all"], points, view, WHOLE)[0, 2]
+    outside = []
     for station, (path, how) in enumerate(zip(given.paths, (OWN, AFTER), strict=True)):
-        text = f"as the {ROLES[station]} sees it"
-        boards = outlines[station]
-        shown = np.vstack([path.t_m[_core(path.t_m)], *boards])
-        near = magnified(sheet, drawing, _inset(drawing, station), shown, text, [path.t_m])
-        for into in (drawing, near):
-            _path(into, path.t_m[into.inside(path.t_m)], **how)
+        near, boards = axes[("left", "right")[station]], _boards(path, given.board)
+        near.set_title(f"({'bc'[station]}) As the {ROLES[station]} sees it", loc="left")
+        limits = show(near, np.vstack([path.t_m[_core(path.t_m)], *boards]), view, NEAR, NEAR_TICKS)
+        outside.append(_n_outside(limits, path.t_m))
+        for into in (axes["all"], near):
+            _dots(into, path.t_m, f"path of the board from the {ROLES[station]}", how)
             _draw_boards(into, boards, COLOURS[station])
-        drawing.drop(np.median(path.t_m, axis=0), floor)
-    drawing.drop(np.zeros(3), floor)
-    length = 13 * drawing.per_mm
-    drawing.frame(np.eye(3), np.zeros(3), length, color=INK, lw=1.1)
-    drawing.letters(np.eye(3), np.zeros(3), length, INK)
-    for station, path in enumerate(given.paths):
-        above = path.t_m[_core(path.t_m)]
-        above = above[np.argmax(above[:, 2])]
-        off = 4.0 + _half_board_mm(given.board, drawing)
-        how = BOLD | {"color": COLOURS[station]}
-        drawing.name(above, f"as the {ROLES[station]} sees it", (0, off), **how)
-    drawing.name(np.array([0.0, 0.0, length]), "both stations", (0, 6.5), **BOLD)
-    return sheet.figure
+        _drop(axes["all"], np.median(path.t_m, axis=0), floor)
+    axes["all"].set_title("(a) Both stations at the origin", loc="left", x=LEFT)
+    draw_frame(axes["all"], np.eye(3), np.zeros(3), length, INK)
+    _drop(axes["all"], np.zeros(3), floor)
+    unclipped(axes.values())
+    legend_below(body, axes.values())
+    return Picture(body, given.caption(6, outside))
 
 
 @styled()
-def superposition_figure(given: Superposed, title: str, note: str = "") -> Figure:
+def superposition_figure(given: Superposed, title: str, source: str) -> Picture:
     """J Figure 7: the slave's path goes onto the master's: shifted with its centroid, turned by R
     about it. The shift is not the T of Figure 8, R c + T = c + shift for the centroid c."""
-    master, slave = given.paths
+    master, slave = (path.t_m for path in given.paths)
     R, t = given.pose
-    centre = _usual(slave.t_m).mean(axis=0)
+    centre = _usual(slave).mean(axis=0)
     shift = R @ centre + t - centre
-    moved, after = slave.t_m + shift, slave.t_m @ R.T + t
-    points = [_usual(p) for p in (master.t_m, slave.t_m, moved, after)]
-    page = given.note(note), ROW_MM + 2, INSETS_MM
-    sheet, drawing = stage(np.vstack(points), title, *page)
-    strip(sheet, MARGIN_MM, 0.5, WIDTH_MM, [
-        Entry("master's path", dot=_large(OWN)),
-        Entry("slave's, before", dot=_large(BEFORE)),
-        Entry("shifted", dot=_large(BETWEEN)),
-        Entry("and turned by R", dot=_large(AFTER)),
-    ])  # fmt: skip
-    drawn = (slave.t_m, BEFORE), (moved, BETWEEN), (master.t_m, OWN), (after, AFTER)
-    for path, how in drawn:
-        _path(drawing, path[drawing.inside(path)], **how)
-    shown = np.vstack([p[_core(p)] for p in (master.t_m, moved, after)])
-    insets = (moved, BETWEEN, "shifted"), (after, AFTER, "and turned by R")
-    for k, (path, how, name) in enumerate(insets):
-        both = (master.t_m, OWN), (path, how)
-        box, dots = _inset(drawing, k), [p for p, _ in both]
-        near = magnified(sheet, drawing, box, shown, name, dots)
-        for own, look in both:
-            _path(near, own[near.inside(own)], **look)
-    _draw_shift_and_turn(drawing, moved, centre, shift, R)
-    return sheet.figure
-
-
-def _draw_shift_and_turn(
-    drawing: Stage, moved: np.ndarray, centre: np.ndarray, shift: np.ndarray, R: np.ndarray
-) -> None:
-    """Arrows and names: of the centroid's shift, and of the turn at both ends of the path."""
-    drawing.arrow(centre, centre + shift, color=INK, lw=1.3)
+    moved, after = slave + shift, slave @ R.T + t
+    body = new_figure(title, source, PAGE_MM)
+    axes = _panels(body)
+    points = np.vstack([_usual(p) for p in (master, slave, moved, after)])
+    view, length = widest(points), float(np.linalg.norm(shift))
+    head = HEAD * AXES * float(np.ptp(points, axis=0).max())
+    show(axes["all"], points, view, WHOLE)
+    own = master, "path from the master", OWN
+    shifted = moved, "path from the slave, shifted", BETWEEN
+    turned = after, "and turned by R", AFTER
+    for path, text, how in ((slave, "path from the slave", BEFORE), shifted, own, turned):
+        _dots(axes["all"], path, text, how)
+    shown, outside = np.vstack([p[_core(p)] for p in (master, moved, after)]), []
+    for place, other, heading in (
+        ("left", shifted, "(b) Shifted"),
+        ("right", turned, "(c) And turned by R"),
+    ):
+        limits = show(axes[place], shown, view, NEAR, NEAR_TICKS)
+        axes[place].set_title(heading, loc="left")
+        outside.append(sum(_n_outside(limits, path) for path, _, _ in (own, other)))
+        for path, text, how in (own, other):
+            _dots(axes[place], path, text, how)
+    axes["all"].set_title("(a) Shift of the centroid and rotation about it", loc="left", x=LEFT)
+    text = f"shift of the centroid, {number(length, 2)} m"
+    arrow(axes["all"], centre, shift, head, color=INK, lw=1.3, zorder=5, label=text)
     about = centre + shift
-    ways = [about + arc(moved[end] - about, R) for end in _ends(moved, about)]
-    for way in ways:
-        drawing.curve(way, color=INK, lw=0.9)
-    text = f"shift of the centroid, {number(float(np.linalg.norm(shift)), 2)} m"
-    drawing.name(centre + np.outer(np.linspace(0.3, 0.6, 7), shift), text, (0, 3.0), **BOLD)
-    turn = np.degrees(np.linalg.norm(rotation.log(R)))
-    out = drawing.mm(ways[0][20]) - drawing.mm(about)
-    off = tuple(out / max(np.linalg.norm(out), 1.0) * np.array([9.0, 4.0]))
-    drawing.name(ways[0][20], f"R, {number(float(turn), 1)}°", off, **BOLD)
+    turn = number(float(np.degrees(np.linalg.norm(rotation.log(R)))), 1)
+    for end in _ends(moved, about):
+        way = about + arc(moved[end] - about, R)
+        _curve(axes["all"], way, f"R, {turn}°", color=INK, lw=0.9, zorder=5)
+    unclipped(axes.values())
+    legend_below(body, axes.values())
+    return Picture(body, given.caption(7, outside))
 
 
 @styled()
-def slave_figure(given: Superposed, title: str, note: str = "") -> Figure:
+def slave_figure(given: Superposed, title: str, source: str) -> Picture:
     """J Figure 8: R and T applied to the slave at the origin give its pose; the truth beside it."""
-    master, slave = given.paths
-    R, t = given.pose
-    after = slave.t_m @ R.T + t
-    points = [np.zeros((1, 3)), t[None], _usual(master.t_m), _usual(after)]
-    rows, frames = _rows(given), [(np.eye(3), np.zeros(3), AXES_MM)]
-    frames += [(own, t, AXES_MM) for own in (np.eye(3), R)]
-    if given.reference is not None:
-        points.append(given.reference[1][None])
-        frames.append((*given.reference, REFERENCE_MM))
-    above = (len(rows) + 1) * ROW_MM + 3
-    sheet, drawing = stage(np.vstack(points), title, given.note(note), above, frames=frames)
-    entries = [
-        Entry("board, from the master", dot=_large(OWN)),
-        Entry("from the slave, after R and T", dot=_large(AFTER)),
-        Entry("axes before R", line={"color": PALE, "lw": 0.9}),
-    ]
-    if given.reference is not None:
-        entries.append(Entry("reference", line=GHOST))
-    strip(sheet, MARGIN_MM, 0.5, WIDTH_MM, entries)
-    height = len(rows) * ROW_MM
-    canvas = sheet.canvas(MARGIN_MM, ROW_MM + 2, WIDTH_MM - 2 * MARGIN_MM, height)
-    for k, row in enumerate(rows):
-        canvas.text(0, height - (k + 0.5) * ROW_MM, row, size=SMALL_PT, va="center_baseline")
-    _draw_stations(drawing, given, after, _floor(points))
-    return sheet.figure
-
-
-def _draw_stations(drawing: Stage, given: Superposed, after: np.ndarray, floor: float) -> None:
-    """Both paths and both stations, the slave turned by R from the master's axes, and T."""
-    R, t = given.pose
-    for path, how in ((given.paths[MASTER].t_m, OWN), (after, AFTER)):
-        _path(drawing, path[drawing.inside(path)], **how)
-    size = AXES_MM * drawing.per_mm
-    for place in (np.zeros(3), t, np.median(after, axis=0)):
-        drawing.drop(place, floor)
-    drawing.arrow(np.zeros(3), t, color=INK, lw=1.3)
+    (R, t), origin = given.pose, np.zeros(3)
+    master, after = given.paths[MASTER].t_m, given.paths[SLAVE].t_m @ R.T + t
+    places = [origin[None], t[None], _usual(master), _usual(after)]
+    places += [] if given.reference is None else [given.reference[1][None]]
+    longest = float(np.ptp(np.vstack(places), axis=0).max())
+    length = AXES * longest
+    frames = (MASTER, np.eye(3), origin), (SLAVE, R, t)
+    view = clearest(np.vstack([origin, t, *(tips(turn, at, length) for _, turn, at in frames)]))
+    body = new_figure(title, source, 140.0)
+    axes = body.subplots(subplot_kw=IN_SPACE)
+    reach = [place + 1.5 * length * np.vstack([turn.T, -turn.T]) for _, turn, place in frames]
+    floor = show(axes, np.vstack([*places, *reach]), view, (1.2, 0.84))[0, 2]
+    _dots(axes, master, "board, from the master", OWN)
+    _dots(axes, after, "board, from the slave, after R and T", AFTER)
+    for place in (origin, t, np.median(after, axis=0)):
+        _drop(axes, place, floor)
+    T = f"T = ({_numbers(1e3 * t, 1)}) mm"
+    arrow(axes, origin, t, HEAD * length, color=INK, lw=1.3, zorder=4, label=T)
+    angles = np.degrees(rotation.to_angles(R))
+    turns = [f"{k} = {number(float(v), 2, sign=True)}°" for k, v in zip("αβγ", angles, strict=True)]
     for k in range(3):
-        drawing.line(np.array([t, t + size * np.eye(3)[k]]), color=PALE, lw=0.9)
-        drawing.curve(t + 0.75 * arc(size * np.eye(3)[k], R), color=PALE, lw=0.8)
-    stations = (MASTER, np.eye(3), np.zeros(3)), (SLAVE, R, t)
-    for station, turn, place in stations:
-        drawing.frame(turn, place, size, color=COLOURS[station], lw=1.2)
+        ends = np.array([t, t + length * np.eye(3)[k]])
+        _curve(axes, ends, f"axes before R: {', '.join(turns)}", head=False, **PALE)
+        _curve(axes, t + TURN * arc(length * np.eye(3)[k], R), "", **PALE)
     if given.reference is not None:
         R_true, t_true = given.reference
-        ends = REFERENCE_MM * drawing.per_mm
+        turned, off = np.degrees(rotation.error(R, R_true)), 1e3 * (t - t_true)
+        text = f"reference; from it T is off by ({_numbers(off, 1)}) mm, "
+        text += f"R turned by ({_numbers(turned, 2)})°"
         for k in range(3):
-            drawing.line(t_true + np.outer([0, ends], R_true[:, k]), zorder=3, **GHOST)
-    for station, turn, place in stations:
-        drawing.letters(turn, place, size, COLOURS[station])
-        drawing.name(place, ROLES[station], (0, -4.5), **BOLD | {"color": COLOURS[station]})
-    drawing.name(np.outer(np.linspace(0.4, 0.7, 7), t), "T", (2.2, 0), **BOLD)
+            ends = t_true + np.outer([0, REFERENCE * length], R_true[:, k])
+            _curve(axes, ends, text, head=False, zorder=3, **GHOST)
+    places = _names(view, given.pose, length, floor)
+    for text, place, colour in zip((*ROLES, "T"), places, (*COLOURS, INK), strict=True):
+        name(axes, place, text, color=colour, weight="bold", size=SMALL_PT, zorder=7)
+    for station, turn, place in frames:
+        draw_frame(axes, turn, place, length, COLOURS[station])
+    unclipped([axes])
+    legend_below(body, [axes], columns=2)
+    return Picture(body, given.caption(8))
 
 
-def _rows(given: Superposed) -> list[str]:
-    R, t = given.pose
-    angles = ", ".join(
-        f"{name} = {number(float(v), 2, sign=True)}°"
-        for name, v in zip("αβγ", np.degrees(rotation.to_angles(R)), strict=True)
+def _names(view: View, pose: Pose, length: float, floor: float) -> list[np.ndarray]:
+    """Where the names of both stations and of T stand, (3,) each: off all lines."""
+    (R, t), origin = pose, np.zeros(3)
+    lines = [(origin, t)]
+    for place, turn in ((origin, np.eye(3)), (t, np.eye(3)), (t, R)):
+        lines += [(place, end) for end in place + length * turn.T]
+        lines.append((place, np.array([place[0], place[1], floor])))
+    arcs = [t + TURN * arc(length * np.eye(3)[k], R) for k in range(3)]
+    letters = tips(np.eye(3), origin, length), tips(R, t, length)
+    taken = np.vstack([*letters, *arcs, *(np.linspace(start, end, 40) for start, end in lines)])
+    turn = np.radians(np.arange(0, 360, 15))[:, None]
+    ring = length * (WIDE * np.cos(turn) * view.page[0] + HIGH * np.sin(turn) * view.page[1])
+    along = np.vstack([ring * BESIDE + share * t for share in (0.5, 0.4, 0.6)])
+    found: list[np.ndarray] = []
+    for places in (ring, t + ring, along):
+        found.append(freest(places, np.vstack([taken, *found]), view, (2.0, 1.0)))
+    return found
+
+
+def _panels(body: SubFigure) -> dict[str, Axes3D]:
+    """One panel of all, and two enlarged ones below it."""
+    return body.subplot_mosaic(
+        [["all", "all"], ["left", "right"]], height_ratios=[3, 2], subplot_kw=IN_SPACE
     )
-    rows = [f"T = ({_numbers(1e3 * t, 1)}) mm,  R: {angles}"]
-    if given.reference is not None:
-        R_true, t_true = given.reference
-        turned = np.degrees(rotation.error(R, R_true))
-        rows.append(
-            f"less the reference: ({_numbers(1e3 * (t - t_true), 1)}) mm,"
-            f"  turned from it by ({_numbers(turned, 2)})° about x, y, z"
-        )
-    return rows
+
+
+def _curve(axes: Axes3D, points: np.ndarray, label: str, head: bool = True, **how: object) -> None:
+    """A line through points (n, 3), with an arrow's head at its end."""
+    axes.plot(*points.T, label=label or None, **how)
+    if head:
+        tip = points[-1] - points[-8]
+        axes.quiver(*points[-8], *tip, arrow_length_ratio=1.0, **how)
+
+
+def _drop(axes: Axes3D, point: np.ndarray, floor: float) -> None:
+    """A line from a point down to the floor."""
+    foot = np.array([point, [point[0], point[1], floor]])
+    axes.plot(*foot.T, color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
+
+
+def _dots(axes: Axes3D, points: np.ndarray, label: str, how: Keywords) -> None:
+    """A dot a measurement: those in the other minimum are apart, and no lines lead there."""
+    shown = points[thinned(len(points))]
+    axes.plot(*shown.T, zorder=3, axlim_clip=True, rasterized=len(shown) > DENSE, **how)
+    axes.plot([], [], [], label=label, **how | {"markersize": 4.0})
+
+
+def _n_outside(limits: np.ndarray, points: np.ndarray) -> int:
+    """How many of the dots (n, 3) an enlarged panel leaves out."""
+    shown = points[thinned(len(points))]
+    return int((~((shown >= limits[0]) & (shown <= limits[1])).all(axis=1)).sum())
 
 
 def _numbers(values: np.ndarray, digits: int) -> str:
@@ -280,29 +311,6 @@ def _core(points: np.ndarray) -> np.ndarray:
     return near
 
 
-def _floor(points: list[np.ndarray]) -> float:
-    every = np.vstack(points)
-    return float(every[:, 2].min() - 0.04 * np.ptp(every, axis=0).max())
-
-
-def _path(drawing: Stage, points: np.ndarray, **how: Any) -> None:
-    """A dot a measurement: those in the other minimum are apart, and no lines lead there."""
-    shown = points[thinned(len(points))]
-    drawing.line(shown, ls="", zorder=3, rasterized=len(shown) > DENSE, **how)
-
-
-def _inset(drawing: Stage, which: int) -> tuple[float, float, float, float]:
-    """Place in mm of one of two magnified parts, side by side at the foot of a page."""
-    width = (WIDTH_MM - 2 * MARGIN_MM - INSET_GAP_MM) / 2
-    left = MARGIN_MM + which * (width + INSET_GAP_MM)
-    top = ROW_MM + 2 + size_mm(drawing.axes)[1] + 6.5
-    return left, top, width, INSETS_MM - 8.0
-
-
-def _large(how: Keywords) -> Keywords:
-    return how | {"markersize": 4.5}
-
-
 def _boards(path: Path, board: np.ndarray) -> list[np.ndarray]:
     """Corners (4, 3) of the board at some moments, equally far apart along its path."""
     path = path.take(_core(path.t_m))
@@ -315,10 +323,12 @@ def _boards(path: Path, board: np.ndarray) -> list[np.ndarray]:
     return [path.t_m[k] + corners @ path.R[k].T for k in which]
 
 
-def _draw_boards(drawing: Stage, boards: list[np.ndarray], colour: str) -> None:
-    for shown in boards:
-        drawing.fill(shown, facecolor=colour, alpha=0.10, edgecolor="none", zorder=2)
-        drawing.line(shown[[0, 1, 2, 3, 0]], color=colour, lw=0.6, zorder=2)
+def _draw_boards(axes: Axes3D, boards: list[np.ndarray], colour: str) -> None:
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    axes.add_collection3d(Poly3DCollection(boards, fc=(colour, 0.1), ec=colour, lw=0.6, zorder=2))
+    how: Keywords = {"marker": "s", "ls": "", "color": GREY, "markerfacecolor": FAINT, "ms": 6.0}
+    axes.plot([], [], [], label="the board in some of its poses", **how)
 
 
 def _one_way(points: np.ndarray, far: np.ndarray) -> float:
@@ -329,10 +339,6 @@ def _one_way(points: np.ndarray, far: np.ndarray) -> float:
     tenth = 0.1 * (high - low)[axis]
     ends = [np.flatnonzero(reach < low[axis] + tenth), np.flatnonzero(reach > high[axis] - tenth)]
     return float(max(far[end[0]] for end in ends if end.size)) + 1e-9
-
-
-def _half_board_mm(board: np.ndarray, drawing: Stage) -> float:
-    return float(np.ptp(board, axis=0).max() / 2 / drawing.per_mm)
 
 
 def _ends(points: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -58,9 +58,42 @@ FAMILIES = (
     "of the smallest one. Coefficients are those of the likelihood estimator with 95 % "
     "intervals; triangles are upper limits of what was not detected."
 )
-JANSEN = (
-    "A figure of Jansen et al. 2019, drawn again from the calibration named in its source line."
-)
+# Figures of Jansen et al. 2019, drawn again from the calibration named in their source line
+JANSEN = {
+    3: (
+        "(a) What one photodiode sees in four measurement cycles: flashes of both stations and one "
+        "sweep in each. Δt is the time from the flash of the station that sweeps to the middle of "
+        "the sweep; azimuth θ and elevation φ follow from it and the speed of the rotors. (b) The "
+        "flashes of the first cycle, (c) its sweep; dashed: its middle."
+    ),
+    5: (
+        "P is a diode of the board, P′ its projection on the XZ plane of the station. A station "
+        "measures the azimuth θ and φ′, the elevation of P′; φ is the elevation of P. x points "
+        "forward, y left, z up."
+    ),
+    6: (
+        "(a) Board poses estimated from the angles of either station alone, with both stations at "
+        "the origin, (b), (c) enlarged. A dot is one measurement; the board is drawn in some of "
+        "its poses, up to seven equally far apart along the path."
+    ),
+    7: (
+        "(a) The slave's path is shifted so that its centroid coincides with that of the master's "
+        "path and turned by R about it: (b) after the shift, (c) after the rotation. The shift is "
+        "not the T of Figure 8, which applies after a rotation about the origin."
+    ),
+    8: (
+        "R and T applied to the slave at the origin give its pose. α, β, γ are the angles of "
+        "R = Rz(γ) Ry(β) Rx(α). T less the reference is in the frame of the master, and the "
+        "rotation from the reference is about its x, y, z."
+    ),
+}
+
+
+def of_jansen(*figures: int) -> str:
+    """Captions of several figures one after the other, each with its number."""
+    return " ".join(f"Figure {figure}: {JANSEN[figure]}" for figure in figures)
+
+
 ORIENTATION = (
     "Allan deviation of the rotation vector of a rigid cluster of markers, frame by frame from "
     "its mean orientation, about the axes of the room."

@@ -7,8 +7,8 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import read_table
     from mocap_metrology.present.calibration.calibration_files import read_calibration
-    from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.jansen.jansen_figures import jansen_figures
+    from mocap_metrology.present.plot.figure import save
 
     given, (row,) = snakemake.input, snakemake.params.rows
     files = {key: given[key][0] for key in ("pose", "poses", "sweeps", "stations", "board")}

@@ -19,7 +19,7 @@ IN_SPACE: Keywords = {"projection": "3d", "proj_type": "ortho", "computed_zorder
 LEAST = 0.25  # extent of an axis, of the longest one
 HEAD, ASIDE = 0.16, 0.24  # of an axis: head of its arrow, and how far aside its letter stands
 DIAGONAL = 1.03  # of a box, as long as matplotlib draws it, in the side of its square
-LABEL_PT, UP_PT, TICK_PT = -2.0, 2.0, -2.0  # what labels are nearer to their axis than matplotlib's
+LABEL_PT, TICK_PT, UP_PT = -2.0, -2.0, 2.0  # distances of labels and numbers, and of those of z
 
 
 @dataclass(frozen=True)
@@ -92,6 +92,7 @@ def show(
     axes.set_box_aspect(tuple(2 * half), zoom=float((np.array(room) / extent).min()) / DIAGONAL)
     axes.view_init(view.elevation_deg, view.azimuth_deg)
     axes.tick_params(pad=TICK_PT)
+    axes.tick_params(axis="z", pad=UP_PT)
     step = float(np.diff(MaxNLocator(ticks, steps=[1, 2, 5, 10]).tick_values(0, 1.08 * longest))[0])
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(MultipleLocator(step))

@@ -109,6 +109,21 @@ def test_what_clean_gaussian_noise_loses(half_window):
     assert kept == pytest.approx(0.9707, abs=1e-4)  # variance of N(0, 1) within 3 sigma, tails at 0
 
 
+@pytest.mark.parametrize("action", ["mask", "replace"])
+@pytest.mark.parametrize("resolution", [0.0, 0.5])
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_gross_outliers_among_known_ones(case, resolution, action):
+    """Those of a higher threshold lie among those of a lower one: with gaps, ends, ties."""
+    series = np.round(case(np.random.default_rng(7)), 2)
+    known = hampel(series, 30, 3.0, resolution=resolution).outlier
+    every = hampel(series, 30, 6.0, action, resolution)
+    among = hampel(series, 30, 6.0, action, resolution, known)
+    np.testing.assert_array_equal(among.outlier, every.outlier)
+    np.testing.assert_array_equal(among.values, every.values)
+    _, outlier = by_definition(series, 30, 6.0, 0.5 * resolution)
+    np.testing.assert_array_equal(among.outlier, outlier)
+
+
 @pytest.mark.parametrize("wrong", [{"action": "drop"}, {"half_window": 0}, {"n_sigma": 0.0}])
 def test_refusals(wrong):
     with pytest.raises(Refusal, match="expected"):

@@ -48,7 +48,7 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
                 means = np.diff(sums[:: m[k]]) / (
                     m[k] if counts is None else np.diff(counts[:: m[k]])
                 )
-            found = _lag1_exponent(means, DIFFERENCING[estimator])
+            found = _lag1_exponent(means, DIFFERENCING[estimator], whole)
             if found is not None and (
                 last is None or abs(found - last) > 0.5 + 4 / np.sqrt(means.size)
             ):
@@ -58,15 +58,18 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     return exponents
 
 
-def _lag1_exponent(means: np.ndarray, max_differences: int) -> float | None:
+def _lag1_exponent(means: np.ndarray, max_differences: int, whole: bool) -> float | None:
+    """whole: all means are finite."""
     for differences in range(max_differences + 1):
-        known = np.isfinite(means)
-        n_known = np.count_nonzero(known)
+        known = None if whole else np.isfinite(means)
+        n_known = means.size if known is None else np.count_nonzero(known)
         if n_known < MIN_MEANS - max_differences:
             return None
-        z = means - (means.mean() if n_known == means.size else means[known].mean())
+        z = means - (
+            means.mean() if known is None or n_known == means.size else means[known].mean()
+        )
         n_pairs = z.size - 1
-        if n_known < z.size:
+        if known is not None and n_known < z.size:
             n_pairs = np.count_nonzero(known[1:] & known[:-1])
             z[~known] = 0.0
         power = z @ z

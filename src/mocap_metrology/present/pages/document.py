@@ -6,6 +6,7 @@ import re
 from itertools import pairwise
 
 from markdown_it import MarkdownIt
+from markdown_it.token import Token
 from markupsafe import Markup
 
 from mocap_metrology.present.pages.site import Table, render, table, typeset
@@ -51,20 +52,20 @@ def parts_of(text: str) -> list[Markup | Table]:
     """HTML of a Markdown text, and its tables for the template that shows them."""
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
     parts: list[Markup | Table] = []
-    rest: list[str] = []
-    lines = text.splitlines()
-    begun = 0
+    within: list[Token] = []
     for token in reader.parse(text):
-        if token.type == "table_open" and token.map:
-            rest = lines[begun : token.map[0]]
-            parts += _html(reader, rest)
-            parts.append(_table(reader, lines[token.map[0] : token.map[1]]))
-            begun = token.map[1]
-    return [*parts, *_html(reader, lines[begun:])]
+        if token.type == "table_open":
+            parts += _html(reader, within)
+            within = []
+        within.append(token)
+        if token.type == "table_close":
+            parts.append(_table(reader, within))
+            within = []
+    return [*parts, *_html(reader, within)]
 
 
-def _html(reader: MarkdownIt, lines: list[str]) -> list[Markup]:
-    html = reader.render("\n".join(lines)).strip()
+def _html(reader: MarkdownIt, tokens: list[Token]) -> list[Markup]:
+    html = str(reader.renderer.render(tokens, reader.options, {})).strip()
     return [typeset_html(html)] if html else []
 
 
@@ -74,8 +75,7 @@ def typeset_html(html: str) -> Markup:
     return Markup("".join(p if k % 2 else str(typeset(Markup(p))) for k, p in enumerate(parts)))
 
 
-def _table(reader: MarkdownIt, lines: list[str]) -> Table:
-    tokens = reader.parse("\n".join(lines))
+def _table(reader: MarkdownIt, tokens: list[Token]) -> Table:
     cells = [token for token in tokens if token.type in ("inline", "tr_open")]
     rows: list[list[str | Markup]] = []
     for token in cells:
@@ -84,8 +84,8 @@ def _table(reader: MarkdownIt, lines: list[str]) -> Table:
         else:
             within = token.children or []
             plain = all(child.type == "text" for child in within)
-            html = typeset_html(reader.renderInline(token.content))
-            rows[-1].append("".join(child.content for child in within) if plain else html)
+            shown = "".join(child.content for child in within)
+            rows[-1].append(shown if plain else typeset_html(reader.renderInline(token.content)))
     head, *body = rows
     for above, row in pairwise(body):  # rows may be sorted, so that none leans on the one above
         row[0] = row[0] or above[0]

@@ -26,7 +26,17 @@ IMPORTANT = (
     *("estimator", "noise", "formula", "tau_s", "published", "regenerated", "value"),
     *("deviation_percent", "ratio", "inside", "consistent", "word", "verdict", "reason", "note"),
     *("mu_1_mm", "sigma_1_mm", "mu_2_mm", "sigma_2_mm", "mu_L_mm", "sigma_L_mm", "source"),
-    *("camera_ids", "added", "adev_mm", "rise", "x_mm", "y_mm", "z_mm"),
+    *("added", "marker", "largest_factor", "largest_lower_95", "largest_upper_95", "mean_factor"),
+    *(
+        "law_factor",
+        "camera_noise",
+        "sigma_frame_mm",
+        "frame_mm",
+        "mean_1_s_mm",
+        "dominating_noise",
+    ),
+    *("adev_1_mm", "adev_1s_mm", "adev_10s_mm", "adev_100s_mm", "adev_min_mm", "tau_min_s"),
+    *("n_frames", "n_outliers", "share", "share_of_clean_gaussian_noise", "lower_5", "upper_95"),
 )
 MANY = 12  # columns from which only the important ones are seen at first
 

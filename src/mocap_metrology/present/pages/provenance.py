@@ -12,6 +12,7 @@ from mocap_metrology.present.text.numbers import significant
 
 INPUTS = ("name", "kind", "source", "file", "seed", "sha256")
 TIMES = ("rule", "jobs", "total_s", "longest_s", "max_rss_mb")
+UP = {"summary": "summary.html"}
 TIMES_NOTE = (
     "Wall-clock time and greatest resident memory of the jobs that made these results, as "
     "Snakemake measured them. The pages of the report come after this and are missing."
@@ -70,7 +71,7 @@ def page(found: Record) -> str:
         ("Packages", "", table(("package", "version"), found["packages"].items())),
     ]
     shown = [{"title": title, "note": note, "table": it} for title, note, it in tables]
-    return render("provenance.html", "Provenance", code=found["code"], tables=shown)
+    return render("provenance.html", "Provenance", code=found["code"], tables=shown, up=UP)
 
 
 def _shown(row: Record) -> Row:

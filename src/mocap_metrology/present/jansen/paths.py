@@ -21,7 +21,6 @@ from mocap_metrology.present.calibration.views import COLOURS
 from mocap_metrology.present.jansen.space import (
     HEAD,
     IN_SPACE,
-    View,
     arc,
     arrow,
     clearest,
@@ -29,8 +28,8 @@ from mocap_metrology.present.jansen.space import (
     freest,
     name,
     outline,
+    ring,
     show,
-    tips,
     unclipped,
     widest,
 )
@@ -143,7 +142,7 @@ def paths_figure(given: Superposed, title: str, source: str) -> Picture:
             _draw_boards(into, boards, COLOURS[station])
         _drop(axes["all"], np.median(path.t_m, axis=0), floor)
     axes["all"].set_title("(a) Both stations at the origin", loc="left", x=LEFT)
-    draw_frame(axes["all"], np.eye(3), np.zeros(3), length, INK)
+    draw_frame(axes["all"], (np.eye(3), np.zeros(3)), length, INK, view)
     _drop(axes["all"], np.zeros(3), floor)
     unclipped(axes.values())
     legend_below(body, axes.values())
@@ -203,7 +202,8 @@ def slave_figure(given: Superposed, title: str, source: str) -> Picture:
     longest = float(np.ptp(np.vstack(places), axis=0).max())
     length = AXES * longest
     frames = (MASTER, np.eye(3), origin), (SLAVE, R, t)
-    view = clearest(np.vstack([origin, t, *(tips(turn, at, length) for _, turn, at in frames)]))
+    tips = [at + 1.2 * length * turn.T for _, turn, at in frames]
+    view = clearest(np.vstack([origin, t, *tips]))
     body = new_figure(title, source, 140.0)
     axes = body.subplots(subplot_kw=IN_SPACE)
     reach = [place + 1.5 * length * np.vstack([turn.T, -turn.T]) for _, turn, place in frames]
@@ -228,33 +228,26 @@ def slave_figure(given: Superposed, title: str, source: str) -> Picture:
         for k in range(3):
             ends = t_true + np.outer([0, REFERENCE * length], R_true[:, k])
             _curve(axes, ends, text, head=False, zorder=3, **GHOST)
-    places = _names(view, given.pose, length, floor)
-    for text, place, colour in zip((*ROLES, "T"), places, (*COLOURS, INK), strict=True):
-        name(axes, place, text, color=colour, weight="bold", size=SMALL_PT, zorder=7)
+    taken = [np.linspace(origin, t, 100)]
+    taken += [t + length * np.linspace(0, 1, 40)[:, None] * axis for axis in np.eye(3)]
+    taken += [t + TURN * arc(length * np.eye(3)[k], R) for k in range(3)]
+    if given.reference is not None:
+        ways = REFERENCE * length * given.reference[0].T
+        taken += [given.reference[1] + np.linspace(0, 1, 40)[:, None] * way for way in ways]
     for station, turn, place in frames:
-        draw_frame(axes, turn, place, length, COLOURS[station])
+        colour = COLOURS[station]
+        taken.append(draw_frame(axes, (turn, place), length, colour, view, taken))
+        taken.append(np.linspace(place, [*place[:2], floor], 40))
+    about = length * np.vstack([size * ring(view, WIDE, HIGH) for size in (1.0, 1.35)])
+    along = np.vstack([BESIDE * about + share * t for share in (0.5, 0.4, 0.6)])
+    named = zip((*ROLES, "T"), (about, t + about, along), (*COLOURS, INK), strict=True)
+    for text, around, colour in named:  # off all lines
+        taken.append(freest(around, np.vstack(taken), view, (2.5, 1.0))[None])
+        how: Keywords = {"color": colour, "weight": "bold", "size": SMALL_PT, "zorder": 7}
+        name(axes, taken[-1][0], text, **how)
     unclipped([axes])
     legend_below(body, [axes], columns=2)
     return Picture(body, given.caption(8))
-
-
-def _names(view: View, pose: Pose, length: float, floor: float) -> list[np.ndarray]:
-    """Where the names of both stations and of T stand, (3,) each: off all lines."""
-    (R, t), origin = pose, np.zeros(3)
-    lines = [(origin, t)]
-    for place, turn in ((origin, np.eye(3)), (t, np.eye(3)), (t, R)):
-        lines += [(place, end) for end in place + length * turn.T]
-        lines.append((place, np.array([place[0], place[1], floor])))
-    arcs = [t + TURN * arc(length * np.eye(3)[k], R) for k in range(3)]
-    letters = tips(np.eye(3), origin, length), tips(R, t, length)
-    taken = np.vstack([*letters, *arcs, *(np.linspace(start, end, 40) for start, end in lines)])
-    turn = np.radians(np.arange(0, 360, 15))[:, None]
-    ring = length * (WIDE * np.cos(turn) * view.page[0] + HIGH * np.sin(turn) * view.page[1])
-    along = np.vstack([ring * BESIDE + share * t for share in (0.5, 0.4, 0.6)])
-    found: list[np.ndarray] = []
-    for places in (ring, t + ring, along):
-        found.append(freest(places, np.vstack([taken, *found]), view, (2.0, 1.0)))
-    return found
 
 
 def _panels(body: SubFigure) -> dict[str, Axes3D]:

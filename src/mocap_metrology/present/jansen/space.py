@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ AZIMUTHS_DEG = (200, 215, 230, 245, 115, 130, 145, 160)  # of the viewer: behind
 ELEVATIONS_DEG = (20, 28, 36)
 IN_SPACE: Keywords = {"projection": "3d", "proj_type": "ortho", "computed_zorder": False}
 LEAST = 0.25  # extent of an axis, of the longest one
-HEAD, ASIDE = 0.16, 0.24  # of an axis: head of its arrow, and how far aside its letter stands
+HEAD, ASIDE = 0.16, 0.3  # of an axis: head of its arrow, and how far off its letter stands
 DIAGONAL = 1.03  # of a box, as long as matplotlib draws it, in the side of its square
 LABEL_PT, TICK_PT, UP_PT = -2.0, -2.0, 2.0  # distances of labels and numbers, and of those of z
 
@@ -123,18 +123,28 @@ def unclipped(axes: Iterable[Axes3D]) -> None:
             artist.set(clip_on=False, in_layout=False)
 
 
-def tips(R: np.ndarray, t: np.ndarray, length_m: float) -> np.ndarray:
-    """Where the letters of the axes of a frame stand, (3, 3): a little aside, for what goes on in
-    the direction of an axis."""
-    found: np.ndarray = t + length_m * (R @ (np.eye(3) + ASIDE)).T
-    return found
+def ring(view: View, width: float, height: float) -> np.ndarray:
+    """(24, 3) points of an ellipse on the page about the origin."""
+    turn = np.radians(np.arange(0, 360, 15))[:, None]
+    points: np.ndarray = width * np.cos(turn) * view.page[0] + height * np.sin(turn) * view.page[1]
+    return points
 
 
-def draw_frame(axes: Axes3D, R: np.ndarray, t: np.ndarray, length_m: float, colour: str) -> None:
-    """Axes x, y, z of a frame with their letters."""
-    for k, (letter, place) in enumerate(zip("xyz", tips(R, t, length_m), strict=True)):
-        arrow(axes, t, length_m * R[:, k], HEAD * length_m, color=colour, lw=1.2, zorder=5)
-        name(axes, place, letter, color=colour, size=SMALL_PT, zorder=6)
+def draw_frame(
+    axes: Axes3D, pose: tuple[np.ndarray, np.ndarray], length_m: float, colour: str, view: View,
+    taken: Sequence[np.ndarray] = (),
+) -> np.ndarray:  # fmt: skip
+    """Axes x, y, z of a frame R (3, 3), t (3,), with their letters, off the points (k, 3) taken.
+    Returns all points that they take."""
+    R, t = pose
+    ends = t + length_m * R.T
+    own = [np.linspace(t, end, 40) for end in ends]
+    about = ring(view, ASIDE * length_m, ASIDE * length_m)
+    for letter, end in zip("xyz", ends, strict=True):
+        arrow(axes, t, end - t, HEAD * length_m, color=colour, lw=1.2, zorder=5)
+        own.append(freest(end + about, np.vstack([*own, *taken]), view)[None])
+        name(axes, own[-1][0], letter, color=colour, size=SMALL_PT, zorder=6)
+    return np.vstack(own)
 
 
 def outline(board: np.ndarray) -> np.ndarray:

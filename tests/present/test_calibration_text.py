@@ -21,48 +21,66 @@ from mocap_metrology.present.text.calibration import (
 
 SAID = {
     Case.DISTANCE: "The stations are 2.15 m apart.",
-    Case.TOO_DISTANT: "The stations are 2.15 m apart, farther than any board sees both (at most "
-    "20 m).",
+    Case.TOO_DISTANT: (
+        "The stations are 2.15 m apart, too far apart for a board to be in view of both (at most "
+        "20 m)."
+    ),
     Case.RESIDUAL: "Angles are 2 µrad rms from the fit; the noise of an angle is 75, good is below "
     "20.",
-    Case.RESIDUAL_HIGH: "Angles are 2 µrad rms from the fit, 12 times the noise of an angle, as by "
-    "wrong optics (factory values, lasers off the housing's origin), a wrong board file, "
-    "reflections or board poses in the wrong minimum.",
+    Case.RESIDUAL_HIGH: (
+        "Angles are 2 µrad rms from the fit, 12 times the noise of an angle. Possible causes: "
+        "wrong optics (factory values, lasers off the housing's origin), a wrong board file, "
+        "reflections or board poses in the wrong minimum."
+    ),
     Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
     Case.PATH_ERRORS: "Errors of the board's path leave 2 µrad of the residual unexplained.",
-    Case.BEYOND_PATH: "Errors of the board's path leave 2 µrad of the residual unexplained (noise "
-    "of an angle: 75), as by a station that was touched, a wrong board file or wrong optics.",
-    Case.PATH_ERRORS_UNKNOWN: "Errors of the board's path were not told apart.",
-    Case.HALVES: "Parts of the recording differ by 4 mm and 0.05°, as chance allows.",
-    Case.HALVES_APART: "Parts of the recording differ by 4 mm and 0.05°, 12 times what noise "
-    "explains: was a station touched meanwhile?",
-    Case.HALVES_UNKNOWN: "Parts of the recording were not held against each other.",
+    Case.BEYOND_PATH: (
+        "Errors of the board's path leave 2 µrad of the residual unexplained (noise of an angle: "
+        "75). Possible causes: a station that was touched, a wrong board file or wrong optics."
+    ),
+    Case.PATH_ERRORS_UNKNOWN: "Errors of the board's path could not be separated.",
+    Case.HALVES: "Parts of the recording differ by 4 mm and 0.05°, which is within chance.",
+    Case.HALVES_APART: (
+        "Parts of the recording differ by 4 mm and 0.05°, 12 times as much as noise explains: was "
+        "a station touched during the recording?"
+    ),
+    Case.HALVES_UNKNOWN: "Parts of the recording were not compared.",
     Case.MIRRORED: "42 % of the board poses are mirrored.",
-    Case.MIRRORED_FLAT: "42 % of the board poses are mirrored, as a flat board allows: use "
-    "`paper-lm`, which lets both stations decide.",
-    Case.MIRRORED_BOTH: "42 % of the board poses are mirrored or wrong in another way, though both "
-    "stations decided: is the board file right (and no mirror image)? Use a larger board, or one "
-    "with depth.",
+    Case.MIRRORED_FLAT: (
+        "42 % of the board poses are mirrored, which is possible with a flat board: use "
+        "`paper-lm`, which decides by both stations."
+    ),
+    Case.MIRRORED_BOTH: (
+        "42 % of the board poses are mirrored or wrong in another way, although both stations "
+        "were used to decide: is the board file right (and no mirror image)? Use a larger board, "
+        "or one with depth."
+    ),
     Case.MIRRORED_UNKNOWN: "The share of mirrored board poses was not determined.",
     Case.MOVED: "The board moved.",
-    Case.STILL: "The board did not move: the pose stands on one place of the board, whose size "
-    "limits it. Record again with the board moved through the room.",
+    Case.STILL: (
+        "The board did not move: the pose is based on one position of the board, and the size of "
+        "the board limits its accuracy. Record again with the board moved through the room."
+    ),
     Case.COMMON: "Both stations saw the board at 2.149 moments.",
     Case.COMMON_FEW: "Both stations saw the board at 2.149 moments, few for a pose: keep the board "
     "in the view of both.",
-    Case.COMMON_UNNEEDED: "No common measurements are needed of a board at rest.",
+    Case.COMMON_UNNEEDED: "A board at rest needs no common measurements.",
     Case.BOARD_POSES: "Angles of single board poses are 2 µrad rms from their fit.",
     Case.BOARD_POSES_HIGH: "Angles of single board poses are 2 µrad rms from their fit: is the "
     "board file right, are there reflections?",
     Case.BOARD_POSES_NONE: "There are no board poses.",
-    Case.PATH: "The board went 2.1 m.",
-    Case.PATH_SHORT: "The board went 2.1 m only: a short path leaves the slave's rotation "
-    "uncertain.",
-    Case.PATH_UNNEEDED: "The last stage does not lean on the length of the path.",
-    Case.PATH_NONE: "There is no path of a board at rest.",
-    Case.UNCERTAINTY: "One standard deviation is 2.1 mm and 0.05° in the worst axes; an error of "
-    "scale in the board file is not in it and scales the distance.",
-    Case.UNCERTAINTY_NONE: "There is no covariance of this estimate.",
+    Case.PATH: "The path of the board is 2.1 m long.",
+    Case.PATH_SHORT: (
+        "The path of the board is only 2.1 m long: a short path leaves the slave's rotation "
+        "uncertain."
+    ),
+    Case.PATH_UNNEEDED: "The last stage does not depend on the length of the path.",
+    Case.PATH_NONE: "A board at rest has no path.",
+    Case.UNCERTAINTY: (
+        "One standard deviation is 2.1 mm and 0.05° in the worst axes. They do not include an "
+        "error of scale in the board file, which scales the distance."
+    ),
+    Case.UNCERTAINTY_NONE: "This estimate has no covariance.",
     Case.UNCERTAINTY_UNKNOWN: "The covariance of this estimate contains values that are not finite "
     "numbers: its uncertainty is unknown.",
     Case.DURATION: "The recording lasts 2.15 s.",
@@ -70,27 +88,43 @@ SAID = {
     Case.DURATION_SHORT: "The recording lasts 2.15 s, not the usual 8 s: few measurements.",
     Case.DURATION_UNKNOWN: "The duration is unknown.",
     Case.FACTORY: "Factory values from the recording.",
-    Case.FACTORY_FILE: "Factory values of the a and b and c come from a calibration file, not from "
-    "the recording: they are right only if the file is of this very station.",
-    Case.IDEAL: "Ideal optics, without the stations' factory values (master: none found; slave: "
-    "checksum wrong): the pose is 2 to 20 cm and 1 to 6° off for real stations, and no residual "
-    "shows it.",
-    Case.ROTOR_CLEAR: "The recording prefers the rotor model of a beyond chance.",
-    Case.ROTOR_OPEN: "The recording cannot tell the rotor models of a and b or c apart; their "
-    "poses differ by up to 2.1 mm and 0.05°, which the uncertainty contains.",
-    Case.ROTOR_UNASKED: "The recording was not asked for the model of the rotors.",
+    Case.FACTORY_FILE: (
+        "Factory values of the a and b and c come from a calibration file, not from the "
+        "recording: they are correct only if the file belongs to this station."
+    ),
+    Case.IDEAL: (
+        "Ideal optics, without the stations' factory values (master: none found; slave: checksum "
+        "wrong): for real stations the pose is wrong by 2 to 20 cm and 1 to 6°, and no residual "
+        "shows this."
+    ),
+    Case.ROTOR_CLEAR: (
+        "The rotor model of a fits the recording significantly better than the others."
+    ),
+    Case.ROTOR_OPEN: (
+        "The recording cannot distinguish the rotor models of a and b or c; their poses differ "
+        "by up to 2.1 mm and 0.05°, which the uncertainty includes."
+    ),
+    Case.ROTOR_UNASKED: "Models of the rotors were not compared.",
     Case.STAGES: "Kabsch and final stage are 2.15 mm and 0.05° apart.",
-    Case.STAGES_LOOSE: "Kabsch and final stage are 2.15 mm and 0.05° apart. Kabsch is no surer "
-    "than that on such a path.",
+    Case.STAGES_LOOSE: (
+        "Kabsch and final stage are 2.15 mm and 0.05° apart. The Kabsch stage is no more accurate "
+        "than that on such a path."
+    ),
     Case.STAGES_UNKNOWN: "Kabsch and final stage are 2.15 mm and 0.05° apart. Whether noise "
     "explains that is unknown: a covariance contains values that are not finite numbers.",
     Case.OPTICS: "Factory values change the pose by 2.15 mm and 0.05°.",
-    Case.OPTICS_FAR: "Factory values change the pose by 2.15 mm and 0.05°, more than those of a "
-    "first-generation station can.",
-    Case.GRAVITY: "Up as both stations feel it agrees within 2.1°.",
-    Case.GRAVITY_OFF: "Up as both stations feel it differs by 2.1° in this pose.",
-    Case.GRAVITY_OFF_IDEAL: "Up as both stations feel it differs by 2.1° in this pose. Neglected "
-    "factory values alone can be 4°.",
+    Case.OPTICS_FAR: (
+        "Factory values change the pose by 2.15 mm and 0.05°, more than is possible for a "
+        "first-generation station."
+    ),
+    Case.GRAVITY: "The vertical directions measured by both stations agree within 2.1°.",
+    Case.GRAVITY_OFF: (
+        "The vertical directions measured by both stations differ by 2.1° in this pose."
+    ),
+    Case.GRAVITY_OFF_IDEAL: (
+        "The vertical directions measured by both stations differ by 2.1° in this pose. "
+        "Neglected factory values alone can make 4°."
+    ),
     Case.GRAVITY_UNKNOWN: "No gravity from both stations to compare with.",
     Case.REFERENCE: "The pose is 2.15 mm and 0.05° from the reference.",
     Case.REFERENCE_NONE: "There is no reference.",
@@ -116,7 +150,10 @@ def test_what_poses_of_a_small_board_make_of_the_residual() -> None:
 
 def test_optics_that_were_not_used() -> None:
     ideal = Check("factory values", Case.IDEAL, "ideal", "", "", False, "doubtful")
-    assert "without the stations' factory values (not used): the pose" in sentence(ideal)
+    assert (
+        "without the stations' factory values (not used): for real stations the pose"
+        in sentence(ideal)
+    )
 
 
 def test_a_good_reason_counts_what_passed() -> None:
@@ -174,13 +211,13 @@ def test_the_document_has_the_sentences_at_its_places() -> None:
 def test_a_comparison_with_an_earlier_pose() -> None:
     mm, deg = np.array([20.0, 0, 0]), np.array([0, 0.02, 0])
     assert comparison_words(Comparison(mm, deg, 50.0, 0.0004, True)) == (
-        "A station has moved: 20 mm and 0.02° from the earlier pose (by chance with probability "
+        "A station has moved: 20 mm and 0.02° from the earlier pose (probability by chance: "
         "0.0004)."
     )
     other = ("paper-lm", "kabsch", "ideal")
     found = Comparison(mm, deg, math.nan, math.nan, False, other, "Station ids not compared.")
     assert comparison_words(found) == (
-        "No sign that a station moved: 20 mm and 0.02° from the earlier pose (no covariance; taken "
-        "as moved beyond 20 mm or 0.5°). Station ids not compared. Compared with another estimate "
-        "(paper-lm, kabsch, ideal)."
+        "No sign that a station moved: 20 mm and 0.02° from the earlier pose (no covariance; a "
+        "station is taken as moved beyond 20 mm or 0.5°). Station ids not compared. Compared "
+        "with another estimate (paper-lm, kabsch, ideal)."
     )

@@ -185,7 +185,7 @@ def test_a_recording_of_seconds_has_no_empty_panel(tmp_path):
     assert not any(found.dynamics.values())
     assert len(figure.figure.axes) == 2
     texts = " ".join(every_text(figure))
-    assert "Events could not be looked for" in texts
+    assert "Events cannot be detected" in texts
     assert "windows" not in texts
     check_saved(figure, tmp_path)
 

@@ -101,7 +101,7 @@ def test_words_are_sentences_with_the_numbers(crumped):
     _, _, _, said = crumped
     event = next(f for f in said if f.kind == "event")
     assert event.severity == "warning"
-    assert event.words.startswith("At 150.0 s something moved")
+    assert event.words.startswith("At 150.0 s A, B moved")
     for finding in said:
         assert finding.words.endswith(".")
         assert "nan" not in finding.words
@@ -175,7 +175,7 @@ def test_the_sentence_of_a_warm_up_says_how_much_and_how_long():
 
 def test_the_fastest_drift_is_told():
     parts = {"x1": Deterministic(0.5), "y1": Deterministic(-1.2)}
-    assert drift_words(parts, 600.0) == "a steady drift of −1.2 mm/h (y1), 0.2 mm in all"
+    assert drift_words(parts, 600.0) == "a steady drift of −1.2 mm/h (y1), 0.2 mm in total"
     assert warm_up_words(parts, 600.0) == ""
 
 

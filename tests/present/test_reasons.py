@@ -22,110 +22,116 @@ SHORT = Unmodelled(Why.TOO_SHORT, 700, 1000)
 SENTENCES = [
     (
         LengthCheck(Code.TOO_SHORT, "bad", 0.3, 1.0, "s", n_frames=30, duration_s=0.3),
-        "The recording is too short to judge: 30 frames in 0.3 s; a verdict needs 100 frames and "
-        "1 s at least.",
+        "The recording is too short to judge: 30 frames in 0.3 s; a verdict needs at least 100 "
+        "frames and 1 s.",
     ),
     (
         Check(Code.FRAME, "good", 0.026, 0.1, "mm", **FRAME),
         "One frame of y1 is uncertain by 26.00 (25.50…26.41) µm about the mean of an hour; "
-        "good is up to 0.1 mm.",
+        "the limit for good is 0.1 mm.",
     ),
     (
         Check(Code.FRAME, "good", 0.026, 0.026, "mm", **FRAME | {"over_s": 120.0}, asked_s=3600.0),
-        "One frame of y1 is uncertain by 26.00 (25.50…26.41) µm about the mean of 2 min; "
-        "good is up to 26 µm (the interval reaches across); over 2 min only, nothing is known "
-        "of an hour.",
+        "One frame of y1 is uncertain by 26.00 (25.50…26.41) µm about the mean of 2 min; the "
+        "limit for good is 26 µm (the interval includes the limit); a recording of 2 min gives no "
+        "information about an hour.",
     ),
     (
         Check(Code.FRAME, "bad", 693.0, 0.25, "mm", series="x1", over_s=5.0),
-        "One frame of x1 is uncertain by 693 mm about the mean of 5 s; usable is up to 0.25 mm.",
+        (
+            "One frame of x1 is uncertain by 693 mm about the mean of 5 s; the limit for usable "
+            "is 0.25 mm."
+        ),
     ),
     (
         Check(Code.CONSTANT, "bad", math.nan, 0.25, "mm", names=("y1",)),
-        "y1 never changes: nothing is measured there, or the file is too coarse.",
+        "y1 never changes: nothing is measured there, or the steps of the file are too coarse.",
     ),
     (
         Check(Code.CONSTANT, "bad", math.nan, 0.25, "mm", names=("x1", "y1")),
-        "x1, y1 never change: nothing is measured there, or the file is too coarse.",
+        (
+            "x1, y1 never change: nothing is measured there, or the steps of the file are too "
+            "coarse."
+        ),
     ),
     (
         Check(Code.NO_SAMPLES, "bad", math.nan, 0.25, "mm"),
-        "There are no valid samples to judge by.",
+        "There are no valid samples for a verdict.",
     ),
     (
         Check(Code.FEW_SAMPLES, "bad", math.nan, 0.25, "mm"),
-        "There are too few valid samples to judge by.",
+        "There are too few valid samples for a verdict.",
     ),
     (
         Check(Code.UPPER_END, "usable", 0.1001, 0.1, "mm", series="y1", over_s=120.0),
-        "Over 2 min only, one frame of y1 may be uncertain by 0.1 mm, the upper end of its "
-        "interval; good is up to 0.1 mm.",
+        "Over only 2 min, the uncertainty of one frame of y1 may be 0.1 mm (upper end of its "
+        "interval); the limit for good is 0.1 mm.",
     ),
     (
         MovementCheck(
             *(Code.MOVES, "bad", 2021.4, 0.0, "mm", "", "y2"),
             **{"names": ("RFT1",), "over_s": 3600.0, "distance": "L", "distance_mm": 0.3},
         ),
-        "RFT1 moves: y2 by 2.02 m within an hour, which its noise does not explain; what still "
-        "counts is the distance L, one frame uncertain by 0.3 mm.",
+        "RFT1 moves: y2 by 2.02 m within an hour, which its noise does not explain; the distance "
+        "L is still valid, with an uncertainty of one frame of 0.3 mm.",
     ),
     (
         MovementCheck(
             *(Code.MOVES, "bad", 3.0, 0.0, "mm", "", "x1"),
             **{"names": ("A", "B"), "over_s": 60.0, "still": ("C", "D")},
         ),
-        "A, B move: x1 by 3 mm within 60 s, which its noise does not explain; what still counts "
-        "are the numbers of C, D.",
+        "A, B move: x1 by 3 mm within 60 s, which its noise does not explain; still valid are "
+        "the numbers of C, D.",
     ),
     (
         MovementCheck(Code.MOVES, "bad", 3.0, 0.0, "mm", series="x1", names=("A",), over_s=60.0),
-        "A moves: x1 by 3 mm within 60 s, which its noise does not explain; none of its numbers is "
-        "of noise alone.",
+        "A moves: x1 by 3 mm within 60 s, which its noise does not explain; all its numbers "
+        "include this movement.",
     ),
     (
         Check(Code.MISSING, "bad", 0.614, 0.1, series="x1"),
-        "61.4 % of the frames of x1 are missing; usable is up to 10 %.",
+        "61.4 % of the frames of x1 are missing; the limit for usable is 10 %.",
     ),
     (
         Check(Code.MISSING_OR_FILLED, "usable", 0.012, 0.01, series="y1"),
-        "1.2 % of the frames of y1 are missing, or filled by an interpolation; good would be up to "
+        "1.2 % of the frames of y1 are missing or filled by interpolation; the limit for good is "
         "1 %.",
     ),
     (
         Check(Code.STEP, "usable", 0.1, 0.25, "mm"),
-        "The resolution of the export decides: its steps of 0.1 mm hide the noise of all "
-        "coordinates, so a frame is known to a step and not better; export finer steps.",
+        "The resolution of the export limits the result: its steps of 0.1 mm hide the noise of "
+        "all coordinates, so a frame is known no better than one step; export with finer steps.",
     ),
     (
         Check(Code.LOW_PASS, "usable", 6.1, math.nan, "Hz"),
-        "The recording looks low-pass filtered at about 6.1 Hz; a frame's noise before the filter "
-        "cannot be estimated. Export unfiltered.",
+        "The recording looks to be low-pass filtered at about 6.1 Hz; the noise of a frame "
+        "before the filter cannot be estimated. Export unfiltered data.",
     ),
     (
         Check(Code.LOW_PASS, "usable", math.nan, math.nan, "Hz", names=("x1", "y1")),
-        "x1, y1 look low-pass filtered; a frame's noise before the filter cannot be estimated. "
-        "Export unfiltered.",
+        "x1, y1 look to be low-pass filtered; the noise of a frame before the filter cannot be "
+        "estimated. Export unfiltered data.",
     ),
     (
         Check(Code.OUTLIERS, "usable", 0.02, 0.01, series="z1"),
-        "2 % of the frames of z1 are outliers, beyond what clean noise and chance make; good would "
-        "be up to 1 %.",
+        "2 % of the frames of z1 are outliers, more than clean noise and chance explain; the "
+        "limit for good is 1 %.",
     ),
     (
         Check(Code.DRIFT, "usable", 0.5, 0.35, "mm", series="y1", over_s=3600.0),
-        "y1 drifts by 0.5 mm in an hour; good would be up to 0.35 mm.",
+        "y1 drifts by 0.5 mm in an hour; the limit for good is 0.35 mm.",
     ),
     (
         Check(Code.RANDOM_WALK, "usable", 0.5, 0.35, "mm", series="y1", over_s=3600.0),
-        "y1 wanders as a random walk: a line through it rises by 0.5 mm in an hour; good would be "
-        "up to 0.35 mm.",
+        "y1 wanders as a random walk: a straight line fitted to it rises by 0.5 mm in an hour; "
+        "the limit for good is 0.35 mm.",
     ),
     (
         ModelCheck(
             Code.MISFIT, "usable", "refused", "ok", n_coordinates=2, unmodelled={"y1": SHORT}
         ),
         "There is no noise model (too short: 700 samples, a noise model needs 1000) of y1: its "
-        "numbers are those of this recording and may not be of the next.",
+        "numbers describe this recording and may not hold for the next one.",
     ),
     (
         ModelCheck(
@@ -134,7 +140,7 @@ SENTENCES = [
             unmodelled={"x1": None, "y1": Unmodelled(Why.MISFIT)},
         ),
         "There is no noise model of x1; the noise model does not describe the spectrum of y1: its "
-        "numbers are those of this recording and may not be of the next.",
+        "numbers describe this recording and may not hold for the next one.",
     ),
     (
         ModelCheck(
@@ -143,16 +149,16 @@ SENTENCES = [
             unmodelled={"x1": SHORT, "y1": SHORT},
         ),
         "There is no noise model (too short: 700 samples, a noise model needs 1000): its numbers "
-        "are those of this recording and may not be of the next.",
+        "describe this recording and may not hold for the next one.",
     ),
     (
         Check(Code.DURATION, "usable", 30.0, 60.0, "s"),
-        "The recording lasts 30 s; less than 60 s do not tell how the system wanders.",
+        "The recording lasts 30 s; at least 60 s are needed to estimate slow wander.",
     ),
     (
         Check(Code.MARKERS, "usable", 1, 2),
-        "1 marker of at least 2: without a distance, nothing is measured that does not depend on "
-        "where the cameras are.",
+        "1 marker; at least 2 are needed: without a distance, every quantity depends on the "
+        "positions of the cameras.",
     ),
 ]
 
@@ -182,11 +188,11 @@ def test_every_code_has_its_words() -> None:
         ),
         (
             Unmodelled(Why.FRAMES_DISAGREE, 0.02, 0.04),
-            "single frames scatter by 20 µm, the model says 40 µm",
+            "single frames scatter by 20 µm, the model predicts 40 µm",
         ),
         (
             Unmodelled(Why.MEANS_DISAGREE, 0.0312, 0.01, 1.0),
-            "means over 1 s scatter by 31.2 µm, the model says 10 µm",
+            "means over 1 s scatter by 31.2 µm, the model predicts 10 µm",
         ),
     ],
 )

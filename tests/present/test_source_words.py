@@ -17,7 +17,7 @@ def test_a_measured_recording_names_its_files() -> None:
         "measured, take1.c3d and 2 more files",
     ]
     assert source_words({"twin": None}) == "measured"
-    assert source_words({"twin": "T40-10", "segments": parts}) == "twin T40-10: simulated"
+    assert source_words({"twin": "T40-10", "segments": parts}) == "simulated stand-in (twin) T40-10"
 
 
 @pytest.mark.parametrize(

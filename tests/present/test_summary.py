@@ -60,14 +60,14 @@ def test_refusals_come_first_and_nothing_is_taken_for_markup() -> None:
 
 def test_why_names_all_that_lowers_the_word_in_few_words() -> None:
     reason = (
-        "One frame of x2 is uncertain by 0.728 (0.680…0.779) mm about the mean of 10 min; usable "
-        "is up to 0.25 mm."
+        "One frame of x2 is uncertain by 0.728 (0.680…0.779) mm about the mean of 10 min; the "
+        "limit for usable is 0.25 mm."
     )
-    drift = {"reason": "x1 drifts by 0.521 mm in 10 min; good would be up to 0.35 mm."}
+    drift = {"reason": "x1 drifts by 0.521 mm in 10 min; the limit for good is 0.35 mm."}
     event = {"words": "At 3 s it moved; so it did.", "severity": "warning"}
     row = recording("a", "bad", caps=[drift], sentences=[event]) | {"reason": reason}
     assert summary.why(row) == [
-        "One frame of x2: 0.728 mm; usable is up to 0.25 mm.",
+        "One frame of x2: 0.728 mm; the limit for usable is 0.25 mm.",
         drift["reason"],
         "At 3 s it moved.",
     ]

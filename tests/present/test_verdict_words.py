@@ -84,13 +84,13 @@ def test_lines_say_word_reason_and_numbers_once() -> None:
     lines = verdict_lines(contents())
     assert lines[0] == "lab-1: usable"
     assert lines[1].startswith("One frame of y1 is uncertain by 0.1200 (0.1179…0.1211) mm about")
-    assert lines[1].endswith("; over 2 min only, nothing is known of an hour.")
-    assert "1 marker of at least 2: without a distance" in lines[2]
+    assert lines[1].endswith("; a recording of 2 min gives no information about an hour.")
+    assert "1 marker; at least 2 are needed: without a distance" in lines[2]
     four, ten = (with_unit(contents()["reference_for_mm"][k], "mm") for k in ("4", "10"))
     assert lines[3] == (
-        f"By its noise alone it may serve as reference for devices of at least {four} "
-        f"uncertainty (4 times the upper end of its interval; 10 times: {ten}); scale and "
-        "distortion of the volume are not in it."
+        "By its noise alone, suitable as a reference for devices with an uncertainty of at least "
+        f"{four} (4 times the upper end of its interval; 10 times: {ten}). Scale and distortion "
+        "of the volume are not included."
     )
     (cells,) = [re.split(r"\s{2,}", line.strip()) for line in lines if line.startswith("  y1")]
     assert cells[:4] == ["y1", "0.120", "0.120", "0.0169"]
@@ -172,12 +172,12 @@ def test_green_points_under_a_worse_word_say_what_decided() -> None:
     found |= {"series": small, "word": "usable"}
     found["decided_by"] = found["decided_by"] | {"quantity": "duration"}
     figure = verdict_figure(found)
-    assert "the bands are of these alone, the word is by the duration." in figure.caption
-    assert any(text.startswith("Decided by: duration. ") for text in every_text(figure))
+    assert "the bands refer to these alone; the word depends on the duration." in figure.caption
+    assert any(text.startswith("Deciding quantity: duration. ") for text in every_text(figure))
     assert not [t for t in left_of(figure).texts if t.get_weight() == "bold"]
     assert "decides the verdict" not in every_text(figure)
     figure = verdict_figure(contents())
-    assert "the verdict is on one frame in the worst coordinate." in figure.caption
+    assert "the verdict refers to one frame in the worst coordinate." in figure.caption
 
 
 def test_the_point_that_decided_is_marked() -> None:
@@ -199,13 +199,13 @@ def test_a_recording_without_numbers_has_a_row_and_a_picture(tmp_path: Path) -> 
             mean["uncertainty_mm"] = None
     found |= {"reference_for_mm": {"4": None, "10": None}}
     assert summary_row(found)["worst"] == ""
-    assert "It may not serve as a reference." in verdict_lines(found)
+    assert "Not suitable as a reference." in verdict_lines(found)
     check_saved(verdict_figure(found), tmp_path / "none")
 
 
 def test_what_is_bad_is_no_reference_in_words_either() -> None:
     found = contents(empty="y1") | {"word": "bad", "reference_for_mm": {"4": None, "10": None}}
-    assert "It may not serve as a reference." in verdict_lines(found)
+    assert "Not suitable as a reference." in verdict_lines(found)
     assert summary_row(found)["reference_for_4x_mm"] is None
 
 

@@ -41,4 +41,4 @@ def test_of_long_recordings_the_share_is_as_counted(share: float) -> None:
 def test_without_a_number_it_is_no_reference() -> None:
     for nothing in (None, math.nan):
         found = {"reference_for_mm": {"4": nothing, "10": nothing}}
-        assert reference_sentence(found) == "It may not serve as a reference."
+        assert reference_sentence(found) == "Not suitable as a reference."

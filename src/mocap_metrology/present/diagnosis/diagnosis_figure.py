@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 DYNAMIC_MM, CLOSE_MM, SPECTRA_MM = 36.0, 44.0, 58.0
 MOST_LETTERS = 36  # of title and remark side by side
-NO_EVENTS = "Events could not be looked for: the recording is too short, or its steps too coarse."
+NO_EVENTS = "Events cannot be detected: the recording is too short, or its steps are too coarse."
 
 
 @styled()

@@ -142,14 +142,14 @@ def _head(
         size = f"{significant(event.size_mm * unit.per_mm)} {unit.symbol}"
         title = "The event" if len(found.events) == 1 else "The largest event"
         unknown = event.outcome == "unknown"
-        word = "too near an end to compare" if unknown else outcome(event)
+        word = "too close to an end to compare" if unknown else outcome(event)
         return title, f"{size} in {view.series}, {word}"
     if view.kind == "level":
         return "Where the noise changes", ""
     title = "Most unusual window"
     if recording.duration_s >= LEAST_S:
         likely = view.chance >= LIKELY
-        return title, "noise explains it" if likely else f"chance ≤ {100 * view.chance:.2g} %"
+        return title, "explained by noise" if likely else f"chance ≤ {100 * view.chance:.2g} %"
     first = max(round(view.first_s * recording.frame_rate_hz) - cut.begin, 0)
     last = first + round((view.last_s - view.first_s) * recording.frame_rate_hz)
     inside = {k: v[first:last] for k, v in cut.values.items() if np.isfinite(v[first:last]).any()}

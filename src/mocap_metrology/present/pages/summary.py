@@ -135,9 +135,9 @@ APART = "These subsets of cameras do not share their frames: "
 SHORTER = (  # what a sentence loses in the table
     r" \([^()]*…[^()]*\)",
     r" about the mean of [^;]*",
-    r", beyond what [^;]*",
+    r", more than clean [^;]*",
     r"( \([^()]*\))?: its numbers .*(?=\.$)",
-    r"; what still counts.*(?=\.$)",
+    r"; (the distance \S+ is still|still) valid.*(?=\.$)",
     r": (without a distance|nothing is measured there),.*(?=\.$)",
 )
 

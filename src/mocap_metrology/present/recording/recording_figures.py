@@ -24,12 +24,12 @@ MOST_NAMED = 2  # files
 
 
 def source_words(origin: Record) -> str:
-    """`twin T40-10: simulated`; `measured, take.c3d`; of many segments the first and their number.
+    """`simulated stand-in (twin) T40-10`, or `measured, take.c3d`; many segments are counted.
 
     origin: what a table of the recording says of itself.
     """
     if origin["twin"]:
-        return f"twin {origin['twin']}: simulated"
+        return f"simulated stand-in (twin) {origin['twin']}"
     files = [part["path"].rpartition("/")[2] for part in origin.get("segments") or ()]
     files = list(dict.fromkeys(files))
     if len(files) > MOST_NAMED:

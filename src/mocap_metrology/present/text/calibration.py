@@ -14,50 +14,70 @@ from mocap_metrology.lighthouse.assess.validation import Verdict
 
 SENTENCES = {
     Case.DISTANCE: "The stations are {value:.3g} m apart.",
-    Case.TOO_DISTANT: "The stations are {value:.3g} m apart, farther than any board sees both (at"
-    " most {limit:g} m).",
+    Case.TOO_DISTANT: (
+        "The stations are {value:.3g} m apart, too far apart for a board to be in view of both "
+        "(at most {limit:g} m)."
+    ),
     Case.RESIDUAL: "Angles are {value:.0f} µrad rms from the fit; the noise of an angle is"
     " {noise:.0f}{made}, good is below {limit:.0f}.",
-    Case.RESIDUAL_HIGH: "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times the noise"
-    " of an angle{made}, as by wrong optics (factory values, lasers off the housing's origin), a"
-    " wrong board file, reflections or board poses in the wrong minimum.",
+    Case.RESIDUAL_HIGH: (
+        "Angles are {value:.0f} µrad rms from the fit, {times:.0f} times the noise of an "
+        "angle{made}. Possible causes: wrong optics (factory values, lasers off the housing's "
+        "origin), a wrong board file, reflections or board poses in the wrong minimum."
+    ),
     Case.RESIDUAL_UNKNOWN: "The residual of the fit is unknown.",
     Case.PATH_ERRORS: "Errors of the board's path leave {value:.0f} µrad of the residual"
     " unexplained.",
-    Case.BEYOND_PATH: "Errors of the board's path leave {value:.0f} µrad of the residual"
-    " unexplained (noise of an angle: {noise:.0f}), as by a station that was touched, a wrong board"
-    " file or wrong optics.",
-    Case.PATH_ERRORS_UNKNOWN: "Errors of the board's path were not told apart.",
-    Case.HALVES: "Parts of the recording differ by {mm:.2g} mm and {deg:.2g}°, as chance allows.",
-    Case.HALVES_APART: "Parts of the recording differ by {mm:.2g} mm and {deg:.2g}°, {times:.0f}"
-    " times what noise explains: was a station touched meanwhile?",
-    Case.HALVES_UNKNOWN: "Parts of the recording were not held against each other.",
+    Case.BEYOND_PATH: (
+        "Errors of the board's path leave {value:.0f} µrad of the residual unexplained (noise of "
+        "an angle: {noise:.0f}). Possible causes: a station that was touched, a wrong board file "
+        "or wrong optics."
+    ),
+    Case.PATH_ERRORS_UNKNOWN: "Errors of the board's path could not be separated.",
+    Case.HALVES: (
+        "Parts of the recording differ by {mm:.2g} mm and {deg:.2g}°, which is within chance."
+    ),
+    Case.HALVES_APART: (
+        "Parts of the recording differ by {mm:.2g} mm and {deg:.2g}°, {times:.0f} times as much "
+        "as noise explains: was a station touched during the recording?"
+    ),
+    Case.HALVES_UNKNOWN: "Parts of the recording were not compared.",
     Case.MIRRORED: "{percent:.2g} % of the board poses are mirrored.",
-    Case.MIRRORED_FLAT: "{percent:.2g} % of the board poses are mirrored, as a flat board allows:"
-    " use `paper-lm`, which lets both stations decide.",
-    Case.MIRRORED_BOTH: "{percent:.2g} % of the board poses are mirrored or wrong in another way,"
-    " though both stations decided: is the board file right (and no mirror image)? Use a larger"
-    " board, or one with depth.",
+    Case.MIRRORED_FLAT: (
+        "{percent:.2g} % of the board poses are mirrored, which is possible with a flat board: "
+        "use `paper-lm`, which decides by both stations."
+    ),
+    Case.MIRRORED_BOTH: (
+        "{percent:.2g} % of the board poses are mirrored or wrong in another way, although both "
+        "stations were used to decide: is the board file right (and no mirror image)? Use a "
+        "larger board, or one with depth."
+    ),
     Case.MIRRORED_UNKNOWN: "The share of mirrored board poses was not determined.",
     Case.MOVED: "The board moved.",
-    Case.STILL: "The board did not move: the pose stands on one place of the board, whose size"
-    " limits it. Record again with the board moved through the room.",
+    Case.STILL: (
+        "The board did not move: the pose is based on one position of the board, and the size of "
+        "the board limits its accuracy. Record again with the board moved through the room."
+    ),
     Case.COMMON: "Both stations saw the board at {value} moments.",
     Case.COMMON_FEW: "Both stations saw the board at {value} moments, few for a pose: keep the"
     " board in the view of both.",
-    Case.COMMON_UNNEEDED: "No common measurements are needed of a board at rest.",
+    Case.COMMON_UNNEEDED: "A board at rest needs no common measurements.",
     Case.BOARD_POSES: "Angles of single board poses are {value:.0f} µrad rms from their fit.",
     Case.BOARD_POSES_HIGH: "Angles of single board poses are {value:.0f} µrad rms from their fit:"
     " is the board file right, are there reflections?",
     Case.BOARD_POSES_NONE: "There are no board poses.",
-    Case.PATH: "The board went {value:.2g} m.",
-    Case.PATH_SHORT: "The board went {value:.2g} m only: a short path leaves the slave's rotation"
-    " uncertain.",
-    Case.PATH_UNNEEDED: "The last stage does not lean on the length of the path.",
-    Case.PATH_NONE: "There is no path of a board at rest.",
-    Case.UNCERTAINTY: "One standard deviation is {value:.2g} mm and {deg:.2g}° in the worst axes;"
-    " an error of scale in the board file is not in it and scales the distance.",
-    Case.UNCERTAINTY_NONE: "There is no covariance of this estimate.",
+    Case.PATH: "The path of the board is {value:.2g} m long.",
+    Case.PATH_SHORT: (
+        "The path of the board is only {value:.2g} m long: a short path leaves the slave's "
+        "rotation uncertain."
+    ),
+    Case.PATH_UNNEEDED: "The last stage does not depend on the length of the path.",
+    Case.PATH_NONE: "A board at rest has no path.",
+    Case.UNCERTAINTY: (
+        "One standard deviation is {value:.2g} mm and {deg:.2g}° in the worst axes. They do not "
+        "include an error of scale in the board file, which scales the distance."
+    ),
+    Case.UNCERTAINTY_NONE: "This estimate has no covariance.",
     Case.UNCERTAINTY_UNKNOWN: "The covariance of this estimate contains values that are not finite"
     " numbers: its uncertainty is unknown.",
     Case.DURATION: "The recording lasts {value:.3g} s.",
@@ -66,26 +86,42 @@ SENTENCES = {
     " measurements.",
     Case.DURATION_UNKNOWN: "The duration is unknown.",
     Case.FACTORY: "Factory values from the recording.",
-    Case.FACTORY_FILE: "Factory values of the {all_names} come from a calibration file, not from"
-    " the recording: they are right only if the file is of this very station.",
-    Case.IDEAL: "Ideal optics, without the stations' factory values ({why}): the pose is 2 to 20 cm"
-    " and 1 to 6° off for real stations, and no residual shows it.",
-    Case.ROTOR_CLEAR: "The recording prefers the rotor model of {first} beyond chance.",
-    Case.ROTOR_OPEN: "The recording cannot tell the rotor models of {first} and {others} apart;"
-    " their poses differ by up to {value:.2g} mm and {deg:.2g}°, which the uncertainty contains.",
-    Case.ROTOR_UNASKED: "The recording was not asked for the model of the rotors.",
+    Case.FACTORY_FILE: (
+        "Factory values of the {all_names} come from a calibration file, not from the recording: "
+        "they are correct only if the file belongs to this station."
+    ),
+    Case.IDEAL: (
+        "Ideal optics, without the stations' factory values ({why}): for real stations the pose "
+        "is wrong by 2 to 20 cm and 1 to 6°, and no residual shows this."
+    ),
+    Case.ROTOR_CLEAR: (
+        "The rotor model of {first} fits the recording significantly better than the others."
+    ),
+    Case.ROTOR_OPEN: (
+        "The recording cannot distinguish the rotor models of {first} and {others}; their poses "
+        "differ by up to {value:.2g} mm and {deg:.2g}°, which the uncertainty includes."
+    ),
+    Case.ROTOR_UNASKED: "Models of the rotors were not compared.",
     Case.STAGES: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart.",
-    Case.STAGES_LOOSE: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart. Kabsch is"
-    " no surer than that on such a path.",
+    Case.STAGES_LOOSE: (
+        "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart. The Kabsch stage is no "
+        "more accurate than that on such a path."
+    ),
     Case.STAGES_UNKNOWN: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart. Whether"
     " noise explains that is unknown: a covariance contains values that are not finite numbers.",
     Case.OPTICS: "Factory values change the pose by {value:.3g} mm and {deg:.2g}°.",
-    Case.OPTICS_FAR: "Factory values change the pose by {value:.3g} mm and {deg:.2g}°, more than"
-    " those of a first-generation station can.",
-    Case.GRAVITY: "Up as both stations feel it agrees within {value:.1f}°.",
-    Case.GRAVITY_OFF: "Up as both stations feel it differs by {value:.1f}° in this pose.",
-    Case.GRAVITY_OFF_IDEAL: "Up as both stations feel it differs by {value:.1f}° in this pose."
-    " Neglected factory values alone can be 4°.",
+    Case.OPTICS_FAR: (
+        "Factory values change the pose by {value:.3g} mm and {deg:.2g}°, more than is possible "
+        "for a first-generation station."
+    ),
+    Case.GRAVITY: "The vertical directions measured by both stations agree within {value:.1f}°.",
+    Case.GRAVITY_OFF: (
+        "The vertical directions measured by both stations differ by {value:.1f}° in this pose."
+    ),
+    Case.GRAVITY_OFF_IDEAL: (
+        "The vertical directions measured by both stations differ by {value:.1f}° in this pose. "
+        "Neglected factory values alone can make 4°."
+    ),
     Case.GRAVITY_UNKNOWN: "No gravity from both stations to compare with.",
     Case.REFERENCE: "The pose is {value:.3g} mm and {deg:.2g}° from the reference.",
     Case.REFERENCE_NONE: "There is no reference.",
@@ -125,7 +161,7 @@ def reason(verdict: Verdict) -> str:
 
 def _in_short(check: Check) -> str:
     """Without the causes it may have."""
-    return sentence(check).split(", as by ")[0].rstrip(".") + "."
+    return sentence(check).split(". Possible causes: ")[0].rstrip(".") + "."
 
 
 def sentence(check: Check) -> str:
@@ -150,9 +186,9 @@ def comparison_words(found: Comparison | None) -> str:
     if found is None:
         return "No pose to compare with the earlier one."
     said = "A station has moved" if found.moved else "No sign that a station moved"
-    how = f"by chance with probability {found.p_value:.2g}"
+    how = f"probability by chance: {found.p_value:.2g}"
     if math.isnan(found.p_value):
-        how = f"no covariance; taken as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
+        how = f"no covariance; a station is taken as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
     mm, deg = (float(np.linalg.norm(v)) for v in (found.difference_mm, found.difference_deg))
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
     first = f"{said}: {mm:.3g} mm and {deg:.2g}° from the earlier pose ({how})."

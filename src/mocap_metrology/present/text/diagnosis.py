@@ -45,7 +45,7 @@ LEVELS_S = 2 * LEAST_POINTS * JOINED_BLOCKS * BLOCK_S
 COMPARED = {
     "changed": "noise changed",
     "alike": "noise is the same before and after",
-    "undecided": "whether the noise changed is undecided",
+    "undecided": "undecided whether the noise changed",
 }
 COARSE_STEP_MM = 0.01  # of text files as some programs export them, Vicon's among them (S 3.4)
 
@@ -88,7 +88,9 @@ def sentences(
 
 def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> list[Sentence]:
     if not found.n_windows and not found.events:
-        words = "Events cannot be looked for: the recording is too short, or its steps too coarse."
+        words = (
+            "Events cannot be detected: the recording is too short, or its steps are too coarse."
+        )
         return [Sentence("event", "info", (), words, {"n_events": None, "n_windows": 0})]
     if not found.events:
         return [_no_event(found, recording, settings)]
@@ -96,8 +98,8 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
     told = [_event(e, recording) for e in order[:NAMED_EVENTS]]
     if len(order) > NAMED_EVENTS:
         words = (
-            f"{len(order)} events in {duration_words(recording.duration_s)}, of which the largest "
-            f"{NAMED_EVENTS} are told of: this is no undisturbed recording."
+            f"{len(order)} events in {duration_words(recording.duration_s)}; only the largest "
+            f"{NAMED_EVENTS} are reported. The recording was disturbed."
         )
         told.insert(0, Sentence("event", "warning", (), words, {"n_events": len(order)}))
     return told
@@ -108,18 +110,21 @@ def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSetting
     lasting = duration_words(recording.duration_s)
     if recording.duration_s < LEAST_S:
         words = (
-            f"Too short to decide on events: {lasting} with {windows} windows of the dynamic Allan "
-            f"variance; with both sides of an event it takes {LEAST_S:g} s."
+            f"Too short to decide on events: {lasting} with {windows} windows of the dynamic "
+            f"Allan variance; both sides of an event together need at least {LEAST_S:g} s."
         )
         numbers = {"n_events": None, "n_windows": found.n_windows}
         return Sentence("event", "info", (), words, numbers)
     words = (
         f"No event in {lasting}: none of {windows} windows of the dynamic Allan variance departs "
-        f"from the noise by more than chance would in {100 * settings.false_alarm:g} % of all "
-        "sound recordings."
+        f"from the noise by more than it would by chance in {100 * settings.false_alarm:g} % of "
+        "undisturbed recordings."
     )
     if recording.duration_s < LEVELS_S:
-        words += f" Lasting changes of the noise are looked for from {LEVELS_S:g} s on."
+        words += (
+            " Lasting changes of the noise can only be detected in recordings of at least "
+            f"{LEVELS_S:g} s."
+        )
     return Sentence("event", "info", (), words, {"n_events": 0, "n_windows": found.n_windows})
 
 
@@ -132,15 +137,15 @@ def _event(event: Event, recording: Recording) -> Sentence:
         "sides": [vars(s) for s in event.sides],
     }  # fmt: skip
     if event.kind == "level":
-        words = f"At {moment(event.time_s)} the noise of {event.series[0]} became another"
+        words = f"At {moment(event.time_s)} the noise level of {event.series[0]} changed"
     else:
         who = ", ".join(markers) or ", ".join(event.series)
         words = (
-            f"At {moment(event.time_s)} something moved {who} by up to {mm(event.size_mm)} "
+            f"At {moment(event.time_s)} {who} moved by up to {mm(event.size_mm)} "
             f"({event.largest}) for {event.duration_s:.2g} s"
         )
     if side is None:
-        words += "; too little is left on one side to compare the noise before and after"
+        words += "; too few samples remain on one side to compare the noise before and after"
     else:
         words += (
             f"; {COMPARED[event.noise_after]}: sd of {side.series} {mm(side.fast_before)} before, "
@@ -160,11 +165,11 @@ def _periodic(lines: Sequence[Found], recording: Recording) -> list[Sentence]:
     """One a frequency, with all series that show it."""
     found = disturbances(lines, recording.duration_s)
     if not found:
-        words = "No periodic disturbance stands out of the spectrum of any series."
+        words = "No periodic disturbance was detected in any series."
         return [Sentence("periodic", "info", (), words, {"n_lines": 0})]
     told = [_disturbance(one, recording) for one in found]
     if len(told) > NAMED_LINES:
-        words = f"{len(told)} periodic disturbances; the largest {NAMED_LINES} are told of."
+        words = f"{len(told)} periodic disturbances; only the largest {NAMED_LINES} are reported."
         many = Sentence("periodic", "warning", (), words, {"n_lines": len(told)})
         return [many, *told[:NAMED_LINES]]
     return told
@@ -176,7 +181,7 @@ def _disturbance(one: Disturbance, recording: Recording) -> Sentence:
     words = f"Periodic disturbance at {first.line.f_0:.5g} Hz, amplitude: {sizes}; "
     words += line_words(first)
     if first.share == first.share:
-        words += f"; it makes {percent(first.share)} of the Allan variance of "
+        words += f"; it contributes {percent(first.share)} of the Allan variance of "
         words += f"{first.series} at {first.tau_s:.2g} s"
     numbers = {
         "f_hz": first.line.f_0,
@@ -215,16 +220,16 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     worst = max(known, key=lambda r: r.share)
     coarse = worst.share_of(COARSE_STEP_MM)
     meaning = {
-        "fine": "and does not matter",
-        "noticeable": "which can be seen in the white level",
-        "dominates": "so the resolution of the export decides: export finer steps",
+        "fine": "which is negligible",
+        "noticeable": "which is visible in the white level",
+        "dominates": "so the resolution of the export limits the result: export with finer steps",
         "unknown": "",
     }[worst.word]
     words = (
-        f"Resolution: the file tells steps of {mm(worst.step_mm)} ({worst.kind}), which make "
-        f"{percent(worst.share)} of the Allan variance at one frame at most ({worst.series}), "
-        f"{meaning}; an export in steps of {COARSE_STEP_MM:g} mm would add "
-        f"{percent(coarse) if math.isfinite(coarse) else 'all there would be'}."
+        f"Resolution: the steps of the file are {mm(worst.step_mm)} ({worst.kind}). They "
+        f"contribute at most {percent(worst.share)} of the Allan variance at one frame "
+        f"({worst.series}), {meaning}; an export in steps of {COARSE_STEP_MM:g} mm would "
+        f"contribute {percent(coarse) if math.isfinite(coarse) else 'all of it'}."
     )
     numbers = {
         "step_mm": worst.step_mm, "word": worst.word, "share": {r.series: r.share for r in known},
@@ -270,7 +275,7 @@ def _slope(per_hour: float, duration_s: float) -> str:
     """In mm/h of a recording of a minute at least; of a shorter one what it says itself."""
     if duration_s >= 60:
         return with_unit(per_hour, "mm/h", sign=True)
-    return f"by {mm(per_hour * duration_s / 3600)} over all of it"
+    return f"{mm(per_hour * duration_s / 3600)} over the whole recording"
 
 
 def _drift(found: Diagnosis, recording: Recording) -> list[Sentence]:
@@ -280,8 +285,8 @@ def _drift(found: Diagnosis, recording: Recording) -> list[Sentence]:
     name, worst = max(known.items(), key=lambda item: item[1].range)
     words = (
         f"Slow movement: means over {worst.block_s:.2g} s wander by up to {mm(worst.range)} "
-        f"({name}) in {duration_words(recording.duration_s)}, a straight line through them "
-        f"{_slope(worst.per_hour, recording.duration_s)}."
+        f"({name}) in {duration_words(recording.duration_s)}; the slope of a straight line "
+        f"through them is {_slope(worst.per_hour, recording.duration_s)}."
     )
     numbers = {
         "range_mm": {k: d.range for k, d in known.items()},
@@ -330,7 +335,7 @@ def drift_words(parts: Mapping[str, Deterministic], duration_s: float) -> str:
         return ""
     name = max(speeds, key=lambda k: abs(speeds[k]))
     gone = abs(speeds[name]) * duration_s / 3600
-    return f"a steady drift of {with_unit(speeds[name], 'mm/h')} ({name}), {mm(gone)} in all"
+    return f"a steady drift of {with_unit(speeds[name], 'mm/h')} ({name}), {mm(gone)} in total"
 
 
 def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Sentence]:
@@ -338,8 +343,8 @@ def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Se
     total, name = sum(count.values()), max(count, key=lambda k: count[k])
     share = count[name] / max(recording.n_frames, 1)
     hours = recording.duration_s / 3600
-    frames = "frame is" if total == 1 else "frames are"
-    words = f"{total or 'No'} isolated {frames} off by more than {n_sigma:g} standard deviations"
+    frames = "frame deviates" if total == 1 else "frames deviate"
+    words = f"{total or 'No'} isolated {frames} by more than {n_sigma:g} standard deviations"
     if total:
         often = f"{total / hours:.3g} an hour" if hours > 0.1 else f"{percent(share)} of {name}"
         words += f", {often}, most in {name} ({count[name]})"
@@ -352,7 +357,7 @@ def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Se
 def _gaps(missing: dict[str, float]) -> list[Sentence]:
     name = max(missing, key=lambda k: missing[k])
     if not missing[name]:
-        return [Sentence("gaps", "info", (), "No frame is missing.", {"share": missing})]
+        return [Sentence("gaps", "info", (), "No frame deviates missing.", {"share": missing})]
     words = f"Marker {name} is missing in {percent(missing[name])} of the frames."
     return [Sentence("gaps", severity(missing[name] > MANY_GAPS), (), words, {"share": missing})]
 
@@ -389,9 +394,9 @@ def _misfit(noise: Sequence[NoiseRow], found: Diagnosis) -> list[Sentence]:
     if bad:
         words = f"No noise model describes the spectrum of {', '.join(bad)}"
         if found.events:
-            words += ", in which the events are; it was fitted anew without them for the filters"
+            words += ", which contains the events; for the filters it was fitted again without them"
         else:
-            words += "; what filters leave is then as measured, not as predicted"
+            words += "; the noise left by filters is therefore measured, not predicted"
         words += "."
         told.append(Sentence("misfit", "warning", bad, words))
     refused = tuple(dict.fromkeys(r["series"] for r in own if r["status"] == "refused"))

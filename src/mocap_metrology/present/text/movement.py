@@ -21,8 +21,9 @@ def movement_words(moving: Mapping[str, tuple[str, Movement]], within_s: float) 
     first, *others = moving
     which = f"{label} " if others else ""
     return [
-        f"marker {first} seems to move{_and_others(others)}: {which}{deed(axis, worst, within_s)}, "
-        "which noise does not; the Allan variance supposes still markers"
+        f"marker {first} seems to move{_and_others(others)}: "
+        f"{which}{deed(axis, worst, within_s)}, which noise does not explain; the Allan variance "
+        "assumes stationary markers"
     ]
 
 
@@ -30,8 +31,8 @@ def deed(axis: str, found: Movement, within_s: float) -> str:
     """What a marker does: `stands 2.05 mm elsewhere along x from 312 s on`."""
     size = mm(found.size_mm)
     if math.isfinite(found.time_s):
-        return f"stands {size} elsewhere along {axis} from {with_unit(found.time_s, 's')} on"
-    return f"covers {size} along {axis} within {with_unit(within_s, 's')}"
+        return f"shifts by {size} along {axis} at {with_unit(found.time_s, 's')}"
+    return f"moves by {size} along {axis} within {with_unit(within_s, 's')}"
 
 
 def _and_others(names: Sequence[str]) -> str:

@@ -37,16 +37,20 @@ QUANTITIES = {
 }
 SHARES = {
     Code.MISSING: "missing",
-    Code.MISSING_OR_FILLED: "missing, or filled by an interpolation",
-    Code.OUTLIERS: "outliers, beyond what clean noise and chance make",
+    Code.MISSING_OR_FILLED: "missing or filled by interpolation",
+    Code.OUTLIERS: "outliers, more than clean noise and chance explain",
 }
-KEPT = {"good": "good is up to", "usable": "good would be up to", "bad": "usable is up to"}
+KEPT = {
+    "good": "the limit for good is",
+    "usable": "the limit for good is",
+    "bad": "the limit for usable is",
+}
 NO_MODEL = "there is no noise model"
 MISFIT = "the noise model does not describe the spectrum"
 
 
 def quantity(check: Check) -> str:
-    """Name of what is held against the limit."""
+    """Name of the quantity that is compared with the limit."""
     if check.code is Code.TOO_SHORT:
         return "duration" if check.unit else "frames"
     return QUANTITIES[check.code]
@@ -68,29 +72,32 @@ def reason(check: Check) -> str:
         case Code.CONSTANT:
             verb = "changes" if len(check.names) == 1 else "change"
             named = ", ".join(check.names)
-            return f"{named} never {verb}: nothing is measured there, or the file is too coarse."
+            return (
+                f"{named} never {verb}: nothing is measured there, or the steps of the file are "
+                "too coarse."
+            )
         case Code.NO_SAMPLES | Code.FEW_SAMPLES:
             few = "no" if check.code is Code.NO_SAMPLES else "too few"
-            return f"There are {few} valid samples to judge by."
+            return f"There are {few} valid samples for a verdict."
         case Code.UPPER_END:
             return (
-                f"Over {duration_words(check.over_s)} only, one frame of {check.series} may be "
-                f"uncertain by {mm(value)}, the upper end of its interval; good is up "
-                f"to {float(check.limit):g} mm."
+                f"Over only {duration_words(check.over_s)}, the uncertainty of one frame of "
+                f"{check.series} may be {mm(value)} (upper end of its interval); the limit for "
+                f"good is {float(check.limit):g} mm."
             )
         case Code.STEP:
             return (
-                f"The resolution of the export decides: its steps of {mm(value)} hide the "
-                f"noise of {', '.join(check.names) or 'all coordinates'}, so a frame is known to a "
-                "step and not better; export finer steps."
+                f"The resolution of the export limits the result: its steps of {mm(value)} hide "
+                f"the noise of {', '.join(check.names) or 'all coordinates'}, so a frame is known "
+                "no better than one step; export with finer steps."
             )
         case Code.LOW_PASS:
             about = f" at about {value:.2g} Hz" if math.isfinite(value) else ""
             named = ", ".join(check.names) or "The recording"
             verb = "look" if len(check.names) > 1 else "looks"
             return (
-                f"{named} {verb} low-pass filtered{about}; a frame's noise before the filter "
-                "cannot be estimated. Export unfiltered."
+                f"{named} {verb} to be low-pass filtered{about}; the noise of a frame before the "
+                "filter cannot be estimated. Export unfiltered data."
             )
         case Code.MISSING | Code.MISSING_OR_FILLED | Code.OUTLIERS:
             return (
@@ -98,7 +105,7 @@ def reason(check: Check) -> str:
                 f"{_against(check, 100, '%')}."
             )
         case Code.DRIFT | Code.RANDOM_WALK:
-            walk = "wanders as a random walk: a line through it rises"
+            walk = "wanders as a random walk: a straight line fitted to it rises"
             does = "drifts" if check.code is Code.DRIFT else walk
             return (
                 f"{check.series} {does} by {mm(value)} in {duration_words(check.over_s)}; "
@@ -107,32 +114,32 @@ def reason(check: Check) -> str:
         case Code.DURATION:
             least = float(check.limit)
             return (
-                f"The recording lasts {duration_words(value)}; less than {least:g} s do not tell "
-                "how the system wanders."
+                f"The recording lasts {duration_words(value)}; at least {least:g} s are needed to "
+                "estimate slow wander."
             )
         case _:
             return (
-                f"{check.value} marker{'' if value == 1 else 's'} of at least {check.limit}: "
-                "without a distance, nothing is measured that does not depend on where the cameras "
-                "are."
+                f"{check.value} marker{'' if value == 1 else 's'}; at least {check.limit} are "
+                "needed: without a distance, every quantity depends on the positions of the "
+                "cameras."
             )
 
 
 def _length(check: LengthCheck) -> str:
     return (
         f"The recording is too short to judge: {check.n_frames:.0f} frames in "
-        f"{duration_words(check.duration_s)}; a verdict needs {LEAST_FRAMES} frames and "
-        f"{LEAST_S:g} s at least."
+        f"{duration_words(check.duration_s)}; a verdict needs at least {LEAST_FRAMES} frames and "
+        f"{LEAST_S:g} s."
     )
 
 
 def _frame(check: Check, value: float) -> str:
     low, high, limit = check.lower, check.upper, float(check.limit)
-    close = " (the interval reaches across)" if low <= limit < high else ""
+    close = " (the interval includes the limit)" if low <= limit < high else ""
     unknown = ""
     if math.isfinite(check.asked_s):
         reached, asked = duration_words(check.over_s), duration_words(check.asked_s)
-        unknown = f"; over {reached} only, nothing is known of {asked}"
+        unknown = f"; a recording of {reached} gives no information about {asked}"
     size = with_interval(value, low, high, "mm")
     return (
         f"One frame of {check.series} is uncertain by {size} about "
@@ -148,12 +155,14 @@ def _against(check: Check, times: float = 1, unit: str = "mm") -> str:
 def _movement(check: MovementCheck) -> str:
     verb = "moves" if len(check.names) == 1 else "move"
     if check.distance:
-        counts = f"what still counts is the distance {check.distance}, one frame uncertain by "
+        counts = (
+            f"the distance {check.distance} is still valid, with an uncertainty of one frame of "
+        )
         counts += mm(check.distance_mm)
     elif check.still:
-        counts = f"what still counts are the numbers of {', '.join(check.still)}"
+        counts = f"still valid are the numbers of {', '.join(check.still)}"
     else:
-        counts = "none of its numbers is of noise alone"
+        counts = "all its numbers include this movement"
     size = mm(float(check.value))
     return (
         f"{', '.join(check.names)} {verb}: {check.series} by {size} within "
@@ -170,8 +179,8 @@ def _model(check: ModelCheck) -> str:
         for why, names in reasons.items()
     )
     return (
-        f"{said[:1].upper()}{said[1:]}: its numbers are those of this recording and may not be of "
-        "the next."
+        f"{said[:1].upper()}{said[1:]}: its numbers describe this recording and may not hold for "
+        "the next one."
     )
 
 
@@ -186,7 +195,7 @@ def why_measured(found: Unmodelled | None) -> str:
     if found is None:
         return ""
     needed = f"{found.value:.0f} samples, a noise model needs {found.expected:.0f}"
-    scatter = f"scatter by {mm(found.value)}, the model says {mm(found.expected)}"
+    scatter = f"scatter by {mm(found.value)}, the model predicts {mm(found.expected)}"
     return {
         Why.NO_SAMPLES: "no valid samples",
         Why.TOO_SHORT: f"too short: {needed}",

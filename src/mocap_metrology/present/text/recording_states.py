@@ -24,8 +24,8 @@ def low_pass_words(found: Sequence[LowPass]) -> list[Sentence]:
     known = [f for f in cutoffs.values() if math.isfinite(f)]
     about = f" at about {float(np.median(known)):.2g} Hz" if known else ""
     words = (
-        f"{', '.join(cutoffs)} look{'s' if len(cutoffs) == 1 else ''} low-pass filtered{about}; "
-        "a frame's noise before the filter cannot be estimated."
+        f"{', '.join(cutoffs)} appear{'s' if len(cutoffs) == 1 else ''} to be low-pass "
+        f"filtered{about}; the noise of a frame before the filter cannot be estimated."
     )
     numbers = {"cutoff_hz": cutoffs, "top_to_pass_band": {one.series: one.ratio for one in found}}
     return [Sentence("low_pass", "warning", tuple(cutoffs), words, numbers)]
@@ -74,8 +74,8 @@ def filled_words(recording: Recording) -> list[Sentence]:
         share = recording.n_filled.get(label, 0) / recording.n_frames
         if share:
             words = (
-                f"{percent(share)} of the frames of {label} are gap-filled: quieter than noise "
-                "can be. They are left out as missing."
+                f"{percent(share)} of the frames of {label} are gap-filled: they show less noise "
+                "than is possible. They are excluded as missing."
             )
             names = tuple(f"{axis}{k}" for axis in AXES)
             told.append(
@@ -92,7 +92,7 @@ def repeated_words(found: Sequence[Repeats], recording: Recording) -> list[Sente
         longest = one.longest / recording.frame_rate_hz
         words = (
             f"{one.label} repeats its position exactly in {percent(one.share)} of the frames, for "
-            f"up to {longest:.2g} s, and then moves by {mm(one.change_mm)} at once: filtered or "
+            f"up to {longest:.2g} s, and then jumps by {mm(one.change_mm)}: it was filtered or "
             "gap-filled before the export."
         )
         names = tuple(f"{axis}{k}" for axis in AXES)

@@ -89,7 +89,7 @@ def verdict_figure(found: Found) -> Picture:
         f"{found['recording']}: {found['word']}", _source(found), 50.0 + ROW_MM * len(names)
     )
     how: Keywords = {"x": 0.01, "ha": "left", "fontsize": 8.5, "weight": "normal", "wrap": True}
-    body.suptitle(wrapped(f"Decided by: {found['decided_by']['quantity']}. {first}"), **how)
+    body.suptitle(wrapped(f"Deciding quantity: {found['decided_by']['quantity']}. {first}"), **how)
     bars = any(values["shares"] for values in series.values())
     panels = body.subplots(
         1, 1 + bars, sharey=True, squeeze=False, width_ratios=[1.6, 1.0][: 1 + bars]
@@ -113,7 +113,7 @@ def _shown(series: Mapping[str, Found]) -> list[str]:
 
 
 def _source(found: Found) -> str:
-    origin = f"twin {found['twin']}: simulated" if found.get("twin") else "measured"
+    origin = f"simulated stand-in (twin) {found['twin']}" if found.get("twin") else "measured"
     lasting = duration_words(found["duration_s"])
     return f"Source: {origin}. {lasting} at {found['frame_rate_hz']:g} Hz."
 
@@ -121,10 +121,11 @@ def _source(found: Found) -> str:
 def _note(found: Found, names: Sequence[str], cut: bool) -> str:
     """What the caption adds of this recording."""
     left_out = len(found["series"]) - len(names)
-    judged = "the verdict is on one frame in the worst coordinate"
+    judged = "the verdict refers to one frame in the worst coordinate"
     if found["word"] != _band(found):
         judged = (
-            f"the bands are of these alone, the word is by the {found['decided_by']['quantity']}"
+            "the bands refer to these alone; the word depends on the "
+            f"{found['decided_by']['quantity']}"
         )
     parts = [
         f"Standard uncertainties about the mean of {duration_words(found['horizon_s'])}, "
@@ -133,12 +134,15 @@ def _note(found: Found, names: Sequence[str], cut: bool) -> str:
     if numbers := marker_numbers(found):
         parts.append(numbers)
     if cut:
-        parts.append("Arrows: on beyond the axis.")
+        parts.append("Arrows: the interval extends beyond the axis.")
     if any(T_C.fullmatch(kind) for k in names for kind in found["series"][k]["shares"]):
         parts.append("Times in the bars: correlation times, classes after S 4.6.")
     measured = [k for k in names if found["series"][k]["basis"] == "measured"]
     if len(measured) == len(names):
-        parts.append("All measured, without a model, so there are no shares of kinds of noise.")
+        parts.append(
+            "All values are measured without a model, so the variance is not divided into "
+            "kinds of noise."
+        )
     elif measured:
         parts.append(f"Measured, without a model: {', '.join(measured)}.")
     if left_out > 0:

@@ -13,16 +13,17 @@ MOVES = "still.range_mm"  # the threshold of what stands still
 Found = Record  # contents of verdict.json
 
 CAPTION = (
-    "One row a recording. word: good, usable or bad, and reason, the check that decided. Of the "
-    "worst coordinate each: sigma_frame_mm, one frame within 1 s, the scatter of single frames "
-    "(then that of the distance L); frame_mm, one frame about the mean of the horizon (of the "
-    "recording where it is shorter); mean_T_s_mm, the same of a mean of T s. adev_min_mm and "
-    "tau_min_s, the lowest Allan deviation with 10 degrees of freedom or more and where, and "
-    "dominating_noise, the largest share of frame_mm squared, are of the coordinate in column "
-    "worst. reference_for: the least uncertainty of a device the system may serve as a reference "
-    "for, 4 and 10 times the upper end of its own interval (S 2.2), by its noise alone: scale and "
-    "distortion of the volume are not in it; empty where the word is bad. All are "
-    "standard uncertainties (one standard deviation). n_findings: warnings of the diagnosis."
+    "One row per recording. word: good, usable or bad. reason: the check that decided. All "
+    "numbers are standard uncertainties (one standard deviation). Each of these is of the worst "
+    "coordinate: sigma_frame_mm, scatter of single frames within 1 s (sigma_frame_L_mm: of the "
+    "distance L); frame_mm, one frame about the mean of the horizon, or of the recording if that "
+    "is shorter; mean_T_s_mm, the same for a mean over T s. These are of the coordinate in column "
+    "worst: adev_min_mm, the lowest Allan deviation with at least 10 degrees of freedom, at the "
+    "averaging time tau_min_s; dominating_noise, the largest share of the square of frame_mm. "
+    "reference_for: the smallest uncertainty of a device for which the system is suitable as a "
+    "reference, 4 and 10 times the upper end of its own interval (S 2.2). It includes the noise "
+    "alone, without scale and distortion of the volume, and is empty where the word is bad. "
+    "n_findings: number of warnings of the diagnosis."
 )
 HEAD = (
     *("recording", "source", "word", "reason", "worst", "sigma_frame_mm", "sigma_frame_L_mm"),
@@ -77,11 +78,11 @@ def reference_sentence(found: Found) -> str:
     """S 2.2's rule with this recording's numbers, which are of noise only."""
     four, ten = (found["reference_for_mm"][k] for k in ("4", "10"))
     if four is None or math.isnan(four):
-        return "It may not serve as a reference."
+        return "Not suitable as a reference."
     return (
-        f"By its noise alone it may serve as reference for devices of at least "
-        f"{with_unit(four, 'mm')} uncertainty (4 times the upper end of its interval; 10 times: "
-        f"{with_unit(ten, 'mm')}); scale and distortion of the volume are not in it."
+        "By its noise alone, suitable as a reference for devices with an uncertainty of at least "
+        f"{with_unit(four, 'mm')} (4 times the upper end of its interval; 10 times: "
+        f"{with_unit(ten, 'mm')}). Scale and distortion of the volume are not included."
     )
 
 

@@ -269,7 +269,7 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     sheet = shipped("recordings")
     per_recording = (
         *("simulate_recording", "trajectories", "clean", "allan", "psd", "gaussian", "noise"),
-        *("diagnosis", "verdict", "recording_figures", "noise_figures"),
+        *("diagnosis", "verdict", "recording_figures"),
     )
     once = (
         *("skurowski_tables", "skurowski_noise", "skurowski_noise_figures", "claims"),

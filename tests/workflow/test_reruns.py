@@ -21,7 +21,7 @@ CALIBRATIONS = [
 LAST = {"report_pages", "summary_page", "provenance", "gate", "default"}
 AFTER_READING = {
     *("clean", "allan", "psd", "gaussian", "noise", "diagnosis", "verdict", "summary"),
-    *("recording_figures", "noise_figures", "group_tables", "families"),
+    *("recording_figures", "group_tables", "families"),
 }
 
 

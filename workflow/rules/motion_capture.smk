@@ -193,16 +193,34 @@ rule expected_noise:
         "../scripts/expected_noise.py"
 
 
+# All in one job: what each needs most is the time to import matplotlib.
 rule recording_figures:
     input:
         raw="<results>/recordings/{recording}/trajectories.parquet",
         clean="<results>/recordings/{recording}/clean.parquet",
         allan="<results>/recordings/{recording}/allan_masked.parquet",
         psd="<results>/recordings/{recording}/psd.parquet",
+        noise="<results>/recordings/{recording}/noise.csv",
+        periodogram="<results>/recordings/{recording}/periodogram.parquet",
+        verdict="<results>/recordings/{recording}/verdict.json",
     output:
+        report(
+            "<results>/recordings/{recording}/verdict.svg",
+            caption="../report/caption.rst",
+            category="5 Recordings",
+            subcategory="{recording}",
+            labels={"result": "verdict: uncertainties, limits, causes"},
+        ),
         # On the page of the recording only: in the report they would be three quarters of it
         multiext("<results>/recordings/{recording}/", "adev.svg", "psd.svg", "trajectory.svg"),
-        multiext("<results>/recordings/{recording}/", "adev.png", "psd.png", "trajectory.png"),
+        multiext(
+            "<results>/recordings/{recording}/",
+            "verdict.png",
+            "adev.png",
+            "psd.png",
+            "trajectory.png",
+        ),
+        fits=directory("<results>/recordings/{recording}/fit"),
     log:
         "<logs>/recording_figures/{recording}.log",
     benchmark:
@@ -212,33 +230,11 @@ rule recording_figures:
         runtime=minutes(30),
     params:
         code=source("recording_figures.py", "noise", "pipeline", "present"),
-        caption=captions.RECORDING,
+        caption=captions.VERDICT,
     message:
         "{wildcards.recording}: figures"
     script:
         "../scripts/recording_figures.py"
-
-
-rule noise_figures:
-    input:
-        noise="<results>/recordings/{recording}/noise.csv",
-        allan="<results>/recordings/{recording}/allan_masked.parquet",
-        periodogram="<results>/recordings/{recording}/periodogram.parquet",
-    output:
-        directory("<results>/recordings/{recording}/fit"),
-    log:
-        "<logs>/noise_figures/{recording}.log",
-    benchmark:
-        "<benchmarks>/noise_figures/{recording}.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(30),
-    params:
-        code=source("noise_figures.py", "noise", "present"),
-    message:
-        "{wildcards.recording}: figures of the noise model"
-    script:
-        "../scripts/noise_figures.py"
 
 
 rule motion_capture_results:
@@ -250,6 +246,5 @@ rule motion_capture_results:
         ),
         figures=collect_outputs(
             rules.recording_figures.output,
-            rules.noise_figures.output,
             recording=accepted(selection.names, EVERY),
         ),

@@ -1,4 +1,4 @@
-# Is it good enough? A word, its reason and a picture of each recording; a table of each group.
+# Is it good enough? A word and its reason of each recording; a table of each group.
 
 
 rule verdict:
@@ -10,15 +10,7 @@ rule verdict:
         check=CHECK,
         diagnosis="<results>/recordings/{recording}/diagnosis.json",
     output:
-        json="<results>/recordings/{recording}/verdict.json",
-        svg=report(
-            "<results>/recordings/{recording}/verdict.svg",
-            caption="../report/caption.rst",
-            category="5 Recordings",
-            subcategory="{recording}",
-            labels={"result": "verdict: uncertainties, limits, causes"},
-        ),
-        png="<results>/recordings/{recording}/verdict.png",
+        "<results>/recordings/{recording}/verdict.json",
     log:
         "<logs>/verdict/{recording}.log",
     benchmark:
@@ -28,7 +20,6 @@ rule verdict:
         runtime=minutes(30),
     params:
         code=source("verdict.py", "noise", "pipeline", "present"),
-        caption=captions.VERDICT,
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         verdict=config["verdict"],
         confidence=config["allan"]["confidence"],
@@ -64,8 +55,3 @@ rule verdict_results:
     input:
         recordings=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
         tables=collect_outputs(rules.summary.output, group=groups()),
-        figures=collect(
-            "<results>/recordings/{row.recording}/verdict.{kind}",
-            row=EVERY_RECORDING,
-            kind=FIGURE,
-        ),

@@ -1,4 +1,4 @@
-"""Results of one recording -> verdict.json, and the picture and words a lab would keep."""
+"""Results of one recording -> verdict.json; the verdict in words goes to the log."""
 
 from step import step
 
@@ -9,7 +9,6 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import read_metadata, read_series, read_table, write_json
-    from mocap_metrology.pipeline.figures import draw_verdict
     from mocap_metrology.pipeline.judging import Evidence, judged
     from mocap_metrology.pipeline.settings import Verdict
     from mocap_metrology.present.tables import read_noise
@@ -27,6 +26,5 @@ with step(snakemake) as log:
         [words for check in checks for words in check["warnings"]],
     )
     found = judged(evidence, given.row, Verdict(**given.verdict), given.confidence)
-    write_json(snakemake.output.json, found)
-    draw_verdict(found, Path(snakemake.output.json).with_suffix(""))
+    write_json(snakemake.output[0], found)
     log.info("%s", "\n".join(verdict_lines(found)))

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from mocap_metrology.common.files import Metadata
+from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.series import coordinate_names, pair_name
 from mocap_metrology.pipeline.judging import Diagnosed
 from mocap_metrology.pipeline.tables import Table
 from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
+from mocap_metrology.present.fits.fit_figure import fit_figure
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.recording.recording_figures import (
     allan_figure,
@@ -67,6 +70,43 @@ def draw_diagnosis(found: Diagnosed, origin: Metadata, false_alarm: float, stem:
     )
     how = f"{origin['recording']}: diagnosis", f"Source: {source_words(origin)}.", remarks
     save(diagnosis_figure(found.recording, found.found, *how), stem)
+
+
+def draw_fits(
+    noise: Sequence[NoiseRow], allan: Table, periodogram: Table, folder: Path
+) -> list[str]:
+    """A figure a series that has coefficients: data, models, components and residuals.
+
+    noise: rows of noise.csv. Returns the names of the series.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    origin, drawn = allan.origin, []
+    remarks = (
+        f"As recorded, beyond {origin['noise']['mask_sigma']:g} sigma masked; components are those "
+        "of the likelihood estimator."
+    )
+    shown = allan.columns["estimator"] == "oadev"
+    for series in dict.fromkeys(row["series"] for row in noise):
+        own = [row for row in noise if row["series"] == series and row["status"] != "refused"]
+        if not own:
+            continue
+        of_allan = shown & (allan.columns["series"] == series)
+        of_spectrum = periodogram.columns["series"] == series
+        estimates: dict[str, list[NoiseRow]] = {}
+        for row in own:
+            estimates.setdefault(row["estimator"], []).append(row)
+        picture = fit_figure(
+            f"{origin['recording']}, {series}: noise model",
+            {k: v[of_allan] for k, v in allan.columns.items()},
+            {k: v[of_spectrum] for k, v in periodogram.columns.items()},
+            estimates,
+            origin["frame_rate_hz"],
+            f"Source: {source_words(origin)}.",
+            remarks,
+        )
+        save(picture, folder / series)
+        drawn.append(series)
+    return drawn
 
 
 def draw_verdict(verdict: Record, stem: Path) -> None:

@@ -11,8 +11,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from mocap_metrology.present.drawing.style import save_figure
-from mocap_metrology.present.plot.figure import Picture, save, styled
+from mocap_metrology.present.plot.figure import save, styled
 
 RATE = 120.0
 NINE_HOURS = 3_888_000
@@ -65,7 +64,10 @@ def join(parts):
 
 def every_text(picture) -> list[str]:
     """All text that the figure shows, as the user wrote it; and the caption of a `Picture`."""
-    found = [text.get_text().replace("\\$", "$").strip() for text in shown_texts(picture.figure)]
+    found = [
+        text.get_text().replace("\\$", "$").replace("\xa0", " ").strip()
+        for text in shown_texts(picture.figure)
+    ]
     return [text for text in [*found, getattr(picture, "caption", "")] if text]
 
 
@@ -114,8 +116,7 @@ def check_saved(figure, folder: Path) -> Path:
     """Save: both files are there, the SVG well-formed and small. Return the PNG."""
     check(figure)
     folder.mkdir(exist_ok=True)
-    writes = save if isinstance(figure, Picture) else save_figure
-    svg, png = writes(figure, folder / "figure")
+    svg, png = save(figure, folder / "figure")
     assert sorted(path.name for path in folder.iterdir()) == ["figure.png", "figure.svg"]
     ElementTree.parse(svg)
     assert svg.stat().st_size < 1_000_000

@@ -12,7 +12,7 @@ from matplotlib.text import Text
 from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
-from mocap_metrology.present.drawing.style import styled
+from mocap_metrology.present.plot.figure import styled
 
 RATE = 120.0
 TAU0 = 1 / RATE

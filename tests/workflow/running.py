@@ -72,7 +72,7 @@ def pass_for_computed(run: Callable[..., Any], *arguments: str) -> None:
         path, *others = line.split("\t")
         if len(others) < 4 or path == "output_file" or Path(path).exists():
             continue
-        if others[1] == "report_pages" or path.endswith("/fit"):  # folders
+        if not Path(path).suffix:  # a folder
             Path(path).mkdir(parents=True)
         else:
             Path(path).parent.mkdir(parents=True, exist_ok=True)

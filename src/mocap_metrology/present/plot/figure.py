@@ -9,12 +9,12 @@ style and marker say it once more.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
-from math import log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -42,6 +42,8 @@ NEARLY_LINEAR, FEW_DECADES = 3.0, 300.0  # spans of ratios with ticks in even st
 NEAR_ONE = 5e-4, 5e3  # limits of an axis whose numbers are written out
 
 INK, GREY, FAINT = "#222222", "#6b6b6b", "#d4d4d4"
+UNIT = re.compile(r"(\d) (mm|µm|nm|%|s|min|h|Hz)(?!\w)")  # a number and its unit
+
 Keywords = dict[str, Any]  # arguments of matplotlib by name, of as many types as it takes
 BAND: Keywords = {"alpha": 0.18, "lw": 0}  # of an interval, in the colour of its curve
 
@@ -130,8 +132,10 @@ def new_figure(title: str, source: str, height_mm: float, width_mm: float = WIDT
 
 
 def wrapped(text: str) -> str:
-    """A text that can be wrapped anywhere: words too long for a line are cut."""
-    return literal(re.sub(rf"(\S{{{LONGEST_WORD}}})(?=\S)", r"\1 ", plain(text)))
+    """A text for matplotlib to wrap: words too long for a line are cut, a number and its unit stay
+    together."""
+    cut = re.sub(rf"(\S{{{LONGEST_WORD}}})(?=\S)", r"\1 ", plain(text))
+    return literal(UNIT.sub("\\1\N{NO-BREAK SPACE}\\2", cut))
 
 
 def plain(text: object) -> str:
@@ -171,26 +175,44 @@ def log_axes(axes: Axes, limits: tuple[tuple[float, float], tuple[float, float]]
 
 
 def log_axis(axes: Axes, which: Literal["x", "y"], limits: tuple[float, float]) -> None:
-    """One axis logarithmic; numbers written out where all are near 1, ticks between the decades
-    where there are few."""
+    """One axis logarithmic, two labels at least: at decades, at 2 and 5 too where there are few of
+    them, at every tick where there is none. Numbers are written out where all are near 1."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
     axes.set(**{f"{which}scale": "log", f"{which}lim": limits})
     axis = axes.xaxis if which == "x" else axes.yaxis
     written_out = limits[0] > NEAR_ONE[0] and limits[1] < NEAR_ONE[1]
-    if written_out:
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    elif limits[1] / limits[0] > 10 ** LABELLED_MINOR[which]:  # mathematics is slow
-        axis.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(log10(value)))))
-    if limits[1] / limits[0] > 10**MOST_MINOR:
+    decades, more = (count_inside(limits, factors) for factors in ((1,), (2, 5)))
+    span = math.log10(limits[1] / limits[0])
+    text = FuncFormatter(lambda value, _: log_label(value, written_out))
+    axis.set_major_formatter(text)  # mathematics is slow
+    if span > MOST_MINOR:
         axis.set_major_locator(LogLocator(numticks=MOST_DECADES))  # ticks are artists, and slow
         axis.set_minor_locator(NullLocator())
-    elif limits[1] / limits[0] > 10 ** LABELLED_MINOR[which]:
-        axis.set_minor_formatter(NullFormatter())
-    elif written_out:
+    elif decades + more < 2:
+        axis.set_minor_formatter(text)
+    elif decades < 2 or span <= LABELLED_MINOR[which]:
         axis.set_minor_formatter(
-            FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
+            FuncFormatter(lambda value, at: text(value, at) if f"{value:e}"[0] in "25" else "")
         )
+    else:
+        axis.set_minor_formatter(NullFormatter())
+
+
+def count_inside(limits: tuple[float, float], factors: Sequence[int]) -> int:
+    """How many of these multiples of powers of ten lie within limits."""
+    low, high = (math.floor(math.log10(limit)) for limit in limits)
+    ticks = (f * 10.0**k for k in range(low, high + 1) for f in factors)
+    return sum(limits[0] <= tick <= limits[1] for tick in ticks)
+
+
+def log_label(value: float, written_out: bool) -> str:
+    """0.005, or 5×10⁻³ and 10⁻²."""
+    if written_out:
+        return f"{value:g}"
+    exponent = math.floor(math.log10(value) + 1e-9)
+    digits = f"{value / 10.0**exponent:.4g}"
+    return power_of_ten(exponent) if digits == "1" else f"{digits}×{power_of_ten(exponent)}"
 
 
 def ratio_axis(axes: Axes, limits: tuple[float, float]) -> None:

@@ -132,10 +132,6 @@ FIT = (
 )
 OTHER_FITS = "(e) and (f): the same of other estimators, residuals and spectra of their models."
 GAUSS_MARKOV = "GM: Gauss-Markov component, its number under its peak; classes of T_c after S 4.6:"
-RECORDING = (
-    f"Figures of one recording. Allan deviation: {ADEV} Spectrum: {PSD} Trajectories and the fits "
-    "of the noise model are in the recording's folder of results."
-)
 SCALING = (
     "(a) Standard deviations of the cleaned coordinates along the line between the markers (of a "
     "single marker, along x) and of their distance against the number of cameras, (b) covariances "

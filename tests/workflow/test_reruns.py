@@ -18,7 +18,7 @@ CALIBRATIONS = [
     {"calibration": "sim-1-1", "setup": "sim-1", "group": "jansen2019"}
     | {"path": "simulate:sim-1-1", "format": "gpio-dump"}
 ]
-LAST = {"report_pages", "summary_page", "provenance", "gate", "default"}
+LAST = {"report_pages", "detail_pages", "summary_page", "provenance", "gate", "default"}
 AFTER_READING = {
     *("clean", "allan", "psd", "gaussian", "noise", "diagnosis", "verdict", "summary"),
     *("recording_figures", "group_tables", "families"),

@@ -226,7 +226,7 @@ def test_markdown_marks_and_leftovers(monkeypatch) -> None:
     text = table_a_markdown(rows, "T", "C")
     assert "1.00×10⁻⁶†" in text and "< 1.00×10⁻¹¹" in text and "2.50§" in text and "–" in text
     assert "- 10 cameras, likelihood, not published: q_c1 0.500 mm/s^0.5, T_c1 100 s" in text
-    assert "a recording of this length cannot support 1, 2 have no bound" in text
+    assert "A recording of this length cannot support 1 of the 3 published numbers, 2 have" in text
     for seconds, length in ((32400.0, "nine hours"), (600.0, "10 min")):
         text = table_a_markdown(rows, "T", "C", seconds)
         assert f"† a recording of {length} cannot support the number" in text

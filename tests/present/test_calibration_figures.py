@@ -221,7 +221,7 @@ def test_an_error_beyond_sigma_is_remarked_and_takes_digits_away(moving):
     assert rows["t, slave in master (mm)"] == t  # two digits of 26 mm
     assert rows["1 σ along x, y, z (mm)"] == ["1.0", "2.0", "0.5"]
     assert rows["t − reference (mm)"] == ["+26", "−15", "+10"]
-    assert rows["turned from it (°)"] == ["−0.10", "−0.20", "+0.71"]
+    assert rows["rotation from it (°)"] == ["−0.10", "−0.20", "+0.71"]
     near = {"errors_mm": [1.0, -2.0, 0.3], "errors_deg": [0.01, 0.0, 0.0]}
     for errors, beyond in ((far, True), (near, False)):
         drawn = calibration_figure(judged(moving, "good", "All.", [], **errors))

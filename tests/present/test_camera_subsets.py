@@ -110,7 +110,7 @@ def test_words_name_camera_factor_and_direction() -> None:
     )
     assert told["words"][0].startswith("T40: camera 15 is")
     assert "from 4 to 5 cameras (15 added)" in told["words"][1]
-    assert "the law expects 0.89" in told["words"][1]
+    assert "the law predicts 0.89" in told["words"][1]
     assert all("at one frame" in line for line in told["words"][:2])
     assert "least squares" not in told["words"][1]  # a bound, where the noise itself is known
     law = [{"camera_type": "T40", "series": "x1"} | dict.fromkeys(LAW_COLUMNS[3:], 0.5)]

@@ -38,7 +38,9 @@ def test_rows_hold_ratio_interval_and_word() -> None:
     assert [row["word"] for row in rows[:5]] == ["worse", "worse", "worse", "worse", "same"]
     assert all(row["overall"] == "worse" and row["lower"] < 1.3 < row["upper"] for row in rows)
     said = compare.sentences(rows)
-    assert said[0].startswith("new against old: worse in x1, L over 0.01 to 10 s, most of all 1.30")
+    assert said[0].startswith(
+        "new compared with old: worse in x1, L over 0.01 to 10 s; largest change: 1.30"
+    )
     text = compare.compare_markdown(rows, "title", "caption")
     assert "1.3 (1.2" in text and "| worse" in text
     assert not any(np.isnan(row["ratio"]) for row in rows)
@@ -183,11 +185,11 @@ def test_a_sentence_says_no_more_than_its_rows() -> None:
     ]
     rows.append(rows[0] | {"series": "L", "tau_s": 1.0, "word": "same"})
     assert compare.sentences(rows) == [
-        "b against a: worse in x1, L at 0.1 s and in x1 at 1 s, "
-        "most of all 1.50 (1.10 to 2.00) times in x1 at 0.1 s."
+        "b compared with a: worse in x1, L at 0.1 s and in x1 at 1 s; largest change: 1.50 (1.10 "
+        "to 2.00) times in x1 at 0.1 s."
     ]
     alike = [r | {"word": "worse"} for r in rows]
-    assert "worse in x1, L over 0.1 to 1 s, most" in compare.sentences(alike)[0]
+    assert "worse in x1, L over 0.1 to 1 s; largest" in compare.sentences(alike)[0]
 
 
 def made(position: np.ndarray, step: float) -> dict:
@@ -208,7 +210,9 @@ def test_steps_that_hide_the_noise_are_no_change(step: float) -> None:
             coarse = compare.coarse_steps(new, step) | compare.coarse_steps(old, step)
             rows = compare.compare_rows("new", "old", new, old, **SETTINGS, coarse=coarse)
             changed += any(row["word"] in ("better", "worse") for row in rows)
-            said += "the resolution of the export decides in x1" in compare.sentences(rows)[0]
+            said += (
+                "the resolution of the export limits the result in x1" in compare.sentences(rows)[0]
+            )
     assert (changed, said) == (0, 8)
     for fine in (0.0, 0.01):
         new, old = (made(s * rng.normal(size=30_000), fine) for s in (0.026, 0.02))

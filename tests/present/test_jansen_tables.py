@@ -186,7 +186,7 @@ def test_a_reason_is_told_once_and_never_of_factory_values():
         assert any("factory optics" in line for line in lines)
         for line in lines:
             assert not ("factory optics" in line and "phases" in line)
-        assert text.count("which is 50 to 160 mm") == 1 and text.count("over the length") == 1
+        assert text.count("this is 50 to 160 mm") == 1 and text.count("to path length") == 1
 
 
 def test_summary_is_headed_by_what_stands_in_its_columns(records):

@@ -52,7 +52,7 @@ def test_the_numbers_of_a_map_are_on_the_page(tmp_path) -> None:
         for k in range(5)
     ]
     figure = place_figure(rows, "R: length by place", "Source: measured.", "A caption.")
-    assert "(b) Mean less overall mean (µm)" in every_text(figure)
+    assert "(b) Mean − overall mean (µm)" in every_text(figure)
     check_saved(figure, tmp_path)
 
 

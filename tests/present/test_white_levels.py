@@ -38,7 +38,7 @@ def test_percentages_and_counts(rows):
             row["expected"] * (1 + row["regenerated_percent"] / 100)
         )
     far = sum(abs(row["expected_percent"]) > 5 for row in levels)
-    assert f"Of 154 series, expected is off by more than 5 % in {far}," in summary(levels)
+    assert f"Of 154 series, expected deviates by more than 5 % in {far}," in summary(levels)
     odd = [dict(levels[0], likelihood_percent=31.0, likelihood_allowed_percent=30.0)]
     assert summary(odd).endswith("in 1 (T40-10 x1).")
     nothing = [dict(levels[0], likelihood_percent=None)]

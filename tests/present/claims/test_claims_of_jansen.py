@@ -52,7 +52,7 @@ def test_last_step(after: float, moved: float) -> None:
     ]
     found = BY_ID["J-VI-last"].find(Calibrations(records))
     assert found.word == UNKNOWN
-    assert found.value.startswith(f"moves it by {moved:g} mm; error 13.9 mm before")
+    assert found.value.startswith(f"changes it by {moved:g} mm; error 13.9 mm before")
 
 
 def test_influence_of_speed_is_seen() -> None:

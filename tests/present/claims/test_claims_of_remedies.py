@@ -104,7 +104,7 @@ def test_filters() -> None:
         of = [r for s in SERIES for r in rows(s, "annealing-ant-colony", model)]
         study = Regenerated({}, dict.fromkeys(keys, of), {})
         assert BY_ID["S-5-low-pass"].find(study).word == word
-    assert "keeps 7 % above 1 Hz" in _low_pass_of_white(keys)
+    assert "retains 7 % above 1 Hz" in _low_pass_of_white(keys)
     of = [
         r
         for s in SERIES

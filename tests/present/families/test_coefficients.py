@@ -104,7 +104,7 @@ def test_limits_of_amplitudes_show_their_class() -> None:
         str(line.get_marker()): line.get_ydata() for line in axes.lines if line.get_xdata().size
     }
     assert found == {slots.LETTERS[kind]: [limit] for kind, limit in limits.items()}
-    assert picture.caption.startswith("Correlated noise was not found in any recording.")
+    assert picture.caption.startswith("Correlated noise was not detected in any recording.")
     check(picture)
 
 
@@ -126,5 +126,5 @@ def test_odd_groups(draw, case) -> None:
     check(picture)
     texts = " ".join(" ".join(every_text(picture)).split())
     assert ("No recording has noise coefficients" in texts) == (case in ("nothing", "refused"))
-    assert ("not found in any recording" in texts) == (case == "white")
+    assert ("not detected in any recording" in texts) == (case == "white")
     assert ("left to right: L." in texts) == (case == "many")

@@ -49,7 +49,7 @@ class CalibrationFiles:
     @property
     def simulated(self) -> str:
         """Where the recording comes from, in words."""
-        return f"Simulated (twin {self.twin})." if self.twin else "Measured."
+        return f"Simulated stand-in (twin) {self.twin}." if self.twin else "Measured."
 
     def paths(self, estimator: str, optics: str) -> tuple[BoardPath, BoardPath] | None:
         """Board poses in the frames of master and slave, None without two of each."""

@@ -13,8 +13,8 @@ from mocap_metrology.present.text.numbers import number
 
 TIMES_SIGMA = 3.0
 BEYOND_SIGMA = (
-    "Error beyond 3 σ: σ is the scatter within this recording; what stays the same in it is not"
-    " in σ (optics, lasers off the origin of the housing, scale of the board)."
+    "Error beyond 3 σ: σ is the scatter within this recording. It does not include errors that "
+    "are constant during it (optics, lasers off the origin of the housing, scale of the board)."
 )
 
 
@@ -76,7 +76,7 @@ def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
         rows.append(("1 σ about x, y, z (°)", _cells(sd[3:], _decimals(sd[3:], 2))))
     if entry.get("errors_mm"):
         rows.append(("t − reference (mm)", _cells(off[:3], _decimals(off[:3], 1), sign=True)))
-        rows.append(("turned from it (°)", _cells(off[3:], _decimals(off[3:], 2), sign=True)))
+        rows.append(("rotation from it (°)", _cells(off[3:], _decimals(off[3:], 2), sign=True)))
     return rows
 
 

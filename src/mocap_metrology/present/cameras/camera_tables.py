@@ -18,22 +18,24 @@ from mocap_metrology.noise.cameras.scaling import Law, law
 from mocap_metrology.present.tables import Row
 
 CAPTION = (
-    "One row an addition of cameras, a marker and an averaging time. largest_factor: factor of the "
-    "noise (Allan deviation) in the direction in which it rose most or fell least, a unit vector; "
-    "mean_factor: geometric mean over all directions; law_factor: what S Eq. 3 expects. Least "
-    "squares with sound cameras cannot raise the noise in any direction, and one camera leaves one "
-    "direction as it was: 1 is the rule for largest_factor. word: raises (largest_factor above 1 + "
-    "cameras.rise, and above 1 with p < 0.001), falls (mean_factor below 1), same. camera_noise: "
-    "centroid noise of the noisiest added camera relative to the median of the cameras (to the "
-    "earlier ones where only one addition is known), from frames that the subsets share; without "
-    "`from`, that of the first cameras. least_camera_noise: what one camera's must be at least to "
-    "raise the noise so. Intervals: 95 %, jackknife over 20 parts of the take."
+    "One row per addition of cameras, marker and averaging time. largest_factor: factor of the "
+    "noise (Allan deviation) in the direction (unit vector) in which it rose most or fell least; "
+    "mean_factor: geometric mean over all directions; law_factor: the factor expected by S Eq. "
+    "3. In least squares, cameras without a fault cannot raise the noise in any direction, and a "
+    "single added camera leaves the noise in one direction unchanged. A largest_factor of 1 is "
+    "therefore normal. word: raises (largest_factor above 1 + cameras.rise, and above 1 with p < "
+    "0.001), falls (mean_factor below 1), same. camera_noise: centroid noise of the noisiest "
+    "added camera relative to the median of the cameras (to the earlier ones where only one "
+    "addition is known), from frames that the subsets share; without `from`, that of the first "
+    "cameras. least_camera_noise: the smallest noise of one camera that can raise the noise this "
+    "much. Intervals: 95 %, jackknife over 20 parts of the take."
 )
 LAW_CAPTION = (
-    "S Eq. 3 says sigma ~ n^-b with b = 0.5. b: from the Allan deviations at one frame; h_0_b: "
-    "from the root of the likelihood estimator's h_0; standard errors from the scatter about the "
-    "line; p: probability of a b so far from 0.5 if that is true. scatter: standard deviation of "
-    "ln(n sigma^2), h_0_scatter: of ln(n h_0); where the cameras stand makes it 0.3 to 0.7 in S."
+    "S Eq. 3: sigma ~ n^-b with b = 0.5. b: from the Allan deviations at one frame; h_0_b: from "
+    "the root of the likelihood estimator's h_0; standard errors from the scatter about the "
+    "line; p: probability of such a deviation of b if 0.5 is true. scatter: standard deviation "
+    "of ln(n sigma^2), h_0_scatter: of ln(n h_0); in S it is 0.3 to 0.7, because of the "
+    "positions of the cameras."
 )
 LAW_COLUMNS = (
     *("camera_type", "series", "n_subsets", "b", "b_std_error", "b_p", "scatter"),
@@ -227,12 +229,14 @@ def law_sentence(laws: Sequence[Row], camera_type: str) -> str:
     shown = [r for r in own if r["b"] is not None]
     each = ", ".join(f"{r['series']} {r['b']:.2f} ± {r['b_std_error']:.2f}" for r in shown)
     off = [r["series"] for r in shown if r["b_p"] is not None and r["b_p"] < 0.05]
-    verdict = f"off by more than chance (5 %): {', '.join(off)}" if off else "none is far from it"
+    verdict = (
+        f"significant deviation (5 %): {', '.join(off)}" if off else "no significant deviation"
+    )
     white = [r["h_0_scatter"] for r in own if r["h_0_scatter"] is not None]
     scatter = f"; n h_0 scatters by {min(white):.2f} to {max(white):.2f} (ln)" if white else ""
     return (
         f"{camera_type}: noise at one frame falls with the number of cameras as n^-b, expected "
-        f"0.5 (S Eq. 3), found {each}; {verdict}{scatter}."
+        f"0.5 (S Eq. 3), estimated {each}; {verdict}{scatter}."
     )
 
 
@@ -324,13 +328,13 @@ def _raised_sentence(found: Sequence[Row], frame: float, named: Sequence[Row]) -
         f"{row['camera_type']}: from {row['n_from']} to {row['n_to']} cameras ({row['added']} "
         f"added) the noise of {row['marker']} rose by a factor of {row['largest_factor']:.2f} "
         f"(95 %: {low:.2f} to {high:.2f}, p < {CHANCE_OF_ERROR:g}) at {_when(row, frame)} along "
-        f"({direction}), and by {row['mean_factor']:.2f} on the whole, where the law expects "
+        f"({direction}), and by {row['mean_factor']:.2f} on average; the law predicts "
         f"{row['law_factor']:.2f}"
     )
     if row["added"] not in {other["added"] for other in named}:
         text += (
-            "; in plain least squares, a camera that does so is "
-            f"{row['least_camera_noise']:.1f} times as noisy as the others at least"
+            "; in ordinary least squares, a camera with this effect is at least "
+            f"{row['least_camera_noise']:.1f} times as noisy as the others"
         )
     listed = _listed(others)
     return f"{text}. It rose less from {listed}." if listed else f"{text}."
@@ -340,7 +344,7 @@ def _earlier_sentence(found: Sequence[Row]) -> str:
     first = min(found, key=lambda row: row["n_from"])
     return (
         f"{first['camera_type']}: cameras that are not noisy themselves raised the noise, from "
-        f"{_listed(found)}: they do where one of those before them is noisy, here one of "
+        f"{_listed(found)}. This happens if one of the earlier cameras is noisy, here one of "
         f"{first['from']}."
     )
 

@@ -68,7 +68,7 @@ def of_take(
     """Rows of <group>_cameras and of <group>_camera_law; sigma_mm: by recording and series."""
     names = take.comparable()
     for name in camera_ids.keys() - set(names):
-        log.warning("%s: another frame rate or other markers than %s; left out", name, names[0])
+        log.warning("%s: frame rate or markers differ from those of %s; excluded", name, names[0])
     ids = {name: camera_ids[name] for name in names}
     found = additions(ids)
     rows: list[Row] = []

@@ -17,22 +17,23 @@ Columns = Mapping[str, np.ndarray]
 TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)  # where words are said, beside a single frame
 CAPTION = (
     "Allan deviation of a recording over that of its reference, with its interval: above 1 is "
-    "noisier. A word other than `same` stands where the ratio is off 1 by more than the margin and "
-    "by more than chance allows over all series and averaging times of the two recordings; "
-    "`resolution`: the steps of the exported file hide the noise; export finer steps."
+    "noisier. Any word other than `same` means that the ratio differs from 1 by more than the "
+    "margin, and significantly over all series and averaging times of the two recordings; "
+    "`resolution`: the steps of the exported file hide the noise; export with finer steps."
 )
 NO_TREND = "none found"
 COARSE = "resolution"  # the word where the file's steps decide
 TREND_CAPTION = (
     "Change of the Allan deviation with the date of recording, in percent a month with its "
-    "interval; `scatter` is how much more the recordings scatter about the line than their own "
+    "interval; `scatter` is the scatter of the recordings about the line beyond what their own "
     "noise explains; `resolution`: the steps of the exported file hide the noise."
 )
 COHERENCE_CAPTION = (
-    "What a series has in common with what was recorded beside it: largest squared coherence above "
-    "its threshold (else the largest there is), its period, and the size of the response there. "
-    "The threshold is of causes that wander at random: two that are periodic with like periods, or "
-    "both settle, exceed it more often without having to do with each other."
+    "What a series has in common with a quantity that was recorded at the same time: the largest "
+    "squared coherence above its threshold (otherwise the largest), its period, and the size of "
+    "the response at that period. The threshold applies to quantities that wander at random. Two "
+    "unrelated quantities exceed it more often if both are periodic with similar periods, or if "
+    "both settle."
 )
 
 
@@ -145,17 +146,17 @@ def _sentence(recording: str, reference: str, rows: Sequence[Row]) -> str:
                 f"{most['ratio']:.2f} ({most['lower']:.2f} to {most['upper']:.2f}) times in "
                 f"{most['series']} at {most['tau_s']:.2g} s"
             )
-            parts.append(f"{word} {_where(changed)}, most of all {factor}")
+            parts.append(f"{word} {_where(changed)}; largest change: {factor}")
     limited = [row for row in rows if row["word"] == COARSE]
     if limited:
         names = ", ".join(dict.fromkeys(row["series"] for row in limited))
         step = max(row["step_mm"] for row in limited)
         parts.append(
-            f"the resolution of the export decides in {names}, whose noise its steps of {step:.3g} "
-            "mm hide: export finer steps"
+            f"the resolution of the export limits the result in {names}, whose noise its steps "
+            f"of {step:.3g} mm hide: export with finer steps"
         )
-    found = "; ".join(parts) or "no change beyond chance and the margin"
-    return f"{recording} against {reference}: {found}."
+    found = "; ".join(parts) or "no significant change beyond the margin"
+    return f"{recording} compared with {reference}: {found}."
 
 
 def _where(changed: Sequence[Row]) -> str:

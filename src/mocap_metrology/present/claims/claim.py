@@ -1,4 +1,4 @@
-"""What a claim is, what it is decided by, and what was found of it.
+"""A claim, its decision rule and its result.
 
 Claims of S are decided by its published numbers, or by recordings that went through the workflow.
 """
@@ -30,7 +30,7 @@ COLUMNS = (
 )
 
 
-T = TypeVar("T")  # what a claim is decided by: a source of numbers of S, or of J
+T = TypeVar("T")  # source of the numbers that decide a claim, of S or of J
 
 
 @dataclass(frozen=True)

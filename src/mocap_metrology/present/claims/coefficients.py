@@ -67,7 +67,7 @@ def _independent_of_n(study: Study) -> Finding:
                     if len(set(values)) > 2:
                         found[name].append(independent(n, values))
     if not found["T_c"] or not found["q_c"]:
-        return unknown("no component in five subsets of a series")
+        return unknown("no component in at least five subsets of a series")
     counts = {k: [v.count(w) for w in (HOLDS, DOES_NOT, UNKNOWN)] for k, v in found.items()}
     text = "; ".join(
         f"{name}: independent of n {yes}, not {no}, undecided {rest}"
@@ -252,15 +252,18 @@ CLAIMS: Sequence[Claim[Study]] = (
         "4.6",
         "T_c and q_c of correlated noise are mostly independent of the number of cameras",
         "components, by type and series, whose exponent of n is 0 and not -1/2 (95 % interval)",
-        "four in five of both; does not if more than one in five of either depend on n",
+        (
+            "holds for four in five of both; does not hold if more than one in five of either "
+            "depend on n"
+        ),
         _independent_of_n,
-        "numbers of components do not match across rows",
+        "the numbers of components differ between rows",
     ),
     Claim(
         "S-4.6-longer-lower",
         "4.6",
         "the longer the correlation time, the lower the amplitude",
-        "exponent of q_c against T_c over all components that are there",
+        "exponent of q_c against T_c over all components",
         "below 0, p < 0.01",
         _longer_is_lower,
     ),
@@ -308,7 +311,7 @@ CLAIMS: Sequence[Claim[Study]] = (
         "median share of AVAR at one frame and at 1000 s",
         "above 50 % and below 1 %",
         _contributions,
-        "correlated noise takes what is missing",
+        "correlated noise contributes the rest",
     ),
     Claim(
         "S-5-long-term",
@@ -333,6 +336,6 @@ CLAIMS: Sequence[Claim[Study]] = (
         "series with it by camera type, against ADEV of L at one frame",
         "the noisier the type, the more series",
         _reverse_of_quality,
-        "in 4.6 it is T40, the least noisy type, that sees it most",
+        "section 4.6: T40, the least noisy type, shows it most",
     ),
 )

@@ -182,7 +182,7 @@ def _chi_squared(study: Study) -> Finding:
     try:
         p = [study.gaussian(key)["pair_chi2_p"] for key in subsets()]
     except KeyError:
-        return unknown("S did not include the tests")
+        return unknown("S does not include the tests")
     from scipy.stats import kstest
 
     known = [v for v in p if np.isfinite(v)]
@@ -214,7 +214,7 @@ def _t40_correlated(study: Study) -> Finding:
     return decided(text, rho > 0.5 and largest < smallest)
 
 
-HISTORY = "a twin has the published spectra and not the published history, which decides sigma"
+HISTORY = "a twin has the published spectra but not the published history, which determines sigma"
 CLAIMS: Sequence[Claim[Study]] = (
     Claim(
         "S-3.5-tenth",

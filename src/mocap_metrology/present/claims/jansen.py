@@ -194,7 +194,7 @@ def _last_step(source: Source) -> Finding:
     first, last = ([v[k] for k in both] for v in (before, after))
     moved = np.subtract(first, last)
     a, b, c = (float(np.median(np.linalg.norm(v, axis=1))) for v in (first, last, moved))
-    text = f"moves it by {c:.3g} mm; error {a:.3g} mm before, {b:.3g} mm after"
+    text = f"changes it by {c:.3g} mm; error {a:.3g} mm before, {b:.3g} mm after"
     return Finding(f"{text}, medians of {len(both)}", UNKNOWN)
 
 
@@ -222,7 +222,7 @@ def _no_influence(source: Source) -> Finding:
         "distance": influence(size, distance[:, None], setups, ALPHA, POWER),
     }
     text = "; ".join(
-        f"{name}: p = {one.p:.2g}, {one.seen:.1f} times would show"
+        f"{name}: p = {one.p:.2g}, a factor of {one.seen:.1f} would be detected"
         if math.isfinite(one.seen)
         else f"{name}: not varied"
         for name, one in found.items()
@@ -286,7 +286,7 @@ def _cycle(source: Source) -> Finding:
     """From the start of one sweep to the end of the next: a cycle of 8.3 ms, in which the laser is
     seen from 1.2 to 6.7 ms."""
     if not isinstance(source, PublishedTables):
-        return unknown("arithmetic, nothing to measure")
+        return unknown("arithmetic, no data needed")
     cycle, begin, end = 8.3, 1.2, 6.7
     most = cycle + end - begin
     text = f"{cycle} + {end} - {begin} = {most:.1f} ms, {most:.1f} mm at 1 m/s"
@@ -301,7 +301,7 @@ CLAIMS: Sequence[Claim[Source]] = (
         "sum of the printed times",
         "13.8 ms; 1.3 to 1.4 cm",
         _cycle,
-        "between sweeps of one station with two stations the other's turn adds 16.7 ms",
+        "between sweeps of one station, the turn of the other station adds 16.7 ms",
     ),
     Claim(
         "J-IV-full",
@@ -324,20 +324,20 @@ CLAIMS: Sequence[Claim[Source]] = (
         "J-VI-last",
         "VI-F",
         "the last step changes the pose very little",
-        "median distance in mm it moves the slave of simulated calibrations, beside the error",
-        "none: J does not say how little, and his tables are of the last stage alone",
+        "median change of the slave's position in simulated calibrations, in mm, and the error",
+        "none: J does not state how little, and the tables of J contain the last stage alone",
         _last_step,
-        "as J writes it; his settings are not stated",
+        "as described by J; the settings are not stated",
     ),
     Claim(
         "J-VII-influence",
         "VII, VIII",
         "motion pattern, speed and distance have no noticeable influence",
         "simulated errors against each, in logarithms less the setup's mean; permutations in it",
-        f"p above 0.01 / 3 in all; undecided if {NOTICEABLE:g} times the error would not show "
-        f"in one (power {POWER:g})",
+        f"p above 0.01 / 3 in all; undecided if a factor of {NOTICEABLE:g} in the error would "
+        f"not be detected in one (power {POWER:g})",
         _no_influence,
-        "by setup, as J: over calibrations of the same configuration",
+        "by setup, as in J: over calibrations of the same configuration",
     ),
     Claim(
         "J-VII-accuracy",
@@ -361,7 +361,7 @@ CLAIMS: Sequence[Claim[Source]] = (
         "VIII",
         "decent results in every tested configuration",
         "largest mean absolute error of a setup, six axes",
-        "none: J does not say what is decent",
+        "none: J does not state what is decent",
         _decent,
     ),
     Claim(
@@ -371,7 +371,7 @@ CLAIMS: Sequence[Claim[Source]] = (
         "time from sweeps to pose by J's simplex, first simulated recording, on this machine",
         f"below {FEW_MINUTES_S} s",
         _minutes,
-        "J's laptop is of 2018",
+        "J used a laptop of 2018",
     ),
     Claim(
         "J-VIII-parameters",

@@ -75,7 +75,7 @@ def _noise(values: np.ndarray, frame_rate_hz: float) -> float:
 
 def _shock(study: Study) -> ShockEffect | Finding:
     if isinstance(study, Published):
-        return unknown("Figure 7 is not in numbers")
+        return unknown("Figure 7 has no numbers")
     return study.shock or unknown("no recording with a shock")
 
 
@@ -103,7 +103,7 @@ def _alike(study: Study) -> Finding:
 def _vanish(study: Study) -> Finding:
     """Terms of `likelihood` in z1 of every repaired system."""
     if not hasattr(study, "repaired"):
-        return unknown("Figure A1 is not in numbers")
+        return unknown("Figure A1 has no numbers")
     if not study.repaired:
         return unknown("no recordings after the repair")
     short, long, lines = 0, 0, 0
@@ -125,7 +125,7 @@ def _vanish(study: Study) -> Finding:
 def _weighted(study: Study) -> Finding:
     """Root mean square of (AVAR - model) / AVAR of both fits, all averaging times of allan."""
     if isinstance(study, Published):
-        return unknown("Figure 6 is not in numbers")
+        return unknown("Figure 6 has no numbers")
     larger, ratios = [], []
     for key in subsets():
         for series in SERIES:
@@ -138,7 +138,7 @@ def _weighted(study: Study) -> Finding:
                 off[name] = float(np.sqrt(np.median((1 - fit / adev**2) ** 2)))
             ratios.append(off[ORDINARY] / off[S_ESTIMATOR])
             larger.append(ratios[-1] > 1)
-    text = f"larger by ordinary least squares in {share(larger)}, median {np.median(ratios):.2g}"
+    text = f"larger with ordinary least squares in {share(larger)}, median {np.median(ratios):.2g}"
     return by_count(f"{text} times", larger, 0.9)
 
 
@@ -152,7 +152,7 @@ def _low_pass(study: Study) -> Finding:
             kept.append((fast, slow))
             good.append(fast < 0.5 and slow > 0.99)
     fast, slow = np.median(kept, axis=0)
-    text = f"keeps {100 * fast:.0f} % above 1 Hz, {100 * slow:.1f} % below 0.1 Hz; {share(good)}"
+    text = f"retains {100 * fast:.0f} % above 1 Hz, {100 * slow:.1f} % below 0.1 Hz; {share(good)}"
     return by_count(text, good, 0.9)
 
 
@@ -185,7 +185,7 @@ def _band_stop(study: Study) -> Finding:
     return by_count(f"{text}; {low} are too slow", [t < 0.1 for t in taken], 0.9)
 
 
-GUESS = "the twin's shock is a guess, as S prints no numbers of it"
+GUESS = "the shock (crump) of the twin is assumed: S prints no numbers for it"
 CLAIMS: Sequence[Claim[Study]] = (
     Claim(
         "S-3.4-weighted",
@@ -218,7 +218,10 @@ CLAIMS: Sequence[Claim[Study]] = (
         "S-5-low-pass",
         "5",
         "low-pass filters suppress white noise and what is faster, not flicker or random walk",
-        f"power that a Butterworth of {LOW_PASS_HZ:g} Hz keeps of the model of each coordinate",
+        (
+            f"power of each coordinate's model that a Butterworth filter of {LOW_PASS_HZ:g} Hz "
+            "retains"
+        ),
         "below half above 1 Hz and above 99 % below 0.1 Hz, in nine of ten",
         _low_pass,
     ),
@@ -226,7 +229,7 @@ CLAIMS: Sequence[Claim[Study]] = (
         "S-5-band-stop",
         "5",
         "band-stop filters deal with periodic noise, if its frequency is not too low",
-        f"share that a notch of {NOTCH_HZ:g} Hz at each line takes of the noise above 1 Hz",
+        f"share of the noise above 1 Hz that a notch of {NOTCH_HZ:g} Hz at each line removes",
         "below a tenth in nine of ten lines",
         _band_stop,
     ),
@@ -238,7 +241,7 @@ CLAIMS: Sequence[Claim[Study]] = (
         "walk; a line",
         "in none; in one at least; in one at least",
         _vanish,
-        "twins of the repaired system leave out what S says is gone, so they only show that it can "
-        "be told",
+        "twins of the repaired system lack what S reports as gone, so they only show that its "
+        "absence can be detected",
     ),
 )

@@ -79,7 +79,7 @@ def _sigma(kind: str, study: Study) -> Finding:
     try:
         rows = [study.gaussian((kind, n)) for n in TYPES[kind]]
     except KeyError:
-        return unknown("Table 4 has most cameras alone; Figure 11 is not in numbers", there=False)
+        return unknown("Table 4 has the largest sets only; Figure 11 has no numbers", there=False)
     laws = [_exponent(TYPES[kind], [r[f"sigma_{k}_mm"] for r in rows]) for k in (1, 2)]
     text = ", ".join(f"x{k}: {b:.2f} ± {error:.2f}" for k, (b, error) in enumerate(laws, 1))
     return Finding(text, _half(len(rows), *laws))
@@ -92,7 +92,10 @@ def _covariance(study: Study) -> Finding:
             for kind in TYPES
         }
     except KeyError:
-        return unknown("Table 4 has most cameras alone; Figure 11b is not in numbers", there=False)
+        return unknown(
+            "Table 4 has the largest sets only; Figure 11b has no numbers",
+            there=False,
+        )
     flat, texts = [], []
     for kind, values in found.items():
         ns = TYPES[kind][2:]
@@ -263,8 +266,8 @@ def _means(study: Study) -> Finding:
 
 LAW = "exponent b of ADEV(one frame) = a n^-b, geometric mean of the seven series"
 ROUGHLY = (
-    f"1/2 within {NEAR} or Student's 95 % interval; undecided where it is, and two standard "
-    f"errors exceed {WIDE}"
+    f"1/2 within {NEAR} or Student's 95 % interval; undecided if it is and two standard errors "
+    f"exceed {WIDE}"
 )
 CLAIMS: Sequence[Claim[Study]] = (
     *(
@@ -286,7 +289,7 @@ CLAIMS: Sequence[Claim[Study]] = (
             "exponent b of sigma = a n^-b of x1 and x2",
             ROUGHLY,
             partial(_sigma, kind),
-            "nine-hour standard deviations are mostly random walk, one history for a type",
+            "nine-hour standard deviations are mostly random walk, with one history per type",
             by_chance=True,
         )
         for kind in TYPES
@@ -298,7 +301,7 @@ CLAIMS: Sequence[Claim[Study]] = (
         "change of sigma_12 from 4 to most cameras (line in ln n), beside mean sigma_1 sigma_2",
         "below a quarter of sigma_1 sigma_2 for every type",
         _covariance,
-        "nine-hour covariances are mostly random walk, one history for a type",
+        "nine-hour covariances are mostly random walk, with one history per type",
         by_chance=True,
     ),
     Claim(
@@ -308,7 +311,7 @@ CLAIMS: Sequence[Claim[Study]] = (
         "range of mu_L over T40, Bonita, Vantage and all",
         "0.03 to 0.5 mm",
         _means,
-        "twins begin where Table 4 says",
+        "twins start at the means of Table 4",
     ),
     Claim(
         "S-4.3-gradual",
@@ -350,7 +353,7 @@ CLAIMS: Sequence[Claim[Study]] = (
         "4.5, 5",
         "white noise: h of the order of 1e-5",
         "median and 5 to 95 % of h_0 over types, subsets and coordinates",
-        "median within a factor of 10, the rest, zeros too, within 100",
+        "median within a factor of 10; all others, including zeros, within 100",
         partial(_order, ("h_0",), -5),
     ),
     Claim(
@@ -358,7 +361,7 @@ CLAIMS: Sequence[Claim[Study]] = (
         "4.5, 5",
         "random walk: h of the order of 1e-5",
         "the same of h_-2",
-        "median within a factor of 10, the rest, zeros too, within 100",
+        "median within a factor of 10; all others, including zeros, within 100",
         partial(_order, ("h_-2",), -5),
     ),
     Claim(
@@ -366,8 +369,8 @@ CLAIMS: Sequence[Claim[Study]] = (
         "4.5, 5",
         "flicker and blue noise are relatively constant, of the order of 1e-10",
         "the same of h_-1 and h_1, and their change with the cameras (power law, median series)",
-        "medians within a factor of 10, the rest, zeros too, within 100; "
-        "a factor of 10 at most over the cameras",
+        "medians within a factor of 10; all others, including zeros, within 100; at most a "
+        "factor of 10 over the cameras",
         partial(_order, ("h_-1", "h_1"), -10, constant=True),
         "the appendix contradicts the text",
     ),
@@ -378,7 +381,10 @@ CLAIMS: Sequence[Claim[Study]] = (
         "median and 5 to 95 % of h_2, and its greatest share of AVAR at one frame",
         "share below 2 %",
         _violet,
-        "printed values reach 2e-8, far above 1e-20; AVAR hardly tells violet from blue noise",
+        (
+            "printed values reach 2e-8, far above 1e-20; AVAR hardly distinguishes violet from "
+            "blue noise"
+        ),
     ),
     Claim(
         "S-4.5-general",

@@ -21,17 +21,18 @@ from mocap_metrology.present.tables import Row, aligned
 S_CLAIMS = (*curves.CLAIMS, *scaling.CLAIMS, *coefficients.CLAIMS, *remedies.CLAIMS)
 TITLE = "Claims of both papers"
 CAPTION = (
-    "What Skurowski & Pawlyta 2019 (S) and Jansen et al. 2019 (J) say that data can decide, by the "
-    "published tables and by what this run regenerated. Twins of S are made from its published "
-    "coefficients, so they answer alike wherever the coefficients decide; regenerated coefficients "
-    "are those of annealing-ant-colony without what ended at a limit of its search, periodic "
-    "disturbances those of likelihood. ±: two standard errors; a criterion that lies within "
-    "them is undecided. realisations: standard deviations and covariances of nine "
-    "hours are mostly random walk; such a claim holds if it does in 95 % of many recordings drawn "
-    "from the same coefficients, of those that are precise enough to decide; does not if in 5 % or "
-    "fewer; and undecided between, or where fewer than half decide."
+    "Claims of Skurowski & Pawlyta 2019 (S) and Jansen et al. 2019 (J) that data can decide, "
+    "tested with the published tables and with the results of this run. Simulated stand-ins "
+    "(twins) for S are made from its published coefficients, so they give the same answer "
+    "wherever the coefficients decide. Regenerated coefficients are those of "
+    "annealing-ant-colony, excluding those at a limit of its search; periodic disturbances are "
+    "those of likelihood. ±: two standard errors; a claim is undecided if its criterion lies "
+    "within them. realisations: standard deviations and covariances of nine hours are mostly "
+    "random walk, so many recordings are simulated from the same coefficients. Of those precise "
+    "enough to decide, such a claim must hold in 95 %; it does not hold if it does in 5 % or "
+    "fewer. Between, or if fewer than half decide, it is undecided."
 )
-SHOWN = ("claim", "decided by", "published", "regenerated")
+SHOWN = ("claim", "decision rule", "published", "regenerated")
 
 
 def claim_rows(
@@ -69,7 +70,7 @@ def _found(claim: Claim[T], study: T | None) -> Finding:
     try:
         return claim.find(study)
     except KeyError as missing:
-        return unknown(f"not there: {' '.join(str(part) for part in missing.args[:2])}")
+        return unknown(f"missing: {' '.join(str(part) for part in missing.args[:2])}")
 
 
 def claims_markdown(rows: Sequence[Row]) -> str:

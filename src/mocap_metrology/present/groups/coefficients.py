@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 ROW_MM, SCATTER_MM, REST_MM = 34.0, 84.0, 30.0  # heights: a panel, (c), titles and legend
 NAME_MM = 1.6  # of a letter of a recording written upright
 NO_MODEL = (
-    "No recording has noise coefficients, so there is nothing to draw; the table of noise says "
-    "why. Every group has this figure, so it stands here as a sentence."
+    "No recording has noise coefficients, so there is nothing to draw. The table of noise states "
+    "why."
 )
-NO_TERM = "Correlated noise was not found in any recording."
+NO_TERM = "Correlated noise was not detected in any recording."
 MOST_COLUMNS = 8  # of a legend
 MOST_SLOTS = 260  # across a panel; with more recordings only the distance is shown
 ANY = Look(OTHER_LOOKS[2].colour, "-", "o")  # where recordings are too many to tell apart
@@ -122,7 +122,7 @@ def draw_slots(
     slots.draw(axes, of_it, groups, slots.raised, shown, coloured=True)
     axes.set_ylabel(f"{mathtext(name)} ({unit(name)})")
     if not of_it:
-        say(axes, "not found in any recording")
+        say(axes, "not detected in any recording")
 
 
 def terms_of(rows: Sequence[Row]) -> list[Term]:

@@ -79,7 +79,7 @@ def label_intervals(axes: Axes) -> None:
     """Legend entries of intervals."""
     bar: Keywords = {"marker": "|", "markersize": 7.0, "mew": 0.8, "ls": "", "color": INK}
     axes.plot([], [], label="95 % interval", **bar)
-    axes.plot([], [], color=INK, marker=DOWN, label="interval goes on", **CUT)
+    axes.plot([], [], color=INK, marker=DOWN, label="interval continues", **CUT)
 
 
 def label_limits(axes: Axes, classes: bool = False, **how: Any) -> None:
@@ -102,7 +102,7 @@ def label_sources(axes: Axes, classes: bool = False) -> None:
     ):
         axes.plot([], [], label=text, **how)
     label_limits(axes, classes, color=SOURCES[DEFAULT_ESTIMATOR])
-    axes.plot([], [], color=INK, marker=UP, label="goes on beyond", **CUT)
+    axes.plot([], [], color=INK, marker=UP, label="continues beyond", **CUT)
 
 
 def group_axis(axes: Axes, labels: Sequence[object], series: Sequence[str] = ()) -> None:

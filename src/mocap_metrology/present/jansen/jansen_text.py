@@ -22,12 +22,16 @@ from mocap_metrology.present.jansen.jansen_tables import Variant, paper_setup, p
 from mocap_metrology.present.tables import Record, Row, aligned
 from mocap_metrology.present.text.numbers import significant
 
-PHASES, SHORT_PATH = "phases of the rotors left out", "short path"
+PHASES, SHORT_PATH = "rotor phases not modelled", "short path"
 MEANINGS = {
-    PHASES: "ideal optics know no phases of the rotors; these turn a station by 1 to 3°, which is"
-    " 50 to 160 mm at 3 m",
-    SHORT_PATH: "Kabsch takes the slave's rotation from places alone, and its errors grow with the"
-    " distance over the length of the path",
+    PHASES: (
+        "ideal optics do not include the phases of the rotors, which rotate a station by 1 to "
+        "3°; this is 50 to 160 mm at 3 m"
+    ),
+    SHORT_PATH: (
+        "Kabsch estimates the slave's rotation from positions alone, and its errors grow with "
+        "the ratio of distance to path length"
+    ),
 }
 OTHERS = "places, paths and lasers of these stations are not those of J"
 FACTOR = 4.0  # beyond it a regenerated value is explained
@@ -48,21 +52,21 @@ CAPTIONS = {
     " common to a sweep and 30 urad of each diode on top.",
 }
 COMMON = (
-    "Errors are t - t_true in the master's frame and the rotation vector of R R_true^T in deg."
-    " paper: simplex with MATLAB's settings; paper-tight: tight and started from the pose before;"
-    " paper-lm: Levenberg-Marquardt with the mirror test, cubic interpolation and a last"
-    " minimisation that weighs in what the path cannot tell (config: lm_interpolation, lm_weights)."
-    " kabsch: before the last minimisation (K₂), final: after it. J used ideal optics and does not"
-    " say how its search was set. Mirrored: share of board poses in the wrong one of the two minima"
-    " of a flat board."
+    "Errors are t - t_true in the master's frame and the rotation vector of R R_true^T in deg. "
+    "paper: simplex with MATLAB's settings; paper-tight: with tight tolerances and started from "
+    "the previous pose; paper-lm: Levenberg-Marquardt with the mirror test, cubic interpolation "
+    "and a last minimisation with weights for what the path leaves uncertain (config: "
+    "lm_interpolation, lm_weights). kabsch: before the last minimisation (K₂), final: after it. "
+    "J used ideal optics and does not state the settings of the search. Mirrored: share of board "
+    "poses in the wrong one of the two minima of a flat board."
 )
 
 
 ANGLES = (
-    "An angle error of the optics moves the slave by angle times distance: at 2 to 6 m the"
-    " published 1.2 to 1.8° would be 40 to 190 mm, and 20 to 29 mm are published. So perhaps"
-    " part of J's angle errors is of the mounts: one turned on its housing makes such errors and"
-    " moves nothing. The twins' mounts are straight."
+    "An angle error of the optics moves the slave by angle times distance: at 2 to 6 m the "
+    "published 1.2 to 1.8° would be 40 to 190 mm, but 20 to 29 mm are published. Part of J's "
+    "angle errors may therefore come from the mounts: a mount rotated on its housing causes such "
+    "errors without a change of position. The mounts of the twins are straight."
 )
 K = TypeVar("K")
 
@@ -147,9 +151,9 @@ def _caution(counts: Sequence[int]) -> list[str]:
         return []
     low, high = (math.sqrt(chi2.ppf(p, n - 1) / (n - 1)) for p in (0.025, 0.975))
     said = (
-        f"An SD of {n} calibrations (J: {RECORDINGS}) is {low:.2g} to {high:.2g} times the true one"
-        " (95 %, normal errors), and one calibration gone wrong makes all of it: take the ratios as"
-        " orders of magnitude."
+        f"An SD of {n} calibrations (J: {RECORDINGS}) is {low:.2g} to {high:.2g} times the true "
+        "one (95 %, normal errors), and one failed calibration can dominate it: read the ratios "
+        "as orders of magnitude."
     )
     return [said, ""]
 
@@ -201,7 +205,7 @@ def reason(variant: Variant, mirrored: float, ideal_rotors: bool = False) -> str
     causes = []
     if mirrored > MIRRORED:
         last = (
-            " and the last minimisation takes their rotations as exact"
+            " and the last minimisation assumes that their rotations are exact"
             if variant.stage == "final" and variant.estimator != "paper-lm"
             else ""
         )
@@ -229,8 +233,8 @@ def gain(records: Sequence[Record], estimator: str = "paper-lm", stage: str = "f
     )
     frame = "between the optical frames of the twins" if optical else "against the reference"
     return (
-        f"Factory values cut the mean error of {estimator}, {stage}, {frame} from"
-        f" {significant(mm[0])} to {significant(mm[1])} mm ({mm[0] / mm[1]:.1f} times) and from"
-        f" {significant(deg[0])} to {significant(deg[1])}° ({deg[0] / deg[1]:.1f} times;"
-        f" {len(pairs)} calibrations)."
+        f"Factory values reduce the mean error of {estimator}, {stage}, {frame} from "
+        f"{significant(mm[0])} to {significant(mm[1])} mm ({mm[0] / mm[1]:.1f} times) and from "
+        f"{significant(deg[0])} to {significant(deg[1])}° ({deg[0] / deg[1]:.1f} times; "
+        f"{len(pairs)} calibrations)."
     )

@@ -109,7 +109,7 @@ def orientation_figure(
         )
     if found.range_rad > TURNS_RAD:
         degrees = np.degrees(found.range_rad)
-        told.append(f"It turns by {degrees:.3g} degrees: what is shown is motion, not noise.")
+        told.append(f"It turns by {degrees:.3g} degrees: the figure shows motion, not noise.")
     bands = [edge for curve in curves for edge in curve.band or ()]
     return curves_picture(
         [Panel("Orientation", curves, {f"r{axis}": look for axis, look in LOOKS.items()})],

@@ -27,15 +27,16 @@ if TYPE_CHECKING:
 
 HEIGHT_MM = 62.0
 CAPTION = (
-    "Length of a pair of markers while it is carried through the volume, by cubes of {cell:g} mm: "
-    "noise of one frame (Allan deviation at one frame, with its 95 % interval) and mean less that "
-    "of the whole recording."
+    "Length of a pair of markers while it is carried through the volume, by cubes of {cell:g} "
+    "mm: noise of one frame (Allan deviation at one frame, with its 95 % interval) and the mean "
+    "minus that of the whole recording."
 )
 PLACES_CAPTION = (
-    "Allan deviation of each recording over the geometric mean of all places, at one frame and at "
-    "1 s, with 95 % intervals: `factor` above 1 is noisier than the mean, by more than chance "
-    "where the interval is above 1, as in one of forty rows by chance alone. `quietest` has the "
-    "smallest Allan deviation at one frame, be it by chance."
+    "Allan deviation of each recording over the geometric mean of all places, at one frame and "
+    "at 1 s, with 95 % intervals: If `factor` is above 1, the recording is noisier than the "
+    "mean, significantly so if its whole interval is above 1 (by chance alone this occurs in one "
+    "row of forty). `quietest` has the smallest Allan deviation at one frame, which may be by "
+    "chance."
 )
 
 
@@ -44,13 +45,14 @@ def place_sentence(even: Mapping[str, float]) -> str:
     if math.isnan(even["worst_over_best"]):
         return "The pair stayed in one place."
     if math.isinf(even["worst_over_best"]):
-        return (
-            "In some cubes the length never changes: the file's steps are coarser than its noise."
-        )
+        return "In some cubes the length never changes: the steps of the file exceed the noise."
     differ = even["p"] < 0.01
     return (
-        f"Noise of the length differs by a factor of {even['worst_over_best']:.2g} between places, "
-        + ("more than chance" if differ else "no more than chance")
+        (
+            f"Noise of the length differs by a factor of {even['worst_over_best']:.2g} between "
+            "places: "
+        )
+        + ("not explained by chance" if differ else "explained by chance")
         + f" (p = {even['p']:.2g}); its mean scatters by {1000 * even['bend_mm']:.3g} µm (SD)."
     )
 
@@ -66,7 +68,7 @@ def place_figure(rows: Sequence[Row], title: str, source: str, caption: str) -> 
     _map(panels[0], rows, "sigma_mm", "viridis")
     _map(panels[1], rows, "deviation_mm", "coolwarm")
     panel_title(panels[0], "Noise of one frame (µm)")
-    panel_title(panels[1], "Mean less overall mean (µm)")
+    panel_title(panels[1], "Mean − overall mean (µm)")
     panels[0].set_ylabel("y (mm)")
     letters(panels)
     heights = len({row["z_mm"] for row in rows if "z_mm" in row})

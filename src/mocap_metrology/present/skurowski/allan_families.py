@@ -233,8 +233,8 @@ def guess_a1(limits_s: Sequence[float]) -> str:
     """What repaired twins lack: Gauss-Markov terms below these T_c."""
     limits = " or ".join(f"{limit:g} s" for limit in dict.fromkeys(limits_s))
     return (
-        "The paper prints no coefficients after the repair, so what the twins lack is assumed: "
-        f"correlated noise of T_c below {limits}."
+        "The paper prints no coefficients after the repair. The parts removed from the twins are "
+        f"therefore assumed: correlated noise of T_c below {limits}."
     )
 
 

@@ -53,19 +53,19 @@ COLUMNS = (
     "note",
 )
 CAPTION = (
-    "published: as printed. regenerated: S's estimator (Eq. 13) on the recording, each trial of "
-    "its annealing taken down its valley, which S does not do (annealing-ant-colony), so that its "
-    "colony finds nothing more; plain: the same without any descent, as S "
-    "(annealing-ant-colony-plain; empty unless noise.estimators names it). docs/noise.md says what "
-    "each is worth. likelihood: this project's default, with its 95 % interval (status "
-    "not_detected: no value, and the upper limit; that of q_c holds for every T_c of its class). "
-    "Gauss-Markov terms are paired with the published ones by least total |ln T_c|, for each "
-    f"estimator by itself; those that differ by more than a factor of {LIMIT:g} are not paired "
-    f"(status {UNPAIRED}), and terms without a published one follow as rows of their own, named by "
-    "estimator. Only in the CSV: the interval; expected, what S's estimator makes of the "
-    "Allan variances of the published coefficients, without chance; published_crlb, the least "
-    "standard error that the length of the recording allows if the published coefficients are "
-    "true, and crlb_relative, that over the coefficient; supported, whether it is below the "
+    "published: as printed. regenerated: S's estimator (Eq. 13) on the recording, with a local "
+    "descent after each trial of its annealing, which S does not use (annealing-ant-colony), so "
+    "that its colony finds no further improvement; plain: the same without the descent, as in S "
+    "(annealing-ant-colony-plain; empty unless noise.estimators names it). docs/noise.md "
+    "compares them. likelihood: this project's default, with its 95 % interval (status "
+    "not_detected: no value but an upper limit; the limit of q_c holds for every T_c of its "
+    "class). Gauss-Markov terms are paired with the published ones by the smallest total |ln "
+    f"T_c|, separately for each estimator; those that differ by more than a factor of {LIMIT:g} "
+    f"are not paired (status {UNPAIRED}), and terms without a published one follow as rows of "
+    "their own, named by estimator. Only in the CSV: the interval; expected, the result of S's "
+    "estimator for the exact Allan variances of the published coefficients; published_crlb, the "
+    "least standard error that the length of the recording allows if the published coefficients "
+    "are true, and crlb_relative, that over the coefficient; supported, whether it is below the "
     "coefficient itself; printed_row, which is All for ten cameras of one type, as S prints it."
 )
 FORM_WORDS = {
@@ -75,10 +75,10 @@ FORM_WORDS = {
     "variances are not the continuous-time formulas, which S fitted.",
 }
 SUPPORT = (
-    "How many published coefficients are larger than the least standard error the recordings' "
-    "length allows them (Cramer-Rao bound of the published model, all its coefficients unknown): "
-    "supported, and how many are not: unsupported. not_computed: coefficients left out of the "
-    "twins, which have no bound."
+    "supported: number of published coefficients that are larger than the smallest standard "
+    "error possible in recordings of this length (Cramer-Rao bound of the published model, all "
+    "its coefficients unknown). unsupported: number of the others. not_computed: coefficients "
+    "that are not in the twins and have no bound."
 )
 FROM = ("regenerated", "plain", EXPECTED, DEFAULT_ESTIMATOR)
 OWN = {"regenerated": S_ESTIMATOR, "plain": PLAIN_ESTIMATOR}

@@ -23,11 +23,11 @@ from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, duration_w
 
 UNSUPPORTED, LEFT_OUT = "†", "‡"
 SIGNS = (
-    f"The lines of a number of cameras: published, {S_ESTIMATOR}, {PLAIN_ESTIMATOR} if it was run, "
-    f"{DEFAULT_ESTIMATOR}. "
-    f"{UNSUPPORTED} {{length}} cannot support the number (least standard error above the number "
-    f"itself); {LEFT_OUT} corrected, left out or to be read with care: see the notes below; "
-    f"{STATUS_SIGNS}; < not detected, upper 95 % limit; – no partner. Empty: no such estimate."
+    f"Lines for each number of cameras: published, {S_ESTIMATOR}, {PLAIN_ESTIMATOR} if it was "
+    f"run, {DEFAULT_ESTIMATOR}. {UNSUPPORTED} {{length}} cannot support the number (least "
+    f"standard error above the number itself); {LEFT_OUT} corrected, omitted or to be read with "
+    f"care: see the notes below; {STATUS_SIGNS}; < not detected, upper 95 % limit; – no partner. "
+    "Empty: no such estimate."
 )
 
 
@@ -58,11 +58,11 @@ def table_a_markdown(
 def _count_sentence(rows: Sequence[Row], length: str) -> str:
     total = next((c for c in support_counts(rows) if c["parameter"] == "all"), None)
     if total is None or total["not_computed"] == total["published"]:
-        return f"What {length} can support was not computed."
+        return f"Which numbers {length} can support was not computed."
     left = f", {total['not_computed']} have no bound" if total["not_computed"] else ""
     return (
-        f"Of {total['published']} published numbers {length} cannot support "
-        f"{total['unsupported']}{left}."
+        f"{length[:1].upper()}{length[1:]} cannot support {total['unsupported']} of the "
+        f"{total['published']} published numbers{left}."
     )
 
 
@@ -142,13 +142,13 @@ NEAR = 0.05  # what counts as the same white level
 BOUNDS = 3.0  # or so many Cramer-Rao bounds, where they are wider
 CAPTION = (
     "h_0 in mm²/Hz. expected: S's estimator (annealing-ant-colony, continuous-time formulas) on "
-    "the Allan variances that the published model has, without chance; regenerated: "
-    "the same on the recording; likelihood: this project's default. Columns in per cent say how "
-    "far each is from what it should be: expected and likelihood from the published value (the "
-    "latter may be off by likelihood_allowed_percent: 5 %, or three Cramer-Rao bounds), "
-    "regenerated from expected. expected differs where components of other kinds take the white "
-    "noise's place at hardly more cost and, of point samples, where the formulas do not hold; "
-    "regenerated differs from it by chance and by what the 3-sigma filter takes."
+    "the exact Allan variances of the published model; regenerated: the same on the recording; "
+    "likelihood: this project's default. Columns in per cent are deviations: of expected and "
+    "likelihood from the published value (likelihood may deviate by likelihood_allowed_percent: "
+    "5 %, or three Cramer-Rao bounds), of regenerated from expected. expected deviates where "
+    "components of other kinds replace the white noise at hardly more cost, and for point "
+    "samples where the formulas do not hold. regenerated deviates from expected by chance and "
+    "because the 3-sigma filter replaces samples."
 )
 
 
@@ -186,9 +186,9 @@ def summary(rows: Sequence[Row]) -> str:
     ]
     listed = f" ({', '.join(beyond)})" if beyond else ""
     return (
-        f"Of {len(known)} series, expected is off by more than 5 % in {expected}, regenerated is "
-        f"off from expected by more than 5 % in {regenerated}, and likelihood is off by more than "
-        f"5 % and {BOUNDS:g} bounds in {len(beyond)}{listed}."
+        f"Of {len(known)} series, expected deviates by more than 5 % in {expected}, regenerated "
+        f"deviates from expected by more than 5 % in {regenerated}, and likelihood deviates by "
+        f"more than 5 % and {BOUNDS:g} bounds in {len(beyond)}{listed}."
     )
 
 

@@ -14,10 +14,10 @@ from mocap_metrology.present.tables import Record, Row, source_of
 
 TYPES = ("T40", "Bonita", "Vantage")
 TABLE_2_CAPTION = (
-    "Cited, as no recording tells a camera's weight. The web version of the article runs the three "
-    "columns together (printed_line); ambiguity: none, units separate the values; resolved, only "
-    "one split makes sense; open, the most natural split. The CSV has a row a number, in its "
-    "column published."
+    "Cited, because no recording contains the weight of a camera. The web version of the article "
+    "runs the three columns together (printed_line); ambiguity: none, units separate the values; "
+    "resolved, only one split makes sense; open, the most plausible split. The CSV has one row "
+    "per number, in its column published."
 )
 TABLE_2_SHOWN = ("camera_type", "quantity", "unit", "published", "source", "ambiguity", "note")
 
@@ -58,17 +58,17 @@ TABLE_4 = {"T40": 10, "Bonita": 10, "Vantage": 9, "All": 30}
 
 TABLE_3_CAPTION = (
     "Ids of the cameras of each subset; Vantage with 10 is deduced, not printed. Nothing is "
-    "computed here: regenerated are the ids that the sheet of recordings gives (camera_ids). S "
-    "reconstructed one recording several times; the twins of a type share noise below 0.1 Hz, and "
-    "faster noise is drawn for each alone."
+    "computed here: the regenerated ids are those of the sheet of recordings (camera_ids). S "
+    "reconstructed one recording several times; the twins of a type share noise below 0.1 Hz, "
+    "and faster noise is independent."
 )
 
 TABLE_4_CAPTION = (
     "Along x, in mm (sigma_12 in mm\u00b2). Vantage is the subset of nine, without the failing "
-    "camera. The moments of a twin scatter, as random walk dominates them, and the more the longer "
-    "it is; rho_12 is an outcome of the spectra of x1, x2 and L, except in row All: no "
-    "coefficients were printed for all thirty cameras, and its twin is T40-10 scaled to this row, "
-    "rho_12 included."
+    "camera. The moments of a twin vary by chance because random walk dominates them, and more "
+    "so the longer it is. rho_12 results from the spectra of x1, x2 and L, except in row All: no "
+    "coefficients were printed for all thirty cameras, and its twin is T40-10 scaled to this "
+    "row, rho_12 included."
 )
 
 

@@ -153,8 +153,9 @@ def crump_figure(
 def guessed(crumps: Sequence[Mapping[str, float]]) -> str:
     """Of the shock of a twin (settings of `twins.Crump`), none for a real recording."""
     return "".join(
-        "The shock of the twin is assumed, as the paper prints no numbers of it: up to "
-        f"{c['amplitude_mm']:g} mm, {c['frequency_hz']:g} Hz, decaying in {c['decay_s']:g} s. "
+        "The shock (crump) of the twin is assumed, because the paper prints no numbers for it: "
+        f"up to {c['amplitude_mm']:g} mm, {c['frequency_hz']:g} Hz, decaying in {c['decay_s']:g} "
+        "s. "
         for c in crumps[:1]
     )
 
@@ -167,8 +168,8 @@ def _remark(given: Shaken, shock: Shock | None) -> str:
     found = [given.raw[s][part] != given.clean[s][part].astype(np.float64) for s in AXES]
     return (
         f"The markers shake from {shock.onset / rate:.1f} s to {shock.stop / rate:.1f} s. There "
-        f"the Hampel filter replaces {np.count_nonzero(found)} of {np.size(found)} coordinates of "
-        "marker 1, as an oscillation is no single outlier."
+        f"the Hampel filter replaces {np.count_nonzero(found)} of {np.size(found)} coordinates "
+        "of marker 1: an oscillation is not a single outlier."
     )
 
 

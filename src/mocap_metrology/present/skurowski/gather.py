@@ -106,9 +106,9 @@ def spread_sentence(twin: Twin | None) -> str:
         one, two = (f"{1000 * found[f'sigma_{k}']:.1f}" for k in (1, 2))
         spread.append(f"{one} and {two} µm over {duration_words(seconds)}")
     return (
-        "Slow noise widens a density as time goes by: the standard deviations that the printed "
-        f"coefficients lead to on average are {', '.join(spread)}, for x1 and x2; those of Table 4 "
-        "are of nine hours."
+        "Slow noise widens a density with time: the standard deviations that the printed "
+        f"coefficients lead to on average are {', '.join(spread)}, for x1 and x2; those of Table "
+        "4 refer to nine hours."
     )
 
 

@@ -32,14 +32,15 @@ RELATIONS = {
     "sigma_C_mm": "sqrt(sigma_1^2 + sigma_2^2 - 2 rho_12 sigma_1 sigma_2)",
 }
 CAPTION = (
-    "Random walk and slow correlated noise make the moments of one recording a matter of chance: "
-    f"each is held against {REPEATS} realisations of the twin's coefficients as the outlier filter "
-    "leaves them (slow parts drawn, fast ones by their stationary variance). lower_5, median, "
-    "upper_95: of the length of these recordings; nine_hours_: of the paper's. inside: within 5 "
-    "... 95 %, so one number in ten should not be; of a mean, within three standard errors. That "
-    "error is of the mean about the first frame, where the twin is put at the published mean: a "
-    "random walk has no other reference. check, residual: what the relation leaves of the row's "
-    "own numbers; printed ones carry up to 0.00015 mm of rounding."
+    "Random walk and slow correlated noise make the moments of one recording vary by chance. "
+    f"Each is compared with {REPEATS} realisations of the twin's coefficients after the outlier "
+    "filter (slow parts are simulated, fast ones enter by their stationary variance). lower_5, "
+    "median, upper_95: for the length of these recordings; nine_hours_: for that of the paper. "
+    "inside: within 5 ... 95 %, where one number in ten lies outside by chance; for a mean, "
+    "within three standard errors. The standard error refers to the first frame, where the twin "
+    "is at the published mean: a random walk has no other reference. check, residual: a relation "
+    "between the numbers of the row, and its residual; printed numbers have up to 0.00015 mm of "
+    "rounding."
 )
 SHOWN = (
     *("camera_type", "quantity", "published", "regenerated", "source", "standard_error"),
@@ -170,14 +171,14 @@ COUNTS = {"T40": 10, "Bonita": 10, "Vantage": 9}
 ALL = "no coefficients of all thirty cameras were printed: T40-10 scaled to this row"
 OF_T40_X1 = (
     "the printed coefficients of x1 are too small for it: h_-2 is 1.55e-10 for ten cameras and "
-    "2.99e-09 for eight, and with the latter it fits"
+    "2.99e-09 for eight, and the latter agrees"
 )
 OF_T40 = {
     "sigma_1_mm": "",
-    "sigma_12_mm2": "holds sigma_1: ",
-    "rho_12": "of a wider x1 with the same L it would be higher: ",
+    "sigma_12_mm2": "contains sigma_1: ",
+    "rho_12": "higher for a wider x1 with the same L: ",
     "sigma_A1_mm": "sqrt(2) sigma_1: ",
-    "sigma_B_mm": "holds sigma_1: ",
+    "sigma_B_mm": "contains sigma_1: ",
 }
 
 
@@ -191,9 +192,9 @@ def _reason(kind: str, quantity: str) -> str:
         return (
             f"h_-2 of L is printed as {walk['L']:.3g}, of x1 and x2 together as "
             f"{walk['x1'] + walk['x2']:.3g}, which "
-            + ("drives them apart" if walk["L"] > walk["x1"] + walk["x2"] else "ties them")
+            + ("decorrelates them" if walk["L"] > walk["x1"] + walk["x2"] else "correlates them")
         )
-    return "the printed coefficients give another size"
+    return "the printed coefficients give a different value"
 
 
 def _note(row: Row, published: Mapping[str, float]) -> str:
@@ -201,7 +202,7 @@ def _note(row: Row, published: Mapping[str, float]) -> str:
     kind, quantity = row["camera_type"], row["quantity"]
     notes = []
     if row["inside"] is False:
-        notes.append("regenerated outside: of a twin by chance, as one number in ten is")
+        notes.append("regenerated outside: by chance, as for one number in ten of a twin")
     if row["published_inside"] is False:
         notes.append(f"published outside: {_reason(kind, quantity)}")
     if quantity == "sigma_12_mm2":

@@ -27,13 +27,13 @@ SAMPLES, REPEATS, SEED = 1 << 17, 64, 1935
 COLOURS = {-2: "random walk", -1: "flicker (pink)", 0: "white", 1: "blue", 2: "violet"}
 CAPTION = (
     "Allan variance of S(f) = h f^alpha: h K_alpha tau^mu, its deviation goes as tau^(mu/2). All "
-    "for h = 1 and f_h = 60 Hz (half the frame rate; S states none). method: integral, the "
-    "integral over the power law by scipy.integrate.quad (no f_h: without limit); simulation, mean "
-    "of 64 simulated series of 131 072 averages over 1/120 s, overlapping Allan variance; point "
-    "samples, exact values for a camera, which takes points instead of averages. standard_error: "
-    "of the mean of the simulations; of an integral, a bound of its numerical error. expected: "
-    "what the simulations would give without chance; errors_off: how far they are from it in "
-    "standard errors. deviation_percent: from the printed number."
+    "values are for h = 1 and f_h = 60 Hz (half the frame rate; S states none). method: "
+    "integral, the integral over the power law by scipy.integrate.quad (no f_h: without limit); "
+    "simulation, mean of 64 simulated series of 131 072 averages over 1/120 s, overlapping Allan "
+    "variance; point samples, exact values for a camera, which samples points instead of "
+    "averages. standard_error: of the mean of the simulations; of an integral, a bound of its "
+    "numerical error. expected: the exact mean of the simulations; errors_off: their deviation "
+    "from it in standard errors. deviation_percent: deviation from the printed number."
 )
 SHOWN = (
     *("noise", "alpha", "scale", "formula", "quantity", "tau_s", "f_h_hz", "published"),
@@ -101,7 +101,7 @@ def _of_noise(noise: Noise, tau: np.ndarray, m: np.ndarray, avar: np.ndarray) ->
         made.append(_row(noise, "K_alpha", t, printed, mean, error, "simulation", "", wanted))
         if alpha > 0:
             camera = camera_avar(alpha, m, FRAME_RATE_HZ)[k] / unit
-            note = "a camera takes points: " + POINTS[alpha]
+            note = "a camera samples points: " + POINTS[alpha]
             made.append(_row(noise, "K_alpha", t, printed, camera, None, "point samples", note))
     if alpha == 1:
         made += _constant_of_d(noise, tau, exact[f_h], avar)

@@ -4,34 +4,37 @@ A figure adds to its caption what only its data can say. Plain text, no markup.
 """
 
 CALIBRATION = (
-    "The pose of the slave with its verdict and what it stands on. (a), (b) Stations and the path "
-    "of the board from above and from the right: dotted lines join the stations and the middle of "
-    "the path. (c) The path near by, where it takes the most room. (d) Distance between the paths "
-    "by both stations after R and t; dashed: its median. (e) Root mean square of the angles about "
-    "each board pose. (f), (g) Share of the sweeps of either station that each diode saw, pale "
-    "where it is below half of the usual share. A diode is dead if neither station sees it though "
-    "it faces the same way as others that are seen."
+    "The pose of the slave with its verdict and the data behind it. (a), (b) Stations and the "
+    "path of the board from above and from the right: dotted lines join the stations and the "
+    "middle of the path. (c) The path enlarged, seen from the side on which it extends most. (d) "
+    "Distance between the paths by both stations after R and t; dashed: its median. (e) Root "
+    "mean square of the angles about each board pose. (f), (g) Share of the sweeps of either "
+    "station that each diode saw, pale where it is below half of the usual share. A diode is "
+    "reported as dead if neither station sees it although other diodes that face the same way "
+    "are seen."
 )
 CAMERAS = (
     "Noise of the positions from subsets of the cameras of one take. (a) Allan deviation at one "
     "frame against the number of cameras; first marker filled, others open. (b) Noise of each "
-    "subset relative to the next smaller one, in the direction in which it rose most, of the worst "
-    "marker, with 95 % intervals. Sound cameras cannot raise the noise in any direction: they give "
-    "1 or less. (c), where the subsets share their frames: noise of each added camera, or of the "
-    "noisiest where several were added at once, relative to the median of all cameras, with 95 % "
-    "intervals. Bars with ends are intervals, some shorter than their point; some leave the panel."
+    "subset relative to the next smaller one, with 95 % intervals: of the worst marker, in the "
+    "direction of the largest rise. Cameras without a fault cannot raise the noise in any "
+    "direction: their ratio is at most 1. (c), where the subsets share their frames: noise of "
+    "each added camera, or of the noisiest where several were added at once, relative to the "
+    "median of all cameras, with 95 % intervals. Some intervals are shorter than their marker, "
+    "some extend beyond the panel."
 )
 COEFFICIENTS = (
-    "Coefficients h of power-law noise, S ∝ f^α, by the likelihood estimator with 95 % intervals; "
-    "triangles are upper 95 % limits of what was not detected. An arrow: the interval goes on "
-    "beyond the panel, or a factor of 100 below its number."
+    "Coefficients h of power-law noise, S ∝ f^α, by the likelihood estimator with 95 % "
+    "intervals; triangles are upper 95 % limits of what was not detected. An arrow marks an "
+    "interval that extends beyond the panel, or further than a factor of 100 below its estimate."
 )
 COMPARE = (
-    "Allan deviation of a recording divided by that of its reference: the one named in the sheet's "
-    "column compare_with, or else the one before by date. Above 1 the recording is noisier; within "
-    "the yellow band a change counts as none. Shaded: intervals of Fisher's F with the equivalent "
-    "degrees of freedom of both; they may leave a panel. Of two equal recordings, a share "
-    "compare.alpha at most has any word other than same, over all series and averaging times."
+    "Allan deviation of a recording divided by that of its reference: the one named in the "
+    "sheet's column compare_with, or else the one before by date. Above 1 the recording is "
+    "noisier; within the yellow band no change is reported. Shaded: intervals of Fisher's F with "
+    "the equivalent degrees of freedom of both; they may extend beyond a panel. If two "
+    "recordings have the same noise, the probability of any word other than same is at most "
+    "compare.alpha, over all series and averaging times."
 )
 CORRELATED = (
     "Gauss-Markov terms by the likelihood estimator with 95 % intervals: (a) correlation time T_c "
@@ -49,8 +52,8 @@ DIAGNOSIS = (
     "Above, the dynamic Allan deviation over time, events marked; below it the largest event "
     "(or, without one, the most unusual window, framed in the map) beside the noise before and "
     "after (or of both halves: alike if every interval lies within a factor of 1.5); at the "
-    "bottom the spectrum with its spectral lines and the Allan deviation, as recorded and as "
-    "filters would leave them."
+    "bottom the spectrum with its spectral lines and the Allan deviation, as recorded and after "
+    "filters."
 )
 FAMILIES = (
     "All recordings of the group side by side: subsets of one camera type by their number of "
@@ -100,8 +103,8 @@ ORIENTATION = (
 )
 PLACE = (
     "Length of a pair of markers that was carried through the volume: noise of one frame, and "
-    "mean, by place. dof are the degrees of freedom of the noise: fewer than frames, the fewer "
-    "the more a filter has smoothed them."
+    "mean, by place. dof: degrees of freedom of the noise. There are fewer than frames, and the "
+    "fewest where a filter has smoothed most."
 )
 ADEV = (
     "Overlapping Allan deviation of every coordinate and distance against the averaging time, as "
@@ -112,17 +115,18 @@ ADEV_ENDS = "Lowest and highest recording of {names}."
 PSD = (
     "Welch's estimate of the power spectral density after outliers were cleaned. The line joins "
     "medians of 40 bins a decade; the shaded band reaches to the greatest value of each bin, so "
-    "that a narrow spectral line shows."
+    "that narrow spectral lines remain visible."
 )
 TRAJECTORY = (
     "Every coordinate and distance about its mean, against time. Grey: raw samples; light blue: "
     "after outliers were cleaned. Where there are more samples than columns of pixels, a column "
-    "shows the range of its samples and the dark line their mean. Where a few samples lie far from "
-    "the rest, the axis ends short of them: triangles at its edge mark where they are, and the "
-    "number beside the panel is the farthest of them."
+    "shows the range of its samples and the dark line their mean. A few samples far from the "
+    "rest lie beyond the axis: triangles at its edge mark where they are, and the number beside "
+    "the panel is the largest of them."
 )
 FEWER_OUTLIERS = (
-    "Of the many outliers those are drawn that are the largest of their stretch of time, or of all."
+    "There are too many outliers to draw: only the largest of each stretch of time and the "
+    "largest of all are shown."
 )
 FIT = (
     "(a) Allan deviation and (b) power spectral density of one series, with the fitted noise model "
@@ -148,17 +152,17 @@ SKUROWSKI: dict[int | str, str] = {
     2: (
         "Line: the standard error σ/√N in units of σ (Equation 3). Points: root of the printed "
         "white noise h₀ (Tables A1-A3; correlated noise shorter than a frame counts as white), "
-        "geometric mean over x, y, z of both markers, with n cameras. Each type is divided by what "
-        "the law, fitted to it, gives for one camera, so only the fall is to be compared. The "
-        "legend gives the exponent of n with its standard error if it is free; by the law it is "
+        "geometric mean over x, y, z of both markers, with n cameras. Each type is divided by "
+        "the value of its fitted law at one camera, so only the decrease can be compared. The "
+        "legend gives the exponent of n with its standard error if it is free; the law gives "
         "−0.5. Vantage without the failing tenth camera."
     ),
     3: (
-        "Computed from noise models, continuous-time forms with f_h = 500 Hz: (a) power laws, (b) "
-        "correlated and periodic noise. The coefficients are chosen so that each part has decades "
-        "of its own; the values of both axes mean nothing else. The numbers are the slopes of the "
-        "computed curves at that place. Beyond six periods a sinusoid is drawn by the envelope of "
-        "its bumps, and the sum with their mean."
+        "Computed from noise models, continuous-time forms with f_h = 500 Hz: (a) power laws, "
+        "(b) correlated and periodic noise. The coefficients are chosen so that each component "
+        "dominates in its own decades; the values on the axes have no other meaning. The numbers "
+        "are the slopes of the computed curves at that place. Beyond six periods a sinusoid is "
+        "drawn by the envelope of its bumps, and the sum with their mean."
     ),
     6: (
         "The Allan deviation of one series with the model that annealing and an ant colony find by "
@@ -183,20 +187,21 @@ SKUROWSKI: dict[int | str, str] = {
     10: (
         "(a) Kernel estimates of the density of the cleaned distance, and normal densities with "
         "the mean and standard deviation of Table 4. (b) Mean distances; bars: standard error of "
-        "the mean of a twin about its first frame, which has the mean of Table 4 of its type "
-        "(line) for every number of cameras, as the paper prints no others. A measured recording "
-        "has no such bar. An arrow with a number: a mean beyond the axis."
+        "the mean of a twin about its first frame, whose mean is that of Table 4 for its type "
+        "(line) at every number of cameras: the paper prints no others. A measured recording has "
+        "no such bar. An arrow with a number: a mean beyond the axis."
     ),
     11: (
         "(a) Variances along x and of the distance, (b) covariances of x1 and x2. Lines: σ²/n "
         "(Equation 3), fitted to the points of each series by the mean of their logarithms; in "
         "each panel the exponent of n with its standard error if it is free (−1 by the law). The "
         "axis of (b) is linear near zero and logarithmic beyond. How variances and covariances "
-        "depend on n comes from the printed coefficients, of which the twins are made; bars: what "
-        "these lead to on average over recordings as long. Twins of one type share their slow "
-        "noise (below 0.1 Hz), as subsets of one recording do, so they lie above or below their "
-        "bars together. The tenth Vantage camera was failing and is left out of the fits. Stars: "
-        "Table 4, which is of the nine hours of the paper's recordings."
+        "depend on n comes from the printed coefficients, of which the twins are made; bars: the "
+        "average that these coefficients lead to in recordings of this length. Twins of one type "
+        "share their slow noise (below 0.1 Hz), as subsets of one recording do, so they lie "
+        "above or below their bars together. The tenth Vantage camera was failing and is "
+        "excluded from the fits. Stars: Table 4, which refers to the nine-hour recordings of the "
+        "paper."
     ),
     12: (
         "Overlapping Allan deviation of x1, x2 and the distance L by the number of cameras, "
@@ -210,24 +215,26 @@ SKUROWSKI: dict[int | str, str] = {
     14: (
         "Coefficients of power-law noise by the number of cameras, logarithmic: (a) T40, (b) "
         "Bonita, (c) Vantage. In each group from left to right: x1, y1, z1, x2, y2, z2, L; the "
-        "numbers of one series stand in one line. Grey circles: published numbers below the least "
-        "standard error that the length of the recording allows. A cross is an end of the range "
-        "searched by annealing-ant-colony, which is no estimate. Bars are 95 % intervals of the "
-        "likelihood estimator, cut at an arrow a factor of 100 below their number; triangles are "
-        "its 95 % upper limits of what it does not detect. In the grey band: less than 10⁻²⁰."
+        "numbers of one series stand in one line. Grey circles: published numbers below the "
+        "least standard error that the length of the recording allows. A cross marks an end of "
+        "the range searched by annealing-ant-colony, which is not an estimate. Bars are 95 % "
+        "intervals of the likelihood estimator, cut at an arrow a factor of 100 below the "
+        "estimate; triangles are its 95 % upper limits where it detects nothing. In the grey "
+        "band: less than 10⁻²⁰."
     ),
     15: (
         "The coefficients of Figure 14 on linear axes, where zero can be seen: each panel in its "
-        "own power of ten, up to nine tenths of its numbers that are not zero. Arrows at the top: "
-        "larger numbers, and intervals that go on. Upper limits beyond a panel are left out."
+        "own power of ten, up to nine tenths of its numbers that are not zero. Arrows at the "
+        "top: larger numbers, and intervals that extend beyond the panel. Upper limits beyond a "
+        "panel are not drawn."
     ),
     16: (
         "Correlated noise: (a) correlation time T_c and amplitude q_c by the number of cameras, "
-        "symbols as in Figure 14; an upper limit of q_c holds for one class of T_c and is drawn as "
-        "its letter: s short, m medium, ℓ long. In the grey band: less than 10⁻⁷ mm/√s. (b) q_c "
-        "against T_c, the classes of section 4.6 shaded; published terms below their least "
+        "symbols as in Figure 14; an upper limit of q_c applies to one class of T_c and is drawn "
+        "as its letter: s short, m medium, ℓ long. In the grey band: less than 10⁻⁷ mm/√s. (b) "
+        "q_c against T_c, the classes of section 4.6 shaded; published terms below their least "
         "standard error are pale. Dashed: ends of the range of T_c that annealing-ant-colony "
-        "searched, where terms pile up that no T_c within it suits."
+        "searched, where terms accumulate if no T_c within the range fits."
     ),
     17: (
         "Power spectral density of z1 by the largest set of each camera type, its number of "
@@ -252,24 +259,23 @@ def of_skurowski(*figures: int | str) -> str:
 
 TREND = (
     "Allan deviation at three averaging times by the date of recording, with 68 % intervals; a "
-    "line where it changes by more than chance allows over the averaging times of a series. The "
+    "line marks a change that chance does not explain over the averaging times of a series. The "
     "table has the change in percent a month, per series and averaging time."
 )
 VERDICT = (
     "Uncertainty of one frame and of means over 1, 10 and 60 s about the mean of the horizon, "
-    "against the limits of good and usable, and the share of each kind of noise in the variance "
-    "of one frame where there is a noise model; T_c: correlation time."
+    "with the limits of good and usable. Where there is a noise model, the share of each kind of "
+    "noise in the variance of one frame is shown; T_c: correlation time."
 )
 TABLE = (
-    "Numbers are rounded to be read, published ones as printed; all digits, and columns that "
-    "are not shown here, are in the CSV behind the link at the foot of the page."
+    "Numbers are rounded, published ones are as printed. All digits, and columns that are not "
+    "shown here, are in the CSV behind the link at the foot of the page."
 )
 SUMMARY = (
-    "A word, its reason, and the numbers behind it, of every recording and calibration. Refused "
-    "inputs come first. Names lead to figures from the file summary.html, and from the front "
-    "page of this report beside the results."
+    "Verdict, reason and numbers of every recording and calibration. Refused inputs come first. "
+    "Names lead to figures from the file summary.html, and from the front page of this report "
+    "beside the results."
 )
 PROVENANCE = (
-    "Code, configuration, seeds and checksums these results were made with, and how long each "
-    "step took."
+    "Code, configuration, seeds and checksums of these results, and the duration of each step."
 )

@@ -38,12 +38,12 @@ def test_the_default_board_counts_along_rows_from_the_lower_left() -> None:
 @pytest.mark.parametrize(
     ("rows", "why"),
     [
-        ([], "expected three finite numbers a diode"),
-        ([*SQUARE, "0,nan,0"], "expected three finite numbers a diode"),
-        ([*SQUARE, "0,x,0"], "a cell is no number; expected positions in metres"),
+        ([], "expected three finite numbers per diode"),
+        ([*SQUARE, "0,nan,0"], "expected three finite numbers per diode"),
+        ([*SQUARE, "0,x,0"], "a cell is not a number; expected positions in metres"),
         (SQUARE[:3], "3 diodes; a calibration needs at least 4"),
         (["0,0,0", "0,100,0", "0,100,100", "0,0,100"], "the diodes span 100 m; expected metres"),
-        ([*SQUARE, "0,0.1,0.00005"], "diodes 1 and 4 are at one place"),
+        ([*SQUARE, "0,0.1,0.00005"], "diodes 1 and 4 have the same position"),
         ([f"0,{0.1 * i},0" for i in range(4)], "all diodes are on one line; expected a surface"),
     ],
 )

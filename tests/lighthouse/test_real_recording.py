@@ -118,7 +118,7 @@ def test_one_diode_does_not_decide(seen: dict[str, Seen]) -> None:
     the residual was 229 urad and one standard deviation of the rotation 1.1-2.1 deg. It is left
     out, and said so; 1.6 deg to the headset are left."""
     found, own = seen["T20"].decoded, seen["T20"].poses["factory", "crazyflie"]
-    assert "diode 8 left out of the slave's: the others contradict it" in own.note
+    assert "diode 8 excluded from the slave's: the others contradict it" in own.note
     assert "left out" not in seen["HMD"].poses["factory", "crazyflie"].note
     hits = found.hits
     of_slave = hits.station == SLAVE

@@ -71,7 +71,7 @@ twins:
   alone: {{setup: alone, seed: 4}}
 """
 REFUSED = {  # row: board, what its line says
-    "odd": ("board.csv", "bytes are no whole uint32 words"),
+    "odd": ("board.csv", "bytes are not a whole number of uint32 words"),
     "big-endian": ("board.csv", "a big-endian dump"),
     "sixteen-bit": ("board.csv", "a 16-bit dump"),
     "no-flashes": ("board.csv", "flashes"),
@@ -292,7 +292,7 @@ def test_the_other_formats(run) -> None:
     assert (best["optics"], angles["stations"]["master"]["id"]) == ("ideal", None)
     assert off(best)[0] < 6
     assert off(best)[1] < 0.1
-    assert "a file of angles holds no flashes" in angles["verdict"]["reason"]
+    assert "a file of angles contains no flashes" in angles["verdict"]["reason"]
     assert "Station ids not compared" in angles["diagnostics"]["notes"][-1]
     assert len(said(out.stdout, "warning: calibration angles: ")) == 2
     empty = pq.read_metadata(results / "calibrations/angles/pulses.parquet")

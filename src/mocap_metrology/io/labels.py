@@ -60,7 +60,7 @@ def find_points(labels: Sequence[str], markers: Sequence[str], file: str) -> lis
     one point only, or `LABEL#2` for the second point of that label.
     """
     if not markers:
-        raise Refusal(f"{file}: no marker is chosen; there are: {in_words(labels)}")
+        raise Refusal(f"{file}: no marker is chosen; the file has: {in_words(labels)}")
     found = [_find(labels, marker.strip(), file) for marker in markers]
     for i, place in enumerate(found):
         if place in found[:i]:
@@ -88,7 +88,7 @@ def _find(labels: Sequence[str], marker: str, file: str) -> int:
         return suffix[0]
     if suffix:
         several = in_words([labels[i] for i in suffix])
-        raise Refusal(f"{file}: marker {marker!r} is one of several: choose from {several}")
+        raise Refusal(f"{file}: marker {marker!r} occurs several times: choose from {several}")
     meant = suggestion(marker, labels)
     raise Refusal(f"{file}: no marker {marker!r}; {meant or f'there are: {in_words(labels)}'}")
 

@@ -179,7 +179,7 @@ def orientation_of(
     files = [Path(path) for path in paths]
     read = format_of(files[0]).orientation
     if read is None:
-        raise Refusal(f"{files[0].name}: holds no orientations")
+        raise Refusal(f"{files[0].name}: contains no orientations")
     return read(files, marker, frame_rate_hz, accept_truncated)
 
 

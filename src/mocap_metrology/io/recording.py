@@ -163,8 +163,8 @@ def frame_rate(first: Header, given: float | None) -> float:
         return first.frame_rate_hz
     if first.frame_rate_hz and not math.isclose(given, first.frame_rate_hz, rel_tol=1e-3):
         raise Refusal(
-            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, frame_rate_hz says"
-            f" {given:g} Hz; they may differ by 0.1 %"
+            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, column frame_rate_hz "
+            f"states {given:g} Hz; they may differ by 0.1 %"
         )
     return float(given)
 
@@ -201,7 +201,7 @@ def plan_by_numbers(segments: Sequence[Numbered], firsts: Sequence[int]) -> Plan
     notes = []
     if order != tuple(range(len(segments))):
         names = ", ".join(segments[i].name for i in order)
-        notes.append(f"segments were given out of order; taken as {names}")
+        notes.append(f"segments were given out of order; joined as {names}")
     return Plan(order, (0, *gaps), tuple(notes))
 
 
@@ -210,7 +210,7 @@ def plan_as_given(firsts: Sequence[int]) -> Plan:
     order = tuple(range(len(firsts)))
     if len(firsts) == 1:
         return Plan(order, (0,))
-    note = f"all segments start at frame {firsts[0]}: taken in the given order, without gaps"
+    note = f"all segments start at frame {firsts[0]}: joined in the given order, without gaps"
     return Plan(order, (0,) * len(firsts), (note,))
 
 
@@ -218,8 +218,8 @@ def check_gaps(segments: Sequence[Numbered], order: Sequence[int], gaps: Sequenc
     """Refuse gaps far longer than what was measured."""
     if sum(gaps) > LONGEST_GAP * sum(s.n_frames for s in segments):
         raise Refusal(
-            f"{segments[order[0]].name}: the segments' frame numbers leave out {sum(gaps)} frames,"
-            f" more than {LONGEST_GAP} times those measured: are they of one take?"
+            f"{segments[order[0]].name}: the segments' frame numbers skip {sum(gaps)} frames, "
+            f"more than {LONGEST_GAP} times those measured: do they belong to one take?"
         )
 
 

@@ -44,14 +44,14 @@ def read_board(path: str | Path) -> np.ndarray:
     try:
         board = np.array([[float(cell) for cell in row[:3]] for row in rows[1:] if row])
     except ValueError:
-        raise Refusal(f"{name}: a cell is no number; expected positions in metres") from None
+        raise Refusal(f"{name}: a cell is not a number; expected positions in metres") from None
     return check_board(board, name)
 
 
 def check_board(board: np.ndarray, name: str) -> np.ndarray:
     """Refuse a board that is no board: too few diodes, two at one place, or in mm."""
     if board.ndim != 2 or board.shape[1] != 3 or not np.isfinite(board).all():
-        raise Refusal(f"{name}: expected three finite numbers a diode: x_m,y_m,z_m")
+        raise Refusal(f"{name}: expected three finite numbers per diode: x_m,y_m,z_m")
     if len(board) < FEWEST_DIODES:
         raise Refusal(f"{name}: {len(board)} diodes; a calibration needs at least {FEWEST_DIODES}")
     extent = float(np.ptp(board, axis=0).max())
@@ -63,7 +63,9 @@ def check_board(board: np.ndarray, name: str) -> np.ndarray:
     apart = np.linalg.norm(board[:, None] - board[None], axis=-1) + 10 * np.eye(len(board))
     if apart.min() < 1e-4:
         i, j = np.argwhere(apart == apart.min())[0]
-        raise Refusal(f"{name}: diodes {i} and {j} are at one place; expected different places")
+        raise Refusal(
+            f"{name}: diodes {i} and {j} have the same position; expected different positions"
+        )
     if np.linalg.svd(board - board.mean(axis=0), compute_uv=False)[1] < 1e-3:
         raise Refusal(f"{name}: all diodes are on one line; expected a surface")
     return board

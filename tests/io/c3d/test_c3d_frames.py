@@ -31,8 +31,8 @@ def test_declared_up_to_the_limit(tmp_path, n, pad):
 
 def test_what_a_count_from_the_file_size_cannot_tell_is_said(tmp_path):
     assert inspect(build(tmp_path / "a.c3d", LONG, frames=65535)).notes == (
-        "the declared frame count is at its 16-bit limit: counted from the file size,"
-        " so a cut-off end would not be noticed",
+        "the declared frame count is at its 16-bit limit: it is taken from the file size, so a "
+        "cut-off end would not be detected",
     )
 
 
@@ -211,7 +211,7 @@ class TestAnalog:
     def test_header_wrong(self, tmp_path):
         structure = inspect(self.patched(tmp_path, 300, 2, 1))
         assert structure.n_frames == 300 and structure.frame_bytes == (8 + 6) * 4
-        assert "analog samples per frame are not those of the header" in structure.notes[0]
+        assert "analog samples per frame differ from the header" in structure.notes[0]
 
     def test_undecidable(self, tmp_path):
         with pytest.raises(Refusal, match="frames of 60 or 56 bytes both fit the file size"):

@@ -198,7 +198,7 @@ class TestLabels:
         recording = read(path, ["A", " C D ", "Cal:B"])
         assert recording.labels == ("A", "C D", "Cal:B")
         assert np.array_equal(recording.position_mm, points[:, [0, 3, 2], :3].transpose(1, 2, 0))
-        with pytest.raises(Refusal, match="'B' is one of several: choose from Wand:B, Cal:B"):
+        with pytest.raises(Refusal, match="'B' occurs several times: choose from Wand:B, Cal:B"):
             read(path, ["B"])
         with pytest.raises(Refusal, match="'Wand:A' is chosen twice"):
             read(path, ["A", "Wand:A"])
@@ -242,7 +242,7 @@ class TestFrameRate:
     @pytest.mark.parametrize("given", [100, 120.2, 60])
     def test_given_differs(self, tmp_path, given):
         path = build(tmp_path / "a.c3d", still(N))
-        with pytest.raises(Refusal, match=f"is 120 Hz, frame_rate_hz says {given}"):
+        with pytest.raises(Refusal, match=f"is 120 Hz, column frame_rate_hz states {given}"):
             read(path, frame_rate_hz=given)
 
     @pytest.mark.parametrize("given", [0, -120, float("nan")])

@@ -54,7 +54,7 @@ def test_by_trial(tmp_path, order, base):
     assert [s.n_frames for s in recording.segments] == [60_000, 60_000, 60_000, 59_500]
     assert bool(recording.notes) == (order[0] == 2)
     if recording.notes:
-        assert recording.notes[0].startswith("segments were given out of order; taken as part1")
+        assert recording.notes[0].startswith("segments were given out of order; joined as part1")
     if base == 65536:
         assert [s.first_frame for s in recording.segments] == [first for first, _ in RANGES]
 
@@ -69,7 +69,7 @@ def test_by_the_header(tmp_path):
 
 def test_header_at_its_limit(tmp_path):
     paths = split(tmp_path, header=lambda *ends: tuple(min(e, 65535) for e in ends))
-    with pytest.raises(Refusal, match=r"^part3\.c3d: its first frame stands at the 16-bit limit"):
+    with pytest.raises(Refusal, match=r"^part3\.c3d: its first frame is at the 16-bit limit"):
         read(paths)
     assert read(paths[:2]).n_gap_frames == 0
 
@@ -101,7 +101,7 @@ def test_overlap(tmp_path):
 
 def test_gap_beyond_belief(tmp_path):
     paths = split(tmp_path, ((1, 1000), (30_001, 31_000)), trial=lambda *ends: ends)
-    with pytest.raises(Refusal, match="leave out 29000 frames, more than 10 times those measured"):
+    with pytest.raises(Refusal, match="skip 29000 frames, more than 10 times those measured"):
         read(paths)
 
 

@@ -196,7 +196,7 @@ def test_frames_without_a_body_are_gaps(samples, tmp_path):
 def test_mixed_trajectories_are_said(tmp_path):
     text = qualisys(["A", "B"], 100, still()).replace("Measured\tMeasured", "Measured\tMixed")
     recording = read(make(tmp_path, "a.tsv", text))
-    said = "TRAJECTORY_TYPES says Mixed: parts of it were filled in, where there is no noise"
+    said = "TRAJECTORY_TYPES is Mixed: parts of it were gap-filled and have no noise"
     assert recording.notes == (f"a.tsv: B: {said}",)
 
 
@@ -210,7 +210,7 @@ def test_zeros_of_matlab_are_gaps(tmp_path):
         recording = read(make(tmp_path, "a.trc", text))
         assert np.flatnonzero(np.isnan(recording.position_mm[0, 0])).tolist() == [4, 5, 6]
         assert recording.n_invalid[0]["zero"] == 3
-        assert "in 3 frames, taken as gaps: its writer (Times in line 4)" in recording.notes[0]
+        assert "in 3 frames, treated as gaps: its writer (Times in line 4)" in recording.notes[0]
     take[:, 1] = 0
     with pytest.raises(Unseen, match=r"'B'.*40 zero"):
         read(make(tmp_path, "a.trc", trc(["A", "B"], 100, take).replace("\tTime\t", "\tTimes\t")))

@@ -38,7 +38,7 @@ def test_holes_in_frame_numbers_become_gaps(tmp_path):
         assert recording.n_gap_frames == 11
         assert sum(sum(n.values()) for n in recording.n_invalid) == 0
     assert read(trc_path).notes == (
-        "a.trc: 11 frames are missing in 2 places, the first before line 57: taken as gaps",
+        "a.trc: 11 frames are missing in 2 places, the first before line 57: treated as gaps",
     )
 
 
@@ -57,7 +57,7 @@ def test_frame_numbers_that_count_by_four(tmp_path):
     )
     recording = read(make(tmp_path, "a.trc", text))
     assert np.array_equal(recording.position_mm, EXPECTED[:, :, ::4])
-    assert recording.frame_rate_hz == 25 and "count by 4" in recording.notes[0]
+    assert recording.frame_rate_hz == 25 and "increase by 4" in recording.notes[0]
     text = without(nexus(LABELS, 100, TAKE), 5, range(0, 200, 4))
     with pytest.raises(Refusal, match=r"^a\.csv: every frame number is 4 more than the one before"):
         read(make(tmp_path, "a.csv", text))
@@ -71,7 +71,7 @@ def test_cut_off(tmp_path):
     recording = read(path, accept_truncated=True)
     assert np.array_equal(recording.position_mm, EXPECTED[:, :, :150])
     assert recording.notes == (
-        "a.trc: cut off: 150 of the 200 frames that NumFrames says; taken as it is",
+        "a.trc: cut off: 150 of the 200 frames that NumFrames states; used as it is",
     )
     for name, text in (("b.trc", trc(LABELS, 100, TAKE)), ("b.csv", nexus(LABELS, 100, TAKE))):
         path = make(tmp_path, name, text.rstrip()[:-25])
@@ -94,7 +94,7 @@ def test_cut_off_within_the_last_number(tmp_path, name, writer, lost):
     whole = writer(LABELS, 100, TAKE, digits=5).rstrip()
     path = make(tmp_path, name, whole[:-lost])
     with pytest.raises(
-        Truncated, match=r"line \d+ ends in '\d+\.?\d*', every number above has more"
+        Truncated, match=r"line \d+ ends in '\d+\.?\d*', every earlier number has more"
     ):
         read(path)
     found = read(path, accept_truncated=True)

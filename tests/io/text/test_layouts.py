@@ -62,7 +62,7 @@ def test_zeros_are_a_gap_where_the_format_says_so(tmp_path):
     as_gap = read(make(tmp_path, "a.tsv", qualisys(LABELS, 100, take, digits=5)))
     assert np.isnan(as_gap.position_mm[0, :, 4]).all() and as_gap.n_invalid[0]["zero"] == 1
     taken = same(read(make(tmp_path, "a.trc", trc(LABELS, 100, take))), take.transpose(1, 2, 0))
-    assert taken.notes == ("a.trc: A: x = y = z = 0 in 1 frames, taken as measured",)
+    assert taken.notes == ("a.trc: A: x = y = z = 0 in 1 frames, treated as measured",)
 
 
 class TestTrc:
@@ -125,9 +125,12 @@ class TestMotive:
             recording.position_mm[:, :, 0], [[16000, 17000, 18000], [12000, 13000, 14000]]
         )
         assert [n for n in recording.notes if "RB" in n] == [
-            "a.csv: RB:2: is where the solved body expects the marker, not where it was measured"
+            (
+                "a.csv: RB:2: is the position that the solved body predicts for the marker, not "
+                "a measured one"
+            )
         ]
-        assert "Y point up" in recording.notes[0]
+        assert "Y points up" in recording.notes[0]
 
     def test_rows_without_names(self, tmp_path):
         """Version 1.2: the rows of the header do not say what they are."""
@@ -142,7 +145,7 @@ class TestMotive:
         """Exports of a part of a take are known to state another number."""
         text = motive(LABELS, 100, TAKE).replace("Exported Frames,40", "Exported Frames,39")
         recording = same(read(make(tmp_path, "a.csv", text)), within=1e-6)
-        assert recording.notes[1] == "a.csv: has 40 frames, Total Exported Frames says 39"
+        assert recording.notes[1] == "a.csv: has 40 frames, Total Exported Frames states 39"
 
     @pytest.mark.parametrize(
         ("old", "new"),

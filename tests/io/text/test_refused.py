@@ -41,8 +41,8 @@ NO_RATE = "has no frame rate; give it in column frame_rate_hz"
 NO_UNIT = ", expected one of mm, cm, m, millimetre, centimetre, metre"
 BY_TIME = ", by its time column 100 Hz; they may differ by 0.1 %"
 NO_LENGTH = (
-    "line 1 has no Length Units, without which m and mm look alike: export again with its header,"
-    " or add Length Units,Meters (or what Units was set to)"
+    "line 1 has no Length Units, without which m and mm cannot be distinguished: export again "
+    "with the header, or add Length Units,Meters (or what Units was set to)"
 )
 SHIFTED = ", expected labels over X: a label with a comma must be in quotes"
 NEITHER = (
@@ -56,15 +56,15 @@ HEADERS = [
         "FileType",
         "is not a TRC file: line 1 is 'FileType', not PathFileType ...",
     ),
-    ("a.trc", "\t20\t2\tmm", "\t20\t3\tmm", "line 4 has 2 labels, NumMarkers says 3"),
+    ("a.trc", "\t20\t2\tmm", "\t20\t3\tmm", "line 4 has 2 labels, NumMarkers states 3"),
     (
         "a.trc",
         "\t20\t2\tmm",
         "\t20\tmm",
-        "line 3 does not fit line 2: 7 values for 8 names, NumMarkers among them",
+        "line 3 does not match line 2: 7 values for 8 names, NumMarkers among them",
     ),
-    ("a.trc", "\t20\t2\tmm", "\t21\t2\tmm", "cut off: 20 of the 21 frames that NumFrames says"),
-    ("a.trc", "\t20\t2\tmm", "\t19\t2\tmm", "has 20 frames, NumFrames says 19"),
+    ("a.trc", "\t20\t2\tmm", "\t21\t2\tmm", "cut off: 20 of the 21 frames that NumFrames states"),
+    ("a.trc", "\t20\t2\tmm", "\t19\t2\tmm", "has 20 frames, NumFrames states 19"),
     ("a.trc", "\t20\t2\tmm", "\tmany\t2\tmm", "NumFrames is 'many', expected a whole number"),
     ("a.trc", "\tmm\t", "\tinch\t", "Units is 'inch'" + NO_UNIT),
     ("a.trc", "100.00\t100.00\t20", "0\t100.00\t20", NO_RATE),
@@ -82,7 +82,7 @@ HEADERS = [
         "m.csv",
         "Frames,20,Rotation",
         "Frames,30,Rotation",
-        "cut off: 20 of the 30 frames that Total Exported Frames says",
+        "cut off: 20 of the 30 frames that Total Exported Frames states",
     ),
     ("m.csv", "Millimeters", "Parsecs", "Length Units is 'Parsecs'" + NO_UNIT),
     ("m.csv", "Length Units,Millimeters,", "", NO_LENGTH),
@@ -95,7 +95,7 @@ HEADERS = [
         " before its numbers",
     ),
     ("a.tsv", "\t3D", "\tVelocity", "DATA_INCLUDED is 'Velocity', expected 3D or 6D"),
-    ("a.tsv", "NAMES\tA\tB", "NAMES\tA", "MARKER_NAMES are 1, NO_OF_MARKERS says 2"),
+    ("a.tsv", "NAMES\tA\tB", "NAMES\tA", "MARKER_NAMES are 1, NO_OF_MARKERS states 2"),
     (
         "a.tsv",
         "MARKER_NAMES",
@@ -103,7 +103,7 @@ HEADERS = [
         "MARKER_NAMES is missing or empty, so no marker has a label",
     ),
     ("a.tsv", "FREQUENCY\t100", "FREQUENCY\tEXT", NO_RATE),
-    ("a.tsv", "FRAMES\t20", "FRAMES\t25", "cut off: 20 of the 25 frames that NO_OF_FRAMES says"),
+    ("a.tsv", "FRAMES\t20", "FRAMES\t25", "cut off: 20 of the 25 frames that NO_OF_FRAMES states"),
     ("n.csv", "Trajectories", "Devices", NEITHER),
     ("n.csv", "\r\n100\r\n", "\r\n\r\n", NO_RATE),
     ("n.csv", ",,A,,,B", ",,A, left,,,B", "line 3: 'left' in cell 4 stands over Y" + SHIFTED),
@@ -181,7 +181,7 @@ class TestRows:
     def test_markers(self, tmp_path, name):
         path = make(tmp_path, name, PLAIN[name])
         assert refusal(path, ["A", "C"]) == f"{name}: no marker 'C'; there are: A, B"
-        assert refusal(path, []) == f"{name}: no marker is chosen; there are: A, B"
+        assert refusal(path, []) == f"{name}: no marker is chosen; the file has: A, B"
         said = refusal(path, frame_rate_hz=90)
         assert said.startswith(f"{name}: ") and "100 Hz" in said and "90 Hz" in said
 
@@ -199,7 +199,7 @@ class TestRows:
         write_c3d(tmp_path / "x.c3d", LABELS, 100, [TAKE], len(TAKE))
         for content, why in (
             (b"", f"is empty, expected {what}"),
-            (b"\r\n \r\n", f"holds nothing but white space, expected {what}"),
+            (b"\r\n \r\n", f"contains only white space, expected {what}"),
             (
                 b"PK\x03\x04..",
                 f"is not {what}: it looks like a ZIP archive (or an office document)",
@@ -235,7 +235,7 @@ def test_time_that_jumps(tmp_path):
 def test_frame_numbers_beyond_belief(tmp_path):
     path = spoilt(tmp_path, "n.csv", "\r\n20,0,", "\r\n2000,0,")
     assert refusal(path) == (
-        "n.csv: frame numbers or times leave out 1980 frames, more than 10 times the 20 there are"
+        "n.csv: frame numbers or times skip 1980 frames, more than 10 times the 20 there are"
     )
 
 

@@ -89,12 +89,12 @@ def test_what_markers_are_refused_for():
     refused("marker M3 is not in the recording", names=["M1", "M2", "X", "M4", *SLAVE])
     moved = seen()
     moved[5, 0] += 40
-    refused("mount of the slave: markers are .* look at marker S2 first", moved)
+    refused("mount of the slave: markers are .* check marker S2 first", moved)
     refused("at most 5 mm", master=["M2", "M1", "M3", "M4"], mount=MOUNT, names=[
         "M2", "M1", "M3", "M4", *SLAVE])  # fmt: skip
     gone = seen()
     gone[1] = np.nan
-    refused("marker M2 is seen in no frame", gone)
+    refused("marker M2 is not visible in any frame", gone)
     shaken = seen()
     shaken[0, 1] += np.linspace(0, 100, 50)
     refused("marker M1 moves by", shaken)
@@ -190,7 +190,7 @@ def test_mount_files(tmp_path):
     assert list(mount) == ["A", "B", "C"] and mount["B"].tolist() == [0, 0.1, 0]
     for text, match in (
         (good.replace("0.1", "100"), "is the file in mm"),
-        (good.replace("C", "A"), "label A is there twice"),
+        (good.replace("C", "A"), "label A occurs twice"),
         (good.replace("0,0,0.1", "0,0,x"), "line 5"),
         (good.replace("x_m", "x"), "expected label,x_m,y_m,z_m"),
         (good.split("C")[0], "at least three"),

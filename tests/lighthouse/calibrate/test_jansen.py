@@ -163,7 +163,7 @@ def test_factory_values_unknown_of_one_station() -> None:
     settings = CalibrationSettings(estimators=("paper-lm",))
     found = calibrate(own.hits, own.board, [Factory(), None], settings)
     assert {e.optics for e in found.estimates} == {"ideal"}
-    assert found.why == ["factory optics left out: no factory values of both stations"]
+    assert found.why == ["factory optics omitted: factory values of both stations are needed"]
 
 
 def test_a_board_at_rest_has_one_stage() -> None:

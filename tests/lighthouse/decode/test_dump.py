@@ -87,7 +87,7 @@ def write(tmp_path, data: bytes):
 
 
 def test_not_whole_words(tmp_path) -> None:
-    with pytest.raises(Refusal, match="no whole uint32 words"):
+    with pytest.raises(Refusal, match="not a whole number of uint32 words"):
         read_dump(write(tmp_path, bytes(4_000_001)))
     with pytest.raises(Refusal, match="empty"):
         read_dump(write(tmp_path, b""))

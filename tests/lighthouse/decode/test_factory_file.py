@@ -68,14 +68,14 @@ CASES = {
     "no JSON": ("not: json", "no JSON"),
     "no list": ({"a": 1}, "expected a list"),
     "no role": ([{"id": 1}], "role is None"),
-    "two masters": ([GOOD, GOOD], "two stations have one role"),
+    "two masters": ([GOOD, GOOD], "two stations have the same role"),
     "id of 33 bits": ([{**GOOD, "id": 1 << 32}], "id is"),
     "unknown mode": ([{**GOOD, "mode": "B"}], "mode is 'B'"),
     "one number": ([{**GOOD, "factory": SHORT}], "tilt is"),
-    "a number": ([{**GOOD, "factory": 3}], "factory is no object"),
+    "a number": ([{**GOOD, "factory": 3}], "factory is not an object"),
     "second generation": ([{**GOOD, "factory": LIGHTHOUSE_2}], "second-generation"),
     "gravity": ([{**GOOD, "gravity": [0, 0]}], "gravity is"),
-    "no values": ([stations_to_json([SLAVE])[0]], "no station in it has factory values"),
+    "no values": ([stations_to_json([SLAVE])[0]], "no station has factory values"),
 }
 
 

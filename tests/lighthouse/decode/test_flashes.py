@@ -262,7 +262,7 @@ def test_pulses_of_a_devices_memory_are_left_out(n: int) -> None:
     late, again = within_flashes(*both(with_memory(whole, 36.7, n)))
     assert late.duration_s == pytest.approx(pulses.duration_s, abs=0.01)
     assert len(late.start_s) == len(pulses.start_s)
-    assert late.notes[0].startswith(f"{n} pulses before or after the stations' flashes left out")
+    assert late.notes[0].startswith(f"{n} pulses before or after the stations' flashes ignored")
     for a, b in zip(flashes, again, strict=True):
         assert (a.code == b.code).all()
     hidden = drop(whole, (whole.start_s > 0.6) & (whole.start_s < 2.0))
@@ -282,5 +282,5 @@ def test_no_flashes() -> None:
     none = drop(pulses, pulses.length_s > LONG_S)
     for n in (30, 3000):
         random = add(none, rng.uniform(0, 2, n), rng.uniform(50e-6, 140e-6, n), [0] * n)
-        with pytest.raises(Refusal, match=r"do not repeat each 8\.333 ms"):
+        with pytest.raises(Refusal, match=r"do not repeat every 8\.333 ms"):
             find_flashes(random)

@@ -123,7 +123,7 @@ def test_map_wrap_order_and_line_ends(tmp_path: Path, end: str, packed: bool) ->
     assert (read.start_s * TICKS_PER_S).round().tolist() == [0, 46, 106]
     assert (read.length_s * TICKS_PER_S).round().tolist() == [3000, 300, 200]
     assert board.tolist() == BOARD
-    assert len(read.notes) == 1 and read.notes[0].startswith("1 pulses left out")
+    assert len(read.notes) == 1 and read.notes[0].startswith("1 pulses ignored")
 
 
 def test_a_cut_off_last_line_is_left_out(tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ def test_broken_gzip_and_missing_file(tmp_path: Path, samples: Path) -> None:
     path = tmp_path / "cut.rec.gz"
     for broken in (whole[: len(whole) // 3], whole[:20_000] + bytes(1000) + whole[21_000:]):
         path.write_bytes(broken)
-        with pytest.raises(Refusal, match="gzip stream is broken"):
+        with pytest.raises(Refusal, match="gzip stream is damaged"):
             read_libsurvive(path, "HMD")
     with pytest.raises(Refusal, match="cannot be read"):
         read_libsurvive(tmp_path / "none.rec", "HMD")
@@ -173,7 +173,7 @@ def test_solution_without_stations_or_with_one(tmp_path: Path, samples: Path) ->
     with pytest.raises(Refusal, match="no calibrated station"):
         read_solution(path)
     path.write_text('"lighthouse0":{ "id":"3", "mode":"x" }')
-    with pytest.raises(Refusal, match="lacks or garbles"):
+    with pytest.raises(Refusal, match="missing or invalid"):
         read_solution(path)
     text = (samples / FOLDER / "lh1_test_cal.rec.gz.json").read_text()
     path.write_text(text[: text.index('"lighthouse1"')])

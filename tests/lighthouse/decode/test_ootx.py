@@ -157,7 +157,7 @@ def test_random_bits_give_nothing() -> None:
     for _ in range(50):
         station = decode_station(flashes_of(rng.integers(0, 2, DUMP), 0, DUMP, rng))
         assert station.factory is None and station.id is None and station.frames_found == 0
-        assert f"{DUMP} bits in {DUMP} cycles, 0 holes" in station.why
+        assert f"{DUMP} bits in {DUMP} cycles, 0 missing" in station.why
 
 
 def test_a_wrong_checksum_is_refused() -> None:

@@ -210,7 +210,7 @@ def test_noise_of_the_sensor_averages_out() -> None:
     [
         ("time_s,c\n0,1\n60,x\n", "line 3: expected two numbers"),
         ("t,c\n0,1\n", "columns t, c; expected time_s and one other"),
-        ("time_s,c\n0,1\n0,2\n", "time_s must rise"),
+        ("time_s,c\n0,1\n0,2\n", "time_s must increase"),
         ("", "expected a CSV file"),
     ],
 )

@@ -80,10 +80,10 @@ def test_a_hole_is_told() -> None:
     assert "note" not in together(SERIES, RATE, with_hole(40, 43), 0.01)
     row = together(SERIES, RATE, with_hole(40, 52), 0.01)
     assert row["note"] == (
-        "room has no samples in 10 % of the common time (holes of more than 3 steps): straight"
-        " lines instead"
+        "room has no samples in 10 % of the common time (gaps of more than 3 steps): "
+        "interpolated linearly"
     )
-    with pytest.raises(Refusal, match="more than a quarter of the common time is a hole in room"):
+    with pytest.raises(Refusal, match="more than a quarter of the common time is a gap of room"):
         together(SERIES, RATE, with_hole(40, 71), 0.01)
 
 
@@ -93,7 +93,7 @@ def test_a_hole_where_the_markers_have_a_gap_too_may_be_a_tenth() -> None:
     together(gappy, RATE, ROOM, 0.01)
     together(gappy, RATE, with_hole(60, 76), 0.01)
     together(gappy, RATE, with_hole(44, 56), 0.01)
-    with pytest.raises(Refusal, match=r"a tenth .* markers and a hole in room"):
+    with pytest.raises(Refusal, match=r"a tenth .* markers and of room"):
         together(gappy, RATE, with_hole(40, 56), 0.01)
 
 
@@ -163,7 +163,7 @@ def test_encodings_blank_lines_quotes_and_empty_cells(
         ("time_s,t\n0,20\n10,\n", ": line 3: expected two numbers"),
         ("time_s,t\n0,20\n10,1e999\n", ": line 3: expected two numbers"),
         ("time_s,t\n0,20\n10,2_1\n", ": line 3: expected two numbers"),
-        ("time_s,t\n0,1\n\n9,1\n8,2\n", ": line 5: time_s must rise, 8 follows 9"),
+        ("time_s,t\n0,1\n\n9,1\n8,2\n", ": line 5: time_s must increase, 8 follows 9"),
         ("time_s,t\n0,20\n", ": 1 lines of numbers; expected two or more"),
         ("time_s|t\n0|20\n", ": columns time_s|t; expected time_s and one other, with a comma"),
         ("time_s,t,u\n0,1,2\n", ": columns time_s, t, u; expected time_s and one other"),

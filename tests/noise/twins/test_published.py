@@ -64,9 +64,7 @@ def test_only_what_cannot_be_used_is_changed():
     assert sorted(changed) == sorted([*expected, ("Bonita", 2, "y1", "q_c2")])
     assert published_row("Bonita", 2)["y1"].coefficients()["q_c2"] == 3.84e-02
     # each change is said
-    assert (
-        sum("left out" in note for key in published_keys() for note in published_notes(*key)) == 7
-    )
+    assert sum("omitted" in note for key in published_keys() for note in published_notes(*key)) == 7
     assert any("3084e-02" in note for note in published_notes("Bonita", 2))
     assert published_notes("T40", 10) == []
 

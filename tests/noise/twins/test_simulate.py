@@ -219,7 +219,7 @@ def test_scale_without_and_correlation_limit():
     assert fewer.models["y1"].coefficients().get("T_c1") == 1.0 and not fewer.models["y1"].lines
     slow = twin_from_mapping(T40 | {"without_T_c_below_s": 10})
     assert slow.models["x1"].coefficients()["T_c1"] == 2000.0
-    assert "x1: left out on request: q_c1, q_c2, q_c3" in slow.notes
+    assert "x1: omitted on request: q_c1, q_c2, q_c3" in slow.notes
 
 
 def test_every_twin_of_the_configuration_simulates(twins):

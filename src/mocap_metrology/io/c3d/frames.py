@@ -199,14 +199,14 @@ def _from_size(
     if limit in SATURATED:
         n = next(n for n in possible if section.empty_after(n * frame_bytes))
         note = (
-            "the declared frame count is at its 16-bit limit: counted from the file size,"
-            " so a cut-off end would not be noticed"
+            "the declared frame count is at its 16-bit limit: it is taken from the file size, so "
+            "a cut-off end would not be detected"
         )
         return FrameCount(n, "file size", notes=(note,)) if n > limit else None
     remainders = {n % WRAP for n in narrow.values()}
     wrapped = [n for n in possible if n > WRAP and {n % WRAP} == remainders]
     if len(wrapped) == 1 and section.ends_cleanly(wrapped[0] * frame_bytes):
-        note = "the declared frame count has wrapped at 65536: unwrapped by the file size"
+        note = "the declared frame count has wrapped at 65536: it is corrected by the file size"
         return FrameCount(wrapped[0], "file size", notes=(note,))
     return None
 
@@ -247,7 +247,7 @@ def choose_frame_size(
         usable = why.startswith(CUT_OFF) and len(sizes) == 1 and held
         if not (accept_truncated and usable):
             raise (Truncated if usable else Refusal)(f"{file}: {why}")
-        note = f"{why}: those alone are used, as column truncated says"
+        note = f"{why}: only these are used, as requested in column truncated"
         return sizes[0], FrameCount(held, "file size", notes=(note,))
     if len(good) > 1:
         listed = " or ".join(str(s) for s in good)

@@ -93,8 +93,8 @@ def _header_gaps(segments: Sequence[Structure]) -> list[int]:
     for s in segments:
         if s.header_first == s.header_last and s.header_first in SATURATED and s.n_frames > 1:
             raise Refusal(
-                f"{s.name}: its first frame stands at the 16-bit limit {s.header_first} in the"
-                " header and TRIAL does not tell it, so the gap before this segment is not known"
+                f"{s.name}: its first frame is at the 16-bit limit {s.header_first} in the "
+                "header and TRIAL does not state it, so the gap before this segment is unknown"
             )
     if len(set(firsts)) < len(firsts):
         twice = next(i for i, first in enumerate(firsts) if first in firsts[:i])

@@ -205,7 +205,9 @@ def _layout(
         declared, section, points, analog, path.name, accept_truncated
     )
     if frame_bytes != points + analog[0]:
-        notes.append("analog samples per frame are not those of the header; the file size decided")
+        notes.append(
+            "analog samples per frame differ from the header; the file size was used to decide"
+        )
     notes += count.notes
     return _Layout(is_float, scale, offset, frame_bytes, count, declared, tuple(notes))
 
@@ -256,7 +258,7 @@ def _number_of_points(header: _Header, parameters: Parameters, file: str) -> int
         raise Refusal(f"{file}: has no parameters, expected at least POINT:USED and POINT:LABELS")
     used = parameters.count("POINT", "USED")
     if used is None:
-        raise Refusal(f"{file}: has no POINT:USED, so the number of points is not known")
+        raise Refusal(f"{file}: has no POINT:USED, so the number of points is unknown")
     if used != header.n_points:
         raise Refusal(
             f"{file}: damaged: {header.n_points} points by the header, {used} by POINT:USED"

@@ -52,7 +52,7 @@ def _rows(name: str, records: list[tuple[int, list[str]]]) -> np.ndarray:
             raise Refusal(f"{where}: expected two numbers")
         if rows and values[0] <= rows[-1][0]:
             before = rows[-1][0]
-            raise Refusal(f"{where}: time_s must rise, {values[0]:.10g} follows {before:.10g}")
+            raise Refusal(f"{where}: time_s must increase, {values[0]:.10g} follows {before:.10g}")
         rows.append(values)
     if len(rows) < 2:
         raise Refusal(f"{name}: {len(rows)} lines of numbers; expected two or more")

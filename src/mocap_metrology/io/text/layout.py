@@ -132,7 +132,7 @@ def check_text(path: Path, expected: str) -> None:
     if looks is not None:
         raise Refusal(f"{path.name}: is not {expected}: it looks like {looks}")
     if not block.removeprefix(BOM).strip() and size <= 4096:
-        raise Refusal(f"{path.name}: holds nothing but white space, expected {expected}")
+        raise Refusal(f"{path.name}: contains only white space, expected {expected}")
     if b"\r" in block and b"\n" not in block and len(block.split(b"\r")) > 2:
         raise Refusal(f"{path.name}: its lines end with CR alone, expected LF or CR LF")
 

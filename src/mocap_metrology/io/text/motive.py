@@ -36,7 +36,7 @@ START = ("Format Version", "Take Name", "Capture Frame Rate")
 MEASURED = ("marker", "labeled marker", "unlabeled marker", "unlabelled marker")
 EXPECTED = ("rigid body marker", "bone marker", "marker constraint", "rigid body marker constraint")
 BODIES = ("rigid body", "bone")
-SOLVED_MARKER = "is where the solved body expects the marker, not where it was measured"
+SOLVED_MARKER = "is the position that the solved body predicts for the marker, not a measured one"
 PAIRS = (
     *START,
     "Take Notes",
@@ -50,10 +50,10 @@ PAIRS = (
     "Coordinate Space",
 )
 NO_UNIT = (
-    "line 1 has no Length Units, without which m and mm look alike: export again with its header,"
-    " or add Length Units,Meters (or what Units was set to)"
+    "line 1 has no Length Units, without which m and mm cannot be distinguished: export again "
+    "with the header, or add Length Units,Meters (or what Units was set to)"
 )
-AXES_NOTE = "axes as in the file, in which Motive by default lets Y point up"
+AXES_NOTE = "axes as in the file; by default, Y points up in Motive"
 
 
 def layout(path: Path) -> Layout:
@@ -126,7 +126,7 @@ def _records(following: Iterator[Line], file: str) -> Iterator[list[str]]:
         for cells in csv.reader(f"{line.text}\n" for line in following):
             yield [cell.strip() for cell in cells]
     except csv.Error as error:
-        raise Refusal(f"{file}: its header falls into no cells: {error}") from None
+        raise Refusal(f"{file}: its header cannot be split into cells: {error}") from None
 
 
 def _pairs(cells: Sequence[str]) -> dict[str, str]:

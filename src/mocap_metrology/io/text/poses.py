@@ -50,7 +50,7 @@ def layout(path: Path) -> Layout:
         raise Refusal(f"{path.name}: is not {WHAT}: line {line.number} is {start!r}")
     if found := re.search(r"Freq:\s*([0-9.]+)", comment):
         told = rate(found[1])
-    notes = (f"{told:g} Hz is the rate asked for; rows have no time",) if told else ()
+    notes = (f"{told:g} Hz is the rate that was requested; rows have no time",) if told else ()
     return Layout(
         path=path,
         encoding="pose text",

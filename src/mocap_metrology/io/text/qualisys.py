@@ -35,9 +35,9 @@ FIELD = re.compile(r"[A-Z][A-Z0-9_]{2,}")
 PER_BODY = 16
 ROT = (7, 10, 13, 8, 11, 14, 9, 12, 15)  # of a body's columns: its matrix row by row
 TYPES = {
-    "mixed": "TRAJECTORY_TYPES says Mixed: parts of it were filled in, where there is no noise",
-    "gap-filled": "TRAJECTORY_TYPES says Gap-filled: it was filled in, where there is no noise",
-    "virtual": "TRAJECTORY_TYPES says Virtual: it was computed from other markers",
+    "mixed": "TRAJECTORY_TYPES is Mixed: parts of it were gap-filled and have no noise",
+    "gap-filled": "TRAJECTORY_TYPES is Gap-filled: it was gap-filled and has no noise",
+    "virtual": "TRAJECTORY_TYPES is Virtual: it was computed from other markers",
 }
 
 
@@ -127,7 +127,7 @@ def _labels(fields: dict[str, list[str]], of_bodies: bool, file: str) -> tuple[s
     if number_of in fields:
         n = count(fields[number_of][0], number_of, file)
         if n != len(labels):
-            raise Refusal(f"{file}: {name} are {len(labels)}, {number_of} says {n}")
+            raise Refusal(f"{file}: {name} are {len(labels)}, {number_of} states {n}")
     return named(labels)
 
 

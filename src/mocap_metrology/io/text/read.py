@@ -119,7 +119,7 @@ def _notes(layout: Layout, choice: Choice, rows: Rows, frames: Frames) -> list[s
         if point in layout.remarks:
             notes.append(f"{where}: {layout.remarks[point]}")
         if measured:
-            notes.append(f"{where}: x = y = z = 0 in {measured} frames, taken as measured")
+            notes.append(f"{where}: x = y = z = 0 in {measured} frames, treated as measured")
         if zeros and layout.zero_note:
             notes.append(f"{where}: x = y = z = 0 in {zeros} frames, {layout.zero_note}")
     return notes
@@ -141,15 +141,15 @@ def find_frames(layout: Layout, rows: Rows, rate: float, accept_truncated: bool)
     missing = span - rows.n
     if missing > LONGEST_GAP * rows.n:
         raise Refusal(
-            f"{layout.name}: frame numbers or times leave out {missing} frames, more than"
-            f" {LONGEST_GAP} times the {rows.n} there are"
+            f"{layout.name}: frame numbers or times skip {missing} frames, more than "
+            f"{LONGEST_GAP} times the {rows.n} there are"
         )
     if missing:
         holes = int((steps > 1).sum())
         row = int(np.argmax(steps > 1))
         notes.append(
-            f"{missing} frames are missing in {holes} places, the first before line"
-            f" {line_of(layout, row + 1)}: taken as gaps"
+            f"{missing} frames are missing in {holes} places, the first before line "
+            f"{line_of(layout, row + 1)}: treated as gaps"
         )
     notes += _check_declared(layout, rows, span, accept_truncated)
     index = np.concatenate([[0], np.cumsum(steps)]) if missing else None
@@ -174,10 +174,12 @@ def _by_number(layout: Layout, frame: Floats, notes: list[str]) -> tuple[Whole, 
     if len(steps) and steps[0] > 1 and (steps == steps[0]).all():
         if layout.time_column is None:
             raise Refusal(
-                f"{layout.name}: every frame number is {steps[0]} more than the one before, and no"
-                " time tells whether the frame rate is that of the rows"
+                f"{layout.name}: every frame number is {steps[0]} more than the one before, and "
+                "no time column shows whether the frame rate is that of the rows"
             )
-        notes.append(f"frame numbers count by {steps[0]}: rows are taken as consecutive frames")
+        notes.append(
+            f"frame numbers increase by {steps[0]}: rows are treated as consecutive frames"
+        )
         steps = np.ones_like(steps)
     return steps, int(frame[0])
 
@@ -229,12 +231,12 @@ def _check_declared(layout: Layout, rows: Rows, span: int, accept_truncated: boo
     if layout.declared is not None:
         name, n = layout.declared
         if rows.n > n and span != n:
-            said = f"has {rows.n} frames, {name} says {n}"
+            said = f"has {rows.n} frames, {name} states {n}"
             if not layout.declared_too_few:
                 raise Refusal(f"{layout.name}: {said}")
             return [said]
         if rows.n < n and span != n:
-            why = f"{rows.n} of the {n} frames that {name} says"
+            why = f"{rows.n} of the {n} frames that {name} states"
     if why and not accept_truncated:
         raise Truncated(f"{layout.name}: cut off: {why}")
-    return [f"cut off: {why}; taken as it is"] if why else []
+    return [f"cut off: {why}; used as it is"] if why else []

@@ -153,7 +153,7 @@ def _cut_off(layout: Layout, last: str, above: Sequence[str]) -> str:
     found = [_digits(row[column]) for row in rows if column < len(row)]
     others = [digits for digits in found if digits]
     if own and others and any(own[k] < min(digits[k] for digits in others) for k in (0, 1)):
-        return f"ends in {cells[-1][:30]!r}, every number above has more digits"
+        return f"ends in {cells[-1][:30]!r}, every earlier number has more digits"
     return ""
 
 

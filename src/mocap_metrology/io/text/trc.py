@@ -66,7 +66,7 @@ def layout(path: Path) -> Layout:
         time_column=1,
         declared=("NumFrames", count(declared, "NumFrames", path.name)) if declared else None,
         zero_is_gap=zeros,
-        zero_note="taken as gaps: its writer (Times in line 4) puts zeros there",
+        zero_note="treated as gaps: its writer (Times in line 4) fills them with zeros",
         notes=more,
     )
 
@@ -81,7 +81,7 @@ def _fields(names: Line, values: Line, delimiter: str, file: str) -> dict[str, s
         if len(keys) == len(texts) and "NumMarkers" in keys:
             return dict(zip(keys, texts, strict=True))
     found = f"{len(values.text.split())} values for {len(names.text.split())} names"
-    raise Refusal(f"{file}: line 3 does not fit line 2: {found}, NumMarkers among them")
+    raise Refusal(f"{file}: line 3 does not match line 2: {found}, NumMarkers among them")
 
 
 def _labels(
@@ -102,11 +102,11 @@ def _labels(
         beyond = given[n:]
         if own == given[:n] or cells[2 : 2 + n] == given[:n]:
             note = f"line 4 names {len(beyond)} markers more than NumMarkers ({beyond[0]} ...), "
-            return named(given[:n]), (note + "of which the file has no numbers: left out",)
+            return named(given[:n]), (note + "for which the file has no numbers: excluded",)
     spread = [*cells[2 : 2 + 3 * n : 3], *[""] * n][:n]
     short = n > 0 and not spread[-1] and len(cells) <= 3 * n  # an empty last label has its cell
     if n == 0 or short or [cell for cell in spread if cell] != given:
-        raise Refusal(f"{file}: line 4 has {len(given)} labels, NumMarkers says {n}")
+        raise Refusal(f"{file}: line 4 has {len(given)} labels, NumMarkers states {n}")
     return named(spread), ()
 
 

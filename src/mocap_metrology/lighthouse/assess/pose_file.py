@@ -31,13 +31,14 @@ ESTIMATORS = ("paper", "paper-tight", "paper-lm", "geometric", "pnp")
 STAGES = ("kabsch", "final", "static")
 OPTICS = ("ideal", "factory")
 CONVENTION = (
-    "Pose of the slave in the master's frame: p_master = R p_slave + t. A station looks along its x"
-    " axis, y to its own left, z up; the master is the station whose flash comes first."
-    " R = Rz(gamma) Ry(beta) Rx(alpha). Covariance: t_x, t_y, t_z in mm, then a left rotation"
-    " vector in master axes in deg. Errors: t - t_true in mm and the rotation vector of R R_true^T"
-    " in deg, in master axes. Mirrored share: of the board poses behind an estimate. Residual: of"
-    " the slave's angles of the master's path; noise gain: what errors of the path make of the"
-    " noise of an angle in it; weighted: what these do not explain."
+    "Pose of the slave in the master's frame: p_master = R p_slave + t. A station looks along "
+    "its x axis, y to its own left, z up; the master is the station whose flash comes first. R = "
+    "Rz(gamma) Ry(beta) Rx(alpha). Covariance: t_x, t_y, t_z in mm, then a left rotation vector "
+    "in master axes in deg. Errors: t - t_true in mm and the rotation vector of R R_true^T in "
+    "deg, in master axes. Mirrored share: share of the board poses of an estimate that are "
+    "mirrored. Residual: of the slave's angles to the master's path. Noise gain: factor by which "
+    "errors of the path increase the noise of an angle in the residual. Weighted: residual that "
+    "these errors do not explain."
 )
 SIGNIFICANT = 1e-3  # probability of so large a difference by chance
 SMALLEST_MM, SMALLEST_DEG = 2.0, 0.05  # differences below do not matter, however significant

@@ -212,7 +212,7 @@ def read_mount(path: str | Path) -> dict[str, np.ndarray]:
         if not label or position.size != 3 or not np.isfinite(position).all():
             raise Refusal(f"{name}: line {number} is {','.join(row)!r}; expected label,x_m,y_m,z_m")
         if label in mount:
-            raise Refusal(f"{name}: label {label} is there twice; expected one line a marker")
+            raise Refusal(f"{name}: label {label} occurs twice; expected one line per marker")
         if np.abs(position).max() > LARGEST_MOUNT_M:
             raise Refusal(
                 f"{name}: marker {label} is {np.abs(position).max():g} m from the housing's origin;"
@@ -286,7 +286,7 @@ def _place(positions_mm: np.ndarray, labels: Sequence[str], label: str, where: s
         mean = np.nanmean(track, axis=1)
         motion = math.sqrt(np.nansum(np.nanvar(track, axis=1)))
     if not np.isfinite(mean).all():
-        raise Refusal(f"{where}: marker {label} is seen in no frame; expected it in some")
+        raise Refusal(f"{where}: marker {label} is not visible in any frame; expected it in some")
     if motion > LARGEST_MOTION_MM:
         raise Refusal(
             f"{where}: marker {label} moves by {motion:.1f} mm rms; expected a housing at rest"
@@ -301,7 +301,7 @@ def _fit(
     """Pose R, t (m) of a housing in the laboratory, and the rms distance of its markers in mm."""
     for points in (known, seen):
         if np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] < NARROWEST_M:
-            raise Refusal(f"{where}: {', '.join(labels)} are on one line; expected a triangle")
+            raise Refusal(f"{where}: {', '.join(labels)} lie on one line; expected a triangle")
     R, t, off = _residuals(known, seen)
     rms = 1e3 * float(np.sqrt(np.mean(off**2)))
     if rms > LARGEST_RESIDUAL_MM:
@@ -311,8 +311,8 @@ def _fit(
             left = [np.mean(_residuals(known[o], seen[o])[2] ** 2) for o in others]
             worst = int(np.argmin(left))
         raise Refusal(
-            f"{where}: markers are {rms:.1f} mm rms from the mount's geometry; expected at most"
-            f" {LARGEST_RESIDUAL_MM:g} mm; look at marker {labels[worst]} first"
+            f"{where}: markers are {rms:.1f} mm rms from the mount's geometry; expected at most "
+            f"{LARGEST_RESIDUAL_MM:g} mm; check marker {labels[worst]} first"
         )
     return R, t, rms
 

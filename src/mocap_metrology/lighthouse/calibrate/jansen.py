@@ -132,7 +132,7 @@ def calibrate(
     found = Calibration()
     for name in settings.optics:
         if name == "factory" and any(factory is None for factory in factories):
-            found.why.append("factory optics left out: no factory values of both stations")
+            found.why.append("factory optics omitted: factory values of both stations are needed")
             continue
         own, near = settings, None
         if name == "factory" and settings.variant == AUTO:
@@ -156,7 +156,9 @@ def calibrate(
             if estimator in SIMPLEX and name not in settings.simplex_optics:
                 continue
             if estimator in PEERS and settings.lasers_m is not None:
-                found.why.append(f"{estimator}, {name}: left out, it knows no places of lasers")
+                found.why.append(
+                    f"{estimator}, {name}: omitted, it does not model the positions of the lasers"
+                )
                 continue
             order = smooth if estimator == "paper-lm" else 1
             found = _one(found, estimator, seen[order], order, board, agreed, settings, report)
@@ -328,9 +330,9 @@ def _static(
         return []
     mirror = "no mirrored pose"
     if np.isfinite(pose.ambiguity):
-        mirror = f"K_1 of the mirrored pose is {pose.ambiguity:.3g} times that of the pose taken"
+        mirror = f"K_1 of the mirrored pose is {pose.ambiguity:.3g} times that of the pose used"
     odd = [
-        f"; diode {', '.join(map(str, out))} left out of the {role}'s: the others contradict it"
+        f"; diode {', '.join(map(str, out))} excluded from the {role}'s: the others contradict it"
         for role, out in zip(ROLES, pose.left_out, strict=True)
         if out
     ]

@@ -51,7 +51,7 @@ def read_angles(path: str | Path) -> Hits:
     if missing:
         raise Refusal(f"{name}: no column {', '.join(missing)}; expected {EXPECTED}")
     if table.empty:
-        raise Refusal(f"{name}: no rows; expected one for each hit of a diode")
+        raise Refusal(f"{name}: no rows; expected one row per hit of a diode")
     station = table["station"].str.strip().str.lower().map(STATIONS)
     if station.isna().any():
         row = int(np.argmax(station.isna()))
@@ -105,15 +105,15 @@ def _check(columns: dict[str, np.ndarray], name: str) -> None:
     if (count > 1).any():
         row = int(first[np.argmax(count > 1)])
         raise Refusal(
-            f"{name}, row {row + 1}: its station, axis, cycle and diode are there again;"
-            " expected one row a hit"
+            f"{name}, row {row + 1}: its station, axis, cycle and diode occur again; expected "
+            "one row per hit"
         )
     _check_times(columns, name)
     largest = float(np.abs(columns["angle_rad"]).max())
     if largest > LARGEST_RAD:
         raise Refusal(
-            f"{name}: angle_rad reaches {largest:g}; expected radians, at most pi/2 either way"
-            " (are they degrees, or counted from the flash?)"
+            f"{name}: angle_rad reaches {largest:g}; expected radians, at most pi/2 either way "
+            "(are they in degrees, or measured from the flash?)"
         )
 
 
@@ -152,6 +152,6 @@ def _check_times(columns: dict[str, np.ndarray], name: str) -> None:
             back = np.flatnonzero(spacing <= 0)
             if back.size:
                 raise Refusal(
-                    f"{of_it}: cycle {numbers[back[0] + 1]:g} is not after cycle"
-                    f" {numbers[back[0]]:g}; expected cycles that grow with time_s"
+                    f"{of_it}: cycle {numbers[back[0] + 1]:g} is not after cycle "
+                    f"{numbers[back[0]]:g}; expected cycles that increase with time_s"
                 )

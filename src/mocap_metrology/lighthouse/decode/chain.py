@@ -89,7 +89,7 @@ def decode(
     report: dict[str, list[int]] = {}
     if kind == "angles-csv":
         places, hits = read_board(board), read_angles(path)
-        stations = [Station(role, why="a file of angles holds no flashes") for role in ROLES]
+        stations = [Station(role, why="a file of angles contains no flashes") for role in ROLES]
         _check_diodes(places, hits, max(len(places), int(hits.diode.max(initial=-1)) + 1), name)
     else:
         if kind == "libsurvive-rec":
@@ -102,8 +102,8 @@ def decode(
             pulses, flashes = within_flashes(pulses, flashes)
         if len(flashes) < 2:
             raise Refusal(
-                f"{name}: flashes of one base station only; expected two, and that both are seen"
-                " by the board"
+                f"{name}: flashes of one base station only; expected two, both visible from the "
+                "board"
             )
         stations = [replace(decode_station(f), role=ROLES[f.station]) for f in flashes]
         clocks = [f.clock for f in flashes]
@@ -126,7 +126,11 @@ def _odd_diodes(dropped: Mapping[str, Sequence[int]]) -> list[str]:
     """Diodes that most sweeps contradict: a fault, or in the wrong place of the board file."""
     pairs = enumerate(zip(dropped["sweep"], dropped["kept"], strict=True))
     odd = [str(diode) for diode, (out, kept) in pairs if out > kept]
-    return [f"most hits dropped on diode {', '.join(odd)}: is the board file right?"] if odd else []
+    return (
+        [f"most rejected hits are on diode {', '.join(odd)}: is the board file right?"]
+        if odd
+        else []
+    )
 
 
 def _check_diodes(board: np.ndarray, hits: Hits, n_diodes: int, name: str) -> None:
@@ -174,7 +178,7 @@ def _with_factory(
                 mode=station.mode or given.mode,
                 factory=given.factory,
                 gravity=station.gravity if station.gravity is not None else given.gravity,
-                why=f"{station.why}; taken from {Path(path).name}",
+                why=f"{station.why}; used from {Path(path).name}",
             )
         result.append(station)
     return result, notes

@@ -53,8 +53,8 @@ def find_period(start_s: np.ndarray) -> float:
     by_chance = near.size * 4e-6 / (2 * PERIOD_TOLERANCE * CYCLE_S)
     if near.size == 0 or inside.max() < max(FEWEST_FLASHES - 2, 5 * by_chance):
         raise Refusal(
-            f"{start_s.size} pulses are long enough for flashes but do not repeat each 8.333 ms"
-            " +- 1 %; expected flashes of a base station (is the sample rate right?)"
+            f"{start_s.size} pulses are long enough for flashes but do not repeat every 8.333 ms "
+            "+- 1 %; expected flashes of a base station (is the sample rate right?)"
         )
     first = int(np.argmax(inside))
     period = float(np.median(near[first : first + inside[first]]))

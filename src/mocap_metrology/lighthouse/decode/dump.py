@@ -53,7 +53,9 @@ def read_dump(
         if size == 0:
             raise Refusal(f"{path.name}: empty file; expected uint32 words")
         if size % 4:
-            raise Refusal(f"{path.name}: {size} bytes are no whole uint32 words of 4 bytes")
+            raise Refusal(
+                f"{path.name}: {size} bytes are not a whole number of uint32 words (4 bytes)"
+            )
         words = np.memmap(path, dtype="<u4", mode="r")
     except OSError as error:
         raise Refusal(f"{path.name}: cannot be read ({error.strerror})") from None
@@ -78,7 +80,7 @@ def pulses_of_words(
         raise Refusal(f"{name}: sample_rate_hz {sample_rate_hz}; expected a positive rate")
     n_diodes = BITS if n_diodes is None else n_diodes
     if not 1 <= n_diodes <= BITS:
-        raise Refusal(f"{name}: {n_diodes} diodes; a uint32 dump holds 1 to {BITS}")
+        raise Refusal(f"{name}: {n_diodes} diodes; a uint32 dump contains 1 to {BITS}")
     duration_s = words.size / sample_rate_hz
     if not SHORTEST_S <= duration_s <= LONGEST_S:
         raise Refusal(
@@ -116,7 +118,7 @@ def _notes(
         notes.append(f"no light on diodes {', '.join(map(str, dark))}")
     if rises[n_diodes:].any():
         above = np.flatnonzero(rises[n_diodes:]) + n_diodes
-        notes.append(f"light on bits {', '.join(map(str, above))}, beyond the board: left out")
+        notes.append(f"light on bits {', '.join(map(str, above))}, beyond the board: ignored")
     return tuple(notes)
 
 
@@ -133,8 +135,8 @@ def _check_light(
         raise Refusal(f"{name}: no light: every word is 0x{int(words[0]):08x}; expected flashes")
     if changing > CHANGING_SHARE * words.size:
         raise Refusal(
-            f"{name}: {100 * changing / words.size:.0f} % of the words differ from the one before;"
-            " expected a dump of photodiodes, where about 1 % do"
+            f"{name}: {100 * changing / words.size:.0f} % of the words differ from the previous "
+            "one; expected a dump of photodiodes, where it is about 1 %"
         )
     share = float(np.median(lit[rises > 0])) / words.size if rises.any() else 1.0
     if share > LIT_SHARE:
@@ -167,8 +169,8 @@ def _check_word_size(words: np.ndarray, length_s: np.ndarray, name: str) -> None
     differing, runs = _differences(words)
     if differing <= LONGEST_RUN * runs:
         raise Refusal(
-            f"{name}: a 16-bit dump: both halves of each word hold the same diodes;"
-            " expected uint32 words"
+            f"{name}: a 16-bit dump: both halves of each word contain the same diodes; expected "
+            "uint32 words"
         )
 
 

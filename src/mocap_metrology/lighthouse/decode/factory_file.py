@@ -61,9 +61,7 @@ def read_factory(path: str | Path) -> list[Station]:
         ) from None
     stations = [station for station in stations if station.factory is not None]
     if not stations:
-        raise Refusal(
-            f"{name}: no station in it has factory values; expected phase, tilt, curve..."
-        )
+        raise Refusal(f"{name}: no station has factory values; expected phase, tilt, curve...")
     return stations
 
 
@@ -105,7 +103,7 @@ def stations_from_json(entries: object, name: str = "stations.json") -> list[Sta
     stations = [_station(entry, name) for entry in entries]
     roles = [station.role for station in stations]
     if len(set(roles)) < len(roles):
-        raise Refusal(f"{name}: two stations have one role; expected one master, one slave")
+        raise Refusal(f"{name}: two stations have the same role; expected one master, one slave")
     return stations
 
 
@@ -120,7 +118,9 @@ def _station(entry: Mapping[str, Any], name: str) -> Station:
     factory, gravity = entry.get("factory"), entry.get("gravity")
     if factory is not None:
         if not isinstance(factory, Mapping):
-            raise Refusal(f"{name}, {role}: factory is no object; expected phase, tilt, curve...")
+            raise Refusal(
+                f"{name}, {role}: factory is not an object; expected phase, tilt, curve..."
+            )
         values = {k: _numbers(factory.get(k), 2, f"{name}, {role}: {k}") for k in FACTORY_NAMES}
         factory = Factory(**values)
         _check(factory, f"{name}, {role}")
@@ -174,7 +174,7 @@ def _of_crazyflie(text: str, name: str) -> list[Station]:
         )
     calibs = given.get("calibs")
     if not isinstance(calibs, Mapping) or not calibs:
-        raise Refusal(f"{name}: no calibs in it; expected factory values of stations 0 and 1")
+        raise Refusal(f"{name}: no calibs; expected factory values of stations 0 and 1")
     unknown = sorted(str(key) for key in calibs if key not in (0, 1))
     if unknown:
         raise Refusal(

@@ -47,21 +47,21 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
     long = (pulses.length_s >= SHORTEST_S) & (pulses.length_s <= LONGEST_S)
     if np.count_nonzero(long) < FEWEST_FLASHES:
         raise Refusal(
-            f"no flashes: {np.count_nonzero(long)} of {pulses.start_s.size} pulses are longer than"
-            f" {1e6 * SHORTEST_S:.1f} us; expected some of a base station each 8.333 ms"
+            f"no flashes: {np.count_nonzero(long)} of {pulses.start_s.size} pulses are longer "
+            f"than {1e6 * SHORTEST_S:.1f} us; expected flashes of a base station every 8.333 ms"
         )
     start, length, diode = (x[long] for x in (pulses.start_s, pulses.length_s, pulses.diode))
     period = find_period(start)
     if abs(period / CYCLE_S - 1) > LARGEST_DRIFT:
         raise Refusal(
-            f"flashes come each {1e3 * period:.4f} ms; expected {1e3 * CYCLE_S:.4f} ms within"
-            f" {100 * LARGEST_DRIFT:g} % (is the sample rate right?)"
+            f"flashes come every {1e3 * period:.4f} ms; expected {1e3 * CYCLE_S:.4f} ms within "
+            f"{100 * LARGEST_DRIFT:g} % (is the sample rate right?)"
         )
     combs = [_comb(start, length, diode, at, period) for at in find_phases(start, period)]
     if any(comb.time.size < FEWEST_FLASHES or not comb.clock.cycle_s > 0 for comb in combs):
         raise Refusal(
-            "flashes do not come at an even pace; expected one of a base station each"
-            f" {1e3 * CYCLE_S:.3f} ms (is the sample rate right?)"
+            "flashes are not evenly spaced; expected one of a base station every "
+            f"{1e3 * CYCLE_S:.3f} ms (is the sample rate right?)"
         )
     combs = _number(combs)
     patterns, biases = find_pattern(
@@ -96,8 +96,8 @@ def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list
     told: tuple[str, ...] = ()
     if n_out:
         told = (
-            f"{n_out} pulses before or after the stations' flashes left out, of"
-            f" {pulses.duration_s:.4g} s in all: of an earlier time, from the device's memory?",
+            f"{n_out} pulses before or after the stations' flashes ignored, of"
+            f" {pulses.duration_s:.4g} s in total: are they old data in the device's memory?",
         )
     inside = replace(
         pulses,

@@ -107,7 +107,9 @@ def _blocks(path: str | Path) -> Iterator[bytes]:
                 else:
                     rest += piece
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise Refusal(f"{name}: its gzip stream is broken ({error}); expected it whole") from None
+        raise Refusal(
+            f"{name}: its gzip stream is damaged ({error}); expected a complete file"
+        ) from None
     except OSError as error:
         reason = error.strerror or error
         raise Refusal(f"{name}: cannot be read ({reason}); expected a recording") from None
@@ -178,7 +180,8 @@ def _pulses(values: np.ndarray, channels: np.ndarray, n_diodes: int, name: str) 
     known = diode >= 0
     if not known.all():
         notes.append(
-            f"{int((~known).sum())} pulses left out: on no channel of the channelMap, or endless"
+            f"{int((~known).sum())} pulses ignored: on no channel of the channelMap, or "
+            "without an end"
         )
     order = np.flatnonzero(known)[np.argsort(ticks[known], kind="stable")]
     if not order.size:
@@ -236,8 +239,8 @@ def read_solution(path: str | Path) -> list[SolvedStation]:
         found = [_solved(int(i), block) for i, block in BLOCK.findall(text)]
     except (ValueError, KeyError) as error:
         raise Refusal(
-            f"{name}: a lighthouse block lacks or garbles an entry ({error}); expected id, mode,"
-            " pose, fcal*"
+            f"{name}: a lighthouse block has a missing or invalid entry ({error}); expected id, "
+            "mode, pose, fcal*"
         ) from None
     stations = [station for station in found if station is not None]
     if not stations:

@@ -57,10 +57,10 @@ def decode_station(flashes: Flashes) -> Station:
         frames, why = voted_frame(bits, why)
     role = ROLES[flashes.station]
     if len({frame[2:14] + frame[16:20] + frame[23:31] for frame in frames}) > 1:  # id, factory
-        frames, why = [], "whole frames of right checksum contradict each other"
+        frames, why = [], "complete frames with correct checksums contradict each other"
     if not frames:
         known = int((bits >= 0).sum())
-        seen = f"{known} bits in {bits.size} cycles, {bits.size - known} holes, {syncs} syncs"
+        seen = f"{known} bits in {bits.size} cycles, {bits.size - known} missing, {syncs} syncs"
         return Station(role, why=f"no calibration frame ({seen}): {why}")
     payload = unpack(Counter(frames).most_common(1)[0][0])
     return Station(
@@ -119,7 +119,7 @@ def _read_frame(bits: np.ndarray) -> bytes:
         if frame.size < fixed.size:
             raise Refusal("the frame is cut off")
         if (frame < 0).any():
-            raise Refusal(f"a frame has {int((frame < 0).sum())} holes")
+            raise Refusal(f"a frame has {int((frame < 0).sum())} missing bits")
         if (frame[fixed] != value[fixed]).any():
             raise Refusal("a stuffing bit is wrong")
         data, crc = bytes_of(frame, length)
@@ -146,8 +146,8 @@ def voted_frame(bits: np.ndarray, why: str) -> tuple[list[bytes], str]:
         if frame is not None:
             return [frame], ""
         why = (
-            f"{why}; repetitions laid over each other agree in no reading with the right checksum,"
-            f" {int((margin[~fixed] == 0).sum())} of {int((~fixed).sum())} bits stay open"
+            f"{why}; no combination of the repetitions has a correct checksum; "
+            f"{int((margin[~fixed] == 0).sum())} of {int((~fixed).sum())} bits remain undecided"
         )
     return [], why
 

@@ -62,11 +62,16 @@ def together(series: np.ndarray, frame_rate_hz: float, covariate: Covariate, alp
     _check_missing(~np.isfinite(means), holes, covariate.name)
     seen = common[np.isfinite(common)]
     if np.ptp(seen) == 0:
-        raise Refusal(f"covariate: the series never changes ({seen[0]:g} mm): it goes with nothing")
+        raise Refusal(
+            f"covariate: the series never changes ({seen[0]:g} mm): it cannot correlate with "
+            "anything"
+        )
     beside = _between(covariate, edges)
     swing = float(np.ptp(beside))
     if swing == 0:
-        raise Refusal(f"covariate: {covariate.name} stays at {beside[0]:g}: nothing goes with it")
+        raise Refusal(
+            f"covariate: {covariate.name} stays at {beside[0]:g}: nothing can correlate with it"
+        )
     unit = (beside - beside[0]) / swing  # or the squares of very large values overflow
     found = coherence(_filled(means), unit, length / frame_rate_hz, alpha)
     best = int((found.squared - found.threshold).argmax())
@@ -112,8 +117,8 @@ def _check_missing(gaps: np.ndarray, holes: np.ndarray, name: str) -> None:
     """Refuse more gaps of the markers and holes of the covariate than may be bridged."""
     limits = (
         (gaps, MOST_MISSING, "a gap of the markers"),
-        (holes, MOST_MISSING, f"a hole in {name}"),
-        (gaps & holes, MOST_MISSING_IN_BOTH, f"a gap of the markers and a hole in {name} at once"),
+        (holes, MOST_MISSING, f"a gap of {name}"),
+        (gaps & holes, MOST_MISSING_IN_BOTH, f"a gap of the markers and of {name} at once"),
     )
     for missing, most, what in limits:
         if missing.mean() > most:
@@ -123,8 +128,8 @@ def _check_missing(gaps: np.ndarray, holes: np.ndarray, name: str) -> None:
 
 def _bridged(covariate: Covariate, holes: np.ndarray) -> str:
     return (
-        f"{covariate.name} has no samples in {100 * holes.mean():.2g} % of the common time (holes"
-        f" of more than {HOLE} steps): straight lines instead"
+        f"{covariate.name} has no samples in {100 * holes.mean():.2g} % of the common time (gaps "
+        f"of more than {HOLE} steps): interpolated linearly"
     )
 
 

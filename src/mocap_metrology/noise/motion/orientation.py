@@ -54,7 +54,7 @@ def of_cluster(points_mm: np.ndarray) -> Orientation:
         raise Refusal(f"orientation: {k} markers; expected three or more of a rigid body")
     whole = np.flatnonzero(np.isfinite(points_mm).all(axis=(0, 1)))
     if not whole.size:
-        raise Refusal("orientation: no frame in which all markers of the cluster are seen")
+        raise Refusal("orientation: no frame in which all markers of the cluster are visible")
     shape = _shape(points_mm, whole)
     spread = np.linalg.svd(shape, compute_uv=False) / np.sqrt(k)
     if spread[1] < FLAT * spread[0]:

@@ -88,12 +88,13 @@ def published_notes(camera_type: str, n_cameras: int) -> list[str]:
                 notes.append(f"{series} {name}: {reason}")
         if _beyond_nyquist(found):
             notes.append(
-                f"{series} A_s, f_0: left out; f_0 = {found['f_0']:.3g} Hz is above half of the "
-                f"frame rate ({FRAME_RATE_HZ / 2:g} Hz), so the pair is no tone of the recording"
+                f"{series} A_s, f_0: omitted; f_0 = {found['f_0']:.3g} Hz is above half of the "
+                f"frame rate ({FRAME_RATE_HZ / 2:g} Hz), so the pair is not a tone in the "
+                "recording"
             )
         short = [k for k, v in found.items() if k.startswith("T_c") and v < 1 / FRAME_RATE_HZ]
         notes += [
-            f"{series} {name}: {found[name]:.3g} s is shorter than a frame; kept, but such a "
+            f"{series} {name}: {found[name]:.3g} s is shorter than a frame; retained, but such a "
             "component of a sampled recording is white noise"
             for name in short
         ]

@@ -164,10 +164,10 @@ def _origin(twin: Twin, seed: int, n: int) -> Row:
     bands = clipped_bands(twin.models, twin.frame_rate_hz, n, twin.form)
     if bands:
         text = ", ".join(f"{low:.3g} to {high:.3g} Hz" for low, high in bands)
-        notes.append(f"L: contradicts x1 and x2 at {text}; there x1 and x2 hold and L differs")
+        notes.append(f"L: contradicts x1 and x2 at {text}; there x1 and x2 are used and L differs")
     if "L" in models and (twin.coherence_factor != 1 or {"x1", "x2"} & set(twin.scale)):
         del models["L"]
-        notes.append("L: not a model of its own; follows from x1, x2, their coherence and scale")
+        notes.append("L: not a separate model; it follows from x1, x2, their coherence and scale")
     return {
         "twin": twin.name,
         "source": twin.source,

@@ -163,5 +163,5 @@ def leave_out(origin: Origin, names: Sequence[str], T_c_below_s: float) -> Origi
                 found.pop(partner, None)
         kept[series] = NoiseModel.from_coefficients(found)
         if gone:
-            notes.append(f"{series}: left out on request: {', '.join(dict.fromkeys(gone))}")
+            notes.append(f"{series}: omitted on request: {', '.join(dict.fromkeys(gone))}")
     return replace(origin, models=kept, notes=(*origin.notes, *notes))

@@ -71,10 +71,10 @@ def test_many_lines_are_all_taken_out():
     found = by_name(run)
     assert len(run.lines) == 10
     assert abs(found["h_0"].value - 1e-6) < 4 * found["h_0"].std_error
-    assert run.estimate.note.startswith("further lines, taken out before the fit: ")
+    assert run.estimate.note.startswith("further lines, removed before the fit: ")
     assert run.estimate.note.endswith(" and 1 more")
     few = likelihood(series, RATE, settings=LikelihoodSettings(max_lines=3))
-    assert "as many as are looked for" in few.estimate.note
+    assert "the largest number searched for" in few.estimate.note
     assert {c.status for c in few.estimate.coefficients if c.detected} <= {"misfit", "at_bound"}
 
 

@@ -300,6 +300,6 @@ def _estimate(
     freedom = problem.freedom(x, settings.agreement * cost)
     loose = [f"{name} by {share:.0%}" for name, share in freedom.items() if share > LOOSE]
     if loose:
-        note += f"; at a cost {settings.agreement:.1%} higher, it could move {', '.join(loose)}"
+        note += f"; at a cost {settings.agreement:.1%} higher, it could change {', '.join(loose)}"
     name = S_ESTIMATOR if settings.descent else PLAIN_ESTIMATOR
     return Estimate(name, problem.form, tuple(coefficients), cost, note)

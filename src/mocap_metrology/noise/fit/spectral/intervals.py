@@ -71,7 +71,7 @@ def coefficients(
             kind = status.get(name, "ok")
             found = _positive(name, value, error[name], bound[name], kind)
             # With the number of terms given, one that is not there ends anywhere
-            rows.append(_limit(name, math.nan, "no such term stands out") if gone else found)
+            rows.append(_limit(name, math.nan, "no such term was detected") if gone else found)
     rows = list(widened(rows, fit, near, likelihood.bounds[1]))
     if components is None and len(spectrum.T_c) < most_terms:
         rows += _class_limits(likelihood, fit, most_terms, cost(2))
@@ -222,5 +222,5 @@ def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coef
     # gain = A^2 T / S must exceed the threshold; its root has unit variance
     root = math.sqrt(threshold(int(likelihood.bins.n.sum()))) + ONE_SIDED_95
     upper = root * math.sqrt(psd / duration)
-    note = f"a line of this size, from {from_hz:.3g} Hz up, is found in 95 of 100 recordings"
+    note = f"a line of this size, from {from_hz:.3g} Hz up, is detected in 95 of 100 recordings"
     return [_limit("A_s", upper, note), _limit("f_0", math.nan)]

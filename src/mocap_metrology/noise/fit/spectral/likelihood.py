@@ -270,8 +270,8 @@ def _lines_note(further: list[Line], all_taken: bool) -> str:
         return ""
     listed = ", ".join(_named(line) for line in further[:NAMED])
     rest = f" and {len(further) - NAMED} more" if len(further) > NAMED else ""
-    said = "; as many as are looked for, so there may be others" if all_taken else ""
-    return f"further lines, taken out before the fit: {listed}{rest}{said}"
+    said = "; this is the largest number searched for, so there may be others" if all_taken else ""
+    return f"further lines, removed before the fit: {listed}{rest}{said}"
 
 
 def _named(line: Line) -> str:

@@ -229,9 +229,9 @@ def undecided(chosen: Fit, near: Sequence[Rival], cost: Callable[[int], float]) 
     for rival in near:
         mine, theirs = _apart(chosen.spectrum, rival.fit.spectrum)
         if mine and theirs:
-            return f"the data cannot tell {' and '.join(mine)} from {' and '.join(theirs)}"
+            return f"the data cannot distinguish {' and '.join(mine)} from {' and '.join(theirs)}"
         if (mine or theirs) and score(rival.fit) - score(chosen) < HARDLY_BIC:
-            return f"the data cannot tell whether there is {' and '.join(mine or theirs)}"
+            return f"the data cannot decide whether there is {' and '.join(mine or theirs)}"
     return ""
 
 

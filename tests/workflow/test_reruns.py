@@ -68,7 +68,7 @@ def test_a_changed_cell_computes_anew_what_reads_its_column(computed, root, snak
     }
     expected = {
         "words": {"group_tables"},  # which has a column of comments
-        "group": {"verdict", "summary", "group_tables"},
+        "group": {"verdict", "recording_figures", "summary", "group_tables"},
         "pairs": {"trajectories"} | AFTER_READING,
     }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 from markupsafe import Markup
@@ -191,3 +192,9 @@ def test_all_text_is_readable() -> None:
 
 def test_own_script_is_short() -> None:
     assert len(site.environment().get_template("page.js").render().splitlines()) <= 150
+
+
+def test_a_file_is_of_the_group_with_the_longest_name():
+    paths = [Path(name) for name in ("lab_adev.svg", "lab_2_adev.svg", "labour_adev.svg")]
+    assert details.files_named("lab", ["lab", "lab_2"], paths) == paths[:1]
+    assert details.files_named("lab_2", ["lab", "lab_2"], paths) == paths[1:2]

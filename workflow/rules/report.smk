@@ -36,7 +36,7 @@ rule summary_page:
         verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
         poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
         cameras=collect("<results>/tables/{group}_cameras.json", group=groups(selection.subsets)),
-        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then="<results>/tables/claims.csv"),
+        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
     output:
         page=report(
             "<results>/summary.html",
@@ -72,7 +72,7 @@ rule detail_pages:
         results=results_of("recordings", "calibrations", "tables", "figures"),
         verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
         poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
-        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then="<results>/tables/claims.csv"),
+        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
     output:
         directory("<results>/details"),
     log:

@@ -44,9 +44,10 @@ with step(snakemake) as log:
                 lines=lines,
                 up=group_link(row),
             )
+
+    named = [*params.groups, *params.papers]
     for group in params.groups:
-        figures = [path for path in images if path.stem.startswith(f"{group}_")]
-        files = [path for path in csv if path.stem.startswith(f"{group}_")]
+        figures, files = (details.files_named(group, named, paths) for paths in (images, csv))
         write("group", group, figures, files)
     claims = []
     for path in given.claims:
@@ -56,8 +57,11 @@ with step(snakemake) as log:
         write(
             "paper",
             paper,
-            [path for path in images if path.stem.startswith(f"{paper}_")],
-            [path for path in csv if path.stem.startswith(f"{paper}_") or path.stem == "claims"],
+            details.files_named(paper, named, images),
+            [
+                *details.files_named(paper, named, csv),
+                *(path for path in csv if path.stem == "claims"),
+            ],
             tables=[{"title": "Claims", "table": details.claim_table(held)}] if held else [],
         )
     log.info("%d figures", len(images))

@@ -116,3 +116,13 @@ def claim_counts(rows: Iterable[Record]) -> str:
     """`22 hold, 14 do not hold, 12 undecided`; nothing without claims."""
     counts = Counter(str(row["regenerated_word"]) for row in rows)
     return ", ".join(f"{count} {PLURAL.get(kind, kind)}" for kind, count in counts.most_common())
+
+
+def files_named(name: str, named: Sequence[str], paths: Sequence[Path]) -> list[Path]:
+    """Files `<name>_...` of a group or paper: where several of these names begin a file's, it is
+    of the longest (`lab` and `lab_2`)."""
+    return [
+        path
+        for path in paths
+        if name == max((n for n in named if path.stem.startswith(f"{n}_")), key=len, default="")
+    ]

@@ -75,7 +75,7 @@ def test_a_run_that_is_alive_is_left_alone(record: Path, sleeper: subprocess.Pop
     process = psutil.Process(sleeper.pid)
     write(record, pid=process.pid, began_s=process.create_time())
     before = record.read_text()
-    with pytest.raises(Faults, match=f"another run works here \\(process {process.pid}\\)"):
+    with pytest.raises(Faults, match=f"another run is active here \\(process {process.pid}\\)"):
         unlocked(record)
     runs.began(record)
     runs.ended(record)

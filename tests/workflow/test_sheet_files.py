@@ -81,13 +81,13 @@ def test_what_a_spreadsheet_saves_is_read(folder: Path, delimiter: str, bom: str
         (SHEET.replace("\t", "  ").encode(), "sheet.tsv: cells are separated by blanks"),
         (SHEET.replace("markers", "marker").encode(), '"marker": unknown; did you mean markers?'),
         (SHEET.replace("markers", "x_note").encode(), '"x_note": unknown; expected one of'),
-        (SHEET.replace("markers", "group").encode(), "column group: there twice; expected once"),
+        (SHEET.replace("markers", "group").encode(), "column group: repeated; expected once"),
         (SHEET.replace("markers", "").encode(), "sheet.tsv: column 3 has no name"),
         (SHEET.replace("\tgroup", "").encode(), "sheet.tsv: no column group; expected"),
         (SHEET.replace("\tg\n", "\tg\tmore\n").encode(), "sheet.tsv, row 2: 5 cells; expected 4"),
         (
             SHEET.replace("a.c3d", '"a.c3d').encode(),
-            "sheet.tsv, row 2: a quote that does not close",
+            "sheet.tsv, row 2: a quote without its closing quote",
         ),
     ],
 )

@@ -182,14 +182,14 @@ def test_every_column_reaches_the_row_that_rules_see(folder: Path, sheet: str, c
         ("covariate", r"C:\b.csv", "does not exist; in WSL that is /mnt/c/b.csv)"),
         ("unit", "cm", '"cm"; expected mm, m or nothing'),
         ("unit", "MM", '"MM"; expected mm, m or nothing'),
-        ("path", "a.c3d;;b.c3d", "none empty, none twice"),
-        ("path", "a.c3d;a.c3d", "none empty, none twice"),
+        ("path", "a.c3d;;b.c3d", "none empty, none repeated"),
+        ("path", "a.c3d;a.c3d", "none empty, none repeated"),
         ("path", "{x}.c3d", "expected a path without any of < > { }"),
         ("path", "a.c3d;simulate:T", "expected files, or simulate:<twin> by itself"),
         ("path", "simulate:crumb", "unknown; did you mean crump?"),
         ("path", "simulate:zzzzz", "unknown; expected one of T, crump"),
         ("markers", "", "nothing; expected the labels of one or more markers"),
-        ("markers", "M1;M1", "none empty, none twice"),
+        ("markers", "M1;M1", "none empty, none repeated"),
         ("n_cameras", "ten", '"ten"; expected a whole number from 1 to 9999, or nothing'),
         ("n_cameras", "0", '"0"; expected a whole number from 1 to 9999, or nothing'),
         ("n_cameras", "2.0", '"2.0"; expected a whole number from 1 to 9999, or nothing'),
@@ -250,7 +250,7 @@ def test_labels_with_a_dash_split_where_both_sides_are_markers(folder: Path) -> 
     assert load(folder, row)["A"].pairs == (("L-knee", "R-knee"),)
     row = GOOD | {"markers": "a;a-a;a-b;b", "pairs": "a-a-b"}
     assert (
-        "expected one way to read it, not several (a and a-b or a-a and b)"
+        "expected a single interpretation, not several (a and a-b or a-a and b)"
         in faults(folder, row)[0]
     )
 

@@ -302,7 +302,7 @@ def twin_entry(document: TwinsFile, name: str) -> object:
     if "like" in entry:
         like = entry.pop("like")
         if not isinstance(like, str) or like not in entries or "like" in entries[like]:
-            raise Faults([f"{where}: like: {like!r}, expected a twin that is like no other"])
+            raise Faults([f"{where}: like: {like!r}, expected a twin without a key like"])
         entry = _merged(entries[like], entry)
     setup = entry.get("setup")
     if setup is not None and not (isinstance(setup, str) and setup in setups):

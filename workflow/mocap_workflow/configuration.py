@@ -88,7 +88,7 @@ class Once:
     def __call__(self, values: tuple[object, ...]) -> tuple[object, ...]:
         few = len(values) < self.least or (self.always and self.always not in values)
         if few or len(set(values)) < len(values):
-            raise ValueError("too few, or one twice")
+            raise ValueError("too few, or one repeated")
         return values
 
 

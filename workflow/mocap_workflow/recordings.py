@@ -50,7 +50,7 @@ def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
             wrong.append(Unfit(f'two of the chosen markers ({named}) joined by "-"', text))
         elif len(splits) > 1:
             ways = " or ".join(" and ".join(pair) for pair in splits)
-            wrong.append(Unfit(f"one way to read it, not several ({ways})", text))
+            wrong.append(Unfit(f"a single interpretation, not several ({ways})", text))
         elif splits[0][0] == splits[0][1]:
             wrong.append(Unfit("two different markers", text))
         elif splits[0] in pairs or splits[0][::-1] in pairs:

@@ -82,7 +82,7 @@ def existing(path: str, info: Info, any_kind: bool = False) -> str:
     if not Path(here).exists():
         raise Unfit(f"a file ({here} does not exist{_instead(info.context.sheet, path)})", path)
     if not (any_kind or Path(here).is_file()):
-        raise Unfit(f"a file ({here} is something else)", path)
+        raise Unfit(f"a file ({here} is not a file)", path)
     return here
 
 
@@ -105,7 +105,7 @@ def each_once(what: str) -> AfterValidator:
 
     def check(parts: tuple[str, ...]) -> tuple[str, ...]:
         if "" in parts or len(set(parts)) < len(parts):
-            raise Unfit(f"{what}, none empty, none twice")
+            raise Unfit(f"{what}, none empty, none repeated")
         return parts
 
     return AfterValidator(check)

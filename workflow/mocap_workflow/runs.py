@@ -110,11 +110,11 @@ def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:
         return
     process = f"process {run.pid}"
     if run.alive():
-        raise Faults([f"{folder}: another run works here ({process}); expected none"])
+        raise Faults([f"{folder}: another run is active here ({process}); expected none"])
     if not run.here():
         print(
-            f"{folder}: a run of host {run.host} ({process}) works here or was killed; "
-            "if Snakemake finds it locked, and no run works there: snakemake --unlock",
+            f"{folder}: a run of host {run.host} ({process}) is active here or was killed; if "
+            "Snakemake reports a lock and no run is active: snakemake --unlock",
             file=sys.stderr,
         )
         return

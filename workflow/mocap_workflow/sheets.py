@@ -96,7 +96,7 @@ def _cells(number: int, line: str, delimiter: str, sheet: str, faults: list[str]
     try:
         cells = next(csv.reader([line], delimiter=delimiter, strict=True))
     except csv.Error:
-        faults.append(f"{sheet}, row {number}: a quote that does not close; expected a pair")
+        faults.append(f"{sheet}, row {number}: a quote without its closing quote; expected a pair")
         return []
     return [cell.strip() for cell in cells]
 
@@ -115,7 +115,7 @@ def _header_faults(
         elif column not in known:
             faults.append(f"{sheet}, column {shown(column)}: {unknown(column, known)}")
         elif column in header[:index]:
-            faults.append(f"{sheet}, column {column}: there twice; expected once")
+            faults.append(f"{sheet}, column {column}: repeated; expected once")
     missing = [column for column in required if column not in header]
     if missing:
         faults.append(f"{sheet}: no column {', '.join(missing)}; expected a header with it")

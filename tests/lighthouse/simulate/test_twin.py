@@ -86,7 +86,7 @@ def test_keys_of_defaults_setup_and_like_are_merged():
     [
         ({"setup": "none"}, "setup: 'none', expected one of s"),
         ({"like": "none"}, "like: 'none'"),
-        ({"like": "b"}, "like: 'b', expected a twin that is like no other"),
+        ({"like": "b"}, "like: 'b', expected a twin without a key like"),
         ({"setup": "s", "slave": {"factory": "two"}}, "slave.factory: 'two', expected one of one"),
         (3, "twin c: 3, expected keys"),
     ],

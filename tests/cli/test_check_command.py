@@ -149,6 +149,8 @@ def test_an_interrupt_ends_in_one_line(tmp_path: Path) -> None:
         command(path.name, "--markers", "Head"),
         stderr=subprocess.PIPE,
         stdout=subprocess.PIPE,
+        # In the background of a shell without job control it would be ignored
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
         **how,
     ) as process:
         for line in process.stderr:

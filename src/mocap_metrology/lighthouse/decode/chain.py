@@ -178,7 +178,7 @@ def _with_factory(
                 mode=station.mode or given.mode,
                 factory=given.factory,
                 gravity=station.gravity if station.gravity is not None else given.gravity,
-                why=f"{station.why}; used from {Path(path).name}",
+                why=f"{station.why}; factory values taken from {Path(path).name}",
             )
         result.append(station)
     return result, notes

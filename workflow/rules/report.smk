@@ -88,7 +88,6 @@ rule detail_pages:
         calibrations=columns("calibration", "group", of=EVERY_CALIBRATION),
         groups=lambda wildcards: subjects(wildcards)["group"],
         papers=papers,
-        results=config["results"],
     message:
         "Pages of recordings, calibrations, groups and papers"
     script:

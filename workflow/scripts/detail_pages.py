@@ -12,7 +12,8 @@ with step(snakemake) as log:
     from mocap_metrology.present.verdict import words
 
     given, params = snakemake.input, snakemake.params
-    results, folder = Path(params.results), Path(snakemake.output[0])
+    folder = Path(snakemake.output[0])
+    results = folder.parent
     images = [Path(path) for path in dict.fromkeys(given.results) if path.endswith(".svg")]
     csv = [Path(path) for path in dict.fromkeys(given.results) if path.endswith(".csv")]
 

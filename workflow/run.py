@@ -6,6 +6,7 @@ Every argument is Snakemake's. From here on this process does what `snakemake` d
 from __future__ import annotations
 
 import contextlib
+import runpy
 import subprocess
 import sys
 
@@ -27,10 +28,8 @@ def main(arguments: list[str]) -> None:
             runs.began()
     except Faults as faults:
         stop(faults)
-    from snakemake.cli import main as snakemake
-
     sys.argv = ["snakemake", *arguments]
-    snakemake(arguments)
+    runpy.run_module("snakemake", run_name="__main__")  # as `python -m snakemake`, in this process
 
 
 if __name__ == "__main__":

@@ -6,8 +6,8 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.common.files import write_csv, write_text
     from mocap_metrology.noise.cameras.covariance import COLUMNS
-    from mocap_metrology.pipeline.recording import gaussian_model
     from mocap_metrology.pipeline.settings import Gaussian
+    from mocap_metrology.pipeline.statistics import gaussian_model
     from mocap_metrology.pipeline.tables import Table
 
     settings = Gaussian(**snakemake.params.gaussian)

@@ -27,9 +27,9 @@ from mocap_metrology.pipeline.recording import (
     allan_deviations,
     cleaned,
     noise_coefficients,
-    spectra,
 )
 from mocap_metrology.pipeline.settings import Settings
+from mocap_metrology.pipeline.statistics import spectra
 from mocap_metrology.pipeline.tables import Table
 from mocap_metrology.present.tables import read_noise
 

@@ -1,4 +1,7 @@
-"""From coordinates to coefficients of noise: each step of a recording, tables in and out."""
+"""From coordinates to coefficients of noise: steps of a recording, tables in and out.
+
+Spectra and moments are in `statistics`: numba, which these steps need, takes 0.3 s to import.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,6 @@ from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Columns, Row
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.cameras.covariance import CovarianceRow, covariance_rows
 from mocap_metrology.noise.fit import estimates
 from mocap_metrology.noise.fit.estimators import (
     NoiseSections,
@@ -25,8 +27,6 @@ from mocap_metrology.noise.fit.estimators import (
     estimate_series,
     masked_curve,
 )
-from mocap_metrology.noise.fit.spectral.welch import welch
-from mocap_metrology.noise.gaussian.two_markers import gaussian_rows
 from mocap_metrology.noise.series import (
     ALLAN,
     PERIODOGRAM,
@@ -38,7 +38,6 @@ from mocap_metrology.pipeline import settings as of
 from mocap_metrology.pipeline.tables import Series, Table
 
 log = logging.getLogger(__name__)
-PSD = ("series", "f_hz", "psd_mm2_hz", "n_segments", "n_bridged")
 
 
 @dataclass(frozen=True)
@@ -119,33 +118,6 @@ def allan_deviations(
     origin = origin | {"allan": asdict(settings)}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     return Table(joined(parts, ALLAN), origin)
-
-
-def spectra(
-    series: Iterable[Series], origin: Metadata, settings: of.Spectrum, over: Over = in_turn
-) -> Table:
-    """Welch's power spectral density of every series: psd.parquet."""
-
-    def density(one: Series) -> Columns | None:
-        name, values = one
-        try:
-            found = welch(values, origin["frame_rate_hz"], **asdict(settings))
-        except Refusal as refusal:  # the other series are whole enough
-            log.warning("%s: %s", name, refusal)
-            return None
-        log.info("%s: %d segments of %d frames", name, found.n_segments, found.segment)
-        count = found.f_hz.size
-        return {
-            "series": np.full(count, name, dtype=object),
-            "f_hz": found.f_hz,
-            "psd_mm2_hz": found.psd,
-            "n_segments": np.full(count, found.n_segments, dtype=np.int64),
-            "n_bridged": np.full(count, found.n_bridged, dtype=np.int64),
-        }
-
-    parts = [part for part in over(density, series) if part]
-    origin = origin | {"psd": asdict(settings), "versions": versions("numpy", "scipy", "pyarrow")}
-    return Table(joined(parts, PSD), origin)
 
 
 @dataclass(frozen=True)
@@ -237,13 +209,3 @@ def _rows(name: str, found: SeriesNoise) -> list[Row]:
         log.warning("%s: %s: %s", name, estimator, why)
         rows += estimates.refused_rows(name, (estimator,), why)
     return rows
-
-
-def gaussian_model(clean: Table, settings: of.Gaussian) -> tuple[list[Row], list[CovarianceRow]]:
-    """The simple Gaussian model of every pair (S Table 4): gaussian.csv; and the covariance of fast
-    noise between coordinates: covariance.csv."""
-    series, origin = clean.coordinates, clean.origin
-    labels, rate = origin["labels"], origin["frame_rate_hz"]
-    rows = gaussian_rows(series, labels, clean.pairs, rate, settings.n_bins)
-    named = [{"recording": origin["recording"]} | row for row in rows]
-    return named, covariance_rows(series, len(labels), rate)

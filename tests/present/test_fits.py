@@ -15,8 +15,9 @@ from mocap_metrology.noise.fit.estimates import rows as noise_csv
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.present.fits import parts as fit_parts
-from mocap_metrology.present.fits.fit_figure import MODEL, UNDER, fit_figure, part_styles
-from mocap_metrology.present.fits.fit_figure import OTHERS as LOOKS_OF_OTHERS
+from mocap_metrology.present.fits.fit_figure import fit_figure
+from mocap_metrology.present.fits.shown import MODEL, UNDER, part_styles
+from mocap_metrology.present.fits.shown import OTHERS as LOOKS_OF_OTHERS
 from mocap_metrology.present.plot.figure import GREY, LOOKS, save
 from mocap_metrology.present.text.numbers import with_uncertainty
 

@@ -23,6 +23,7 @@ from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
+from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
@@ -185,6 +186,8 @@ def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     moving = config["still"]["range_mm"]
     limits = {k: v for k, v in config["verdict"].items() if k not in ("horizon_s", "window_s")}
     assert plain(Thresholds()) == limits
+    annealing = plain(AnnealingSettings())
+    assert {key: annealing[key] for key in config["annealing"]} == config["annealing"]
     still = {"still_range_mm": moving, "horizon_s": config["verdict"]["horizon_s"]}
     assert plain(DiagnosisSettings()) == config["diagnosis"] | still
     lighthouse = config["lighthouse"] | {"lasers_m": config["lighthouse"]["lasers_mm"]}

@@ -283,3 +283,12 @@ def test_a_folder_of_results_is_that_of_run_and_report(asked: list[str]) -> None
     assert said.count("--config results=out") == 2
     assert "out/report.html" in said
     assert said.count("recordings=my.tsv") == (2 if asked else 0)
+
+
+def test_processors_are_counted_where_there_is_no_affinity(monkeypatch) -> None:
+    from mocap_metrology.cli import recording
+
+    assert recording.processors() == len(os.sched_getaffinity(0))
+    monkeypatch.delattr(os, "sched_getaffinity")
+    monkeypatch.setattr(os, "cpu_count", lambda: 7)
+    assert recording.processors() == 7

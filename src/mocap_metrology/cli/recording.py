@@ -28,7 +28,7 @@ SETTINGS = replace(DEFAULTS, noise=replace(DEFAULTS.noise, estimators=("likeliho
 
 def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None:
     """Results of one recording into the folder, and the verdict on the terminal."""
-    progress = Progress(sys.stderr, N_STEPS, given.threads or len(os.sched_getaffinity(0)))
+    progress = Progress(sys.stderr, N_STEPS, given.threads or processors())
     logging.getLogger("mocap_metrology").addHandler(progress)
     limits = SETTINGS.still.range_mm, SETTINGS.verdict.horizon_s, SETTINGS.second_opinion
     try:
@@ -46,6 +46,12 @@ def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None
         found = analyse(take, check["warnings"], name_of(path), part, SETTINGS, progress)
     pictures = (f"  {folder / f'{name}.png'}" for name in PICTURES)
     print("\n".join([*verdict_lines(found), "", "Figures:", *pictures]))
+
+
+def processors() -> int:
+    """How many this process may use; macOS has no affinity, and all."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
 def _asked(path: Path, given: argparse.Namespace) -> Asked:

@@ -57,7 +57,8 @@ def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
             path.replace(folder / path.name)
         made = None
     finally:
-        shutil.rmtree(made or part)
+        # After Ctrl-C a thread may still write into it
+        shutil.rmtree(made or part, ignore_errors=True)
 
 
 def kept(error: BaseException, folder: Path, name: str) -> str:

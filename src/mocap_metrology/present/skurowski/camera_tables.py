@@ -19,7 +19,6 @@ TABLE_2_CAPTION = (
     "resolved, only one split makes sense; open, the most plausible split. The CSV has one row "
     "per number, in its column published."
 )
-TABLE_2_SHOWN = ("camera_type", "quantity", "unit", "published", "source", "ambiguity", "note")
 
 
 def table_2() -> list[Row]:

@@ -86,8 +86,8 @@ def calibration_figure(given: CalibrationFiles) -> Picture:
     places = [
         ["above", "right"],
         ["path", "apart"],
-        ["master", "residuals"],
-        ["slave", "residuals"],
+        ["residuals", "master"],
+        ["residuals", "slave"],
     ]
     axes = body.subplot_mosaic(places, height_ratios=[66, 48, 25, 25])
     draw_view(axes["above"], scenery, ABOVE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from mocap_metrology.lighthouse.assess.summary import Summary
 from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.records import Station
 from mocap_metrology.present.text.calibration import (
+    SENTENCES,
     comparison_words,
     pose_document,
     reason,
@@ -148,6 +150,27 @@ def test_what_poses_of_a_small_board_make_of_the_residual() -> None:
     assert "is 75 (errors of the board's poses alone make 4500 µrad of it), good" in sentence(small)
 
 
+ROUNDING = {"mm": 8.4e-12, "deg": 1.2e-13, "times": 0.1}
+
+
+COMPARED = [case for case, text in SENTENCES.items() if re.search("{(apart|about)}", text)]
+
+
+@pytest.mark.parametrize("case", COMPARED)
+def test_rounding_errors_are_no_difference(case: Case) -> None:
+    """Poses of a perfect twin differ in their last bits."""
+    names = ("a", "b", "c")
+    said = sentence(Check("", case, 1.79e-7, "mm", 20.0, True, "good", ROUNDING, names))
+    assert "0.001 mm and 0.00001°" in said
+    assert not re.search(r"\de-\d|×10", said)
+
+
+def test_models_with_the_same_pose_are_not_in_the_reason() -> None:
+    same = Check("", Case.ROTOR_OPEN, 8.4e-12, "mm", None, False, "good", ROUNDING, ("a", "b"))
+    assert reason(Verdict("good", (same,))) == "All 0 checks passed."
+    assert sentence(same).endswith("do not differ (less than 0.001 mm and 0.00001°).")
+
+
 def test_optics_that_were_not_used() -> None:
     ideal = Check("factory values", Case.IDEAL, "ideal", "", "", False, "doubtful")
     assert (
@@ -214,6 +237,8 @@ def test_a_comparison_with_an_earlier_pose() -> None:
         "A station has moved: 20 mm and 0.02° from the earlier pose (probability by chance: "
         "0.0004)."
     )
+    tiny = Comparison(1e-13 * mm, 1e-13 * deg, 0.0, 1.0, False)
+    assert ": less than 0.001 mm and 0.00001° from the earlier pose" in comparison_words(tiny)
     other = ("paper-lm", "kabsch", "ideal")
     found = Comparison(mm, deg, math.nan, math.nan, False, other, "Station ids not compared.")
     assert comparison_words(found) == (

@@ -47,6 +47,11 @@ def test_units_have_prefixes_and_no_powers_of_ten():
     assert numbers.percent(0.021, 2, sign=True) == "+2.1 %"
 
 
+@pytest.mark.parametrize("unit, text", [("mm", "0 mm"), ("mm/h", "0 mm/h"), ("°", "0°")])
+def test_errors_of_arithmetic_are_nothing(unit: str, text: str) -> None:
+    assert with_unit(8.4e-12, unit) == with_unit(-8.4e-12, unit) == text
+
+
 @pytest.mark.parametrize(
     ("value", "sigma", "text"),
     [

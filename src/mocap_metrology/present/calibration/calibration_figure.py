@@ -160,7 +160,7 @@ def draw_disagreement(axes: Axes, scenery: Scenery, duration_s: float) -> None:
         return
     value = np.maximum(both.apart_mm, 1e-3)
     median, most = float(np.median(value)), float(np.percentile(value, 95))
-    axes.set(xlim=(0.0, duration_s), ylabel="Distance (mm)")
+    axes.set(xlim=(0.0, duration_s), xlabel="Time (s)", ylabel="Distance (mm)")
     log_axis(axes, "y", log_limits([np.maximum(value, median / 300)], 2.0))
     few = thinned(value.size, MOST_DOTS)
     dense = value.size > DENSE

@@ -11,6 +11,7 @@ from mocap_metrology.lighthouse.assess.fit_checks import USUAL_S, Case, Check
 from mocap_metrology.lighthouse.assess.pose_file import LARGE_DEG, LARGE_MM, Comparison
 from mocap_metrology.lighthouse.assess.summary import Summary
 from mocap_metrology.lighthouse.assess.validation import Verdict
+from mocap_metrology.present.text.numbers import apart, is_same
 
 SENTENCES = {
     Case.DISTANCE: "The stations are {value:.3g} m apart.",
@@ -34,11 +35,9 @@ SENTENCES = {
         "or wrong optics."
     ),
     Case.PATH_ERRORS_UNKNOWN: "Errors of the board's path could not be separated.",
-    Case.HALVES: (
-        "Parts of the recording differ by {mm:.2g} mm and {deg:.2g}°, which is within chance."
-    ),
+    Case.HALVES: ("Parts of the recording differ by {about}, which is within chance."),
     Case.HALVES_APART: (
-        "Parts of the recording differ by {mm:.2g} mm and {deg:.2g}°, {times:.0f} times as much "
+        "Parts of the recording differ by {about}, {times:.0f} times as much "
         "as noise explains: was a station touched during the recording?"
     ),
     Case.HALVES_UNKNOWN: "Parts of the recording were not compared.",
@@ -74,7 +73,7 @@ SENTENCES = {
     Case.PATH_UNNEEDED: "The last stage does not depend on the length of the path.",
     Case.PATH_NONE: "A board at rest has no path.",
     Case.UNCERTAINTY: (
-        "One standard deviation is {value:.2g} mm and {deg:.2g}° in the worst axes. They do not "
+        "One standard deviation is {about} in the worst axes. They do not "
         "include an error of scale in the board file, which scales the distance."
     ),
     Case.UNCERTAINTY_NONE: "This estimate has no covariance.",
@@ -99,19 +98,19 @@ SENTENCES = {
     ),
     Case.ROTOR_OPEN: (
         "The recording cannot distinguish the rotor models of {first} and {others}; their poses "
-        "differ by up to {value:.2g} mm and {deg:.2g}°, which the uncertainty includes."
+        "differ by up to {about}, which the uncertainty includes."
     ),
     Case.ROTOR_UNASKED: "Models of the rotors were not compared.",
-    Case.STAGES: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart.",
+    Case.STAGES: "Kabsch and final stage are {apart} apart.",
     Case.STAGES_LOOSE: (
-        "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart. The Kabsch stage is no "
+        "Kabsch and final stage are {apart} apart. The Kabsch stage is no "
         "more accurate than that on such a path."
     ),
-    Case.STAGES_UNKNOWN: "Kabsch and final stage are {value:.3g} mm and {deg:.2g}° apart. Whether"
+    Case.STAGES_UNKNOWN: "Kabsch and final stage are {apart} apart. Whether"
     " noise explains that is unknown: a covariance contains values that are not finite numbers.",
-    Case.OPTICS: "Factory values change the pose by {value:.3g} mm and {deg:.2g}°.",
+    Case.OPTICS: "Factory values change the pose by {apart}.",
     Case.OPTICS_FAR: (
-        "Factory values change the pose by {value:.3g} mm and {deg:.2g}°, more than is possible "
+        "Factory values change the pose by {apart}, more than is possible "
         "for a first-generation station."
     ),
     Case.GRAVITY: "The vertical directions measured by both stations agree within {value:.1f}°.",
@@ -123,8 +122,17 @@ SENTENCES = {
         "Neglected factory values alone can make 4°."
     ),
     Case.GRAVITY_UNKNOWN: "No gravity from both stations to compare with.",
-    Case.REFERENCE: "The pose is {value:.3g} mm and {deg:.2g}° from the reference.",
+    Case.REFERENCE: "The pose is {apart} from the reference.",
     Case.REFERENCE_NONE: "There is no reference.",
+}
+
+
+SAME = {  # where poses differ by less than their resolution
+    Case.ROTOR_OPEN: (
+        "The recording cannot distinguish the rotor models of {first} and {others}, and need not: "
+        "their poses do not differ ({apart})."
+    ),
+    Case.OPTICS: "Factory values do not change the pose ({apart}).",
 }
 
 
@@ -149,7 +157,7 @@ def reason(verdict: Verdict) -> str:
     word, checks = verdict.word, verdict.checks
     if not checks:
         return verdict.why_none or "No pose of the slave was found."
-    models = [sentence(c) for c in checks if c.case is Case.ROTOR_OPEN]
+    models = [sentence(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_apart(c))]
     if word == "good":
         passed = sum(c.ok is True for c in checks)
         said = [sentence(c) for c in checks if c.ok and c.name in ("residual", "uncertainty")]
@@ -169,9 +177,13 @@ def sentence(check: Check) -> str:
     made = check.numbers.get("made_by_poses")
     small = f" (errors of the board's poses alone make {made:.0f} µrad of it)" if made else ""
     why = "; ".join(f"{role}: {reason or 'none found'}" for role, reason in check.why.items())
-    return SENTENCES[check.case].format(
+    distance = _apart(check)
+    sentences = SENTENCES | SAME if is_same(*distance) else SENTENCES
+    return sentences[check.case].format(
         **check.numbers,
         value=check.value,
+        apart=apart(*distance),
+        about=apart(*distance, digits=2),
         limit=check.limit,
         made=small,
         why=why or "not used",
@@ -179,6 +191,14 @@ def sentence(check: Check) -> str:
         others=" or ".join(check.names[1:]),
         all_names=" and ".join(check.names),
     )
+
+
+def _apart(check: Check) -> tuple[float, float]:
+    """mm and deg between the poses that a check compares; NaN of another check."""
+    halves = check.case in (Case.HALVES, Case.HALVES_APART)
+    mm = check.numbers.get("mm") if halves else check.value
+    deg = check.numbers.get("deg", math.nan)
+    return mm if isinstance(mm, float) else math.nan, deg
 
 
 def comparison_words(found: Comparison | None) -> str:
@@ -191,5 +211,5 @@ def comparison_words(found: Comparison | None) -> str:
         how = f"no covariance; a station is taken as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
     mm, deg = (float(np.linalg.norm(v)) for v in (found.difference_mm, found.difference_deg))
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
-    first = f"{said}: {mm:.3g} mm and {deg:.2g}° from the earlier pose ({how})."
+    first = f"{said}: {apart(mm, deg)} from the earlier pose ({how})."
     return " ".join(part for part in (first, found.note, other) if part)

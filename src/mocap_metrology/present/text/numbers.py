@@ -21,6 +21,8 @@ NINE_HOURS_S = 32400.0  # length of the recordings of S
 MINUTES_FROM_S = 180.0  # moments are in s up to here, as the axis of the whole recording
 SMALL, LARGE = 1e-3, 1e6  # beyond these a number is written with a power of ten
 PLACES = 12  # decimals at most
+ROUNDING = dict.fromkeys(("mm", "mm/h", "°"), 1e-9)  # sizes below this are errors of arithmetic
+RESOLUTION_MM, RESOLUTION_DEG = 1e-3, 1e-5  # of poses; what differs by less is the same
 FAR = 1e4  # an end of an interval beyond this, in the unit of the value, has no decimals
 SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
@@ -57,6 +59,7 @@ def with_unit(value: float, unit: str, digits: int = 3, sign: bool = False) -> s
     """
     if math.isnan(value):
         return "unknown"
+    value = value if abs(value) >= ROUNDING.get(unit, 0.0) else 0.0
     rounded = float(f"{value:.{digits - 1}e}")
     factor, shown = _prefix(rounded, unit)
     text = _short(rounded * factor, digits)
@@ -66,6 +69,22 @@ def with_unit(value: float, unit: str, digits: int = 3, sign: bool = False) -> s
 def mm(value: float, digits: int = 3) -> str:
     """A length given in mm: 51.2 µm, 2 mm, 1.5 m."""
     return with_unit(value, "mm", digits)
+
+
+def apart(mm: float, deg: float, digits: int = 3) -> str:
+    """How far poses are apart, `2.15 mm and 0.05°`, with two digits of an angle. Below the
+    resolution the arithmetic decides: `less than 0.001 mm and 0.00001°`."""
+    if is_same(mm, deg):
+        return f"less than {RESOLUTION_MM:g} mm and {RESOLUTION_DEG:f}".rstrip("0") + "°"
+    parts = []
+    for value, least, shown in ((mm, RESOLUTION_MM, digits), (deg, RESOLUTION_DEG, 2)):
+        parts.append(f"{value if not value < least else 0:.{shown}g}")
+    return f"{parts[0]} mm and {parts[1]}°"
+
+
+def is_same(mm: float, deg: float) -> bool:
+    """Whether poses differ by less than the resolution of their numbers."""
+    return mm < RESOLUTION_MM and deg < RESOLUTION_DEG
 
 
 def with_uncertainty(value: float, sigma: float, unit: str = "") -> str:

@@ -115,7 +115,7 @@ def _shown(series: Mapping[str, Found]) -> list[str]:
 def _source(found: Found) -> str:
     origin = f"simulated stand-in (twin) {found['twin']}" if found.get("twin") else "measured"
     lasting = duration_words(found["duration_s"])
-    return f"Source: {origin}. {lasting} at {found['frame_rate_hz']:g} Hz."
+    return f"Source: {origin}, {lasting} at {found['frame_rate_hz']:g} Hz."
 
 
 def _note(found: Found, names: Sequence[str], cut: bool) -> str:

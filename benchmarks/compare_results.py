@@ -27,6 +27,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from mocap_metrology.common.parquet import SEAL
+
 TEXT = {".csv", ".json", ".md", ".html", ".svg"}
 COMPARED = {*TEXT, ".parquet", ".png"}
 RUN_OWN = ("logs/*", "benchmarks/*", "report.html", "provenance.*", "gate/*")  # of each run its own
@@ -160,7 +162,7 @@ def _relative(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _tables(before: Path, after: Path, name: str) -> list[Difference]:
-    a, b = (pq.read_table(path) for path in (before, after))
+    a, b = (pq.read_table(path, page_checksum_verification=True) for path in (before, after))
     if a.column_names != b.column_names or a.num_rows != b.num_rows:
         return [Difference(name, np.inf, "other columns or another number of rows")]
     found = [
@@ -186,6 +188,8 @@ def _origin(table: pa.Table) -> dict[str, object]:
     """Metadata of a table but the versions of the packages that wrote it."""
     found: dict[str, object] = {}
     for key, value in (table.schema.metadata or {}).items():
+        if key == SEAL:
+            continue
         text = value.decode("utf-8", errors="replace")
         try:
             content = json.loads(text)

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from mocap_metrology.common.files import to_arrow, to_numpy
+from mocap_metrology.common.arrow import to_arrow, to_numpy
 
 COLUMNS = {
     **{

@@ -15,7 +15,8 @@ from types import SimpleNamespace
 sys.path.insert(0, {scripts!r})
 from step import step
 from mocap_metrology.common.errors import Refusal
-snakemake = SimpleNamespace(log=["logs/a.log"], rule="clean", wildcards={{"recording": "T40"}})
+snakemake = SimpleNamespace(log=["logs/a.log"], rule="clean", wildcards={{"recording": "T40"}},
+    input=[], config={{"results": "results"}})
 with step(snakemake) as log:
     log.info("at work")
     print("a word")

@@ -38,16 +38,32 @@ for _pool in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA"):
 def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
     """Send all output to the rule's log; end a refusal or a crash with one line and status 1.
 
+    An input of the results that is damaged is removed first, so that a plain run makes it anew: the
+    rule that made it can, and jobs that read it now fail as this one does.
+
     `prefix` begins each line on the terminal, by default the rule and its wildcards.
     """
-    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.errors import Damaged, Refusal
+    from mocap_metrology.common.files import verify
 
+    results = Path(snakemake.config["results"])
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     with _redirected(path) as terminal:
         log = _logger(terminal, _job(snakemake) if prefix is None else prefix)
         try:
+            for given in snakemake.input:
+                if _inside(given, results):
+                    verify(given)
             yield log
+        except Damaged as damaged:
+            remedy = "delete it and"
+            if _inside(damaged.path, results):  # and no recording of a user
+                damaged.path.unlink(missing_ok=True)
+                remedy = "it was removed;"
+            words = f"{damaged.path} is damaged: {damaged.what}; {remedy} run again to make it anew"
+            log.error("%s", words, extra={"of_the_end": True})
+            sys.exit(1)
         except Refusal as refusal:
             log.error("%s", refusal, extra={"of_the_end": True})
             sys.exit(1)
@@ -55,6 +71,10 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
             what = " ".join(f"{type(error).__name__}: {error}".split())
             log.error("%s (see %s)", what, path, exc_info=True, extra={"of_the_end": True})
             sys.exit(1)
+
+
+def _inside(path: str | Path, folder: Path) -> bool:
+    return Path(path).resolve().is_relative_to(folder.resolve())
 
 
 def _job(snakemake: Any) -> str:

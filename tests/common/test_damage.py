@@ -1,0 +1,90 @@
+"""A damaged file of results is refused, and never read as something else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from damage import has_checksum, outcomes
+
+from mocap_metrology.common.errors import Damaged, Refusal
+from mocap_metrology.common.files import (
+    read_metadata,
+    read_table,
+    verify,
+    write_csv,
+    write_json,
+    write_table,
+)
+
+MUTANTS = 300
+
+
+def write(path: Path) -> None:
+    """A file as steps write them, of what its name asks for."""
+    draw = np.random.default_rng(1)
+    columns = {
+        "frame": np.arange(3000, dtype=np.int32),
+        "x1_mm": draw.normal(size=3000).astype(np.float32),
+        "L_mm": draw.normal(size=3000),
+        "series": ["x1", "L"] * 1500,
+        "outlier": draw.random(3000) < 0.5,
+    }
+    rows = [{"series": f"x{k}", "value": float(draw.normal())} for k in range(50)]
+    if path.suffix == ".parquet":
+        write_table(path, columns, {"frame_rate_hz": 120.0}, dictionary=["x1_mm"])
+    elif path.suffix == ".csv":
+        write_csv(path, rows)
+    else:
+        write_json(path, rows)
+
+
+@pytest.mark.parametrize("name", ["clean.parquet", "noise.csv", "pose.json"])
+def test_no_damage_is_silent(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    write(path)
+    if path.suffix != ".parquet" and not has_checksum(path):
+        pytest.skip("this file system keeps no extended attributes")
+    found = outcomes(path, MUTANTS, seed=3)
+    assert found.total() == MUTANTS
+    by_outcome = {outcome for _, outcome in found}
+    assert by_outcome <= {"found", "harmless"}, found
+    assert sum(n for (_, outcome), n in found.items() if outcome == "found") > 0.9 * MUTANTS
+
+
+@pytest.mark.parametrize("name", ["noise.csv", "pose.json"])
+def test_without_checksums_cuts_and_zeros_are_found(tmp_path: Path, name: str) -> None:
+    """But for a cut at the end of a row."""
+    path = tmp_path / name
+    write(path)
+    found = outcomes(path, MUTANTS, seed=4, checksum=False)
+    assert found["zeros", "silent"] == 0
+    assert found["cut", "silent"] <= 0.05 * MUTANTS / 6
+    assert not any(outcome.startswith("other") for _, outcome in found)
+
+
+def test_metadata_are_protected(tmp_path: Path) -> None:
+    """Pages have checksums of Parquet's own; a frame rate stands in the footer."""
+    path = tmp_path / "clean.parquet"
+    write(path)
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b'"frame_rate_hz": 120.0', b'"frame_rate_hz": 121.0'))
+    for read in (read_metadata, read_table):
+        with pytest.raises(Damaged, match=r"clean\.parquet is damaged: its footer"):
+            read(path)
+
+
+def test_a_missing_table_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match="is missing: it was deleted, or"):
+        read_table(tmp_path / "clean.parquet")
+
+
+def test_an_equal_copy_is_sound(tmp_path: Path) -> None:
+    """Written anew without its checksum, as after a transfer."""
+    for name in ("noise.csv", "pose.json"):
+        write(tmp_path / name)
+        copy = tmp_path / f"copy-{name}"
+        copy.write_bytes((tmp_path / name).read_bytes())
+        assert not has_checksum(copy)
+        verify(copy)

@@ -22,8 +22,7 @@ ARRAY = re.compile(
 LINK = re.compile(r"(?<=\]\()([^)#:\s]+)(?=[)#])")
 
 project = "mocap-metrology"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinxcontrib.mermaid"]
-myst_fence_as_directive = ["mermaid"]
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = project

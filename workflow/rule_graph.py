@@ -1,9 +1,8 @@
 """Keep the rule graph in docs current: `python workflow/rule_graph.py`, or with --check.
 
-Snakemake draws it (`--rulegraph mermaid-js`) of the default sheets, without what a user has added
-to them, in a folder of its own; here rules get their names for ids and edges an order. The gate and
-the provenance, to which everything leads, are left out, and so is every edge that a longer way says
-too.
+Snakemake lists the edges (`--rulegraph mermaid-js`) of the default sheets, without what a user has
+added to them, in a folder of its own. Left out are the rules that read from almost all others, and
+every edge that a longer way says too.
 """
 
 from __future__ import annotations
@@ -13,6 +12,9 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +24,19 @@ from mocap_workflow.recordings import RecordingRow
 from scipy.sparse import csgraph
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs/rule_graph.md"
-BLOCK = re.compile(r"```mermaid\n.*?```", re.S)
-LAST = {"default", "gate", "all", "provenance"}
+PICTURE = ROOT / "docs/rule_graph.svg"
+LAST = {"default", "gate", "all", "provenance", "detail_pages", "report_pages", "summary_page"}
+COLUMN, BOX, ROW, LETTERS, SWEEPS = 162, 128, 46, 17, 12  # sizes in pixels, letters a line
+HEAD = """\
+<svg xmlns="http://www.w3.org/2000/svg" viewBox="{size}" font-family="sans-serif" font-size="14">
+<style>path {{ fill: none; stroke: #4b5563; marker-end: url(#tip) }}
+rect {{ fill: #eef2ff; stroke: #4338ca }} text {{ text-anchor: middle; fill: #111827 }}</style>
+<marker id="tip" refX="9" refY="4" markerWidth="10" markerHeight="8" orient="auto">
+<path d="M0 0L9 4L0 8z" style="fill: #4b5563; stroke: none; marker: none"/></marker>
+<rect x="-10" y="-5" width="100%" height="100%" style="fill: #fff; stroke: none"/>
+{lines}
+</svg>
+"""
 GROUPS = {  # of the default sheets
     "recordings": {
         *("skurowski2019", "skurowski2019-crump", "skurowski2019-repaired"),
@@ -66,16 +78,77 @@ def shortest(edges: set[tuple[str, str]]) -> list[tuple[str, str]]:
     return [(names[a], names[b]) for a, b in np.argwhere(direct & ~longer)]
 
 
-def graph(mermaid: str) -> str:
-    """A block of Markdown: an edge a line, from the rule that makes to the rule that reads."""
+def rules_of(mermaid: str) -> tuple[set[str], list[tuple[str, str]]]:
+    """The rules to draw of a graph of Snakemake's, and the edges from the rule that makes a file to
+    the one that reads it."""
     names = dict(re.findall(r"^\s*(id\d+)\[(\w+)\]", mermaid, re.M))
-    edges = {(names[a], names[b]) for a, b in re.findall(r"(id\d+) --> (id\d+)", mermaid)}
-    edges = {edge for edge in edges if not LAST & set(edge)}
-    kept = shortest(edges)
-    alone = sorted(set(names.values()) - LAST - {name for edge in kept for name in edge})
-    lines = ["```mermaid", "flowchart LR"]
-    lines += [f"    {a} --> {b}" for a, b in kept] + [f"    {name}" for name in alone]
-    return "\n".join([*lines, "```"])
+    found = {(names[a], names[b]) for a, b in re.findall(r"(id\d+) --> (id\d+)", mermaid)}
+    edges = shortest({edge for edge in found if not LAST & set(edge)})
+    return set(names.values()) - LAST, edges
+
+
+def in_columns(
+    rules: Iterable[str], edges: Sequence[tuple[str, str]]
+) -> tuple[list[list[str]], list[list[str]]]:
+    """Columns of names, a rule right of all that it reads from, and each edge as the names that it
+    passes: itself in the columns between its ends, so that it goes past the boxes there."""
+    column: dict[str, int] = {}
+
+    def place(name: str) -> int:
+        if name not in column:
+            column[name] = 1 + max((place(a) for a, b in edges if b == name), default=-1)
+        return column[name]
+
+    for name in rules:
+        place(name)
+    ways = []
+    for a, b in edges:
+        between = range(column[a] + 1, column[b])
+        ways.append([a, *(f"{a} {b} {k}" for k in between), b])
+        column |= {f"{a} {b} {k}": k for k in between}
+    columns = [sorted(n for n in column if column[n] == k) for k in range(max(column.values()) + 1)]
+    joined = {step for way in ways for step in pairwise(way)}
+    for sweep in range(2 * SWEEPS):  # each column in the order of its neighbours, there and back
+        back = sweep % 2
+        for one, beside in pairwise(columns[::-1] if back else columns):
+            order = {name: k / len(one) for k, name in enumerate(one)}
+
+            def middle(name: str, order: dict[str, float] = order, back: int = back) -> float:
+                near = [order[s[back]] for s in joined if s[1 - back] == name]
+                return sum(near) / len(near) if near else 0.5
+
+            beside.sort(key=middle)
+    return columns, ways
+
+
+def svg(rules: Iterable[str], edges: Sequence[tuple[str, str]]) -> str:
+    """The picture of rules and edges."""
+    columns, ways = in_columns(rules, edges)
+    height = ROW * max(map(len, columns))
+    at = {}
+    for k, names in enumerate(columns):
+        for row, name in enumerate(names):
+            at[name] = COLUMN * k, height * (row + 0.5) / len(names)
+    lines = []
+    for way in ways:
+        x, y = at[way[0]]
+        path = f"M{x + BOX:.0f} {y:.0f}"
+        for k, step in enumerate(way[1:], 1):
+            (left, _), (right, down) = at[way[k - 1]], at[step]
+            left, mid = left + BOX, (left + BOX + right) / 2
+            path += f"C{mid:.0f} {y:.0f} {mid:.0f} {down:.0f} {right:.0f} {down:.0f}"
+            y = down
+            path += "" if step == way[-1] else f"h{BOX}"
+        lines.append(f'<path d="{path}"/>')
+    for name in (name for names in columns for name in names if " " not in name):
+        x, y = at[name]
+        lines.append(f'<rect x="{x}" y="{y - 19:.0f}" width="{BOX}" height="38" rx="6"/>')
+        words = textwrap.wrap(name.replace("_", "_ "), LETTERS)
+        for k, text in enumerate(words):
+            down = y + 5 + 15 * (k - (len(words) - 1) / 2)
+            lines.append(f'<text x="{x + BOX / 2}" y="{down:.0f}">{text.replace("_ ", "_")}</text>')
+    size = f"-10 -5 {COLUMN * (len(columns) - 1) + BOX + 20} {height + 10}"
+    return HEAD.format(size=size, lines="\n".join(lines))
 
 
 def drawn() -> str:
@@ -89,20 +162,20 @@ def drawn() -> str:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if done.returncode:
         sys.exit(done.stderr.strip().splitlines()[-1])
-    return graph(done.stdout)
+    return svg(*rules_of(done.stdout))
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="rule_graph.py", description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="only tell whether it is current")
     only_check = parser.parse_args().check
-    text = PAGE.read_text(encoding="utf-8")
-    new = BLOCK.sub(lambda _old: drawn(), text, count=1)
+    new = drawn()
     if only_check:
-        if new != text:
-            print(f"{PAGE.name}: the rule graph is not current; run make graph", file=sys.stderr)
-        return int(new != text)
-    PAGE.write_text(new, encoding="utf-8")
+        same = PICTURE.is_file() and PICTURE.read_text(encoding="utf-8") == new
+        if not same:
+            print(f"{PICTURE.name}: the rule graph is not current; run make graph", file=sys.stderr)
+        return int(not same)
+    PICTURE.write_text(new, encoding="utf-8")
     return 0
 
 

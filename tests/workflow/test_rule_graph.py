@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from xml.etree import ElementTree
 
-from rule_graph import GROUPS, shipped
+from rule_graph import GROUPS, in_columns, shipped
 from running import environment
 
 
@@ -14,8 +15,20 @@ def test_the_page_shows_the_rules_there_are(root, tmp_path) -> None:
     done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert not list(tmp_path.iterdir())
-    text = (root / "docs/rule_graph.md").read_text(encoding="utf-8")
-    assert "simulate_recording --> trajectories" in text and "clean --> allan" in text
+    picture = ElementTree.parse(root / "docs/rule_graph.svg").getroot()
+    words = {text.text for text in picture.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"trajectories", "allan", "gaussian_figures"} <= words
+
+
+def test_an_edge_goes_past_the_boxes_between_its_ends() -> None:
+    """a to c directly, beside a way of three rules; e is alone."""
+    edges = [("a", "b"), ("b", "d"), ("d", "c"), ("a", "c")]
+    columns, ways = in_columns("abcde", edges)
+    assert [len(names) for names in columns] == [2, 2, 2, 1]
+    for way, edge in zip(ways, edges, strict=True):
+        assert (way[0], way[-1]) == edge
+        first = next(k for k, names in enumerate(columns) if way[0] in names)
+        assert all(name in columns[first + k] for k, name in enumerate(way))
 
 
 def test_rows_of_the_user_are_none_of_the_projects() -> None:

@@ -17,12 +17,13 @@ with step(snakemake) as log:
     from mocap_metrology.lighthouse.board import read_board
     from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
     from mocap_metrology.lighthouse.records import hits_of
+    from mocap_metrology.noise.diagnosis.shock import shock_effect
     from mocap_metrology.noise.series import all_series
     from mocap_metrology.present import tables
-    from mocap_metrology.present.claims.claim import COLUMNS, Regenerated
-    from mocap_metrology.present.claims.curves import draw
+    from mocap_metrology.present.claims.claim import COLUMNS
     from mocap_metrology.present.claims.jansen import Calibrations
-    from mocap_metrology.present.claims.remedies import shock_of
+    from mocap_metrology.present.claims.realisations import draw
+    from mocap_metrology.present.claims.study import Regenerated
     from mocap_metrology.present.claims.table import claim_rows, claims_markdown
     from mocap_metrology.present.jansen.jansen_tables import source_of
     from mocap_metrology.present.skurowski.gaussian_table import cleaning_of
@@ -43,7 +44,7 @@ with step(snakemake) as log:
     for path in files.shocked:
         _, cleaned, origin = read_coordinates(path)
         pairs = [tuple(pair) for pair in origin["pairs"]]
-        shock = shock_of(dict(all_series(cleaned, pairs)), origin["frame_rate_hz"])
+        shock = shock_effect(dict(all_series(cleaned, pairs)), origin["frame_rate_hz"])
     if given.recordings:
         study = Regenerated(
             of_subsets(files.allan, lambda path: read_table(path)[0]),

@@ -10,19 +10,12 @@ import pytest
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.twin import Slow, Twin
-from mocap_metrology.present.claims.claim import (
-    DOES_NOT,
-    HOLDS,
-    TYPES,
-    UNKNOWN,
-    Drawn,
-    Key,
-    unknown,
-)
-from mocap_metrology.present.claims.curves import draw, of_realisations
-from mocap_metrology.present.claims.table import S_CLAIMS, claim_rows, claims_markdown
+from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, unknown
+from mocap_metrology.present.claims.realisations import draw, of_realisations
+from mocap_metrology.present.claims.study import TYPES, Drawn, Key
+from mocap_metrology.present.claims.table import claim_rows, claims, claims_markdown
 
-BY_ID = {claim.id: claim for claim in S_CLAIMS}
+BY_ID = claims()
 NS = TYPES["T40"]
 LAW = BY_ID["S-4.2-sigma-T40"]
 REPEATS = 300

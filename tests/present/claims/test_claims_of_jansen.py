@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, Finding
-from mocap_metrology.present.claims.jansen import CLAIMS, Calibrations, PublishedTables, influence
+from mocap_metrology.present.claims.jansen import Calibrations, PublishedTables
+from mocap_metrology.present.claims.table import claims
 
-BY_ID = {claim.id: claim for claim in CLAIMS}
+BY_ID = {name: claim for name, claim in claims().items() if claim.paper == "J"}
 
 
 def pose(stage: str, errors_mm: float, optics: str = "ideal", by: str = "paper") -> dict[str, Any]:
@@ -43,8 +44,10 @@ def test_published_tables() -> None:
     )
 
 
-@pytest.mark.parametrize(("after", "moved"), [(9.0, 1.73), (200.0, 333), (-8.0, 27.7)])
-def test_last_step(after: float, moved: float) -> None:
+@pytest.mark.parametrize(
+    ("after", "moved"), [(9.0, "1.73 mm"), (200.0, "333 mm"), (800.0, "1.37 m"), (-8.0, "27.7 mm")]
+)
+def test_last_step(after: float, moved: str) -> None:
     """How far it moves the pose is said (an error of the same size the other way round is another
     pose); what is very little, J does not say."""
     records = [
@@ -52,7 +55,7 @@ def test_last_step(after: float, moved: float) -> None:
     ]
     found = BY_ID["J-VI-last"].find(Calibrations(records))
     assert found.word == UNKNOWN
-    assert found.value.startswith(f"changes it by {moved:g} mm; error 13.9 mm before")
+    assert found.value.startswith(f"changes it by {moved}; error 13.9 mm before")
 
 
 def test_influence_of_speed_is_seen() -> None:
@@ -85,26 +88,6 @@ def test_influence_of_speed_is_seen() -> None:
     for one in motion.values():
         one["pattern"] = "arc"
     assert "pattern: not varied" in found(luck).value and found(luck).word == UNKNOWN
-
-
-def test_influence_is_found_as_often_as_said() -> None:
-    """1000 times ten groups of five that differ much: nothing there, p < 0.05 in 3 to 7 %; a
-    factor of `seen` between the ends of what was tried, found in 73 to 87 %."""
-    rng = np.random.default_rng(2)
-    groups = np.repeat(np.arange(10), 5).astype(str)
-    x = np.log(rng.uniform(0.2, 1.0, (50, 1)))
-    kinds = (rng.integers(0, 4, 50)[:, None] == np.arange(4)).astype(float)
-    within = x - x.reshape(10, 5).mean(axis=1).repeat(5)[:, None]
-    span = np.ptp(np.quantile(within, [0.05, 0.95]))
-    alarms, hits = [], []
-    for _ in range(1000):
-        own = 0.4 * rng.standard_normal(50) + np.repeat(rng.standard_normal(10), 5)
-        none = [influence(own, c, groups, 0.05, 0.8) for c in (x, kinds)]
-        alarms.append([one.p < 0.05 for one in none])
-        there = own + np.log(none[0].seen) / span * x[:, 0]
-        hits.append(influence(there, x, groups, 0.05, 0.8).p < 0.05)
-    assert np.all(np.abs(np.mean(alarms, axis=0) - 0.05) < 0.02), np.mean(alarms, axis=0)
-    assert abs(np.mean(hits) - 0.8) < 0.07
 
 
 def test_reconstructions_and_factory_values() -> None:

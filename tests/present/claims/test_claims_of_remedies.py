@@ -5,21 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mocap_metrology.noise.diagnosis.shock import shock_effect
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES
-from mocap_metrology.present.claims.claim import (
-    DOES_NOT,
-    HOLDS,
-    TYPES,
-    UNKNOWN,
-    Published,
-    Regenerated,
-)
-from mocap_metrology.present.claims.jansen import CLAIMS as OF_J
+from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN
 from mocap_metrology.present.claims.jansen import Calibrations
-from mocap_metrology.present.claims.remedies import CLAIMS, shock_of
+from mocap_metrology.present.claims.study import TYPES, Published, Regenerated
+from mocap_metrology.present.claims.table import claims
 
-BY_ID = {claim.id: claim for claim in (*CLAIMS, *OF_J)}
+BY_ID = claims()
 RATE = 60.0
 
 
@@ -39,16 +33,19 @@ def words(study) -> list[str]:
 
 
 def test_a_shock_and_its_sides() -> None:
-    found = shock_of(shaken(0.5), RATE)
+    found = shock_effect(shaken(0.5), RATE)
     assert words(Regenerated({}, {}, {}, found)) == [HOLDS, HOLDS]
     assert 0.05 <= found.tau_s <= 2.0  # a swing of 1 Hz
-    assert words(Regenerated({}, {}, {}, shock_of(shaken(0.5, 1.15), RATE))) == [HOLDS, DOES_NOT]
-    hairline = words(Regenerated({}, {}, {}, shock_of(shaken(0.5, 1.03), RATE)))
+    assert words(Regenerated({}, {}, {}, shock_effect(shaken(0.5, 1.15), RATE))) == [
+        HOLDS,
+        DOES_NOT,
+    ]
+    hairline = words(Regenerated({}, {}, {}, shock_effect(shaken(0.5, 1.03), RATE)))
     assert hairline == [HOLDS, UNKNOWN]
-    faint = shock_of(shaken(0.05), RATE)
+    faint = shock_effect(shaken(0.05), RATE)
     assert faint.raised < found.raised
     assert words(Regenerated({}, {}, {})) == words(Published()) == [UNKNOWN] * 2
-    assert shock_of({k: v[:18000] for k, v in shaken(0.5).items()}, RATE) is None
+    assert shock_effect({k: v[:18000] for k, v in shaken(0.5).items()}, RATE) is None
 
 
 def rows(series: str, estimator: str, model: dict[str, float]) -> list[dict]:

@@ -15,21 +15,23 @@ from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.present.claims.claim import (
     DOES_NOT,
     HOLDS,
-    TYPES,
     UNKNOWN,
+    at_least,
+    median_error,
+    within,
+)
+from mocap_metrology.present.claims.coefficients import independent
+from mocap_metrology.present.claims.study import (
+    TYPES,
     Drawn,
     Published,
     Regenerated,
     active_terms,
-    by_count,
-    median_error,
     model_of,
-    within,
 )
-from mocap_metrology.present.claims.coefficients import independent
-from mocap_metrology.present.claims.table import S_CLAIMS, claim_rows, claims_markdown
+from mocap_metrology.present.claims.table import DECIDED_BY, claim_rows, claims, claims_markdown
 
-BY_ID = {claim.id: claim for claim in S_CLAIMS}
+BY_ID = {name: claim for name, claim in claims().items() if claim.paper == "S"}
 
 
 def printed() -> list[dict[str, str]]:
@@ -117,7 +119,7 @@ def test_constant_noise_is_constant_and_there() -> None:
     claim = BY_ID["S-4.5-order-flicker-blue"]
     assert claim.find(coefficients(lambda kind, n: 1e-10)).word == HOLDS
     falls = claim.find(coefficients(lambda kind, n: 1e-9 * n**-2.0))
-    assert falls.word == DOES_NOT and "by 10^1.4 from fewest" in falls.value  # 2 log10(10/2)
+    assert falls.word == DOES_NOT and "a factor of 25 from fewest" in falls.value  # (10/2)^2
     some = claim.find(coefficients(lambda kind, n: None if n == 4 else 1e-10))
     assert some.word == DOES_NOT and "18 of 126 zero" in some.value
 
@@ -226,10 +228,10 @@ def test_limits_of_a_search_are_no_estimates() -> None:
 
 def test_a_hairline_is_no_word() -> None:
     """Counts by their binomial interval, medians by two standard errors."""
-    assert by_count("", [True] * 42, 0.9).word == HOLDS
-    assert by_count("", [True] * 78 + [False] * 22, 0.76).word == UNKNOWN
-    assert by_count("", [True] * 90 + [False] * 10, 0.76).word == HOLDS
-    assert by_count("", [True] * 60 + [False] * 40, 0.76).word == DOES_NOT
+    assert at_least([True] * 42, 0.9) == HOLDS
+    assert at_least([True] * 78 + [False] * 22, 0.76) == UNKNOWN
+    assert at_least([True] * 90 + [False] * 10, 0.76) == HOLDS
+    assert at_least([True] * 60 + [False] * 40, 0.76) == DOES_NOT
     assert within(2.02, 0.1, 0.5, 2.0) == UNKNOWN
     assert (within(1.8, 0.1, 0.5, 2.0), within(2.4, 0.1, 0.5, 2.0)) == (HOLDS, DOES_NOT)
     rng = np.random.default_rng(11)
@@ -246,8 +248,9 @@ def test_published_numbers_as_counted_by_hand() -> None:
     value = BY_ID["S-4.6-vertical"].find(Published()).value
     assert f"z: {vertical} series" in value and len(near) == 8  # as reference/README counts them
     coordinates = [row for row in rows if row["series"] != "L"]
-    middle = np.log10(np.median([float(row["h_-2"]) for row in coordinates]))
-    assert f"h_-2: 10^{middle:.1f}" in BY_ID["S-4.5-order-walk"].find(Published()).value
+    middle = np.median([float(row["h_-2"]) for row in coordinates])
+    assert f"{middle:.1e}" == "1.0e-07"
+    assert "h_-2 1.0×10⁻⁷ mm^2 Hz" in BY_ID["S-4.5-order-walk"].find(Published()).value
     assert "at most 1.2 %" in BY_ID["S-4.5-violet"].find(Published()).value
 
 
@@ -261,7 +264,8 @@ def test_what_the_published_tables_say_of_the_text() -> None:
 
 def test_rows_without_recordings_cannot_be_told() -> None:
     rows = claim_rows(None, None, ("", ""))
-    assert len({row["id"] for row in rows}) == len(rows) >= 45
+    assert [row["id"] for row in rows] == list(claims())
+    assert {claim.function for claim in claims().values()} == set(DECIDED_BY.values())
     assert {row["regenerated_word"] for row in rows} == {UNKNOWN}
     assert all(row["criterion"] and row["statistic"] and row["section"] for row in rows)
     short = study(lambda kind, n, s: 0.1)

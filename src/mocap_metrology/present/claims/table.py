@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+import json
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
 
 from mocap_metrology.present.claims import coefficients, curves, jansen, remedies, scaling
-from mocap_metrology.present.claims.claim import (
-    Claim,
-    Drawn,
-    Finding,
-    Published,
-    Regenerated,
-    T,
-    row,
-    unknown,
-)
-from mocap_metrology.present.claims.curves import of_realisations
+from mocap_metrology.present.claims.claim import Claim
+from mocap_metrology.present.claims.jansen import Calibrations, PublishedTables
+from mocap_metrology.present.claims.realisations import of_realisations
+from mocap_metrology.present.claims.study import Drawn, Published, Regenerated
 from mocap_metrology.present.tables import Row, aligned
 
-S_CLAIMS = (*curves.CLAIMS, *scaling.CLAIMS, *coefficients.CLAIMS, *remedies.CLAIMS)
+DECIDED_BY = (
+    coefficients.decides | curves.decides | scaling.decides | remedies.decides | jansen.decides
+)
 TITLE = "Claims of both papers"
 CAPTION = (
     "Claims of Skurowski & Pawlyta 2019 (S) and Jansen et al. 2019 (J) that data can decide, "
@@ -35,68 +35,73 @@ CAPTION = (
 SHOWN = ("claim", "decision rule", "published", "regenerated")
 
 
+@lru_cache(maxsize=1)
+def claims() -> Mapping[str, Claim]:
+    """All claims by id, in the order of `claims.tsv`.
+
+    A row with several lists of arguments, separated by `;`, is a claim for each of them; `{0}` in
+    its texts is the first argument.
+    """
+    text = (files("mocap_metrology") / "present/claims/claims.tsv").read_text(encoding="utf-8")
+    found = {}
+    for line in csv.DictReader(text.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE):
+        for part in line["arguments"].split(";"):
+            given = tuple(_value(word) for word in part.split())
+            cells: dict[str, Any] = {name: cell.format(*given) for name, cell in line.items()}
+            cells |= {"arguments": given, "by_chance": bool(line["by_chance"])}
+            claim = Claim(**cells, function=DECIDED_BY[line["id"]])
+            found[claim.id] = claim
+    return found
+
+
+def _value(word: str) -> Any:
+    """A number, or else a name."""
+    try:
+        return json.loads(word)
+    except ValueError:
+        return word
+
+
 def claim_rows(
     study: Regenerated | None,
-    calibrations: jansen.Calibrations | None,
+    calibrations: Calibrations | None,
     sources: tuple[str, str],
     draws: Sequence[Drawn] = (),
 ) -> list[Row]:
-    """Rows of all claims; `sources` of S's and J's regenerated numbers (`twin`, `measured`, ...).
+    """Rows of all claims.
 
-    study: `Regenerated`, or None without its recordings; calibrations: `Calibrations`, or None;
-    draws: more realisations of the twins of S (`chance.draw`).
+    study, calibrations: regenerated numbers of S and J, None without recordings; sources: where
+    they come from (`twin`, `measured`, ...); draws: more realisations of the twins of S
+    (`realisations.draw`).
     """
     rows = []
-    for claim in sorted(S_CLAIMS, key=lambda claim: claim.section):
-        found, counted = of_realisations(claim, _found(claim, study), draws)
-        rows.append(row(claim, "S", _found(claim, Published()), found, sources[0], counted))
-    rows += [
-        row(
-            claim,
-            "J",
-            _found(claim, jansen.PublishedTables()),
-            _found(claim, calibrations),
-            sources[1],
-        )
-        for claim in jansen.CLAIMS
-    ]
+    for claim in claims().values():
+        printed = Published() if claim.paper == "S" else PublishedTables()
+        found = claim.find(study if claim.paper == "S" else calibrations)
+        found, counted = of_realisations(claim, found, draws)
+        source = sources[claim.paper == "J"]
+        rows.append(claim.row(claim.find(printed), found, source, counted))
     return rows
 
 
-def _found(claim: Claim[T], study: T | None) -> Finding:
-    """A claim whose recordings are not there, or are too short, is undecided."""
-    if study is None:
-        return unknown("no recordings")
-    try:
-        return claim.find(study)
-    except KeyError as missing:
-        return unknown(f"missing: {' '.join(str(part) for part in missing.args[:2])}")
-
-
 def claims_markdown(rows: Sequence[Row]) -> str:
-    """Title, caption, count of words, and a table with what people read."""
+    """Title, caption, numbers of claims that hold or not, and a table of what readers need."""
     lines = [SHOWN] + [_line(row) for row in rows]
-    counts = {
-        kind: {word: sum(row[kind] == word for row in rows) for word in dict.fromkeys(_words(rows))}
-        for kind in ("published_word", "regenerated_word")
-    }
-    said = "; ".join(
-        f"{kind.split('_')[0]}: " + ", ".join(f"{word} {count}" for word, count in found.items())
-        for kind, found in counts.items()
-    )
+    kinds = ("published", "regenerated")
+    words = dict.fromkeys(row[f"{kind}_word"] for kind in kinds for row in rows)
+    counts = [
+        f"{kind}: " + ", ".join(f"{w} {sum(r[f'{kind}_word'] == w for r in rows)}" for w in words)
+        for kind in kinds
+    ]
     table = "\n".join(aligned(lines))
-    return f"# {TITLE}\n\n{CAPTION}\n\nOf {len(rows)} claims, {said}.\n\n{table}\n"
+    return f"# {TITLE}\n\n{CAPTION}\n\nOf {len(rows)} claims, {'; '.join(counts)}.\n\n{table}\n"
 
 
 def _line(row: Row) -> tuple[str, ...]:
-    """What is read of a row, words before their reasons."""
+    """A row as shown, words before their reasons."""
     answers = [f"{row[f'{kind}_word']}: {row[kind]}" for kind in ("published", "regenerated")]
     if row["realisations"]:
         answers[1] += f"; {row['realisations']}"
     note = f" ({row['note']})" if row["note"] else ""
-    decided_by = f"{row['statistic']}; holds if {row['criterion']}{note}"
-    return (f"{row['id']}: {row['claim']}", decided_by, *answers)
-
-
-def _words(rows: Sequence[Row]) -> list[str]:
-    return [row[kind] for kind in ("published_word", "regenerated_word") for row in rows]
+    rule = f"{row['statistic']}; holds if {row['criterion']}{note}"
+    return (f"{row['id']}: {row['claim']}", rule, *answers)

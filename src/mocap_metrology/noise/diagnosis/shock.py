@@ -1,0 +1,102 @@
+"""A shock of a recording (S Figure 7, there a crump), and its effect on the Allan deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.noise.allan.variance import allan_variance
+
+LAG_S, WINDOW_S = 0.1, 0.5
+TIMES = 2.0  # shaken: so many times the usual square of a movement over LAG_S
+
+
+@dataclass(frozen=True)
+class Shock:
+    """Frames `start` to `stop` (exclusive) round the strongest shake, half a window early;
+    `onset`: frame where it begins; `times`: its greatest mean square movement by the usual.
+    """
+
+    start: int
+    onset: int
+    stop: int
+    times: float
+
+
+def find_shock(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> Shock | None:
+    """The strongest shake of all series together, None where nothing ever moves.
+
+    Squares of the movements over a tenth of a second, each series' by its own median, averaged over
+    series and half a second; a shake lasts as long as that stays above twice its own median.
+    """
+    lag = max(round(LAG_S * frame_rate_hz), 1)
+    window = max(round(WINDOW_S * frame_rate_hz), 1)
+    total, count = np.zeros(0), 0
+    for values in series.values():
+        moved = np.square(values[lag:] - values[:-lag])
+        known = moved[np.isfinite(moved)]
+        usual = float(np.median(known)) if known.size else 0.0
+        if usual > 0:
+            shaken = np.nan_to_num(moved / usual)
+            total, count = (total + shaken if count else shaken), count + 1
+    if not count or total.size < 2 * window:
+        return None
+    level = np.convolve(total / count, np.full(window, 1 / window), mode="same")
+    usual = float(np.median(level))
+    peak = int(np.argmax(level))
+    calm = np.flatnonzero(level <= TIMES * usual)
+    place = int(np.searchsorted(calm, peak))
+    start = int(calm[place - 1]) + 1 if place else 0
+    stop = int(calm[place]) if place < calm.size else level.size
+    onset = min(start + lag + window // 2, peak)
+    return Shock(start, onset, max(stop, start + 1) + lag, float(level[peak] / usual))
+
+
+SIDE_S = 300.0  # S: "5 min periods before and after"
+TAUS_S = np.geomspace(0.02, 20.0, 25)
+
+
+@dataclass(frozen=True)
+class ShockEffect:
+    """Greatest ratio of the Allan deviations of L with the shock and without its frames, and its
+    tau (s); by coordinate the noise after the shock over that before it, in so many frames."""
+
+    raised: float
+    tau_s: float
+    sides: Mapping[str, float]
+    frames: int
+
+
+def shock_effect(series: Mapping[str, np.ndarray], frame_rate_hz: float) -> ShockEffect | None:
+    """Of cleaned coordinates and L (n,) in mm; None without a shock, or with one near an end.
+
+    The noise of a side is the root mean square of the frames about means of one second, so that a
+    random walk between the sides does not count as noise.
+    """
+    coordinates = {name: values for name, values in series.items() if name != "L"}
+    found = find_shock(coordinates, frame_rate_hz)
+    frames = round(SIDE_S * frame_rate_hz)
+    if found is None or min(found.start, series["L"].size - found.stop) < frames:
+        return None
+    m = np.unique(np.maximum(np.round(TAUS_S * frame_rate_hz).astype(np.int64), 1))
+    cut = np.array(series["L"], dtype=np.float64)
+    cut[found.start : found.stop] = np.nan
+    with_it, without = (
+        allan_variance(np.asarray(v, float), m).variance for v in (series["L"], cut)
+    )
+    ratio = np.sqrt(with_it / without)
+    sides = {
+        name: _noise(values[found.stop : found.stop + frames], frame_rate_hz)
+        / _noise(values[found.start - frames : found.start], frame_rate_hz)
+        for name, values in coordinates.items()
+    }
+    best = int(np.nanargmax(ratio))
+    return ShockEffect(float(ratio[best]), float(m[best] / frame_rate_hz), sides, frames)
+
+
+def _noise(values: np.ndarray, frame_rate_hz: float) -> float:
+    block = round(frame_rate_hz)
+    blocks = np.asarray(values[: values.size // block * block], float).reshape(-1, block)
+    return float(np.sqrt(np.nanmean((blocks - np.nanmean(blocks, axis=1, keepdims=True)) ** 2)))

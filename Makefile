@@ -5,7 +5,7 @@ PYTHON ?= python3
 CORES ?= 2
 ARGS ?=
 RESULTS ?= $(if $(findstring profiles/quick,$(ARGS)),results/quick,results)
-# A folder that is asked for is that of the run and that of the report. Snakemake reads the last --config alone.
+# RESULTS is the folder of the run and of the report. Snakemake reads only the last --config.
 FOLDER := $(if $(filter command,$(origin RESULTS)),results=$(RESULTS))
 WITH = $(if $(FOLDER),$(if $(filter --config,$(ARGS)),$(patsubst --config,--config $(FOLDER),$(ARGS)),$(ARGS) --config $(FOLDER)),$(ARGS))
 BIN := .venv/bin
@@ -21,7 +21,7 @@ RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PAT
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES) $(if $(FOLDER),--config $(FOLDER))
 
-# A refusal ends a run with status 1 and is in the report; what a crash left out cannot be.
+# A run with refusals ends with status 1, and the report lists them; it cannot list results missing after a crash.
 report: warm  ## run, then write the report: $(RESULTS)/report.html (quick: make report ARGS="--profile profiles/quick")
 	@status=0; $(RUN) python workflow/run.py --cores $(CORES) $(WITH) || status=$$?; \
 	$(RUN) python workflow/write_report.py $(RESULTS)/report.html $(WITH) || exit 1; exit $$status
@@ -37,7 +37,7 @@ check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"]
 		$(if $(UNIT),--unit "$(UNIT)") $(if $(filter accept,$(TRUNCATED)),--accept-truncated) \
 		--markers="$$CHECK_MARKERS" --output="$$CHECK_RESULTS" -- "$$CHECK_FILE"
 
-env: .venv/.ready  ## set up alone: .venv/ with pinned, hashed, byte-compiled requirements
+env: .venv/.ready  ## set up only: .venv/ with pinned, hashed, byte-compiled requirements
 
 .venv/.ready: $(LOCK) requirements/uv.txt pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -70,20 +70,20 @@ lint: env  ## check style, spelling and types of code and workflow
 hooks: env  ## check style and spelling before each commit from now on
 	@$(BIN)/pre-commit install
 
-peers: env  ## install what else can be run: OpenCV for the estimator pnp, and the peers of make benchmark (needs a C compiler)
+peers: env  ## install optional parts: OpenCV for the estimator pnp, and the peers of make benchmark (needs a C compiler)
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/peers.txt
 
-benchmark: warm peers  ## time the project beside its peers
+benchmark: warm peers  ## compare run times with those of the peers
 	@$(RUN) python benchmarks/peers.py
 	@$(RUN) python benchmarks/noise_times.py
 	@$(RUN) python benchmarks/lighthouse_times.py
 
-accuracy: warm  ## Monte Carlo, hours: what holds, and how often (docs/accuracy.md; one subject: make accuracy ARGS=lines)
+accuracy: warm  ## measure by Monte Carlo how often findings are right; takes hours (docs/accuracy.md; one subject: make accuracy ARGS=lines)
 	@$(RUN) OMP_NUM_THREADS=1 python -m benchmarks.sentences $(ARGS)
 	@test -n "$(ARGS)" || $(RUN) python benchmarks/noise_monte_carlo.py
 	@test -n "$(ARGS)" || $(RUN) python benchmarks/failing_camera.py
 
-lock: .venv/.ready  ## compile requirements/*.in anew
+lock: .venv/.ready  ## recompile requirements/*.in
 	@cd requirements && for name in requirements uv peers docs; do \
 		$(CLEAN) ../$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --generate-hashes \
 		--python-version 3.11 --no-header --no-annotate -o $$name.txt $$name.in >/dev/null; done
@@ -97,7 +97,7 @@ site: env  ## build the pages of docs/: build/site/index.html
 
 PICTURES := recordings/T40-10/verdict.png recordings/T40-10/adev.png recordings/T40-10/fit \
 	recordings/T40-10-crump/diagnosis.png calibrations/twin-1-1/calibration.png
-pictures: warm  ## draw the pictures of README.md and docs anew, from nine-hour twins
+pictures: warm  ## redraw the pictures of README.md and docs from nine-hour twins
 	@$(RUN) python workflow/run.py --cores $(CORES) $(PICTURES:%=results/%)
 	cp results/recordings/T40-10/verdict.png docs/T40-10_verdict.png
 	cp results/recordings/T40-10/adev.png docs/T40-10_adev.png
@@ -105,13 +105,13 @@ pictures: warm  ## draw the pictures of README.md and docs anew, from nine-hour 
 	cp results/recordings/T40-10-crump/diagnosis.png docs/T40-10-crump_diagnosis.png
 	cp results/calibrations/twin-1-1/calibration.png docs/twin-1-1_calibration.png
 
-docs: env  ## make the tables of config/README.md and workflow/schemas anew, out of the models
+docs: env  ## regenerate the tables of config/README.md and workflow/schemas from the models
 	@$(RUN) PYTHONPATH=workflow python -m mocap_workflow.document
 
-graph: env  ## draw the rule graph of docs/rule_graph.md anew
+graph: env  ## redraw the rule graph of docs/rule_graph.md
 	@$(RUN) python workflow/rule_graph.py
 
-clean:  ## remove the environment (results stay)
+clean:  ## remove the environment, not the results
 	rm -rf .venv
 
 help:

@@ -86,13 +86,13 @@ def _pairs(n: int) -> list[tuple]:
         )
         case = f"unchanged pairs, steps of {step} mm, noise up to half a step"
         told = _called(n, step, 1.0, limited)[1]
-        made.append((case, "resolution decides, said", n, "all", 0, told))
+        made.append((case, "resolution decides, reported", n, "all", 0, told))
     for factor in (1.1, 1.5):
         for step in (0.0, 0.01):
             changed, said = _called(n, step, factor)
             case = f"noise {factor:g} times, steps of {step} mm"
             made.append((case, "called changed", n, ">= 95 %", n, changed))
-            made.append((case, "resolution decides, said", n, "0", 0, said))
+            made.append((case, "resolution decides, reported", n, "0", 0, said))
     return made
 
 

@@ -111,7 +111,7 @@ def rows(n: int) -> list[tuple]:
         for number, (case, draw) in enumerate(kinds.items()):
             rng = np.random.default_rng([number, len(reach)])
             told = [_told([draw(rng)], RATE) for _ in range(n)]
-            made.append((case, "said to move", n, reach, *np.sum(told, axis=0).tolist()))
+            made.append((case, "reported as moving", n, reach, *np.sum(told, axis=0).tolist()))
     made.append(_nine_hours(max(n // 5, 1)))
     made += [_twins(n, "Bonita", cameras, "0") for cameras in (2, 3, 4, 5)]
     return [*made, _twins(n, "Vantage", 9, "0", Crump(0.5, 4.0, 3.0, time_share=0.5))]
@@ -130,7 +130,7 @@ def _nine_hours(n: int) -> tuple:
         _told([_walk(rng, 0.255, frames) + SIGMA * rng.normal(size=frames)], RATE) for _ in range(n)
     ]
     case = "walk of 0.255 mm/h, nine hours"
-    return case, "said to move", n, "0", *np.sum(told, axis=0).tolist()
+    return case, "reported as moving", n, "0", *np.sum(told, axis=0).tolist()
 
 
 def _twins(n: int, kind: str, cameras: int, reach: str, shock: Crump | None = None) -> tuple:
@@ -141,4 +141,4 @@ def _twins(n: int, kind: str, cameras: int, reach: str, shock: Crump | None = No
         twin = Twin("moves", seed, models, duration_s=600.0, crump=shock)
         told.append(_told(simulate(twin).position_mm.reshape(6, -1), 120.0))
     case = f"twin of {kind}-{cameras}{' with a shock' if shock else ''}"
-    return case, "said to move", n, reach, *np.sum(told, axis=0).tolist()
+    return case, "reported as moving", n, reach, *np.sum(told, axis=0).tolist()

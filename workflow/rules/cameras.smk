@@ -1,4 +1,4 @@
-# Does the noise fall with each camera, and which one raises it? From the subsets of a take.
+# Effect of each camera on the noise, from the subsets of a take.
 
 SUBSETS = accepted(selection.subsets)
 
@@ -38,7 +38,7 @@ rule cameras:
         mask_sigma=config["noise"]["mask_sigma"],
         half_window_s=config["hampel"]["half_window_s"],
     message:
-        "{wildcards.group}: noise with each camera added"
+        "{wildcards.group}: noise by number of cameras"
     script:
         "../scripts/cameras.py"
 

@@ -1,6 +1,6 @@
-# What both papers say, held against their own tables and against what was regenerated.
+# Claims of both papers, tested with their own tables and with regenerated results.
 
-JANSEN_TWINS = f"{JANSEN} and source == 'twin'"  # how they were moved is known
+JANSEN_TWINS = f"{JANSEN} and source == 'twin'"  # their motion is known
 TWINS_OF_JANSEN = accepted_calibrations(query=JANSEN_TWINS)
 SETUPS = accepted_calibrations(selection.first_of_setups, JANSEN_TWINS)
 
@@ -48,7 +48,7 @@ rule claims:
         "../scripts/claims.py"
 
 
-# Where there is a recording or a calibration of a paper's group.
+# Only with a recording or a calibration of a paper's group.
 rule claims_results:
     input:
         tables=branch(together(OF_SKUROWSKI, OF_JANSEN), then=collect_outputs(rules.claims.output)),

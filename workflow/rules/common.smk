@@ -1,4 +1,4 @@
-# Configuration, sheets, and what rules select by. Functions only: rules are in other files.
+# Configuration, sheets and selections of rows. Functions only: rules are in other files.
 import json
 import operator
 from functools import cache, partial
@@ -31,7 +31,7 @@ except Faults as faults:
     stop(faults)
 
 
-# Who works here, for workflow/run.py: it clears what a killed run leaves.
+# Marks this process for workflow/run.py, which clears the remains of a killed run.
 runs.ends_with_process()
 
 
@@ -75,7 +75,7 @@ JANSEN = "group == 'jansen2019'"
 # Columns of a recording that most tables and figures show; see `columns`.
 SUBSET = ("recording", "twin", "camera_type", "n_cameras")
 
-# Endings of what programs read and what people read.
+# File endings: for programs and for people.
 TABLE, FIGURE = ("csv", "md"), ("svg", "png")
 
 
@@ -89,7 +89,7 @@ def minutes(count):
     return lambda wildcards, attempt: count * attempt
 
 
-# What a rule asks of its own row of a sheet.
+# Values of the rule's own row of a sheet.
 
 
 def of_row(ask):
@@ -115,7 +115,7 @@ FILES = branch(
 CHECK = branch(cell("twin"), otherwise=["<results>/recordings/{recording}/check.json"])
 
 
-# Acceptance. A refusal is a result: a check always succeeds, and says in check.json why not.
+# Acceptance. A refusal is a result: a check always succeeds, and check.json states the reason.
 
 
 @cache
@@ -153,7 +153,7 @@ OF_JANSEN = accepted_calibrations(query=JANSEN)
 
 
 def groups(choose=list, query=EVERY, sheet=RECORDINGS):
-    """Function of the wildcards: groups of whose accepted rows `choose` takes some."""
+    """Function of the wildcards: groups of whose accepted rows `choose` selects some."""
     every = accepted(query=query, sheet=sheet)
 
     def of(wildcards):
@@ -165,7 +165,7 @@ def groups(choose=list, query=EVERY, sheet=RECORDINGS):
     return of
 
 
-# What `choose` can be, besides functions of mocap_workflow/selection.py.
+# Values of `choose`, besides functions of mocap_workflow/selection.py.
 
 
 def pairs(rows):
@@ -194,8 +194,8 @@ def moved(rows):
     return [name for name in names if verdict("recording", name).get("moving")]
 
 
-# What `params:` hold of the sheets: the columns that the script reads and no other, as a job runs
-# again when any of them changes. A comment or a date is often added years later.
+# `params:` contain only the columns of the sheets that the script reads, because a job runs again
+# when one of them changes. A comment or a date is often added years later.
 
 
 def columns(*names, of=None):
@@ -223,7 +223,7 @@ def column_of_twins(setting, of):
     return lambda wildcards: selection.twin_values(of(wildcards), TWINS, setting)
 
 
-# Targets. A rule `<subject>_results` in the file of each subject names what it makes for each.
+# Targets. A rule `<subject>_results` in the file of each subject lists its outputs by target.
 
 
 def together(*parts):
@@ -250,7 +250,7 @@ def results_of(*targets):
 
 
 def gate(target):
-    """What a target asks for: its gate, or nothing at all when the sheets are empty."""
+    """Inputs of a target: its gate, or nothing when the sheets are empty."""
     return [f"<results>/gate/{target}.json"] if RECORDINGS.rows or CALIBRATIONS.rows else []
 
 
@@ -262,7 +262,7 @@ def checks(sheet, query=EVERY):
     return collect(f"<results>/{kind}s/{{name}}/check.json", name=names)
 
 
-# What the report says.
+# Texts of the report.
 
 
 def figure_of_skurowski(number):

@@ -1,4 +1,4 @@
-# Has the system changed? Recordings against their reference, over dates, and beside a covariate.
+# Changes of a system: recordings against a reference, over dates, and against a covariate.
 
 DATED = accepted(selection.over_dates)
 WITH_COVARIATE = accepted(selection.with_covariate)
@@ -33,7 +33,7 @@ rule compare:
         pairs=accepted(pairs),
         compare=config["compare"],
     message:
-        "{wildcards.group}: what has changed"
+        "{wildcards.group}: comparison with the reference"
     script:
         "../scripts/compare.py"
 
@@ -90,7 +90,7 @@ rule coherence:
         sources=column("source", of=WITH_COVARIATE),
         compare=config["compare"],
     message:
-        "{wildcards.group}: what noise goes with"
+        "{wildcards.group}: noise against the covariate"
     script:
         "../scripts/coherence.py"
 

@@ -1,4 +1,4 @@
-# What is wrong with a recording: events, lines, resolution, filters, in words and in a figure.
+# Disturbances of a recording: events, lines, resolution, filters, in words and in a figure.
 
 
 rule diagnosis:

@@ -82,7 +82,7 @@ rule families:
         caption=captions.FAMILIES,
         rows=columns(*SUBSET, of=accepted()),
     message:
-        "{wildcards.group}: recordings side by side"
+        "{wildcards.group}: figures of the group"
     script:
         "../scripts/families.py"
 

@@ -1,6 +1,6 @@
-# Jansen et al. 2019: tables and figures that stand for the paper's own.
+# Jansen et al. 2019: the paper's tables and figures, regenerated.
 
-# The first on a half circle, as in the paper's figures.
+# The first calibration on a half circle, as in the paper's figures.
 EXAMPLE = accepted_calibrations(partial(selection.half_circle, twins=CALIBRATION_TWINS), JANSEN)
 
 JANSEN_FIGURES = {

@@ -5,7 +5,7 @@ TWIN = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if row.twin
 MEASURED = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if not row.twin)
 
 
-# Of a twin, in one job: two seconds of work a step are less than another start of Python takes.
+# All steps of a twin are one job, because each step is shorter than another start of Python.
 rule calibrate_twin:
     input:
         unpack(of_row(selection.compared_with)),
@@ -42,7 +42,7 @@ rule calibrate_twin:
         "../scripts/calibrate_twin.py"
 
 
-# A refusal is a result: this rule succeeds, and check.json says why not. Twins need no check.
+# A refusal is a result: this rule succeeds, and check.json states the reason. Twins need no check.
 checkpoint check_calibration:
     input:
         unpack(of_row(selection.decoded_from)),

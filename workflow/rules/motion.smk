@@ -1,4 +1,4 @@
-# What S leaves to the future: noise of an orientation, of a pair that moves, and by place.
+# Future work of S: noise of an orientation, of a moving pair, and by place.
 
 WITH_PLACE = accepted(selection.with_place)
 

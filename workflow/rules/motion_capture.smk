@@ -1,7 +1,7 @@
 # Motion capture: recording -> trajectories -> clean -> Allan deviations, spectrum, Gaussian model.
 
 
-# A refusal is a result: this rule succeeds, and check.json says why not. Twins need no check.
+# A refusal is a result: this rule succeeds, and check.json states the reason. Twins need no check.
 checkpoint check_recording:
     input:
         FILES,
@@ -26,7 +26,7 @@ checkpoint check_recording:
         "../scripts/check.py"
 
 
-# Before other simulations: so no more than two raw twins lie on the disk at any time.
+# Priority over further simulations, so that at most two raw twins are on the disk.
 rule trajectories:
     input:
         files=FILES,
@@ -141,7 +141,7 @@ rule gaussian:
         "../scripts/gaussian.py"
 
 
-# Longest of the jobs of a recording, so that none of them is left for the end alone.
+# Priority, because it is the longest job of a recording and should not run last and alone.
 rule noise:
     input:
         raw="<results>/recordings/{recording}/trajectories.parquet",
@@ -168,7 +168,7 @@ rule noise:
         "../scripts/noise.py"
 
 
-# Of a twin of the paper: what S's estimator gives for the published noise without chance.
+# Twins of the paper: result of S's estimator for the published noise without sampling errors.
 rule expected_noise:
     input:
         "<results>/recordings/{recording}/allan.parquet",
@@ -188,12 +188,12 @@ rule expected_noise:
         form=of_row(partial(selection.form, twins=TWINS)),
         settings=NOISE_SETTINGS,
     message:
-        "{wildcards.recording}: noise coefficients as expected"
+        "{wildcards.recording}: expected noise coefficients"
     script:
         "../scripts/expected_noise.py"
 
 
-# All in one job: what each needs most is the time to import matplotlib.
+# All in one job, because importing matplotlib takes most of the time.
 rule recording_figures:
     input:
         raw="<results>/recordings/{recording}/trajectories.parquet",

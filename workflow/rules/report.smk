@@ -1,7 +1,7 @@
-# What the report shows besides figures: tables as pages, the summary, provenance.
+# Parts of the report besides figures: tables as pages, the summary, provenance.
 
 
-# A page a table, with the category and labels that its title says.
+# One page for each table, with the category and labels of its title.
 rule report_pages:
     input:
         results_of("tables"),
@@ -66,7 +66,7 @@ rule summary_page:
         "../scripts/summary_page.py"
 
 
-# A page a recording, calibration, group and paper with its figures; it lies beside the results.
+# One page for each recording, calibration, group and paper, in the folder of results.
 rule detail_pages:
     input:
         results=results_of("recordings", "calibrations", "tables", "figures"),

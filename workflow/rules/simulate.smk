@@ -1,4 +1,4 @@
-# Twins: simulated recordings that stand in for those that were never published.
+# Twins: simulated stand-ins for recordings that were never published.
 
 
 rule simulate_recording:

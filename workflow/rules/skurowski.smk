@@ -1,10 +1,10 @@
-# Skurowski & Pawlyta 2019: tables and figures that stand for one of the paper's own.
+# Skurowski & Pawlyta 2019: the paper's tables and figures, regenerated.
 
 SHAKEN = accepted(selection.first, CRUMP)
 WITHOUT_SHOCK = accepted(lambda rows: references(rows[:1]), CRUMP)
 BEFORE_REPAIR = accepted(references, REPAIRED)
 TWINS_OF_PAPER = accepted(partial(selection.twins_by_name, twins=TWINS), SKUROWSKI)
-# Twins made of the row of the paper's tables that their recording stands for.
+# Twins made from the row of the paper's tables for their recording.
 PRINTED = accepted(partial(selection.printed, twins=TWINS), SKUROWSKI)
 
 SKUROWSKI_FIGURES = {
@@ -14,7 +14,7 @@ SKUROWSKI_FIGURES = {
     6: "weighted and ordinary least squares",
     7: "a seismic crump",
     8: "a failing camera",
-    9: "where the markers were seen",
+    9: "positions of the markers",
     10: "the distance by sets of cameras",
     11: "spread over the number of cameras",
     12: "Allan deviation by number of cameras",
@@ -26,7 +26,7 @@ SKUROWSKI_FIGURES = {
 }
 
 
-# Nothing of this depends on a recording.
+# Depends on no recording.
 rule skurowski_theory:
     output:
         tables=multiext(
@@ -286,7 +286,7 @@ rule skurowski_repaired:
         "../scripts/skurowski_families.py"
 
 
-# The first tables depend on no recording; they stand beside the results of both papers.
+# The first tables depend on no recording; they accompany the results of both papers.
 rule skurowski_results:
     input:
         tables=together(

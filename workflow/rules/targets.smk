@@ -1,7 +1,7 @@
-# What can be asked for. Each target ends at a gate; see SUBJECTS for what it asks for.
+# Targets. Each ends at a gate; SUBJECTS lists its outputs.
 
 
-# Last of all: one line for each refused recording, and a failure if there is any.
+# The gate runs last. It prints one line for each refused recording and fails if there is one.
 rule gate:
     input:
         # Recordings and calibrations ask nothing of each other
@@ -34,7 +34,7 @@ rule gate:
     params:
         code=source("gate.py"),
     message:
-        "Looking for refused recordings: mend what is named, or take its row out, and run again"
+        "Checking for refused recordings: correct the named files, or remove their rows, and run again"
     script:
         "../scripts/gate.py"
 

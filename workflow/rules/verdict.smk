@@ -1,4 +1,4 @@
-# Is it good enough? A word and its reason of each recording; a table of each group.
+# Verdict of each recording, with its reason; a table for each group.
 
 
 rule verdict:

@@ -1,4 +1,4 @@
-"""Intermediate files that are damaged on the disk: named, removed, and made again by a plain run."""
+"""Intermediate files that are damaged on the disk: named, removed, made again by a plain run."""
 
 from __future__ import annotations
 

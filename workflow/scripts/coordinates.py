@@ -8,13 +8,14 @@ if TYPE_CHECKING:
     import numpy as np
 
     from mocap_metrology.common.files import Metadata
-    from mocap_metrology.common.types import Columns
+    from mocap_metrology.common.large import Made
 
 
-def read_coordinates(path: str) -> tuple[np.ndarray, Columns, Metadata]:
+def read_coordinates(path: str) -> tuple[np.ndarray, Made, Metadata]:
     """Frame numbers, series by name without unit, and metadata of trajectories or clean.parquet."""
-    from mocap_metrology.common.files import read_table
+    from mocap_metrology.common.files import open_table
+    from mocap_metrology.common.large import Made
 
-    columns, origin = read_table(path)
-    frame = columns.pop("frame")
-    return frame, {name.removesuffix("_mm"): values for name, values in columns.items()}, origin
+    columns, origin = open_table(path)
+    names = [name.removesuffix("_mm") for name in columns if name != "frame"]
+    return columns["frame"], Made(names, lambda name: columns[f"{name}_mm"]), origin

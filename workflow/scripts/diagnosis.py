@@ -15,7 +15,7 @@ with step(snakemake) as log:
     settings = diagnosis_settings(
         Diagnosis(**given.diagnosis), Still(**given.still), given.horizon_s
     )
-    raw, psd = Table.read(snakemake.input.raw), Table.read(snakemake.input.psd)
+    raw, psd = Table.open(snakemake.input.raw), Table.read(snakemake.input.psd)
     found = diagnosed(raw, psd, read_noise(snakemake.input.noise), settings)
     for one in found.sentences:
         log.info("%s: %s: %s", one.severity, one.kind, one.words)

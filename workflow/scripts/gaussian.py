@@ -11,7 +11,7 @@ with step(snakemake) as log:
     from mocap_metrology.pipeline.tables import Table
 
     settings = Gaussian(**snakemake.params.gaussian)
-    rows, fast = gaussian_model(Table.read(snakemake.input[0]), settings)
+    rows, fast = gaussian_model(Table.open(snakemake.input[0]), settings)
     write_csv(snakemake.output.gaussian, rows)
     log.info("%d rows", len(rows))
     if fast:

@@ -9,7 +9,7 @@ with step(snakemake):
 
     given = snakemake.params
     allan, _ = read_table(snakemake.input.allan)
-    raw = Table.read(snakemake.input.raw)
+    raw = Table.open(snakemake.input.raw)
     found = noise_coefficients(raw, allan, given.settings, given.subset or None)
     write_csv(snakemake.output.noise, found.rows)
     found.allan.write(snakemake.output.allan)

@@ -3,16 +3,14 @@
 from step import step
 
 with step(snakemake) as log:
-    import numpy as np
-
     from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.common.files import read_table, versions, write_csv, write_table
+    from mocap_metrology.common.files import open_table, versions, write_csv, write_table
     from mocap_metrology.common.hampel import hampel
     from mocap_metrology.io.read import bodies_of, orientation_of
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
     from mocap_metrology.noise.motion.orientation import AXES, of_cluster, of_poses, unknown
-    from mocap_metrology.noise.series import ALLAN, allan_columns, joined, position
+    from mocap_metrology.noise.series import ALLAN, allan_columns, joined
     from mocap_metrology.present.motion.orientation import (
         in_radians,
         orientation_figure,
@@ -21,26 +19,26 @@ with step(snakemake) as log:
     from mocap_metrology.present.plot.figure import save
 
     cluster, settings = snakemake.params.cluster, snakemake.params.allan
-    columns, origin = read_table(snakemake.input.trajectories)
-    raw = {name.removesuffix("_mm"): values for name, values in columns.items()}
+    columns, origin = open_table(snakemake.input.trajectories)
+    frame = columns["frame"]
     refused = ""
     try:
         if cluster:
             markers = [origin["labels"].index(label) + 1 for label in cluster]
-            found = of_cluster(np.stack([position(raw, marker) for marker in markers]))
+            found = of_cluster([[columns[f"{a}{k}_mm"] for a in "xyz"] for k in markers])
         else:
             paths = list(snakemake.input.poses)
             body = bodies_of(paths[0], origin["labels"])[0]
             told = origin["frame_rate_hz"], snakemake.params.accept_truncated
             found = of_poses(orientation_of(paths, body, *told))
     except Refusal as refusal:
-        refused, found = str(refusal), unknown(columns["frame"].size)
+        refused, found = str(refusal), unknown(frame.size)
         log.warning("%s", refused)
     rate, clean = origin["frame_rate_hz"], snakemake.params.hampel
     half_window = max(round(clean["half_window_s"] * rate), 1)
     series, parts = {}, []
     m = averaging_factors(
-        columns["frame"].size, settings["n_taus"], settings["min_m"], settings["max_fraction"]
+        frame.size, settings["n_taus"], settings["min_m"], settings["max_fraction"]
     )
     for name, values in zip(AXES, found.vectors_rad, strict=True):
         cleaned = hampel(values, half_window, clean["n_sigma"], clean["action"], 0.0).values
@@ -52,7 +50,7 @@ with step(snakemake) as log:
         parts.append(allan_columns(name, curve))
     origin |= {"unit": "rad", "cluster": cluster, "hampel": clean, "allan": settings}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
-    series = {"frame": columns["frame"], **series}
+    series = {"frame": frame, **series}
     if cluster:
         series["residual_mm"] = found.residual_mm
     write_table(snakemake.output.series, series, origin)

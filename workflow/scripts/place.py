@@ -3,20 +3,25 @@
 from step import step
 
 with step(snakemake) as log:
+    import numpy as np
     from coordinates import read_coordinates
 
     from mocap_metrology.noise.motion.place import by_place, evenness
-    from mocap_metrology.noise.series import pair_name, position
+    from mocap_metrology.noise.series import AXES, pair_name
     from mocap_metrology.present import tables
     from mocap_metrology.present.motion import place
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.recording.recording_figures import source_words
 
     _, series, origin = read_coordinates(snakemake.input[0])
-    first, second = (position(series, marker) for marker in origin["pairs"][0])
+    first, second = origin["pairs"][0]
+    middle = [
+        (series[f"{axis}{first}"].astype(np.float64) + series[f"{axis}{second}"]) / 2
+        for axis in AXES
+    ]
     cell = snakemake.params.place["cell_mm"]
     name = pair_name(origin["pairs"][0], origin["pairs"])
-    rows = by_place((first + second) / 2, series[name], cell)
+    rows = by_place(middle, series[name], cell)
     few = "" if rows else f"too few frames in any cube of {cell:g} mm; raise place.cell_mm"
     said = few or place.place_sentence(evenness(rows))
     pair = " and ".join(origin["labels"][marker - 1] for marker in origin["pairs"][0])

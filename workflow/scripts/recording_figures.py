@@ -21,7 +21,7 @@ with step(snakemake) as log:
     draw_verdict(json.loads(Path(files.verdict).read_text("utf-8")), folder / "verdict")
     draw_allan(allan, folder / "adev")
     draw_psd(Table.read(files.psd), folder / "psd")
-    draw_trajectory(Table.read(files.raw), Table.read(files.clean), folder / "trajectory")
+    draw_trajectory(Table.open(files.raw), Table.open(files.clean), folder / "trajectory")
     fits = Path(snakemake.output.fits)
     drawn = draw_fits(read_noise(files.noise), allan, Table.read(files.periodogram), fits)
     log.info("fits drawn: %s", ", ".join(drawn) or "none, as there are no coefficients")

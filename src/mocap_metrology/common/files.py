@@ -9,8 +9,9 @@ import io
 import json
 import os
 import shutil
+import tempfile
 import uuid
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import metadata as package_metadata
 from pathlib import Path
@@ -21,6 +22,7 @@ import numpy as np
 from mocap_metrology.common import parquet
 from mocap_metrology.common.arrow import to_arrow, to_numpy
 from mocap_metrology.common.errors import Damaged, Missing
+from mocap_metrology.common.large import Made, Spool
 from mocap_metrology.common.types import Columns
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 Metadata = dict[str, Any]  # of a table, as JSON holds it
 METADATA_KEY = b"mocap_metrology"
 CHECKSUM = "user.mocap_metrology.sha256"  # extended attribute of a file
+LARGE = 1 << 29  # bytes of a table that is not read at once
 ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
 
 
@@ -161,10 +164,42 @@ def write_table(
     import pyarrow as pa
 
     table = pa.table({name: to_arrow(values) for name, values in columns.items()})
-    text = json.dumps(_jsonable(metadata), ensure_ascii=False, sort_keys=True)
-    table = table.replace_schema_metadata({METADATA_KEY: text.encode()})
+    table = table.replace_schema_metadata(_schema_metadata(metadata))
     with whole(path) as part, parquet.writing(part, table.schema, dictionary) as writer:
         writer.write_table(table, ROW_GROUP)
+
+
+def write_series(
+    path: str | Path,
+    columns: Iterable[tuple[str, np.ndarray]],
+    metadata: Mapping[str, object],
+) -> None:
+    """As `write_table`, of columns of numbers that come one at a time.
+
+    In a Parquet file all columns of some rows come before the next rows, so the columns wait in a
+    file without a name, which goes when the process ends, however it ends.
+    """
+    import pyarrow as pa
+
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=Path(path).parent) as file:
+        spool = Spool(file)
+        for name, values in columns:
+            spool.put(name, values)
+        fields = [(name, pa.from_numpy_dtype(dtype)) for name, dtype in spool.dtypes.items()]
+        schema = pa.schema(fields, _schema_metadata(metadata))
+        with whole(path) as part, parquet.writing(part, schema, ()) as writer:
+            for start in range(0, spool.size, ROW_GROUP):
+                rows = {
+                    name: to_arrow(spool.get(name, start, start + ROW_GROUP))
+                    for name in spool.dtypes
+                }
+                writer.write_table(pa.table(rows, schema), ROW_GROUP)
+
+
+def _schema_metadata(metadata: Mapping[str, object]) -> dict[bytes, bytes]:
+    text = json.dumps(_jsonable(metadata), ensure_ascii=False, sort_keys=True)
+    return {METADATA_KEY: text.encode()}
 
 
 def read_table(path: str | Path, columns: Sequence[str] | None = None) -> tuple[Columns, Metadata]:
@@ -189,11 +224,20 @@ def _metadata(file: pq.ParquetFile) -> Metadata:
     return json.loads((file.schema_arrow.metadata or {}).get(METADATA_KEY, b"{}"))
 
 
+def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
+    """As `read_table`; each column of a large table is read whenever it is asked for: of 90 hours
+    of two markers at 120 Hz all would be 1.2 GB together."""
+    with parquet.reading(path) as file:
+        names, metadata = file.schema_arrow.names, _metadata(file)
+        size = 8 * len(names) * file.metadata.num_rows
+    if size <= LARGE:
+        return read_table(path)
+    return Made(names, lambda name: read_table(path, [name])[0][name]), metadata
+
+
 def read_series(path: str | Path) -> Iterator[tuple[str, np.ndarray]]:
     """Name, without its unit, and float64 values of each column but the first (the frame), one at a
     time: seven series of nine hours would be 220 MB together."""
-    with parquet.reading(path) as file:
-        names = file.schema_arrow.names[1:]
-    for column in names:
-        values = read_table(path, [column])[0][column]
-        yield column.removesuffix("_mm"), values.astype(np.float64)
+    columns, _ = open_table(path)
+    for column in list(columns)[1:]:
+        yield column.removesuffix("_mm"), columns[column].astype(np.float64)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mocap_metrology.common.large import Made
 from mocap_metrology.common.types import Columns
 
 if TYPE_CHECKING:  # what makes them takes a second to import
@@ -64,16 +65,25 @@ def all_series(
 
     Distances come from these coordinates: give the raw ones, and clean L as a series of its own.
     """
-    for name, values in coordinates.items():
-        yield name, np.asarray(values, dtype=np.float64)
-    for pair in pairs:
-        yield (
-            pair_name(pair, pairs),
-            _length(
-                coordinates[f"{axis}{pair[0]}"].astype(np.float64) - coordinates[f"{axis}{pair[1]}"]
-                for axis in AXES
-            ),
+    return iter(every_series(coordinates, pairs).items())
+
+
+def every_series(
+    coordinates: Mapping[str, np.ndarray], pairs: Sequence[tuple[int, int]]
+) -> Mapping[str, np.ndarray]:
+    """The series of `all_series` by name, each computed whenever it is asked for."""
+    distances = {pair_name(pair, pairs): pair for pair in pairs}
+
+    def made(name: str) -> np.ndarray:
+        if name not in distances:
+            return np.asarray(coordinates[name], dtype=np.float64)
+        first, second = distances[name]
+        return _length(
+            coordinates[f"{axis}{first}"].astype(np.float64) - coordinates[f"{axis}{second}"]
+            for axis in AXES
         )
+
+    return Made([*coordinates, *distances], made)
 
 
 def pair_numbers(

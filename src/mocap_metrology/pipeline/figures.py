@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.files import Metadata
+from mocap_metrology.common.large import Made
 from mocap_metrology.noise.fit.estimates import NoiseRow
-from mocap_metrology.noise.series import coordinate_names, pair_name
+from mocap_metrology.noise.series import coordinate_names, every_series, pair_name
 from mocap_metrology.pipeline.judging import Diagnosed
 from mocap_metrology.pipeline.tables import Table
 from mocap_metrology.present.diagnosis.diagnosis_figure import diagnosis_figure
@@ -51,10 +52,13 @@ def draw_psd(psd: Table, stem: Path) -> None:
 def draw_trajectory(raw: Table, clean: Table, stem: Path) -> None:
     """Every series over time, and which samples the filter replaced."""
     origin, cleaned = clean.origin, clean.coordinates
-    given = dict(raw.with_distances())
-    changed = {
-        k: np.isfinite(v) & (v.astype(cleaned[k].dtype) != cleaned[k]) for k, v in given.items()
-    }
+    given = every_series(raw.coordinates, raw.pairs)
+
+    def replaced(name: str) -> np.ndarray:
+        values, after = given[name], cleaned[name]
+        return np.isfinite(values) & (values.astype(after.dtype) != after)
+
+    changed = Made(given, replaced)
     title = f"{origin['recording']}: trajectory"
     how = title, _source(origin), _filtered(origin)
     save(trajectory_figure(given, cleaned, changed, origin["frame_rate_hz"], *how), stem)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TypedDict
 
+import numpy as np
+
 from mocap_metrology.common.files import Metadata
 from mocap_metrology.common.parallel import Over, in_turn
-from mocap_metrology.common.types import Columns, Row
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.assess.recording import Inputs, OutlierRow, assess_recording
 from mocap_metrology.noise.assess.uncertainty import Span
@@ -91,7 +93,7 @@ class Evidence:
 
     series: Iterable[Series]
     origin: Metadata
-    allan: Columns
+    allan: Mapping[str, np.ndarray]
     noise: Sequence[NoiseRow]
     outliers: Sequence[OutlierRow]
     diagnosis: DiagnosisDocument

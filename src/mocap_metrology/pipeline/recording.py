@@ -6,14 +6,16 @@ Spectra and moments are in `statistics`: numba, which these steps need, takes 0.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.files import Metadata, versions
+from mocap_metrology.common.files import Metadata, versions, write_series
 from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, taken_at_most, white_level_kept
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Columns, Row
@@ -40,6 +42,15 @@ from mocap_metrology.pipeline.tables import Series, Table
 log = logging.getLogger(__name__)
 
 
+class CleanSeries(NamedTuple):
+    """name without unit; values (n,), outliers replaced; outlier: (n,); row of outliers.csv."""
+
+    name: str
+    values: np.ndarray
+    outlier: np.ndarray
+    row: Row
+
+
 @dataclass(frozen=True)
 class Cleaned:
     """table: of clean.parquet; report: rows of outliers.csv; outliers: of each series, (n,)."""
@@ -51,19 +62,51 @@ class Cleaned:
 
 def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> Cleaned:
     """Every series, distances included, through the Hampel filter."""
-    origin, rate = raw.origin, raw.origin["frame_rate_hz"]
-    half_window = max(round(settings.half_window_s * rate), 1)
+    columns, report, outliers = {"frame": raw.frame}, [], {}
+    for name, values, outliers[name], row in _filtered(raw, settings, over):
+        columns[f"{name}_mm"] = values
+        report.append(row)
+    return Cleaned(Table(columns, _clean_origin(raw, settings)), report, outliers)
+
+
+def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row]:
+    """As `cleaned`, written one series at a time to `path`; returns the report."""
+    report = []
+
+    def columns() -> Iterator[Series]:
+        yield "frame", raw.frame
+        for one in _filtered(raw, settings, in_turn):
+            report.append(one.row)
+            yield f"{one.name}_mm", one.values
+
+    write_series(path, columns(), _clean_origin(raw, settings))
+    return report
+
+
+def _clean_origin(raw: Table, settings: of.Hampel) -> Metadata:
+    own = {"hampel": asdict(settings), "window_frames": 2 * _half_window(raw, settings) + 1}
+    return raw.origin | own | {"versions": versions("numpy", "numba", "pyarrow")}
+
+
+def _half_window(raw: Table, settings: of.Hampel) -> int:
+    return max(round(settings.half_window_s * raw.origin["frame_rate_hz"]), 1)
+
+
+def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[CleanSeries]:
+    """Every series; coordinates in their own type."""
+    origin, half_window = raw.origin, _half_window(raw, settings)
     share_of_noise, kept = white_level_kept(settings.n_sigma, half_window, settings.action)
     if half_window < SHORT_WINDOW and settings.action != "off":
         log.warning(
             "the window holds %d frames, so the filter takes many good samples too; "
             "raise hampel.half_window_s to %g or more",
             2 * half_window + 1,
-            SHORT_WINDOW / rate,
+            SHORT_WINDOW / origin["frame_rate_hz"],
         )
     given = raw.coordinates
+    kind = next(iter(given.values())).dtype
 
-    def filtered(one: Series) -> tuple[str, np.ndarray, np.ndarray, Row]:
+    def filtered(one: Series) -> CleanSeries:
         name, values = one
         result = hampel(
             values, half_window, settings.n_sigma, settings.action, origin["resolution_mm"]
@@ -83,16 +126,10 @@ def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> Cleaned:
             "resolution_mm": origin["resolution_mm"],
             "resolution_kind": origin["resolution_kind"],
         }
-        found = result.values.astype(given[name].dtype if name in given else float)
-        return name, found, result.outlier, row
+        found = result.values.astype(kind if name in given else float)
+        return CleanSeries(name, found, result.outlier, row)
 
-    columns, report, outliers = {"frame": raw.frame}, [], {}
-    for name, values, outliers[name], row in over(filtered, raw.with_distances()):
-        columns[f"{name}_mm"] = values
-        report.append(row)
-    origin = origin | {"hampel": asdict(settings), "window_frames": 2 * half_window + 1}
-    table = Table(columns, origin | {"versions": versions("numpy", "numba", "pyarrow")})
-    return Cleaned(table, report, outliers)
+    return over(filtered, raw.with_distances())
 
 
 def allan_deviations(
@@ -132,7 +169,7 @@ class NoiseTables:
 
 def noise_coefficients(
     raw: Table,
-    allan: Columns,
+    allan: Mapping[str, np.ndarray],
     sections: NoiseSections,
     subset: tuple[str, int] | None = None,
     over: Over = in_turn,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.common.files import Metadata, read_table, write_table
-from mocap_metrology.common.types import Columns
+from mocap_metrology.common.files import Metadata, open_table, read_table, write_table
+from mocap_metrology.common.large import Made
 from mocap_metrology.noise.series import all_series
 
 Series = tuple[str, np.ndarray]  # name without unit, values
@@ -20,13 +20,18 @@ class Table:
     """Columns, and the origin in a Parquet file's schema. The first column of coordinates is
     `frame`, the others end in `_mm`; `dictionary`: columns of few different values."""
 
-    columns: Columns
+    columns: Mapping[str, np.ndarray]
     origin: Metadata
     dictionary: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, path: str | Path) -> Table:
         return cls(*read_table(path))
+
+    @classmethod
+    def open(cls, path: str | Path) -> Table:
+        """Of columns that are read when they are asked for, see `open_table`."""
+        return cls(*open_table(path))
 
     def write(self, path: str | Path) -> None:
         write_table(path, self.columns, self.origin, self.dictionary)
@@ -36,10 +41,12 @@ class Table:
         return self.columns["frame"]
 
     @property
-    def coordinates(self) -> Columns:
+    def coordinates(self) -> Mapping[str, np.ndarray]:
         """Series by name without unit."""
         own = (name for name in self.columns if name != "frame")
-        return {name.removesuffix("_mm"): self.columns[name] for name in own}
+        return Made(
+            (name.removesuffix("_mm") for name in own), lambda name: self.columns[f"{name}_mm"]
+        )
 
     @property
     def pairs(self) -> list[tuple[int, int]]:

@@ -45,20 +45,23 @@ def factors(frame_rate_hz: float, n_frames: int, n_blocks: int = 1) -> list[int]
     return sorted({m for m in wanted if n_frames // n_blocks >= 3 * m})
 
 
-def block_sums(series: np.ndarray, m: int, n_blocks: int) -> tuple[np.ndarray, np.ndarray]:
+def block_sums(
+    series: Sequence[np.ndarray], m: int, n_blocks: int
+) -> tuple[np.ndarray, np.ndarray]:
     """(n_blocks, k, k) sums over the terms that begin in each equal part of the recording, halved
-    as in the formula, and (n_blocks,) numbers of terms. series: (k, n), NaN where missing.
+    as in the formula, and (n_blocks,) numbers of terms. series: k of (n,), NaN where missing.
 
     A window counts with half of its frames in which all series are there; those are its mean.
     """
-    k, n = series.shape
+    k, n = len(series), len(series[0])
     n_terms = max(n - 2 * m + 1, 0)
     edges = np.linspace(0, n_terms, n_blocks + 1).astype(np.int64)
     sums, counts = np.zeros((n_blocks, k, k)), np.zeros(n_blocks)
     for block, (first, last) in enumerate(pairwise(edges)):
         for start in range(first, last, CHUNK):
             stop = min(start + CHUNK, last)
-            terms = _differences(series[:, start : stop + 2 * m - 1], m)
+            part = [one[start : stop + 2 * m - 1] for one in series]
+            terms = _differences(np.array(part, dtype=np.float64), m)
             sums[block] += terms @ terms.T / 2
             counts[block] += terms.shape[1]
     return sums, counts
@@ -91,10 +94,10 @@ def covariance_rows(
     relative standard error of C_ii is sqrt(2 / edf).
     """
     names = [name for name in coordinate_names(n_markers) if name in series]
-    values = np.array([series[name] for name in names], dtype=np.float64)
-    n = values.shape[1]
+    values = [series[name] for name in names]
+    n = len(values[0])
     chosen = factors(frame_rate_hz, n)
-    exponents = [noise_exponents(row, np.array(chosen)) for row in values]
+    exponents = [noise_exponents(row.astype(np.float64), np.array(chosen)) for row in values]
     rows: list[CovarianceRow] = []
     for place, m in enumerate(chosen):
         for i, j, covariance, count in _pairs(values, m):
@@ -114,16 +117,16 @@ def covariance_rows(
     return rows
 
 
-def _pairs(values: np.ndarray, m: int) -> Iterator[tuple[int, int, float, int]]:
+def _pairs(values: Sequence[np.ndarray], m: int) -> Iterator[tuple[int, int, float, int]]:
     """Places of two series, their covariance and its number of terms, upper triangle; from the
     frames that their markers have, not all markers."""
-    whole = np.isfinite(values).all()
+    whole = all(np.isfinite(one).all() for one in values)
     known: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]] = {}
     for i in range(len(values)):
         for j in range(i, len(values)):
             markers = (0, 0) if whole else (i // 3, j // 3)
             if markers not in known:
-                own = values if whole else values[[3 * k + c for k in markers for c in range(3)]]
+                own = values if whole else [values[3 * k + c] for k in markers for c in range(3)]
                 known[markers] = block_sums(own, m, 1)
             sums, counts = known[markers]
             at = (i, j) if whole else (i % 3, 3 + j % 3)

@@ -141,7 +141,7 @@ def drawn_in(series: Mapping[str, np.ndarray], resolution: float = 0.0) -> dict[
     alone = ~_together(off, len(series))
     found = {}
     for name, values in series.items():
-        distance, reach = away[name]
+        distance, reach = away.pop(name)
         excess = np.where(alone, distance - np.clip(distance, -reach, reach), 0.0)
         found[name] = (values - excess).astype(values.dtype)
     return found

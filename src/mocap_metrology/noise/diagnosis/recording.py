@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.large import Made
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
@@ -83,7 +84,7 @@ class Recording:
     resolution_kind: str
     n_filled: Mapping[str, int] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def n_frames(self) -> int:
         return len(next(iter(self.coordinates.values())))
 
@@ -168,10 +169,10 @@ def diagnose(
         avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
         kind = recording.resolution_kind
         step_of = resolution(name, step, kind, avar_1, rate, name.startswith("L"))
-        return _Examined(name, blank, spectrum, own_lines, own_filtered, step_of)
+        return _Examined(name, spectrum, own_lines, own_filtered, step_of)
 
     every = list(over(examined, quiet.items()))
-    blanked = {one.name: one.blanked for one in every}
+    blanked = Made(quiet, lambda name: np.where(away, np.nan, quiet[name].astype(np.float64)))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     return Diagnosis(
         events, [line for one in every for line in one.lines],
@@ -189,7 +190,6 @@ class _Examined:
     """What was found in one series without its events."""
 
     name: str
-    blanked: np.ndarray
     spectrum: dict[str, np.ndarray] | None
     lines: list[Found]
     filtered: list[Filtered]
@@ -289,12 +289,12 @@ def _low_pass(
     """Of markers that do not move all the time, as movement may have any spectrum."""
     busy = {k for k, v in levels.items() if wander(v.mean) > settings.still_range_mm}
     numbers = {k[1:] for k in busy if k in recording.coordinates}
-    still = {
-        k: v
-        for k, v in series.items()
-        if k not in busy and not (k in recording.coordinates and k[1:] in numbers)
-    }
-    return low_passes(still, recording.frame_rate_hz, recording.resolution_mm)
+    still = [
+        k for k in series if k not in busy and not (k in recording.coordinates and k[1:] in numbers)
+    ]
+    return low_passes(
+        Made(still, series.__getitem__), recording.frame_rate_hz, recording.resolution_mm
+    )
 
 
 def _repeats(recording: Recording) -> list[Repeats]:

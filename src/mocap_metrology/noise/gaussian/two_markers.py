@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.types import Row
-from mocap_metrology.noise.series import pair_name, position
+from mocap_metrology.noise.series import AXES, pair_name
 
 PER_BANDWIDTH = 8  # bins; the error of binning is then below 0.1 % of the peak
 BEYOND = 4.0  # bandwidths past the extremes, where the estimate has vanished
@@ -21,6 +21,7 @@ SAMPLES = 1 << 13  # of the test: more would see what the outlier filter takes o
 SURROGATES = 999
 LOWEST = 16  # coefficients of each half, at first
 SAME_LEVEL = 3.0  # standard errors that two halves of one level may differ by
+BLOCK = 1 << 20  # frames worked on at a time, so that long recordings need little memory
 LEAST_OF_MEDIAN = 5  # samples in a block, so that one or two wrong ones do not make its median
 
 
@@ -108,7 +109,7 @@ def gaussian_model(first: np.ndarray, second: np.ndarray, length: np.ndarray) ->
     valid = np.isfinite(first) & np.isfinite(second) & np.isfinite(length)
     if np.count_nonzero(valid) < 2:
         return GaussianModel(*[math.nan] * 13)
-    a, b, distances = first[valid], second[valid], length[valid]
+    a, b, distances = (s if valid.all() else s[valid] for s in (first, second, length))
     (v_1, v_12), (_, v_2) = np.cov(a, b)
     return GaussianModel(
         mu_1=float(a.mean()),
@@ -127,15 +128,27 @@ def gaussian_model(first: np.ndarray, second: np.ndarray, length: np.ndarray) ->
     )
 
 
-def along_pair(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def along_pair(
+    first: Sequence[np.ndarray], second: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
     """Positions (n,) of two markers, each (3, n), along the line from the first to the second.
 
     Along a coordinate axis, as in S, sigma_C describes the distance only if the axis happens to be
     the line; along the line it does by construction, to first order.
     """
-    line = np.nanmean(second, axis=1) - np.nanmean(first, axis=1)
+    start, end = ([np.nanmean(np.asarray(row, float)) for row in m] for m in (first, second))
+    line = np.subtract(end, start)
     line = line / np.linalg.norm(line)
-    return line @ first, line @ second
+    return _along(line, first), _along(line, second)
+
+
+def _along(line: np.ndarray, marker: Sequence[np.ndarray]) -> np.ndarray:
+    """(n,) component along a unit vector, a part of the frames at a time."""
+    out = np.empty(len(marker[0]))
+    for start in range(0, out.size, BLOCK):
+        part = slice(start, start + BLOCK)
+        out[part] = line @ np.array([row[part] for row in marker], dtype=np.float64)
+    return out
 
 
 def correlation_time(series: np.ndarray) -> float:
@@ -321,11 +334,13 @@ def gaussian_rows(
         test = ChiSquared(math.nan, 0, math.nan, 0, 0)
         rows.append(_row("", labels[number - 1], "", "x", model, test, moves))
     for pair in pairs:
-        first, second = (position(series, number) for number in pair)
+        first, second = ([series[f"{axis}{number}"] for axis in AXES] for number in pair)
         name = pair_name(pair, pairs)
         length = np.asarray(series[name], float)
         sample = gaussian_sample(length, n_bins)
-        for axis, (a, b) in {"x": (first[0], second[0]), "pair": along_pair(first, second)}.items():
+        for axis in ("x", "pair"):
+            a, b = along_pair(first, second) if axis == "pair" else (first[0], second[0])
+            a, b = np.asarray(a, float), np.asarray(b, float)
             model = gaussian_model(a, b, length)
             test = chi_squared_normal(length, model.mu_e, model.sigma_C, n_bins, sample)
             moves = tuple(drift(s, frame_rate_hz) for s in (a, b, length))

@@ -7,6 +7,7 @@ other, in rad, and each has its Allan variance.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,21 +39,22 @@ class Orientation:
         return float(np.quantile(known, 0.95)) if known.size else float("nan")
 
 
-def of_cluster(points_mm: np.ndarray) -> Orientation:
+def of_cluster(points_mm: Sequence[Sequence[np.ndarray]]) -> Orientation:
     """Orientation of a rigid cluster in every frame.
 
-    points_mm: (k, 3, n), k >= 3 markers, NaN where hidden. R of a frame minimises the sum of
-    |p_i - c - R s_i|^2 over the markers seen (Kabsch 1976), s_i the cluster's own shape: the mean
-    of all frames, each turned onto it. With noise of variance s^2 on every coordinate the
-    covariance of w is s^2 (sum |s_i|^2 I - s_i s_i^T)^-1, R s_i about the centre.
+    points_mm: (k, 3, n), k >= 3 markers, NaN where hidden, as arrays (n,) of floats of any kind.
+    R of a frame minimises the sum of |p_i - c - R s_i|^2 over the markers seen (Kabsch 1976), s_i
+    the cluster's own shape: the mean of all frames, each turned onto it. With noise of variance
+    s^2 on every coordinate the covariance of w is s^2 (sum |s_i|^2 I - s_i s_i^T)^-1, R s_i about
+    the centre.
 
     Refuses fewer than three markers, clusters on a line, and recordings in which three are never
     seen together.
     """
-    k, _, n = points_mm.shape
+    k, n = len(points_mm), len(points_mm[0][0])
     if k < 3:
         raise Refusal(f"orientation: {k} markers; expected three or more of a rigid body")
-    whole = np.flatnonzero(np.isfinite(points_mm).all(axis=(0, 1)))
+    whole = np.flatnonzero(np.all([np.isfinite(x) for marker in points_mm for x in marker], axis=0))
     if not whole.size:
         raise Refusal("orientation: no frame in which all markers of the cluster are visible")
     shape = _shape(points_mm, whole)
@@ -61,12 +63,13 @@ def of_cluster(points_mm: np.ndarray) -> Orientation:
         raise Refusal(
             "orientation: the markers of the cluster lie on a line; expected three that do not"
         )
-    rotations, residual = np.full((n, 3, 3), np.nan), np.full(n, np.nan)
-    for start in range(0, n, CHUNK):
-        part = slice(start, start + CHUNK)
-        rotations[part], residual[part] = _turned(points_mm[:, :, part], shape)
-    vectors = _vectors(rotations)
-    return Orientation(vectors, residual, float(np.sqrt((shape**2).sum() / k)))
+    residual = np.full(n, np.nan)
+
+    def rotations(part: slice) -> np.ndarray:
+        found, residual[part] = _turned(_some(points_mm, part), shape)
+        return found
+
+    return Orientation(_vectors(rotations, n), residual, float(np.sqrt((shape**2).sum() / k)))
 
 
 def unknown(n: int) -> Orientation:
@@ -80,15 +83,27 @@ def of_poses(xyzw: np.ndarray) -> Orientation:
     known = np.isfinite(xyzw).all(axis=0) & (np.abs(xyzw).max(axis=0) > 0)
     if not known.any():
         raise Refusal("orientation: no pose with an orientation")
-    matrices = np.full((xyzw.shape[1], 3, 3), np.nan)
-    matrices[known] = Rotation.from_quat(xyzw[:, known].T).as_matrix()
-    return Orientation(_vectors(matrices), np.full(xyzw.shape[1], np.nan), float("nan"))
+    n = xyzw.shape[1]
+
+    def rotations(part: slice) -> np.ndarray:
+        own, found = known[part], np.full((known[part].size, 3, 3), np.nan)
+        if own.any():
+            found[own] = Rotation.from_quat(xyzw[:, part][:, own].T).as_matrix()
+        return found
+
+    return Orientation(_vectors(rotations, n), np.full(n, np.nan), float("nan"))
 
 
-def _shape(points: np.ndarray, whole: np.ndarray) -> np.ndarray:
+def _some(points: Sequence[Sequence[np.ndarray]], frames: slice | np.ndarray) -> np.ndarray:
+    """(k, 3, ...) of some frames, float64."""
+    return np.array([[x[frames] for x in marker] for marker in points], dtype=np.float64)
+
+
+def _shape(points: Sequence[Sequence[np.ndarray]], whole: np.ndarray) -> np.ndarray:
     """(k, 3) mean shape about its centre, by turning up to SHAPE_FRAMES frames onto each other."""
     chosen = whole[np.linspace(0, whole.size - 1, min(whole.size, SHAPE_FRAMES)).astype(int)]
-    some = points[:, :, chosen]
+    by_frame = np.moveaxis(_some(points, chosen), 2, 0).copy()
+    some = np.moveaxis(by_frame, 0, 2)  # the order of the sums over frames decides last digits
     some = some - some.mean(axis=0)
     shape: np.ndarray = some[:, :, 0]
     for _ in range(4):  # each round leaves less than a thousandth of the change of the last
@@ -118,12 +133,26 @@ def _turned(points: np.ndarray, shape: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return r, residual
 
 
-def _vectors(rotations: np.ndarray) -> np.ndarray:
-    """log(R R_mean^T) as (3, n), R_mean the rotation nearest to the mean matrix."""
-    known = np.isfinite(rotations).all(axis=(1, 2))
-    u, _, vt = np.linalg.svd(rotations[known].mean(axis=0))
+def _vectors(rotations: Callable[[slice], np.ndarray], n: int) -> np.ndarray:
+    """log(R R_mean^T) as (3, n), R_mean the rotation nearest to the mean matrix.
+
+    rotations: (m, 3, 3) of some of the n frames, asked for twice: of 90 hours at 120 Hz all of them
+    together would be 2.8 GB.
+    """
+    parts = [slice(start, start + CHUNK) for start in range(0, n, CHUNK)]
+    total, count = np.empty((0, 3, 3)), 0
+    for part in parts:
+        found = rotations(part)
+        found = found[np.isfinite(found).all(axis=(1, 2))]
+        total = np.concatenate([total, found]).sum(axis=0, keepdims=True)
+        count += len(found)
+    u, _, vt = np.linalg.svd(total[0] / count)
     u[:, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))
     mean = u @ vt
-    vectors = np.full((3, rotations.shape[0]), np.nan)
-    vectors[:, known] = Rotation.from_matrix(rotations[known] @ mean.T).as_rotvec().T
+    vectors = np.full((3, n), np.nan)
+    for part in parts:
+        found = rotations(part)
+        known = np.isfinite(found).all(axis=(1, 2))
+        turned = Rotation.from_matrix(found[known] @ mean.T).as_rotvec().T
+        vectors[:, part][:, known] = turned
     return vectors

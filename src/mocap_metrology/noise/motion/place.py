@@ -8,12 +8,14 @@ and distortion of the calibrated space, where its mean changes from place to pla
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TypedDict
 
 import numpy as np
 from scipy.stats import chi2
 
 LEAST_DIFFERENCES = 30  # of a cell: its sigma is then good to 16 % where noise is white
+BLOCK = 1 << 18  # frames worked on at a time, so that long recordings need little memory
 LAGS = 200  # frames: noise of filters, as far as they reach at common frame rates
 
 
@@ -33,7 +35,7 @@ class PlaceRow(TypedDict):
 
 
 def by_place(
-    middle_mm: np.ndarray,
+    middle_mm: Sequence[np.ndarray],
     distance_mm: np.ndarray,
     cell_mm: float,
     confidence: float = 0.95,
@@ -41,26 +43,26 @@ def by_place(
 ) -> list[PlaceRow]:
     """One row a cube of `cell_mm` with at least `least` pairs of successive frames in it.
 
-    middle_mm (3, n) of the pair, distance_mm (n,); NaN are gaps. `sigma_mm` is the Allan deviation
-    of L at one frame, from successive frames within the cell: sqrt(sum (L_k+1 - L_k)^2 / (2 n)),
-    with a chi-squared interval of `dof` = n `freedom(L)` degrees of freedom. `deviation_mm` is the
-    cell's mean L less that of all frames.
+    middle_mm (3, n) of the pair, distance_mm (n,), float64; NaN are gaps. `sigma_mm` is the Allan
+    deviation of L at one frame, from successive frames within the cell:
+    sqrt(sum (L_k+1 - L_k)^2 / (2 n)), with a chi-squared interval of `dof` = n `freedom(L)` degrees
+    of freedom. `deviation_mm` is the cell's mean L less that of all frames.
     """
-    known = np.isfinite(distance_mm) & np.isfinite(middle_mm).all(axis=0)
-    if not known.any():
+    cells, number = _cells(middle_mm, distance_mm, cell_mm)
+    known, n_cells = number >= 0, cells.shape[1]
+    if not n_cells:
         return []
-    cell = np.full(middle_mm.shape, np.iinfo(np.int64).min)
-    cell[:, known] = np.floor(middle_mm[:, known] / cell_mm).astype(np.int64)
-    together = known[1:] & known[:-1] & (cell[:, 1:] == cell[:, :-1]).all(axis=0)
-    cells, index = np.unique(cell[:, known], axis=1, return_inverse=True)
-    number = np.full(known.size, -1)
-    number[known] = index.ravel()
-    n_cells = cells.shape[1]
-    frames = np.bincount(number[known], minlength=n_cells)
-    mean = np.bincount(number[known], distance_mm[known], n_cells) / frames
-    at = np.flatnonzero(together)
-    pairs = np.bincount(number[at], minlength=n_cells)
-    squares = np.bincount(number[at], (distance_mm[at + 1] - distance_mm[at]) ** 2, n_cells)
+    frames, pairs = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
+    mean, squares = np.zeros(n_cells), np.zeros(n_cells)
+    for start in range(0, known.size, BLOCK):
+        own, part = number[start : start + BLOCK + 1], distance_mm[start : start + BLOCK + 1]
+        at = np.flatnonzero(own[:BLOCK] >= 0)
+        frames += np.bincount(own[at], minlength=n_cells)
+        np.add.at(mean, own[at], part[at])
+        at = np.flatnonzero((own[:-1] >= 0) & (own[1:] == own[:-1]))
+        pairs += np.bincount(own[at], minlength=n_cells)
+        np.add.at(squares, own[at], (part[at + 1] - part[at]) ** 2)
+    mean /= frames
     overall, each = float(distance_mm[known].mean()), freedom(np.where(known, distance_mm, np.nan))
     rows: list[PlaceRow] = []
     for k in np.flatnonzero(pairs >= least):
@@ -82,6 +84,29 @@ def by_place(
             }
         )
     return rows
+
+
+def _cells(
+    middle_mm: Sequence[np.ndarray], distance_mm: np.ndarray, cell_mm: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(3, k) whole numbers of the cubes in which the pair was, in order, and (n,) the place of each
+    frame's among them, -1 in gaps; a part of the frames at a time."""
+    number = np.full(distance_mm.size, -1)
+    cells = np.empty((3, 0), np.int64)
+    for seek in (False, True):  # all cubes first, as their order decides their places
+        for start in range(0, number.size, BLOCK):
+            part = slice(start, start + BLOCK)
+            middle = np.array([row[part] for row in middle_mm])
+            known = np.isfinite(distance_mm[part]) & np.isfinite(middle).all(axis=0)
+            cell = np.floor(middle[:, known] / cell_mm).astype(np.int64)
+            own, index = np.unique(cell, axis=1, return_inverse=True)
+            if seek:
+                places = {tuple(one): k for k, one in enumerate(cells.T.tolist())}
+                into = np.array([places[tuple(one)] for one in own.T.tolist()], dtype=np.int64)
+                number[part][known] = into[index.ravel()]
+            else:
+                cells = np.unique(np.concatenate([cells, own], axis=1), axis=1)
+    return cells, number
 
 
 def freedom(series: np.ndarray) -> float:

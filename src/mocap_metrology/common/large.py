@@ -1,0 +1,52 @@
+"""Arrays by name that need not fit into memory together: made when needed, or on the disk."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import IO, Any
+
+import numpy as np
+
+
+class Made(Mapping[str, np.ndarray]):
+    """Arrays by name, each made (read, computed) whenever it is asked for, and not kept."""
+
+    def __init__(self, names: Iterable[str], make: Callable[[str], np.ndarray]):
+        self._names = dict.fromkeys(names)
+        self._make = make
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._names:
+            raise KeyError(name)
+        return self._make(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names  # Mapping's own would make it
+
+
+class Spool:
+    """Arrays of equal length (first axis) by name, in an open file."""
+
+    def __init__(self, file: IO[bytes]):
+        self._file = file
+        self._starts: dict[str, int] = {}
+        self.dtypes: dict[str, np.dtype[Any]] = {}
+        self.size = 0
+
+    def put(self, name: str, values: np.ndarray) -> None:
+        self._starts[name] = self._file.seek(0, os.SEEK_END)
+        self.dtypes[name], self.size = values.dtype, len(values)
+        np.ascontiguousarray(values).tofile(self._file)
+
+    def get(self, name: str, start: int, stop: int) -> np.ndarray:
+        """Elements from `start` up to `stop`, or the end."""
+        dtype, count = self.dtypes[name], min(stop, self.size) - start
+        self._file.seek(self._starts[name] + start * dtype.itemsize)
+        return np.fromfile(self._file, dtype, count)

@@ -1,0 +1,70 @@
+"""Tables that do not fit into memory: one column at a time, the same numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common import files
+from mocap_metrology.common.files import open_table, read_table, write_series, write_table
+from mocap_metrology.common.large import Made
+
+N = 600_000  # frames: more than two row groups
+
+
+def columns() -> dict[str, np.ndarray]:
+    draw = np.random.default_rng(1)
+    return {
+        "frame": np.arange(N, dtype=np.int32),
+        "x1_mm": draw.normal(size=N).astype(np.float32),
+        "L_mm": np.where(draw.random(N) < 0.1, np.nan, draw.normal(size=N)),
+    }
+
+
+def test_written_one_at_a_time(tmp_path: Path) -> None:
+    """Byte for byte what is written at once, and no other file is left."""
+    write_table(tmp_path / "at_once.parquet", columns(), {"unit": "mm"})
+    came = []
+
+    def one_at_a_time():
+        for name, values in columns().items():
+            came.append(name)
+            yield name, values
+
+    write_series(tmp_path / "new/one.parquet", one_at_a_time(), {"unit": "mm"})
+    assert came == list(columns())
+    one = (tmp_path / "new/one.parquet").read_bytes()
+    assert one == (tmp_path / "at_once.parquet").read_bytes()
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["one.parquet"]
+
+
+def test_read_one_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Large tables only."""
+    path = tmp_path / "table.parquet"
+    write_table(path, columns(), {"unit": "mm"})
+    assert isinstance(open_table(path)[0], dict)
+    monkeypatch.setattr(files, "LARGE", 0)
+    found, metadata = open_table(path)
+    assert isinstance(found, Made)
+    assert metadata == {"unit": "mm"}
+    assert list(found) == list(read_table(path)[0])
+    for name, values in columns().items():
+        np.testing.assert_array_equal(found[name], values)
+
+
+def test_made_anew_each_time() -> None:
+    asked = []
+
+    def make(name: str) -> np.ndarray:
+        asked.append(name)
+        return np.array([len(asked)])
+
+    found = Made(["a", "b"], make)
+    assert "a" in found and "c" not in found
+    assert len(found) == 2
+    assert asked == []
+    assert [int(found[name][0]) for name in ("b", "a", "b")] == [1, 2, 3]
+    with pytest.raises(KeyError):
+        found["c"]

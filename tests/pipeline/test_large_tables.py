@@ -1,0 +1,76 @@
+"""Steps of a recording whose tables are read one column at a time: the same results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_metrology.common import files
+from mocap_metrology.noise.motion.orientation import of_cluster
+from mocap_metrology.noise.motion.place import by_place
+from mocap_metrology.pipeline.recording import cleaned, write_cleaned
+from mocap_metrology.pipeline.settings import Gaussian, Hampel
+from mocap_metrology.pipeline.statistics import gaussian_model
+from mocap_metrology.pipeline.tables import Table
+
+N = 20_000
+ORIGIN = {
+    **{"recording": "r", "labels": ["A", "B"], "pairs": [[1, 2]], "frame_rate_hz": 100.0},
+    **{"resolution_mm": 0.0, "resolution_kind": "float32"},
+}
+
+
+@pytest.fixture
+def raw(tmp_path: Path) -> Path:
+    """trajectories.parquet with gaps and outliers."""
+    draw = np.random.default_rng(1)
+    at = np.array([0, 0, 0, 300, 200, 100])[:, None]
+    values = (at + 0.1 * draw.standard_normal((6, N))).astype(np.float32)
+    values[2, 500:530] = np.nan
+    values[4, ::997] += 5
+    names = [f"{axis}{k}_mm" for k in (1, 2) for axis in "xyz"]
+    columns = {"frame": np.arange(N, dtype=np.int32), **dict(zip(names, values, strict=True))}
+    Table(columns, ORIGIN).write(tmp_path / "raw.parquet")
+    return tmp_path / "raw.parquet"
+
+
+def test_clean_and_gaussian(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = cleaned(Table.read(raw), Hampel())
+    expected_rows = gaussian_model(expected.table, Gaussian())
+    monkeypatch.setattr(files, "LARGE", 0)
+    path = raw.with_name("clean.parquet")
+    assert write_cleaned(Table.open(raw), Hampel(), path) == expected.report
+    found = Table.read(path)
+    assert found.origin == expected.table.origin | {"pairs": [[1, 2]]}
+    assert list(found.columns) == list(expected.table.columns)
+    for name, values in expected.table.columns.items():
+        assert found.columns[name].dtype == values.dtype
+        np.testing.assert_array_equal(found.columns[name], values)
+    assert gaussian_model(Table.open(path), Gaussian()) == expected_rows
+
+
+def test_place_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cubes and sums do not depend on where the parts end."""
+    time = np.arange(30_000) / 100
+    middle = np.array([800 * np.sin(time / 3), 500 * np.cos(time / 2), 0 * time + 1000])
+    length = 300 + 0.1 * np.random.default_rng(1).standard_normal(time.size)
+    length[100:200] = np.nan
+    expected = by_place(middle, length, 250.0)
+    monkeypatch.setattr("mocap_metrology.noise.motion.place.BLOCK", 977)
+    assert len(expected) > 10
+    assert by_place(middle, length, 250.0) == expected
+
+
+def test_orientation_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    draw = np.random.default_rng(1)
+    shape = np.array([[0, 0, 0], [300, 0, 0], [0, 200, 50], [10, 20, 200.0]])
+    points = shape[:, :, None] + 0.1 * draw.standard_normal((4, 3, 5000))
+    points[0, :, 10:40] = np.nan
+    points[1:, :, 20:22] = np.nan
+    expected = of_cluster(points)
+    monkeypatch.setattr("mocap_metrology.noise.motion.orientation.CHUNK", 977)
+    found = of_cluster(points)
+    np.testing.assert_array_equal(found.vectors_rad, expected.vectors_rad)
+    np.testing.assert_array_equal(found.residual_mm, expected.residual_mm)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import shutil
 
 import pytest
 from browser import NAMES, browser
 from matplotlib.figure import Figure as Drawing
 
-from mocap_metrology.present.pages import details, document
+from mocap_metrology.present.pages import details, document, summary
 
 COLUMN = "[...document.querySelectorAll('tbody tr:not([hidden])')].map(r => r.cells[%d].innerText)"
 CLICK = "document.querySelectorAll('thead button')[%d].click()"
@@ -59,6 +60,24 @@ def test_a_table_sorts_by_number_and_name_and_is_searched(executable, tmp_path) 
     assert set(rising[-2:]) == set(falling[-2:]) == {"", "–"}
     assert names == [f"noise-{k}" for k in range(1, len(VALUES) + 1)]
     assert left == ["noise-1"]
+
+
+def test_without_an_address_a_page_names_where_things_are(executable, tmp_path) -> None:
+    """Snakemake's report shows pages as data: there a link leads nowhere."""
+    table = document.page("# T\n\n| a |\n|---|\n| 1 |\n", "t", True)
+    front = summary.page(summary.Found(), tables=["t"])
+    with browser(executable, tmp_path) as seen:
+        for text in (table, front):
+            address = f"data:text/html;base64,{base64.b64encode(text.encode()).decode()}"
+            seen.open(address, "document.querySelector('h1')")
+            assert not seen.evaluate("document.querySelectorAll('a, nav').length")
+            said = seen.evaluate("document.body.innerText")
+            expected = "tables/t.csv, beside this report: all" if text is table else summary.INSIDE
+            assert expected in said
+        page = tmp_path / "page.html"
+        page.write_text(front, encoding="utf-8")
+        seen.open(page.as_uri(), "document.querySelector('h1')")
+        assert summary.INSIDE not in seen.evaluate("document.body.innerText")
 
 
 def test_a_figure_opens_and_zooms(executable, tmp_path) -> None:

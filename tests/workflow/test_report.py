@@ -14,6 +14,8 @@ from browser import NAMES, browser
 from mocap_workflow import report
 from running import command, environment, write_sheet
 
+from mocap_metrology.present.pages import comparison, summary
+
 ROOT = Path(__file__).resolve().parents[2]
 QUICK = ["noise={estimators: [likelihood], max_gauss_markov: 0}", "allan={n_taus: 20}"]
 QUICK += ["lighthouse={estimators: [paper-lm], optics: [factory]}"]
@@ -143,6 +145,12 @@ def test_an_unfinished_run_is_one_line(made) -> None:
     assert said.stdout.startswith("no report: out/calibrations/pair/calibration.svg is missing")
 
 
+def test_tables_of_papers_are_those_that_are_compared() -> None:
+    names = [*comparison.RULES, "skurowski_table4_noise", "skurowski_support", "claims"]
+    found = report.of_papers([f"out/tables/{name}.csv" for name in names])
+    assert [Path(path).stem for path in found] == list(comparison.RULES)
+
+
 @pytest.mark.parametrize(
     "title, expected",
     [
@@ -168,6 +176,11 @@ def test_titles_of_tables_say_where_they_go(tmp_path, title: str, expected: tupl
     found = report.entry(str(path))
     shown = found["category"], found["subcategory"], found["labels"]["result"]
     assert shown == expected
+
+
+def test_pages_name_categories_that_there_are() -> None:
+    named = re.findall("“(.+?)”", summary.INSIDE)
+    assert named and set(named) <= set(report.CATEGORIES)
 
 
 def test_rules_name_numbered_categories_and_offer_no_table_twice() -> None:

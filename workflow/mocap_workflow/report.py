@@ -21,6 +21,7 @@ CATEGORIES = (  # numbered, as the menu of a report is in order of the alphabet
 )
 # Titles of tables: `Jansen et al. 2019, Table I: mean absolute error`; `skurowski2019: outliers`
 TITLE = re.compile(r"(?P<whose>.+?)(?:, (?P<item>(?:Table|Figure)s? [^:]+))?: (?P<shows>.+)")
+OF_PAPER = re.compile(r"(skurowski|jansen)_tableA?\d$")
 PLACES = {  # by whose table it is; any other is of a group
     "Skurowski & Pawlyta 2019": ("2 Skurowski & Pawlyta 2019", "Table"),
     "Jansen et al. 2019": ("3 Jansen et al. 2019", "Table"),
@@ -46,6 +47,11 @@ def entry(path: str) -> dict[str, object]:
 def _title(path: str) -> str:
     with Path(path).open(encoding="utf-8") as stream:
         return next((line[2:].strip() for line in stream if line.startswith("# ")), path)
+
+
+def of_papers(paths: Iterable[str]) -> list[str]:
+    """The tables of both papers among some files."""
+    return [path for path in map(str, paths) if OF_PAPER.match(Path(path).stem)]
 
 
 def inputs(

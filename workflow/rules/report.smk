@@ -23,6 +23,7 @@ rule report_pages:
         runtime=minutes(10),
     params:
         code=source("report_pages.py", "present"),
+        papers=papers,
         caption=captions.TABLE,
     message:
         "Tables as pages"
@@ -37,6 +38,7 @@ rule summary_page:
         poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
         cameras=collect("<results>/tables/{group}_cameras.json", group=groups(selection.subsets)),
         claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
+        compared=lambda wildcards: reporting.of_papers(results_of("tables")(wildcards)),
     output:
         page=report(
             "<results>/summary.html",

@@ -54,7 +54,9 @@ with step(snakemake) as log:
     for path in given.claims:
         claims = tables.read(path).fillna("").to_dict("records")
     for paper in params.papers:
-        held = details.of_paper(claims, paper)
+        held, compared = details.of_paper(claims, paper), details.tables_of(paper, csv)
+        of_claims = [{"title": "Claims", "table": details.claim_table(held)}] if held else []
+        of_tables = [{"title": "Published tables", "table": details.table_of_tables(compared)}]
         write(
             "paper",
             paper,
@@ -63,6 +65,6 @@ with step(snakemake) as log:
                 *details.files_named(paper, named, csv),
                 *(path for path in csv if path.stem == "claims"),
             ],
-            tables=[{"title": "Claims", "table": details.claim_table(held)}] if held else [],
+            tables=[*of_claims, *of_tables],
         )
     log.info("%d figures", len(images))

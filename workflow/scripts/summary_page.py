@@ -33,11 +33,13 @@ with step(snakemake) as log:
     claims = []
     for path in given.claims:
         claims = tables.read(path).fillna("").to_dict("records")
+    compared = [Path(path) for path in given.compared if path.endswith(".csv")]
     papers = [
         summary.Paper(
             details.PAPERS[paper],
             details.address("paper", paper),
             details.claim_counts(details.of_paper(claims, paper)),
+            details.tables_of(paper, compared),
         )
         for paper in params.papers
     ]

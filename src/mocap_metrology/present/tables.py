@@ -68,22 +68,22 @@ def write_with(path: str | Path, rows: Sequence[Row], text: str, head: Sequence[
 
 def aligned(lines: Sequence[Sequence[object]]) -> list[str]:
     """Lines of a Markdown table, the first its head, columns of equal width."""
-    cells = [[_shown(cell) for cell in line] for line in lines]
+    cells = [[_text(cell) for cell in line] for line in lines]
     width = [max(len(line[k]) for line in cells) for k in range(len(cells[0]))]
-    shown = [_line(line, width) for line in cells]
-    shown.insert(1, "|" + "|".join("-" * (w + 2) for w in width) + "|")
-    return shown
+    made = [_line(line, width) for line in cells]
+    made.insert(1, "|" + "|".join("-" * (w + 2) for w in width) + "|")
+    return made
 
 
 def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
     """A Markdown table, numbers as `readable` and `as_printed` write them, columns of equal
     width."""
     head = list(rows[0])
-    lines = aligned([head, *([_cell(row, name) for name in head] for row in rows)])
+    lines = aligned([head, *([shown(row, name) for name in head] for row in rows)])
     return "\n".join([f"# {title}", "", caption, "", *lines, ""])
 
 
-def _cell(row: Row, name: str) -> object:
+def shown(row: Record, name: str) -> object:
     """What a table to read shows of a row in a column: a number as text, all else as it is."""
     value = row[name]
     if not _is_number(value):
@@ -106,7 +106,7 @@ def _line(cells: Sequence[str], width: Sequence[int]) -> str:
     return "| " + " | ".join(c.ljust(w) for c, w in zip(cells, width, strict=True)) + " |"
 
 
-def _shown(value: object) -> str:
+def _text(value: object) -> str:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, (float, np.floating)):

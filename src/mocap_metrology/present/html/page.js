@@ -120,7 +120,10 @@
   document.querySelectorAll(".mm table").forEach((table) => (sortable(table), tools(table)));
   // Within Snakemake's report a page has no address, so that its links lead nowhere
   if (location.protocol === "data:") {
-    document.querySelectorAll(".mm a").forEach((link) => link.replaceWith(...link.childNodes));
+    document.querySelectorAll(".mm nav").forEach((links) => links.remove());
+    document.querySelectorAll(".mm a").forEach((link) =>
+      link.replaceWith(...(link.dataset.inside ? [link.dataset.inside] : link.childNodes)));
+    document.querySelectorAll(".mm .inside").forEach((words) => (words.hidden = false));
   }
   const images = document.querySelectorAll(".mm figure img");
   if (images.length) {

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from mocap_metrology.present.pages.site import Table, natural, render, table, word
+from mocap_metrology.present.pages.comparison import of_file, paper_of
+from mocap_metrology.present.pages.document import title_of
+from mocap_metrology.present.pages.site import Table, link, natural, render, table, word
 from mocap_metrology.present.plot.figure import caption_of
 from mocap_metrology.present.tables import Record
 
 FIRST = ("verdict", "calibration", "trajectory", "adev", "psd", "diagnosis")  # of figures
 PAPERS = {"skurowski": "Skurowski & Pawlyta 2019", "jansen": "Jansen et al. 2019"}
-UNDRAWN = "It has no figure: of the twins of a setup, which look alike, only the first is drawn."
 UNDRAWN = "It has no figure: of the twins of a setup, which look alike, only the first is drawn."
 LETTERS = {"skurowski": "S", "jansen": "J"}  # as claims.csv names the papers
 PLURAL = {"holds": "hold", "does not": "do not hold"}
@@ -84,8 +85,6 @@ def page(
     """The page of a subject. verdict: its word; lines: what it stands on; up: more links."""
     if verdict and not figures:
         lines = [*lines, UNDRAWN]
-    if verdict and not figures:
-        lines = [*lines, UNDRAWN]
     return render(
         "subject.html",
         title,
@@ -96,6 +95,11 @@ def page(
         tables=tables,
         up={"summary": f"{UP}/summary.html"} | (up or {}),
     )
+
+
+def paper_link(paper: str) -> dict[str, str]:
+    """From the page of a table to that of its paper."""
+    return {PAPERS[paper]: f"../{address('paper', paper)}"}
 
 
 def of_paper(claims: Iterable[Record], paper: str) -> list[Record]:
@@ -110,6 +114,34 @@ def claim_table(rows: Sequence[Record]) -> Table:
         for r in rows
     ]
     return table(CLAIM_HEAD, cells, words=(1,))
+
+
+@dataclass(frozen=True)
+class PaperTable:
+    """A table of a paper: its title there, its page from the folder of results, and how many of its
+    numbers agree."""
+
+    title: str
+    page: str
+    counts: str
+
+
+def tables_of(paper: str, paths: Iterable[Path]) -> list[PaperTable]:
+    """The tables of a paper among CSV files beside which their Markdown lies, in its order."""
+    found = []
+    for path in sorted(paths, key=lambda path: natural(path.stem)):
+        short = of_file(path) if paper_of(path.stem) == paper else None
+        if short:
+            title = title_of(path.with_suffix(".md").read_text(encoding="utf-8"))
+            shown = title.removeprefix(f"{PAPERS[paper]}, ")
+            found.append(PaperTable(shown, f"pages/{path.stem}.html", short.counts))
+    return found
+
+
+def table_of_tables(found: Iterable[PaperTable]) -> Table:
+    """How the tables of a paper compare, on its page."""
+    cells = [(link(f"{UP}/{one.page}", one.title), one.counts) for one in found]
+    return table(("table", "numbers"), cells, words=(0, 1))
 
 
 def claim_counts(rows: Iterable[Record]) -> str:

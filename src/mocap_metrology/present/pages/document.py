@@ -9,6 +9,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from markupsafe import Markup
 
+from mocap_metrology.present.pages.comparison import Comparison
 from mocap_metrology.present.pages.site import Table, render, table, typeset
 
 # Of tables with many columns: those that are seen at first
@@ -47,14 +48,23 @@ def title_of(text: str) -> str:
     return first[1].strip() if first else ""
 
 
-def page(text: str, name: str, csv: bool) -> str:
-    """The page of a table: its Markdown, and a link to its CSV, which lies in ../tables."""
+def page(
+    text: str,
+    name: str,
+    csv: bool,
+    short: Comparison | None = None,
+    up: dict[str, str] | None = None,
+) -> str:
+    """The page of a table: its Markdown, and a link to its CSV, which lies in ../tables. short: of
+    a table of a paper, what is read before that; up: more links."""
+    title = title_of(text) or name
     return render(
         "text.html",
-        title_of(text) or name,
-        parts_of_page=parts_of(text),
+        title,
+        short=short,
+        parts_of_page=parts_of(text.replace(f"# {title}\n", "", 1) if short else text),
         csv={"name": f"{name}.csv", "address": f"../tables/{name}.csv"} if csv else None,
-        up={"summary": "../summary.html"},
+        up={"summary": "../summary.html"} | (up or {}),
     )
 
 

@@ -18,6 +18,8 @@ from mocap_metrology.present.plot.figure import UNKNOWN_WORD, VERDICT_WORDS
 WORDS = VERDICT_WORDS | {  # of verdicts, and of claims
     "holds": VERDICT_WORDS["good"],
     "does not": VERDICT_WORDS["bad"],
+    "agrees": VERDICT_WORDS["good"],
+    "differs": VERDICT_WORDS["bad"],
     "unknown": UNKNOWN_WORD,
 }
 EMPTY = "–"  # a cell without a number

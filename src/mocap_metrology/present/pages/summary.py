@@ -15,6 +15,7 @@ from mocap_metrology.lighthouse.rotation import from_angles, log, mean, to_angle
 from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.present.calibration.calibration_table import calibration_rows
 from mocap_metrology.present.pages import site
+from mocap_metrology.present.pages.details import PaperTable
 from mocap_metrology.present.pages.site import EMPTY, Table, link, natural, table, typeset, word
 from mocap_metrology.present.plot.figure import VERDICT_WORDS
 from mocap_metrology.present.tables import Record
@@ -129,6 +130,12 @@ RECORDINGS_NOTE = (
     "what else is wrong, shortened."
 )
 TABLES_NOTE = "Every table of these results, on a page and as CSV."
+INSIDE = (  # where names are no links
+    "In the menu of this report, figures are in the categories “5 Recordings”, “6 Calibrations” "
+    "and “4 Groups”; tables and figures of the papers in “2 Skurowski & Pawlyta 2019” and “3 "
+    "Jansen et al. 2019”. The first page of the report is this page with links to the files beside "
+    "it."
+)
 PAPERS = ("skurowski2019", "jansen2019")  # how groups of the papers' own begin
 PUBLISHED = "skurowski2019"  # group whose twins are made from the coefficients of a paper
 APART = "These subsets of cameras do not share their frames: "
@@ -170,11 +177,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper: its page, and how many of its claims hold or do not."""
+    """A paper: its page, how many of its claims hold or do not, and how its tables compare."""
 
     title: str
     address: str
     claims: str = ""
+    tables: Sequence[PaperTable] = ()
 
 
 def page(
@@ -193,6 +201,7 @@ def page(
         "summary.html",
         "Summary",
         part=part,
+        inside=INSIDE,
         quick=_quick(found.recordings),
         refused=_refused(found.refused),
         own=[section for group, section in groups if not _of_paper(group)],

@@ -14,7 +14,7 @@ from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, published_row
 from mocap_metrology.noise.twins.simulate import stream
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.present.tables import Record, Row
-from mocap_metrology.present.text.numbers import NINE_HOURS_S
+from mocap_metrology.present.text.numbers import NINE_HOURS_S, significant
 
 REPEATS = 200
 LEVELS = (0.05, 0.5, 0.95)
@@ -170,8 +170,8 @@ def _check(quantity: str, published: Mapping[str, float], found: Mapping[str, fl
 COUNTS = {"T40": 10, "Bonita": 10, "Vantage": 9}
 ALL = "no coefficients of all thirty cameras were printed: T40-10 scaled to this row"
 OF_T40_X1 = (
-    "the printed coefficients of x1 are too small for it: h_-2 is 1.55e-10 for ten cameras and "
-    "2.99e-09 for eight, and the latter agrees"
+    "the printed coefficients of x1 are too small for it: h_-2 is 1.55×10⁻¹⁰ for ten cameras "
+    "and 2.99×10⁻⁹ for eight, and the latter agrees"
 )
 OF_T40 = {
     "sigma_1_mm": "",
@@ -190,8 +190,8 @@ def _reason(kind: str, quantity: str) -> str:
         models = published_row(kind, COUNTS[kind])
         walk = {s: models[s].coefficients().get("h_-2", 0.0) for s in ("x1", "x2", "L")}
         return (
-            f"h_-2 of L is printed as {walk['L']:.3g}, of x1 and x2 together as "
-            f"{walk['x1'] + walk['x2']:.3g}, which "
+            f"h_-2 of L is printed as {significant(walk['L'])}, of x1 and x2 together "
+            f"as {significant(walk['x1'] + walk['x2'])}, which "
             + ("decorrelates them" if walk["L"] > walk["x1"] + walk["x2"] else "correlates them")
         )
     return "the printed coefficients give a different value"

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
 
 MOST = 6  # comparisons on a page; more are in the table
+CLEAR = ("worse", "better")  # words of a trend that is drawn
 TIMES_S = (1.0, 100.0)  # averaging times of a trend beside a single frame; all are in the table
 ROW_MM, REST_MM = 44.0, 28.0
 N_TAUS = 60
@@ -200,7 +201,7 @@ def trend_figure(
         trends = {
             row["series"]: row["percent_per_month"]
             for row in rows
-            if row["tau_s"] == tau and row["word"] in ("worse", "better")
+            if row["tau_s"] == tau and row["word"] in CLEAR
         }
         every = [values for adev, band in at_tau.values() for values in (adev, band)]
         log_axis(panel_axes[0], "y", log_limits(every, 0.3))
@@ -218,7 +219,8 @@ def trend_figure(
         axes.set_xlabel("Date (series side by side)")
     last = grid[-1, -1]
     last.plot([], [], color=GREY, ls="", marker="|", markersize=9, label="68 % interval")
-    last.plot([], [], color=GREY, label="trend, where clear")
+    if any(row["tau_s"] in taus and row["word"] in CLEAR for row in rows):
+        last.plot([], [], color=GREY, label="trend, where clear")
     legend_below(body, grid.flat)
     return Picture(body, f"{captions.TREND} {remarks}")
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.common.spreadsheet import rows
+from mocap_metrology.common.files import write_csv
+from mocap_metrology.common.spreadsheet import as_text, rows
 from mocap_metrology.io.text.covariate import read_covariate
 from mocap_metrology.lighthouse.assess.reference import read_mount
 from mocap_metrology.lighthouse.board import read_board
@@ -60,3 +61,12 @@ def test_a_cell_that_is_no_number_keeps_its_comma() -> None:
     assert rows("a;b\n1,5;x, y\n") == [["a", "b"], ["1.5", "x, y"]]
     assert rows("a,b\n1,5\n") == [["a", "b"], ["1", "5"]]
     assert rows("") == []
+
+
+@pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "@SUM(1)", "+1+1", "-2+3+cmd", "\t=1"])
+def test_no_text_of_a_result_is_a_formula(tmp_path: Path, cell: str) -> None:
+    write_csv(tmp_path / "a.csv", [{"camera_type": cell, "value": -1.5, "text": "-1.5e-3"}])
+    with (tmp_path / "a.csv").open(newline="") as stream:
+        (row,) = csv.DictReader(stream)
+    assert row == {"camera_type": f"'{cell}", "value": "-1.5", "text": "-1.5e-3"}
+    assert as_text("T40") == "T40" and as_text("-") == "-" and as_text(float("nan")) == ""

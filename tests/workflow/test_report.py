@@ -13,6 +13,7 @@ import pytest
 from browser import NAMES, browser
 from mocap_workflow import report
 from running import command, environment, write_sheet
+from write_report import without_markup
 
 from mocap_metrology.present.pages import comparison, summary
 
@@ -110,6 +111,29 @@ def test_opens_without_error_or_network(made, tmp_path) -> None:
     assert listed == [name for name in report.CATEGORIES if name in listed]
     assert listed[0] == "1 Summary"
     assert listed[-1] == "7 Provenance"
+
+
+def test_no_cell_of_a_sheet_is_markup_in_the_data_of_the_report() -> None:
+    """As Snakemake 9.27 writes it: parameters of jobs, a sheet's cells among them, as JSON."""
+    cell = "</script><img src=x onerror=alert(1)><!-- ; var x = 1;"
+    data = {"a.svg": {"params": f"rows=[{{'camera_type': '{cell}'}}]"}}
+    made = [
+        f'<script id="{name}">\n    var {name} = {json.dumps(data)};\n    </script>'
+        for name in "ab"
+    ]
+    code = "<script>\nvar a = b<c;\n</script>"
+    page = without_markup("\n".join([*made, code]).encode()).decode()
+    assert page.endswith(code) and page.count("</script>") == 3 and "<img" not in page
+    found = re.findall(r"var [ab] = ({.*});", page)
+    assert [json.loads(text) for text in found] == [data, data]
+
+
+def test_no_result_is_markup_in_the_report(made) -> None:
+    """The data of a finished report are those that Snakemake wrote, without a tag."""
+    text = (made[0] / "out/report.html").read_text(encoding="utf-8")
+    for name in ("results", "rules", "categories", "metadata", "workflow_desc"):
+        (data,) = re.findall(rf'<script id="[\w-]+">\s*var {name} = (.*);\n', text)
+        assert json.loads(data) and "<" not in data
 
 
 def test_pages_and_provenance(made) -> None:

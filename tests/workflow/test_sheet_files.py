@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 
 import pytest
-from mocap_workflow import rows
+from mocap_workflow import rows, sheets
 from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
 
@@ -112,3 +112,38 @@ def test_no_sheet_an_empty_one_and_one_that_is_missing(folder: Path) -> None:
         rows.load(RecordingRow, "gone.tsv", [])
     with pytest.raises(Faults, match=r"^\.: Is a directory; expected a sheet"):
         rows.load(RecordingRow, ".", [])
+
+
+def test_a_cell_beyond_all_measure_is_refused_in_a_short_line(folder: Path) -> None:
+    for cell in (
+        "x" * 800_000,
+        "1;" * 400_000,
+        "-" * 100_000,
+        "0" * 100_000 + "7",
+        "a" * 300 + ".c3d",
+    ):
+        for column in (
+            "recording",
+            "path",
+            "markers",
+            "pairs",
+            "camera_ids",
+            "n_cameras",
+            "frame_rate_hz",
+        ):
+            cells = {"recording": "A", "path": "a.c3d", "markers": "M1", "group": "g", column: cell}
+            sheet = "\n".join("\t".join(line) for line in (cells.keys(), cells.values()))
+            found = written(folder, sheet.encode())
+            if isinstance(found, list):
+                assert len(found) == 1 and len(found[0]) < 1000
+                assert found[0].startswith("sheet.tsv, row 2")
+            else:
+                assert column in ("markers", "camera_ids") and len(cell) <= sheets.LONGEST
+
+
+def test_control_characters_do_not_reach_the_terminal(folder: Path) -> None:
+    row = "A\tno\x1b]0,title\x07.c3d\t\x1b[31mM1\tg \u202e"
+    found = written(folder, SHEET.replace("A\ta.c3d\tM1\tg", row).encode())
+    assert isinstance(found, list)
+    assert all(line.isprintable() for line in found)
+    assert r"no\x1b]0,title\x07.c3d" in found[1] and r"g \u202e" in found[0]

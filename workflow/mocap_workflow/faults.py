@@ -8,6 +8,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NoReturn
 
+from mocap_metrology.common.errors import one_line
+
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
@@ -18,7 +20,7 @@ class Faults(Exception):
     """Everything wrong with an input, one line each."""
 
     def __init__(self, lines: Iterable[str]):
-        self.lines = [" ".join(str(line).split()) for line in lines]
+        self.lines = [one_line(line) for line in lines]
         super().__init__("\n".join(self.lines))
 
 
@@ -34,6 +36,11 @@ def shown(value: object, most: int = 80) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     text = f'"{value}"' if isinstance(value, str) else str(value)
+    return shortened(text, most)
+
+
+def shortened(text: str, most: int = 300) -> str:
+    """A text without its end where it is long."""
     return text if len(text) <= most else f"{text[: most - 5]}[...]"
 
 

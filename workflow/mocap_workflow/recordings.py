@@ -22,6 +22,8 @@ from mocap_workflow.rows import (
     parts_of,
 )
 
+ID = "(0+|0*[1-9][0-9]{0,8})"  # of a camera; what can match in one way only fails at once
+
 
 def _count(text: str | None, info: Info) -> str | int | None:
     """The number of cameras that are named, where it is not given."""
@@ -42,7 +44,8 @@ def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
     pairs: list[tuple[str, str]] = []
     wrong = []
     for text in texts:
-        cuts = [index for index, letter in enumerate(text) if letter == "-"]
+        longest = 2 * max(map(len, markers), default=0) + len(" - ")
+        cuts = [index for index, letter in enumerate(text[:longest]) if letter == "-"]
         splits = [(text[:cut].strip(), text[cut + 1 :].strip()) for cut in cuts]
         splits = [pair for pair in splits if set(pair) <= set(markers)]
         if not splits:
@@ -99,7 +102,7 @@ class RecordingRow(SheetRow):
     camera_ids: Annotated[
         tuple[int, ...],
         Cell(
-            r"0*[0-9]{1,9}(\s*;\s*0*[0-9]{1,9})*",
+            rf"{ID}(\s*;\s*{ID})*",
             'whole numbers separated by ";", each of at most 9 digits, or nothing',
         ),
     ] = ()
@@ -110,7 +113,9 @@ class RecordingRow(SheetRow):
     markers. A label may contain `-` as long as there is only one way to read the pair."""
     frame_rate_hz: Annotated[
         float | None,
-        Cell(r"([0-9]+[.,]?[0-9]*|[.,][0-9]+)([eE][+-]?[0-9]+)?", "a number of Hz > 0 or nothing"),
+        Cell(
+            r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?", "a number of Hz > 0 or nothing"
+        ),
         BeforeValidator(_with_point),
     ] = None
     """Frame rate where the file has none, or more exactly than in the file (within 0.1 %)."""

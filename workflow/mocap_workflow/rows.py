@@ -26,9 +26,9 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
-from mocap_metrology.common.paths import DRIVE, of_windows
+from mocap_metrology.common.paths import DRIVE, exists, is_file, of_windows
 from mocap_workflow import sheets
-from mocap_workflow.faults import Faults, Unfit, Unmatched, misfits, shown, unknown
+from mocap_workflow.faults import Faults, Unfit, Unmatched, misfits, shortened, shown, unknown
 
 SIMULATE = "simulate:"
 
@@ -79,10 +79,11 @@ def existing(path: str, info: Info, any_kind: bool = False) -> str:
     here = beside(info.context.sheet, path)
     if set("<>{}") & set(here):
         raise Unfit("a path without any of < > { }", path)
-    if not Path(here).exists():
-        raise Unfit(f"a file ({here} does not exist{_instead(info.context.sheet, path)})", path)
-    if not (any_kind or Path(here).is_file()):
-        raise Unfit(f"a file ({here} is not a file)", path)
+    if not exists(here):
+        what = f"{shortened(here)} does not exist{_instead(info.context.sheet, path)}"
+        raise Unfit(f"a file ({what})", path)
+    if not (any_kind or is_file(here)):
+        raise Unfit(f"a file ({shortened(here)} is not a file)", path)
     return here
 
 
@@ -91,7 +92,7 @@ def _instead(sheet: str, path: str) -> str:
     if hint := of_windows(path if DRIVE.match(path) else beside(sheet, path)):
         return f"; {hint}"
     parts = [part.strip() for part in path.split(",")]
-    if len(parts) > 1 and all(Path(beside(sheet, part)).exists() for part in parts):
+    if len(parts) > 1 and all(exists(beside(sheet, part)) for part in parts):
         return '; separate files with ";"'
     return ""
 

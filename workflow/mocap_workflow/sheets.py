@@ -17,6 +17,7 @@ from mocap_workflow.faults import Faults, shown, unknown
 
 DELIMITERS = ("\t", ";", ",")
 OTHER_DELIMITERS = {"|": "bars", " ": "blanks"}
+LONGEST = 100_000  # letters of a cell: a thousand paths
 EMPTY = " \t;,"  # of a row that a spreadsheet saves without a cell
 
 
@@ -93,6 +94,11 @@ def _delimiter(header: str, known: Sequence[str]) -> str:
 
 def _cells(number: int, line: str, delimiter: str, sheet: str, faults: list[str]) -> list[str]:
     """Cells of a line, without blanks around; an opening quote must close on its line."""
+    longest = max(map(len, line.split(delimiter)))
+    if longest > LONGEST:
+        expected = f"expected at most {LONGEST} in a cell"
+        faults.append(f"{sheet}, row {number}: {longest} letters; {expected}")
+        return []
     try:
         cells = next(csv.reader([line], delimiter=delimiter, strict=True))
     except csv.Error:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from mocap_metrology.common.paths import exists
 from mocap_workflow import rows
 from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
@@ -19,7 +20,7 @@ from mocap_workflow.settings import Settings, checked
 
 def found(value: str | None, root: Path) -> str | None:
     """A relative path of the configuration: in the working folder, else in the project's."""
-    if value is None or Path(value).exists() or not (root / value).exists():
+    if value is None or exists(value) or not exists(root / value):
         return value
     return str(root / value)
 

@@ -43,7 +43,7 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
 
     `prefix` begins each line on the terminal, by default the rule and its wildcards.
     """
-    from mocap_metrology.common.errors import Damaged, Refusal
+    from mocap_metrology.common.errors import Damaged, Refusal, one_line
     from mocap_metrology.common.files import verify
 
     results = Path(snakemake.config["results"])
@@ -68,7 +68,7 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
             log.error("%s", refusal, extra={"of_the_end": True})
             sys.exit(1)
         except Exception as error:
-            what = " ".join(f"{type(error).__name__}: {error}".split())
+            what = one_line(f"{type(error).__name__}: {error}")
             log.error("%s (see %s)", what, path, exc_info=True, extra={"of_the_end": True})
             sys.exit(1)
 
@@ -89,8 +89,10 @@ class _OneLine(logging.Formatter):
         self.prefix, self.before = prefix, before
 
     def format(self, record: logging.LogRecord) -> str:
+        from mocap_metrology.common.errors import one_line
+
         warning = "warning: " if record.levelno == logging.WARNING else ""
-        return f"{self.before}{warning}{self.prefix}{' '.join(record.getMessage().split())}"
+        return f"{self.before}{warning}{self.prefix}{one_line(record.getMessage())}"
 
 
 def _logger(terminal: int, prefix: str) -> logging.Logger:

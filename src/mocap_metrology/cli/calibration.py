@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from mocap_metrology.cli.results import name_of, replaced, tell
+from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.files import write_json
 from mocap_metrology.pipeline.calibration import Asked, checked
 from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
@@ -43,7 +43,7 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
         tell("3/3 figure")
         calibration = read_calibration(files, asked.calibration, None)
         save(calibration_figure(calibration), part / PICTURES[0])
-    print("\n".join([*_verdict(calibration), "", f"Figure: {folder / PICTURES[0]}"]))
+    tell_result([*_verdict(calibration), "", f"Figure: {folder / PICTURES[0]}"])
 
 
 def _verdict(found: CalibrationFiles) -> list[str]:

@@ -121,7 +121,9 @@ def _rate(text: str) -> float:
 def check(given: argparse.Namespace) -> int:
     """Check one file; say what is wrong with it, or what crashed and where its traceback is."""
     path = Path(given.file).expanduser()
-    if path.exists():
+    from mocap_metrology.common.paths import exists
+
+    if exists(path):
         print(f"{path.name}: reading", file=sys.stderr, flush=True)
     from mocap_metrology.cli.results import folder_of, kept
     from mocap_metrology.common.errors import Refusal
@@ -144,10 +146,11 @@ def check(given: argparse.Namespace) -> int:
 
 def _check_path(path: Path, given: argparse.Namespace) -> None:
     from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.paths import exists, is_file
 
-    if not path.exists():
+    if not exists(path):
         raise Refusal(f"{given.file}: no such file; expected a recording, as take.c3d")
-    if not path.is_file():
+    if not is_file(path):
         raise Refusal(f"{given.file}: is not a file; expected a recording, as take.c3d")
     if path.suffix.lower() in DUMPS and not given.board:
         raise Refusal(f"{path.name}: a dump needs --board board.csv, the places of its photodiodes")

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mocap_metrology.cli.markers import chosen
-from mocap_metrology.cli.results import name_of, replaced, tell
+from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.io.labels import find_points
@@ -45,7 +45,7 @@ def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None
         write_json(part / "check.json", check)
         found = analyse(take, check["warnings"], name_of(path), part, SETTINGS, progress)
     pictures = (f"  {folder / f'{name}.png'}" for name in PICTURES)
-    print("\n".join([*verdict_lines(found), "", "Figures:", *pictures]))
+    tell_result([*verdict_lines(found), "", "Figures:", *pictures])
 
 
 def processors() -> int:

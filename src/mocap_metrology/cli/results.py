@@ -12,7 +12,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, one_line, printable
+from mocap_metrology.common.paths import exists
 
 CRASH = "crash.log"
 LONGEST = 60  # letters of a name, which stands in titles
@@ -20,7 +21,12 @@ LONGEST = 60  # letters of a name, which stands in titles
 
 def tell(words: str) -> None:
     """A line on what is being done, beside the verdict on standard output."""
-    print(words, file=sys.stderr, flush=True)
+    print(printable(words), file=sys.stderr, flush=True)
+
+
+def tell_result(lines: Iterable[str]) -> None:
+    """Lines of the verdict on standard output."""
+    print("\n".join(map(printable, lines)))
 
 
 def name_of(path: Path) -> str:
@@ -43,7 +49,7 @@ def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
     """A new folder to write to; on success its files replace those called `names` in `folder`,
     on failure it goes and the folder stays as it was."""
     part = folder / f".part-{uuid.uuid4().hex[:12]}"
-    made = next((p for p in (*reversed(folder.parents), folder) if not p.exists()), None)
+    made = next((p for p in (*reversed(folder.parents), folder) if not exists(p)), None)
     try:
         part.mkdir(parents=True)
     except OSError as error:
@@ -63,7 +69,7 @@ def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
 
 def kept(error: BaseException, folder: Path, name: str) -> str:
     """A crash in one line; its traceback goes to `crash.log` in the folder."""
-    what = " ".join(f"{type(error).__name__}: {error}".split())
+    what = one_line(f"{type(error).__name__}: {error}")
     path = folder / CRASH
     said = "".join(traceback.format_exception(error))
     try:

@@ -4,12 +4,29 @@ from __future__ import annotations
 
 from pathlib import Path
 
+LONGEST = 2000  # letters of a message
+
+
+def printable(text: str) -> str:
+    """Text for a terminal: a letter that controls it, or has no form of its own, as its code."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def one_line(message: object) -> str:
+    """A message as one line of printable letters, a very long one without its middle."""
+    text = printable(" ".join(str(message).split()))
+    if len(text) <= LONGEST:
+        return text
+    return f"{text[: LONGEST // 2]} [...] {text[-LONGEST // 2 :]}"
+
 
 class Refusal(ValueError):
     """Input that cannot be used. The message is one line: what, where, what was expected."""
 
     def __init__(self, message: str):
-        super().__init__(" ".join(str(message).split()))
+        super().__init__(one_line(message))
 
 
 class Damaged(Refusal):

@@ -23,6 +23,7 @@ from mocap_metrology.common import parquet
 from mocap_metrology.common.arrow import to_arrow, to_numpy
 from mocap_metrology.common.errors import Damaged, Missing
 from mocap_metrology.common.large import Made, Spool
+from mocap_metrology.common.spreadsheet import as_text
 from mocap_metrology.common.types import Columns
 
 if TYPE_CHECKING:
@@ -118,11 +119,12 @@ def write_json(path: str | Path, value: object) -> None:
 
 
 def write_csv(path: str | Path, rows: Sequence[Mapping[str, object]]) -> None:
-    """Write rows with equal keys as CSV; NaN and None become empty cells."""
+    """Write rows with equal keys as CSV; NaN and None become empty cells, and what a spreadsheet
+    would take for a formula becomes text."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
     writer.writeheader()
-    writer.writerows({k: "" if v is None or v != v else v for k, v in row.items()} for row in rows)
+    writer.writerows({k: as_text(v) for k, v in row.items()} for row in rows)
     write_text(path, text.getvalue())
 
 

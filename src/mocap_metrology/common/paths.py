@@ -1,4 +1,4 @@
-"""Paths as Windows writes them, which mean nothing here."""
+"""Paths that no file can have: as Windows writes them, or longer than the system takes."""
 
 from __future__ import annotations
 
@@ -6,6 +6,22 @@ import re
 from pathlib import Path
 
 DRIVE = re.compile(r"([A-Za-z]):[\\/]?(.*)", re.DOTALL)
+
+
+def exists(path: str | Path) -> bool:
+    """Whether there is such a file or folder; a name that the system does not take is none."""
+    try:
+        return Path(path).exists()
+    except OSError:
+        return False
+
+
+def is_file(path: str | Path) -> bool:
+    """Whether there is such a file."""
+    try:
+        return Path(path).is_file()
+    except OSError:
+        return False
 
 
 def of_windows(path: str | Path) -> str:
@@ -16,6 +32,6 @@ def of_windows(path: str | Path) -> str:
         rest = drive[2].replace("\\", "/").strip("/")
         return f"in WSL that is /mnt/{drive[1].lower()}/{rest}"
     slashes = text.replace("\\", "/")
-    if slashes != text and Path(slashes).exists():
+    if slashes != text and exists(slashes):
         return f"with slashes it is {slashes}"
     return ""

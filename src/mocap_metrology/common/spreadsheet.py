@@ -8,6 +8,8 @@ import re
 
 NUMBER = re.compile(r"\s*[+-]?\d*,\d*([eE][+-]?\d+)?\s*")
 
+FORMULA = re.compile(r"[=@\t\r]|[+-](?![\d.]*([eE][+-]?\d+)?$)")  # a number is none
+
 
 def delimiter(header: str) -> str:
     """What is between the cells of a header: `;` where there is no comma, else `,`."""
@@ -17,6 +19,14 @@ def delimiter(header: str) -> str:
 def with_point(cell: str) -> str:
     """A number with a decimal comma as one with a point; any other cell as it is."""
     return cell.replace(",", ".") if NUMBER.fullmatch(cell) else cell
+
+
+def as_text(value: object) -> object:
+    """A value as CSV has it: text that a spreadsheet would run as a formula begins with `'`, which
+    a spreadsheet takes for text; NaN and None are empty."""
+    if isinstance(value, str):
+        return f"'{value}" if FORMULA.match(value) else value
+    return "" if value is None or value != value else value
 
 
 def rows(text: str) -> list[list[str]]:

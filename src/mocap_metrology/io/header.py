@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import stat
 from pathlib import Path
@@ -18,7 +19,7 @@ SIGNATURES = (
     (b"MATLAB", "a MATLAB file"),
     (b"PAR1", "a Parquet file"),
 )
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 
 
 def regular_size(path: Path, expected: str) -> int:
@@ -48,4 +49,5 @@ def number(text: str) -> float | None:
     text = text.strip().strip('"')
     if "." not in text:
         text = text.replace(",", ".", 1)
-    return float(text) if NUMBER.fullmatch(text) else None
+    value = float(text) if NUMBER.fullmatch(text) else math.nan
+    return value if math.isfinite(value) else None

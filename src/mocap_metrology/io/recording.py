@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from mocap_metrology.common.errors import Refusal, Unseen
+from mocap_metrology.common.errors import Refusal, UnknownUnit, Unseen
 from mocap_metrology.common.files import sha256
 from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.resolution import Resolution, coarsest
@@ -86,6 +86,8 @@ class Header(Protocol):
     @property
     def bodies(self) -> frozenset[int]: ...
     @property
+    def unit(self) -> LengthUnit: ...
+    @property
     def frame_rate_hz(self) -> float: ...
 
 
@@ -145,6 +147,11 @@ def check_alike(files: Sequence[Header]) -> None:
             only = sorted(set(other.labels) ^ set(first.labels))
             what = f"{only[0]!r} is in one of them only" if only else "in another order"
             raise Refusal(f"{other.name}: its labels are not those of {first.name}: {what}")
+        if other.unit.mm != first.unit.mm:
+            raise UnknownUnit(
+                f"{other.name}: its unit is {other.unit.name}, that of {first.name}"
+                f" {first.unit.name}: segments of one take have one unit"
+            )
         rates = first.frame_rate_hz, other.frame_rate_hz
         if not math.isclose(*rates, rel_tol=1e-6):
             raise Refusal(

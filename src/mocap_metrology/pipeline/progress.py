@@ -9,6 +9,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TextIO, TypeVar
 
+from mocap_metrology.common.errors import printable
+
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -49,7 +51,8 @@ class Progress(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """A line of its own; on a terminal it takes the place of the step's."""
-        self._write(f"{record.getMessage()}\n" if self.stream.isatty() else record.getMessage())
+        said = printable(record.getMessage())
+        self._write(f"{said}\n" if self.stream.isatty() else said)
 
     def end(self) -> None:
         """All that was begun is done, or given up after a failure."""

@@ -180,6 +180,14 @@ def test_counts_that_disagree(tmp_path):
     junk = bytes(range(1, 193))  # no telling what follows the data: POINT:FRAMES goes first
     path = build(tmp_path / "a.c3d", LONG[:500], frames=499, tail=junk)
     assert count(path) == (499, "POINT:FRAMES")
+    path = build(tmp_path / "a.c3d", LONG[:500], frames=512, tail=junk + junk[:192])
+    with pytest.raises(
+        Refusal, match=r"frame counts disagree .*: 512 by POINT:FRAMES, 500 by head"
+    ):
+        inspect(path)  # junk fills the block up to a 512th frame
+    path = build(tmp_path / "a.c3d", LONG[:500], frames=501, tail=junk)
+    with pytest.raises(Refusal, match=r"frame counts disagree"):
+        inspect(path)
     path = build(tmp_path / "a.c3d", LONG[:500], frames=450, header=(1, 440), long_frames=700)
     with pytest.raises(Refusal, match="700 by POINT:LONG_FRAMES, 450 by POINT:FRAMES, 440 by head"):
         inspect(path)

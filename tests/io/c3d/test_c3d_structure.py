@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from make_c3d import build, record, still
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.io.c3d.structure import inspect
 from mocap_metrology.io.read import read_recording
 
@@ -192,3 +192,90 @@ def test_mutants(tmp_path, cost, seed, keys):
             read_recording([path], ["M1", "M2"], second_opinion=False)
 
     assert cost(read_all, read_sound) < 10
+
+
+class TestEnd:
+    """A file ends on a block of 512 bytes, or after its last frame."""
+
+    def lossy(self, raw: bytes, n: int) -> bytes:
+        """The data of `build` with CR LF in n places, of which a transfer as text leaves LF."""
+        out = bytearray(raw)
+        for k in range(n):
+            out[1536 + 32 * k + 1 : 1536 + 32 * k + 3] = b"\r\n"
+        return bytes(out).replace(b"\r\n", b"\n")
+
+    @pytest.mark.parametrize("pad", [True, False])
+    @pytest.mark.parametrize("n", [1, 2, 5])
+    def test_line_ends_that_were_changed(self, tmp_path, pad, n):
+        path = build(tmp_path / "a.c3d", still(50), pad=pad)
+        raw = path.read_bytes()
+        path.write_bytes(self.lossy(raw, n))
+        with pytest.raises(
+            Truncated, match=r"^a\.c3d: (damaged: it ends \d+ bytes into a block|cut)"
+        ):
+            inspect(path)
+        path.write_bytes(raw.replace(b"\n", b"\r\n"))
+        if len(raw) != path.stat().st_size:
+            with pytest.raises(Refusal):
+                inspect(path)
+
+    @pytest.mark.parametrize("cut", [1, 100, 383])
+    def test_padding_that_is_cut_off(self, tmp_path, cut):
+        path = build(tmp_path / "a.c3d", still(50))  # 1600 bytes of data and 448 of padding
+        path.write_bytes(path.read_bytes()[:-cut])
+        with pytest.raises(Truncated, match=r"damaged: it ends .* as by a transfer as text"):
+            inspect(path)
+        structure = inspect(path, accept_truncated=True)
+        assert structure.n_frames == 50 and "used as it is" in structure.notes[0]
+
+    def test_padding_is_no_frame(self, tmp_path):
+        """A wrong count, larger than the file: its frames are accepted, not the zeros after."""
+        path = build(tmp_path / "a.c3d", still(50), frames=500, header=(1, 500))
+        with pytest.raises(Truncated, match=r"cut off: .* frames in the file: 50$"):
+            inspect(path)
+        assert inspect(path, accept_truncated=True).n_frames == 50
+
+
+def test_a_unit_that_is_lost(tmp_path):
+    """Bits of the name of UNITS: 504 mm must not become 0.504 mm."""
+    path = build(tmp_path / "a.c3d", still(50) / np.float32(1000), units="m")
+    raw = bytearray(path.read_bytes())
+    at = raw.index(b"UNITS") - 2
+    refused = 0
+    for bit in range(8 * 10):
+        mutant = raw.copy()
+        mutant[at + bit // 8] ^= 1 << bit % 8
+        path.write_bytes(mutant)
+        try:
+            recording = read_recording([path], ["M1", "M2"], second_opinion=False)
+        except Refusal:
+            refused += 1
+        else:
+            assert (recording.units.lower(), recording.unit_source) == ("m", "file")
+    assert refused > 40
+
+
+def test_a_file_that_ezc3d_cannot_read_alone(tmp_path):
+    steps = np.random.default_rng(1).integers(-900, 900, (50, 2, 4)) * [1, 1, 1, 0]
+    for name in ("SCALE", "FRAMES"):
+        path = build(tmp_path / "a.c3d", steps, scale=0.1, point={name: None})
+        recording = read_recording([path], ["M1"])
+        lack = f"the file has no POINT:{name}, which ezc3d needs"
+        assert recording.segments[0].second_opinion == f"not asked ({lack})"
+        assert recording.notes == (f"a.c3d: no second opinion: {lack}",)
+
+
+def test_messages_are_one_short_line_without_controls(tmp_path):
+    refusal = Refusal("a\x1b]0;title\x07b\u202ec\ud800: " + "x" * 800_000)
+    assert (
+        str(refusal).startswith(r"a\x1b]0;title\x07b\u202ec\ud800: x") and len(str(refusal)) < 2100
+    )
+    path = build(tmp_path / "a.c3d", still(50), labels=["\x1b[31mRED", "B"])
+    with pytest.raises(Refusal, match=r"no marker 'A'.*\\x1b\[31mRED"):
+        read_recording([path], ["A"])
+
+
+def test_a_name_that_is_too_long(tmp_path):
+    for name in ("a" * 300 + ".c3d", "a" * 300 + "/b.c3d"):
+        with pytest.raises(Refusal, match="File name too long"):
+            inspect(tmp_path / name)

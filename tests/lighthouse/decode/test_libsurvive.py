@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.decode import libsurvive
 from mocap_metrology.lighthouse.decode.libsurvive import (
     read_libsurvive,
     read_solution,
@@ -130,6 +131,44 @@ def test_a_cut_off_last_line_is_left_out(tmp_path: Path) -> None:
     path = tmp_path / "a.rec"
     path.write_text(f"0.1 A CONFIG {config()}\n0.2 A C 0 10 3000\n0.3 A C 0 400010 30")
     assert read_libsurvive(path, "A")[0].start_s.size == 1
+
+
+def test_lines_that_cannot_be_read_are_counted(tmp_path: Path) -> None:
+    lines = [f"0.1 A CONFIG {config()}", "0.1 INFO LOG C"]
+    lines += [f"0.{k} A C {k % 4} {400_000 * k} 3000" for k in range(1, 9)]
+    sound = read_libsurvive(recording(tmp_path / "a.rec", *lines, "", end="\r\n"), "A")[0]
+    assert sound.notes == () and sound.start_s.size == 8
+    lines[3:6] = ["0.2 A C 1 80x000 3000", "0.\x002 A C 2", "garbage", "0.5 A C 1"]
+    lines += ["0.7 AB C 1 10 10", "0.8 AB C 1 20 10"]
+    damaged = read_libsurvive(recording(tmp_path / "b.rec", *lines), "A")[0]
+    assert damaged.start_s.size == 5
+    assert damaged.notes == (
+        "4 lines cannot be read and are left out: the file is damaged",
+        "2 pulses are of objects without a CONFIG line and are left out",
+    )
+
+
+def test_more_pulses_than_memory_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(libsurvive, "MOST_PULSES", 500)
+    lines = [f"0.1 A CONFIG {config()}", *["0.2 A C 0 10 3000"] * 501]
+    with pytest.raises(Refusal, match=r"^a\.rec: too long: 501 pulses of A"):
+        read_libsurvive(recording(tmp_path / "a.rec", *lines), "A")
+    names = [f"0.2 A{k} C 0 10 3000" for k in range(1001)]
+    with pytest.raises(Refusal, match="1001 objects"):
+        read_libsurvive(recording(tmp_path / "a.rec", *names), "A")
+
+
+@pytest.mark.parametrize("repeated", ['"lighthouse1":{', '"a":[', '"lighthouse'])
+def test_a_damaged_solution_costs_no_time(tmp_path: Path, cost, repeated: str) -> None:
+    short, long = tmp_path / "short.json", tmp_path / "long.json"
+    short.write_text(repeated * 3000)
+    long.write_text(repeated * 12_000)
+
+    def read(path: Path) -> None:
+        with pytest.raises(Refusal):
+            read_solution(path)
+
+    assert cost(lambda: read(long), lambda: read(short)) < 10
 
 
 PULSE = "0.2 A C 0 10 3000"

@@ -152,6 +152,12 @@ def count_frames(
     # Where several fit, the recording ends with its last frame that is not all zeros.
     full = {source: n for source, n in fits.items() if section.empty_after(n * frame_bytes)}
     n = min(full.values(), default=next(iter(fits.values()), 0))
+    others = [other for other in fits.values() if other < n and other not in SATURATED]
+    if others and not _ends_after(section, n * frame_bytes):
+        return (
+            f"frame counts disagree and the data do not decide: {declared.in_words()}, and the"
+            f" data section holds {low} to {high} frames of {frame_bytes} bytes"
+        )
     source = next((source for source, fitting in fits.items() if fitting == n), "")
     if n and (source in wide or n not in SATURATED or full):
         agrees = declared.trial is not None and wide["TRIAL"] == n
@@ -160,7 +166,15 @@ def count_frames(
     found = None
     if by_size and not wide and section.ends_cleanly(high * frame_bytes):
         found = _from_size(declared, section, frame_bytes, range(low, high + 1))
-    return found or _why_not(declared, low, high, frame_bytes)
+    return found or _why_not(declared, section, low, frame_bytes)
+
+
+def _ends_after(section: Section, used: int) -> bool:
+    """Whether the data show that they end after `used` bytes: with zeros, or with the file. A block
+    that is filled shows nothing, as some writers fill it with what was in memory."""
+    if used == section.available:
+        return not section.on_block
+    return section.empty_after(used)
 
 
 def _trial_base(declared: Declared, section: Section, frame_bytes: int, possible: range) -> int:
@@ -211,17 +225,26 @@ def _from_size(
     return None
 
 
-def _why_not(declared: Declared, low: int, high: int, frame_bytes: int) -> str:
+def _why_not(declared: Declared, section: Section, low: int, frame_bytes: int) -> str:
+    high = section.available // frame_bytes
     counts = list(declared.wide().values()) or list(declared.narrow().values())
     if not counts:
         return "no frame count is declared (POINT:FRAMES, header)"
     if high < min(counts):
-        return f"{CUT_OFF}: frames declared: {declared.in_words()}; frames in the file: {high}"
+        held = _held(section, frame_bytes)
+        return f"{CUT_OFF}: frames declared: {declared.in_words()}; frames in the file: {held}"
     holds = f"{low} to {high}" if low < high else f"{high}"
     return (
         f"frame count and file size disagree: {declared.in_words()}, but the data section"
         f" holds {holds} frames of {frame_bytes} bytes"
     )
+
+
+def _held(section: Section, frame_bytes: int) -> int:
+    """Whole frames in the data section, those of zeros in its last block not counted."""
+    high = section.available // frame_bytes
+    low = max(0, -(-(section.available - len(section.tail)) // frame_bytes))
+    return next((n for n in range(low, high) if section.empty_after(n * frame_bytes)), high)
 
 
 def choose_frame_size(
@@ -243,7 +266,7 @@ def choose_frame_size(
     good = {s: count for s, count in tried.items() if isinstance(count, FrameCount)}
     if not good:
         why = next(reason for reason in tried.values() if isinstance(reason, str))
-        held = section.available // sizes[0]
+        held = _held(section, sizes[0])
         usable = why.startswith(CUT_OFF) and len(sizes) == 1 and held
         if not (accept_truncated and usable):
             raise (Truncated if usable else Refusal)(f"{file}: {why}")

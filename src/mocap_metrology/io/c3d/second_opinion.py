@@ -76,6 +76,9 @@ def ask_ezc3d(
     """
     if structure.n_frames > MOST_FRAMES:
         return f"not asked ({structure.n_frames} frames > {MOST_FRAMES})", ""
+    if structure.missing:
+        lack = f"the file has no POINT:{structure.missing[0]}, which ezc3d needs"
+        return f"not asked ({lack})", f"no second opinion: {lack}"
     if structure.processor == 86:
         return "not asked (ezc3d does not read MIPS files)", ""
     with tempfile.TemporaryDirectory() as folder:
@@ -97,7 +100,10 @@ def ask_ezc3d(
         )
         answer = _run(request)
     if answer.opinion == "differs":
-        raise Refusal(f"{structure.name}: ezc3d reads it differently: {answer.reason}")
+        raise Refusal(
+            f"{structure.name}: ezc3d reads it differently: {answer.reason}; to read it without"
+            " ezc3d, set second_opinion: false"
+        )
     remark = f"no second opinion: {answer.reason}" if answer.opinion == "none" else ""
     return answer.opinion, remark
 

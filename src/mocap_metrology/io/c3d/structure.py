@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.io.c3d.frames import (
     Declared,
     FrameCount,
@@ -44,12 +44,14 @@ class Structure:
     `frame_rate_hz` 0 where the file has none; `first_frame` from TRIAL where it agrees with the
     frame count, else from the header. `given_labels` are those of the file, `labels` completed.
     `listed`: labels that another parameter of POINT than LABELS lists, as ANGLES or POWERS.
+    `missing`: parameters of POINT that ezc3d needs and the file has not.
     """
 
     path: Path
     labels: tuple[str, ...]
     given_labels: tuple[str, ...]
     listed: frozenset[str]
+    missing: tuple[str, ...]
     n_points: int
     n_frames: int
     frame_count_source: str
@@ -204,6 +206,7 @@ def _layout(
     frame_bytes, count = choose_frame_size(
         declared, section, points, analog, path.name, accept_truncated
     )
+    notes += _check_end(section, count.n * frame_bytes, size, path.name, accept_truncated)
     if frame_bytes != points + analog[0]:
         notes.append(
             "analog samples per frame differ from the header; the file size was used to decide"
@@ -228,6 +231,7 @@ def _assemble(
         labels=complete_labels(given, header.n_points),
         given_labels=given,
         listed=_listed(parameters),
+        missing=tuple(name for name in ("SCALE", "FRAMES") if not parameters.get("POINT", name)),
         n_points=header.n_points,
         n_frames=count.n,
         frame_count_source=count.source,
@@ -316,6 +320,22 @@ def _section(path: Path, offset: int, end: int) -> Section:
         stream.seek(max(offset, end - BLOCK))
         tail = stream.read(end - stream.tell())
     return Section(end - offset, tail, end % BLOCK == 0)
+
+
+def _check_end(
+    section: Section, used: int, size: int, file: str, accept_truncated: bool
+) -> list[str]:
+    """Refuse a file that ends neither on a block nor after its last frame; what to say of it where
+    it is accepted. A transfer as text changes line ends, and with them all that follows."""
+    if section.on_block or section.available == used:
+        return []
+    why = (
+        f"it ends {size % BLOCK} bytes into a block and not after its last frame: bytes were lost"
+        " or added, as by a transfer as text"
+    )
+    if not accept_truncated:
+        raise Truncated(f"{file}: damaged: {why}")
+    return [f"{why}; used as it is"]
 
 
 def _analog_samples(header: _Header, parameters: Parameters) -> list[int]:

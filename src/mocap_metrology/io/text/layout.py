@@ -37,7 +37,8 @@ class Layout:
     there are such. `data_line` (from 1) and `data_offset` (bytes): where the numbers start.
     `declared`: name and value of the field that counts frames; `declared_too_few`: whether it is
     known to be below the number of rows at times. `frame_rate_hz` 0: not told.
-    `ends_blank`: an empty line ends the numbers. `zero_is_gap`: x = y = z = 0 is no measurement;
+    `ends_blank`: an empty line ends the numbers. `full_rows`: every row has a number, or
+    NaN, in all columns. `zero_is_gap`: x = y = z = 0 is no measurement;
     `zero_note`: what to say where there are such. `remarks`: what to say of a label, by its place,
     once it is chosen. `rotations`: orientations of labels that are bodies, by their place.
     """
@@ -57,6 +58,7 @@ class Layout:
     declared: tuple[str, int] | None = None
     declared_too_few: bool = False
     ends_blank: bool = False
+    full_rows: bool = False
     zero_is_gap: bool = False
     zero_note: str = ""
     notes: tuple[str, ...] = ()

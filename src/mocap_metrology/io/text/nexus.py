@@ -30,7 +30,7 @@ from mocap_metrology.io.units import read_unit
 WHAT = "a Vicon Nexus export (CSV)"
 SECTION = b"Trajectories"
 OLD_SECTION = b"TRAJECTORIES"
-OLD_RATE = re.compile(r"\s*[0-9.]+\s*[,;\t]?\s*Hz", re.I)
+OLD_RATE = re.compile(r"\s*[0-9.]+[\s,;]*Hz", re.I)
 INNER = re.compile("[YZ]'*")  # titles of columns over which no label stands
 
 

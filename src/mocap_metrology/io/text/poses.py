@@ -62,6 +62,7 @@ def layout(path: Path) -> Layout:
         data_line=line.number,
         data_offset=line.start,
         n_columns=12,
+        full_rows=True,
         notes=notes,
         rotations={0: RotationColumns(MATRIX, "matrix")},
     )

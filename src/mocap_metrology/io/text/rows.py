@@ -52,13 +52,16 @@ def read_rows(layout: Layout, points: Sequence[int], accept_truncated: bool) -> 
     rows = Rows(counts=[dict.fromkeys(REASONS, 0) for _ in points], at_zero=[0] * len(points))
     leading = [c for c in (layout.frame_column, layout.time_column) if c is not None]
     wanted = [*leading, *(c for p in points for c in layout.columns[p])]
+    n_wanted = len(wanted)
+    if layout.full_rows:
+        wanted += range(layout.n_columns)
     parsed = []
     for block, line in _blocks(layout, rows, accept_truncated):
         if not rows.head:
             rows.head = decoded(block).splitlines()
         columns, done = _parse(layout, block, line, wanted, _decimal_point(layout, rows.head))
         parsed.append(columns[: len(leading)])
-        rows.blocks.append(columns[len(leading) :])
+        rows.blocks.append(columns[len(leading) : n_wanted])
         _mark_invalid(layout, points, rows)
         rows.n += columns.shape[1]
         if done:
@@ -134,8 +137,8 @@ def _blanks(layout: Layout) -> str:
 
 def _stripped(layout: Layout, block: bytes) -> bytes:
     """Without blanks round cells: Arrow takes them off numbers, not off what stands for none."""
-    mark, blank = re.escape(layout.delimiter).encode(), f"[{_blanks(layout)}]+".encode()
-    ends = rb"(?m)%b(?=%b|\r?$)|(?:^|(?<=%b))%b" % (blank, mark, mark, blank)
+    mark, blank = re.escape(layout.delimiter).encode(), f"[{_blanks(layout)}]".encode()
+    ends = rb"(?m)(?<!%b)%b+(?=%b|\r?$)|(?:^|(?<=%b))%b+" % (blank, blank, mark, mark, blank)
     return re.sub(ends, b"", block)
 
 
@@ -241,6 +244,8 @@ def _padded(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
         raise Refusal(
             f"{layout.name}: line {line + n} has {width} cells, expected {layout.n_columns}"
         )
+    if layout.full_rows:
+        _check_full(layout, line, counts, blank)
     if counts.min() + 1 == width and not blank.any():
         return block, width, done
     mark = layout.delimiter.encode()
@@ -250,6 +255,17 @@ def _padded(layout: Layout, block: bytes, line: int) -> tuple[bytes, int, bool]:
         if not gone
     ]
     return b"\n".join(padded) + b"\n", width, done
+
+
+def _check_full(
+    layout: Layout, line: int, counts: npt.NDArray[np.integer], blank: npt.NDArray[np.bool_]
+) -> None:
+    """Refuse a row with too few cells, which is no gap."""
+    short = (counts + 1 < layout.n_columns) & ~blank
+    if short.any():
+        n = int(np.argmax(short))
+        cells = f"{int(counts[n]) + 1} cells, expected {layout.n_columns}"
+        raise Refusal(f"{layout.name}: line {line + n} has {cells}")
 
 
 def _wrong_cell(

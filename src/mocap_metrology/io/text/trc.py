@@ -103,9 +103,10 @@ def _labels(
         if own == given[:n] or cells[2 : 2 + n] == given[:n]:
             note = f"line 4 names {len(beyond)} markers more than NumMarkers ({beyond[0]} ...), "
             return named(given[:n]), (note + "for which the file has no numbers: excluded",)
-    spread = [*cells[2 : 2 + 3 * n : 3], *[""] * n][:n]
+    width = min(n, len(cells))
+    spread = [*cells[2 : 2 + 3 * n : 3], *[""] * width][:width]
     short = n > 0 and not spread[-1] and len(cells) <= 3 * n  # an empty last label has its cell
-    if n == 0 or short or [cell for cell in spread if cell] != given:
+    if width in (0, len(cells)) or short or [cell for cell in spread if cell] != given:
         raise Refusal(f"{file}: line 4 has {len(given)} labels, NumMarkers states {n}")
     return named(spread), ()
 

@@ -17,7 +17,7 @@ import zlib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO
 
@@ -32,6 +32,8 @@ CHUNK = 1 << 22
 LONGEST_LINE = 1 << 26
 WRAP = 1 << 32
 CHANNELS = 1 << 12  # beyond this a channel is damage
+MOST_PULSES = 10_000_000  # of one object: an hour; beyond it the memory of a computer may not do
+MOST_OBJECTS = 1000  # beyond this the names are damage
 # Rows: x, y, z of this project in axes of libsurvive, X, Y, Z.
 FROM_LIBSURVIVE = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
@@ -40,6 +42,8 @@ CONFIG = re.compile(rb"^[-+.\de]+ +(\S+) +CONFIG +(.*)$", re.M)
 SECOND_GENERATION = re.compile(rb"^[-+.\de]+ +\S+ +[BWY] +\d", re.M)
 PROCESSED = re.compile(rb"^[-+.\de]+ +(\S+) +(?:A|S|[LR] [XY]) +-?\d", re.M)
 EVENT = re.compile(rb"^[-+.\de]+ +\S+ +\S", re.M)
+ANY_C = re.compile(rb"^[-+.\de]+ +\S+ +C(?=\s)", re.M)
+EMPTY = re.compile(rb"^\r?$", re.M)
 
 
 @dataclass
@@ -52,6 +56,8 @@ class _Seen:
     second_generation: bool = False
     processed: bool = False
     events: bool = False
+    n_pulses: int = 0  # of the object
+    unreadable: int = 0  # lines
 
 
 def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.ndarray]:
@@ -65,18 +71,37 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.n
     seen = _scan(path, tracked_object.encode())
     _check(seen, tracked_object, name)
     board, channels = _description(seen.configs[tracked_object], f"{name}, {tracked_object}")
-    return _pulses(np.concatenate(seen.pulses), channels, len(board), name), board
+    pulses = _pulses(np.concatenate(seen.pulses), channels, len(board), name)
+    return replace(pulses, notes=(*pulses.notes, *_damage(seen))), board
+
+
+def _damage(seen: _Seen) -> Iterator[str]:
+    """What to say of lines that cannot be read, and of pulses of objects that are not described."""
+    if seen.unreadable:
+        yield f"{seen.unreadable} lines cannot be read and are left out: the file is damaged"
+    known = {name.encode() for name in seen.configs}
+    stray = sum(n for name, n in seen.raw.items() if name not in known)
+    if stray:
+        yield f"{stray} pulses are of objects without a CONFIG line and are left out"
 
 
 def _scan(path: str | Path, wanted: bytes) -> _Seen:
-    seen = _Seen()
+    seen, file = _Seen(), Path(path).name
     for block in _blocks(path):
-        seen.events = seen.events or EVENT.search(block) is not None
+        n_events = len(EVENT.findall(block))
+        seen.events = seen.events or n_events > 0
+        seen.unreadable += block.count(b"\n") + 1 - len(EMPTY.findall(block)) - n_events
         if b" CONFIG " in block:
             for name, text in CONFIG.findall(block):
                 seen.configs.setdefault(name.decode("utf-8", "replace"), text)
         if b" C " in block:
             _add_raw(seen, block, wanted)
+        if seen.n_pulses > MOST_PULSES or max(len(seen.raw), len(seen.configs)) > MOST_OBJECTS:
+            raise Refusal(
+                f"{file}: too long: {seen.n_pulses} pulses of {wanted.decode()} and"
+                f" {len(seen.raw)} objects in the first part; expected at most {MOST_PULSES} of"
+                f" {MOST_OBJECTS}"
+            )
         if not seen.raw:
             seen.second_generation |= SECOND_GENERATION.search(block) is not None
             seen.processed |= PROCESSED.search(block) is not None
@@ -88,8 +113,10 @@ def _add_raw(seen: _Seen, block: bytes, wanted: bytes) -> None:
     lines = [line for line in block.split(b"\n") if b" C " in line]
     found = RAW.findall(b"\n".join(lines))
     seen.raw.update(Counter(row[0] for row in found))
+    seen.unreadable += len(ANY_C.findall(b"\n".join(lines))) - len(found)
     mine = [list(map(int, row[1:])) for row in found if row[0] == wanted]
     seen.pulses.append(np.array(mine, np.int64).reshape(-1, 3))
+    seen.n_pulses += len(mine)
 
 
 def _blocks(path: str | Path) -> Iterator[bytes]:
@@ -210,8 +237,8 @@ class SolvedStation:
     t_m: np.ndarray
 
 
-BLOCK = re.compile(r'"lighthouse(\d+)"\s*:\s*\{(.*?)\}', re.S)
-ENTRY = re.compile(r'"(\w+)"\s*:\s*(?:"([^"]*)"|\[([^\]]*)\])')
+BLOCK = re.compile(r'"lighthouse(\d+)"\s*:\s*\{([^{}]*)\}')
+ENTRY = re.compile(r'"(\w+)"\s*:\s*(?:"([^"]*)"|\[([^][]*)\])')
 FACTORY_KEYS = {
     "phase": "fcalphase",
     "tilt": "fcaltilt",

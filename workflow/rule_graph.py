@@ -1,8 +1,8 @@
-"""Keep the rule graph in docs current: `python workflow/rule_graph.py`, or with --check.
+"""Update the rule graph in docs: `python workflow/rule_graph.py`, or with --check.
 
 Snakemake lists the edges (`--rulegraph mermaid-js`) of the default sheets, without what a user has
 added to them, in a folder of its own. Left out are the rules that read from almost all others, and
-every edge that a longer way says too.
+every edge that a longer path implies.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def shipped(sheet: str) -> list[dict[str, str]]:
 
 
 def write_shipped(folder: Path) -> list[str]:
-    """Write sheets of these rows; what `--config` has to say to use them."""
+    """Write sheets of these rows; returns the values of `--config` that use them."""
     settings = []
     for sheet in GROUPS:
         rows, path = shipped(sheet), folder / f"{sheet}.tsv"
@@ -91,7 +91,7 @@ def in_columns(
     rules: Iterable[str], edges: Sequence[tuple[str, str]]
 ) -> tuple[list[list[str]], list[list[str]]]:
     """Columns of names, a rule right of all that it reads from, and each edge as the names that it
-    passes: itself in the columns between its ends, so that it goes past the boxes there."""
+    passes: itself in the columns between its ends, so that it passes the boxes there."""
     column: dict[str, int] = {}
 
     def place(name: str) -> int:
@@ -167,7 +167,7 @@ def drawn() -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="rule_graph.py", description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="only tell whether it is current")
+    parser.add_argument("--check", action="store_true", help="only check whether it is current")
     only_check = parser.parse_args().check
     new = drawn()
     if only_check:

@@ -24,7 +24,7 @@ def main(arguments: list[str]) -> None:
     runs.ends_at_interrupt()
     try:
         runs.clear(unlock)
-        with contextlib.suppress(OSError):  # Snakemake will say what is wrong with the folder
+        with contextlib.suppress(OSError):  # Snakemake will report what is wrong with the folder
             runs.began()
     except Faults as faults:
         stop(faults)

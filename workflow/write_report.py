@@ -26,7 +26,7 @@ def command(target: str, arguments: list[str]) -> list[str]:
 
 
 def why(output: str) -> str:
-    """One line out of what Snakemake says of a report that it could not write."""
+    """One line from Snakemake's message on a report that it could not write."""
     missing = MISSING.search(output)
     if missing:
         return f"{missing[1]} is missing: {FINISH}"

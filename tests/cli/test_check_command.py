@@ -49,13 +49,13 @@ def take(tmp_path: Path) -> Path:
 
 
 def test_verdict_on_one_file(take: Path) -> None:
-    """White noise of a known size, by the two markers that stand still; progress meanwhile, and
+    """White noise of a known size, by the two markers at rest; progress meanwhile, and
     nothing but results in the folder."""
     found = check(take.parent, take.name)
     assert found.returncode == 0, found.stderr
     said, lines = found.stderr.splitlines(), found.stdout.splitlines()
     assert said[0] == f"{take.name}: reading"
-    assert said[1].startswith("Markers: Head, Toe (the first two that stand still)")
+    assert said[1].startswith("Markers: Head, Toe (the first two at rest)")
     assert said[2] == "Head, Toe: 3500 frames at 50 Hz, 70 s"
     steps = list(dict.fromkeys(line[:3] for line in said[3:]))
     assert steps == [f"{k}/7" for k in range(1, 8)]
@@ -207,11 +207,11 @@ def test_results_are_replaced_whole_or_not_at_all(tmp_path: Path) -> None:
 def test_choice_of_markers() -> None:
     moved = {"A": 30.0, "B": 0.1, "C": None, "D": 0.5, "E": 0.01}
     still, why = markers.choose(list(moved), moved.get, 2.0)
-    assert (still, why) == (["B", "D"], "the first two that stand still")  # not E, the quietest
+    assert (still, why) == (["B", "D"], "the first two at rest")  # not E, the quietest
     one, why = markers.choose(["A", "B"], moved.get, 2.0)
     assert one == ["B", "A"]
-    assert why == "those that move least, B by 0.1 mm, A by 30 mm: no two stand still"
-    assert markers.choose(["C", "B"], moved.get, 2.0) == (["B"], "all that stand still")
+    assert why == "those that move least, B by 0.1 mm, A by 30 mm: no two are at rest"
+    assert markers.choose(["C", "B"], moved.get, 2.0) == (["B"], "all at rest")
     assert markers.choose(["C"], moved.get, 2.0)[0] == []
 
 

@@ -46,7 +46,9 @@ def test_an_assumed_unit_is_warned_of(tmp_path: Path) -> None:
     positions = np.random.default_rng(3).normal(300, 0.05, (500, 1, 3))
     write_c3d(tmp_path / "take.c3d", ["A"], 100, [positions], 500, units="")
     check, recording = read_checked(Asked([str(tmp_path / "take.c3d")], ["A"]), *HOW)
-    assert check["warnings"] == ["no unit is named in the file, so its coordinates are taken as mm"]
+    assert check["warnings"] == [
+        "the file names no unit, so its coordinates are assumed to be in mm"
+    ]
     assert trajectories(recording, NAMED).origin["unit_source"] == "assumed"
 
 

@@ -241,7 +241,7 @@ def test_all_wrong_cells_come_at_once_in_the_order_of_the_sheet(folder: Path) ->
     assert starts[:3] == ["column n_cameras", "column frame_rate_hz", "column path"]
     assert "expected a name of its own (row 2 has it)" in lines[3]
     assert "column markers" in lines[4]
-    assert '"1;2"; expected as many as column n_cameras says (3)' in lines[5]
+    assert '"1;2"; expected as many as in column n_cameras (3)' in lines[5]
     assert len(lines) == 6
 
 

@@ -280,7 +280,7 @@ def _check(twin: twins.LighthouseTwin) -> None:
 
 
 def calibration_twin(document: TwinsFile, name: str) -> CalibrationTwin:
-    """A twin of the file of twins, with what it takes from elsewhere in there."""
+    """A twin of the file of twins, with the keys it inherits from other entries."""
     return read_entry(CalibrationTwin, twin_entry(document, name), f"twin {name}")
 
 

@@ -1,7 +1,7 @@
-"""What sections of settings have in common: how values are read, and how wrong ones are told.
+"""Common parts of sections of settings: reading of values, and messages on wrong ones.
 
 Values from `--config key='{inner: value}'` arrive as text, `results=2024` as a number, an empty
-value as None. So every value is first turned into the type its setting asks for, then checked.
+value as None. So every value is first converted to the type of its setting, then checked.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ ABSENT = object()
 
 @dataclass(frozen=True)
 class Words:
-    """What a user reads of a setting where its type does not say it: on an error, in the manual."""
+    """Description of a setting, beyond its type, for errors and the manual."""
 
     expected: str
     range: str = ""
@@ -80,7 +80,7 @@ def fields(section: type[Section], prefix: str = "") -> Iterator[tuple[str, Fiel
 
 @dataclass(frozen=True)
 class Once:
-    """Check of a list: no value stands there twice, and this one or so many at least do."""
+    """Check of a list: no value twice, and at least this one or so many."""
 
     always: str = ""
     least: int = 0
@@ -93,7 +93,7 @@ class Once:
 
 
 def coerced(value: object, kind: object) -> object:
-    """The value as the type asked for where that is possible, else unchanged."""
+    """The value as the type of the setting where that is possible, else unchanged."""
     if isinstance(value, str):
         value = value.strip()
     if isinstance(kind, UnionType):
@@ -129,7 +129,7 @@ def _number(value: object, whole: bool) -> object:
 
 
 def words_of(field: FieldInfo) -> Words | None:
-    """What a setting says of itself."""
+    """Description of a setting."""
     return next((own for own in field.metadata if isinstance(own, Words)), None)
 
 
@@ -196,7 +196,7 @@ def faults(
 def _fault(
     loc: Loc, section: type[Section], config: Mapping[str, object]
 ) -> tuple[str, tuple[int, ...]]:
-    """What is wrong with a key, and where it stands among the settings."""
+    """The fault of a key, and its place among the settings."""
     name, of = "", section
     place: tuple[int, ...] = ()
     value: object = config

@@ -143,7 +143,10 @@ def twins_schema() -> JsonSchemaValue:
     for definition in shared["$defs"].values():
         definition.pop("required", None)
     calibration = shared["$defs"]["CalibrationTwin"]["properties"]
-    calibration["like"] = {"type": "string", "description": "Another twin, whose keys it takes."}
+    calibration["like"] = {
+        "type": "string",
+        "description": "Twin whose keys are inherited.",
+    }
     factory = shared["$defs"]["Station"]["properties"]["factory"]
     factory["anyOf"].append({"type": "string"})
     named = {"type": "object", "additionalProperties": {}}

@@ -1,4 +1,4 @@
-"""The file of twins and its entries: how values are read, and how wrong ones are told.
+"""The file of twins and its entries: reading of values, and messages on wrong ones.
 
 A number may be text (`1e-6` arrives from YAML as text); a key without a value counts as absent.
 """
@@ -99,7 +99,7 @@ class Read:
 
     @property
     def expected(self) -> str:
-        """What a user is told."""
+        """The message for the user."""
         raise NotImplementedError
 
     def limits(self) -> dict[str, float]:
@@ -242,7 +242,7 @@ def _lines(error: ValidationError, kind: type[Entry], where: str) -> list[str]:
 
 
 def _place(loc: Loc, kind: type[Entry], where: str) -> tuple[str, str, str, type[Entry] | None]:
-    """The entry that a key stands in, with its place in words, what goes between, and the key."""
+    """The entry that contains a key, with its place in words, the path between, and the key."""
     of: type[Entry] | None = kind
     between, key = "", ""
     for part in (part for part in loc if isinstance(part, str)):

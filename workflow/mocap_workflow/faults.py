@@ -1,4 +1,4 @@
-"""Wrong input is said in full and in lines a user can act on, never as a traceback."""
+"""Wrong input is reported completely, in lines a user can act on, never as a traceback."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Unfit(ValueError):
 
 
 class Unmatched(Unfit):
-    """A cell does not look as its column asks."""
+    """A cell does not have the form of its column."""
 
 
 def unfit(found: list[Unfit]) -> Unfit:

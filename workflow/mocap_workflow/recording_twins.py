@@ -368,7 +368,7 @@ AnyTwin = RecordingTwin | SubsetTwin
 def recording_twin(
     entry: Mapping[str, object], name: str, defaults: Mapping[str, object] | None = None
 ) -> AnyTwin:
-    """A twin of its entry of the file of twins; what it does not say is taken from the defaults."""
+    """A twin from its entry in the file of twins; missing keys have their defaults."""
     defaults = defaults or {}
     if "take" not in entry:
         return read_entry(RecordingTwin, {**defaults, **entry}, f"twin {name}")

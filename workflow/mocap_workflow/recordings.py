@@ -66,7 +66,7 @@ def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
 
 
 class RecordingRow(SheetRow):
-    """One row a recording of markers that stand still."""
+    """One row for each recording of markers at rest."""
 
     KIND = "recording"
 
@@ -199,7 +199,7 @@ class RecordingRow(SheetRow):
         if len(set(ids)) < len(ids):
             raise Unfit("each camera once")
         if ids and n_cameras is not None and len(ids) != n_cameras:
-            raise Unfit(f"as many as column n_cameras says ({n_cameras})")
+            raise Unfit(f"as many as in column n_cameras ({n_cameras})")
         return ids
 
     @field_validator("frame_rate_hz")

@@ -33,7 +33,7 @@ def entry(path: str) -> dict[str, object]:
     """Category, subcategory and labels of a table, by the title of its Markdown.
 
     One label: of several, Snakemake 9.27 makes a switch of any but the first that has two values
-    equally often, and its page goes blank where a result lacks one of them.
+    equally often, and its page is blank if a result lacks one of them.
     """
     title = _title(path)
     found = TITLE.fullmatch(title)
@@ -57,7 +57,7 @@ def of_papers(paths: Iterable[str]) -> list[str]:
 def inputs(
     rows: Iterable[SheetRow], twins: Mapping[str, AnyTwin | CalibrationTwin]
 ) -> list[dict[str, object]]:
-    """What the page of provenance says of each row beside its files."""
+    """Entries of the page of provenance for each row, besides its files."""
     return [
         {
             "name": row.name,

@@ -35,7 +35,7 @@ SIMULATE = "simulate:"
 
 @dataclass(frozen=True)
 class Cell:
-    """What a cell that is filled in looks like, and how a user is told."""
+    """The form of a cell that is filled in, in code and in words."""
 
     pattern: str
     expected: str
@@ -43,18 +43,18 @@ class Cell:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a row stands, and what its cells may name."""
+    """The place of a row, and what its cells may name."""
 
     sheet: str
     number: int
     cells: Mapping[str, str]
     names: Collection[str]  # of all rows
-    first: Mapping[str, int]  # row in which a name first stands, upper and lower case alike
+    first: Mapping[str, int]  # row of the first occurrence of a name, upper and lower case alike
     twins: Collection[str]
 
     @property
     def is_simulated(self) -> bool:
-        """Whether the row asks for a twin, be there one of that name or not."""
+        """Whether the row names a twin, existing or not."""
         return self.cells["path"].startswith(SIMULATE)
 
 
@@ -102,7 +102,7 @@ def file_or_none(path: str | None, info: Info) -> str | None:
 
 
 def each_once(what: str) -> AfterValidator:
-    """For parts of a cell: none is empty and none stands there twice."""
+    """For parts of a cell: none is empty and none occurs twice."""
 
     def check(parts: tuple[str, ...]) -> tuple[str, ...]:
         if "" in parts or len(set(parts)) < len(parts):
@@ -112,7 +112,7 @@ def each_once(what: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-# Names become wildcards: Snakemake takes one whose end repeats 20 times for an endless recursion.
+# Names become wildcards. If the end of one repeats 20 times, Snakemake assumes endless recursion.
 NAME = Cell(
     r"(?=.{1,200}$)(?!.*?(.{1,10}?)\1{19}$)[A-Za-z0-9][A-Za-z0-9_.-]*",
     'a name of letters, digits, "_", "." and "-", 200 at most, that begins with a letter or digit '
@@ -167,7 +167,7 @@ class SheetRow(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _of_cell(cls, text: str, info: Info) -> object:
-        """An empty cell is the default; another one must match, and is taken apart for a list."""
+        """An empty cell is the default; another one must match, and is split for a list."""
         field = cls.model_fields[str(info.field_name)]
         if not (text or field.is_required()):
             return field.default

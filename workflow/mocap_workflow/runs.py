@@ -29,10 +29,10 @@ from mocap_workflow.faults import Faults
 
 RECORD = Path(".snakemake/run.json")
 MARK = "MOCAP_METROLOGY_RUN"  # names the run in the environment of its jobs
-PLACE = "MOCAP_METROLOGY_RECORD"  # where it stands, be Snakemake sent to another folder or not
+PLACE = "MOCAP_METROLOGY_RECORD"  # path of the record, whatever folder Snakemake works in
 SAME_S = 2.0  # what two readings of the start of one process may differ by, as the clock is set
 HEARD = threading.Event()  # Ctrl-C
-PATIENCE_S = 10.0  # for a job to end when it is asked to
+PATIENCE_S = 10.0  # for a job to end after the signal
 
 
 @dataclass(frozen=True)
@@ -90,21 +90,21 @@ def began(record: Path = RECORD) -> None:
 
 
 def ends_with_process(record: Path = RECORD) -> None:
-    """Take the record away when this process, if it is the one of the record, ends by itself."""
+    """Remove the record when this process, if it is the one of the record, ends by itself."""
     for path in {record.absolute(), Path(os.environ.get(PLACE, record)).absolute()}:
         atexit.register(ended, path)
 
 
 def ended(record: Path = RECORD) -> None:
-    """Take the record of this process away."""
+    """Remove the record of this process."""
     run = read(record)
     if run is not None and run.here() and run.pid == os.getpid():
         record.unlink(missing_ok=True)
 
 
 def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:
-    """End the jobs of a killed run of this host and clear its lock by `unlock`, which tells whether
-    it did; `Faults` where the run is alive. What there was to say goes to stderr."""
+    """End the jobs of a killed run of this host and clear its lock by `unlock` (True if it did);
+    `Faults` if the run is alive. Messages are written to stderr."""
     run, folder = read(record), record.resolve().parents[1]
     if run is None:
         return
@@ -180,7 +180,7 @@ class Scheduler(Protocol):
 
 
 def without_rate_limit(scheduler: Scheduler) -> None:
-    """Take the limit of submissions a second from Snakemake's scheduler; `jobs` of a profile still
+    """Remove the limit of submissions a second of Snakemake's scheduler; `jobs` of a profile still
     limits how many there are.
 
     The one private part of Snakemake that is used. Version 9.27 has no option for it. For the limit

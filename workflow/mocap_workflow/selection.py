@@ -1,4 +1,4 @@
-"""What rules ask of a row, or select from the rows of accepted recordings and calibrations."""
+"""Values of a row for rules, and selections of rows of accepted recordings and calibrations."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def with_and_without_failing(rows: Sequence[RecordingRow]) -> list[RecordingRow]
 
 
 def full_sets(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
-    """Recordings that stand for the rows of the first paper's Table 4: of the largest sound set of
+    """Recordings for the rows of the first paper's Table 4: of the largest sound set of
     each type. If none is there, the first recording."""
     from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
 
@@ -118,7 +118,7 @@ def full_sets(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
 
 
 def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
-    """Twins that are made of the row of the first paper's tables their recording stands for."""
+    """Twins made from the row of the first paper's tables for their recording."""
     found = []
     for row in rows:
         twin = twins[row.twin] if row.twin else None
@@ -145,7 +145,7 @@ def form(row: RecordingRow, twins: Twins) -> str | None:
 
 
 def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:
-    """The subset that a recording of the first paper stands for; None for any other recording."""
+    """The subset of a recording of the first paper; None for any other recording."""
     return subset(row) if row.group == "skurowski2019" else None
 
 
@@ -221,7 +221,7 @@ def compared_with(row: CalibrationRow) -> dict[str, str]:
 
 
 def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
-    """Calibrations with a figure; of twins only the first of each setup, unless asked for by name:
+    """Calibrations with a figure; of twins only the first of each setup, unless requested by name:
     they are many, and look alike."""
     first_of: dict[str, CalibrationRow] = {}
     return [row for row in rows if first_of.setdefault(row.setup, row) is row or not row.twin]

@@ -272,7 +272,7 @@ class Lighthouse(Section):
     active_level: Annotated[int, Words("0 or 1", "`0`, `1`")] = Field(
         DEFAULTS.lighthouse.active_level, ge=0, le=1
     )
-    """Value of a bit while its diode sees light."""
+    """Value of a bit while its diode is lit."""
     gate_mrad: float = Field(DEFAULTS.lighthouse.gate_mrad, gt=0)
     """A hit is an outlier if it deviates from the others of its sweep by more than this and by more
     than `gate_mad`."""

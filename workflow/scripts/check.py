@@ -1,4 +1,4 @@
-"""Read a whole recording; say in check.json whether it can be used, and what to beware of."""
+"""Read a whole recording; check.json states whether it can be used, with remarks."""
 
 from step import step
 

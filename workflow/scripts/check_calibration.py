@@ -1,4 +1,4 @@
-"""Decode a whole recording; say in check.json whether it can be used, and what to beware of."""
+"""Decode a whole recording; check.json states whether it can be used, with remarks."""
 
 from step import step
 

@@ -1,4 +1,4 @@
-"""clean.parquet and what was recorded beside it -> <group>_coherence: what noise goes with it."""
+"""clean.parquet and a simultaneous covariate -> <group>_coherence: coherence of the noise."""
 
 from step import step
 

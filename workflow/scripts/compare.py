@@ -1,4 +1,4 @@
-"""allan_masked.parquet of recordings and their references -> <group>_compare: what has changed."""
+"""allan_masked.parquet of recordings and their references -> <group>_compare: changes."""
 
 from step import step
 
@@ -22,7 +22,7 @@ with step(snakemake) as log:
         rows += compare.compare_rows(*pair, new, old, **settings, coarse=coarse)
     lengths = {name: length_s(origin) for name, origin in origins.items()}
     source, remarks = sources(origins, lengths, paper=False)
-    title = f"{snakemake.wildcards.group}: what has changed"
+    title = f"{snakemake.wildcards.group}: comparison with the reference"
     text = compare.compare_markdown(rows, title, f"{compare.CAPTION} {source} {remarks}")
     tables.write_with(snakemake.output.csv, rows, text)
     words = compare.sentences(rows)

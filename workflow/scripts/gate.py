@@ -1,6 +1,6 @@
-"""Say how good recordings are and what was refused, one line each; fail if anything was refused."""
+"""Report verdicts and refusals, one line each; fail if anything was refused."""
 
-from step import TOLD, step
+from step import RESULT, step
 
 with step(snakemake, prefix="") as log:
     import json
@@ -10,10 +10,10 @@ with step(snakemake, prefix="") as log:
     from mocap_metrology.common.files import write_json
 
     verdicts = [Path(p) for p in snakemake.input.results if Path(p).name == "verdict.json"]
-    for path in verdicts if len(verdicts) <= 10 else ():  # of more, the tables tell
+    for path in verdicts if len(verdicts) <= 10 else ():  # more are in the tables
         found = json.loads(path.read_text(encoding="utf-8"))
-        log.log(TOLD, "recording %s is %s: %s", path.parent.name, found["word"], found["reason"])
-    refused = []  # said last
+        log.log(RESULT, "recording %s is %s: %s", path.parent.name, found["word"], found["reason"])
+    refused = []  # reported last
     for path in map(Path, snakemake.input.checks):
         check = json.loads(path.read_text(encoding="utf-8"))
         what = f"{path.parent.parent.name.removesuffix('s')} {path.parent.name}"
@@ -29,7 +29,7 @@ with step(snakemake, prefix="") as log:
             refused.append(f"calibration {path.parent.name} failed: {verdict['reason']}")
     for path in snakemake.input.results:
         if Path(path).name == "summary.html":
-            log.log(TOLD, "see %s", path)
+            log.log(RESULT, "see %s", path)
     for line in refused:
         log.error("%s", line)
     if refused:

@@ -37,6 +37,6 @@ with step(snakemake) as log:
     tables.write(
         folder / "skurowski_support",
         appendix.support_counts(every),
-        "Skurowski & Pawlyta 2019, Tables A1-A3: what their length can tell",
+        "Skurowski & Pawlyta 2019, Tables A1-A3: limits from the length",
         f"{appendix.SUPPORT} {sentence}",
     )

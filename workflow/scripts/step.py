@@ -7,8 +7,8 @@
         log.info("cleaning")
 
 Import what is heavy inside, so that its failures reach the log too. Information goes to the log,
-warnings and errors to the log and the terminal, and so does what is logged as TOLD: results. Why a
-step fails goes to the log alone where the run says it last.
+warnings and errors to the log and the terminal, and so do results (RESULT). The reason
+of a failure is written to the log alone if the run reports it at the end.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-TOLD = logging.INFO + 5
-LATER = "MOCAP_METROLOGY_REASONS_LATER"  # set by a run that itself says why steps fail
-CLEARED = "\r\x1b[K"  # takes the bar off the line, on a terminal
+RESULT = logging.INFO + 5
+LATER = "MOCAP_METROLOGY_REASONS_LATER"  # set by a run that itself reports why steps fail
+CLEARED = "\r\x1b[K"  # clears the progress bar, on a terminal
 
-logging.addLevelName(TOLD, "RESULT")
+logging.addLevelName(RESULT, "RESULT")
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a job without a traceback
 
 # One thread, so that no result depends on --cores; read by the libraries when they are imported.
@@ -100,7 +100,7 @@ def _logger(terminal: int, prefix: str) -> logging.Logger:
     to_file = logging.StreamHandler()  # sys.stderr, by now the log
     to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%H:%M:%S"))
     to_terminal = logging.StreamHandler(os.fdopen(terminal, "w", encoding="utf-8", closefd=False))
-    to_terminal.setLevel(TOLD)
+    to_terminal.setLevel(RESULT)
     to_terminal.setFormatter(_OneLine(prefix, CLEARED if os.isatty(terminal) else ""))
     if os.environ.get(LATER):
         to_terminal.addFilter(lambda record: not hasattr(record, "of_the_end"))

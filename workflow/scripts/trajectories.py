@@ -11,7 +11,7 @@ with step(snakemake) as log:
         paths,
         row["markers"] or labels_of(paths[0], row["accept_truncated"]),
         row["frame_rate_hz"],
-        second_opinion=False,  # asked by check_recording
+        second_opinion=False,  # requested by check_recording
         accept_truncated=row["accept_truncated"],
         unit=row["unit"],
     )

@@ -17,7 +17,7 @@ EXAMPLES = """examples:
   mocap-metrology check poses.txt --rate 100 --unit m
   mocap-metrology check dump.bin --board board.csv
 
-A recording is of markers that stand still, for a minute or better an hour: C3D, TRC, CSV of Motive
+A recording has markers at rest, for a minute or better an hour: C3D, TRC, CSV of Motive
 or Vicon Nexus, TSV of Qualisys, or poses as text. With --board the file is a sweep dump of a board
 of photodiodes before two Lighthouse base stations. The results of an earlier check in the same
 folder are replaced. Exit status: 0 with a verdict, whatever it is; 1 without one."""
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def parser() -> argparse.ArgumentParser:
-    """What may stand on the command line."""
+    """The command line."""
     whole = argparse.ArgumentParser(
         prog="mocap-metrology",
         description="How good is an optical tracking system, from the recordings it makes.",
@@ -67,8 +67,7 @@ def parser() -> argparse.ArgumentParser:
         nargs="+",
         default=(),
         metavar="LABEL",
-        help='two markers or more that stand still, as A B or "A;B" (default: the first two that '
-        "do)",
+        help='two markers or more at rest, as A B or "A;B" (default: the first two that do)',
     )
     markers.add_argument(
         "--rate",
@@ -119,7 +118,7 @@ def _rate(text: str) -> float:
 
 
 def check(given: argparse.Namespace) -> int:
-    """Check one file; say what is wrong with it, or what crashed and where its traceback is."""
+    """Check one file; report its faults, or a crash and where its traceback is."""
     path = Path(given.file).expanduser()
     from mocap_metrology.common.paths import exists
 

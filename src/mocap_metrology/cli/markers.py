@@ -36,9 +36,9 @@ def choose(
 ) -> tuple[list[str], str]:
     """Markers to judge by, and why these.
 
-    The first two in the file that stand still: choosing the quietest would flatter the system.
+    The first two in the file that are at rest: choosing the quietest would flatter the system.
     Where fewer do, the two that move least. movement: range in mm of a marker's one-second means,
-    None if it is hardly seen or not measured; asked only until two are found.
+    None if it is hardly visible or not measured; computed only until two are found.
     """
     ranges: dict[str, float] = {}
     for label in labels:
@@ -47,12 +47,12 @@ def choose(
             ranges[label] = moved
         still = [name for name, value in ranges.items() if value <= limit_mm]
         if len(still) == WANTED:
-            return still, "the first two that stand still"
+            return still, "the first two at rest"
     least = sorted(ranges, key=lambda name: ranges[name])[:WANTED]
     if least and all(ranges[name] <= limit_mm for name in least):
-        return least, "all that stand still"
+        return least, "all at rest"
     moves = ", ".join(f"{name} by {mm(ranges[name])}" for name in least)
-    return least, f"those that move least, {moves}: no two stand still"
+    return least, f"those that move least, {moves}: no two are at rest"
 
 
 def _movement(asked: Asked, label: str) -> float | None:

@@ -22,7 +22,7 @@ from mocap_metrology.pipeline.settings import DEFAULTS
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.words import verdict_lines
 
-# The verdict goes by one estimator of noise; the others are there to be compared
+# One estimator of noise decides the verdict; the others are for comparison
 SETTINGS = replace(DEFAULTS, noise=replace(DEFAULTS.noise, estimators=("likelihood",)))
 
 
@@ -55,7 +55,7 @@ def processors() -> int:
 
 
 def _asked(path: Path, given: argparse.Namespace) -> Asked:
-    """With the markers that were named, or a choice of markers, which is told."""
+    """With the named markers, or a choice of markers, which is reported."""
     named = [part.strip() for text in given.markers for part in text.split(";") if part.strip()]
     asked = Asked([str(path)], named, given.rate, given.accept_truncated, given.unit)
     if named:

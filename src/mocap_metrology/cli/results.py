@@ -16,7 +16,7 @@ from mocap_metrology.common.errors import Refusal, one_line, printable
 from mocap_metrology.common.paths import exists
 
 CRASH = "crash.log"
-LONGEST = 60  # letters of a name, which stands in titles
+LONGEST = 60  # letters of a name, for titles
 
 
 def tell(words: str) -> None:
@@ -31,7 +31,7 @@ def tell_result(lines: Iterable[str]) -> None:
 
 def name_of(path: Path) -> str:
     """A name for a recording: `My file (2).c3d` is `My-file-2`. What is too long, or has no letter
-    or digit of ASCII, is told apart by a hash."""
+    or digit of ASCII, is distinguished by a hash."""
     name = re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem).strip("-.")
     digest = hashlib.sha256(path.stem.encode("utf-8", "surrogateescape")).hexdigest()[:6]
     if not re.search(r"[A-Za-z0-9]", name):
@@ -40,14 +40,14 @@ def name_of(path: Path) -> str:
 
 
 def folder_of(path: Path) -> Path:
-    """Where the results go unless another folder is asked for: `take.c3d` beside `take.trc`."""
+    """Folder of results unless another one is requested: `take.c3d` beside `take.trc`."""
     return Path("results/check") / f"{name_of(path)}{path.suffix.lower()}"
 
 
 @contextmanager
 def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
     """A new folder to write to; on success its files replace those called `names` in `folder`,
-    on failure it goes and the folder stays as it was."""
+    on failure it is removed and the folder remains unchanged."""
     part = folder / f".part-{uuid.uuid4().hex[:12]}"
     made = next((p for p in (*reversed(folder.parents), folder) if not exists(p)), None)
     try:

@@ -35,7 +35,7 @@ class Check(TypedDict):
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of a calibration, as in a row of the sheet; board: the name of the tracked
+    """Entries of a calibration, as in a row of the sheet; board: the name of the tracked
     object of a libsurvive recording; sha256: of the recording, where it is known."""
 
     calibration: str = ""
@@ -114,7 +114,7 @@ def reference_of(asked: Asked, path: str | None, mount: str | None) -> Reference
     except UnknownUnit as refusal:
         raise Refusal(f"{refusal} (column reference_unit of the sheet)") from None
     if found.unit_source == "assumed":
-        log.warning("%s names no unit, so its coordinates are taken as mm", Path(path).name)
+        log.warning("%s names no unit, so its coordinates are assumed to be in mm", Path(path).name)
     said = f"markers in {Path(path).name}"
     return reference.reference_from_markers(
         found.position_mm, found.labels, master, slave, known, said

@@ -16,7 +16,7 @@ from mocap_metrology.io.units import Unit
 from mocap_metrology.noise.motion.movement import moving_markers
 from mocap_metrology.present.text.movement import movement_words
 
-UNIT_ASSUMED = "no unit is named in the file, so its coordinates are taken as mm"
+UNIT_ASSUMED = "the file names no unit, so its coordinates are assumed to be in mm"
 
 
 class Check(TypedDict):
@@ -34,8 +34,8 @@ class Check(TypedDict):
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of a recording: files in order, labels of markers, and what the files do not
-    say; sha256: of each file, where it is known."""
+    """Entries of a recording: files in order, labels of markers, and what the files lack;
+    sha256: of each file, where it is known."""
 
     paths: Sequence[str]
     markers: Sequence[str]

@@ -79,7 +79,7 @@ def diagnosis_settings(
 
 
 class DiagnosisDocument(TypedDict):
-    """What a verdict takes out of diagnosis.json."""
+    """The part of diagnosis.json that a verdict needs."""
 
     findings: list[FindingRow]
     sentences: list[Row]
@@ -87,7 +87,7 @@ class DiagnosisDocument(TypedDict):
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a verdict stands on. series: cleaned; origin: of clean.parquet; allan: columns of
+    """Evidence of a verdict. series: cleaned; origin: of clean.parquet; allan: columns of
     allan_masked.parquet; noise, outliers: rows of the CSV files; diagnosis: contents of
     diagnosis.json; warnings: of check.json."""
 

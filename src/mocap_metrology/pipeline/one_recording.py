@@ -54,7 +54,7 @@ def analyse(
 ) -> Mapping[str, Any]:
     """Write the results of a measured recording into `folder`; return verdict.json's contents.
 
-    warnings: of check.json. A thread takes the steps, those of `progress` work on the series, and
+    warnings: of check.json. A thread runs the steps, those of `progress` work on the series, and
     this one draws meanwhile: matplotlib is for one thread only.
     """
     steps = _Steps(take, warnings, name, folder, settings, progress)
@@ -168,7 +168,7 @@ class _Steps:
 
 
 def noise_sections(settings: Settings) -> NoiseSections:
-    """What `noise_coefficients` takes of the settings."""
+    """The settings that `noise_coefficients` needs."""
     return {
         "noise": asdict(settings.noise),
         "annealing": asdict(settings.annealing),

@@ -1,4 +1,4 @@
-"""What is being done, told while it lasts; several series are worked on at once."""
+"""Progress of the steps; several series are worked on at once."""
 
 from __future__ import annotations
 

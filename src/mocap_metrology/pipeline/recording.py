@@ -98,7 +98,7 @@ def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[CleanSeri
     share_of_noise, kept = white_level_kept(settings.n_sigma, half_window, settings.action)
     if half_window < SHORT_WINDOW and settings.action != "off":
         log.warning(
-            "the window holds %d frames, so the filter takes many good samples too; "
+            "the window holds %d frames, so the filter replaces many good samples too; "
             "raise hampel.half_window_s to %g or more",
             2 * half_window + 1,
             SHORT_WINDOW / origin["frame_rate_hz"],
@@ -230,7 +230,7 @@ def noise_coefficients(
 
 
 def _same_window(sections: NoiseSections, settings: NoiseSettings, rate: float) -> bool:
-    """Whether what the mask takes is among the outliers of the filter before."""
+    """Whether the samples of the mask are among the outliers of the filter before."""
     hampel = sections["hampel"]
     same = round(hampel["half_window_s"] * rate) == settings.half_window
     return same and hampel["action"] != "off" and hampel["n_sigma"] <= settings.mask_sigma

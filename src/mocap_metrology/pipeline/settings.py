@@ -1,6 +1,6 @@
 """Settings of what is computed of one file, and their defaults: sections and keys of config.yaml.
 
-What each means, and its range, stands with the models that check a configuration
+Their meanings and ranges are in the models that check a configuration
 (`mocap_workflow.settings`), which take their defaults from here.
 """
 

@@ -1,4 +1,4 @@
-"""A table with what it says of itself."""
+"""A table with its metadata."""
 
 from __future__ import annotations
 

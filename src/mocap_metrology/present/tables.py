@@ -115,10 +115,10 @@ def _text(value: object) -> str:
 
 
 def source_sentence(sources: Mapping[str, str], duration_s: float | None = None) -> str:
-    """What a caption says of where its recordings come from.
+    """The sentence of a caption on the origin of its recordings.
 
     sources: name -> `twin` or `measured`; duration_s: length of the twins, where it is of interest,
-    said beside that of the recordings of S where they are shorter or longer.
+    stated beside that of the recordings of S if it differs.
     """
     twins = [name for name, source in sources.items() if source == "twin"]
     if not twins:
@@ -139,7 +139,7 @@ def _length(duration_s: float | None) -> str:
 
 
 def source_of(recording: Record | None) -> str:
-    """`twin`, `measured`, or `cited` where no recording stands for the published row."""
+    """`twin`, `measured`, or `cited` where the published row has no recording."""
     return "cited" if recording is None else "twin" if recording["twin"] else "measured"
 
 
@@ -148,8 +148,8 @@ def readable(value: float, name: str = "", published: float | None = None) -> st
 
     Five significant digits, three below 1e-3, with a power of ten below 1e-4 and from 1e6 on; four
     decimals, zeros included, of what S Table 4 prints so; three digits of a percentage;
-    probabilities below 1e-6 as `< 1e-6`. published: the number it stands beside, as many decimals
-    of which it has at least.
+    probabilities below 1e-6 as `< 1e-6`. published: the number beside it; at least as many decimals
+    are shown.
     """
     if math.isnan(value):
         return ""

@@ -1,4 +1,4 @@
-"""What is called movement and what is not: recordings whose markers stand still, and moved ones."""
+"""Detection of movement: recordings with markers at rest, and with moving markers."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ class LengthCheck(Check):
 @dataclass(frozen=True)
 class MovementCheck(Check):
     """names: labels of the markers that move. What still tells of noise: the distance of that name
-    and its uncertainty of one frame, mm, or else markers that stand still."""
+    and its uncertainty of one frame, mm, or else markers at rest."""
 
     distance: str = ""
     distance_mm: float = math.nan

@@ -72,7 +72,7 @@ def calibration_figure(given: CalibrationFiles) -> Picture:
     the right; the path near by; distance of both paths after the chosen pose and residuals over
     time; diodes.
 
-    Where the board stood still or no pose was found, panels say why they are empty.
+    If the board was at rest or no pose was found, empty panels state the reason.
     """
     scenery, why = Scenery.of(given), _why_empty(given)
     reason, below = _words(given, scenery)
@@ -116,7 +116,7 @@ def calibration_figure(given: CalibrationFiles) -> Picture:
 
 def _words(given: CalibrationFiles, scenery: Scenery) -> tuple[list[str], list[list[str]]]:
     """Lines of the reason of the verdict; columns of lines below it: labels of the pose, its three
-    numbers, and what it stands on."""
+    numbers, and its evidence."""
     reason = wrap(wrapped(given.pose["verdict"]["reason"]), REASON)
     rows = pose_rows(given.chosen) if given.chosen else [("No pose of the slave.", [""] * 3)]
     lines = [line for fact in facts(given, scenery.board_m) for line in wrap(wrapped(fact), FACT)]
@@ -125,7 +125,7 @@ def _words(given: CalibrationFiles, scenery: Scenery) -> tuple[list[str], list[l
 
 
 def _draw_words(head: SubFigure, word: str, reason: list[str], below: list[list[str]]) -> None:
-    """Verdict and its reason above; the pose on the left, what it stands on on the right."""
+    """Verdict and its reason above; the pose on the left, its evidence on the right."""
     colour, behind = VERDICT_WORDS.get(word, UNKNOWN_WORD)  # as on the pages
     box = {"boxstyle": "round,pad=0.35", "facecolor": behind, "edgecolor": colour, "lw": 0.6}
     how: Keywords = {"va": "top", "linespacing": SPACING}

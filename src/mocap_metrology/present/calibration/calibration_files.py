@@ -30,7 +30,7 @@ Pose = tuple[np.ndarray, np.ndarray]  # R (3, 3), t (3,) in metres
 
 @dataclass(frozen=True)
 class CalibrationFiles:
-    """One calibration as its files tell it; `twin`: name of the twin, None of a measurement."""
+    """One calibration, read from its files; `twin`: name of the twin, None for a measurement."""
 
     name: str
     twin: str | None

@@ -1,4 +1,4 @@
-"""What a calibration says in words and numbers: verdict, pose with deviations, stations."""
+"""A calibration in words and numbers: verdict, pose with deviations, stations."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _cells(values: Iterable[float], digits: int, sign: bool = False) -> list[str
 
 
 def facts(given: CalibrationFiles, board_m: np.ndarray | None) -> list[str]:
-    """Lines beside the numbers: what the pose stands on, distances to where the board was on the
+    """Lines beside the numbers: the data behind the pose, distances to where the board was on the
     whole, and the stations."""
     entry, lines = given.chosen, []
     if entry is not None:

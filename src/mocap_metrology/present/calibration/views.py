@@ -213,7 +213,7 @@ def _draw_ellipse(
 
 
 def draw_path(axes: Axes, scenery: Scenery, still: bool) -> str:
-    """Both paths near by, in the view in which the board's path takes the most room, dots where the
+    """Both paths in detail, in the view in which the board's path is largest, dots where the
     board is at rest; returns from where, nothing where there is no path."""
     path, both = scenery.moving_m, scenery.both
     if path is None or len(path) < 2:

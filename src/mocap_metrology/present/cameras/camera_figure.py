@@ -89,7 +89,7 @@ def camera_figure(
 
 
 def _name_rows(grid: np.ndarray, shown: Sequence[str]) -> None:
-    """Letters and vertical axes are named at the first camera type; what holds none goes."""
+    """Letters and vertical axes are named at the first camera type; empty panels are removed."""
     names = (
         (shown[0], "Allan deviation,\none frame (mm)"),
         ("With each addition", "Noise of subset /\nof the smaller one"),

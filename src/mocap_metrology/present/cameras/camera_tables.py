@@ -247,7 +247,7 @@ def _sentences(
     found: Sequence[Row],
     settings: Mapping[str, float],
 ) -> list[str]:
-    """What is said of one camera type: who is noisy, what rose, and how well it can be known."""
+    """Sentences on one camera type: noisy cameras, increases, and the limits of detection."""
     apart = any(row["same_frames"] == "no" for row in rows)
     frame = min(row["tau_s"] for row in rows)
     words = [_noisy_sentence(row, frame) for row in named]

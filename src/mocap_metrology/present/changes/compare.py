@@ -14,7 +14,7 @@ from mocap_metrology.noise.diagnosis.export import MOST, rounding_share
 from mocap_metrology.present.tables import Row, aligned
 
 Columns = Mapping[str, np.ndarray]
-TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)  # where words are said, beside a single frame
+TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)  # at which changes are worded, besides a single frame
 CAPTION = (
     "Allan deviation of a recording over that of its reference, with its interval: above 1 is "
     "noisier. Any word other than `same` means that the ratio differs from 1 by more than the "

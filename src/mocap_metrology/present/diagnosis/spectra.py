@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 BINS_PER_DECADE = 40
 DECADES = 9  # of a spectrum that a filter is followed down
 NAMED = 4  # lines that are labelled
-NEAR, HIGHER = 0.06, 4.0  # of the axis: numbers this near stand one above the other, so many times
+NEAR, HIGHER = 0.06, 4.0  # of the axis: numbers nearer than that are stacked, at so many times
 SHORT_S = 60.0  # of a recording whose broad peaks are left undecided
 PEAK, PEAK_DECADES, AROUND_DECADES = 3.0, 0.06, 0.4  # times what lies around; half widths
 SEEN = 1e-4  # share of the Allan variance from which rounding is on the page

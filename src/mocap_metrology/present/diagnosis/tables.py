@@ -59,7 +59,7 @@ def write_diagnosis(
     findings: Sequence[Finding],
     sentences: Sequence[Sentence],
 ) -> None:
-    """Write all four into `folder`; tables without a row keep their head. source: `twin` or
+    """Write all four into `folder`; tables without rows have their header. source: `twin` or
     `measured`."""
     folder = Path(folder)
     tables = {

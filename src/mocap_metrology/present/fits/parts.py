@@ -1,4 +1,4 @@
-"""What a figure of a fit shows: a model taken apart and matched with a published one, its
+"""What a figure of a fit shows: a model in its parts, matched with a published one, its
 curves, and how far the data are off."""
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def pair(
 
     Least sum of |ln(T_c / T_c')| over all assignments (Kuhn 1955), in which a term without a
     partner costs as much as a pair that differs by the factor `limit`; so no pair differs by more,
-    and a good pair is not given up for two poor ones.
+    and a good pair is not split into two poor ones.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -85,7 +85,7 @@ def partners(published: Mapping[str, float], fitted: Mapping[str, float]) -> dic
 
 
 def limit_class(row: Record) -> str | None:
-    """Class of T_c (S 4.6) that a limit of q_c is for, as its note says (`class long: ...`)."""
+    """Class of T_c (S 4.6) that a limit of q_c is for, from its note (`class long: ...`)."""
     note = row.get("note") or ""
     if row["status"] != "not_detected" or not str(note).startswith("class "):
         return None

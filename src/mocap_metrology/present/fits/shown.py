@@ -12,7 +12,7 @@ from mocap_metrology.present.fits.parts import Fit, Spectrum, Under
 from mocap_metrology.present.plot.curves import Limits
 from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, Keywords
 
-BELOW_DATA = 8.0  # an axis goes so many times below the least datum, for components
+BELOW_DATA = 8.0  # an axis extends so many times below the least datum, for components
 DASHES = (
     (0, (6, 1.4)),
     (0, (1.2, 1.2)),

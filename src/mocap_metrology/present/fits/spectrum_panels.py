@@ -33,7 +33,7 @@ from mocap_metrology.present.plot.figure import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST_SIGMA = 6.0  # of a spectrum's residuals; what is farther stands at the edge
+MOST_SIGMA = 6.0  # of a spectrum's residuals; larger ones are drawn at the edge
 POINTS = 300  # of a density
 
 

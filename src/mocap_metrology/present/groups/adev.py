@@ -58,7 +58,7 @@ def ratio_picture(
     """A panel a series, and under it the curves of that panel divided by its first curve.
 
     panels: of curves with looks, the smallest subset first; limits: of averaging time in s and
-    Allan deviation in mm; texts: title, source line and caption. The ratio is taken where both
+    Allan deviation in mm; texts: title, source line and caption. The ratio is computed where both
     have the averaging time. Call it within `styled`.
     """
     rows = -(-len(panels) // COLUMNS)
@@ -159,7 +159,7 @@ def family_figure(
 
 
 def _ends(panels: Sequence[Panel]) -> str:
-    """Lowest and highest recording of each panel, where these are too many to tell apart."""
+    """Lowest and highest recording of each panel, if there are too many to distinguish."""
     found = [(panel.title, family_ends(panel.curves)) for panel in panels if panel.family]
     names = [f"{title}: {ends[0].name} and {ends[1].name}" for title, ends in found if ends]
     return captions.ADEV_ENDS.format(names="; ".join(names)) if names else ""

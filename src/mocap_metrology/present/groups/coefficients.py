@@ -46,13 +46,13 @@ NO_MODEL = (
 NO_TERM = "Correlated noise was not detected in any recording."
 MOST_COLUMNS = 8  # of a legend
 MOST_SLOTS = 260  # across a panel; with more recordings only the distance is shown
-ANY = Look(OTHER_LOOKS[2].colour, "-", "o")  # where recordings are too many to tell apart
+ANY = Look(OTHER_LOOKS[2].colour, "-", "o")  # where there are too many recordings to distinguish
 Noise = Mapping[str, Sequence[Record]]  # rows of noise.csv by recording
 Term = tuple[str, dict[str, Row]]  # label of its recording, rows of T_c and q_c
 
 
 def group_rows(family: Family, noise: Noise) -> list[Row]:
-    """Estimates of the default estimator as `slots.draw` takes them; what is published is empty,
+    """Estimates of the default estimator as `slots.draw` needs them; the published part is empty,
     and `n_cameras` is the label of the recording."""
     empty = dict.fromkeys(("published", "regenerated", "supported"))
     return [
@@ -106,7 +106,7 @@ def coefficients_figure(
 
 
 def _names_mm(family: Family) -> float:
-    """Height of the labels of groups, where they stand upright."""
+    """Height of the labels of groups, where they are vertical."""
     labels = [short(label) for label in family.labels.values()]
     return NAME_MM * max(map(len, labels)) if slots.upright(labels) else 0.0
 

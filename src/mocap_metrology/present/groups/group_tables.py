@@ -154,7 +154,7 @@ CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
 
 
 def subsets(recordings: Sequence[Record]) -> list[Row]:
-    """One row a recording: what the sheet says of it."""
+    """One row for each recording: its entries in the sheet."""
     return [
         {
             "recording": row["recording"],

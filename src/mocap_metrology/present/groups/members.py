@@ -1,4 +1,4 @@
-"""The recordings of a group: what tells them apart, and their curves."""
+"""The recordings of a group: how they differ, and their curves."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mocap_metrology.present.tables import Record
 Rows = Mapping[str, Record]
 
 CAMERAS, RECORDING = "Number of cameras", "Recording"
-NAMED_LOOKS = (*LOOKS.values(), *OTHER_LOOKS)  # so many recordings can be told apart by name
+NAMED_LOOKS = (*LOOKS.values(), *OTHER_LOOKS)  # so many recordings can be distinguished by name
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "h", "<", ">", "p", "8")
 MAP, LIGHTEST, DARKEST = "inferno", 0.55, 0.0  # colours whose lightness falls evenly
 MOST_BANDS = 3  # curves in a panel up to which their intervals are drawn
@@ -26,7 +26,7 @@ class Family:
     """Recordings that are shown together, in the order of the key.
 
     by: `CAMERAS` or `RECORDING`. labels: of each recording; looks: by label, none where
-    there are too many to tell apart.
+    there are too many to distinguish.
     """
 
     by: str
@@ -91,7 +91,7 @@ def shown_series(names: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def left_out(names: Sequence[str]) -> str:
-    """What a note says of series that a figure does not show."""
+    """A note on series that a figure does not show."""
     if not names:
         return ""
     text = ", ".join(names) if len(names) <= 6 else f"{len(names)} further series"

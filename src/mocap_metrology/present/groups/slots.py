@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 TYPES = ("T40", "Bonita", "Vantage")
 EMPTY_SLOTS = 1.6  # between groups
-FLOOR, BAND_DECADES = 1e-20, 2.5  # smaller values stand in a band below it, so many decades high
+FLOOR, BAND_DECADES = 1e-20, 2.5  # smaller values are in a band below it, so many decades high
 ROOM = 5.0  # factor from the numbers to the ends of a logarithmic axis
 SOURCES = {"regenerated": "#7b2d8b", "likelihood": "#0a6b3d"}  # colours; published: black
 PUBLISHED: Keywords = {
@@ -50,8 +50,8 @@ LIMIT: Keywords = {"marker": "v", "color": INK, "markersize": 3.6, **OPEN}
 LETTERS = {"short": r"$\mathrm{s}$", "medium": r"$\mathrm{m}$", "long": r"$\ell$"}
 LETTER: Keywords = {"markersize": 4.8, "mew": 0.2, "ls": ""}
 INTERVAL: Keywords = {"color": INK, "lw": 0.7}
-DOWN, UP = 7, 6  # carets of matplotlib, their tips where they stand
-CUT: Keywords = {"markersize": 3.4, "mew": 0, "ls": ""}  # arrow of a bar or number that goes on
+DOWN, UP = 7, 6  # carets of matplotlib, with their tips at the value
+CUT: Keywords = {"markersize": 3.4, "mew": 0, "ls": ""}  # arrow of a bar or number beyond the axis
 LONGEST = 100.0  # factor below its number, after which a bar on a logarithmic axis is cut
 
 SLOT_PT = 6.0  # of the letters of series below their slots
@@ -106,8 +106,8 @@ def label_sources(axes: Axes, classes: bool = False) -> None:
 
 
 def group_axis(axes: Axes, labels: Sequence[object], series: Sequence[str] = ()) -> None:
-    """A group for each label (of `draw`), every second one shaded; `series`: whose letters stand
-    below their slots."""
+    """A group for each label (of `draw`), every second one shaded; `series`: letters below the
+    slots."""
     axes.set_xlim(-0.5, max(len(labels), 1) - 0.5)
     for k in range(1, len(labels), 2):
         axes.axvspan(k - 0.5, k + 0.5, color=FAINT, alpha=0.4, lw=0, zorder=0)
@@ -130,7 +130,7 @@ def upright(labels: Sequence[str]) -> bool:
 
 
 def floor_axis(axes: Axes, limits: Limits, ticks: int = 5, floor: float = FLOOR) -> None:
-    """A logarithmic y axis of so many ticks at most; below the floor a band that says so."""
+    """A logarithmic y axis of so many ticks at most; below the floor a labelled band."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, LogFormatterMathtext, LogLocator
 
     plot.log_axis(axes, "y", limits)
@@ -251,7 +251,7 @@ def _draw_default(
     if known.any():
         _bars(axes, x[known], [v[known] for v in (value, low, high)], scale, how["color"])
     _plot(axes, x, value, scale, **how)
-    above = scale(np.nan_to_num(high)) > axes.get_ylim()[1]  # says nothing there
+    above = scale(np.nan_to_num(high)) > axes.get_ylim()[1]  # without information there
     limits = np.where(np.isnan(value) & ~above, high, np.nan)
     kinds = np.array([row.get("limit_class") or "" for row in rows])
     for kind in sorted(set(kinds)):

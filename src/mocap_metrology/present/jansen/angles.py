@@ -34,7 +34,7 @@ from mocap_metrology.present.text.numbers import number
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-LEAST_DEG = 22.0  # as drawn, so that arcs can be told apart
+LEAST_DEG = 22.0  # as drawn, so that arcs can be distinguished
 MOST_MOMENTS = 60
 AZIMUTH, ELEVATION, SPHERICAL = COLOURS[0], COLOURS[1], LOOKS["z"].colour
 DASHED: Keywords = {"lw": 1.0, "ls": (0, (4, 1.6))}
@@ -61,7 +61,7 @@ def angles_figure(point: np.ndarray, title: str, source: str) -> Picture:
     Eq. 1, from the rotor model) and phi = atan2(z, sqrt(x^2 + y^2)).
 
     point (3,) in m in the station's frame. Where its angles are small, y and z are drawn some times
-    as long, and the caption says so.
+    as long, as the caption states.
     """
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 

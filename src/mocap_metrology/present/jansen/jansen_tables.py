@@ -66,7 +66,7 @@ class SetupErrors:
 
 
 def paper_setup(setup: str) -> str | None:
-    """Row of Tables I and II that a setup of the sheet stands for: `3` of `3`, `real-3`, `setup3`;
+    """Row of Tables I and II for a setup of the sheet: `3` of `3`, `real-3`, `setup3`;
     None for those of the simulation and for numbers that J has not."""
     if setup.startswith((QUANTISED, NOISY)):
         return None
@@ -85,7 +85,7 @@ def pose_of(record: Record, variant: Variant) -> Record | None:
 
 
 def setup_errors(records: Sequence[Record], variant: Variant) -> SetupErrors:
-    """Errors of all records by one variant; records without it are left out."""
+    """Errors of all records by one variant; records without it are omitted."""
     poses = [pose for record in records if (pose := pose_of(record, variant)) is not None]
     errors = [[*pose["errors_mm"], *pose["errors_deg"]] for pose in poses]
     shares = [pose.get("mirrored_share") for pose in poses]
@@ -109,7 +109,7 @@ def source_of(records: Sequence[Record]) -> str:
 
 
 def by_setup(records: Sequence[Record], rows: Sequence[str]) -> dict[str, list[Record]]:
-    """Records of each setup of Tables I and II; empty lists for those that nothing stands for."""
+    """Records of each setup of Tables I and II; empty lists for those without any."""
     found: dict[str, list[Record]] = {row: [] for row in rows}
     for record in records:
         setup = paper_setup(record["setup"])
@@ -165,7 +165,7 @@ def jansen_table_3(records: Sequence[Record]) -> list[Row]:
     """J Table 3, long form: MAE and SD of a setup, both averaged over the setups.
 
     `noise` is `quantisation`, as J simulates, or `quantisation and jitter`, published beside the
-    same numbers; `n_setups` and `n` tell how many setups and calibrations stand behind a value.
+    same numbers; `n_setups` and `n` are the numbers of setups and calibrations behind a value.
     """
     rows = []
     for prefix, noise in NOISES.items():

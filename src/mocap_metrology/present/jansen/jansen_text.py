@@ -143,7 +143,7 @@ def _counted(n: int, noun: str) -> str:
 
 
 def _caution(counts: Sequence[int]) -> list[str]:
-    """How far off an SD may be that stands on so few calibrations; nothing where J has as few."""
+    """Uncertainty of an SD from so few calibrations; nothing if J has as few."""
     from scipy.stats import chi2
 
     n = min((count for count in counts if count > 1), default=RECORDINGS)
@@ -198,7 +198,7 @@ def _explained(rows: Sequence[Row], last: str, ideal_rotors: bool = False) -> li
 
 
 def reason(variant: Variant, mirrored: float, ideal_rotors: bool = False) -> str:
-    """Why errors are far above the published ones, as far as it can be told.
+    """Why errors are far above the published ones, as far as it can be determined.
 
     ideal_rotors: the recordings have no factory errors that optics could neglect.
     """

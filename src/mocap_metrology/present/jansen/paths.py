@@ -63,7 +63,7 @@ PALE: Keywords = {"color": "#757575", "lw": 0.9}
 AXES, REFERENCE, TURN = 0.14, 1.15, 0.75  # length of axes in that of the room; in that of axes
 LEFT = -0.36  # title of a panel wider than its square
 NEAR_TICKS = 4
-WHOLE, NEAR = (1.2, 0.8), (0.84, 0.8)  # what a drawing takes of its panel
+WHOLE, NEAR = (1.2, 0.8), (0.84, 0.8)  # size of a drawing in its panel
 WIDE, HIGH, BESIDE = 0.8, 0.45, 0.6  # of names about a station, in lengths of axes
 CORE, ROOM = (5, 95), 0.2  # percentiles of a path, and what is added of their distance
 PAGE_MM = 180.0
@@ -151,7 +151,7 @@ def paths_figure(given: Superposed, title: str, source: str) -> Picture:
 
 @styled()
 def superposition_figure(given: Superposed, title: str, source: str) -> Picture:
-    """J Figure 7: the slave's path goes onto the master's: shifted with its centroid, turned by R
+    """J Figure 7: the slave's path moved onto the master's: shifted with its centroid, turned by R
     about it. The shift is not the T of Figure 8, R c + T = c + shift for the centroid c."""
     master, slave = (path.t_m for path in given.paths)
     R, t = given.pose

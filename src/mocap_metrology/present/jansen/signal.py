@@ -167,7 +167,7 @@ def signal_figure(signal: Signal, title: str, source: str) -> Picture:
 
 
 def _light(axes: Axes, start: float, length: float, station: int) -> None:
-    """A pulse of light of a station; its edge keeps a short one visible."""
+    """A pulse of light of a station; its edge makes a short one visible."""
     colour, name = COLOURS[station], f"light of the {ROLES[station]}"
     axes.broken_barh([(start, length)], (0, 1), color=colour, lw=0.9, zorder=3, label=name)
 

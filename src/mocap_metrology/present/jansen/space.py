@@ -17,7 +17,7 @@ AZIMUTHS_DEG = (200, 215, 230, 245, 115, 130, 145, 160)  # of the viewer: behind
 ELEVATIONS_DEG = (20, 28, 36)
 IN_SPACE: Keywords = {"projection": "3d", "proj_type": "ortho", "computed_zorder": False}
 LEAST = 0.25  # extent of an axis, of the longest one
-HEAD, ASIDE = 0.16, 0.3  # of an axis: head of its arrow, and how far off its letter stands
+HEAD, ASIDE = 0.16, 0.3  # of an axis: head of its arrow, and distance of its letter
 DIAGONAL = 1.03  # of a box, as long as matplotlib draws it, in the side of its square
 LABEL_PT, TICK_PT, UP_PT = -2.0, -2.0, 2.0  # distances of labels and numbers, and of those of z
 
@@ -65,7 +65,7 @@ def freest(
     places: np.ndarray, taken: np.ndarray, view: View, shape: tuple[float, float] = (1.0, 1.0)
 ) -> np.ndarray:
     """Of the places (n, 3) the one farthest on the page from the points (k, 3) taken; shape: width
-    and height of what stands there, of any unit."""
+    and height of what is drawn there, in any unit."""
     apart = (view.flat(places)[:, None] - view.flat(taken)[None]) / np.array(shape)
     place: np.ndarray = places[np.argmax(np.linalg.norm(apart, axis=2).min(axis=1))]
     return place

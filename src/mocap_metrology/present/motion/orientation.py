@@ -40,8 +40,8 @@ def orientation_rows(
 ) -> list[Row]:
     """One row an axis: noise of one frame, smallest Allan deviation, and how rigid the body is.
 
-    `note` says it where the body turned: Allan variance supposes that it does not. Or it says why
-    there is no orientation (`refused`).
+    `note` states that the body turned, which the Allan variance assumes it did not, or why there is
+    no orientation (`refused`).
     """
     rows = []
     for axis in AXES:

@@ -41,7 +41,7 @@ PLACES_CAPTION = (
 
 
 def place_sentence(even: Mapping[str, float]) -> str:
-    """What the cells of a recording say together."""
+    """One sentence on all cells of a recording."""
     if math.isnan(even["worst_over_best"]):
         return "The pair stayed in one place."
     if math.isinf(even["worst_over_best"]):

@@ -82,7 +82,7 @@ def page(
     tables: Sequence[dict[str, object]] = (),
     up: dict[str, str] | None = None,
 ) -> str:
-    """The page of a subject. verdict: its word; lines: what it stands on; up: more links."""
+    """The page of a subject. verdict: its word; lines: its evidence; up: more links."""
     if verdict and not figures:
         lines = [*lines, UNDRAWN]
     return render(
@@ -108,7 +108,7 @@ def of_paper(claims: Iterable[Record], paper: str) -> list[Record]:
 
 
 def claim_table(rows: Sequence[Record]) -> Table:
-    """Claims of a paper: what its own numbers say, what is regenerated, and whether it holds."""
+    """Claims of a paper: its own numbers, the regenerated ones, and whether each claim holds."""
     cells = [
         (r["claim"], r["section"], r["published"], r["regenerated"], word(r["regenerated_word"]))
         for r in rows

@@ -1,4 +1,4 @@
-"""What results were made of and how long it took, as a table of run times and as a page."""
+"""Origin of results, as a page, and run times, as a table."""
 
 from __future__ import annotations
 

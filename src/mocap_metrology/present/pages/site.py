@@ -1,6 +1,6 @@
 """Pages of HTML from the templates of `present/html`.
 
-A page carries its style and its script (sorting, searching, zooming) and asks no host for anything.
+A page contains its style and its script (sorting, searching, zooming) and loads nothing from hosts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The page that says first what a user asks: is it good, and if not, why."""
+"""The page that answers a user's first question: is it good, and if not, why."""
 
 from __future__ import annotations
 
@@ -116,18 +116,18 @@ def spread(values: np.ndarray) -> tuple[np.ndarray, float, float]:
 Address = Callable[[str, str], str]  # kind (recording, group, ...), name -> address or nothing
 
 DURATIONS_S = (1, 10, 60)
-MOST = 3  # warnings that are told of a recording
+MOST = 3  # warnings shown for a recording
 RECORDING_HEAD = (
     *("recording", "verdict", f"{NEAR} (mm)", f"{FRAME} (mm)"),
     *(f"{mean} (mm)" for mean in MEANS),
     *("mostly", "why"),
 )
 RECORDINGS_NOTE = (
-    "All numbers are of the worst coordinate. One frame within 1 s: how single frames scatter. One "
-    "frame, mean of 1, 10, 60 s: standard uncertainty of a frame and of a mean over so long, about "
-    "the mean of an hour or of a shorter recording; the verdict holds that of a frame against its "
-    "limits. Mostly: the noise with the largest share in it. Why: what the verdict rests on and "
-    "what else is wrong, shortened."
+    "All numbers are for the worst coordinate. One frame within 1 s: scatter of single frames. One "
+    "frame, mean of 1, 10, 60 s: standard uncertainty of a frame and of such a mean, relative to "
+    "the mean of an hour or of a shorter recording. The verdict compares that of a frame with its "
+    "limits. Mostly: the kind of noise with the largest share. Why: the quantity that decides the "
+    "verdict, and warnings, shortened."
 )
 TABLES_NOTE = "Every table of these results, on a page and as CSV."
 INSIDE = (  # where names are no links
@@ -194,7 +194,7 @@ def page(
 ) -> str:
     """The page: what was refused, one's own groups, the papers, the other groups, all tables.
 
-    tables: names; part: to stand within another page.
+    tables: names; part: to be included in another page.
     """
     groups = [*_recordings(found, address), *_calibrations(found, address)]
     return site.render(
@@ -256,7 +256,7 @@ def _tables(names: Sequence[str]) -> Table:
 
 
 def _quick(rows: Sequence[Record]) -> tuple[str, str] | None:
-    """That twins stand for recordings of nine hours, where they are shorter."""
+    """A note that twins of recordings of nine hours are shorter, where they are."""
     lengths = _lengths(rows)
     if not lengths or round(max(lengths)) >= NINE_HOURS_S:
         return None
@@ -279,7 +279,7 @@ def _texts(lengths: Sequence[float]) -> str:
 
 
 def _cameras(group: str, rows: Sequence[Record], told: Record) -> list[str]:
-    """A line a camera type, and once how little subsets tell that share no frames."""
+    """A line for each camera type, and once the limits of subsets that share no frames."""
     lines = [*told.get("short", ())]
     if told.get("apart") and all(row["source"] == "twin" for row in rows):
         numbers = "the published numbers" if group == PUBLISHED else "numbers of its own"
@@ -289,7 +289,7 @@ def _cameras(group: str, rows: Sequence[Record], told: Record) -> list[str]:
             f"{table_of}."
         )
     elif told.get("apart"):
-        lines.append(f"{APART}only a rise tells of a camera, not what it adds.")
+        lines.append(f"{APART}only a rise is evidence on a camera, not the noise it adds.")
     return lines
 
 
@@ -339,7 +339,7 @@ def why(row: Record) -> list[str]:
     """What the word of a recording rests on, what else allows no better one, and warnings."""
     checks = [row["reason"], *(cap["reason"] for cap in row.get("caps", ()))]
     found = row.get("sentences", ())
-    if any(re.search(r"\bmoves?: ", check) for check in checks):  # said already
+    if any(re.search(r"\bmoves?: ", check) for check in checks):  # stated already
         found = [one for one in found if "seems to move" not in one["words"]]
     return [*map(shorter, checks), *_told(found)]
 
@@ -356,7 +356,7 @@ def _greatest(values: Iterable[float | None]) -> float | None:
 
 
 def _mean(series: Record, duration_s: float) -> float | None:
-    """Uncertainty of a mean over this time, if it was asked for."""
+    """Uncertainty of a mean over this time, if requested."""
     found = (m for m in series.get("means", ()) if m["duration_s"] == duration_s)
     mean: Record = next(found, {})
     return mean.get("uncertainty_mm")

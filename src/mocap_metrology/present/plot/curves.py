@@ -36,13 +36,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_MARKERS = 6  # with a panel each
-MOST_SINGLE = len(OTHER_LOOKS)  # curves in one panel that can be told apart
+MOST_SINGLE = len(OTHER_LOOKS)  # curves in one panel that can be distinguished
 MOST_VECTORS = 60  # lines of a family; more become an image
 MOST_REMARK = 22  # characters over a panel that name its lowest and its highest curve
 NOTHING = "no valid samples"
 Limits = tuple[float, float]
 
-# What the slope of each figure says of the noise (S Table 1, Figure 3)
+# Noise for the slope in each figure (S Table 1, Figure 3)
 ALLAN_SLOPES = (
     (1.0, "+1: drift"),
     (0.5, "+½: random walk"),
@@ -79,7 +79,7 @@ class Curve:
 
 @dataclass
 class Panel:
-    """Curves under one title; a family when there are too many to tell apart. `looks` by name of a
+    """Curves under one title; a family if there are too many to distinguish. `looks` by name of a
     curve; without them curves are series, which have their own."""
 
     title: str
@@ -245,7 +245,7 @@ def _draw_family(axes: Axes, curves: Sequence[Curve]) -> None:
 
 
 def remarks(panel: Panel, y_limits: Limits) -> list[str]:
-    """What a reader must know of curves that cannot be seen, or told apart."""
+    """A note on curves that are invisible or indistinguishable."""
     if not any(curve.drawable for curve in panel.curves):
         return []
     found: list[str] = []

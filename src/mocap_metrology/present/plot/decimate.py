@@ -1,4 +1,4 @@
-"""Millions of samples brought down to what a figure can show, extremes kept."""
+"""Millions of samples reduced to those that a figure can show, including the extremes."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _columns(values: np.ndarray, first: np.ndarray) -> np.ndarray:
     low, high = np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
     known = n_valid > 0
     centre = float(low[known].min() + high[known].max()) / 2 if known.any() else 0.0
-    about = values - centre  # sums about it keep their digits
+    about = values - centre  # sums about it retain their digits
     sums = np.add.reduceat(about if whole else np.where(valid, about, 0.0), first)
     mean = np.where(known, centre + sums / np.maximum(n_valid, 1), np.nan)
     return np.array([low, high, mean, n_valid])

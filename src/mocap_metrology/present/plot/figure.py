@@ -1,10 +1,10 @@
 """One look for every figure of the project, and figures whose bytes repeat.
 
 A figure function returns a `Picture`: matplotlib's figure, laid out by its constrained layout, and
-the caption, which pages and reports show below it. In the figure itself stand a title, axes, a
+the caption, which pages and reports show below it. The figure itself has a title, axes, a
 legend and one line on where the data come from. Colours differ in lightness as much as in hue (CIE
-L* about 20, 35 and 50), so that a grey print and a colour-blind reader can tell them apart; line
-style and marker say it once more.
+L* about 20, 35 and 50), so that they differ in grey and for colour-blind readers; line
+style and marker differ as well.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ UNKNOWN_WORD = ("#1f2937", "#e5e7eb")  # a word that is none of these
 
 
 class Picture(NamedTuple):
-    """A figure and what stands below it where it is shown."""
+    """A figure and the caption below it."""
 
     body: SubFigure
     caption: str
@@ -101,7 +101,7 @@ class Picture(NamedTuple):
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """The style, whatever the reader's own matplotlibrc says; also a decorator."""
+    """The style, independent of the reader's matplotlibrc; also a decorator."""
     import matplotlib
     from matplotlib import style
 
@@ -114,7 +114,7 @@ def styled() -> Iterator[None]:
 def new_figure(title: str, source: str, height_mm: float, width_mm: float = WIDTH_MM) -> SubFigure:
     """The empty body of a figure in constrained layout; call it within `styled`.
 
-    title: above everything, user's own names as they are; source: the line at the foot that says
+    title: above everything, user's own names as they are; source: the line at the foot that states
     where the data come from. Draw into the body as into a figure (`subplots`, `subplot_mosaic`,
     `subfigures`, `legend`): it is a part of its own since constrained layout would print a legend
     over the foot.
@@ -265,7 +265,7 @@ def _fit(texts: Sequence[str], columns: int) -> bool:
 
 
 def words_picture(words: str, title: str, source: str) -> Picture:
-    """A figure that says in words why there is nothing to draw; call it within `styled`."""
+    """A figure that states why there is nothing to draw; call it within `styled`."""
     figure = new_figure(title, source, 35.0)
     axes = figure.subplots()
     axes.axis("off")
@@ -277,7 +277,7 @@ def save(picture: Picture, path: str | Path) -> tuple[Path, Path]:
     """Write `<path>.svg` and `<path>.png`, both whole or neither; return their paths. `path` may be
     that of either.
 
-    The caption goes into both as the description of the image, from which pages take it
+    The caption goes into both as the description of the image, from which pages read it
     (`caption_of`). No date, host or version goes in and SVG identifiers are hashes of the content,
     so the same figure gives the same bytes on one set of packages.
     """

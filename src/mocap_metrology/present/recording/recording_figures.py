@@ -26,7 +26,7 @@ MOST_NAMED = 2  # files
 def source_words(origin: Record) -> str:
     """`simulated stand-in (twin) T40-10`, or `measured, take.c3d`; many segments are counted.
 
-    origin: what a table of the recording says of itself.
+    origin: metadata of a table of the recording.
     """
     if origin["twin"]:
         return f"simulated stand-in (twin) {origin['twin']}"
@@ -64,7 +64,7 @@ def allan_figure(
 
     columns: of `allan_masked.parquet`, one row a point: `series`, `estimator`, `tau_s`, `adev_mm`,
     `adev_lower_mm`, `adev_upper_mm`. oadev is drawn with its interval, other estimators as thin
-    lines; where there is no oadev, the first estimator there is takes its place. `source`: the line
+    lines; without oadev, the first estimator available. `source`: the line
     at the foot; `remarks`: what the caption adds; `expected`: series that should be there, one that
     is not is drawn as without valid samples; `confidence` (0 ... 1) of the interval.
     """

@@ -97,7 +97,7 @@ def _panels(series: Sequence[Prepared], time: TimeAxis, title: str, source: str)
 
 
 def _numbers(one: Prepared) -> list[str]:
-    """What stands beside a panel."""
+    """Text beside a panel."""
     valid = one.n - one.n_missing
     facts = [
         f"mean {number(one.centre, 3)} mm",

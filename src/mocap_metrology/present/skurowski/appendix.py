@@ -154,7 +154,7 @@ def tables_a(
 
 
 def _support(std_error: float | None, value: float) -> Row:
-    """What the recording's length can tell of a coefficient; empty where it has no bound."""
+    """Bound of a coefficient from the recording's length; empty where there is none."""
     if std_error is None or math.isnan(std_error) or math.isnan(value):
         return {"published_crlb": std_error, "crlb_relative": None, "supported": None}
     relative = float(std_error) / value if value > 0 else math.inf

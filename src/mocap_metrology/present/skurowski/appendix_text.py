@@ -94,7 +94,7 @@ def _published(row: Row | None) -> str:
 
 
 def _own_notes(row: Row) -> list[str]:
-    """What is said of this published number."""
+    """The remark on this published number."""
     notes, _ = notes_by_coefficient(row["camera_type"], row["n_cameras"])
     return notes.get((row["series"], row["parameter"]), [])
 

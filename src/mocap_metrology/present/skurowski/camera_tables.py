@@ -51,7 +51,7 @@ def side_by_side(rows: Sequence[Row]) -> list[Row]:
     return list(found.values())
 
 
-# The recording that stands for each row of S Table 4. Its Vantage row agrees with nine cameras;
+# The recording for each row of S Table 4. Its Vantage row agrees with nine cameras;
 # the tenth was the failing one, which S 3.5 excludes.
 TABLE_4 = {"T40": 10, "Bonita": 10, "Vantage": 9, "All": 30}
 

@@ -40,8 +40,8 @@ from mocap_metrology.present.text.numbers import power_of_ten
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LEAST_Q_C = 1e-7  # mm/√s; smaller amplitudes stand in a band below it
-LABEL_AT = -0.045, -0.105  # of y, linear and logarithmic: `align_ylabels` takes a second
+LEAST_Q_C = 1e-7  # mm/√s; smaller amplitudes are drawn in a band below it
+LABEL_AT = -0.045, -0.105  # of y, linear and logarithmic: `align_ylabels` needs a second
 HELD = 0.9  # share of the positive numbers within a linear axis
 PALE = 0.4  # opacity of published terms below their least standard error
 END: Keywords = {"color": INK, "lw": 0.7, "ls": (0, (4, 2)), "zorder": 0.8}
@@ -99,7 +99,7 @@ def cameras_of(rows: Sequence[Row], kind: str) -> list[int]:
 
 
 def _linear(axes: Axes, rows: Sequence[Row], cameras: Sequence[int]) -> None:
-    """From zero up to nine tenths of the positive numbers, in units of a power of ten that stands
+    """From zero up to nine tenths of the positive numbers, in units of a power of ten written
     beside the panel."""
     values = slots.column_values([r for r in rows if not slots.at_end(r)])
     values = values[np.isfinite(values) & (values > 0)]

@@ -54,7 +54,7 @@ def length_s(origin: Record) -> float:
 
 
 def filter_sentence(origin: Record) -> str:
-    """What cleaning as in S took from the Allan deviations of a table with these metadata."""
+    """Effect of cleaning as in S on the Allan deviations of a table with these metadata."""
     given, half = origin["hampel"], origin["window_frames"] // 2
     if given["action"] == "off":
         return ""

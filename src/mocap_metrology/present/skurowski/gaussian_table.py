@@ -95,7 +95,7 @@ def with_chance(
     repeats: int = REPEATS,
 ) -> list[Row]:
     """The rows of `subset_tables.table_4` with bands, checks and notes; bands only where a twin
-    stands for the row (`twins`: recording -> twin at the length it was simulated for)."""
+    corresponds to the row (`twins`: recording -> twin at the length it was simulated for)."""
     made: list[Row] = []
     for kind in dict.fromkeys(row["camera_type"] for row in rows):
         own = [row for row in rows if row["camera_type"] == kind]

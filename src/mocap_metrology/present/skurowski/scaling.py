@@ -187,7 +187,7 @@ def _deviations(axes: Axes, subsets: Sequence[Subset], power: int) -> list[Text]
 
 def _write_exponents(panels: Sequence[Axes], of_panels: Sequence[Sequence[Text]]) -> None:
     """In the upper right or the lower left corner, as numbers fall to the right; where both are
-    taken, all axes go higher."""
+    occupied, all axes are extended."""
     crowded = [_free(axes)[0] for axes in panels if max(_free(axes)) < TEXT_SHARE]
     if crowded:
         low, high = panels[0].get_ylim()

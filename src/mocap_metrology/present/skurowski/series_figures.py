@@ -181,7 +181,7 @@ def _whole(axes: Axes, spectra: Spectra, looks: Mapping[str, Look], line_hz: flo
 def _close(
     axes: Axes, spectrum: tuple[np.ndarray, np.ndarray], who: tuple[str, Look], line_hz: float
 ) -> None:
-    """Linear axes within 2 Hz of the line; over them how far its point stands out."""
+    """Linear axes within 2 Hz of the line; over them the excess of its point."""
     f, psd = (np.asarray(v, dtype=np.float64) for v in spectrum)
     near = (np.abs(f - line_hz) <= HALF_WIDTH_HZ) & np.isfinite(psd)
     f, psd = f[near], psd[near]

@@ -26,7 +26,7 @@ FACTORS = (20, 200, 2000)  # tau in frames: 10, 100 and 1000 periods of f_h
 SAMPLES, REPEATS, SEED = 1 << 17, 64, 1935
 COLOURS = {-2: "random walk", -1: "flicker (pink)", 0: "white", 1: "blue", 2: "violet"}
 CAPTION = (
-    "Allan variance of S(f) = h f^alpha: h K_alpha tau^mu, its deviation goes as tau^(mu/2). All "
+    "Allan variance of S(f) = h f^alpha: h K_alpha tau^mu, its deviation varies as tau^(mu/2). All "
     "values are for h = 1 and f_h = 60 Hz (half the frame rate; S states none). method: "
     "integral, the integral over the power law by scipy.integrate.quad (no f_h: without limit); "
     "simulation, mean of 64 simulated series of 131 072 averages over 1/120 s, overlapping Allan "

@@ -1,1 +1,1 @@
-"""What is said: every sentence about a result, made of its codes and numbers."""
+"""Every sentence about a result, made from its codes and numbers."""

@@ -173,7 +173,7 @@ def _in_short(check: Check) -> str:
 
 
 def sentence(check: Check) -> str:
-    """What a check says to a reader, with its numbers."""
+    """A check in words, with its numbers."""
     made = check.numbers.get("made_by_poses")
     small = f" (errors of the board's poses alone make {made:.0f} µrad of it)" if made else ""
     why = "; ".join(f"{role}: {reason or 'none found'}" for role, reason in check.why.items())
@@ -208,7 +208,7 @@ def comparison_words(found: Comparison | None) -> str:
     said = "A station has moved" if found.moved else "No sign that a station moved"
     how = f"probability by chance: {found.p_value:.2g}"
     if math.isnan(found.p_value):
-        how = f"no covariance; a station is taken as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
+        how = f"no covariance; a station counts as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
     mm, deg = (float(np.linalg.norm(v)) for v in (found.difference_mm, found.difference_deg))
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
     first = f"{said}: {apart(mm, deg)} from the earlier pose ({how})."

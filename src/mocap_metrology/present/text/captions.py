@@ -1,6 +1,6 @@
 """What every kind of figure and table shows: the words below it on pages and in the report.
 
-A figure adds to its caption what only its data can say. Plain text, no markup.
+A figure adds to its caption what depends on its data. Plain text, no markup.
 """
 
 CALIBRATION = (
@@ -57,7 +57,7 @@ DIAGNOSIS = (
 )
 FAMILIES = (
     "All recordings of the group side by side: subsets of one camera type by their number of "
-    "cameras, others by name. Below the Allan deviations of subsets stands their ratio to those "
+    "cameras, others by name. Below the Allan deviations of subsets is their ratio to those "
     "of the smallest one. Coefficients are those of the likelihood estimator with 95 % "
     "intervals; triangles are upper limits of what was not detected."
 )
@@ -215,7 +215,7 @@ SKUROWSKI: dict[int | str, str] = {
     14: (
         "Coefficients of power-law noise by the number of cameras, logarithmic: (a) T40, (b) "
         "Bonita, (c) Vantage. In each group from left to right: x1, y1, z1, x2, y2, z2, L; the "
-        "numbers of one series stand in one line. Grey circles: published numbers below the "
+        "numbers of one series are in one line. Grey circles: published numbers below the "
         "least standard error that the length of the recording allows. A cross marks an end of "
         "the range searched by annealing-ant-colony, which is not an estimate. Bars are 95 % "
         "intervals of the likelihood estimator, cut at an arrow a factor of 100 below the "

@@ -56,9 +56,9 @@ def sentences(
     noise: Sequence[NoiseRow],
     settings: DiagnosisSettings,
 ) -> list[Sentence]:
-    """All that is to be said of a recording, warnings first, movement before all others.
+    """All sentences on a recording: movement first, then warnings, then the others.
 
-    Where every marker moves on, nothing is said of noise: what moves hides it.
+    If every marker keeps moving, noise is not reported, because movement masks it.
     """
     moving = _moving(found.movements, recording, settings)
     of_the_data = [
@@ -272,7 +272,7 @@ def _slow(after: Left, before: Left) -> float:
 
 
 def _slope(per_hour: float, duration_s: float) -> str:
-    """In mm/h of a recording of a minute at least; of a shorter one what it says itself."""
+    """In mm/h for a recording of a minute or more; for a shorter one in mm over its length."""
     if duration_s >= 60:
         return with_unit(per_hour, "mm/h", sign=True)
     return f"{mm(per_hour * duration_s / 3600)} over the whole recording"
@@ -379,7 +379,7 @@ def _moving(
 
 
 def _all_move_on(movements: Mapping[str, Movement], recording: Recording) -> bool:
-    """Whether every marker moves, and not by one jump alone, on both sides of which it stands."""
+    """Whether every marker moves, other than by one jump with rest before and after it."""
     return all(
         any(one.moves and math.isnan(one.time_s) for one in own)
         for k in range(1, len(recording.labels) + 1)

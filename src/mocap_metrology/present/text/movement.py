@@ -12,8 +12,8 @@ MOST_NAMED = 6
 
 
 def movement_words(moving: Mapping[str, tuple[str, Movement]], within_s: float) -> list[str]:
-    """One line that names every marker that moves (`most_moving`) and says what the one that moves
-    most does; no line where none does."""
+    """One line that names every moving marker (`most_moving`) and describes the largest movement;
+    none without movement."""
     if not moving:
         return []
     label = max(moving, key=lambda name: moving[name][1].size_mm)
@@ -28,7 +28,7 @@ def movement_words(moving: Mapping[str, tuple[str, Movement]], within_s: float) 
 
 
 def deed(axis: str, found: Movement, within_s: float) -> str:
-    """What a marker does: `stands 2.05 mm elsewhere along x from 312 s on`."""
+    """Movement of a marker: `shifts by 2.05 mm along x at 312 s`."""
     size = mm(found.size_mm)
     if math.isfinite(found.time_s):
         return f"shifts by {size} along {axis} at {with_unit(found.time_s, 's')}"

@@ -1,7 +1,7 @@
 """How numbers, sizes with units, uncertainties and times are written, one way for each.
 
 Of what has an uncertainty: two digits of it and the value to the same place. Of anything else:
-three digits, or as many as asked for. Units have prefixes, value and uncertainty the same one.
+three digits, or the number requested. Units have prefixes, value and uncertainty the same one.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-# What stands behind a coefficient that is not simply right, and what it means
+# Marks behind coefficients that are not plain estimates, and their meaning
 MARKS = {"at_bound": "§", "not_converged": "¶", "misfit": "#"}
 STATUS_SIGNS = (
     f"{MARKS['at_bound']} at the end of the range searched; {MARKS['not_converged']} not "

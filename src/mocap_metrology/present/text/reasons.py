@@ -148,7 +148,7 @@ def _frame(check: Check, value: float) -> str:
 
 
 def _against(check: Check, times: float = 1, unit: str = "mm") -> str:
-    """The limit that the word of a check goes by."""
+    """The limit that decides the word of a check."""
     return f"{KEPT[check.word]} {with_unit(times * float(check.limit), unit)}"
 
 

@@ -151,7 +151,7 @@ def _note(found: Found, names: Sequence[str], cut: bool) -> str:
 
 
 def _band(found: Found) -> str:
-    """The word that one frame in the worst coordinate alone would have."""
+    """The verdict for a single frame in the worst coordinate."""
     own = [v["frame_mm"] for k, v in found["series"].items() if COORDINATE.fullmatch(k)]
     worst = max((v for v in own if v is not None), default=math.inf)
     limits = found["limits_mm"]
@@ -230,7 +230,7 @@ def _places(points: Mapping[str, Points]) -> dict[int, float]:
 
 
 def _uncertainties(axes: Axes, points: Mapping[str, Points], limits: tuple[float, float]) -> None:
-    """Every mark of every series with its interval; arrows where that goes on beyond the axis."""
+    """Every mark of every series with its interval; arrows where it continues beyond the axis."""
     low, high = limits
     for k, place in _places(points).items():
         text, _, look = MARKS[k]

@@ -9,7 +9,7 @@ from mocap_metrology.noise.assess.checks import COORDINATE, worst
 from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text.numbers import duration_words, significant, with_unit
 
-MOVES = "still.range_mm"  # the threshold of what stands still
+MOVES = "still.range_mm"  # the threshold for being at rest
 Found = Record  # contents of verdict.json
 
 CAPTION = (
@@ -125,7 +125,7 @@ def verdict_lines(found: Found) -> list[str]:
 
 
 def _measured(found: Found) -> list[str]:
-    """Which series have numbers of their own and not of a model, and why unless that was said."""
+    """Which series have measured and no modelled numbers, and why, unless stated elsewhere."""
     reasons: dict[str, list[str]] = {}
     for name, values in found["series"].items():
         if values["why_measured"]:
@@ -139,7 +139,7 @@ def _measured(found: Found) -> list[str]:
 
 
 def _told(finding: str, found: Found) -> bool:
-    """Whether it only says once more that, and why, there is no noise model."""
+    """Whether it only repeats that, and why, there is no noise model."""
     refused = any(values["status"] == "refused" for values in found["series"].values())
     return refused and finding.startswith("No noise model of ")
 

@@ -14,8 +14,8 @@ import sys
 from pathlib import Path
 
 MISSING = re.compile(r"File (\S+) marked for report but does not exist")
-NOTHING = "There is no summary here"  # what report/workflow.rst says then
-FINISH = "the run did not finish; call `make`, mend what it says, and try again"
+NOTHING = "There is no summary here"  # text of report/workflow.rst then
+FINISH = "the run did not finish; call `make`, correct what it reports, and try again"
 DATA = re.compile(rb'<script id="[\w-]+">\s*var \w+ = (.*);\n')  # JSON, in one line
 FAULT = re.compile(r"\w+(Error|Exception)\b")
 

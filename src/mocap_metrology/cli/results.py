@@ -68,7 +68,7 @@ def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
 
 
 def kept(error: BaseException, folder: Path, name: str) -> str:
-    """A crash in one line; its traceback goes to `crash.log` in the folder."""
+    """A crash in one line; its traceback is written to `crash.log` in the folder."""
     what = one_line(f"{type(error).__name__}: {error}")
     path = folder / CRASH
     said = "".join(traceback.format_exception(error))

@@ -50,7 +50,7 @@ class Progress(logging.Handler):
         self._later.append(self.pool.submit(write, path))
 
     def emit(self, record: logging.LogRecord) -> None:
-        """A line of its own; on a terminal it takes the place of the step's."""
+        """A line of its own; on a terminal it replaces that of the step."""
         said = printable(record.getMessage())
         self._write(f"{said}\n" if self.stream.isatty() else said)
 

@@ -78,7 +78,7 @@ def test_why_names_all_that_lowers_the_word_in_few_words() -> None:
     [
         ("skurowski2019", "twin", "a rise is one of the published table"),
         ("mine", "twin", "a rise is one of those numbers"),
-        ("mine", "measured", "only a rise tells of a camera"),
+        ("mine", "measured", "only a rise is evidence on a camera"),
     ],
 )
 def test_subsets_that_share_no_frames_say_so_once(group: str, source: str, said: str) -> None:

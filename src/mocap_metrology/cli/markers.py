@@ -63,9 +63,10 @@ def _movement(asked: Asked, label: str) -> float | None:
         found = read_recording(asked.paths, [label], *how)
     except Unseen:
         return None
-    position = found.position_mm[0].astype(float)
+    position = found.position_mm[0]
     seen = np.isfinite(position).all(axis=0)
-    if seen.mean() < FEWEST_SEEN or not np.any(position[:, seen], axis=1).all():
+    known = position if seen.all() else position[:, seen]
+    if seen.mean() < FEWEST_SEEN or not known.any(axis=1).all():
         return None
-    ranges = [median_drift(axis, found.frame_rate_hz).range for axis in position]
+    ranges = [median_drift(axis.astype(float), found.frame_rate_hz).range for axis in position]
     return float(max(ranges)) if np.isfinite(ranges).all() else None

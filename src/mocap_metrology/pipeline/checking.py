@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NotRequired, TypedDict
@@ -13,7 +13,7 @@ from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.io.read import bodies_of, read_recording
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
-from mocap_metrology.noise.motion.movement import moving_markers
+from mocap_metrology.noise.motion.movement import Movement, most_moving, movements
 from mocap_metrology.present.text.movement import movement_words
 
 UNIT_ASSUMED = "the file names no unit, so its coordinates are assumed to be in mm"
@@ -45,6 +45,15 @@ class Asked:
     sha256: Sequence[str] = ()
 
 
+@dataclass(frozen=True)
+class Examined:
+    """check: contents of check.json; movements: label -> axis -> movement."""
+
+    check: Check
+    recording: Recording
+    movements: Mapping[str, Mapping[str, Movement]]
+
+
 def read_checked(
     asked: Asked,
     range_mm: float,
@@ -52,7 +61,19 @@ def read_checked(
     second_opinion: bool,
     over: Over = in_turn,
 ) -> tuple[Check, Recording]:
-    """Contents of check.json, and the recording.
+    """Contents of check.json, and the recording, as `examine` has them."""
+    found = examine(asked, range_mm, horizon_s, second_opinion, over)
+    return found.check, found.recording
+
+
+def examine(
+    asked: Asked,
+    range_mm: float,
+    horizon_s: float,
+    second_opinion: bool,
+    over: Over = in_turn,
+) -> Examined:
+    """A recording that can be used, and what to beware of.
 
     range_mm, horizon_s: of `movement`; second_opinion: whether ezc3d reads a C3D file too; over:
     how coordinates are worked on. Raises `Refusal` for a recording that cannot be used.
@@ -69,7 +90,7 @@ def read_checked(
         asked.unit,
     )
     rate = recording.frame_rate_hz
-    moving = moving_markers(
+    of_markers = movements(
         dict(zip(recording.labels, recording.position_mm, strict=True)),
         rate,
         range_mm,
@@ -77,9 +98,10 @@ def read_checked(
         recording.resolution_mm,
         over,
     )
+    moving = most_moving(of_markers)
     duration = recording.position_mm.shape[2] / rate
     assumed = [UNIT_ASSUMED] if "assumed" in recording.unit_source else []
-    return {
+    check: Check = {
         "ok": True,
         "why": "",
         "warnings": [*assumed, *movement_words(moving, min(duration, horizon_s))],
@@ -88,7 +110,8 @@ def read_checked(
         "unit_source": recording.unit_source,
         "moving": bool(moving),
         "bodies": bodies_of(asked.paths[0], asked.markers),
-    }, recording
+    }
+    return Examined(check, recording, of_markers)
 
 
 def refused(refusal: Refusal, to_accept: str, to_state: str = "") -> Check:

@@ -23,6 +23,7 @@ from mocap_metrology.noise.diagnosis.recording import (
     diagnose,
 )
 from mocap_metrology.noise.fit.estimates import NoiseRow
+from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.pipeline import settings as of
 from mocap_metrology.pipeline.tables import Series, Table
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
@@ -53,8 +54,10 @@ def diagnosed(
     noise: Sequence[NoiseRow],
     settings: DiagnosisSettings,
     over: Over = in_turn,
+    movements: Mapping[str, Movement] | None = None,
 ) -> Diagnosed:
-    """Events, lines, resolution and filters of a recording; noise: rows of noise.csv."""
+    """Events, lines, resolution and filters of a recording; noise: rows of noise.csv; movements: of
+    coordinates, where they are known already."""
     origin = raw.origin
     recording = Recording(
         raw.coordinates,
@@ -64,6 +67,7 @@ def diagnosed(
         origin["resolution_mm"],
         origin["resolution_kind"],
         origin["n_filled_frames"],
+        movements or {},
     )
     found = diagnose(recording, noise, psd.columns, settings, psd.origin["psd"], over)
     findings = findings_of(recording, found, noise)

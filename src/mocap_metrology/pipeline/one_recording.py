@@ -13,11 +13,12 @@ import pandas as pd
 
 from mocap_metrology.common.files import write_csv, write_json
 from mocap_metrology.common.types import Row
-from mocap_metrology.io.recording import Recording
 from mocap_metrology.noise.assess.recording import OutlierRow
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.fit.estimators import NoiseSections
+from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.pipeline import figures, judging
+from mocap_metrology.pipeline.checking import Examined
 from mocap_metrology.pipeline.judging import Diagnosed
 from mocap_metrology.pipeline.progress import Progress
 from mocap_metrology.pipeline.reading import trajectories
@@ -45,8 +46,7 @@ WRITTEN = (  # besides check.json
 
 
 def analyse(
-    take: Recording,
-    warnings: list[str],
+    given: Examined,
     name: str,
     folder: Path,
     settings: Settings,
@@ -54,10 +54,10 @@ def analyse(
 ) -> Mapping[str, Any]:
     """Write the results of a measured recording into `folder`; return verdict.json's contents.
 
-    warnings: of check.json. A thread runs the steps, those of `progress` work on the series, and
-    this one draws meanwhile: matplotlib is for one thread only.
+    A thread runs the steps, those of `progress` work on the series, and this one draws meanwhile:
+    matplotlib is for one thread only.
     """
-    steps = _Steps(take, warnings, name, folder, settings, progress)
+    steps = _Steps(given, name, folder, settings, progress)
     thread = ThreadPoolExecutor(1)
     try:
         clean = thread.submit(steps.clean)
@@ -93,14 +93,13 @@ class _Steps:
 
     def __init__(
         self,
-        take: Recording,
-        warnings: list[str],
+        given: Examined,
         name: str,
         folder: Path,
         settings: Settings,
         progress: Progress,
     ):
-        self.take, self.warnings, self.name = take, warnings, name
+        self.given, self.name = given, name
         self.folder, self.settings, self.progress = folder, settings, progress
         still, horizon_s = settings.still, settings.verdict.horizon_s
         self.limits = judging.diagnosis_settings(settings.diagnosis, still, horizon_s)
@@ -109,7 +108,7 @@ class _Steps:
         """Coordinates as recorded, and all series cleaned."""
         self.progress.step("gap-filled frames and outliers")
         over, named = self.progress.over, {"recording": self.name, "source": "measured"}
-        self.raw = trajectories(self.take, named | {"twin": None}, over=over)
+        self.raw = trajectories(self.given.recording, named | {"twin": None}, over=over)
         self.progress.later(self.raw.write, self.folder / "trajectories.parquet")
         self.filtered = cleaned(self.raw, self.settings.hampel, over)
         self.progress.later(self.filtered.table.write, self.folder / "clean.parquet")
@@ -143,9 +142,20 @@ class _Steps:
         self.progress.step("events, periodic disturbances, filters")
         # Written above, so of these columns
         self.rows = cast(list[NoiseRow], read_noise(self.folder / "noise.csv"))
-        found = judging.diagnosed(self.raw, self.psd, self.rows, self.limits, self.progress.over)
+        how = self.limits, self.progress.over, self._movements()
+        found = judging.diagnosed(self.raw, self.psd, self.rows, *how)
         found.write(self.folder, self.name, "measured")
         return found
+
+    def _movements(self) -> dict[str, Movement]:
+        """Of the coordinates that are as they were when they were examined."""
+        found, filled = self.given.movements, self.raw.origin["n_filled_frames"]
+        return {
+            f"{axis}{number}": movement
+            for number, label in enumerate(self.raw.origin["labels"], start=1)
+            for axis, movement in found[label].items()
+            if not filled[label]
+        }
 
     def judge(self) -> Row:
         self.progress.step("verdict")
@@ -157,7 +167,7 @@ class _Steps:
             self.rows,
             cast(list[OutlierRow], outliers.to_dict("records")),  # written above, as well
             json.loads((self.folder / "diagnosis.json").read_text(encoding="utf-8")),
-            self.warnings,
+            self.given.check["warnings"],
         )
         named: Row = {"recording": self.name, "group": GROUP}
         named |= {"twin": None, "camera_type": "", "n_cameras": None}

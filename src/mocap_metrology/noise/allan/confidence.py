@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -37,7 +38,8 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     """
     valid = np.isfinite(series)
     whole = bool(valid.all())
-    mean = series[valid].mean() if valid.any() else 0.0
+    known = series if whole else series[valid]
+    mean = known.mean() if known.size else 0.0
     sums = running_sum(series - mean if whole else np.where(valid, series - mean, 0.0))
     counts = None if whole else running_sum(valid)
     exponents = np.zeros(len(m), dtype=np.int64)
@@ -84,6 +86,7 @@ def _lag1_exponent(means: np.ndarray, max_differences: int, whole: bool) -> floa
     return None
 
 
+@cache  # of series of one length at the same averaging factors they are the same
 def equivalent_dof(
     alpha: int, m: int, n: int, estimator: str = "oadev", max_terms: int = 1024
 ) -> float:

@@ -223,11 +223,13 @@ def low_pass(
 
 
 def low_passes(
-    series: Mapping[str, np.ndarray], rate_hz: float, resolution_mm: float
+    series: Mapping[str, np.ndarray], rate_hz: float, resolution_mm: float, over: Over = in_turn
 ) -> list[LowPass]:
-    """Of still series, where most of their coordinates agree: an export filters all of them."""
+    """Of still series, where most of their coordinates agree: an export filters all of them. over:
+    how series are worked on."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
-    found = {k: low_pass(k, v, rate_hz, step) for k, v in series.items()}
+    own = over(lambda one: low_pass(*one, rate_hz, step), series.items())
+    found = dict(zip(series, own, strict=True))
     coordinates = [v is not None for k, v in found.items() if not k.startswith("L")]
     agree = 2 * sum(coordinates) >= len(coordinates)
     return [v for v in found.values() if v is not None] if agree else []

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 BLOCK = 1000  # differences whose kurtosis is taken at once, so no change of level makes any
@@ -36,11 +37,14 @@ class Tails:
     upper: float
 
 
-def heavy_tails(series: Mapping[str, np.ndarray], resolution_mm: float) -> list[Tails]:
-    """Of (n,) values in mm, NaN in gaps, those with surely more than a Gaussian's."""
+def heavy_tails(
+    series: Mapping[str, np.ndarray], resolution_mm: float, over: Over = in_turn
+) -> list[Tails]:
+    """Of (n,) values in mm, NaN in gaps, those with surely more than a Gaussian's. over: how series
+    are worked on."""
     step = resolution_mm if math.isfinite(resolution_mm) else 0.0
     chance = CHANCE / max(len(series), 1)
-    found = [_tails(name, values, step, chance) for name, values in series.items()]
+    found = over(lambda one: _tails(*one, step, chance), series.items())
     return [one for one in found if one]
 
 
@@ -128,23 +132,28 @@ def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
     return out
 
 
-def drawn_in(series: Mapping[str, np.ndarray], resolution: float = 0.0) -> dict[str, np.ndarray]:
+def drawn_in(
+    series: Mapping[str, np.ndarray], resolution: float = 0.0, over: Over = in_turn
+) -> dict[str, np.ndarray]:
     """(n,) coordinates with no frame farther than three scales from the median of the five round
     it: heavy tails made light.
 
     The scale is that of these distances, half a step of the file at least. Where more are off, of
     all coordinates among one, three or nine frames, than so many would be by chance, something
-    happened, and all stays.
+    happened, and all stays. over: how coordinates are worked on.
     """
-    away = {k: _away(v, max(resolution, 0.0)) for k, v in series.items()}
-    off = np.sum([np.abs(d) > reach for d, reach in away.values()], axis=0)
+    found = over(lambda values: _away(values, max(resolution, 0.0)), series.values())
+    away = dict(zip(series, found, strict=True))
+    off = np.sum([np.abs(distance) > reach for distance, reach in away.values()], axis=0)
     alone = ~_together(off, len(series))
-    found = {}
-    for name, values in series.items():
-        distance, reach = away.pop(name)
+
+    def drawn(one: tuple[np.ndarray, tuple[np.ndarray, float]]) -> np.ndarray:
+        values, (distance, reach) = one
         excess = np.where(alone, distance - np.clip(distance, -reach, reach), 0.0)
-        found[name] = (values - excess).astype(values.dtype)
-    return found
+        return (values - excess).astype(values.dtype)
+
+    every = ((values, away.pop(name)) for name, values in series.items())
+    return dict(zip(list(series), over(drawn, every), strict=True))
 
 
 def _away(series: np.ndarray, resolution: float) -> tuple[np.ndarray, float]:

@@ -74,7 +74,8 @@ class DiagnosisSettings:
 class Recording:
     """What is known of a recording before it is diagnosed. coordinates: x1, y1, ... (n,) mm, NaN in
     gaps; labels of its markers; pairs of their numbers from 1; step of the file and its kind;
-    frames of a marker that were gap-filled, and are gaps here."""
+    frames of a marker that were gap-filled, and are gaps here; movements: of coordinates, where
+    they are known already."""
 
     coordinates: Mapping[str, np.ndarray]
     labels: Sequence[str]
@@ -83,6 +84,7 @@ class Recording:
     resolution_mm: float
     resolution_kind: str
     n_filled: Mapping[str, int] = field(default_factory=dict)
+    movements: Mapping[str, Movement] = field(default_factory=dict)
 
     @cached_property
     def n_frames(self) -> int:
@@ -144,10 +146,14 @@ def diagnose(
     settings = settings or DiagnosisSettings()
     rate, step = recording.frame_rate_hz, recording.step_mm
     spikes, coordinates = _quiet(recording, settings, step, over)
-    drifts, quiet = {}, dict(coordinates)
-    for name, series in all_series(coordinates, recording.pairs):
-        drifts[name] = drift(series, rate)
-        quiet.setdefault(name, series.astype(np.float32) if name not in coordinates else series)
+
+    def drifted(one: tuple[str, np.ndarray]) -> tuple[str, Drift, np.ndarray]:
+        name, series = one
+        stored = coordinates[name] if name in coordinates else series.astype(np.float32)
+        return name, drift(series, rate), stored
+
+    moved = list(over(drifted, all_series(coordinates, recording.pairs)))
+    drifts, quiet = {name: own for name, own, _ in moved}, {name: one for name, _, one in moved}
     events, dynamics, levels = searched(
         quiet, recording.pairs, rate, step, settings.false_alarm, settings.side_s, over
     )
@@ -180,8 +186,8 @@ def diagnose(
         _missing(recording), drifts,
         _movements(recording, settings, over), dynamics, levels,
         sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
-        _low_pass(recording, blanked, levels, settings), _trends(levels, events),
-        heavy_tails(blanked, step), _repeats(recording),
+        _low_pass(recording, blanked, levels, settings, over), _trends(levels, events),
+        heavy_tails(blanked, step, over), _repeats(recording),
     )  # fmt: skip
 
 
@@ -206,7 +212,7 @@ def searched(
     over: Over = in_turn,
 ) -> tuple[list[Event], dict[str, list[Dynamic]], dict[str, Blocks]]:
     """Events of coordinates and distances, spikes bridged, and what they were found in."""
-    drawn = drawn_in({k: v for k, v in quiet.items() if not k.startswith("L")}, step)
+    drawn = drawn_in({k: v for k, v in quiet.items() if not k.startswith("L")}, step, over)
 
     def dynamic(one: tuple[str, np.ndarray]) -> tuple[str, list[Dynamic]]:
         return one[0], dynamic_allan(one[1], rate_hz, step)
@@ -275,7 +281,8 @@ def _movements(
     )
 
     def of(one: tuple[str, np.ndarray]) -> tuple[str, Movement]:
-        return one[0], movement(one[1], *given)
+        name, values = one
+        return name, recording.movements.get(name) or movement(values, *given)
 
     return dict(over(of, all_series(recording.coordinates, recording.pairs)))
 
@@ -285,6 +292,7 @@ def _low_pass(
     series: Mapping[str, np.ndarray],
     levels: Mapping[str, Blocks],
     settings: DiagnosisSettings,
+    over: Over,
 ) -> list[LowPass]:
     """Of markers that do not move all the time, as movement may have any spectrum."""
     busy = {k for k, v in levels.items() if wander(v.mean) > settings.still_range_mm}
@@ -292,9 +300,8 @@ def _low_pass(
     still = [
         k for k in series if k not in busy and not (k in recording.coordinates and k[1:] in numbers)
     ]
-    return low_passes(
-        Made(still, series.__getitem__), recording.frame_rate_hz, recording.resolution_mm
-    )
+    own = Made(still, series.__getitem__)
+    return low_passes(own, recording.frame_rate_hz, recording.resolution_mm, over)
 
 
 def _repeats(recording: Recording) -> list[Repeats]:

@@ -69,12 +69,25 @@ def moving_markers(
     step_mm: float = 0.0,
     over: Over = in_turn,
 ) -> dict[str, tuple[str, Movement]]:
-    """`most_moving` of markers, label -> (3, n), as `movement` has them. over: how coordinates are
-    worked on."""
+    """`most_moving` of markers, label -> (3, n), as `movements` has them."""
+    given = frame_rate_hz, range_mm, horizon_s, step_mm, over
+    return most_moving(movements(positions, *given))
+
+
+def movements(
+    positions: Mapping[str, np.ndarray],
+    frame_rate_hz: float,
+    range_mm: float,
+    horizon_s: float,
+    step_mm: float = 0.0,
+    over: Over = in_turn,
+) -> dict[str, dict[str, Movement]]:
+    """Label -> axis -> `movement` of markers, label -> (3, n). over: how coordinates are worked
+    on."""
     given = frame_rate_hz, range_mm, horizon_s, step_mm
     every = (values for marker in positions.values() for values in marker)
     found = iter(over(lambda values: movement(values, *given), every))
-    return most_moving({label: {axis: next(found) for axis in AXES} for label in positions})
+    return {label: {axis: next(found) for axis in AXES} for label in positions}
 
 
 def most_moving(
@@ -152,14 +165,19 @@ def _straightened(blocks: np.ndarray) -> np.ndarray:
     t = np.arange(blocks.size) / blocks.size
     coarse = max(blocks.size // 1000, 1)  # of nine hours a thousand are enough
     use = np.flatnonzero(known)[::coarse]
-    best, fitted = math.inf, np.zeros(blocks.size)
+    best = math.inf, 1.0, np.zeros(3)
     for constant in np.geomspace(2 / blocks.size, 1.0, round(math.log(blocks.size / 2) / 0.15) + 2):
-        shape = np.stack([np.ones(t.size), t, np.exp(-t / constant)], axis=1)
-        solved, *_ = np.linalg.lstsq(shape[use], blocks[use], rcond=None)
-        left = float(np.sum((blocks[use] - shape[use] @ solved) ** 2))
-        if left < best:
-            best, fitted = left, shape @ solved
-    return blocks - fitted
+        shape = _approach(t[use], constant)
+        solved, *_ = np.linalg.lstsq(shape, blocks[use], rcond=None)
+        left = float(np.sum((blocks[use] - shape @ solved) ** 2))
+        if left < best[0]:
+            best = left, constant, solved
+    return blocks - _approach(t, best[1]) @ best[2]
+
+
+def _approach(t: np.ndarray, constant: float) -> np.ndarray:
+    """(n, 3) columns of a straight line and an exponential at the times t (n,)."""
+    return np.stack([np.ones(t.size), t, np.exp(-t / constant)], axis=1)
 
 
 def _jump(blocks: np.ndarray, block_s: float, within: int, least: float) -> Movement:

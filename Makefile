@@ -16,7 +16,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test study lint hooks peers benchmark accuracy lock samples site pictures docs graph clean help
+.PHONY: run check report env warm test test-cluster study lint hooks peers s3 benchmark accuracy lock samples site pictures docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES) $(if $(FOLDER),--config $(FOLDER))
@@ -60,6 +60,9 @@ test: warm  ## run the tests
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest \
 		--numprocesses $(CORES) --dist loadfile --no-loadscope-reorder
 
+test-cluster: warm  ## run the workflow on a SLURM cluster of this computer, with a node lost (tests/cluster/install.sh, as root)
+	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 sh tests/cluster/run.sh python -m pytest -m cluster tests/cluster
+
 study: warm  ## run the long Monte Carlo studies
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest -m study
 
@@ -73,6 +76,9 @@ hooks: env  ## check style and spelling before each commit from now on
 peers: env  ## install optional parts: OpenCV for the estimator pnp, and the peers of make benchmark (needs a C compiler)
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/peers.txt
 
+s3: env  ## install what reads recordings in S3 (docs/cluster.md)
+	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/s3.txt
+
 benchmark: warm peers  ## compare run times with those of the peers
 	@$(RUN) python benchmarks/peers.py
 	@$(RUN) python benchmarks/noise_times.py
@@ -84,7 +90,7 @@ accuracy: warm  ## measure by Monte Carlo how often findings are right; takes ho
 	@test -n "$(ARGS)" || $(RUN) python benchmarks/failing_camera.py
 
 lock: .venv/.ready  ## recompile requirements/*.in
-	@cd requirements && for name in requirements uv peers docs; do \
+	@cd requirements && for name in requirements uv peers docs s3; do \
 		$(CLEAN) ../$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --generate-hashes \
 		--python-version 3.11 --no-header --no-annotate -o $$name.txt $$name.in >/dev/null; done
 
@@ -115,4 +121,4 @@ clean:  ## remove the environment, not the results
 	rm -rf .venv
 
 help:
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14

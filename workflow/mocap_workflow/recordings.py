@@ -82,7 +82,8 @@ class RecordingRow(SheetRow):
         each_once('files separated by ";"'),
     ] = Field(alias="path")
     """A file of one of the formats below; several segments of one recording in order, separated by
-    `;`; or `simulate:<twin>` with a twin of `config/twins.yaml`."""
+    `;`; or `simulate:<twin>` with a twin of `config/twins.yaml`. `s3://bucket/key` is a file in S3
+    (`make s3` first), here and wherever a sheet names a file."""
     markers: Annotated[tuple[str, ...], each_once('labels of the markers, separated by ";"')] = ()
     """Labels of the markers to analyse, separated by `;`. At least one; may be empty for a twin."""
     group: Name

@@ -27,7 +27,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 
 from mocap_metrology.common.paths import DRIVE, exists, is_file, of_windows
-from mocap_workflow import sheets
+from mocap_workflow import remote, sheets
 from mocap_workflow.faults import Faults, Unfit, Unmatched, misfits, shortened, shown, unknown
 
 SIMULATE = "simulate:"
@@ -72,10 +72,13 @@ def beside(sheet: str, path: str) -> str:
 
 
 def existing(path: str, info: Info, any_kind: bool = False) -> str:
-    """The path beside the sheet; refused if it is no file or one that Snakemake cannot name.
+    """The path beside the sheet, or in S3; refused if it is no file or one that Snakemake cannot
+    name.
 
     `any_kind` leaves what is there but no file to the rule that reads it.
     """
+    if remote.in_s3(path):
+        return remote.checked(path)
     here = beside(info.context.sheet, path)
     if set("<>{}") & set(here):
         raise Unfit("a path without any of < > { }", path)

@@ -5,7 +5,7 @@ from functools import cache, partial
 from pathlib import Path
 
 from mocap_metrology.present.text import captions
-from mocap_workflow import entries, runs, selection, startup
+from mocap_workflow import entries, remote, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults, stop
@@ -108,9 +108,27 @@ def cell(*columns):
     return of_row(operator.attrgetter(*columns))
 
 
+def located(path):
+    """A file of a sheet as the input of a rule: Snakemake retrieves it where it is in S3."""
+    return storage.s3(path) if remote.in_s3(path) else path
+
+
+def files(ask):
+    """Function of the wildcards: the files that `ask` returns for the row, by name or as a list."""
+
+    def of(row):
+        found = ask(row)
+        if isinstance(found, dict):
+            return {name: located(path) for name, path in found.items()}
+        return list(map(located, found))
+
+    return of_row(of)
+
+
 # The files of a recording, and its check, which a twin does not need.
+MEASURED_FILES = files(operator.attrgetter("paths"))
 FILES = branch(
-    cell("twin"), then=["<results>/recordings/{recording}/twin.c3d"], otherwise=cell("paths")
+    cell("twin"), then=["<results>/recordings/{recording}/twin.c3d"], otherwise=MEASURED_FILES
 )
 CHECK = branch(cell("twin"), otherwise=["<results>/recordings/{recording}/check.json"])
 

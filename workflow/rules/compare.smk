@@ -74,7 +74,7 @@ rule trend:
 rule coherence:
     input:
         clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=WITH_COVARIATE),
-        covariate=collect("{row.covariate}", row=WITH_COVARIATE),
+        covariate=lambda wildcards: [located(row.covariate) for row in WITH_COVARIATE(wildcards)],
     output:
         csv="<results>/tables/{group}_coherence.csv",
         md="<results>/tables/{group}_coherence.md",

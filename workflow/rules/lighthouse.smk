@@ -8,7 +8,7 @@ MEASURED = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if not 
 # All steps of a twin are one job, because each step is shorter than another start of Python.
 rule calibrate_twin:
     input:
-        unpack(of_row(selection.compared_with)),
+        unpack(files(selection.compared_with)),
     output:
         dump=temp("<results>/calibrations/{calibration}/twin.dump"),
         twin_board="<results>/calibrations/{calibration}/twin_board.csv",
@@ -45,7 +45,7 @@ rule calibrate_twin:
 # A refusal is a result: this rule succeeds, and check.json states the reason. Twins need no check.
 checkpoint check_calibration:
     input:
-        unpack(of_row(selection.decoded_from)),
+        unpack(files(selection.decoded_from)),
     output:
         "<results>/calibrations/{calibration}/check.json",
     log:
@@ -67,7 +67,7 @@ checkpoint check_calibration:
 
 rule decode:
     input:
-        unpack(of_row(selection.decoded_from)),
+        unpack(files(selection.decoded_from)),
         check="<results>/calibrations/{calibration}/check.json",
     output:
         pulses="<results>/calibrations/{calibration}/pulses.parquet",
@@ -95,7 +95,7 @@ rule decode:
 
 rule calibrate:
     input:
-        unpack(of_row(selection.compared_with)),
+        unpack(files(selection.compared_with)),
         sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
         board="<results>/calibrations/{calibration}/board.csv",
@@ -167,6 +167,7 @@ rule calibration_tables:
         "<logs>/calibration_tables/{group}.log",
     benchmark:
         "<benchmarks>/calibration_tables/{group}.tsv"
+    localrule: True
     resources:
         mem_mb=memory(500),
         runtime=minutes(10),

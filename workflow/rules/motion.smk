@@ -6,7 +6,7 @@ WITH_PLACE = accepted(selection.with_place)
 rule orientation:
     input:
         trajectories="<results>/recordings/{recording}/trajectories.parquet",
-        poses=branch(of_row(has_bodies), then=cell("paths")),
+        poses=branch(of_row(has_bodies), then=MEASURED_FILES),
     output:
         series="<results>/recordings/{recording}/orientation.parquet",
         allan="<results>/recordings/{recording}/allan_orientation.parquet",

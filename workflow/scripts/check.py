@@ -12,7 +12,7 @@ with step(snakemake) as log:
     given = snakemake.params
     how = given.still["range_mm"], given.horizon_s, given.second_opinion
     try:
-        check, _ = read_checked(Asked(**given.row), *how)
+        check, _ = read_checked(Asked(**given.row | {"paths": list(snakemake.input)}), *how)
     except Refusal as refusal:
         columns = 'write "accept" in column truncated of the sheet', "column unit of the sheet"
         check = refused(refusal, *columns)

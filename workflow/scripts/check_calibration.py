@@ -10,7 +10,8 @@ with step(snakemake) as log:
     from mocap_metrology.pipeline.calibration import Asked, checked
     from mocap_metrology.pipeline.settings import Lighthouse
 
-    asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
+    asked = Asked(**snakemake.params.row | {"path": snakemake.input.dump})
+    settings = Lighthouse(**snakemake.params.lighthouse)
     try:
         check, _ = checked(asked, dict(snakemake.input.items()), settings)
     except Refusal as refusal:

@@ -7,6 +7,7 @@ with step(snakemake):
     from mocap_metrology.pipeline.calibration_files import write_decoded
     from mocap_metrology.pipeline.settings import Lighthouse
 
-    asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
+    asked = Asked(**snakemake.params.row | {"path": snakemake.input.dump})
+    settings = Lighthouse(**snakemake.params.lighthouse)
     found = decoded(asked, dict(snakemake.input.items()), settings)
     write_decoded(asked, found, settings, dict(snakemake.output.items()))

@@ -45,7 +45,7 @@ def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Pat
     board."""
     origin = {
         "recording": asked.calibration,
-        "source": asked.twin or asked.path,
+        "source": asked.twin or Path(str(asked.path)).name,  # wherever the file was
         "twin": asked.twin,
         "sha256": None if asked.twin else sha256(str(asked.path)),
         "lighthouse": asdict(settings),

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import yaml
+from test_rules import rules
 
+SUBMITTED = {"check_recording", "check_calibration", "claims"}
 PROFILES = Path(__file__).resolve().parents[2] / "profiles"
 
 
@@ -23,8 +25,16 @@ def test_slurm_adds_to_ci() -> None:
     slurm, ci = keys("slurm"), keys("ci")
     assert slurm.items() >= ci.items()
     assert {key.partition("-")[0] for key in slurm.keys() - ci.keys()} <= {
-        "executor", "jobs", "latency", "slurm", "retries"
+        "cores", "executor", "groups", "jobs", "latency", "retries", "slurm"
     }  # fmt: skip
+
+
+def test_on_a_cluster_a_rule_is_grouped_local_or_worth_a_submission(root: Path) -> None:
+    """`SUBMITTED`: what the others wait for, and what takes longest of the rest."""
+    grouped, found = keys("slurm")["groups"], rules(root)
+    local = {name for name, body in found.items() if "    localrule: True\n" in body}
+    assert found.keys() == grouped.keys() | local | SUBMITTED
+    assert not local & grouped.keys()
 
 
 def test_quick_only_names_its_configuration() -> None:

@@ -40,6 +40,7 @@ rule summary:
         "<logs>/summary/{group}.log",
     benchmark:
         "<benchmarks>/summary/{group}.tsv"
+    localrule: True
     resources:
         mem_mb=memory(500),
         runtime=minutes(10),

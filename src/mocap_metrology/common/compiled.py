@@ -1,7 +1,7 @@
 """`njit`: numba's, with a cache that cannot go stale.
 
 numba's own file cache watches only the file of the function that is called: a compiled helper
-edited in another file keeps running as old machine code. Here the cache folder is named by the
+edited in another file still runs as old machine code. Here the cache folder is named by the
 hash of every source file of the package that imports this decorator, so an edit of any kernel
 starts a new one; kernels take constants only from such files. It lies beside the package; where
 that cannot be written, in a per-user temporary folder; where that cannot either, nothing is cached
@@ -59,7 +59,7 @@ def _candidates() -> list[Path]:
 
 
 def cache_folder() -> Path | None:
-    """Where compiled kernels of these sources are kept, or None where nothing can be written."""
+    """Folder of the compiled kernels of these sources, or None where nothing can be written."""
     name = sources_hash()
     return next((c / name for c in _candidates() if _writable(c / name)), None)
 
@@ -81,7 +81,7 @@ F = TypeVar("F", bound=Callable[..., object])  # a compiled function is called a
 
 
 class Options(TypedDict, total=False):
-    """What may be asked of numba beside."""
+    """Further options of numba."""
 
     inline: Literal["never", "always"]
     fastmath: bool | set[str]

@@ -50,7 +50,7 @@ class Truncated(Refusal):
 
 
 class UnknownUnit(Refusal):
-    """A file whose unit of length is not told, or not believed, until the user states it."""
+    """A file whose unit of length is missing or implausible until the user states it."""
 
 
 class Unseen(Refusal):

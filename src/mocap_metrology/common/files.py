@@ -38,7 +38,8 @@ ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
 
 @contextmanager
 def whole(path: str | Path) -> Iterator[Path]:
-    """Yield a name beside `path` to write to; on success it replaces `path`, on failure it goes.
+    """Yield a name beside `path` to write to; on success it replaces `path`, on failure it is
+    removed.
 
     The name is unique, so a killed job leaves at most a `.part-*` file and never half a result.
     """
@@ -70,7 +71,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def _sign(path: Path) -> None:
-    """Keep the checksum of a file as an extended attribute, where the file system has these: CSV
+    """Store the checksum of a file as an extended attribute, where the file system has these: CSV
     has no place for one. Parquet has its own."""
     if path.is_file() and path.suffix != ".parquet":
         with suppress(OSError, AttributeError):  # AttributeError: not on this operating system

@@ -3,7 +3,7 @@
 A sample is an outlier when `|x_i - med_i| > n_sigma * 1.4826 * MAD_i`, where `med_i` is the median
 of the window of `half_window` samples before and after it, and `MAD_i` the median of
 `|x_j - med_i|` over the same window [Hampel 1974; Pearson 2002]. Both are exact here, ends and gaps
-included: the window is kept sorted while it slides, and since the deviations to either side of the
+included: the window remains sorted while it slides, and since the deviations to either side of the
 median are then sorted too, their median is found by moving one split point, not by sorting again.
 """
 
@@ -90,13 +90,13 @@ def hampel(
 def white_level_kept(
     n_sigma: float, half_window: int, action: str = "replace"
 ) -> tuple[float, float]:
-    """What the filter does to clean Gaussian noise: (share taken for outliers, variance kept).
+    """What the filter does to clean Gaussian noise: (share replaced, variance retained).
 
-    Against a threshold of k sigma exactly: share 2 Q(k), variance kept 1 - 2 (k phi(k) + Q(k)). The
-    MAD of a window of w samples scatters, k = n_sigma (1 + 1.1664 z / sqrt(w)), z ~ N(0, 1) [its
-    asymptotic variance, Falk 1997]; both are averaged over that. 3 sigma, 241 samples: 0.0034 and
-    0.966; a long window: 0.0027 and 0.971. Masked samples leave the variance of the others. NaN for
-    windows below SHORT_WINDOW, where the MAD is not nearly normal.
+    Against a threshold of k sigma exactly: share 2 Q(k), variance retained 1 - 2 (k phi(k) +
+    Q(k)). The MAD of a window of w samples scatters, k = n_sigma (1 + 1.1664 z / sqrt(w)), z ~
+    N(0, 1) [its asymptotic variance, Falk 1997]; both are averaged over that. 3 sigma, 241
+    samples: 0.0034 and 0.966; a long window: 0.0027 and 0.971. Masked samples leave the variance
+    of the others. NaN for windows below SHORT_WINDOW, where the MAD is not nearly normal.
     """
     if action == "off":
         return 0.0, 1.0
@@ -113,7 +113,7 @@ def white_level_kept(
 
 
 def taken_at_most(n_sigma: float, half_window: int, action: str = "replace") -> float:
-    """Share of the Allan deviation that the filter takes from clean noise, at most.
+    """Largest share by which the filter reduces the Allan deviation of clean noise.
 
     Twice what it takes of white noise, as slow noise makes the medians lag that it puts in: at 3
     sigma and 241 samples 3.4 %, where 132 published series lost 0.9 to 3.0 % at 1 to 30 frames.

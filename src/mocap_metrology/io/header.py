@@ -1,4 +1,4 @@
-"""What every reader takes from the front of a file: its kind, labels, numbers and units."""
+"""The header of a file of any format: its kind, labels, numbers and units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Labels of points: how they are completed, chosen, and told in messages."""
+"""Labels of points: completion, choice, and form in messages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SEGMENT = ("O", "A", "L", "P")  # ends of the labels of Vicon's axes of a segmen
 
 
 def numbered(labels: Sequence[str]) -> list[str]:
-    """Labels as markers are chosen by, in order: one that stands twice is `A#1` and `A#2`."""
+    """Labels as markers are chosen by, in order: one that occurs twice is `A#1` and `A#2`."""
     stripped = [label.strip() for label in labels]
     counts: dict[str, int] = {}
     found = []

@@ -1,6 +1,6 @@
 """Read recordings of any format: positions, labels, orientations of bodies.
 
-The suffix of the path tells the format (`FORMATS`), for `.csv` also what the file begins with.
+The suffix of the path gives the format (`FORMATS`), for `.csv` also what the file begins with.
 
 To add a text format, write a module in `text` with a function `layout(path)`, which reads the
 header into a `Layout` and refuses what is none, and add its suffix to `FORMATS` as

@@ -51,7 +51,7 @@ class Recording:
     `labels` as they were asked for; `position_mm` (n_markers, 3, n_frames), C-contiguous, NaN where
     invalid or where frames are missing; float32 where the file holds float32 in mm, else float64.
     `units`, `encoding`: of the files; `unit_source`: `file`, `assumed` (mm, where a file names
-    none), `given` by the user. `resolution_mm`: the smallest step the files can tell, the largest
+    none), `given` by the user. `resolution_mm`: the smallest step of the files, the largest
     over segments; `resolution_kind`: `int16`, `float32`, `rounded`, or `text` where the decimals
     limit it. `n_invalid`: frames by reason for each marker, missing frames not counted;
     `n_gap_frames`: missing frames, between segments and (by frame number or time) within them.
@@ -72,7 +72,7 @@ class Recording:
 
 
 class Header(Protocol):
-    """What a file of any format says about itself; `frame_rate_hz` 0 where it has none.
+    """The header of a file of any format; `frame_rate_hz` 0 where it has none.
 
     `bodies`: places (from 0) of labels that have an orientation beside their position.
     """
@@ -197,7 +197,7 @@ class Plan:
 def plan_by_numbers(segments: Sequence[Numbered], firsts: Sequence[int]) -> Plan:
     """Order and gaps of segments whose first frames have the numbers `firsts`.
 
-    Where all start at the same number it tells nothing, and no gap is assumed. Refuses segments
+    If all start at the same number, no gap is assumed. Refuses segments
     that overlap.
     """
     if len(set(firsts)) == 1:

@@ -1,4 +1,4 @@
-"""The smallest step between two coordinates that a file can tell."""
+"""The smallest step between two coordinates that a file can represent."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def _was_float32(sample: npt.NDArray[np.float64], step: float) -> bool:
 def _decimals_of_all(written: Sequence[set[str]]) -> int:
     """Decimals of the coordinate with the fewest.
 
-    A coordinate that never changes says that its steps are too coarse for the noise. It has the
+    A coordinate that never changes has steps that are too coarse for the noise. It has the
     decimals that it is written with, or those that the file's significant digits would give it.
     """
     significant = max((digits(cell) for cells in written for cell in cells), default=0)

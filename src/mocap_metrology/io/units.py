@@ -28,7 +28,7 @@ FAR_MM = 1e5  # no volume is so large; in mm it is a few cm from the origin
 @dataclass(frozen=True)
 class LengthUnit:
     """`name` of the unit and `mm` in it; `source`: the `file` or its format, `assumed` where the
-    file names none, `given` by the user, `unknown` until it is. `written`: what the file says.
+    file names none, `given` by the user, `unknown` until it is. `written`: text of the file.
     `remark`: what to say of it; of an unknown unit, why it is refused."""
 
     name: str

@@ -49,7 +49,7 @@ class Flashes:
     clock: Clock
     cycle: np.ndarray  # int32, rising; missed flashes are missing
     time_s: np.ndarray  # first rising edge over the diodes
-    length_s: np.ndarray  # with the bias of the recording taken off
+    length_s: np.ndarray  # with the bias of the recording subtracted
     code: np.ndarray  # int8: 0..7, -1 where the length decides nothing
 
 
@@ -97,7 +97,7 @@ class Path:
     """Board poses of n measurements in a station's frame.
 
     time_s (n,), R (n, 3, 3), t_m (n, 3); epsilon (n,) the remaining K_1 in rad^2; n_angles (n,);
-    ambiguity (n,): K_1 of the mirrored minimum over that of the one taken, infinite where there is
+    ambiguity (n,): K_1 of the mirrored minimum over that of the chosen one, infinite where there is
     none, NaN if not sought.
     """
 
@@ -129,7 +129,7 @@ class Factory:
 
 @dataclass(frozen=True)
 class Station:
-    """What a station tells of itself in the bits of its flashes."""
+    """Data that a station transmits in the bits of its flashes."""
 
     role: str  # master or slave
     id: int | None = None
@@ -165,7 +165,7 @@ class PoseEstimate:
     covariance: np.ndarray | None = None  # 6 x 6 in mm and deg: t, left rotation vector
     residual_rms_urad: float = float("nan")
     n_angles: int = 0
-    mirrored_share: float = float("nan")  # of the board poses it stands on
+    mirrored_share: float = float("nan")  # of the board poses it is based on
     weighted_rms_urad: float = float("nan")  # residual beyond errors of the board poses
     noise_gain: float = float("nan")  # residual by errors of the board poses over noise of an angle
     halves: Halves | None = None  # of stage final of paper-lm
@@ -188,7 +188,7 @@ def pulse_columns(given: Pulses) -> dict[str, np.ndarray]:
 
 
 def sweep_columns(hits: Hits) -> dict[str, np.ndarray]:
-    """sweeps.parquet: one row a hit that was kept."""
+    """sweeps.parquet: one row for each retained hit."""
     return {
         "station": hits.station,
         "axis": hits.axis,

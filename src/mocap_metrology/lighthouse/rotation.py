@@ -27,7 +27,7 @@ def from_angles(alpha: float, beta: float, gamma: float) -> np.ndarray:
 def to_angles(R: np.ndarray) -> np.ndarray:
     """alpha, beta, gamma in rad of R = Rz(gamma) Ry(beta) Rx(alpha); beta in [-pi/2, pi/2].
 
-    At beta = +-pi/2 only alpha -+ gamma is determined; gamma is taken as 0.
+    At beta = +-pi/2 only alpha -+ gamma is determined; gamma is set to 0.
     """
     if np.hypot(R[2, 1], R[2, 2]) > 1e-9:
         alpha = np.arctan2(R[2, 1], R[2, 2])
@@ -67,6 +67,6 @@ def mean(rotations: np.ndarray, rounds: int = 10) -> np.ndarray:
         weight = 1 / np.maximum(np.linalg.norm(v, axis=1), 1e-6)
         step = weight @ v / weight.sum()
         middle = Rotation.from_rotvec(step) * middle
-        if np.linalg.norm(step) < 1e-5:  # rad, below what a pose can tell
+        if np.linalg.norm(step) < 1e-5:  # rad, below the resolution of a pose
             break
     return middle.as_matrix()

@@ -22,7 +22,7 @@ from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.records import Factory
 
-# Columns of the parameters of a rotor, as kernels take them.
+# Columns of the parameters of a rotor, as kernels read them.
 PHASE, TAN_TILT, CURVE, GIBPHASE, GIBMAG, X, Y, Z, GIB_CORRECTED, IMPERFECT = range(10)
 LARGEST_PHASE, LARGEST_CURVE = 0.3, 0.1  # second-generation stations have curves near 0.2
 
@@ -150,7 +150,7 @@ def angles(points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
 
 
 def directions(measured: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    """Ideal angles behind measured ones: the inverse of the model, lasers taken at one point.
+    """Ideal angles behind measured ones: the inverse of the model, lasers assumed at one point.
 
     measured (..., 2) in rad; returns the same shape, to 1e-12 rad, by Newton's method on the
     direction (1, tan theta, tan phi). NaN for both where either is.

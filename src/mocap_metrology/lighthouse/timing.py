@@ -1,7 +1,7 @@
 """Timing of a V1 base station, and the code its flashes carry.
 
 A station flashes once a cycle, that is once each half turn of its two rotors. The length of the
-flash says, in steps of 500 ticks of 48 MHz, which rotor sweeps next, one bit of the station's
+flash encodes, in steps of 500 ticks of 48 MHz, which rotor sweeps next, one bit of the station's
 calibration frame, and whether the laser stays off so that the other station can sweep.
 """
 

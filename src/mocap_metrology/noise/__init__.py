@@ -1,1 +1,1 @@
-"""Noise of coordinates and distances of markers, by the question that is asked."""
+"""Noise of coordinates and distances of markers, one folder for each question."""

@@ -12,7 +12,7 @@ import numpy as np
 from mocap_metrology.common.large import Made
 from mocap_metrology.common.types import Columns
 
-if TYPE_CHECKING:  # what makes them takes a second to import
+if TYPE_CHECKING:  # its import takes a second
     from mocap_metrology.noise.allan.confidence import AllanCurve
     from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
 

@@ -31,7 +31,7 @@ def test_declared_up_to_the_limit(tmp_path, n, pad):
 
 def test_what_a_count_from_the_file_size_cannot_tell_is_said(tmp_path):
     assert inspect(build(tmp_path / "a.c3d", LONG, frames=65535)).notes == (
-        "the declared frame count is at its 16-bit limit: it is taken from the file size, so a "
+        "the declared frame count is at its 16-bit limit: frames are counted by the file size, so a "
         "cut-off end would not be detected",
     )
 

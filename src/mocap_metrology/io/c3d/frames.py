@@ -58,7 +58,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Declared:
-    """What a file says about its length; None or absent where it says nothing."""
+    """Declared length of a file; None or absent where nothing is declared."""
 
     long_frames: int | None
     trial: Trial | None
@@ -145,7 +145,7 @@ def count_frames(
     base = _trial_base(declared, section, frame_bytes, range(low, high + 1))
     if declared.trial is not None:
         wide["TRIAL"] = declared.trial.count(base)
-    # A 16-bit remainder of a wide count that does not fit says nothing of its own.
+    # A 16-bit remainder of a wide count that does not fit has no information of its own.
     echoes = {e for n in wide.values() if n > max(high, 32767) for e in (*SATURATED, n % WRAP)}
     counts = wide | {source: n for source, n in narrow.items() if n not in echoes}
     fits = {source: n for source, n in counts.items() if low <= n <= high}
@@ -213,8 +213,8 @@ def _from_size(
     if limit in SATURATED:
         n = next(n for n in possible if section.empty_after(n * frame_bytes))
         note = (
-            "the declared frame count is at its 16-bit limit: it is taken from the file size, so "
-            "a cut-off end would not be detected"
+            "the declared frame count is at its 16-bit limit: frames are counted by the file size, "
+            "so a cut-off end would not be detected"
         )
         return FrameCount(n, "file size", notes=(note,)) if n > limit else None
     remainders = {n % WRAP for n in narrow.values()}

@@ -126,7 +126,7 @@ def _segment_reader(structure: Structure, choice: Choice, second_opinion: bool) 
 def _read_segment(
     structure: Structure, choice: Choice, second_opinion: bool, out: Array
 ) -> Contents:
-    """Read one file into `out`, and ask ezc3d about it."""
+    """Read one file into `out`, and compare it with ezc3d."""
     counts, nan_residuals = read_points(structure, choice.points, out)
     opinion, note = "not asked (switched off)", ""
     if second_opinion:

@@ -1,7 +1,7 @@
-"""What ezc3d reads from the same file, asked in a process of its own.
+"""Comparison with ezc3d's reading of the same file, in a process of its own.
 
 ezc3d hangs or dies on some damaged files and cannot be interrupted from within, so the process has
-a time and a memory limit. It is asked only about files that passed our own check, and only where
+a time and a memory limit. It reads only files that passed our own check, and only where
 it is known to count frames rightly.
 
 The process runs this very file: a request in JSON on standard input, the answer in JSON as the last
@@ -175,7 +175,7 @@ def _differences(request: Request) -> str:
     if found.shape[1] != request.n_points:
         return f"{found.shape[1]} points instead of {request.n_points}"
     n = request.n_frames
-    # Where ezc3d reads to the end of the file it takes the last block's padding for frames.
+    # Where ezc3d reads to the end of the file it counts the last block's padding as frames.
     spare = found[:3, :, n:]
     padding = spare.shape[2] * request.frame_bytes <= 512 and not np.nan_to_num(spare).any()
     if found.shape[2] < n or not padding:

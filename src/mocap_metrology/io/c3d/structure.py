@@ -1,4 +1,4 @@
-"""What a C3D file says about itself, checked before a single coordinate is read.
+"""Structure of a C3D file, checked before a single coordinate is read.
 
 Header words after the C3D user guide (c3d.org), "The C3D file header": 1 the block of the
 parameters and 0x50, 2 points, 3 analog samples per frame (all channels), 4 and 5 first and last

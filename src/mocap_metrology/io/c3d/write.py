@@ -64,7 +64,7 @@ def write_c3d(
 
 
 def _stored(frames: npt.NDArray[np.floating], n_points: int) -> npt.NDArray[np.float32]:
-    """Frames as they stand in the file, (n, n_points, 4)."""
+    """Frames as stored in the file, (n, n_points, 4)."""
     if frames.ndim != 3 or frames.shape[1] != n_points or frames.shape[2] not in (3, 4):
         raise ValueError(f"frames of shape {frames.shape}, expected (n, {n_points}, 3)")
     stored = np.zeros((len(frames), n_points, 4), "<f4")

@@ -1,4 +1,4 @@
-"""A text recording without its numbers: its lines, and what its header says."""
+"""A text recording without its numbers: its lines and its header."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Triple = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class RotationColumns:
-    """Where the orientation of a body stands: `columns` (from 0) of a quaternion x, y, z, w, of a
+    """Place of the orientation of a body: `columns` (from 0) of a quaternion x, y, z, w, of a
     matrix row by row, or of three angles in degrees about the body's own axes (`XYZ`, in this
     order), as `kind` says: `quaternion`, `matrix`, `XYZ` ..."""
 
@@ -140,7 +140,7 @@ def check_text(path: Path, expected: str) -> None:
 
 
 def rate(text: str) -> float:
-    """Frame rate in Hz, 0 where the text tells none."""
+    """Frame rate in Hz, 0 where the text has none."""
     found = number(text)
     return found if found is not None and found > 0 else 0.0
 

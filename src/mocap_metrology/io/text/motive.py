@@ -145,7 +145,7 @@ def _pairs(cells: Sequence[str]) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class _Columns:
-    """What the header says of each column: type, name, what it holds, axis."""
+    """Header of each column: type, name, what it holds, axis."""
 
     types: list[str]
     names: list[str]

@@ -81,7 +81,7 @@ def layout(path: Path) -> Layout:
 
 
 def _types(fields: dict[str, list[str]]) -> dict[int, str]:
-    """What TRAJECTORY_TYPES says of a label, where it is not Measured."""
+    """Entry of TRAJECTORY_TYPES for a label, where it is not Measured."""
     told = enumerate(fields.get("TRAJECTORY_TYPES", []))
     return {k: TYPES[kind.strip().lower()] for k, kind in told if kind.strip().lower() in TYPES}
 
@@ -132,7 +132,7 @@ def _labels(fields: dict[str, list[str]], of_bodies: bool, file: str) -> tuple[s
 
 
 def _leading(titles: list[str], first: Line, width: int, what: str, file: str) -> list[str]:
-    """What stands before the `width` cells of coordinates: nothing, `frame`, `time`, or both."""
+    """Cells before the `width` cells of coordinates: nothing, `frame`, `time`, or both."""
     leading = [title.lower() for title in titles[:2] if title.lower() in ("frame", "time")]
     if leading:
         return leading

@@ -25,7 +25,7 @@ REASONS = ("empty", "zero", "not_finite")
 INFINITE = re.compile(r"[+-]?inf(inity)?", re.I)
 COMMA = re.compile(r"[+-]?\d*,\d+")
 WRITTEN = re.compile(r"[+-]?\d*(?:[.,](\d*))?(?:[eE][+-]?(\d*))?")
-ROWS_ABOVE = 10_000  # how many tell how a column is written
+ROWS_ABOVE = 10_000  # rows that decide how a column is written
 
 Floats = npt.NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """Checks of a recording and of the fit to it, each with the best word a verdict can then have.
 
-What a check says to a reader is worded elsewhere, from its case and its numbers.
+The wording for readers is made elsewhere, from case and numbers.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ EXPECTED_URAD = 75.0  # with 38 by the two edges of a pulse at 2 MHz
 # interpolation of its path misses.
 RESIDUAL = {"static": (2.0, 6.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits
-# Over the noise, errors of board poses taken out. Sound ones reach 1.2, lasers 15 mm off 1.3; of a
+# Over the noise, without errors of board poses. Sound ones reach 1.2, lasers 15 mm off 1.3; of a
 # mirrored deep board a pose 5 m and 76° off can leave as little as 13 (of 50, the next 13.6).
 WEIGHTED_FAILED = 10.0
 USUAL_GAIN = 4.0  # of a board of 20 cm; errors of a smaller one's poses raise what is expected
@@ -33,9 +33,9 @@ MIRRORED_FAILED = 0.5
 COMMON = (200, 50)  # usable below, doubtful below
 SPAN_M = (0.3, 0.1)
 CHI2_6 = 22.46  # of six degrees of freedom, exceeded with probability 0.001
-WEIGHTED = 1.3  # over the noise, errors of board poses taken out: sound ones reach 1.2 by tremor
+WEIGHTED = 1.3  # over the noise, without errors of board poses: sound ones reach 1.2 by tremor
 # Reported standard deviations are too small by 3 to 5, as blocks of time share their time zeros.
-# Of that a difference of two parts keeps less: sound ones reach 35, a station moved by 5 mm 150.
+# A difference of two parts has less of it: sound ones reach 35, a station moved by 5 mm 150.
 HALVES_M2 = (2**2 * CHI2_6, 5**2 * CHI2_6)
 SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board

@@ -3,7 +3,7 @@
 A reference is a pose file (JSON) or the markers on mounts of both housings, seen by a motion
 capture system: Kabsch's algorithm on the known geometry of a mount gives the pose of its housing,
 and R = R_m^T R_s, t = R_m^T (t_s - t_m) the slave in the master's frame. It is the pose of the
-housings; an estimate is of the optical frames, whose origin is where the lasers are taken to be.
+housings; an estimate is of the optical frames, whose origin is the assumed place of the lasers.
 
 Stations are known by the id in their flashes: poses of different ones are never compared.
 """
@@ -62,7 +62,7 @@ def errors(R: np.ndarray, t_m: np.ndarray, reference: Reference) -> tuple[np.nda
 
 
 def optical(reference: Reference, lasers_m: np.ndarray) -> Reference:
-    """The reference in the frames that angles alone can tell, for lasers at known places.
+    """The reference in the frames that angles alone determine, for lasers at known places.
 
     lasers_m (2 stations, 2 axes, 3) in the housings, metres. Azimuth depends on x and y of its
     laser, elevation on x and z of its own: a station's optical origin is o = (mean x, y of axis 0,
@@ -342,7 +342,7 @@ def station_id(given: object, where: str) -> int | None:
 def check_same_ids(theirs: Ids, own: Ids, what: str, where: str) -> str:
     """Refuse `what` when its stations are not those of `where`, or have their roles swapped.
 
-    Returns a sentence that says which ids are unknown and so unchecked; empty if both are known.
+    Returns a sentence on the ids that are unknown and so unchecked; empty if both are known.
     """
     swapped = own[::-1]
     if None not in own and own[0] != own[1] and theirs == swapped:

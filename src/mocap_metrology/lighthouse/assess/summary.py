@@ -25,7 +25,7 @@ from mocap_metrology.lighthouse.records import MASTER, Path, Station
 @dataclass(frozen=True)
 class Summary:
     """document: contents of pose.json but for its sentences, which are of verdict and comparison
-    with an earlier pose, where one was asked for."""
+    with an earlier pose, where one is given."""
 
     document: PoseFile
     verdict: Verdict

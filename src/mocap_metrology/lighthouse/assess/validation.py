@@ -1,7 +1,7 @@
 """How far a calibration can be trusted: named checks, and one word for all of them.
 
 A low residual alone proves nothing: with ideal optics a fit that is 70 mm and 2° off has a
-residual of 0.06-0.3 mrad. So beside the checks of the fit stand those of what no fit shows: factory
+residual of 0.06-0.3 mrad. So further checks cover what no fit shows: factory
 values, the rotor model, other stages and optics, gravity, and what a lab measured.
 """
 
@@ -115,7 +115,7 @@ def _within_noise(a: PoseEstimate, b: PoseEstimate) -> bool | None:
 
 
 def gravity_angle_deg(R: np.ndarray, stations: Sequence[Station]) -> float:
-    """Angle in deg between R g_slave and g_master; NaN where a station told none."""
+    """Angle in deg between R g_slave and g_master; NaN where a station transmitted none."""
     up = [s.gravity for s in stations if s.gravity is not None and np.linalg.norm(s.gravity) > 0]
     if len(up) < len(stations):
         return math.nan

@@ -8,7 +8,7 @@ ones give another at each place and turn of the board. So
 1.  pairs of some moments are hypotheses of R, and moments vote for them; the rotation that Kabsch
     finds from positions, which are nearly those of both minima, is one more;
 2.  for the hypotheses with most votes minima are chosen, and the slave's angles of the master's
-    path (`weighted_station`) tell which of them explains the recording;
+    path (`weighted_station`) decide which of them explains the recording;
 3.  with it, minima are chosen for good: by agreement of both stations, K_1, and continuity along
     the path (Viterbi), until none changes.
 """
@@ -67,13 +67,13 @@ class Minima:
 
     @property
     def clear(self) -> bool:
-        """Whether K_1 tells the minima apart in nearly all poses."""
+        """Whether K_1 distinguishes the minima in nearly all poses."""
         alone = np.isinf(self.paths[0].ambiguity) | (self.excess[1] >= CAP)
         return bool(alone.mean() > CLEAR)
 
     def chosen(self, which: np.ndarray) -> Path:
         """The path through these minima, (n,) of 0 and 1. Its ambiguity is K_1 of the other minimum
-        over that of the one taken, below 1 where K_1 alone would have been wrong."""
+        over that of the chosen one, below 1 where K_1 alone would have been wrong."""
         first, second = self.paths
         rows = np.arange(which.size)
         both = {

@@ -1,15 +1,15 @@
 """Board poses from ranges by root finding, the geometric method that J V-A weighs.
 
-Islam et al. 2016 and Kleinschmidt et al. 2017: both lasers are taken in the station's middle, so
+Islam et al. 2016 and Kleinschmidt et al. 2017: both lasers are assumed in the station's middle, so
 the angles of diode i give its direction d_i, |d_i| = 1, and its range r_i is unknown. For each pair
-of diodes at the known distance D_ij the law of cosines says
+of diodes at the known distance D_ij the law of cosines gives
 
     r_i^2 + r_j^2 - 2 r_i r_j cos(d_i, d_j) = D_ij^2,
 
 solved for the ranges by Newton's method. Then r_i d_i are the diodes' places and Kabsch's algorithm
 gives the board's pose. Here all pairs are used at once, in least squares (Gauss-Newton, damped), as
 32 diodes give 496 equations for 32 ranges. A flat board fits nearly as well mirrored at the line of
-sight, so both are tried and the pose that meets the angles better is taken.
+sight, so both are tried and the pose that fits the angles better is chosen.
 """
 
 from __future__ import annotations

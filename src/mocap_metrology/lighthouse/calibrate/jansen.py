@@ -8,11 +8,11 @@ its own angles of the master's path (V-B, VI-F: stage `final`).
     paper-tight   simplex with tight tolerances, each from the pose before it
     paper-lm      Levenberg-Marquardt with the mirror test in place of the simplex, cubic
                   interpolation in place of linear (J IV: a more accurate way is left to others),
-                  and K_2 weighted for the errors of the path, which J takes as exact
+                  and K_2 weighted for the errors of the path, which J assumes exact
     pnp           EPnP or IPPE for board poses (J V-A, Zheng, Yang): stage `kabsch` only
     geometric     root finding on ranges (J V-A, Islam, Kleinschmidt): stage `kabsch` only
 
-A board that keeps its place has no path for Kabsch: then there is one stage, `static`.
+A board at rest has no path for Kabsch: then there is one stage, `static`.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class CalibrationSettings:
 
 @dataclass(frozen=True)
 class Calibration:
-    """All estimates of one recording, and the paths they stand on.
+    """All estimates of one recording, and the paths they are based on.
 
     paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
     could not be estimated; variants: of the rotor model, where the recording chose.
@@ -112,7 +112,7 @@ def calibrate(
     settings: CalibrationSettings | None = None,
     report: Callable[[str], None] = lambda line: None,
 ) -> Calibration:
-    """Pose of the slave in the master's frame by every estimator and optics asked for.
+    """Pose of the slave in the master's frame by every requested estimator and optics.
 
     hits: cleaned, of both stations; board (n, 3) in metres; factories: of master and slave, None
     where unknown (then `factory` optics are left out). `report` is called with one line a step.

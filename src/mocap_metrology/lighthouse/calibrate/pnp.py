@@ -55,7 +55,7 @@ def both_poses(
     """The two poses IPPE finds for a flat board, the one of lower cost first.
 
     They are mirror images at the line of sight; a cost ratio near 1 means that the angles do not
-    tell which is right. Arguments as in `board_poses`; R (n, 2, 3, 3), t (n, 2, 3), cost (n, 2).
+    decide which is right. Arguments as in `board_poses`; R (n, 2, 3, 3), t (n, 2, 3), cost (n, 2).
     """
     if not is_flat(board):
         raise Refusal("ippe: the board is not flat; expected all diodes in one plane, or sqpnp")

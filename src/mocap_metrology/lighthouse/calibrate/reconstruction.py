@@ -157,7 +157,7 @@ def optics_of(
     lasers_m: np.ndarray | None,
     variant: str,
 ) -> Optics:
-    """With lasers in the origin, factory values are taken off the angles once and for all (to
+    """With lasers in the origin, factory values are subtracted from the angles once (to
     1e-12 rad); with lasers elsewhere they stay in the model."""
     lasers = [None, None] if lasers_m is None else lasers_m
     frame = "optical" if lasers_m is None else "housing"

@@ -43,7 +43,7 @@ class StaticPose:
 
 
 def is_still(path: Path) -> bool:
-    """Whether the board keeps its place and turn: robust spread of its position below `STILL_M`,
+    """Whether the board is at rest: robust spread of its position below `STILL_M`,
     and of its rotation about the mean below `STILL_RAD` beyond what the noise of a pose makes."""
     from mocap_metrology.lighthouse.rotation import log, mean
 
@@ -77,8 +77,8 @@ def static_pose(
 
     Diodes that the others contradict are left out, see `without_bad`.
 
-    The noise is taken from the residuals, so an error of optics or of the board counts as noise;
-    the covariance of each board pose, sigma^2 (J^T J)^-1, is carried through both formulas.
+    The noise is estimated from the residuals, so an error of optics or of the board counts as
+    noise; the covariance of each board pose, sigma^2 (J^T J)^-1, is carried through both formulas.
     """
     if any(m.seen.sum() < FEWEST_DIODES for m in measurements):
         return None

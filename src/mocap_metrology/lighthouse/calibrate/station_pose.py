@@ -79,8 +79,8 @@ def by_levenberg_marquardt(
 def covariance(R: np.ndarray, t: np.ndarray, given: Scene, rotors: np.ndarray) -> np.ndarray | None:
     """Covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife.
 
-    K_2 takes the board's path as exact, so the inverse of its second derivative would promise too
-    much. Blocks of time are left out one at a time; each estimate without one is a single
+    K_2 assumes the board's path to be exact, so the inverse of its second derivative would promise
+    too much. Blocks of time are left out one at a time; each estimate without one is a single
     Gauss-Newton step from the minimum, -(H - H_b)^-1 (g - g_b). None with fewer than three blocks.
     """
     block = blocks_of(given.time_s)

@@ -17,7 +17,7 @@ def at_times(path: Path, time_s: np.ndarray, order: int = 1) -> tuple[Path, np.n
     order 1: positions and the remaining K_1 linearly (J VI-C), rotations along the shortest turn;
     order 3: positions, and rotation vectors from the pose before, by the cubic through the two
     poses on either side, where they are near enough. Times outside the path, or in a gap of more
-    than three sweep periods, are left out. Returns the path at the times kept, and the mask (n,).
+    than three sweep periods, are excluded. Returns the path at the other times, and the mask (n,).
     """
     if len(path) < 2:
         return path.take(np.zeros(0, dtype=int)), np.zeros(time_s.size, dtype=bool)

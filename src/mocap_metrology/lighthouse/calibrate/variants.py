@@ -163,7 +163,7 @@ def best_variant(
     lasers_m: np.ndarray | None,
     order: int,
 ) -> tuple[str, list[Weighed]]:
-    """The variant that leaves least of the recording, and how all of them stand.
+    """The variant with the least residuals, and the ranking of all.
 
     measured: of master and slave; middle: the median angles of each diode, which count where the
     board keeps its place. `FALLBACK` and no list where all are one or none can be fitted.

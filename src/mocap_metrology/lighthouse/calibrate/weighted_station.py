@@ -1,7 +1,7 @@
 """K_2 of J with the board's path uncertain, as it is.
 
-J Eq. 6 takes the board poses P_n as exact; their errors, tenths of a degree in rotation, then go
-into the slave's pose. Here the residuals e_n of a measurement have the covariance
+J Eq. 6 assumes the board poses P_n to be exact; their errors, tenths of a degree in rotation, then
+go into the slave's pose. Here the residuals e_n of a measurement have the covariance
 sigma^2 (I + J_P H_n^-1 J_P^T): J_P is the derivative of the slave's angles by P_n, and
 H_n = J^T J of the master's own angles is the information about P_n. By Woodbury's identity
 
@@ -31,7 +31,7 @@ from mocap_metrology.lighthouse.rotor import angle_gradient
 ITERATIONS, ROUNDS = 20, 5  # of one descent; of descents, each with its own outliers
 LARGEST_DAMPING = 1e10  # of the diagonal; beyond, the descent ends
 RIDGE = 1e-12  # rad^2/m^2, rad^2/rad^2
-SMALLEST_STEP = 1e-8  # m, rad: far below what angles can tell
+SMALLEST_STEP = 1e-8  # m, rad: far below the resolution of angles
 OUTLIER = 25.0  # times the median cost a measurement: a mirrored pose, left out
 SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
 
@@ -157,11 +157,11 @@ class Residuals:
 
 
 def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray) -> Residuals:
-    """Residuals of a slave's pose R, t (m), what the path's uncertainty explains taken out."""
+    """Residuals of a slave's pose R, t (m), without what the path's uncertainty explains."""
     H, g, square, count = _blocks(
         np.ascontiguousarray(R), t, given.path.R, given.path.t_m, given.board, given.angles, rotors
     )
-    # The ridge is far below what any diode tells: it only keeps a lost board pose soluble.
+    # The ridge is far below the information of a diode; it only makes a lost board pose soluble.
     A = given.information + H[:, 6:, 6:] + RIDGE * np.eye(6)
     right = np.concatenate([H[:, 6:, :6], g[:, 6:, None]], axis=2)
     solved = np.linalg.solve(A, right)
@@ -178,7 +178,7 @@ def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray)
 def _descend(
     R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray, limit: float
 ) -> tuple[np.ndarray, np.ndarray, Residuals]:
-    """Levenberg-Marquardt on `Residuals.total`: a step is taken only if it falls."""
+    """Levenberg-Marquardt on `Residuals.total`: a step is accepted only if it falls."""
     at, damping = residuals(R, t, given, rotors), 0.0
     for _ in range(ITERATIONS):
         kept = (at.count > 0) & (at.cost <= limit)
@@ -205,9 +205,9 @@ def by_gauss_newton(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Slave pose R, t (m) of the least weighted K_2, from a pose near it; and its covariance.
 
-    rotors: of the slave. Steps are damped and taken only if the weighted K_2 falls, so what comes
-    out is never worse than the start. Covariance (6, 6) of t and the left rotation vector in m and
-    rad, by a jackknife over blocks of time; None with fewer than three blocks.
+    rotors: of the slave. Steps are damped and accepted only if the weighted K_2 falls, so what
+    comes out is never worse than the start. Covariance (6, 6) of t and the left rotation vector in
+    m and rad, by a jackknife over blocks of time; None with fewer than three blocks.
     """
     for _ in range(ROUNDS):
         limit = residuals(R, t, given, rotors).limit()

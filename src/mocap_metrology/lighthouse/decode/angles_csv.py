@@ -18,7 +18,7 @@ from mocap_metrology.lighthouse.timing import CYCLE_S
 NEEDED = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
 EXPECTED = "columns " + ",".join(NEEDED) + " and, if known, width_us"
 STATIONS = {"0": 0, "1": 1, ROLES[0]: 0, ROLES[1]: 1}
-FEWEST_SPACINGS = 10  # whose median says something
+FEWEST_SPACINGS = 10  # for a meaningful median
 LARGEST_RAD = np.pi / 2  # a sweep sees half a turn
 SWEEP_S = 1.2 * CYCLE_S  # all hits of a sweep lie within; logs round to 1 ms
 SPACING_S = (0.9 * CYCLE_S, 8.5 * CYCLE_S)  # of sweeps of one axis: each turn, or each other
@@ -86,7 +86,7 @@ def _numbers(cells: pd.Series, column: str, name: str) -> np.ndarray:
 
 
 def _check(columns: dict[str, np.ndarray], name: str) -> None:
-    """Refuse numbers that cannot be what their column says."""
+    """Refuse numbers that do not fit their column."""
     for column, least, most in (
         ("axis", 0, 1),
         ("cycle", -(1 << 30), 1 << 30),

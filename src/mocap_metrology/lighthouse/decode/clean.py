@@ -5,7 +5,7 @@ stands out against the others of the same sweep, moving board or not (`sweep_out
 sweep has too few hits for perspective, which on a deep board leaves milliradians, a hit is held
 against the pose of the board that this sweep and the next tell of (`pose_outliers`): an azimuth
 sweep and the elevation sweep after it see one board, of six unknowns, and what it moves in the
-8.3 ms between them is mostly a shift along each axis, which only one of the two sweeps tells of.
+8.3 ms between them is mostly a shift along each axis, which only one of the two sweeps measures.
 Over time a diode is tested against itself by the project's Hampel filter, where the board is still
 (`still_outliers`). Nothing is replaced: an outlier is dropped.
 """
@@ -179,7 +179,7 @@ def _fit(design: np.ndarray, value: np.ndarray, weight: np.ndarray) -> np.ndarra
             right[i] += wx * value[h]
             for j in range(i + 1):
                 normal[i, j] += wx * design[h, j]
-    for i in range(n):  # directions that these hits do not tell stay soluble
+    for i in range(n):  # directions that these hits do not determine remain soluble
         normal[i, i] += 1e-9 * (normal[i, i] + 1e-9)
     solve(normal, right, LEAST_PIVOT, 0.0, LEAST_PIVOT)
     return right

@@ -1,5 +1,5 @@
 """Combs of flashes: their period, the phases of the stations, a clock line through each, the slow
-wander of the rotors about it, and the codes that lengths tell.
+wander of the rotors about it, and the codes of the lengths.
 
 What is received of a length lies anywhere in the 500 ticks below the longest flash of a code, and
 the analogue front end adds up to 4 us to all flashes of a recording. Together that is more than one
@@ -120,7 +120,7 @@ def _peak(score: np.ndarray, middles: np.ndarray, near: float | None) -> tuple[f
 
 
 def fit_clock(cycle: np.ndarray, time_s: np.ndarray) -> tuple[Clock, np.ndarray]:
-    """Line through the flashes of a station, and which flashes it stands on.
+    """Line through the flashes of a station, and the flashes it is fitted to.
 
     Least squares, where flashes farther than 5 robust sigma, at least 2 us, are left out in turn.
     The edges are quantised at random, so n of them place the line sqrt(n) times better than one.
@@ -276,7 +276,7 @@ def _fit_bias(above: np.ndarray) -> tuple[float, float]:
 
 
 def data_residual(cycle: np.ndarray, length_s: np.ndarray, pattern: np.ndarray) -> np.ndarray:
-    """Steps between a length (bias taken off) and the nearer of the two of its data bit."""
+    """Steps between a length (bias subtracted) and the nearer of the two of its data bit."""
     above = steps_of(length_s) - pattern[cycle % 4]
     return above - 2 * (above > 1)
 

@@ -5,7 +5,7 @@ first sample that is lit and ends at the first that is not, so both edges come l
 on average: the middle of a pulse and the edge of a flash share that, and it cancels in angles.
 
 A dump of 32 diodes with its bytes swapped looks whole: its bits are in use all the same, and only
-the geometry of the hits tells (`check_byte_order`).
+the geometry of the hits decides (`check_byte_order`).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def read_dump(
     """Pulses of a dump file; see `pulses_of_words`.
 
     Raises `Refusal` where the file is no such dump; big-endian and 16-bit dumps and an inverted
-    level are told by name. With all 32 bits in use the byte order shows only in the geometry: see
+    level are named. With all 32 bits in use the byte order shows only in the geometry: see
     `check_byte_order`.
     """
     path = Path(path)
@@ -147,7 +147,7 @@ def _check_light(
 
 
 def _check_bits_in_use(rises: np.ndarray, n_diodes: int, name: str) -> None:
-    """Refuse a big-endian dump where the bits in use tell: none in the lowest byte, or fewer
+    """Refuse a big-endian dump where the bits in use show it: none in the lowest byte, or fewer
     beyond the board when the bytes are swapped."""
     per_byte = rises.reshape(4, 8) > 0
     swapped = per_byte[::-1].ravel()
@@ -261,8 +261,8 @@ def check_byte_order(hits: Hits, board: np.ndarray, name: str) -> None:
 
     An angle is nearly an affine function of the diodes' places within a sweep. Where both orders
     fit alike, as on a grid of 8 by 4, the swapped one is the mirror image: the board would be seen
-    from behind. That is told for flat boards in the plane x = const, which by convention face along
-    +x.
+    from behind. That is detected for flat boards in the plane x = const, which by convention face
+    along +x.
     """
     if len(board) != SWAPPED.size:
         return

@@ -1,4 +1,4 @@
-"""Stations from files: this project's `stations.json`, the JSON that libsurvive keeps, or the YAML
+"""Stations from files: this project's `stations.json`, the JSON that libsurvive stores, or the YAML
 of a Crazyflie.
 
 For recordings without a whole calibration frame, and for reading back what a stage has written.
@@ -13,7 +13,7 @@ The system configuration that Bitcraze's tools write is
 
 [crazyflie-lib-python, cflib/localization/lighthouse_config_manager.py]. Station 0 is the one that
 flashes first, so the master; sweep 0 is the azimuth; uid is the id that its flashes carry. A file
-without systemType is of second-generation stations, as its own reader takes it. `geos`, poses in
+without systemType is of second-generation stations, as its own reader assumes. `geos`, poses in
 the room by the Crazyflie itself, are left out.
 """
 
@@ -39,7 +39,8 @@ FIRST_GENERATION = 1
 
 
 def read_factory(path: str | Path) -> list[Station]:
-    """Stations with factory calibration, master first; the kind of file is told by its content.
+    """Stations with factory calibration, master first; the kind of file is detected from its
+    content.
 
     Raises `Refusal` where the file is neither, or holds no calibration.
     """

@@ -2,7 +2,7 @@
 
 Flashes are found as combs: long pulses that come each 8.333 ms, at two phases 416.67 us apart if
 two stations are there. So a false or merged pulse cannot shift a cycle, a missed one leaves a hole,
-and a station that is blocked most of the time is still told from the other.
+and a station that is blocked most of the time is still distinguished from the other.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def find_flashes(pulses: Pulses) -> list[Flashes]:
 
     Cycles have one number for both stations, from 0. The time of a flash is the lower quartile of
     the edges on all diodes: dim ones rise late, and a single early one may be false. They fall with
-    the flash, so lengths are taken from its begin by the clock to the end of a pulse (`_told`).
+    the flash, so lengths are taken from its begin by the clock to the end of a pulse (`_lengths`).
     Raises `Refusal` where there are no flashes.
     """
     long = (pulses.length_s >= SHORTEST_S) & (pulses.length_s <= LONGEST_S)
@@ -189,8 +189,8 @@ def _number(combs: list[_Comb]) -> list[_Comb]:
 
 
 def _flashes(station: int, comb: _Comb, pattern: np.ndarray, bias: float) -> Flashes:
-    """Flashes with the lengths that they tell, and their codes."""
-    length_s = _told(comb, pattern, bias)
+    """Flashes with their lengths and codes."""
+    length_s = _lengths(comb, pattern, bias)
     return Flashes(
         station=station,
         clock=comb.clock,
@@ -201,8 +201,8 @@ def _flashes(station: int, comb: _Comb, pattern: np.ndarray, bias: float) -> Fla
     )
 
 
-def _told(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
-    """Length of each flash, bias taken off: upper median over the diodes.
+def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
+    """Length of each flash, bias subtracted: upper median over the diodes.
 
     Dim diodes rise late and fall in time, so a length is taken to the end of a pulse: from the
     clock, or, where the ends keep no time with it, from the first edge of the flash. A pulse into

@@ -1,4 +1,4 @@
-"""Recordings of libsurvive (`.rec`, `.rec.gz`), and the solution it keeps beside them (`.json`).
+"""Recordings of libsurvive (`.rec`, `.rec.gz`), and the solution it stores beside them (`.json`).
 
 One event a line: `seconds object op fields`. Used are `C channel start length`, a pulse in ticks of
 48 MHz whose 32-bit counter wraps every 89.5 s, and `CONFIG`, the object's own description with the
@@ -48,7 +48,7 @@ EMPTY = re.compile(rb"^\r?$", re.M)
 
 @dataclass
 class _Seen:
-    """What one pass over a recording keeps."""
+    """Results of one pass over a recording."""
 
     pulses: list[np.ndarray] = field(default_factory=list)  # channel, start, length of the object
     raw: Counter[bytes] = field(default_factory=Counter)  # C lines by object
@@ -63,7 +63,7 @@ class _Seen:
 def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.ndarray]:
     """Pulses of one tracked object and the positions of its photodiodes in metres, (n, 3).
 
-    Diodes are numbered as in the object's description; its channelMap says which channel is which.
+    Diodes are numbered as in the object's description; its channelMap gives their channels.
     Raises `Refusal` for what is no such recording, was made with second-generation stations, has
     no raw pulses, or lacks the object.
     """
@@ -109,7 +109,7 @@ def _scan(path: str | Path, wanted: bytes) -> _Seen:
 
 
 def _add_raw(seen: _Seen, block: bytes, wanted: bytes) -> None:
-    """Keep the pulses of the wanted object, count those of all."""
+    """Store the pulses of the wanted object, count those of all."""
     lines = [line for line in block.split(b"\n") if b" C " in line]
     found = RAW.findall(b"\n".join(lines))
     seen.raw.update(Counter(row[0] for row in found))

@@ -8,7 +8,7 @@ sent over and over. Layout as in the LighthouseRedox notes and the decoders of v
 sensor, libsurvive and the Crazyflie firmware. The accelerometer's x points to the station's right,
 y up and z backwards.
 
-Bits stand at the number of their cycle, so that a missed flash is a hole and not a shift. A whole
+Bits are indexed by their cycle, so that a missed flash is a hole and not a shift. A whole
 frame without a hole is taken as it is. Else the repetitions vote, position by position, a hole for
 nobody; what stays open is tried, likeliest first, at most `TRIES` readings against the CRC.
 Random bits pass one reading with 2^-32, all with 2^-18; they would also have to agree with the
@@ -49,7 +49,7 @@ ACCEL_TO_STATION = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
 def decode_station(flashes: Flashes) -> Station:
     """Calibration of the station whose flashes these are.
 
-    Without a frame of right checksum `factory` is None and `why` tells in one line what was seen.
+    Without a frame of right checksum `factory` is None and `why` states the reason in one line.
     """
     bits = bit_line(flashes)
     frames, syncs, why = whole_frames(bits)

@@ -1,5 +1,5 @@
 """K_1 and K_2 of J, compiled, and their minimum by the simplex of Nelder and Mead as MATLAB's
-fminsearch takes it (J V-A, Eq. 3 and 5).
+fminsearch uses it (J V-A, Eq. 3 and 5).
 
 Both sum (C - M)^2 over diodes and axes: how far predicted angles are from measured ones. In K_1
 (J Eq. 4) the unknown is the board's pose and the points are its diodes; in K_2 (J Eq. 6) the
@@ -10,7 +10,7 @@ J names the algorithm and neither its settings nor its program; the defaults her
 fminsearch: the first simplex is the start and, for each unknown, the start with 5 % more of it
 (0.00025 where it is zero); reflection 1, expansion 2, contraction 1/2, shrinking 1/2; the end is
 where the simplex is below TolX in every coordinate and below TolFun in cost, or after 200
-evaluations an unknown. scipy's `Nelder-Mead` takes the same steps, and a test compares.
+evaluations an unknown. scipy's `Nelder-Mead` makes the same steps; a test compares both.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ TIGHT = SimplexSettings(tol_x=1e-6, tol_fun=1e-14, evaluations=1000 * N)
 
 @njit
 def _sort(simplex: np.ndarray, f: np.ndarray) -> None:
-    """Insertion sort by cost; equal costs keep their order."""
+    """Insertion sort by cost; equal costs retain their order."""
     for i in range(1, N + 1):
         j = i
         while j > 0 and f[j - 1] > f[j]:

@@ -1,5 +1,5 @@
-"""Light on the diodes: when each sweep hits each diode, by the rotor model asked along the path of
-the board; what keeps light from a diode; and light that is no direct hit.
+"""Light on the diodes: when each sweep hits each diode, by the rotor model along the path of
+the board; occlusion; and light that is no direct hit.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FROM_S, TO_S = 1222.2e-6, 6777.8e-6
 REFLECTED_LATER_S = (30e-6, 800e-6)  # before or after the direct hit
 REFLECTED_WIDTH = (0.3, 0.9)  # of the direct pulse
 FALSE_FLASH_S = (50e-6, 150e-6)
-MOST_FALSE = 100_000  # of a recording, whatever its twin asks for
+MOST_FALSE = 100_000  # of a recording, whatever its twin requests
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def blocked_intervals(
 def is_open(
     intervals: list[tuple[int, float, float]], station: np.ndarray, time_s: np.ndarray
 ) -> np.ndarray:
-    """True where nothing stands between the station and the board, by station and time."""
+    """True where nothing is between the station and the board, by station and time."""
     seen = np.ones(time_s.shape, dtype=bool)
     for which, begin, end in intervals:
         seen &= ~((station == which) & (time_s >= begin) & (time_s < end))

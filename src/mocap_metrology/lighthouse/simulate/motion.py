@@ -1,6 +1,6 @@
 """How a board moves: sums of sines for its three coordinates and three angles, and an arc.
 
-Everything is a closed form of time, so that a diode can be asked for at the very time it is hit.
+Everything is a closed form of time, so that a diode's position is known at the very time of a hit.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mocap_metrology.lighthouse.simulate.twin import MotionTwin
 
 Sine = tuple[int, float, float, float]  # coordinate, amplitude, rad/s, phase
 
-SCALED_OVER_S = 8.0  # a hand's path keeps its speed and extent over this time
+SCALED_OVER_S = 8.0  # a hand's path retains its speed and extent over this time
 JITTER_HZ, TREMOR_HZ, SLOW_HZ = (3.0, 5.0), (8.0, 10.0), (0.1, 0.5)
 SINES = 3  # of each coordinate of a hand, and of each angle
 

@@ -34,7 +34,7 @@ from mocap_metrology.lighthouse.simulate.motion import Motion, motion_of
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
-# Streams of random numbers, so that a twin with more noise keeps its motion and its dropouts.
+# Streams of random numbers, so that a twin with more noise has the same motion and dropouts.
 NOISE, FAULTS, FLASHES, BITS = range(1, 5)
 SAMPLES_PER_S = 2_000_000
 
@@ -112,7 +112,8 @@ def truth_json(made: Made) -> dict[str, object]:
 
 
 def _stations(twin: LighthouseTwin) -> tuple[Station, ...]:
-    """What each station tells; the way up follows from the tilt of the master in the room."""
+    """Data that each station transmits; the way up follows from the tilt of the master in the
+    room."""
     up = _up(twin)
     return tuple(
         Station(role, s.id, s.mode, s.factory or Factory(), s.R.T @ up)

@@ -24,7 +24,7 @@ WORD_BITS = 32  # diodes that a word of a dump has room for
 
 @dataclass(frozen=True, kw_only=True)
 class BoardTwin:
-    """A grid that faces along +x; its diodes may stand out of the plane, front or back, in a
+    """A grid that faces along +x; its diodes may be out of the plane, front or back, in a
     pattern drawn once for all twins."""
 
     columns: int = 8
@@ -48,7 +48,7 @@ class MotionTwin:
 
     `speed_m_s` is the greatest speed of the path, `extent_m` its greatest extent along an axis
     (diameter of a circle, of a half circle for `arc`); `sway_m` rms along each axis, by which a
-    line, arc or circle drawn by hand goes astray; `wobble_deg` rms about each axis;
+    line, arc or circle drawn by hand deviates; `wobble_deg` rms about each axis;
     `tremor_mm` and `tremor_deg` rms in each of the bands 3-5 and 8-10 Hz; `turn_deg` turns the
     board away from facing the stations.
     """
@@ -95,7 +95,7 @@ class StationTwin:
 
 @dataclass(frozen=True, kw_only=True)
 class LighthouseTwin:
-    """Everything a simulated recording is made of; the file of twins tells what each key means."""
+    """All parameters of a simulated recording; the file of twins describes each key."""
 
     name: str
     seed: int

@@ -47,7 +47,7 @@ def gapped(
     and what the gaps add to the mean of the squares (see `variance`), each (k,)."""
     sums, squares = running_sum(series), running_sum(series * series)
     counts = running_sum(valid)
-    # One sample says nothing of the scatter it was drawn from, so a window needs two
+    # One sample has no scatter, so a window needs two
     least = np.maximum(np.minimum(m, 2), np.ceil(min_coverage * m)).astype(np.float64)
     total = np.zeros(m.size)
     n_terms = np.zeros(m.size)

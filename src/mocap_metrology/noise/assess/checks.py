@@ -1,5 +1,5 @@
 """Checks of a recording: the number held against a limit, and the best word a verdict can then
-have. What a check says to a reader is worded elsewhere, from its code and its numbers."""
+have. The wording for readers is made elsewhere, from code and numbers."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Thresholds:
 class Facts:
     """Of a recording: duration and horizon actually reached, s; number of markers; by coordinate
     the share of missing frames, and of outliers beyond what clean noise would have. labels: of the
-    markers, in order, where they are known. asked_s: horizon that was asked for, if longer.
+    markers, in order, where they are known. asked_s: requested horizon, if longer.
     n_frames: of the recording, where that is known. findings: of the diagnosis."""
 
     duration_s: float
@@ -64,7 +64,7 @@ class Facts:
 
     @property
     def short(self) -> bool:
-        """Whether the horizon that was asked for is out of reach."""
+        """Whether the requested horizon is out of reach."""
         return self.horizon_s < SHORT * self.asked_s
 
     def label(self, coordinate: str) -> str:
@@ -100,7 +100,7 @@ class Check:
     """One check. word: the best a verdict can have with it; value, limit in `unit`, value of
     `series`; lower, upper: interval of value, where it has one; threshold: key of the configuration
     that holds `limit`; names: coordinates it is of, none where it is of all; over_s: time it is of;
-    asked_s: horizon that was asked for and is out of reach, else NaN."""
+    asked_s: requested horizon if it is out of reach, else NaN."""
 
     code: Code
     word: Word
@@ -275,7 +275,8 @@ def _share(
 
 
 def drift(coordinates: Series, facts: Facts, limits: Thresholds) -> Check:
-    """Over the horizon, and never beyond the recording: slopes of seconds say nothing of hours."""
+    """Over the horizon, and never beyond the recording: slopes over seconds are no evidence on
+    hours."""
     hours = facts.horizon_s / 3600
     name, value = worst({k: abs(v.drift_mm_per_h) * hours for k, v in coordinates.items()})
     word: Word = "good"
@@ -306,7 +307,7 @@ def model(coordinates: Series, limits: Thresholds) -> Check:
 
 
 def duration(facts: Facts, limits: Thresholds) -> Check:
-    """Whether it is long enough to tell how the system wanders."""
+    """Whether it is long enough to show how the system wanders."""
     least, value = limits.good_duration_s, facts.duration_s
     word: Word = "good" if value >= least else "usable"
     return Check(Code.DURATION, word, value, least, "s", "verdict.good_duration_s")

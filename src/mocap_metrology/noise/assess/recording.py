@@ -1,9 +1,9 @@
 """One recording: numbers of every series, and the verdict on it: one word, and why.
 
-S 2.2 asks of a reference that its uncertainty be 4 to 10 times smaller than that of the device
+S 2.2 requires of a reference that its uncertainty be 4 to 10 times smaller than that of the device
 under test. The number held against this rule is the uncertainty of one frame about the mean of the
 horizon (`assess.uncertainty`, frame_mm) in the worst coordinate, as devices are compared frame by
-frame. For a device of 1 mm the rule asks for 0.25 mm at least (`usable`) and better 0.1 mm
+frame. For a device of 1 mm the rule requires 0.25 mm at least (`usable`) and better 0.1 mm
 (`good`): the thresholds of the configuration. What else was found can only make the word worse:
 `checks`.
 
@@ -86,7 +86,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Assessment:
-    """What one recording tells of its system."""
+    """Assessment of a system from one recording."""
 
     facts: Facts
     span: Span
@@ -160,7 +160,7 @@ def verdict(series: Series, facts: Facts, limits: Thresholds | None = None) -> V
 def _checks(
     series: Series, coordinates: Series, facts: Facts, limits: Thresholds, main: Check
 ) -> list[Check]:
-    """All, in the order in which they are told if equally bad."""
+    """All checks, in the order of reports if equally bad."""
     moving = checks.movement(series, coordinates, facts, limits)
     steps = checks.resolution(coordinates, facts, limits)
     missing = checks.missing(coordinates, facts, limits)

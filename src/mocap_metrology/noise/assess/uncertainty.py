@@ -116,7 +116,7 @@ class SeriesNumbers:
 
 @dataclass(frozen=True)
 class Span:
-    """What is asked of every series: frame_rate_hz; horizon_s: uncertainties are about the mean of
+    """Settings for every series: frame_rate_hz; horizon_s: uncertainties are about the mean of
     so long, or of the recording if it is shorter; window_s: stretch within which the scatter of
     single frames is taken; confidence of all intervals; step_mm: of the stored coordinates."""
 
@@ -199,7 +199,7 @@ def _status(rows: Sequence[NoiseRow]) -> str:
 
 
 def _refused(rows: Sequence[NoiseRow], valid: int, recorded: int) -> Unmodelled | None:
-    """Why nothing could be fitted; None if the rows do not say."""
+    """Why nothing could be fitted; None if the rows give no reason."""
     if valid < LEAST_SAMPLES:
         few = Why.TOO_SHORT if recorded < LEAST_SAMPLES else Why.TOO_MANY_GAPS
         return Unmodelled(few, valid, LEAST_SAMPLES)

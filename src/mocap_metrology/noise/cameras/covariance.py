@@ -19,7 +19,7 @@ from mocap_metrology.noise.series import coordinate_names
 
 TAUS_S = (0.1, 1.0, 10.0)  # beside one frame
 MIN_COVERAGE = 0.5
-PER_WINDOW = 8  # windows begin so many times in the length of one: more say nothing new
+PER_WINDOW = 8  # windows begin so many times in the length of one: more add no information
 CHUNK = 65_536  # frames worked on at a time, so that nine hours need little memory
 
 

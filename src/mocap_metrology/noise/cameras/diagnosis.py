@@ -124,7 +124,7 @@ class Diagnosis:
 def diagnose(
     moments: Moments, found: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]]
 ) -> Diagnosis:
-    """All that the subsets of one take tell; `found`: the additions in the order of moments."""
+    """All results from the subsets of one take; `found`: the additions in the order of moments."""
     whole = moments.covariances()
     together = coherence(whole[:, 0]).min(axis=0) > SAME_FRAMES
     chains = _chains(found, camera_ids, together)

@@ -1,4 +1,4 @@
-"""What the noise of camera subsets says of the cameras, without knowing where they are.
+"""Noise of single cameras from that of camera subsets, without knowing where they are.
 
 Let p_a, p_b be positions of one marker from the cameras a and from those and more, b, in the same
 frames; A = sum J_i^T J_i and G = A^-1 as in `twins.take`, V = sum s_i^2 J_i^T J_i. With camera
@@ -15,7 +15,7 @@ part of the noise of p_b
 
 is their s^2: exactly for one camera; for more, the largest ratio of the two forms is that of the
 noisiest. Likewise the least and the greatest generalised eigenvalue of (Cov(p_a), G_a) are the s^2
-of the two cameras of a first pair. All s have one factor in common, so they are told relative to
+of the two cameras of a first pair. All s have one factor in common, so they are relative to
 their median. At longer tau F stays, and with D = p_b - p_a, in which motion of the marker cancels,
 
     Cov(p_b - F p_a) = Cov(D) + Cov(D, p_a) (1 - F)^T   for everything but that motion.
@@ -35,7 +35,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 
 SAME_FRAMES = 0.05  # mean squared canonical correlation from which positions share their frames
-KEPT = 0.002  # directions with less than this share of the most added information say too little
+KEPT = 0.002  # directions with less than this share of the most added information are ignored
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Step:
 class Chain:
     """Additions among `n_cameras` (cameras of each subset), as `camera_noise` needs them.
 
-    firsts: subsets whose cameras no addition tells apart.
+    firsts: subsets whose cameras no addition distinguishes.
     """
 
     steps: tuple[Step, ...]
@@ -93,7 +93,7 @@ def camera_noise(joint: np.ndarray, chain: Chain) -> tuple[np.ndarray, np.ndarra
 
     joint: (t, e, 6, 6) covariances of (p_a, p_b) of one marker at rising tau, the first the
     shortest, for each step of the chain. Relative to the median over all of them at each tau; with
-    one addition only, to the cameras that were there before. NaN where nothing can be told.
+    one addition only, to the cameras that were there before. NaN where it is undetermined.
     """
     shortest = joint[0]
     transfer = shortest[:, 3:, :3] @ np.linalg.inv(shortest[:, :3, :3])

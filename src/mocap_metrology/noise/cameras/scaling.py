@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.common.types import Floats
 
-LEAST_RANGE = 1.5  # of the numbers: 8, 9 and 10 cameras tell of their places, not of a law
+LEAST_RANGE = 1.5  # of the numbers: 8, 9 and 10 cameras differ by their places, not by a law
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 
-LEAST_EDF = 2.0  # an Allan variance of fewer says nothing of a ratio
+LEAST_EDF = 2.0  # an Allan variance of fewer gives no ratio
 # Windows of a coherence, at least: at alpha 0.01 a common cause shows above 0.6 (60 samples) to
 # 0.72 (360), down to a fifth of the recording
 WINDOWS = 8
@@ -173,7 +173,7 @@ class Trend:
 def adev_trend(
     days: Sequence[float], adev: Sequence[float], edf: Sequence[float], confidence: float = 0.95
 ) -> Trend:
-    """Straight line through ln ADEV over time, weighted by what each recording can tell.
+    """Straight line through ln ADEV over time, weighted by the information of each recording.
 
     Var(ln s) = trigamma(edf/2)/4, as s^2 is chi-squared with edf degrees of freedom; its mean, low
     by (ln(edf/2) - digamma(edf/2))/2, is put right, or longer recordings would seem worse. The
@@ -226,7 +226,7 @@ def coherence(
     Of K independent segments an unrelated pair has P(> c) = (1 - c)^(K - 1) (Carter 1987).
     Neighbours that overlap by half are correlated by 1/6 in amplitude, which makes
     K = W / (1 + 2 (1/6)^2 (W - 1)/W) (Welch 1967); at the lowest frequency, from which the straight
-    line takes part, K is less by SLOWEST. The Nyquist frequency, which has no phase, is left out.
+    line takes part, K is less by SLOWEST. The Nyquist frequency, which has no phase, is omitted.
     Over the frequencies Bonferroni's bound.
 
     alpha holds of random series. Two causes that have nothing to do with each other but are both

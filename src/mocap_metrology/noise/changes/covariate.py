@@ -1,4 +1,4 @@
-"""Temperature or whatever else was recorded beside a recording, and what noise goes with it."""
+"""Coherence of the noise with a covariate, such as a temperature recorded at the same time."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def together(series: np.ndarray, frame_rate_hz: float, covariate: Covariate, alp
     the time both were recorded at most. `word`: `goes with it` where the coherence exceeds what an
     unrelated random pair reaches anywhere with probability alpha (periodic ones: see `coherence`).
     `gain_mm_per_unit` is the size of the response at that period, `lag_s` how much the series is
-    behind (modulo the period). `note`, if there is one, tells of holes in the covariate. Refuses
+    behind (modulo the period). `note`, if there is one, reports holes in the covariate. Refuses
     fewer than `LEAST_BLOCKS` blocks, too many that are missing, and whatever never changes.
     """
     first, last = _common_time(series.size / frame_rate_hz, covariate)

@@ -33,9 +33,9 @@ WINDOW_S = 1.0  # and at least
 WINDOW_TAUS = 8  # averaging times long, and
 WINDOW_FRAMES = 64  # frames
 STEPS = 4  # differences a tau
-FEWEST = 8  # windows a baseline is taken of
-SPECTRA = 4096  # windows a spectrum is taken of, at most
-PARTS = 24  # of a recording, whose greatest x tell the tail
+FEWEST = 8  # windows of a baseline, at least
+SPECTRA = 4096  # windows of a spectrum, at most
+PARTS = 24  # of a recording, whose greatest x describe the tail
 MEDIAN_OF_GREATEST = -math.log(math.log(2))  # of many exponential variables, less their ln number
 LEAST_SHARE = 0.5  # of a window's differences that must be there
 

@@ -18,7 +18,7 @@ CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
 MOVED = 5.0  # standard deviations off the level that count as moved
 CLEAR_S = 1.0  # left out on each side before sides are compared
-SIDES_MISS = 0.01  # probability that some series of an event is said to have changed and has not
+SIDES_MISS = 0.01  # probability that some series of an event is reported as changed and is not
 # Shorter recordings decide nothing: an event in the middle needs its context on both sides
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned

@@ -11,11 +11,11 @@ file, or never levels.
 Filled. A polynomial of order p, or a spline between the same two samples, has differences of order
 p + 1 that are zero up to the rounding of the file; those of noise are small only by chance. One
 value of the k-th differences lies within +-delta s with a probability of 0.8 delta at most,
-whatever came before, where s is the standard deviation of what the past does not tell of a frame
+whatever came before, where s is the standard deviation of a frame given the past
 (its innovation); so a run of a few is no chance. How often runs go on is counted, too. Straight
-lines (k = 2), cubic (4) and quintic (6) polynomials and splines are told, and values that are held.
-Copies of another marker's noise are as loud as noise, and are not told; nor is what is filled where
-the rounding of the file hides it.
+lines (k = 2), cubic (4) and quintic (6) polynomials, splines and held values are detected.
+Copies of another marker's noise are as large as noise and are not detected; nor is what is filled
+where the rounding of the file hides it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ MIDDLE, TOP = (0.50, 0.70), (0.70, 0.95)  # of Nyquist: at the top a filter has 
 FALLS_SHARE = 0.4  # W at most, of that of a whole octave below
 QUIET_SHARE = 0.2  # S of the top at most, of that of the same octave
 ROUNDED_LEVELS = 4.0  # times the white level of rounding that is no noise of the system
-COARSE_SHARE = 0.02  # of S at the edge, in rounding, from which no cutoff is told
+COARSE_SHARE = 0.02  # of S at the edge, in rounding, from which no cutoff is reported
 FLAT_RATIO = 0.7  # S of the middle and of the top differ by less where a stop band has levelled
 FILTER_ORDERS = (1, 2, 3, 4, 6)  # of amplitudes 1 / (1 + (f/f_c)^2n) that are tried
 FOLLOWED = 0.01  # of the greatest W, down to which a cutoff is fitted
@@ -57,9 +57,13 @@ DIFFERENCES = (2, 4, 6)  # orders of those that a fill makes vanish
 NARROW, WIDEST = 0.02, 0.65  # delta: without rounding, and at most
 DENSER = 1.25  # than a Gaussian's at zero
 CHANCE = 1e-13  # that a frame begins a run which is none
-LIKELIEST = 0.7  # chance of one, from which nothing is told
-SHORT, ENOUGH, MARGIN = 4, 200, 1.5  # runs that chance makes, and how many of them tell its rate
-PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, that s is taken of
+LIKELIEST = 0.7  # chance of one, from which nothing is reported
+SHORT, ENOUGH, MARGIN = (
+    4,
+    200,
+    1.5,
+)  # runs that chance makes, and how many of them determine its rate
+PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, for s
 CHUNK = 1 << 20
 MANY_FILLED = 1e-2  # share of the frames from which a reader is warned
 
@@ -279,7 +283,7 @@ class Rule:
 
     @property
     def least(self) -> int:
-        """Frames on one polynomial that are told."""
+        """Frames on one polynomial that are detected."""
         return self.run(self.chance) + self.order - 2
 
     @staticmethod
@@ -310,7 +314,7 @@ def _scale(values: np.ndarray) -> float:
 
 
 def rules(innovation_mm: float, resolution_mm: float) -> list[Rule]:
-    """Of the orders that can be told in a file of these steps."""
+    """The orders that can be detected in a file of these steps."""
     found = []
     for order in DIFFERENCES if innovation_mm > 0 else ():
         # Each of the 2^order parts of a difference is rounded by half a step at most
@@ -339,7 +343,7 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
 
 
 def _seen(lengths: np.ndarray) -> float:
-    """How often a run of chance goes on, of the lengths of all; values that repeat, as in files
+    """How often a run of chance continues, from the lengths of all; values that repeat, as in files
     with hidden steps, go on more often than noise."""
     count = np.bincount(np.minimum(lengths, SHORT + 1), minlength=SHORT + 2)
     pairs = [(count[k], count[k + 1]) for k in range(1, SHORT)]

@@ -19,15 +19,15 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 
 BLOCK_S = 1.0  # fast noise is what is left about means so long
 FEWEST = 5  # blocks a side can be judged by
-TOLD_FACTOR = 1.5  # an interval that reaches beyond this factor tells nothing
+DECISIVE_FACTOR = 1.5  # an interval that reaches beyond this factor is inconclusive
 JOINED_BLOCKS = 10  # blocks whose logarithmic mean is one point
 LEAST_POINTS = 6  # a side, or of a trend
 SHORTER = (1, 2, 4)  # parts of the reach that a step is looked at over, until lines describe it
 SURER_VARIANCES = 10.0  # variances of a point by which a step must fit better than a smooth curve
 ADEQUATE_VARIANCES = 1.7  # variance of the residuals over that of the points, at most
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
-TREND_CHANCE = 0.005  # that any series of a recording is said to change and does not
-LEAST_CHANGE = 0.02  # that is told
+TREND_CHANCE = 0.005  # that any series of a recording is reported as changing and is not
+LEAST_CHANGE = 0.02  # that is reported
 MATTERS = 0.1  # relative change from which a reader is warned
 
 
@@ -90,7 +90,9 @@ class Sides:
         if self.changed:
             return "changed"
         return (
-            "alike" if self.lower >= 1 / TOLD_FACTOR and self.upper <= TOLD_FACTOR else "undecided"
+            "alike"
+            if self.lower >= 1 / DECISIVE_FACTOR and self.upper <= DECISIVE_FACTOR
+            else "undecided"
         )
 
 
@@ -275,7 +277,7 @@ def trends(
 
 
 def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Trend | None:
-    """By the polynomial of the least BIC, if an F test tells it from constant noise."""
+    """By the polynomial of the least BIC, if an F test distinguishes it from constant noise."""
     from scipy.special import fdtrc, stdtrit
 
     k = np.flatnonzero(np.isfinite(g))

@@ -14,16 +14,16 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 
-BLOCK = 1000  # differences whose kurtosis is taken at once, so no change of level makes any
+BLOCK = 1000  # differences whose kurtosis is computed at once, so no change of level makes any
 FEWEST_BLOCKS = 8  # blocks
-CHANCE = 0.005  # that any series of a Gaussian recording is said to have heavy tails
-LEAST_EXCESS = 0.2  # excess that is told
+CHANCE = 0.005  # that heavy tails are reported for any series of a Gaussian recording
+LEAST_EXCESS = 0.2  # excess that is reported
 LONGEST_FRAMES = 2  # frames; what is off for longer is an event
 NEAR_FRAMES = 2  # frames between markers that were struck by the same thing
 DRAWN_IN_SCALES = 3.0  # scales that a frame may be off the median of the five round it
 TOGETHER_FRAMES = (1, 3, 9)  # frames
 ALONE_EXPECTED = 1e-3  # number of times that so many are off among them by chance in a recording
-SAMPLED = 1 << 18  # values a scale is taken of
+SAMPLED = 1 << 18  # values of a scale
 MANY_OUTLIERS = 1e-3  # share of the frames from which a reader is warned
 
 
@@ -50,8 +50,8 @@ def heavy_tails(
 
 def _tails(name: str, series: np.ndarray, step: float, chance: float) -> Tails | None:
     """m_4 / m_2^2 - 3 + 6/n of blocks [unbiased for Gaussian noise to 1/n], and Student's t of
-    their mean. Frames that repeat the one before tell nothing; steps as large as the noise, less.
-    """
+    their mean. Frames that repeat the one before have no information, steps as large as the noise
+    little."""
     from scipy.special import stdtrit
 
     d = np.diff(series.astype(np.float64))

@@ -18,7 +18,7 @@ MAINS_HARMONICS = 4
 MAINS_TOLERANCE = 0.004  # share by which a grid may be off
 LEAST_FOLDED_HZ = 1.0  # what folds to less looks like any slow line
 PSD_P = 1e-3  # probability that noise alone reaches so high in Welch's spectrum
-PSD_REACH = 64  # neighbours a side its level is taken of
+PSD_REACH = 64  # neighbours on each side for its level
 PSD_LEAVE = 3  # next to the line that are left out
 VISIBLE = 0.1  # share of the Allan variance from which a bump is seen
 LONGEST_GAP, SHORT_GAP = 1200, 12  # frames that are filled with noise, or bridged
@@ -162,8 +162,8 @@ def _harmonic(line: Line, lines: Sequence[Line], duration_s: float) -> tuple[int
 
 
 def mains_of(f_0: float, rate_hz: float, f_error: float = 0.0) -> Mains | None:
-    """A frame rate cannot tell f from rate - f, rate + f, ...: mains and lamps that would show
-    here, or None where none would."""
+    """A frame rate cannot distinguish f from rate - f, rate + f, ...: mains and lamps that would
+    show here, or None where none would."""
     for mains in MAINS:
         for k in range(1, MAINS_HARMONICS + 1):
             true = mains * k

@@ -1,4 +1,4 @@
-"""Everything that can be said of what is wrong with one recording."""
+"""All disturbances of one recording."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 All three coordinates of a measured marker stay the same from one frame to the next only where the
 steps of the file hide its noise, and then it also leaves such a place by a step or two. Where it
-leaves by many steps of the file, a coordinate had kept its value by chance with a probability of
+leaves by many steps of the file, a coordinate had the same value by chance with a probability of
 about step / change, and three of them with far less.
 """
 
@@ -17,9 +17,9 @@ import numpy.typing as npt
 from mocap_metrology.noise.diagnosis.export import MANY_FILLED, Rule
 
 LEAST_CHANGES = 16  # of frames, to know what a marker does from one to the next
-HIDDEN = 0.005  # quantile of the changes: files may have coarser steps than they say
+HIDDEN = 0.005  # quantile of the changes: files may have coarser steps than declared
 BEYOND = 4.0  # times the share that chance makes of one coordinate
-LIKELIEST = 1 / 8  # chance of a repeat, from which nothing is told
+LIKELIEST = 1 / 8  # chance of a repeat, from which nothing is reported
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What every estimator of noise coefficients is asked for, and what it returns."""
+"""Input and output of every estimator of noise coefficients."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from mocap_metrology.noise.model.deterministic import UNITS as DETERMINISTIC_UNI
 from mocap_metrology.noise.model.deterministic import Deterministic
 
 DEFAULT_ESTIMATOR = "likelihood"
-S_ESTIMATOR = "annealing-ant-colony"  # what S used, each trial taken down its valley
+S_ESTIMATOR = "annealing-ant-colony"  # that of S, with a descent from each trial
 PLAIN_ESTIMATOR = "annealing-ant-colony-plain"  # what S used
 # Two-sided normal quantiles of the intervals named 68 % and 95 %
 Z_68, Z_95 = 0.9944578832097532, 1.959963984540054
@@ -69,7 +69,7 @@ class Coefficient:
     std_error: by the estimator; crlb: least standard error any unbiased estimator can have with so
     many samples (`fisher.crlb`) if the fitted model is true. status: `ok`; `at_bound` (the value is
     an end of the range searched); `not_converged`; `misfit` (the model does not describe the data,
-    so neither values nor errors are what they say); `not_detected` (value NaN, upper_95 the limit).
+    so neither values nor errors are valid); `not_detected` (value NaN, upper_95 the limit).
     """
 
     parameter: str
@@ -161,7 +161,7 @@ def rows(series: str, estimate: Estimate) -> list[Row]:
 
 
 def refused_rows(series: str, estimators: Sequence[str], why: str) -> list[Row]:
-    """A row of noise.csv an estimator without a number: status `refused`; the note says why."""
+    """A row of noise.csv an estimator without a number: status `refused`; the note states why."""
     none = Coefficient("", math.nan, detected=False, status="refused", note=why)
     return [
         {**line, "model": ""}

@@ -1,4 +1,4 @@
-"""Every estimator of noise coefficients on one series, and what the published row says it is.
+"""Every estimator of noise coefficients on one series, beside the published row.
 
     found = estimate_series(raw, (m, avar), 120, NoiseSettings(), components, seed=1)
 
@@ -43,7 +43,7 @@ Section = Mapping[str, Any]  # checked where the configuration is read
 
 
 class NoiseSections(TypedDict):
-    """The sections of the configuration that say how noise is estimated, and the seed."""
+    """The sections of the configuration on the estimation of noise, and the seed."""
 
     noise: Section
     annealing: Section
@@ -115,7 +115,7 @@ class NoiseSettings:
 
 @dataclass(frozen=True)
 class SeriesNoise:
-    """estimates: in the order asked for; curve: Allan variances of the masked series; periodogram:
+    """estimates: in the order requested; curve: Allan variances of the masked series; periodogram:
     what the likelihood was fitted to (None if it was not); refused: estimator -> why."""
 
     estimates: tuple[Estimate, ...]

@@ -1,5 +1,5 @@
 """The simple Gaussian model of two markers and their distance (S 2.2, 4.2, Table 4), kernel
-densities to hold beside it, and what both say of a recording: rows of gaussian.csv.
+densities to hold beside it, and their results for a recording: rows of gaussian.csv.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from mocap_metrology.noise.series import AXES, pair_name
 PER_BANDWIDTH = 8  # bins; the error of binning is then below 0.1 % of the peak
 BEYOND = 4.0  # bandwidths past the extremes, where the estimate has vanished
 MIN_PER_BIN = 5  # expected count below which the chi-squared approximation is poor
-SAMPLES = 1 << 13  # of the test: more would see what the outlier filter takes of the tails
+SAMPLES = 1 << 13  # of the test: more would detect the tails that the outlier filter removes
 SURROGATES = 999
 LOWEST = 16  # coefficients of each half, at first
 SAME_LEVEL = 3.0  # standard errors that two halves of one level may differ by
@@ -241,7 +241,7 @@ def chi_squared_normal(
     [Rao & Scott 1981], and so comparable with dof = bins - 3 (mu and sigma are taken for estimates
     from the same frames). p_value: share of Gaussian series with as large a statistic, no smaller
     than 1 / (`SURROGATES` + 1). Where few coefficients hold all variance, hardly anything is
-    rejected: `n_independent` tells. NaN where `gaussian_sample` has no bins.
+    rejected: see `n_independent`. NaN where `gaussian_sample` has no bins.
     """
     sample = gaussian_sample(series, n_bins) if sample is None else sample
     if not (sample.null.size and sigma > 0):
@@ -310,7 +310,7 @@ def median_drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     return Drift(slope, float(np.ptp(medians)), block / frame_rate_hz)
 
 
-LONG_S = 60.0  # a recording from which a drift per hour is told of
+LONG_S = 60.0  # length from which a drift per hour is reported
 
 
 def gaussian_rows(

@@ -3,7 +3,7 @@
 One-sided spectra S(f) in mm^2/Hz, f in (0, Nyquist]; Allan variances in mm^2 at tau = m tau0;
 tau0 = 1 / frame_rate_hz the frame period in s. Two forms of each:
 
-* `sampled`: the camera takes points, so S is folded to 0..Nyquist and tau-averages are means of m
+* `sampled`: the camera samples points, so S is folded to 0..Nyquist and tau-averages are means of m
   points: AVAR = 2 Int_0^fN S(f) sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df (the discrete form of
   the Allan transfer function; Walter, IEEE Trans. Instrum. Meas. 43, 1994). Exact at every m.
 * `continuous`: the textbook forms, as Skurowski & Pawlyta 2019 (Table 1 and the two formulas after
@@ -204,7 +204,7 @@ Component = PowerLaw | GaussMarkov | Sinusoid
 @dataclass(frozen=True)
 class NoiseModel:
     """A sum of independent components: at most one power law of each alpha and one sinusoid; in
-    frames of that form, unless another is asked for."""
+    frames of that form, unless another is requested."""
 
     components: tuple[Component, ...] = ()
     form: Form = "sampled"
@@ -266,7 +266,7 @@ class NoiseModel:
         return replace(self, components=tuple(sorted(self.components, key=_rank)))
 
     def coefficients(self) -> dict[str, float]:
-        """`h_-2` ... `h_2`, `q_c1`, `T_c1`, ... (numbered as they stand), `A_s`, `f_0`, and
+        """`h_-2` ... `h_2`, `q_c1`, `T_c1`, ... (numbered in their order), `A_s`, `f_0`, and
         `width_f` where there is one."""
         found: dict[str, float] = {}
         for c in sorted(self.broadband, key=lambda c: getattr(c, "alpha", 9)):

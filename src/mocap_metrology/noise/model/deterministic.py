@@ -17,7 +17,7 @@ from mocap_metrology.common.types import Floats
 PARAMETERS = ("drift", "A_w", "T_w")
 UNITS = {"drift": "mm/h", "A_w": "mm", "T_w": "s"}
 HOUR = 3600.0
-MIDDLES = (np.arange(512) + 0.5) / 512  # places an average over time is taken at
+MIDDLES = (np.arange(512) + 0.5) / 512  # places of an average over time
 HORIZONS = 16  # every so many of them where a horizon begins
 
 

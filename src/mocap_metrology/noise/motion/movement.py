@@ -8,12 +8,12 @@ cannot, however far the noise wanders:
 
 * a jump: means before and after differ by far more than those of all other moments, against the
   median of their deviations, which a few jumps do not touch;
-* it goes on: increments over 2 T are larger than those of a random walk of the same T;
+* it continues: increments over 2 T are larger than those of a random walk of the same T;
 * it comes far: the range within the horizon is many times that of a random walk of the steps seen.
 
 The bounds are for a random walk, whose increments stay alike for longest: walks of 100 to 14,400
 blocks, 300 to 20,000 of each length, stayed below two thirds of each. A straight line and an
-exponential approach are taken off before jumps are looked for: a drift or warm-up is none.
+exponential approach are subtracted before the search for jumps: a drift or warm-up is none.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ BLOCK_S = 0.25
 LASTS_S, MOST_TRIED = 15.0, 10
 SIDE, BETWEEN = 16, 4  # blocks before and after a jump that are compared, and left out between
 JUMP_SIGMAS = 4.0  # of a frame: a smaller jump is none that a frame could show
-CELL, SMALL_CELL = 5, 3  # frames a median is taken of, so that isolated outliers go
-FEW = 2000  # frames below which SMALL_CELL is taken, so that enough increments are left
+CELL, SMALL_CELL = 5, 3  # frames of a median, so that isolated outliers are removed
+FEW = 2000  # frames below which SMALL_CELL is used, so that enough increments remain
 LEAST_CELLS = 50  # increments over T that a recording holds
 GOES_ON = 5.0  # standard deviations that successive increments are correlated by
 COMES_FAR = 6.5  # standard deviations of the walk over the horizon that its range spans

@@ -1,6 +1,6 @@
 """Noise of an orientation: of a rigid cluster of three or more markers, or of poses themselves.
 
-S section 5 asks for the Allan variance of orientation. A rotation close to the mean one is a
+S section 5 proposes the Allan variance of orientation. A rotation close to the mean one is a
 vector, w = log(R R_mean^T), in the axes of the room; its three components are series like any
 other, in rad, and each has its Allan variance.
 """
@@ -17,7 +17,7 @@ from mocap_metrology.common.errors import Refusal
 
 AXES = ("rx", "ry", "rz")
 CHUNK = 100_000  # frames at once: 3 x 3 decompositions of so many stay small
-SHAPE_FRAMES = 5_000  # tell the shape as well as all would: sigma / 70
+SHAPE_FRAMES = 5_000  # determine the shape as well as all would: sigma / 70
 FLAT = 0.02  # least spread across a line of markers, as a share of that along it
 
 

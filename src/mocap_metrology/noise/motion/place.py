@@ -116,7 +116,7 @@ def freedom(series: np.ndarray) -> float:
     Gaussian numbers scatter like n times that many independent ones (Satterthwaite; Bartlett's
     formula for the variance of a sum of squares). 2/3 for white noise, whose neighbouring
     differences share a sample; far fewer for what went through a low-pass filter. NaN are gaps;
-    each estimated rho_k^2 is too large by 1/n, which is taken off.
+    each estimated rho_k^2 is too large by 1/n, which is subtracted.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 

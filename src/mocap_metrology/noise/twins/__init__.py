@@ -1,1 +1,1 @@
-"""Simulated recordings that stand in for those that were never published."""
+"""Simulated stand-ins for recordings that were never published."""

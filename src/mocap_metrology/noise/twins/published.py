@@ -1,7 +1,7 @@
 """Published numbers of Skurowski & Pawlyta 2019 (S), read from the package's `reference/` folder.
 
 `printed_row` gives Tables A1-A3 as printed; `published_row` the same as noise models, with what
-cannot be used corrected or left out; `published_notes` says what was changed. mm and s.
+cannot be used corrected or omitted; `published_notes` lists the changes. mm and s.
 """
 
 from __future__ import annotations
@@ -118,8 +118,8 @@ def published_gaussian(camera_type: str) -> dict[str, float]:
 def published_subsets() -> dict[tuple[str, int], tuple[int, ...]]:
     """S Table 3: camera ids of every (camera type, number of cameras), in order of addition.
 
-    Vantage 10 is deduced, not printed: id 6 is in no list, so it is taken for the failing camera.
-    """
+    Vantage 10 is deduced, not printed: id 6 is in no list, so it is assumed to be the failing
+    camera."""
     return {
         (line["camera_type"], int(line["n_cameras"])): tuple(
             int(i) for i in line["camera_ids"].split(";")

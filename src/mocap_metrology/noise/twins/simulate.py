@@ -37,8 +37,8 @@ SWINGS = 20  # a crump is followed for so many decay times: exp(-20) = 2e-9
 
 @dataclass(frozen=True)
 class SimulatedRecording:
-    """`position_mm` (2 markers, 3 axes, n frames), NaN in gaps; `truth`, ready for JSON, says what
-    went in: coefficients, clipped bands, outliers, crump, gaps, notes."""
+    """`position_mm` (2 markers, 3 axes, n frames), NaN in gaps; `truth`, ready for JSON, states
+    what went in: coefficients, clipped bands, outliers, crump, gaps, notes."""
 
     frame_rate_hz: float
     position_mm: np.ndarray
@@ -46,7 +46,7 @@ class SimulatedRecording:
 
 
 class _Line(TypedDict):
-    """A sinusoid as it goes into the coordinate `series`; `of`: what it was asked for."""
+    """A sinusoid as added to the coordinate `series`; `of`: the requested one."""
 
     of: str
     series: str

@@ -31,7 +31,7 @@ from mocap_metrology.noise.twins.twin import Point
 HALL_MM = (9000.0, 5000.0, 3000.0)  # S section 3.1
 WAND_MM = 160.0  # distance of the two markers, S Table 4
 # Focal length in pixels: half the sensor's width over the tangent of half the angle of view (S
-# Table 2; sensors 4, 1 and 5 MP wide as the makers say)
+# Table 2; sensors 4, 1 and 5 MP wide by the makers' data)
 FOCAL_PX = {
     "T40": 2336 / 2 / np.tan(np.radians(49.15 / 2)),
     "Bonita": 1024 / 2 / np.tan(np.radians(70.29 / 2)),
@@ -87,7 +87,7 @@ def _on_scaffold(place: np.ndarray, height: np.ndarray) -> np.ndarray:
 
 
 def _looking(direction: np.ndarray) -> np.ndarray:
-    """Rotation of a camera that looks along `direction` and stands upright."""
+    """Rotation of an upright camera that looks along `direction`."""
     forward = direction / np.linalg.norm(direction)
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)

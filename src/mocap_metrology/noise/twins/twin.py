@@ -136,7 +136,7 @@ def wand(x1: float, x2: float, distance: float) -> tuple[Point, Point]:
 
 
 def of_coefficients(table: Mapping[str, Mapping[str, float]]) -> Origin:
-    """Coefficients by series; `all` stands for those of the six coordinates that are not named."""
+    """Coefficients by series; `all`: those of the six coordinates that are not named."""
     found = {name: table.get(name, table.get("all", {})) for name in COORDINATES}
     found |= {name: table[name] for name in SERIES[6:] if name in table}
     return Origin({name: NoiseModel.from_coefficients(of) for name, of in found.items()})

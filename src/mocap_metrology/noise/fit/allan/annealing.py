@@ -6,16 +6,16 @@ and then ant colony optimisation for continuous coordinates, ACO_R [Socha & Dori
 Res. 185 (2008) 1155-1173], whose archive is filled by jittering round the annealing's result
 (`jittered`) where the original draws it at random.
 
-What the first adds to S: every trial of the annealing is first taken down a few steps of
+What the first adds to S: every trial of the annealing first descends a few steps of
 Levenberg-Marquardt ("Monte Carlo minimisation", Li & Scheraga, PNAS 84, 1987), so it hops between
 valleys and not between points of a 15-dimensional slope, and the results of the starts and of the
-colony are taken to the bottom of their valley. Measured on series L of the twin of T40, 10 cameras
+colony descend to their minima. Measured on series L of the twin of T40, 10 cameras
 (four Gauss-Markov terms and a sinusoid): of ten plain annealing starts of 1,800 trials with one
 descent at the end, none reached the best valley; of ten of 90 descended trials, all did. So the
 colony has nothing left to find: it lowers the cost by less than one part in 10^9.
 
 The second has no descent anywhere, as S, whose metaheuristics only ever compare costs, and many
-more trials instead (`AnnealingSettings.plain`). How many S took is not printed.
+more trials instead (`AnnealingSettings.plain`). S does not print its number.
 """
 
 from __future__ import annotations

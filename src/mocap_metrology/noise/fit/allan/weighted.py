@@ -3,7 +3,7 @@ squares), with the noise model of frames that are points, or averages over the f
 
 Overlapping Allan variances at neighbouring tau are almost copies of each other, so the fit that
 counts each as new data says too much, and the fit that weighs them by relative residuals (S Eq. 13)
-misses what the differences between neighbours tell. Here C = Cov[AVAR_a, AVAR_b] of the fitted
+misses the information in differences between neighbours. Here C = Cov[AVAR_a, AVAR_b] of the fitted
 model (`avar_covariance`) weighs them: minimised is r^T C^-1 r, r = observed - model. With all
 integers m up to ten and sixteen a decade beyond, (J^T C^-1 J)^-1, J over all coefficients, is then
 the Cramer-Rao bound to 2 %, ridge included: no information is left in the series.
@@ -195,7 +195,7 @@ def _known(white: Whitened, curves: Curves, components: Components) -> Fit:
     fit = _resolved(problem, separable.path(problem, most))
     if not components.sinusoid:
         return fit
-    # The terms may have stood in for the line: they are searched again beside it, and it once more
+    # The terms may have replaced the line: they are searched again beside it, and it once more
     tones = white.matrix @ curves.tones
     first = separable.with_line(problem, fit, curves.log_f, tones)
     if first is None:
@@ -220,7 +220,7 @@ def _chosen(white: Whitened, curves: Curves, options: Settings) -> tuple[tuple[i
     """Power laws and fit of least cost plus price."""
     price = 2.0 if options["criterion"] == "aicc" else float(np.log(white.n_effective))
     problem = white.problem
-    # As many as the data could tell, beside five power laws and a sinusoid
+    # As many as the data could resolve, beside five power laws and a sinusoid
     most = max(min(options["max_gauss_markov"], (problem.target.size - 7) // 2), 0)
     best = _cheapest(problem, separable.path(problem, most), price)
     if not options["sinusoid"]:
@@ -228,7 +228,7 @@ def _chosen(white: Whitened, curves: Curves, options: Settings) -> tuple[tuple[i
     tones = white.matrix @ curves.tones
     line = separable.with_line(_only(problem, best[0]), best[1], curves.log_f, tones)
     if line is not None and line.cost + 2 * price < best[1].cost:
-        # The terms may have stood in for the line
+        # The terms may have replaced the line
         again = _cheapest(problem, separable.path(problem, most, line.log_f), price)
         choices = [best, (best[0], line), again]
         best = min(choices, key=lambda choice: choice[1].cost + _price(choice[1], price))

@@ -89,7 +89,7 @@ def _errors(found: Found) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _standard_errors(jacobian: np.ndarray) -> np.ndarray:
-    """Roots of the diagonal of (J^T J)^-1; inf where the data do not tell."""
+    """Roots of the diagonal of (J^T J)^-1; inf where the data do not determine them."""
     if not jacobian.shape[1]:
         return np.empty(0)
     norm = np.linalg.norm(jacobian, axis=0)

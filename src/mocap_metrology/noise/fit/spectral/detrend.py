@@ -202,7 +202,8 @@ def slow_weight(data: Periodogram, density: np.ndarray) -> np.ndarray:
 
 
 def _left(data: Periodogram, designs: Designs, part: Part, restored: bool) -> Periodogram:
-    """The periodogram without the part; restored: with what its estimate took (X V X')."""
+    """The periodogram without the part; restored: with the power that its estimate removed (X V
+    X')."""
     slow = slow_of(data)
     power = (slow.value - designs.wave(part)) ** 2
     if restored:

@@ -1,4 +1,4 @@
-"""Cramer-Rao bounds: what a recording of a given length can tell of its noise coefficients."""
+"""Cramer-Rao bounds of noise coefficients from a recording of a given length."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def crlb(model: NoiseModel, n: int, frame_rate_hz: float) -> dict[str, float]:
     Inverse of the Fisher information of the spectrum of frames of the model's form [Whittle 1953],
     I_ij = T Int_0^fN dlnS/dp_i dlnS/dp_j df, one-sided S, evaluated on the bins of the DCT;
     A_s and f_0 of a line as `lines.line_errors`. Units as the coefficients; infinite for what the
-    spectrum does not depend on. Gauss-Markov terms are numbered as they stand in the model.
+    spectrum does not depend on. Gauss-Markov terms are numbered in the order of the model.
     """
     tau0 = 1 / frame_rate_hz
     spectrum = spectrum_of(model)
@@ -80,9 +80,9 @@ def crlb(model: NoiseModel, n: int, frame_rate_hz: float) -> dict[str, float]:
 
 
 def tellable(model: NoiseModel, n: int, frame_rate_hz: float, limit: float = 1.0) -> NoiseModel:
-    """The model without the components n samples cannot tell.
+    """The model without the components that n samples cannot determine.
 
-    The component of the greatest relative bound (of h, q_c or T_c) is taken out while it exceeds
+    The component of the greatest relative bound (of h, q_c or T_c) is removed while it exceeds
     `limit`, and the bounds are computed afresh. Lines stay.
     """
     left = model

@@ -3,8 +3,8 @@
 A gap bridged by a line or a median has less noise than the rest, and a periodogram shows it. A
 draw from the conditional distribution given the samples around it has the spectrum of the model, so
 fitting and filling in turn converge on the truth, the faster the less is missing. What the filled
-samples cannot tell is taken off the degrees of freedom by the caller. Neighbours up to 16 samples
-away are used: with a fifth missing in bursts of 40 and slow noise, that is too few.
+samples cannot determine is subtracted from the degrees of freedom by the caller. Neighbours up to
+16 samples away are used: with a fifth missing in bursts of 40 and slow noise, that is too few.
 """
 
 from __future__ import annotations

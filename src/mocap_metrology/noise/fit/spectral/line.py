@@ -29,7 +29,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats, Integers
 
 ROW = 2048  # samples of a sinusoid made at once
-MEDIAN_OF = 4096  # coefficients at most that a median is taken of
+MEDIAN_OF = 4096  # coefficients of a median, at most
 SIDE_OCTAVES, SIDE_LEAST = 1 / 16, 32  # width of the bands beside a line, and their coefficients
 SIDE_STANDARD_ERRORS = (
     2.0  # standard errors by which a band beside a line must exceed the level to count
@@ -42,7 +42,7 @@ END_FRAMES = 16  # averaged at each end for the ramp
 FOLD, STEP = 2.0, 1e-3  # coefficients from Nyquist that a line overlaps with its fold; a derivative
 APART_GAIN = 6.0  # gain by not being Nyquist: chi-squared of two, 95 %
 DETERMINED_SHARE = 0.5  # relative error of A_s beyond which it is not
-LEAST_SIDE, MOST_SIDE = 32, 256  # coefficients on each side that the noise is told from
+LEAST_SIDE, MOST_SIDE = 32, 256  # coefficients on each side that determine the noise
 MARGIN = 4  # coefficients beyond the outermost line
 BLOCKS = ((32, 8, 1.207), (0, 4, 1.624))  # from so many coefficients; blocks; Student t over 1.96
 GROWS = 1.0  # times 1/sqrt(w): two standard deviations of the share above the median

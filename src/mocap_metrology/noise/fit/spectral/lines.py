@@ -1,4 +1,4 @@
-"""Periodic disturbances: lines of a Fourier spectrum that stand above the noise round them.
+"""Periodic disturbances: lines of a Fourier spectrum above the noise around them.
 
 Searched on the unbinned periodogram, between its frequencies too; amplitude, frequency and phase
 by least squares on the Fourier coefficients next to the line, which is maximum likelihood where
@@ -90,7 +90,7 @@ def find_slow_lines(
     at_most: int = 40,
 ) -> list[Line]:
     """Lines of 10 to 128 cycles in the recording, as `find_lines`; density: the noise spectrum,
-    f -> unit^2/Hz, which medians of so few coefficients cannot tell."""
+    f -> unit^2/Hz, which medians of so few coefficients cannot resolve."""
     tau0 = 1 / frame_rate_hz
     n = series.size
     step = max(n // SLOW_SAMPLES, 1)
@@ -134,7 +134,7 @@ class _State:
         return min(max(round(place) - self.first, 0), self.level.size - 1)
 
     def ratio(self) -> Floats:
-        """Power over what a line must stand out of."""
+        """Power relative to the level that a line must exceed."""
         return self.power[self.first : self.first + self.level.size] / self.floor
 
 
@@ -186,7 +186,7 @@ def _search(
 
 
 def _joined(state: _State, found: list[Line]) -> list[Line]:
-    """The lines, the last of which is new; those it stands too near to become one with it."""
+    """The lines, the last of which is new; those too near to it are merged with it."""
     duration = state.n * state.spacing_s
     new = found[-1]
     group, left = [new], found[:-1]
@@ -226,7 +226,7 @@ def _sidebands(state: _State, pair: list[Line]) -> bool:
 
 
 def _widened(state: _State, found: list[Line]) -> list[Line]:
-    """The lines; those that one sinusoid does not take away as bands."""
+    """The lines; as bands those that one sinusoid does not remove."""
     from scipy.special import gammaincc
 
     for line in sorted(found, key=lambda line: -line.gain):
@@ -235,7 +235,7 @@ def _widened(state: _State, found: list[Line]) -> list[Line]:
         at, ratio = state.at(line.f_0 * state.n * state.spacing_s), state.ratio()
         for side in REST:
             near = ratio[max(at - side, 0) : at + side + 1]
-            near = near[near > 0]  # not what a band has taken away
+            near = near[near > 0]  # not what a band has removed
             if near.size > 2 and gammaincc(near.size - 1.5, near.sum()) < REST_P:
                 found = [x for x in found if x is not line]
                 for band in _as_band(state, [line]):

@@ -59,7 +59,7 @@ def choose(likelihood: Likelihood, alphas: Sequence[int], most: int, criterion: 
     of the power laws that backward elimination visits.
 
     The n of the criterion is the number of bins. With that of coefficients, four million in nine
-    hours, BIC asks of a slow component what only a million coefficients could give, although it
+    hours, BIC requires of a slow component what only a million coefficients could give, although it
     shows in a few hundred: T_c of minutes would be missed that stand out by five sigma. With the
     bins, 95 of 100 recordings of pure white noise and more show nothing else (a test).
     """
@@ -75,7 +75,7 @@ def choose(likelihood: Likelihood, alphas: Sequence[int], most: int, criterion: 
 
 
 def _pruned(likelihood: Likelihood, fit: Fit, cost: Callable[[int], float]) -> Fit:
-    """Power laws taken out one by one while the criterion falls."""
+    """Power laws removed one by one while the criterion falls."""
     while len(fit.spectrum.h) + len(fit.spectrum.T_c) > 1 and fit.spectrum.h:
         saved = cost(fit.spectrum.size) - cost(fit.spectrum.size - 1)
         empty = [a for a, h in fit.spectrum.h.items() if h <= 0]

@@ -25,7 +25,7 @@ from mocap_metrology.noise.model.sampling import power_law_means
 
 BINS_PER_DECADE = 64  # 3.7 % wide: the widest spectra here, f^2 and f^-2, bend by 2e-4 in one
 LEAST_SHARE = 1e-6  # of the degrees of freedom of a bin without coefficients
-SLOWEST = 2048  # coefficients kept one by one, for what is no noise (`detrend`)
+SLOWEST = 2048  # coefficients stored one by one, for what is no noise (`detrend`)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 

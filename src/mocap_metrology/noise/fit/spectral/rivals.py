@@ -180,10 +180,10 @@ def widened(
 def _reach(
     ends: list[float], row: Coefficient, own: tuple[float, float] | None, errors: float
 ) -> None:
-    """Move `ends` out to what a rival says: (value, standard error), or None where it has no such
+    """Extend `ends` to the value of a rival: (value, standard error), or None where it has no such
     component."""
     if own is None:
-        if row.parameter[0] != "T":  # without the component there is no T_c to be said
+        if row.parameter[0] != "T":  # without the component there is no T_c
             ends[0] = 0.0
         return
     value, error = own

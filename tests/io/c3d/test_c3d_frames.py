@@ -29,10 +29,10 @@ def test_declared_up_to_the_limit(tmp_path, n, pad):
     assert count(path) == (n, "POINT:FRAMES" if n < 65536 else "file size")
 
 
-def test_what_a_count_from_the_file_size_cannot_tell_is_said(tmp_path):
+def test_the_limit_of_a_count_from_the_file_size_is_reported(tmp_path):
     assert inspect(build(tmp_path / "a.c3d", LONG, frames=65535)).notes == (
-        "the declared frame count is at its 16-bit limit: frames are counted by the file size, so a "
-        "cut-off end would not be detected",
+        "the declared frame count is at its 16-bit limit: frames are counted by the file size, so "
+        "a cut-off end would not be detected",
     )
 
 

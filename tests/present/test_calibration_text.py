@@ -243,6 +243,6 @@ def test_a_comparison_with_an_earlier_pose() -> None:
     found = Comparison(mm, deg, math.nan, math.nan, False, other, "Station ids not compared.")
     assert comparison_words(found) == (
         "No sign that a station moved: 20 mm and 0.02° from the earlier pose (no covariance; a "
-        "station is taken as moved beyond 20 mm or 0.5°). Station ids not compared. Compared "
+        "station counts as moved beyond 20 mm or 0.5°). Station ids not compared. Compared "
         "with another estimate (paper-lm, kabsch, ideal)."
     )

@@ -17,6 +17,7 @@ import pytest
 from mocap_workflow import runs
 from mocap_workflow.faults import Faults
 from running import command, environment
+from snakemake.persistence.file import FilePersistence
 
 PLAIN = command()[3:]
 
@@ -164,6 +165,51 @@ def test_kill_before_the_first_job_and_run_again(toy: Path, root: Path) -> None:
     )
     assert after.returncode == 0
     assert not (toy / runs.RECORD).exists()
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a long name " * 30 + ".csv", "fit"])
+def test_unfinished_results_are_removed_by_the_marks_of_snakemake(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    results, marks = Path("results/recordings"), FilePersistence(path=tmp_path / ".snakemake")
+    results.mkdir(parents=True)
+    unfinished, finished = results / name[:200], results / "finished.csv"
+    foreign = tmp_path / "recording.c3d"
+    if "." in name:
+        unfinished.write_text("half")
+    else:
+        unfinished.mkdir()
+        (unfinished / "z1.svg").write_text("half")
+    for path in (finished, foreign, results / ".part-0-allan.parquet"):
+        path.write_text("whole")
+    for path in (str(unfinished), str(foreign), str(results / "not begun.csv")):
+        marks._mark_incomplete(path, None)
+    lock = tmp_path / ".snakemake/locks/0.output.lock"
+    lock.write_text("")
+    assert not runs.clear_unfinished(Path("results"))
+    assert unfinished.exists()
+    lock.unlink()
+    assert unfinished in runs.clear_unfinished(Path("results"))
+    assert [path.name for path in results.iterdir()] == ["finished.csv"]
+    assert foreign.read_text() == "whole"
+    assert not marks._filter_incomplete_keys([str(unfinished)])
+    assert not runs.clear_unfinished(Path("results"))
+
+
+def test_a_deleted_result_is_made_again(toy: Path, snakemake) -> None:
+    first = snakemake(toy, "--cores", "2", "tables")
+    assert first.returncode == 0, first.stdout
+    results = toy / "results"
+    whole = {path: path.read_bytes() for path in results.glob("[rt]*/**/*.*") if path.is_file()}
+    assert len(whole) > 10
+    for path in whole:
+        path.unlink()
+    again = snakemake(toy, "--cores", "2", "tables")
+    assert again.returncode == 0, again.stdout
+    tables = {path: whole[path] for path in whole if path.parent.name == "tables"}
+    assert {path: path.read_bytes() for path in tables} == tables
+    assert "Nothing to be done" in snakemake(toy, "--cores", "2", "tables").stdout
 
 
 def test_a_run_that_is_refused_leaves_no_record(toy: Path, root: Path) -> None:

@@ -1,4 +1,4 @@
-"""What a killed run left in a folder: its jobs and its lock.
+"""What a killed run left in a folder: its jobs, its lock, and results that were not finished.
 
 Snakemake's lock is a file, so it outlives a killed run and refuses the next. A run writes down who
 it is, `make` before Snakemake takes the lock, and takes that away when it ends: where the record
@@ -9,9 +9,11 @@ here: there Snakemake's lock has the last word.
 from __future__ import annotations
 
 import atexit
+import base64
 import contextlib
 import json
 import os
+import shutil
 import signal
 import socket
 import sys
@@ -136,6 +138,52 @@ def _end(run: Run) -> list[psutil.Process]:
             job.kill()
     psutil.wait_procs(jobs, PATIENCE_S)
     return jobs
+
+
+def clear_unfinished(results: Path, snakemake: Path = RECORD.parent) -> list[Path]:
+    """Remove what jobs of a killed run were about to write; returns their results, now absent.
+
+    Call it before Snakemake builds its graph. Snakemake looks for the marks of unfinished jobs when
+    it has built the graph for the first time, and then lacks all jobs behind a checkpoint: their
+    results would pass for finished. Where the marks lie is a private part of Snakemake (9.27: the
+    folder `incomplete`, the path in base64). Nothing is removed while the folder is locked, as jobs
+    may be at work.
+    """
+    run, locks = read(snakemake / RECORD.name), snakemake / "locks"
+    other = run is not None and run.pid != os.getpid() and (run.alive() or not run.here())
+    if other or (locks.is_dir() and any(locks.iterdir())):
+        return []
+    unfinished = []
+    with contextlib.suppress(OSError):  # read-only: Snakemake will report it
+        for mark in _files(snakemake / "incomplete"):
+            path = _marked(mark.relative_to(snakemake / "incomplete"))
+            if path is not None and results.resolve() in path.resolve().parents:
+                unfinished.append(path)
+                _remove(path)
+                mark.unlink()
+        for part in results.rglob(".part-*"):
+            _remove(part)
+    return unfinished
+
+
+def _files(folder: Path) -> list[Path]:
+    return [path for path in folder.rglob("*") if path.is_file()]
+
+
+def _marked(mark: Path) -> Path | None:
+    """The result that a mark stands for: base64, cut into folders `@...` where it is long."""
+    text = "".join([*(part.removeprefix("@") for part in mark.parts[:-1]), mark.name])
+    try:
+        return Path(base64.urlsafe_b64decode(text).decode())
+    except ValueError:
+        return None
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def ends_at_interrupt(record: Path = RECORD) -> None:

@@ -41,6 +41,13 @@ class Sheet(Generic[OfSheet]):
         return list(dict.fromkeys(row.group for row in self.rows.values()))
 
 
+paths = attrgetter("paths")
+
+
+def covariates(row: RecordingRow) -> list[str]:
+    return [row.covariate] if row.covariate else []
+
+
 def names(rows: Iterable[OfSheet]) -> list[str]:
     return [row.name for row in rows]
 
@@ -218,6 +225,21 @@ def compared_with(row: CalibrationRow) -> dict[str, str]:
     """What the sheet compares a calibration with, by name: reference, mount, earlier pose."""
     files = {"reference": row.reference, "mount": row.mount, "earlier": row.check_against}
     return {name: path for name, path in files.items() if path}
+
+
+def decoded_files(row: CalibrationRow) -> list[str]:
+    return list(decoded_from(row).values())
+
+
+def compared_files(row: CalibrationRow) -> list[str]:
+    return list(compared_with(row).values())
+
+
+def files(row: RecordingRow | CalibrationRow) -> list[str]:
+    """All files that a row names."""
+    if isinstance(row, RecordingRow):
+        return [*([] if row.twin else row.paths), *covariates(row)]
+    return [*([] if row.twin else decoded_files(row)), *compared_files(row)]
 
 
 def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:

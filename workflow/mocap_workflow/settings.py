@@ -25,6 +25,7 @@ Sheet = Annotated[str | None, Words("the path of a sheet, or nothing", "a path o
 Share = Annotated[float, Words("a share from 0 to 1")]
 Frequency = Annotated[float, Field(gt=0, le=1e6)]
 Millimetres = Annotated[float, Field(ge=-200, le=200)]
+SERIES = r"^([xyz][1-9][0-9]*|L|L_[1-9][0-9]*_[1-9][0-9]*)$"  # coordinate of a marker, distance
 
 
 class Hampel(Section):
@@ -367,6 +368,11 @@ class Settings(Section):
     compare: Compare = Compare()
     place: Place = Place()
     cameras: Cameras = Cameras()
+    fit_figures: Annotated[
+        tuple[Annotated[str, Field(pattern=SERIES)], ...] | None,
+        Words("nothing, or a list of series such as z1, L, L_1_3, or []", "a list of series"),
+    ] = None
+    """Series whose fits are drawn, `fit/<series>.svg`, where a recording has them. Nothing: all."""
     second_opinion: bool = DEFAULTS.second_opinion
     """Whether C3D files that are short enough are also read by ezc3d."""
     gaussian: Gaussian = Gaussian()

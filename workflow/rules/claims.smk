@@ -1,6 +1,6 @@
 # Claims of both papers, tested with their own tables and with regenerated results.
 
-JANSEN_TWINS = f"{JANSEN} and source == 'twin'"  # their motion is known
+JANSEN_TWINS = f"{JANSEN} and {SIMULATED}"  # their motion is known
 TWINS_OF_JANSEN = accepted_calibrations(query=JANSEN_TWINS)
 SETUPS = accepted_calibrations(selection.first_of_setups, JANSEN_TWINS)
 

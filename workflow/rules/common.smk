@@ -5,7 +5,7 @@ from functools import cache, partial
 from pathlib import Path
 
 from mocap_metrology.present.text import captions
-from mocap_workflow import entries, remote, runs, selection, startup
+from mocap_workflow import entries, given, remote, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults, stop
@@ -33,6 +33,7 @@ except Faults as faults:
 
 # Marks this process for workflow/run.py, which clears the remains of a killed run.
 runs.ends_with_process()
+runs.clear_unfinished(Path(config["results"]))
 
 
 onstart:
@@ -40,6 +41,9 @@ onstart:
     runs.without_rate_limit(workflow.scheduler)
 
 
+CONTENTS = given.contents(
+    path for row in [*recordings.values(), *calibrations.values()] for path in selection.files(row)
+)
 RECORDINGS = selection.Sheet(RecordingRow, recordings)
 CALIBRATIONS = selection.Sheet(CalibrationRow, calibrations)
 
@@ -67,6 +71,8 @@ wildcard_constraints:
 # Queries of a sheet, for `lookup` and `accepted`.
 OF_GROUP = "group == '{group}'"  # of the rule's wildcard
 EVERY = "index >= 0"
+SIMULATED = "source == 'twin'"
+MEASURED = "source == 'measured'"
 SKUROWSKI = "group == 'skurowski2019'"
 CRUMP = "group == 'skurowski2019-crump'"
 REPAIRED = "group == 'skurowski2019-repaired'"
@@ -225,6 +231,16 @@ def columns(*names, of=None):
     return of_row(cells) if of is None else lambda wildcards: list(map(cells, of(wildcards)))
 
 
+def contents(files, of=None):
+    """Function of the wildcards: hashes of those files that `files` returns for the rule's row, or
+    for each row of a selection. Snakemake itself does not notice a file with an older date."""
+
+    def hashes(row):
+        return [CONTENTS.get(path) for path in files(row)]
+
+    return of_row(hashes) if of is None else lambda wildcards: list(map(hashes, of(wildcards)))
+
+
 def column(name, of):
     """Function of the wildcards: this column of the rows of a selection, by their names."""
     return lambda wildcards: {row.name: getattr(row, name) for row in of(wildcards)}
@@ -276,7 +292,7 @@ def checks(sheet, query=EVERY):
     """check.json of the real recordings or calibrations that the query selects. Beside `accepted`
     in a rule's input it lets all checks run at once."""
     kind = sheet.kind.KIND
-    names = lookup(query=f"{query} and source == 'measured'", within=sheet.table, cols=kind)
+    names = lookup(query=f"{query} and {MEASURED}", within=sheet.table, cols=kind)
     return collect(f"<results>/{kind}s/{{name}}/check.json", name=names)
 
 

@@ -87,6 +87,7 @@ rule coherence:
         runtime=minutes(10),
     params:
         code=source("coherence.py", "io", "noise", "present"),
+        contents=contents(selection.covariates, of=WITH_COVARIATE),
         sources=column("source", of=WITH_COVARIATE),
         compare=config["compare"],
     message:

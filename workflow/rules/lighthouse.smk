@@ -1,8 +1,8 @@
 # Lighthouse: dump -> pulses, stations, sweeps -> board poses, pose of the slave.
 
 LABELS = ("reference_labels_master", "reference_labels_slave", "reference_unit")
-TWIN = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if row.twin)
-MEASURED = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if not row.twin)
+TWIN_NAME = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if row.twin)
+OTHER_NAME = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if not row.twin)
 
 
 # All steps of a twin are one job, because each step is shorter than another start of Python.
@@ -26,12 +26,13 @@ rule calibrate_twin:
     benchmark:
         "<benchmarks>/calibrate_twin/{calibration}.tsv"
     wildcard_constraints:
-        calibration=TWIN,
+        calibration=TWIN_NAME,
     resources:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
         code=source("calibrate_twin.py", "io", "lighthouse", "pipeline", "present/text"),
+        contents=contents(selection.compared_files),
         row=columns("calibration", "twin", "format", "board", *LABELS),
         twin=twin_of(CALIBRATION_TWINS),
         lighthouse=config["lighthouse"],
@@ -57,6 +58,7 @@ checkpoint check_calibration:
         runtime=minutes(30),
     params:
         code=source("check_calibration.py", "io", "lighthouse", "pipeline"),
+        contents=contents(selection.decoded_files),
         row=columns("path", "sha256", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -79,12 +81,13 @@ rule decode:
     benchmark:
         "<benchmarks>/decode/{calibration}.tsv"
     wildcard_constraints:
-        calibration=MEASURED,
+        calibration=OTHER_NAME,
     resources:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
         code=source("decode.py", "io", "lighthouse", "pipeline", "present/text"),
+        contents=contents(selection.decoded_files),
         row=columns("calibration", "twin", "path", "format", "board"),
         lighthouse=config["lighthouse"],
     message:
@@ -107,13 +110,14 @@ rule calibrate:
     benchmark:
         "<benchmarks>/calibrate/{calibration}.tsv"
     wildcard_constraints:
-        calibration=MEASURED,
+        calibration=OTHER_NAME,
     priority: 5
     resources:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
         code=source("calibrate.py", "io", "lighthouse", "pipeline", "present/text"),
+        contents=contents(selection.compared_files),
         row=columns(*LABELS),
         lighthouse=config["lighthouse"],
     message:
@@ -182,8 +186,16 @@ rule calibration_tables:
 
 rule lighthouse_results:
     input:
-        calibrations=collect(
-            "<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION
+        calibrations=together(
+            collect_outputs(
+                rules.calibrate_twin.output[1:],  # without the dump
+                calibration=accepted_calibrations(selection.names, SIMULATED),
+            ),
+            collect_outputs(
+                rules.decode.output,
+                rules.calibrate.output,
+                calibration=accepted_calibrations(selection.names, MEASURED),
+            ),
         ),
         tables=collect(
             "<results>/tables/{group}_calibrations.{kind}",

@@ -29,6 +29,7 @@ rule orientation:
     params:
         code=source("orientation.py", "io", "noise", "present"),
         caption=captions.ORIENTATION,
+        contents=contents(selection.paths),
         cluster=cell("cluster"),
         accept_truncated=cell("accept_truncated"),
         allan=config["allan"],

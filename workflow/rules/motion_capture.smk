@@ -1,4 +1,4 @@
-# Motion capture: recording -> trajectories -> clean -> Allan deviations, spectrum, Gaussian model.
+# Motion capture: recording -> trajectories -> clean -> statistics of each series -> noise.
 
 
 # A refusal is a result: this rule succeeds, and check.json states the reason. Twins need no check.
@@ -16,6 +16,7 @@ checkpoint check_recording:
         runtime=minutes(30),
     params:
         code=source("check.py", "io", "noise", "pipeline", "present/text"),
+        contents=contents(selection.paths),
         row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated", "unit"),
         second_opinion=config["second_opinion"],
         still=config["still"],
@@ -43,6 +44,7 @@ rule trajectories:
         runtime=minutes(30),
     params:
         code=source("trajectories.py", "io", "noise", "pipeline"),
+        contents=contents(selection.paths),
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         row=columns(
             *("recording", "twin", "source", "paths", "markers", "pairs"),
@@ -77,68 +79,31 @@ rule clean:
         "../scripts/clean.py"
 
 
-rule allan:
+# In one job: starting Python and reading the table takes as long as each of the four.
+rule series_statistics:
     input:
         "<results>/recordings/{recording}/clean.parquet",
     output:
-        "<results>/recordings/{recording}/allan.parquet",
-    log:
-        "<logs>/allan/{recording}.log",
-    benchmark:
-        "<benchmarks>/allan/{recording}.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
-    params:
-        code=source("allan.py", "noise", "pipeline"),
-        allan=config["allan"],
-    message:
-        "{wildcards.recording}: Allan deviations"
-    script:
-        "../scripts/allan.py"
-
-
-rule psd:
-    input:
-        "<results>/recordings/{recording}/clean.parquet",
-    output:
-        "<results>/recordings/{recording}/psd.parquet",
-    log:
-        "<logs>/psd/{recording}.log",
-    benchmark:
-        "<benchmarks>/psd/{recording}.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
-    params:
-        code=source("psd.py", "noise", "pipeline"),
-        psd=config["psd"],
-    message:
-        "{wildcards.recording}: power spectral density"
-    script:
-        "../scripts/psd.py"
-
-
-rule gaussian:
-    input:
-        "<results>/recordings/{recording}/clean.parquet",
-    output:
+        allan="<results>/recordings/{recording}/allan.parquet",
+        psd="<results>/recordings/{recording}/psd.parquet",
         gaussian="<results>/recordings/{recording}/gaussian.csv",
         covariance="<results>/recordings/{recording}/covariance.csv",
     log:
-        "<logs>/gaussian/{recording}.log",
+        "<logs>/series_statistics/{recording}.log",
     benchmark:
-        "<benchmarks>/gaussian/{recording}.tsv"
+        "<benchmarks>/series_statistics/{recording}.tsv"
     resources:
         mem_mb=memory(2000),
-        runtime=minutes(10),
+        runtime=minutes(30),
     params:
-        code=source("gaussian.py", "noise", "pipeline"),
+        code=source("series_statistics.py", "noise", "pipeline"),
+        allan=config["allan"],
+        psd=config["psd"],
         gaussian=config["gaussian"],
     message:
-        "{wildcards.recording}: Gaussian model"
+        "{wildcards.recording}: Allan deviations, spectrum, Gaussian model"
     script:
-        "../scripts/gaussian.py"
+        "../scripts/series_statistics.py"
 
 
 # Priority, because it is the longest job of a recording and should not run last and alone.
@@ -193,58 +158,12 @@ rule expected_noise:
         "../scripts/expected_noise.py"
 
 
-# All in one job, because importing matplotlib takes most of the time.
-rule recording_figures:
-    input:
-        raw="<results>/recordings/{recording}/trajectories.parquet",
-        clean="<results>/recordings/{recording}/clean.parquet",
-        allan="<results>/recordings/{recording}/allan_masked.parquet",
-        psd="<results>/recordings/{recording}/psd.parquet",
-        noise="<results>/recordings/{recording}/noise.csv",
-        periodogram="<results>/recordings/{recording}/periodogram.parquet",
-        verdict="<results>/recordings/{recording}/verdict.json",
-    output:
-        report(
-            "<results>/recordings/{recording}/verdict.svg",
-            caption="../report/caption.rst",
-            category="5 Recordings",
-            subcategory="{recording}",
-            labels={"result": "verdict: uncertainties, limits, causes"},
-        ),
-        # On the page of the recording only: in the report they would be three quarters of it
-        multiext("<results>/recordings/{recording}/", "adev.svg", "psd.svg", "trajectory.svg"),
-        multiext(
-            "<results>/recordings/{recording}/",
-            "verdict.png",
-            "adev.png",
-            "psd.png",
-            "trajectory.png",
-        ),
-        fits=directory("<results>/recordings/{recording}/fit"),
-    log:
-        "<logs>/recording_figures/{recording}.log",
-    benchmark:
-        "<benchmarks>/recording_figures/{recording}.tsv"
-    resources:
-        mem_mb=memory(2000),
-        runtime=minutes(30),
-    params:
-        code=source("recording_figures.py", "noise", "pipeline", "present"),
-        caption=captions.VERDICT,
-    message:
-        "{wildcards.recording}: figures"
-    script:
-        "../scripts/recording_figures.py"
-
-
 rule motion_capture_results:
     input:
-        recordings=collect(
-            "<results>/recordings/{row.recording}/{file}",
-            row=EVERY_RECORDING,
-            file=["allan.parquet", "psd.parquet", "gaussian.csv", "covariance.csv", "noise.csv"],
-        ),
-        figures=collect_outputs(
-            rules.recording_figures.output,
+        recordings=collect_outputs(
+            rules.trajectories.output,
+            rules.clean.output,
+            rules.series_statistics.output,
+            rules.noise.output,
             recording=accepted(selection.names, EVERY),
         ),

@@ -21,3 +21,11 @@ rule simulate_recording:
         "{wildcards.recording}: simulating {params.name}"
     script:
         "../scripts/simulate.py"
+
+
+rule simulate_results:
+    input:
+        recordings=collect(
+            "<results>/recordings/{row.recording}/truth.json",
+            row=accepted(query=SIMULATED),
+        ),

@@ -1,4 +1,13 @@
-# Targets. Each ends at a gate; SUBJECTS lists its outputs.
+# Targets: results of all SUBJECTS, and a gate. A target names its results itself besides the gate,
+# as Snakemake does not make a deleted file again that only a finished gate needs.
+
+TARGETS = {
+    "recordings": results_of("recordings"),
+    "calibrations": results_of("calibrations"),
+    "tables": results_of("tables"),
+    "figures": results_of("figures"),
+    "all": results_of("recordings", "calibrations", "tables", "figures", "report"),
+}
 
 
 # The gate runs last. It prints one line for each refused recording and fails if there is one.
@@ -10,16 +19,7 @@ rule gate:
             cases={"recordings": checks(RECORDINGS), "calibrations": checks(CALIBRATIONS)},
             otherwise=checks(RECORDINGS) + checks(CALIBRATIONS),
         ),
-        results=branch(
-            lambda wildcards: wildcards.target,
-            cases={
-                "recordings": results_of("recordings"),
-                "calibrations": results_of("calibrations"),
-                "tables": results_of("tables"),
-                "figures": results_of("figures"),
-                "all": results_of("recordings", "calibrations", "tables", "figures", "report"),
-            },
-        ),
+        results=branch(lambda wildcards: wildcards.target, cases=TARGETS),
     output:
         "<results>/gate/{target}.json",
     log:
@@ -42,18 +42,22 @@ rule gate:
 rule recordings:
     input:
         gate("recordings"),
+        TARGETS["recordings"],
 
 
 rule calibrations:
     input:
         gate("calibrations"),
+        TARGETS["calibrations"],
 
 
 rule tables:
     input:
         gate("tables"),
+        TARGETS["tables"],
 
 
 rule figures:
     input:
         gate("figures"),
+        TARGETS["figures"],

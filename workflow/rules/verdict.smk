@@ -1,30 +1,53 @@
-# Verdict of each recording, with its reason; a table for each group.
+# Verdict of each recording, with its reason and figures; a table for each group.
 
 
+# With the figures in one job, as starting Python with matplotlib takes longer than a verdict.
 rule verdict:
     input:
+        raw="<results>/recordings/{recording}/trajectories.parquet",
         clean="<results>/recordings/{recording}/clean.parquet",
         outliers="<results>/recordings/{recording}/outliers.csv",
         allan="<results>/recordings/{recording}/allan_masked.parquet",
+        psd="<results>/recordings/{recording}/psd.parquet",
         noise="<results>/recordings/{recording}/noise.csv",
+        periodogram="<results>/recordings/{recording}/periodogram.parquet",
         check=CHECK,
         diagnosis="<results>/recordings/{recording}/diagnosis.json",
     output:
-        "<results>/recordings/{recording}/verdict.json",
+        report(
+            "<results>/recordings/{recording}/verdict.svg",
+            caption="../report/caption.rst",
+            category="5 Recordings",
+            subcategory="{recording}",
+            labels={"result": "verdict: uncertainties, limits, causes"},
+        ),
+        # On the page of the recording only: in the report they would be three quarters of it
+        multiext("<results>/recordings/{recording}/", "adev.svg", "psd.svg", "trajectory.svg"),
+        multiext(
+            "<results>/recordings/{recording}/",
+            "verdict.png",
+            "adev.png",
+            "psd.png",
+            "trajectory.png",
+        ),
+        json="<results>/recordings/{recording}/verdict.json",
+        fits=directory("<results>/recordings/{recording}/fit"),
     log:
         "<logs>/verdict/{recording}.log",
     benchmark:
         "<benchmarks>/verdict/{recording}.tsv"
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(2000),
         runtime=minutes(30),
     params:
         code=source("verdict.py", "noise", "pipeline", "present"),
+        caption=captions.VERDICT,
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
         verdict=config["verdict"],
         confidence=config["allan"]["confidence"],
+        fits=config["fit_figures"],
     message:
-        "{wildcards.recording}: verdict"
+        "{wildcards.recording}: verdict and figures"
     script:
         "../scripts/verdict.py"
 
@@ -55,4 +78,8 @@ rule summary:
 rule verdict_results:
     input:
         recordings=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
+        figures=collect_outputs(
+            rules.verdict.output,
+            recording=accepted(selection.names, EVERY),
+        ),
         tables=collect_outputs(rules.summary.output, group=groups()),

@@ -55,6 +55,22 @@ def whole(path: str | Path) -> Iterator[Path]:
             part.unlink()
 
 
+@contextmanager
+def whole_folder(folder: str | Path) -> Iterator[Path]:
+    """Yield an empty folder beside `folder` to fill; on success it replaces `folder`, on failure it
+    goes."""
+    folder = Path(folder)
+    with whole(folder) as part:
+        part.mkdir()
+        try:
+            yield part
+            if folder.exists():
+                shutil.rmtree(folder)
+        except BaseException:
+            shutil.rmtree(part)
+            raise
+
+
 def empty_folder(folder: str | Path) -> None:
     """Remove all that is in a folder, and leave the folder."""
     for old in Path(folder).iterdir():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -77,11 +77,15 @@ def draw_diagnosis(found: Diagnosed, origin: Metadata, false_alarm: float, stem:
 
 
 def draw_fits(
-    noise: Sequence[NoiseRow], allan: Table, periodogram: Table, folder: Path
+    noise: Sequence[NoiseRow],
+    allan: Table,
+    periodogram: Table,
+    folder: Path,
+    chosen: Collection[str] | None = None,
 ) -> list[str]:
     """A figure a series that has coefficients: data, models, components and residuals.
 
-    noise: rows of noise.csv. Returns the names of the series.
+    noise: rows of noise.csv; chosen: series to draw, or None for all. Returns their names.
     """
     folder.mkdir(parents=True, exist_ok=True)
     origin, drawn = allan.origin, []
@@ -92,7 +96,7 @@ def draw_fits(
     shown = allan.columns["estimator"] == "oadev"
     for series in dict.fromkeys(row["series"] for row in noise):
         own = [row for row in noise if row["series"] == series and row["status"] != "refused"]
-        if not own:
+        if not own or (chosen is not None and series not in chosen):
             continue
         of_allan = shown & (allan.columns["series"] == series)
         of_spectrum = periodogram.columns["series"] == series

@@ -16,7 +16,7 @@ with step(snakemake) as log:
     until = time.monotonic() + 900  # an orphan ends by itself
     waits = snakemake.rule == "noise" and "wait" in text
     if waits:
-        output.write_text("half")
+        output.write_text("half\n")
     while waits and not Path("go").exists():
         Path("waiting").touch()
         time.sleep(0.1)
@@ -29,5 +29,5 @@ with step(snakemake) as log:
         if not check["ok"]:
             for old in output.parent.glob("*.*"):
                 old.unlink()
-        text = json.dumps(check)
+        text = json.dumps(check) + "\n"
     output.write_text(text)

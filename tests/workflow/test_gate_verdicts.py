@@ -18,8 +18,14 @@ from types import SimpleNamespace
 sys.path.insert(0, {folder!r})
 results = [*map(str, sorted(Path().glob("recordings/*/*.json")))]
 results += map(str, Path().glob("out/summary.html"))
-given = SimpleNamespace(checks=[], results=results)
-snakemake = SimpleNamespace(input=given, output=["gate.json"], log=["gate.log"])
+class Given(list):
+    checks = []
+
+given = Given(results)
+given.results = results
+snakemake = SimpleNamespace(
+    input=given, output=["gate.json"], log=["gate.log"], config={{"results": "recordings"}}
+)
 runpy.run_path({gate!r}, init_globals={{"snakemake": snakemake}})
 """
 
@@ -29,8 +35,8 @@ def test_words_on_the_terminal(tmp_path: Path, count: int) -> None:
     for k in range(count):
         own = tmp_path / f"recordings/take-{k:02d}"
         own.mkdir(parents=True)
-        (own / "verdict.json").write_text(json.dumps({"word": "good", "reason": f"{k} mm."}))
-        (own / "diagnosis.json").write_text(json.dumps({"findings": [], "sentences": []}))
+        (own / "verdict.json").write_text(json.dumps({"word": "good", "reason": f"{k} mm."}) + "\n")
+        (own / "diagnosis.json").write_text(json.dumps({"findings": [], "sentences": []}) + "\n")
     if count != 2:  # as for a target without it
         (tmp_path / "out").mkdir()
         (tmp_path / "out/summary.html").touch()

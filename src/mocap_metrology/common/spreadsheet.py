@@ -5,6 +5,9 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Sequence
+
+from mocap_metrology.common.errors import Refusal
 
 NUMBER = re.compile(r"\s*[+-]?\d*,\d*([eE][+-]?\d+)?\s*")
 
@@ -30,10 +33,22 @@ def as_text(value: object) -> object:
 
 
 def rows(text: str) -> list[list[str]]:
-    """Cells of each line of a table, its header first; numbers have points."""
+    """Cells of each line of a table, its header first; numbers have points. ValueError where a line
+    is not to be split."""
     lines = text.splitlines()
     between = delimiter(lines[0]) if lines else ","
-    found = list(csv.reader(lines, delimiter=between))
+    try:
+        found = list(csv.reader(lines, delimiter=between))
+    except csv.Error as error:
+        raise ValueError(error) from None
     if between == ",":
         return found
     return [[with_point(cell) for cell in row] for row in found]
+
+
+def check_width(rows: Sequence[Sequence[str]], name: str) -> None:
+    """Refuse a line with more cells than the header, as where two lines were joined."""
+    for number, row in enumerate(rows, start=1):
+        if any(cell.strip() for cell in row[len(rows[0]) :]):
+            said = f"line {number} has {len(row)} cells, expected {len(rows[0])}"
+            raise Refusal(f"{name}: {said}")

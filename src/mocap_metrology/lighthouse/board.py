@@ -36,11 +36,12 @@ def read_board(path: str | Path) -> np.ndarray:
     name = Path(path).name
     try:
         rows = spreadsheet.rows(Path(path).read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise Refusal(f"{name}: cannot be read ({error}); expected a CSV x_m,y_m,z_m") from None
     header = [cell.strip() for cell in rows[0]] if rows else []
     if header[:3] != list(COLUMNS):
         raise Refusal(f"{name}: header is {','.join(header)!r}; expected x_m,y_m,z_m")
+    spreadsheet.check_width(rows, name)
     try:
         board = np.array([[float(cell) for cell in row[:3]] for row in rows[1:] if row])
     except ValueError:

@@ -186,8 +186,12 @@ def _by_number(layout: Layout, frame: Floats, notes: list[str]) -> tuple[Whole, 
 
 def _by_time(layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float) -> Whole:
     """Times against `steps` at `rate`; without frame numbers, steps by time."""
-    if len(steps) == 0 or not np.isfinite(time).all():
+    there = np.isfinite(time)
+    if len(steps) == 0 or not there.any():
         return steps
+    if not there.all():
+        line = line_of(layout, int(np.argmin(there)))
+        raise Refusal(f"{layout.name}: line {line} has no time, as other lines have")
     rounding = 10.0 ** -_time_decimals(layout, rows)
     found = np.diff(time) * rate
     if rows.frame is None and rate * rounding < 0.25:

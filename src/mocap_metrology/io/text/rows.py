@@ -107,7 +107,7 @@ def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tupl
                 yield _unblanked(layout, block), line
                 line += block.count(b"\n")
     rest = _unblanked(layout, rest + b"\n")[:-1]
-    if not rest:
+    if _is_blank(layout, decoded(rest)):
         return
     cut_off = _cut_off(layout, decoded(rest), rows.head) if rows.n else ""
     if cut_off:
@@ -121,7 +121,10 @@ def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tupl
 
 
 def _unblanked(layout: Layout, block: bytes) -> bytes:
-    """Nothing but blanks in a cell or line is nothing; runs that separate become one space."""
+    """Nothing but blanks in a cell or line is nothing; runs that separate become one space, and a
+    line end that was changed twice one line end."""
+    if b"\r\r" in block:
+        block = re.sub(rb"\r+\n", b"\n", block)
     if layout.delimiter == " ":
         return re.sub(rb"(?m)^ | (?=\r?$)", b"", re.sub(rb"[ \t]{2,}|\t", b" ", block))
     ends = (layout.delimiter.encode(), b"\r", b"\n")

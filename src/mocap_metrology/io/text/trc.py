@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from itertools import pairwise
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
@@ -95,7 +96,7 @@ def _labels(
         raise Refusal(f"{file}: line 4 is {line.text[:30]!r}, expected Frame#, Time and labels")
     n = count(fields["NumMarkers"], "NumMarkers", file)
     given = [cell for cell in cells[2:] if cell]
-    if n and len(given) == n:
+    if n and len(given) == n and _evenly(cells):
         return named(given), ()
     if 0 < n < len(given) and not any(first.cells(delimiter)[2 + 3 * n :]):
         own = cells[2 : 2 + 3 * n : 3]
@@ -109,6 +110,14 @@ def _labels(
     if width in (0, len(cells)) or short or [cell for cell in spread if cell] != given:
         raise Refusal(f"{file}: line 4 has {len(given)} labels, NumMarkers states {n}")
     return named(spread), ()
+
+
+def _evenly(cells: list[str]) -> bool:
+    """Whether labels stand evenly, from the first column of coordinates on: over every third, side
+    by side, or, as in an example of OpenSim, over every second."""
+    places = [i for i, cell in enumerate(cells) if i > 1 and cell]
+    steps = {later - one for one, later in pairwise(places)} or {3}
+    return len(steps) == 1 and 0 <= places[0] - 2 < min(*steps, 4)
 
 
 def _data(head: list[Line], delimiter: str, file: str) -> Line:

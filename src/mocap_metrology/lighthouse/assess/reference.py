@@ -195,11 +195,12 @@ def read_mount(path: str | Path) -> dict[str, np.ndarray]:
     name = Path(path).name
     try:
         rows = spreadsheet.rows(Path(path).read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise Refusal(f"{name}: cannot be read ({error}); expected label,x_m,y_m,z_m") from None
     header = [cell.strip() for cell in rows[0]] if rows else []
     if header[:4] != list(MOUNT_COLUMNS):
         raise Refusal(f"{name}: header is {','.join(header)!r}; expected label,x_m,y_m,z_m")
+    spreadsheet.check_width(rows, name)
     mount: dict[str, np.ndarray] = {}
     for number, row in enumerate(rows[1:], start=2):
         if not any(cell.strip() for cell in row):

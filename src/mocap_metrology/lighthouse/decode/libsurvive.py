@@ -37,7 +37,7 @@ MOST_OBJECTS = 1000  # beyond this the names are damage
 # Rows: x, y, z of this project in axes of libsurvive, X, Y, Z.
 FROM_LIBSURVIVE = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
-RAW = re.compile(rb"^[\d.]+ (\S+) C (\d{1,10}) (\d{1,10}) (\d{1,10})\r?$", re.M)
+RAW = re.compile(rb"^[\d.]+ (\S+) C (\d{1,10}) (\d{1,10}) (\d{1,10})\r*$", re.M)
 CONFIG = re.compile(rb"^[-+.\de]+ +(\S+) +CONFIG +(.*)$", re.M)
 SECOND_GENERATION = re.compile(rb"^[-+.\de]+ +\S+ +[BWY] +\d", re.M)
 PROCESSED = re.compile(rb"^[-+.\de]+ +(\S+) +(?:A|S|[LR] [XY]) +-?\d", re.M)

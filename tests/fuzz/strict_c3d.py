@@ -1,0 +1,194 @@
+"""A strict reader of C3D, after the format's user guide: whatever is not consistent is unreadable.
+
+It shares nothing with the package, and is slow.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+BLOCK = 512
+ORDER = {84: "<", 85: "<", 86: ">"}
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
+Values = dict[str, Any]
+
+
+class Unreadable(Exception):
+    """No file of its format, or one that contradicts itself."""
+
+
+def need(fact: object) -> None:
+    if not fact:
+        raise Unreadable
+
+
+def vax(word: int) -> float:
+    """An F_floating number of DEC, read as a little-endian 32-bit word."""
+    word = int(word)  # of numpy, its differences would wrap
+    word = (word & 0xFFFF) << 16 | word >> 16
+    exponent = word >> 23 & 0xFF
+    size = math.ldexp(0.5 + (word & 0x7FFFFF) / 2**24, exponent - 128) if exponent else 0.0
+    return -size if word >> 31 else size
+
+
+class File:
+    """The parts of a file that say where its values are."""
+
+    def __init__(self, raw: bytes) -> None:
+        self.raw = raw
+        need(len(raw) > 2 * BLOCK and raw[1] == 0x50 and raw[0] >= 2)
+        start = (raw[0] - 1) * BLOCK
+        need(len(raw) >= start + 4 and raw[start + 3] in ORDER)
+        self.processor = raw[start + 3]
+        self.points, self.analog, self.first, self.last = self.words(2, 4)
+        (self.block,), (self.per_channel,) = self.words(16, 1), self.words(18, 1)
+        self.header_scale, self.header_rate = self.real(12), self.real(20)
+        self.data = (self.block - 1) * BLOCK
+        need(self.block >= 2 and start < self.data < len(raw))
+        self.found = self._parameters(start + 4, self.data)
+
+    def words(self, at: int, n: int) -> list[int]:
+        need(at + 2 * n <= len(self.raw))
+        return list(struct.unpack_from(f"{ORDER[self.processor]}{n}H", self.raw, at))
+
+    def real(self, at: int) -> float:
+        need(at + 4 <= len(self.raw))
+        if self.processor == 85:
+            return vax(struct.unpack_from("<I", self.raw, at)[0])
+        return float(struct.unpack_from(f"{ORDER[self.processor]}f", self.raw, at)[0])
+
+    def _parameters(self, at: int, end: int) -> dict[tuple[str, str], tuple[int, list[int], int]]:
+        """Type, dimensions and place of the values of each parameter, by group and name."""
+        groups, found = {}, {}
+        while True:
+            need(at + 2 <= end)
+            length, number = struct.unpack_from("bb", self.raw, at)
+            if length == 0:
+                break
+            pointer = at + 2 + abs(length)
+            need(pointer + 2 <= end and number != 0)
+            name = self.raw[at + 2 : pointer].decode("latin-1").strip().upper()
+            after = pointer + self.words(pointer, 1)[0]
+            last = after == pointer
+            after = end if last else after
+            need(pointer + 2 <= after <= end)
+            place = pointer + 2
+            if number < 0:
+                need(-number not in groups)
+                groups[-number] = name
+            else:
+                kind, n = struct.unpack_from("bB", self.raw, place)
+                need(kind in (-1, 1, 2, 4) and n <= 7)
+                dims = list(self.raw[place + 2 : place + 2 + n])
+                values = place + 2 + n
+                place = values + math.prod(dims) * abs(kind)
+                need((number, name) not in found)
+                found[number, name] = kind, dims, values
+            need(place < after and place + 1 + self.raw[place] <= after)
+            if last:
+                break
+            at = after
+        return {(groups[g], name): value for (g, name), value in found.items() if g in groups}
+
+    def number(self, name: str, group: str = "POINT") -> float | None:
+        kind, dims, at = self.found.get((group, name), (0, [], 0))
+        if kind not in (1, 2, 4) or math.prod(dims) < 1:
+            return None
+        return {1: lambda: float(self.raw[at]), 2: lambda: float(self.words(at, 1)[0]),
+                4: lambda: self.real(at)}[kind]()  # fmt: skip
+
+    def texts(self, name: str) -> list[str]:
+        kind, dims, at = self.found.get(("POINT", name), (0, [], 0))
+        if kind != -1:
+            return []
+        width, n = (dims[0] if dims else 1), math.prod(dims[1:])
+        cells = [self.raw[at + i * width : at + (i + 1) * width] for i in range(n)]
+        return [cell.split(b"\0")[0].decode("latin-1").strip() for cell in cells]
+
+    def trial(self) -> tuple[int, int] | None:
+        """First and last frame."""
+        ends = []
+        for name in ("ACTUAL_START_FIELD", "ACTUAL_END_FIELD"):
+            kind, dims, at = self.found.get(("TRIAL", name), (0, [], 0))
+            if kind != 2 or dims != [2]:
+                return None
+            low, high = self.words(at, 2)
+            ends.append(low + 65536 * high)
+        return ends[0], ends[1]
+
+    def frames(self, stride: int) -> int:
+        """The count on which all agree: the wide ones, 16-bit ones at their limit or wrapped."""
+        trial, long_frames = self.trial(), self.number("LONG_FRAMES")
+        kind = self.found.get(("POINT", "FRAMES"), (0,))[0]
+        own = self.number("FRAMES")
+        wide = [trial[1] - trial[0] + 1 if trial else None, long_frames]
+        wide += [own] if kind == 4 else []
+        narrow = [None if kind == 4 else own, (self.last - self.first + 1) % 65536]
+        n = int(next((v for v in [*wide, *narrow] if v), 0))
+        need(n > 0 and all(v in (None, n) for v in wide))
+        limits = {n} if n < 65536 else {n % 65536, 65535, 32767}
+        need(all(v in (None, 0) or v in limits for v in narrow))
+        there = len(self.raw) - self.data
+        need(n * stride <= there <= n * stride + BLOCK)
+        need(len(self.raw) % BLOCK == 0 or there == n * stride)
+        return n
+
+
+def read(raw: bytes, labels: Sequence[str]) -> Values:
+    """Positions in mm (n_labels, 3, n_frames), NaN where invalid, frame rate, unit, first frame."""
+    file = File(raw)
+    used, scale = file.number("USED"), file.number("SCALE")
+    need(used == file.points > 0)
+    scale = file.header_scale if scale is None else scale
+    need(math.isfinite(scale) and scale != 0 and (scale < 0) == (file.header_scale < 0))
+    need(scale < 0 or math.isclose(scale, file.header_scale, rel_tol=1e-6))
+    need((file.number("DATA_START") or file.block) == file.block)
+    channels = file.number("USED", "ANALOG") or 0
+    need(file.analog == channels * file.per_channel)
+    need(not file.number("USED", "ROTATION"))
+    is_float = scale < 0
+    words = 4 * file.points + file.analog
+    n = file.frames(words * (4 if is_float else 2))
+    rate = file.number("RATE")
+    known = [r for r in (rate, file.header_rate) if r is not None and math.isfinite(r) and r > 0]
+    need(known and math.isclose(known[0], known[-1], rel_tol=1e-3))
+    units = {text.lower() for text in file.texts("UNITS") if text}
+    need(len(units) <= 1 and units <= set(MM))
+    unit = MM[units.pop()] if units else None
+    every = file.texts("LABELS")
+    need(all(every.count(label) == 1 for label in labels))
+    code = f"{ORDER[file.processor]}{'f4' if is_float else 'i2'}"
+    if is_float and file.processor == 85:
+        code = "<u4"
+    table = np.frombuffer(raw, code, n * words, file.data).reshape(n, words)
+    chosen = np.stack([table[:, 4 * k : 4 * k + 4] for k in map(every.index, labels)])
+    need(max(map(every.index, labels)) < file.points)
+    values = np.vectorize(vax)(chosen) if code == "<u4" else chosen.astype(float)
+    xyz = values[..., :3]
+    bad = (values[..., 3] < 0) | (xyz == 0).all(axis=2) | ~np.isfinite(xyz).all(axis=2)
+    xyz = np.where(bad[..., None], np.nan, xyz) * (unit or 1.0) * (1.0 if is_float else scale)
+    return {
+        "position_mm": xyz.transpose(0, 2, 1),
+        "rate": known[0],
+        "unit_assumed": unit is None,
+        "first": (file.trial() or (file.first,))[0],
+    }
+
+
+def join(parts: Sequence[bytes], labels: Sequence[str]) -> Values:
+    """Segments of one take in order, by the numbers of their first frames."""
+    found = [read(part, labels) for part in parts]
+    need(len({one["rate"] for one in found}) == 1)
+    pieces = [found[0]["position_mm"]]
+    for one, other in pairwise(found):
+        gap = other["first"] - one["first"] - one["position_mm"].shape[2]
+        need(0 <= gap <= 10_000)
+        pieces += [np.full((len(labels), 3, gap), np.nan), other["position_mm"]]
+    assumed = any(one["unit_assumed"] for one in found)
+    return found[0] | {"position_mm": np.concatenate(pieces, axis=2), "unit_assumed": assumed}

@@ -7,7 +7,6 @@ mutant that is another valid file. One mutant: --only "text trc" 17 [--write FIL
 from __future__ import annotations
 
 import argparse
-import os
 import shutil
 import sys
 import tempfile
@@ -29,6 +28,7 @@ from .strict_c3d import MM, Values
 EQUAL, REFUSED, OTHER = "read, equal", "refused", "another valid file"
 WRONG = ("refused though sound", "silently wrong", "traceback", "crash", "hang")
 OUTCOMES = (EQUAL, REFUSED, OTHER, *WRONG)
+MEMORY = Path("/dev/shm")  # written to for each mutant
 Job = tuple[str, int, int]  # kind, seed, index; index -1: the sound file
 
 
@@ -53,7 +53,7 @@ def _equal(a: Any, b: Any) -> bool:
 
 def judged(kind: Kind, content: bytes, read: Any = None) -> tuple[str, str]:
     """Outcome of reading a file's bytes, and the message where there is one."""
-    folder = Path(tempfile.mkdtemp(prefix="fuzz-", dir="/dev/shm" if os.path.isdir("/dev/shm") else None))  # noqa: PTH112, E501
+    folder = Path(tempfile.mkdtemp(prefix="fuzz-", dir=MEMORY if MEMORY.is_dir() else None))
     try:
         (folder / kind.file).write_bytes(content)
         found, why = _read(read or kind.read, folder / kind.file)

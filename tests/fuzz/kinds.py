@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -116,7 +117,7 @@ def of_c3d(folder: Path) -> Iterator[Kind]:
 
 
 def _c3d(name: str, base: bytes, labels: tuple[str, ...]) -> Kind:
-    front = (int.from_bytes(base[16:18], "big" if b"\x56" == base[515:516] else "little") - 1) * 512
+    front = (int.from_bytes(base[16:18], "big" if base[515:516] == b"V" else "little") - 1) * 512
     return Kind(
         name,
         "a.c3d",
@@ -141,7 +142,7 @@ def of_text() -> Iterator[Kind]:
         yield Kind(f"text {name}", file, text.encode(), lambda path: positions([path]),
                    partial(strict, labels=LABELS), mutate.text)  # fmt: skip
     rng = np.random.default_rng(3)
-    places = rng.normal(0, 1e-4, (40, 3)) + [0.3, 0.4, 1.5]
+    places = rng.normal([0.3, 0.4, 1.5], 1e-4, (40, 3))
     lines = [f"1 0 0 {x:.6f} 0 1 0 {y:.6f} 0 0 1 {z:.6f}" for x, y, z in places]
     text = "\n".join(["# Freq: 250", *lines, ""])
     yield Kind("text poses", "a.txt", text.encode(), _poses,
@@ -155,9 +156,9 @@ def _poses(path: Path) -> Values:
     return found
 
 
-def _pulses(found: object, per_s: float) -> np.ndarray:
+def _pulses(found: Any, per_s: float) -> np.ndarray:
     start, length = (np.round(getattr(found, f"{w}_s") * per_s) for w in ("start", "length"))
-    table = np.stack([start, length, getattr(found, "diode").astype(float)], axis=1)
+    table = np.stack([start, length, found.diode.astype(float)], axis=1)
     return table[np.lexsort((table[:, 2], table[:, 0]))]
 
 

@@ -80,16 +80,14 @@ class File:
             need(pointer + 2 <= after <= end)
             place = pointer + 2
             if number < 0:
-                need(-number not in groups)
-                groups[-number] = name
+                need(groups.setdefault(-number, name) == name)
             else:
                 kind, n = struct.unpack_from("bB", self.raw, place)
                 need(kind in (-1, 1, 2, 4) and n <= 7)
                 dims = list(self.raw[place + 2 : place + 2 + n])
                 values = place + 2 + n
                 place = values + math.prod(dims) * abs(kind)
-                need((number, name) not in found)
-                found[number, name] = kind, dims, values
+                found.setdefault((number, name), (kind, dims, values))
             need(place < after and place + 1 + self.raw[place] <= after)
             if last:
                 break
@@ -122,6 +120,13 @@ class File:
             ends.append(low + 65536 * high)
         return ends[0], ends[1]
 
+    def _ends(self, used: int, stride: int) -> bool:
+        """Whether frames of `stride` bytes end after `used` bytes: zeros follow, or nothing."""
+        there, end = len(self.raw) - self.data, self.data + used
+        if not used <= there <= used + BLOCK or not any(self.raw[end - stride : end]):
+            return False
+        return not any(self.raw[end:]) and (used < there or len(self.raw) % BLOCK > 0)
+
     def frames(self, stride: int) -> int:
         """The count on which all agree: the wide ones, 16-bit ones at their limit or wrapped."""
         trial, long_frames = self.trial(), self.number("LONG_FRAMES")
@@ -131,10 +136,15 @@ class File:
         wide += [own] if kind == 4 else []
         narrow = [None if kind == 4 else own, (self.last - self.first + 1) % 65536]
         n = int(next((v for v in [*wide, *narrow] if v), 0))
-        need(n > 0 and all(v in (None, n) for v in wide))
-        limits = {n} if n < 65536 else {n % 65536, 65535, 32767}
-        need(all(v in (None, 0) or v in limits for v in narrow))
         there = len(self.raw) - self.data
+        limits = {n} if n < 65536 else {n % 65536, 65535, 32767}
+        if any(v not in (None, n) for v in wide) or any(
+            v not in (None, 0) and v not in limits for v in narrow
+        ):  # where they differ, the data must show where they end
+            shown = {int(v) for v in [*wide, *narrow] if v and self._ends(int(v) * stride, stride)}
+            need(len(shown) == 1)
+            n = shown.pop()
+        need(n > 0)
         need(n * stride <= there <= n * stride + BLOCK)
         need(len(self.raw) % BLOCK == 0 or there == n * stride)
         return n
@@ -149,8 +159,8 @@ def read(raw: bytes, labels: Sequence[str]) -> Values:
     need(math.isfinite(scale) and scale != 0 and (scale < 0) == (file.header_scale < 0))
     need(scale < 0 or math.isclose(scale, file.header_scale, rel_tol=1e-6))
     need((file.number("DATA_START") or file.block) == file.block)
-    channels = file.number("USED", "ANALOG") or 0
-    need(file.analog == channels * file.per_channel)
+    channels = file.number("USED", "ANALOG")
+    need(channels is None or file.analog == channels * file.per_channel)
     need(not file.number("USED", "ROTATION"))
     is_float = scale < 0
     words = 4 * file.points + file.analog

@@ -31,14 +31,14 @@ def decoded(raw: bytes) -> str:
 
 
 def lines_of(raw: bytes) -> list[str]:
-    need(not any(byte < 32 and byte not in b"\t\r\n\f" for byte in raw))
+    need(not any(byte < 32 and byte not in b"\t\r\n" for byte in raw))
     lines = [line.rstrip("\r") for line in decoded(raw).split("\n")]
     need(not any("\r" in line for line in lines))
     return lines
 
 
 def number(cell: str) -> float:
-    cell = cell.strip()
+    cell = cell.strip(" \t")
     if cell in NONE:
         return math.nan
     if re.fullmatch(r"[+-]?inf(inity)?", cell, re.I):
@@ -104,10 +104,11 @@ def trc(raw: bytes, labels: Sequence[str]) -> Values:
     every = titles[2 : 2 + 3 * n : 3]
     need([cell for cell in titles[2:] if cell] == every and len(every) == n)
     rows = [line.split("\t") for line in lines[5:] if line.strip()]
-    need(len(cells_of(lines[4])) == 3 * n and not re.search("[0-9]{2}", lines[4]))
+    axes = cells_of(lines[4])
+    need(len(axes) == 3 * n and all(re.fullmatch("[XYZxyz][0-9]*", cell) for cell in axes))
     mm = unit_mm(said.get("Units", ""))
     found = series(rows, labels, every, number(said.get("DataRate", "")), mm, True, True)
-    return counted(found, len(rows), whole(said.get("NumFrames", "")))
+    return counted(found, len(rows), whole(said.get("NumFrames", str(len(rows)))))
 
 
 def cells_of(line: str) -> list[str]:
@@ -126,7 +127,7 @@ def motive(raw: bytes, labels: Sequence[str]) -> Values:
     said = dict(zip(first[::2], first[1::2], strict=False))
     need(first[0] == "Format Version" and "Length Units" in said)
     at = next((i for i, line in enumerate(lines) if line.lower().startswith("frame,")), 0)
-    need(4 < at < 20)
+    need(4 < at < 20 and not any(line.count('"') % 2 for line in lines[:at]))
     head = {line.split(",")[1]: line.split(",") for line in lines[1:at] if line.count(",") > 1}
     need({"Type", "Name", ""} <= set(head))
     axes = lines[at].split(",")
@@ -171,7 +172,7 @@ def qualisys(raw: bytes, labels: Sequence[str]) -> Values:
             rows.append(cells)
     every = said.get("MARKER_NAMES", [])
     need(said.get("NO_OF_FRAMES") and every)
-    need(said.get("NO_OF_MARKERS") == [str(len(every))] and said.get("DATA_INCLUDED") == ["3D"])
+    need(said.get("NO_OF_MARKERS") == [str(len(every))] and said.get("DATA_INCLUDED", ["3D"]) == ["3D"])
     rate = number(said.get("FREQUENCY", [""])[0])
     found = series(rows, labels, every, rate, 1.0, True, True, zero=True)
     return counted(found, len(rows), whole(said["NO_OF_FRAMES"][0]))
@@ -199,10 +200,10 @@ def rec(raw: bytes, name: str) -> Values:
                 need(board.keys() <= {"modelPoints", "channelMap"})
             except (ValueError, KeyError, TypeError, AttributeError):
                 raise Unreadable from None
-        if len(cells) == 6 and cells[1:3] == [name.encode(), b"C"]:
-            if all(re.fullmatch(rb"[0-9]{1,10}", cell) for cell in cells[3:]):
-                if re.fullmatch(rb"[0-9.]+", cells[0]):
-                    pulses.append([int(cell) for cell in cells[3:]])
+        is_pulse = len(cells) == 6 and cells[1:3] == [name.encode(), b"C"]
+        whole_numbers = all(re.fullmatch(rb"[0-9]{1,10}", cell) for cell in cells[3:])
+        if is_pulse and whole_numbers and re.fullmatch(rb"[0-9.]+", cells[0]):
+            pulses.append([int(cell) for cell in cells[3:]])
     need(board and pulses and isinstance(board.get("channelMap"), list))
     found, time, before = [], 0, pulses[0][1]
     for channel, start, length in pulses:
@@ -251,8 +252,13 @@ def angles(raw: bytes) -> Values:
     columns = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
     roles = {"master": "0", "slave": "1"}
     rows = [
-        [number(cell) for cell in (roles.get(row["station"].strip().lower(), row["station"]),
-                                   *(row[c] for c in columns[1:]))]
+        [
+            number(cell)
+            for cell in (
+                roles.get(row["station"].strip().lower(), row["station"]),
+                *(row[c] for c in columns[1:]),
+            )
+        ]
         for row in table_of(raw, columns, exact=False)
     ]
     need(rows and np.isfinite(rows).all())
@@ -323,9 +329,10 @@ def leaf(value: Any) -> Any:
     """A setting for comparison: however it is typed, `1e-3`, `0.001`, and `on` for true."""
     if isinstance(value, (list, tuple)):
         return [leaf(one) for one in value]
-    text = str(value).strip().lower()
-    text = {"yes": "true", "on": "true", "no": "false", "off": "false", "null": "none"}.get(text, text)
-    text = "none" if text == "" else text
+    text = str(value).strip()
+    words = {"yes": "true", "on": "true", "no": "false", "off": "false", "null": "none", "": "none"}
+    words |= {"true": "true", "false": "false", "none": "none", "nan": "nan"}
+    text = words.get(text.lower(), text)
     if "," in text:
         return [leaf(part) for part in text.split(",")]
     try:

@@ -67,3 +67,19 @@ def test_a_board_has_the_diodes_that_the_recording_shows() -> None:
     for n_diodes, highest in ((32, 8), (7, 6)):
         with pytest.raises(Refusal, match=rf"diode {highest} of {n_diodes} .*has 8 diodes"):
             check_count(board, n_diodes, highest, "dump.bin")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("0,0.1,0.2,0,0.3,0.4", "line 3 has 6 cells, expected 3"),  # two lines joined
+        ("0,0.\u0661,0.2", "a cell is not a number"),  # float of Python takes it
+        ("0,0_1,0.2", "a cell is not a number"),
+        ("0,0," + "1" * 200_000, "cannot be read"),
+    ],
+)
+def test_damaged_lines(tmp_path: Path, line: str, message: str) -> None:
+    rows = ["x_m,y_m,z_m", "0,0,0", line, "0,0.1,0", "0,0,0.1", "0,0.1,0.1", ""]
+    (tmp_path / "board.csv").write_text("\n".join(rows))
+    with pytest.raises(Refusal, match=message):
+        read_board(tmp_path / "board.csv")

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from mocap_metrology.common.errors import Refusal
 
-NUMBER = re.compile(r"\s*[+-]?\d*,\d*([eE][+-]?\d+)?\s*")
+NUMBER = re.compile(r"\s*[+-]?\d*,\d*([eE][+-]?\d+)?\s*", re.ASCII)
 
 FORMULA = re.compile(r"[=@\t\r]|[+-](?![\d.]*([eE][+-]?\d+)?$)")  # a number is none
 
@@ -22,6 +22,13 @@ def delimiter(header: str) -> str:
 def with_point(cell: str) -> str:
     """A number with a decimal comma as one with a point; any other cell as it is."""
     return cell.replace(",", ".") if NUMBER.fullmatch(cell) else cell
+
+
+def number(cell: str) -> float:
+    """A number as files have it; ValueError for what only Python takes for one, as 1_0 or ٣."""
+    if not cell.isascii() or "_" in cell:
+        raise ValueError(f"{cell[:30]!r} is not a number")
+    return float(cell)
 
 
 def as_text(value: object) -> object:

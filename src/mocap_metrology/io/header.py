@@ -19,7 +19,7 @@ SIGNATURES = (
     (b"MATLAB", "a MATLAB file"),
     (b"PAR1", "a Parquet file"),
 )
-NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def regular_size(path: Path, expected: str) -> int:

@@ -43,7 +43,9 @@ def read_board(path: str | Path) -> np.ndarray:
         raise Refusal(f"{name}: header is {','.join(header)!r}; expected x_m,y_m,z_m")
     spreadsheet.check_width(rows, name)
     try:
-        board = np.array([[float(cell) for cell in row[:3]] for row in rows[1:] if row])
+        board = np.array(
+            [[spreadsheet.number(cell) for cell in row[:3]] for row in rows[1:] if row]
+        )
     except ValueError:
         raise Refusal(f"{name}: a cell is not a number; expected positions in metres") from None
     return check_board(board, name)

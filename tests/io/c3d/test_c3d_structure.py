@@ -279,3 +279,13 @@ def test_a_name_that_is_too_long(tmp_path):
     for name in ("a" * 300 + ".c3d", "a" * 300 + "/b.c3d"):
         with pytest.raises(Refusal, match="File name too long"):
             inspect(tmp_path / name)
+
+
+def test_two_groups_of_one_number(tmp_path):
+    path = build(tmp_path / "a.c3d", still(50))
+    raw = path.read_bytes()
+    old = record("ANALOG", -2, b"", "Intel")
+    assert raw.count(old) == 1
+    path.write_bytes(raw.replace(old, record("ANALOG", -1, b"", "Intel")))
+    with pytest.raises(Refusal, match="the groups 'POINT' and 'ANALOG' have the number 1"):
+        inspect(path)

@@ -362,3 +362,30 @@ def test_an_unreadable_pose_is_no_gap(tmp_path):
     ):
         path = make(tmp_path, "a.txt", "\n".join(["# Freq: 10", pose, row, pose, ""]))
         assert message in refusal(path, ["tracker"])
+
+
+def test_labels_that_lost_their_columns(tmp_path):
+    """Two labels in exchanged order, one of them not over its column."""
+    path = spoilt(tmp_path, "a.trc", "\tA\t\t\tB\t", "\t\t\t\tB\t\tA")
+    assert refusal(path).startswith("a.trc: line 4 has 2 labels, NumMarkers states 2")
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_a_row_without_its_time_is_no_gap(tmp_path, name):
+    if name == "n.csv":
+        pytest.skip("Nexus writes no times")
+    own, mark = row(name, 9), "," if name == "m.csv" else "\t"
+    path = spoilt(tmp_path, name, f"{own.strip()}", own.split(mark)[0])
+    assert "has no time, as other lines have" in refusal(path)
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_bytes_without_meaning_are_read_over(tmp_path, name):
+    """Line ends that were changed twice, and a last line of delimiters."""
+    mark = {"m.csv": ",", "n.csv": ","}.get(name, "\t")
+    expected = read(make(tmp_path, name, PLAIN[name]), LABELS).position_mm
+    for text in (
+        PLAIN[name].replace("\n", "\r\n").replace("\r\r", "\r\r\r"),
+        f"{PLAIN[name]}{mark}",
+    ):
+        assert np.array_equal(read(make(tmp_path, name, text), LABELS).position_mm, expected)

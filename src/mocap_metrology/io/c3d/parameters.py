@@ -160,7 +160,9 @@ def read_parameters(section: bytes, processor: int, file: str) -> Parameters:
         name, body, end, last = _record(section, at, abs(length), processor, file)
         if number < 0:
             _description(section, body, end, name, file)
-            groups.setdefault(-number, name)
+            if groups.setdefault(-number, name) != name:
+                both = f"{groups[-number]!r} and {name!r}"
+                raise Refusal(f"{file}: damaged: the groups {both} have the number {-number}")
         elif number > 0:
             parameter = _parameter(section, body, end, name, processor, file)
             found.setdefault((number, name), parameter)

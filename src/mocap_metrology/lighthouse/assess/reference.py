@@ -207,7 +207,7 @@ def read_mount(path: str | Path) -> dict[str, np.ndarray]:
             continue
         label = row[0].strip()
         try:
-            position = np.array([float(cell) for cell in row[1:4]])
+            position = np.array([spreadsheet.number(cell) for cell in row[1:4]])
         except ValueError:
             position = np.empty(0)
         if not label or position.size != 3 or not np.isfinite(position).all():

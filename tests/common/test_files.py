@@ -16,6 +16,8 @@ from mocap_metrology.common.files import (
     read_table,
     sha256,
     whole,
+    whole_folder,
+    write_folder,
     write_json,
     write_table,
 )
@@ -88,3 +90,16 @@ def test_an_emptied_folder_has_neither_files_nor_folders(tmp_path):
     empty_folder(own)
     assert list(own.iterdir()) == []
     assert (other / "kept").read_text() == "kept"
+
+
+def test_a_folder_is_replaced_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
+    folder = tmp_path / "pages"
+    write_folder(folder, {"a.html": "old", "b/c.html": "old"})
+    with pytest.raises(RuntimeError), whole_folder(folder) as part:
+        (part / "a.html").write_text("half")
+        raise RuntimeError
+    assert (folder / "a.html").read_text() == "old"
+    write_folder(folder, {"a.html": "new"})
+    assert [path.name for path in folder.iterdir()] == ["a.html"]
+    assert (folder / "a.html").read_text() == "new"
+    assert [path.name for path in tmp_path.iterdir()] == ["pages"]

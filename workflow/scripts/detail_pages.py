@@ -6,14 +6,14 @@ with step(snakemake) as log:
     import json
     from pathlib import Path
 
-    from mocap_metrology.common.files import write_text
+    from mocap_metrology.common.files import write_folder
     from mocap_metrology.present import tables
     from mocap_metrology.present.pages import details
     from mocap_metrology.present.verdict import words
 
     given, params = snakemake.input, snakemake.params
     folder = Path(snakemake.output[0])
-    results = folder.parent
+    results, pages = folder.parent, {}
     images = [Path(path) for path in dict.fromkeys(given.results) if path.endswith(".svg")]
     csv = [Path(path) for path in dict.fromkeys(given.results) if path.endswith(".csv")]
 
@@ -21,7 +21,7 @@ with step(snakemake) as log:
         figures = details.figures_of(results, figures)
         title = details.PAPERS.get(name, name) if kind == "paper" else name
         page = details.page(title, figures, details.files_of(results, files), **more)
-        write_text(folder.parent / details.address(kind, name), page)
+        pages[Path(details.address(kind, name)).relative_to(folder.name)] = page
 
     def group_link(row):
         where = f"../groups/{row['group']}.html"
@@ -67,4 +67,5 @@ with step(snakemake) as log:
             ],
             tables=[*of_claims, *of_tables],
         )
+    write_folder(folder, pages)
     log.info("%d figures", len(images))

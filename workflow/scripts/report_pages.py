@@ -5,10 +5,10 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.common.files import write_text
+    from mocap_metrology.common.files import write_folder
     from mocap_metrology.present.pages import comparison, details, document
 
-    folder = Path(snakemake.output[0])
+    pages = {}
     for source in map(Path, snakemake.input):
         if source.suffix == ".md":
             table = source.with_suffix(".csv")
@@ -17,5 +17,6 @@ with step(snakemake) as log:
             paper = comparison.paper_of(source.stem)
             up = details.paper_link(paper) if paper in snakemake.params.papers else {}
             page = document.page(text, source.stem, table.is_file(), short, up)
-            write_text(folder / f"{source.stem}.html", page)
+            pages[f"{source.stem}.html"] = page
             log.info("%s", source.name)
+    write_folder(snakemake.output[0], pages)

@@ -71,6 +71,13 @@ def whole_folder(folder: str | Path) -> Iterator[Path]:
             raise
 
 
+def write_folder(folder: str | Path, texts: Mapping[str | Path, str]) -> None:
+    """Write a folder of texts as UTF-8, by their paths in it; whole or not at all."""
+    with whole_folder(folder) as part:
+        for name, text in texts.items():
+            write_text(part / name, text)
+
+
 def empty_folder(folder: str | Path) -> None:
     """Remove all that is in a folder, and leave the folder."""
     for old in Path(folder).iterdir():

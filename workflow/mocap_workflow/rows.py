@@ -195,7 +195,8 @@ OfSheet = TypeVar("OfSheet", bound=SheetRow)
 
 
 def load(kind: type[OfSheet], path: str | None, twins: Collection[str]) -> dict[str, OfSheet]:
-    """Rows by name, in the order of the sheet; `Faults` names everything wrong."""
+    """Rows by name, whatever their order in the sheet, so that no result depends on it; `Faults`
+    names everything wrong."""
     if path is None:
         return {}
     columns = list(kind.columns())
@@ -215,7 +216,13 @@ def load(kind: type[OfSheet], path: str | None, twins: Collection[str]) -> dict[
             faults += _lines(error, columns, f"{path}, row {line.number}{whose}", line.cells)
     if faults:
         raise Faults(faults)
-    return rows
+    return {name: rows[name] for name in sorted(rows, key=by_number)}
+
+
+def by_number(name: str) -> tuple[list[str | int], str]:
+    """Key that sorts `T40-2` before `T40-10`: names never differ in upper and lower case alone."""
+    parts = re.split("([0-9]+)", name.casefold())
+    return [int(part) if k % 2 else part for k, part in enumerate(parts)], name
 
 
 def _lines(

@@ -1,5 +1,5 @@
-"""The same answer everywhere: whatever the processors, the order of rows, the time zone, the locale,
-the folder and the checkout, the results are the same bytes.
+"""The same answer everywhere: whatever the processors, order of rows, time zone, locale, folder
+and checkout, the results are the same bytes.
 
 `make test-everywhere` compares every result of small_run.py; `make test` those of some steps.
 """

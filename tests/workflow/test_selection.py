@@ -140,13 +140,16 @@ def test_calibrations_shown_in_figures() -> None:
     assert names(selection.first_of_setups(rows)) == ["y", "w"]
 
 
-def test_the_example_is_the_first_half_circle_or_the_first() -> None:
+def test_the_example_is_the_half_circle_with_the_least_noise_or_the_first() -> None:
     twins = {
-        pattern: CalibrationTwin.model_construct(motion=Motion.model_construct(pattern=pattern))
-        for pattern in ("line", "arc")
+        name: CalibrationTwin.model_construct(
+            motion=Motion.model_construct(pattern=pattern), independent_urad=noise
+        )
+        for name, pattern, noise in (("line", "line", 0), ("noisy", "arc", 30), ("arc", "arc", 0))
     }
     rows = [calibration("real"), *(calibration(name, twin=name) for name in twins)]
     assert names(selection.half_circle(rows, twins)) == ["arc"]
+    assert names(selection.half_circle(rows[:3], twins)) == ["noisy"]
     assert names(selection.half_circle(rows[:2], twins)) == ["real"]
     assert selection.half_circle([], twins) == []
 

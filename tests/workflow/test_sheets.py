@@ -28,6 +28,12 @@ def faults(folder: Path, *cells: dict[str, str]) -> list[str]:
     return caught.value.lines
 
 
+def test_the_order_of_rows_is_nothing(folder: Path) -> None:
+    cells = [GOOD | {"recording": name} for name in ("T40-10", "b", "T40-2", "A")]
+    assert list(load(folder, *cells)) == ["A", "b", "T40-2", "T40-10"]
+    assert list(load(folder, *reversed(cells))) == ["A", "b", "T40-2", "T40-10"]
+
+
 def test_a_right_row_becomes_values_of_their_types(folder: Path) -> None:
     row = GOOD | {
         "path": "a.c3d; b.c3d",

@@ -37,7 +37,7 @@ class Sheet(Generic[OfSheet]):
 
     @property
     def groups(self) -> list[str]:
-        """In the order in which the sheet first names them."""
+        """In the order of their first rows."""
         return list(dict.fromkeys(row.group for row in self.rows.values()))
 
 
@@ -261,7 +261,8 @@ def first_of_setups(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
 def half_circle(
     rows: Sequence[CalibrationRow], twins: Mapping[str, CalibrationTwin]
 ) -> Sequence[CalibrationRow]:
-    """The one that the figures of the second paper show: its first twin on a half circle, or just
-    its first."""
-    arcs = (row for row in rows if row.twin and twins[row.twin].motion.pattern == "arc")
+    """The one that the figures of the second paper show: its twin on a half circle with the least
+    noise, the first of several, or just its first."""
+    arcs = [row for row in rows if row.twin and twins[row.twin].motion.pattern == "arc"]
+    arcs.sort(key=lambda row: twins[str(row.twin)].independent_urad)
     return [*arcs, *rows][:1]

@@ -92,7 +92,7 @@ def test_an_emptied_folder_has_neither_files_nor_folders(tmp_path):
     assert (other / "kept").read_text() == "kept"
 
 
-def test_a_folder_is_replaced_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
+def test_a_folder_is_replaced_as_a_whole_or_not_at_all(tmp_path) -> None:
     folder = tmp_path / "pages"
     write_folder(folder, {"a.html": "old", "b/c.html": "old"})
     with pytest.raises(RuntimeError), whole_folder(folder) as part:

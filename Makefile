@@ -16,7 +16,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test fuzz test-everywhere test-cluster study lint hooks peers s3 benchmark accuracy lock samples site pictures docs graph clean help
+.PHONY: run check report env warm test fuzz test-everywhere test-cluster study lint crate hooks peers s3 benchmark accuracy lock samples site pictures docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES) $(if $(FOLDER),--config $(FOLDER))
@@ -75,6 +75,9 @@ study: warm  ## run the long Monte Carlo studies
 lint: env  ## check style, spelling and types of code and workflow
 	@$(RUN) sh -ec 'ruff check .; ruff format --check .; codespell; \
 		snakefmt --check Snakefile workflow; python workflow/lint.py; mypy'
+
+crate: env  ## pack a finished run as a Workflow Run RO-Crate: $(RESULTS)/crate.zip
+	@$(RUN) python workflow/write_crate.py $(RESULTS)
 
 hooks: env  ## check style and spelling before each commit from now on
 	@$(BIN)/pre-commit install

@@ -45,8 +45,12 @@ def bridged(series: Floats) -> Floats:
     valid = np.isfinite(series)
     if valid.all():
         return series
-    at = np.flatnonzero(valid)
-    return np.interp(np.arange(series.size), at, series[at])
+    out, missing = series.astype(np.float64), ~valid
+    beside = valid.copy()  # only the samples at the ends of gaps decide
+    beside[1:-1] &= missing[:-2] | missing[2:]
+    at = np.flatnonzero(beside)
+    out[missing] = np.interp(np.flatnonzero(missing), at, series[at])
+    return out
 
 
 def filled(
@@ -72,7 +76,9 @@ def filled(
         out, missing, np.flatnonzero(step == 1), np.flatnonzero(step == -1),
         _covariance(density, frame_rate_hz, series.size), draws,
     )  # fmt: skip
-    return np.where(missing, out + level, series)
+    out += level
+    np.copyto(out, series, where=~missing)
+    return out
 
 
 def _covariance(

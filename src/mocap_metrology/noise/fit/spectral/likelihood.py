@@ -188,8 +188,8 @@ def _converged(
     data, series = _filled(bare, asked, rng, lines)
     for _ in range(_rounds(parts[at], LINES_TO) if lines else 0):
         # The first search saw nothing of the lines in the gaps
-        whole = series[at] + sum(line.wave(series[at].size, rate) for line in lines)
-        lines = [line_again(_less(whole, lines, one, rate), rate, one) for one in lines]
+        lines = _again(series[at], lines, rate)
+        del bare, series  # of long recordings each is 300 MB
         bare = _without(parts, lines, rate, at)
         data, series = _filled(bare, asked, rng, lines)
     found = asked.fitted(data)
@@ -219,10 +219,24 @@ def _without(
     return bare
 
 
-def _less(whole: Floats, lines: list[Line], kept: Line, frame_rate_hz: float) -> Floats:
-    """A series without its lines but one."""
-    others = [line for line in lines if line is not kept]
-    return whole - sum((line.wave(whole.size, frame_rate_hz) for line in others), np.zeros(1))
+def _again(series: Floats, lines: list[Line], frame_rate_hz: float) -> list[Line]:
+    """The lines that were taken out of a complete series, each measured anew without the others."""
+    whole = _waves(lines, series.size, frame_rate_hz)
+    whole += series
+
+    def alone(one: Line) -> Floats:
+        others = _waves([x for x in lines if x is not one], whole.size, frame_rate_hz)
+        return np.subtract(whole, others, out=others)
+
+    return [line_again(alone(one), frame_rate_hz, one) for one in lines]
+
+
+def _waves(lines: list[Line], n: int, frame_rate_hz: float) -> Floats:
+    """(n,) sum of lines."""
+    total = np.zeros(n)
+    for line in lines:
+        total += line.wave(n, frame_rate_hz)
+    return total
 
 
 def _rounds(part: np.ndarray, left: float) -> int:
@@ -246,6 +260,7 @@ def _filled(
         # This model only fills gaps: a mixture needs no order
         likelihood = Likelihood(data, data.bins.T_c_range)
         density = _density(dictionary(likelihood, ALPHAS), asked.frame_rate_hz, form)
+        del series
         series = [filled(part, density, asked.frame_rate_hz, rng) for part in parts]
         data = periodogram(series, shares, asked.starts, asked.frame_rate_hz, bands, form)
     return data, series

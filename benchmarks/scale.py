@@ -1,0 +1,141 @@
+"""Time and memory of every rule as recordings grow longer, get more markers, or become more.
+
+    python benchmarks/scale.py hours 0.9 9 90       two markers at 120 Hz; needs 20 GB of disk
+    python benchmarks/scale.py markers 2 10 100     ten minutes at 120 Hz
+    python benchmarks/scale.py recordings 1 10 100  of a minute each
+    python benchmarks/scale.py rows 100 1000        dry runs: simulated recordings, and files
+
+The workflow runs on C3D files of white noise and a random walk. Prints CPU seconds and the largest
+resident memory (GB) of each rule, from its benchmark file, and the run time of the whole; one CPU
+core, so jobs run one after another. The tables are those of docs/scale.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.io.c3d.write import write_c3d
+
+ROOT = Path(__file__).resolve().parents[1]
+RATE = 120.0  # Hz
+CHUNK = 65_536  # frames
+ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+Cost = dict[str, tuple[float, float]]  # rule -> CPU seconds of all its jobs, GB of the largest
+
+
+def recording(path: Path, seconds: float, n_markers: int, seed: int = 1) -> None:
+    """A C3D file: markers 300 mm apart, white noise of 7 µm, a random walk of 0.01 µm a frame."""
+    n, draw = round(seconds * RATE), np.random.default_rng(seed)
+    start = 300.0 * np.arange(n_markers)[:, None] * np.ones(3)
+
+    def chunks() -> Iterator[np.ndarray]:
+        walk = np.zeros((1, n_markers, 3))
+        for first in range(0, n, CHUNK):
+            shape = (min(CHUNK, n - first), n_markers, 3)
+            walk = walk[-1:] + np.cumsum(1e-5 * draw.standard_normal(shape), axis=0)
+            yield (start + walk + 0.007 * draw.standard_normal(shape)).astype(np.float32)
+
+    write_c3d(path, labels(n_markers), RATE, chunks(), n)
+
+
+def labels(n_markers: int) -> list[str]:
+    return [f"M{k}" for k in range(1, n_markers + 1)]
+
+
+def run(folder: Path, rows: list[tuple[str, str, int]], *arguments: str) -> float:
+    """Run the workflow on rows (name, path, markers) of a sheet; its run time in s."""
+    sheet = folder / "sheet.tsv"
+    lines = ["recording\tpath\tmarkers\tgroup\tcamera_type\tn_cameras"]
+    for name, path, n_markers in rows:
+        marked = ";".join(labels(n_markers))
+        twin = path.startswith("simulate:")
+        lines.append(f"{name}\t{path}\t{'' if twin else marked}\tscale\tT40\t10")
+    sheet.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    settings = (f"recordings={sheet}", "calibrations=", f"results={folder / 'results'}")
+    command = [
+        *(sys.executable, "-m", "snakemake", "--cores", "1", "--quiet", "all"),
+        *("--workflow-profile", ROOT / "profiles/ci", "--snakefile", ROOT / "Snakefile"),
+        *("--directory", folder, "--config", *settings, *arguments, "--", "all"),
+    ]
+    begun = time.perf_counter()
+    subprocess.run(command, env=ENVIRONMENT, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - begun
+
+
+def costs(results: Path) -> Cost:
+    """Of every rule whose jobs left a benchmark file."""
+    found: dict[str, list[tuple[float, float]]] = defaultdict(list)
+    for path in sorted((results / "benchmarks").glob("*/*.tsv")):
+        with path.open(encoding="utf-8") as file:
+            row = next(csv.DictReader(file, delimiter="\t"))
+        cells = (row["cpu_time"], row["max_rss"])  # "-" of a job too short to be sampled
+        cpu_s, rss_mb = (float(cell) if cell not in ("-", "NA") else 0.0 for cell in cells)
+        found[path.parent.name].append((cpu_s, rss_mb / 1e3))
+    return {
+        rule: (sum(cpu for cpu, _ in jobs), max(gb for _, gb in jobs))
+        for rule, jobs in found.items()
+    }
+
+
+def measured(kind: str, size: float) -> tuple[float, Cost]:
+    """Run time of the workflow and cost of its rules for one size."""
+    with tempfile.TemporaryDirectory(prefix="mocap-metrology-scale-") as name:
+        folder = Path(name)
+        n_markers = round(size) if kind == "markers" else 2
+        seconds = {"hours": 3600 * size, "markers": 600.0, "recordings": 60.0}[kind]
+        rows = []
+        for k in range(round(size) if kind == "recordings" else 1):
+            recording(folder / f"r{k}.c3d", seconds, n_markers, k)
+            rows.append((f"r{k}", f"r{k}.c3d", n_markers))
+        return run(folder, rows), costs(folder / "results")
+
+
+def table(kind: str, sizes: list[float]) -> None:
+    """Print the costs of every rule, a column a size."""
+    found = [measured(kind, size) for size in sizes]
+    print(f"| rule | {' | '.join(f'{size:g} {kind}: CPU s, GB' for size in sizes)} |")
+    print("|---" * (len(sizes) + 1) + "|")
+    for rule in dict.fromkeys(rule for _, cost in found for rule in cost):
+        cells = [f"{c[rule][0]:.1f}, {c[rule][1]:.2f}" if rule in c else "" for _, c in found]
+        print(f"| `{rule}` | {' | '.join(cells)} |")
+    sums = [sum(cpu for cpu, _ in cost.values()) for _, cost in found]
+    largest = [max(gb for _, gb in cost.values()) for _, cost in found]
+    cells = [f"{cpu:.0f}, {gb:.2f}" for cpu, gb in zip(sums, largest, strict=True)]
+    print(f"| all jobs | {' | '.join(cells)} |")
+    print(f"| the whole run, s | {' | '.join(f'{wall:.0f}' for wall, _ in found)} |")
+
+
+def dry_runs(sizes: list[float]) -> None:
+    """Print how long Snakemake takes to plan, a column a number of rows."""
+    print(f"| dry run | {' | '.join(f'{size:g} rows, s' for size in sizes)} |")
+    print("|---" * (len(sizes) + 1) + "|")
+    for kind in ("simulated", "files"):
+        seconds = []
+        for size in sizes:
+            with tempfile.TemporaryDirectory(prefix="mocap-metrology-scale-") as name:
+                folder, paths = Path(name), [f"r{k}.c3d" for k in range(round(size))]
+                for path in paths if kind == "files" else []:
+                    (folder / path).touch()
+                given = paths if kind == "files" else ["simulate:T40-10"] * round(size)
+                rows = [(f"r{k}", path, 2) for k, path in enumerate(given)]
+                seconds.append(run(folder, rows, "--dry-run"))
+        print(f"| {kind} | {' | '.join(f'{s:.1f}' for s in seconds)} |")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="scale.py", description=__doc__.splitlines()[0])
+    parser.add_argument("kind", choices=("hours", "markers", "recordings", "rows"))
+    parser.add_argument("size", nargs="+", type=float)
+    asked = parser.parse_args()
+    dry_runs(asked.size) if asked.kind == "rows" else table(asked.kind, asked.size)

@@ -106,7 +106,7 @@ int main(int argc, char **argv) {
     clock_t start = clock();
     gsl_filter_impulse(GSL_FILTER_END_TRUNCATE, GSL_FILTER_SCALE_MAD, 3.0, x, y, median, sigma,
                        &replaced, outlier, space);
-    printf("%.3f %zu\\n", (double)(clock() - start) / CLOCKS_PER_SEC, replaced);
+    printf("%.3f %zu\n", (double)(clock() - start) / CLOCKS_PER_SEC, replaced);
     return 0;
 }
 """

@@ -4,7 +4,13 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal
-    from mocap_metrology.common.files import open_table, versions, write_csv, write_table
+    from mocap_metrology.common.files import (
+        open_table,
+        versions,
+        write_csv,
+        write_series,
+        write_table,
+    )
     from mocap_metrology.common.hampel import hampel
     from mocap_metrology.io.read import bodies_of, orientation_of
     from mocap_metrology.noise.allan.confidence import allan_curve
@@ -36,24 +42,28 @@ with step(snakemake) as log:
         log.warning("%s", refused)
     rate, clean = origin["frame_rate_hz"], snakemake.params.hampel
     half_window = max(round(clean["half_window_s"] * rate), 1)
-    series, parts = {}, []
+    parts = []
     m = averaging_factors(
         frame.size, settings["n_taus"], settings["min_m"], settings["max_fraction"]
     )
     for name, values in zip(AXES, found.vectors_rad, strict=True):
-        cleaned = hampel(values, half_window, clean["n_sigma"], clean["action"], 0.0).values
-        series[f"{name}_rad"] = cleaned
         masked = hampel(values, half_window, snakemake.params.mask_sigma, "mask", 0.0).values
         curve = allan_curve(
             masked, rate, m, "oadev", settings["confidence"], settings["min_coverage"]
         )
         parts.append(allan_columns(name, curve))
+
+    def series():
+        yield "frame", frame
+        for name, values in zip(AXES, found.vectors_rad, strict=True):
+            how = half_window, clean["n_sigma"], clean["action"], 0.0
+            yield f"{name}_rad", hampel(values, *how).values
+        if cluster:
+            yield "residual_mm", found.residual_mm
+
     origin |= {"unit": "rad", "cluster": cluster, "hampel": clean, "allan": settings}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
-    series = {"frame": frame, **series}
-    if cluster:
-        series["residual_mm"] = found.residual_mm
-    write_table(snakemake.output.series, series, origin)
+    write_series(snakemake.output.series, series(), origin)
     allan = in_radians(joined(parts, ALLAN))
     write_table(snakemake.output.allan, allan, origin)
     rows = orientation_rows(origin["recording"], origin["source"], allan, found, refused)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
-from mocap_metrology.noise.fit.spectral.lines import Line, find_lines, find_slow_lines
+from mocap_metrology.noise.fit.spectral.lines import Line, find_lines, find_slow_lines, waves
 from mocap_metrology.noise.model.components import Sinusoid
 
 MAINS = (50.0, 60.0)  # Hz; lamps flicker at twice that
@@ -108,14 +108,16 @@ def series_lines(
     if not parts:
         return [], 0.0
     longest = max(parts, key=lambda p: p.stop - p.start)
-    whole = bridged(series[longest])
     if density:
         whole = filled(series[longest], density, frame_rate_hz, np.random.default_rng(0))
+    else:
+        whole = bridged(series[longest])
     found = find_lines(whole, frame_rate_hz, at_most)
     measured = float(np.isfinite(series[longest]).mean())  # bridges have nothing of a fast line
     found = [replace(x, A_s=x.A_s / measured, A_error=x.A_error / measured) for x in found]
     if density and len(found) < at_most:
-        bare = whole - sum((line.wave(whole.size, frame_rate_hz) for line in found), np.zeros(1))
+        bare = waves(found, whole.size, frame_rate_hz)
+        np.subtract(whole, bare, out=bare)
         found += find_slow_lines(bare, frame_rate_hz, density, at_most - len(found))
     return sorted(found, key=lambda line: -line.gain), whole.size * tau0
 

@@ -334,19 +334,27 @@ def gaussian_rows(
         test = ChiSquared(math.nan, 0, math.nan, 0, 0)
         rows.append(_row("", labels[number - 1], "", "x", model, test, moves))
     for pair in pairs:
-        first, second = ([series[f"{axis}{number}"] for axis in AXES] for number in pair)
         name = pair_name(pair, pairs)
         length = np.asarray(series[name], float)
         sample = gaussian_sample(length, n_bins)
         for axis in ("x", "pair"):
-            a, b = along_pair(first, second) if axis == "pair" else (first[0], second[0])
-            a, b = np.asarray(a, float), np.asarray(b, float)
+            a, b = _along_axis(series, pair, axis)
             model = gaussian_model(a, b, length)
             test = chi_squared_normal(length, model.mu_e, model.sigma_C, n_bins, sample)
             moves = tuple(drift(s, frame_rate_hz) for s in (a, b, length))
             ends = labels[pair[0] - 1], labels[pair[1] - 1]
             rows.append(_row(name, *ends, axis, model, test, moves))
     return rows
+
+
+def _along_axis(
+    series: Mapping[str, np.ndarray], pair: tuple[int, int], axis: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) float64 of both markers, along `x` or the line of the `pair`."""
+    if axis == "pair":
+        return along_pair(*([series[f"{k}{number}"] for k in AXES] for number in pair))
+    first, second = (np.asarray(series[f"{axis}{number}"], float) for number in pair)
+    return first, second
 
 
 def _row(

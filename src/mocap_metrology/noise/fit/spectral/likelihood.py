@@ -28,6 +28,7 @@ from mocap_metrology.noise.fit.spectral.lines import (
     find_lines,
     find_slow_lines,
     line_again,
+    waves,
 )
 from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, periodogram
@@ -221,22 +222,14 @@ def _without(
 
 def _again(series: Floats, lines: list[Line], frame_rate_hz: float) -> list[Line]:
     """The lines that were taken out of a complete series, each measured anew without the others."""
-    whole = _waves(lines, series.size, frame_rate_hz)
+    whole = waves(lines, series.size, frame_rate_hz)
     whole += series
 
     def alone(one: Line) -> Floats:
-        others = _waves([x for x in lines if x is not one], whole.size, frame_rate_hz)
+        others = waves([x for x in lines if x is not one], whole.size, frame_rate_hz)
         return np.subtract(whole, others, out=others)
 
     return [line_again(alone(one), frame_rate_hz, one) for one in lines]
-
-
-def _waves(lines: list[Line], n: int, frame_rate_hz: float) -> Floats:
-    """(n,) sum of lines."""
-    total = np.zeros(n)
-    for line in lines:
-        total += line.wave(n, frame_rate_hz)
-    return total
 
 
 def _rounds(part: np.ndarray, left: float) -> int:

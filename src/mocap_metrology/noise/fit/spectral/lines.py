@@ -160,6 +160,7 @@ def _search(
         else level(power, k)
     )
     floor = own if density else np.maximum(own, beside(power, k))
+    del k  # of a long recording 160 MB
     state = _State(
         spectrum, power, own, floor, first, n, spacing_s, density is not None, least_gain
     )
@@ -339,6 +340,14 @@ def line_again(series: np.ndarray, frame_rate_hz: float, line: Line) -> Line:
     more = 0 if n == line.period else MARGIN
     low, high = max(low - more, 1), min(high + more, n // 2)
     return measured(rfft(without_ramp(series)), low, high, n, tau0, line.psd)
+
+
+def waves(lines: Sequence[Line], n: int, frame_rate_hz: float) -> Floats:
+    """(n,) sum of lines."""
+    total = np.zeros(n)
+    for line in lines:
+        total += line.wave(n, frame_rate_hz)
+    return total
 
 
 def bands_of(lines: Sequence[Line], duration_s: float) -> list[tuple[float, float]]:

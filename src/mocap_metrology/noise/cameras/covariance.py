@@ -94,10 +94,12 @@ def covariance_rows(
     relative standard error of C_ii is sqrt(2 / edf).
     """
     names = [name for name in coordinate_names(n_markers) if name in series]
-    values = [series[name] for name in names]
-    n = len(values[0])
+    n = len(series[names[0]])
     chosen = factors(frame_rate_hz, n)
-    exponents = [noise_exponents(row.astype(np.float64), np.array(chosen)) for row in values]
+    exponents = [
+        noise_exponents(series[name].astype(np.float64), np.array(chosen)) for name in names
+    ]
+    values = [series[name] for name in names]
     rows: list[CovarianceRow] = []
     for place, m in enumerate(chosen):
         for i, j, covariance, count in _pairs(values, m):

@@ -1,0 +1,26 @@
+"""What benchmarks/scale.py writes and reads; the runs themselves take minutes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.scale import costs, labels, recording
+from mocap_metrology.io.read import read_recording
+
+
+def test_its_recordings_are_noise_of_known_size(tmp_path: Path) -> None:
+    recording(tmp_path / "a.c3d", 600, 3)
+    found = read_recording([tmp_path / "a.c3d"], labels(3), second_opinion=False)
+    assert found.position_mm.shape == (3, 3, 72_000)
+    assert np.diff(found.position_mm[1, 0]).std() / np.sqrt(2) == pytest.approx(0.007, rel=0.02)
+
+
+def test_costs_of_a_rule_are_summed_and_its_memory_is_the_largest(tmp_path: Path) -> None:
+    folder = tmp_path / "benchmarks/clean"
+    folder.mkdir(parents=True)
+    for name, line in {"a": "1.5\t300", "b": "2.5\t1200", "c": "-\t-"}.items():
+        (folder / f"{name}.tsv").write_text(f"cpu_time\tmax_rss\n{line}\n")
+    assert costs(tmp_path) == {"clean": (4.0, 1.2)}

@@ -172,7 +172,10 @@ def qualisys(raw: bytes, labels: Sequence[str]) -> Values:
             rows.append(cells)
     every = said.get("MARKER_NAMES", [])
     need(said.get("NO_OF_FRAMES") and every)
-    need(said.get("NO_OF_MARKERS") == [str(len(every))] and said.get("DATA_INCLUDED", ["3D"]) == ["3D"])
+    need(
+        said.get("NO_OF_MARKERS") == [str(len(every))]
+        and said.get("DATA_INCLUDED", ["3D"]) == ["3D"]
+    )
     rate = number(said.get("FREQUENCY", [""])[0])
     found = series(rows, labels, every, rate, 1.0, True, True, zero=True)
     return counted(found, len(rows), whole(said["NO_OF_FRAMES"][0]))

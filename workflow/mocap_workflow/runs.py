@@ -20,13 +20,15 @@ import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol
 
 import psutil
 
+from mocap_metrology.common.errors import Damaged
+from mocap_metrology.common.files import verify
 from mocap_workflow.faults import Faults
 
 RECORD = Path(".snakemake/run.json")
@@ -138,6 +140,16 @@ def _end(run: Run) -> list[psutil.Process]:
             job.kill()
     psutil.wait_procs(jobs, PATIENCE_S)
     return jobs
+
+
+def clear_damaged(checks: Iterable[Path]) -> None:
+    """Remove damaged ones of the files that Snakemake's graph depends on; they are made anew."""
+    for path in checks:
+        try:
+            verify(path)
+        except Damaged as damaged:
+            path.unlink(missing_ok=True)
+            print(f"{path} is damaged: {damaged.what}; it is made anew", file=sys.stderr)
 
 
 def clear_unfinished(results: Path, snakemake: Path = RECORD.parent) -> list[Path]:

@@ -34,6 +34,7 @@ except Faults as faults:
 # Marks this process for workflow/run.py, which clears the remains of a killed run.
 runs.ends_with_process()
 runs.clear_unfinished(Path(config["results"]))
+runs.clear_damaged(Path(config["results"]).glob("*/*/check.json"))
 
 
 onstart:

@@ -61,7 +61,7 @@ def run(root: Path, folder: Path, cores: int, variables: dict[str, str], *target
 
 def compare(tmp_path: Path, *targets: str) -> list[str]:
     here = small_run.write_inputs(tmp_path / "here")
-    there = small_run.write_inputs(tmp_path / "Ordner mit Leerzeichen und ß")
+    there = small_run.write_inputs(tmp_path / "another folder, ß")
     reverse_rows(there)
     clone = copied(tmp_path / "clone")
     elsewhere = ELSEWHERE | {"LC_ALL": another_locale()}

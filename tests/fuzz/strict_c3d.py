@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -149,6 +150,21 @@ class File:
         need(len(self.raw) % BLOCK == 0 or there == n * stride)
         return n
 
+    def counts(self, size: int) -> tuple[int, int]:
+        """Frames, and words of `size` bytes in each: header and ANALOG:USED agree on the analog
+        samples, or only one of them goes with the file."""
+        channels = self.number("USED", "ANALOG")
+        said = {self.analog} | (
+            {int(channels * self.per_channel)} if channels is not None else set()
+        )
+        found = []
+        for analog in said:
+            words = 4 * self.points + analog
+            with suppress(Unreadable):
+                found.append((self.frames(words * size), words))
+        need(len(found) == 1)
+        return found[0]
+
 
 def read(raw: bytes, labels: Sequence[str]) -> Values:
     """Positions in mm (n_labels, 3, n_frames), NaN where invalid, frame rate, unit, first frame."""
@@ -159,12 +175,9 @@ def read(raw: bytes, labels: Sequence[str]) -> Values:
     need(math.isfinite(scale) and scale != 0 and (scale < 0) == (file.header_scale < 0))
     need(scale < 0 or math.isclose(scale, file.header_scale, rel_tol=1e-6))
     need((file.number("DATA_START") or file.block) == file.block)
-    channels = file.number("USED", "ANALOG")
-    need(channels is None or file.analog == channels * file.per_channel)
     need(not file.number("USED", "ROTATION"))
     is_float = scale < 0
-    words = 4 * file.points + file.analog
-    n = file.frames(words * (4 if is_float else 2))
+    n, words = file.counts(4 if is_float else 2)
     rate = file.number("RATE")
     known = [r for r in (rate, file.header_rate) if r is not None and math.isfinite(r) and r > 0]
     need(known and math.isclose(known[0], known[-1], rel_tol=1e-3))

@@ -133,7 +133,8 @@ def motive(raw: bytes, labels: Sequence[str]) -> Values:
     axes = lines[at].split(",")
     k = (len(axes) - 2) // 3
     need(axes[2:] == ["X", "Y", "Z"] * k)
-    need(head["Type"][2:] == ["Marker"] * 3 * k and head[""][2:] == ["Position"] * 3 * k)
+    need(head["Type"][2:] == ["Marker"] * 3 * k)
+    need(lines[at - 1].split(",")[2:] == ["Position"] * 3 * k)
     every = [cell.strip().strip('"') for cell in head["Name"][2::3]]
     need(len(every) == k)
     rows = [line.split(",") for line in lines[at + 1 :] if line.strip(", ")]

@@ -26,12 +26,12 @@ def test_sound_files_are_read(known) -> None:
 
 
 def test_no_mutant_is_read_wrongly(known) -> None:
-    table, listed = run(known, jobs_of(known, 1200, 800, SEED), workers=2)
+    table, listed = run(known, jobs_of(known, 800, 500, SEED), workers=2)
     wrong = [(*job, *why) for job, outcome, *why in listed if outcome in WRONG]
     assert wrong == []
     found = sum(table.values(), start=type(table["c3d float"])())
-    assert found.total() > 2000
-    assert min(found[EQUAL], found[REFUSED], found[OTHER]) > 100
+    assert found.total() > 1300
+    assert min(found[EQUAL], found[REFUSED], found[OTHER]) > 60
 
 
 def work(job: int) -> int:

@@ -250,7 +250,7 @@ def of_workflow(folder: Path) -> Iterator[Kind]:
             files = ";".join(Path(one).name for one in row.paths) if not row.twin else None
             own = {"path": files or f"simulate:{row.twin}"}
             table.append([own.get(c, getattr(row, c, "")) or "" for c in columns])
-        return {"rows": table}
+        return {"rows": sorted(table)}
 
     yield Kind("workflow sheet", "sheet.tsv", sheet.encode(), of_sheet, strict_text.sheet,
                mutate.text)  # fmt: skip

@@ -34,7 +34,7 @@ def vax(word: int) -> float:
     word = int(word)  # of numpy, its differences would wrap
     word = (word & 0xFFFF) << 16 | word >> 16
     exponent = word >> 23 & 0xFF
-    size = math.ldexp(0.5 + (word & 0x7FFFFF) / 2**24, exponent - 128) if exponent else 0.0
+    size = math.ldexp(0.5 + (word & 0x7FFFFF) / 2**24, exponent - 128) if exponent > 2 else 0.0
     return -size if word >> 31 else size
 
 

@@ -305,7 +305,7 @@ def sheet(raw: bytes) -> Values:
     found = [dict(zip(head, [*row, *[""] * len(head)], strict=False)) for row in cells if any(row)]
     need(all(not any(row[len(head) :]) for row in cells))
     columns = ("recording", "path", "group", "unit", "comment", "camera_type")
-    table = [[row.get(column, "") for column in columns] for row in found]
+    table = sorted([row.get(column, "") for column in columns] for row in found)
     return {"rows": table, "whole": found}
 
 

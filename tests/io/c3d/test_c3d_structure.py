@@ -289,3 +289,18 @@ def test_two_groups_of_one_number(tmp_path):
     path.write_bytes(raw.replace(old, record("ANALOG", -1, b"", "Intel")))
     with pytest.raises(Refusal, match="the groups 'POINT' and 'ANALOG' have the number 1"):
         inspect(path)
+
+
+def test_data_within_the_parameters(tmp_path):
+    """Where only the header says where the data begin, it must not be within the parameters."""
+    path = build(
+        tmp_path / "a.c3d",
+        still(48),
+        point={"DATA_START": None, "X": "x" * 200, "Y": "y" * 200, "Z": "z" * 200},
+    )
+    raw = bytearray(path.read_bytes())
+    assert raw[16] == 4 and raw[514] == 2
+    raw[16] = 3
+    path.write_bytes(raw)
+    with pytest.raises(Refusal, match=r"damaged: (data at block 3 by the header|parameter record)"):
+        inspect(path)

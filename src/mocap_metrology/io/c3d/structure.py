@@ -197,6 +197,9 @@ def _layout(
     scale, is_float = _scale(header, parameters, path.name)
     offset = _data_offset(header, parameters, size, path.name)
     if start < offset < start + n_blocks * BLOCK:
+        if not parameters.count("POINT", "DATA_START"):
+            inside = f"block {offset // BLOCK + 1} by the header, within the parameters"
+            raise Refusal(f"{path.name}: damaged: data at {inside}, and no POINT:DATA_START")
         notes.append("the parameter section is declared longer than up to the data")
     section = _section(path, offset, _data_end(parameters, offset, start, size))
     declared = declared_counts(parameters, header.first, header.last)

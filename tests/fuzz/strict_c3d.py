@@ -174,7 +174,8 @@ def read(raw: bytes, labels: Sequence[str]) -> Values:
     scale = file.header_scale if scale is None else scale
     need(math.isfinite(scale) and scale != 0 and (scale < 0) == (file.header_scale < 0))
     need(scale < 0 or math.isclose(scale, file.header_scale, rel_tol=1e-6))
-    need((file.number("DATA_START") or file.block) == file.block)
+    inside = file.data < (raw[0] - 1 + raw[(raw[0] - 1) * BLOCK + 2]) * BLOCK
+    need((file.number("DATA_START") or (0 if inside else file.block)) == file.block)
     need(not file.number("USED", "ROTATION"))
     is_float = scale < 0
     n, words = file.counts(4 if is_float else 2)

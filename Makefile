@@ -16,7 +16,7 @@ CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test fuzz test-everywhere test-cluster study lint crate hooks peers s3 benchmark accuracy lock samples site pictures docs graph clean help
+.PHONY: run check report env warm test fuzz test-everywhere test-interrupted test-cluster study lint crate hooks peers s3 benchmark accuracy lock samples site pictures docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES) $(if $(FOLDER),--config $(FOLDER))
@@ -62,6 +62,9 @@ test: warm  ## run the tests
 
 test-everywhere: warm  ## compare all results of two runs: processors, order of rows, time zone, locale, folder, checkout
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m pytest -m everywhere tests/workflow/test_everywhere.py
+
+test-interrupted: warm  ## disturb runs at random moments, then compare with an undisturbed one: make test-interrupted ARGS="--runs 3"
+	@$(RUN) PYTHONPATH=tests:tests/workflow:workflow python tests/interrupted.py $(ARGS)
 
 test-cluster: warm  ## run the workflow on a SLURM cluster of this computer, with a node lost (tests/cluster/install.sh, as root)
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 sh tests/cluster/run.sh python -m pytest -m cluster tests/cluster

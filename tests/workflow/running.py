@@ -76,7 +76,7 @@ def pass_for_computed(run: Callable[..., Any], *arguments: str) -> None:
             Path(path).mkdir(parents=True)
         else:
             Path(path).parent.mkdir(parents=True, exist_ok=True)
-            Path(path).touch()
+            Path(path).write_text("{}\n" if path.endswith(".json") else "")
     marked = run("--touch", "--forceall", "--cores", "1", *arguments)
     assert marked.returncode == 0, marked.stdout
 

@@ -52,7 +52,7 @@ def computed(tmp_path_factory, root, snakemake):
     arguments = ("--config", *sheets(folder, file, {}), f"results={folder}/results")
     check = folder / "results/recordings/measured/check.json"
     check.parent.mkdir(parents=True)
-    check.write_text(json.dumps({"ok": True, "why": "", "warnings": [], "notes": []}))
+    check.write_text(json.dumps({"ok": True, "why": "", "warnings": [], "notes": []}) + "\n")
     pass_for_computed(functools.partial(snakemake, root), *arguments)
     return folder
 

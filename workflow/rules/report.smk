@@ -22,7 +22,7 @@ rule report_pages:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("report_pages.py", "present"),
+        code=source("report_pages.py", "lighthouse", "present"),
         papers=papers,
         caption=captions.TABLE,
     message:
@@ -85,7 +85,7 @@ rule detail_pages:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("detail_pages.py", "noise", "present"),
+        code=source("detail_pages.py", "noise", "lighthouse", "present"),
         recordings=columns("recording", "group", of=EVERY_RECORDING),
         calibrations=columns("calibration", "group", of=EVERY_CALIBRATION),
         groups=lambda wildcards: subjects(wildcards)["group"],

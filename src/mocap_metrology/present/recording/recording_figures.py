@@ -41,9 +41,12 @@ def step_words(resolution_mm: float, kind: str) -> str:
     """`step 61 nm (float32)`: of the stored values, in a unit that needs no power of ten."""
     if not resolution_mm > 0:
         return "step unknown"
+    if resolution_mm < LEAST_STEP_MM:
+        return f"step below 0.001 nm ({kind})"
     return f"step {mm(resolution_mm, 2)} ({kind})"
 
 
+LEAST_STEP_MM = 1e-9  # as of float64; smaller sizes in mm are written as 0
 ESTIMATORS = ("oadev", "mdev", "hdev")
 BINS_PER_DECADE = 40  # of a power spectrum; 0.4 mm each where two panels share a row
 ALLAN_DECADES, PSD_DECADES = 7, 14  # shown at most: below is rounding

@@ -16,7 +16,7 @@ def test_every_rule_says_what_it_needs_and_where_it_tells(root) -> None:
     found = rules(root)
     assert len(found) > 40
     for name, body in found.items():
-        assert re.search(r"^        mem_mb=memory\(\d+\),$", body, re.M), name
+        assert re.search(r"^        mem_mb=memory\(\d+(, arrays=\d+)?\),$", body, re.M), name
         assert re.search(r"^        runtime=minutes\(\d+\),$", body, re.M), name
         for directive in ("log", "benchmark", "message"):
             assert f"    {directive}:\n" in body, (name, directive)

@@ -86,9 +86,24 @@ SUBSET = ("recording", "twin", "camera_type", "n_cameras")
 TABLE, FIGURE = ("csv", "md"), ("svg", "png")
 
 
-def memory(mb):
-    """`mem_mb` of a job: more at each attempt, where the profile has failed jobs tried again."""
-    return lambda wildcards, attempt: mb * attempt
+def memory(mb, arrays=0):
+    """`mem_mb` of a job: a base, and so many arrays with a number for each frame of the recording
+    (measured: docs/scale.md). More at each attempt, where the profile has failed jobs tried again.
+    """
+
+    def of(wildcards, attempt):
+        frames = n_frames(RECORDINGS.rows[wildcards.recording]) if arrays else 0
+        return attempt * round(mb + 8e-6 * arrays * frames)
+
+    return of
+
+
+def n_frames(row):
+    """Frames of a recording; of a real one as its check counted them."""
+    if row.twin is None:
+        return verdict("recording", row.name).get("n_frames", 0)
+    twin = TWINS[row.twin]
+    return twin.duration_s * twin.frame_rate_hz
 
 
 def minutes(count):

@@ -18,7 +18,7 @@ rule diagnosis:
     benchmark:
         "<benchmarks>/diagnosis/{recording}.tsv"
     resources:
-        mem_mb=memory(2500),
+        mem_mb=memory(1000, arrays=16),
         runtime=minutes(30),
     params:
         code=source("diagnosis.py", "noise", "pipeline", "present"),

@@ -24,7 +24,7 @@ rule orientation:
     benchmark:
         "<benchmarks>/orientation/{recording}.tsv"
     resources:
-        mem_mb=memory(2500),
+        mem_mb=memory(1000, arrays=20),
         runtime=minutes(30),
     params:
         code=source("orientation.py", "io", "noise", "present"),
@@ -60,7 +60,7 @@ rule place:
     benchmark:
         "<benchmarks>/place/{recording}.tsv"
     resources:
-        mem_mb=memory(1500),
+        mem_mb=memory(1000, arrays=12),
         runtime=minutes(30),
     params:
         code=source("place.py", "coordinates.py", "noise", "present"),

@@ -40,7 +40,7 @@ rule trajectories:
         "<benchmarks>/trajectories/{recording}.tsv"
     priority: 10
     resources:
-        mem_mb=memory(1000),
+        mem_mb=memory(1000, arrays=5),
         runtime=minutes(30),
     params:
         code=source("trajectories.py", "io", "noise", "pipeline"),
@@ -68,7 +68,7 @@ rule clean:
     benchmark:
         "<benchmarks>/clean/{recording}.tsv"
     resources:
-        mem_mb=memory(2000),
+        mem_mb=memory(1000, arrays=6),
         runtime=minutes(30),
     params:
         code=source("clean.py", "noise", "pipeline"),
@@ -93,7 +93,7 @@ rule series_statistics:
     benchmark:
         "<benchmarks>/series_statistics/{recording}.tsv"
     resources:
-        mem_mb=memory(2000),
+        mem_mb=memory(1000, arrays=13),
         runtime=minutes(30),
     params:
         code=source("series_statistics.py", "noise", "pipeline"),
@@ -121,7 +121,7 @@ rule noise:
         "<benchmarks>/noise/{recording}.tsv"
     priority: 5
     resources:
-        mem_mb=memory(2000),
+        mem_mb=memory(1000, arrays=12),
         runtime=minutes(120),
     params:
         code=source("noise.py", "noise", "pipeline"),

@@ -37,7 +37,7 @@ rule verdict:
     benchmark:
         "<benchmarks>/verdict/{recording}.tsv"
     resources:
-        mem_mb=memory(2000),
+        mem_mb=memory(1000, arrays=8),
         runtime=minutes(30),
     params:
         code=source("verdict.py", "noise", "pipeline", "present"),

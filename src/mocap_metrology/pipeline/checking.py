@@ -29,6 +29,7 @@ class Check(TypedDict):
     unit: NotRequired[str]
     unit_source: NotRequired[str]
     moving: NotRequired[bool]
+    n_frames: NotRequired[int]
     bodies: NotRequired[tuple[str, ...]]
 
 
@@ -99,7 +100,8 @@ def examine(
         over,
     )
     moving = most_moving(of_markers)
-    duration = recording.position_mm.shape[2] / rate
+    n_frames = recording.position_mm.shape[2]
+    duration = n_frames / rate
     assumed = [UNIT_ASSUMED] if "assumed" in recording.unit_source else []
     check: Check = {
         "ok": True,
@@ -109,6 +111,7 @@ def examine(
         "unit": recording.units,
         "unit_source": recording.unit_source,
         "moving": bool(moving),
+        "n_frames": n_frames,
         "bodies": bodies_of(asked.paths[0], asked.markers),
     }
     return Examined(check, recording, of_markers)

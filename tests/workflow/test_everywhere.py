@@ -1,7 +1,7 @@
 """The same answer everywhere: whatever the processors, order of rows, time zone, locale, folder
 and checkout, the results are the same bytes.
 
-`make test-everywhere` compares every result of small_run.py; `make test` those of some steps.
+`make test-everywhere` compares every result of small_run.py, and first those of some steps.
 """
 
 from __future__ import annotations
@@ -72,6 +72,7 @@ def compare(tmp_path: Path, *targets: str) -> list[str]:
     return small_run.differences(one, other)
 
 
+@pytest.mark.everywhere
 def test_some_steps(tmp_path: Path) -> None:
     assert compare(tmp_path, *SOME) == []
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.gaussian.two_markers import drift, gaussian_rows, median_drift
-from mocap_metrology.noise.motion.movement import moving_markers
+from mocap_metrology.noise.motion.movement import most_moving, movements
 from mocap_metrology.noise.series import all_series, coordinate_names, pair_numbers
 
 STILL = (2.0, 3600.0)  # range_mm, horizon_s
@@ -49,8 +49,8 @@ def test_a_moving_marker_is_named():
     still, moving = np.zeros((3, 12_000)), np.zeros((3, 12_000))
     moving[1] = 0.1 * t  # 10 mm in all
     moving[0, 100] = np.nan
-    assert moving_markers({"A": still}, 120.0, *STILL) == {}
-    found = moving_markers({"A": still, "B": moving}, 120.0, *STILL)
+    assert most_moving(movements({"A": still}, 120.0, *STILL)) == {}
+    found = most_moving(movements({"A": still, "B": moving}, 120.0, *STILL))
     ((label, (axis, most)),) = found.items()
     assert (label, axis) == ("B", "y")
     assert most.size_mm == pytest.approx(9.98, abs=0.005)
@@ -60,7 +60,7 @@ def test_a_moving_marker_is_named():
 def test_all_markers_that_move_are_found() -> None:
     t = np.arange(340) / 200
     walking = [np.stack([speed * t, 0 * t, 0 * t]) for speed in (1400.0, 1410.0, 1390.0)]
-    found = moving_markers(dict(zip("ABC", walking, strict=True)), 200.0, *STILL)
+    found = most_moving(movements(dict(zip("ABC", walking, strict=True)), 200.0, *STILL))
     assert [(label, axis) for label, (axis, _) in found.items()] == [(name, "x") for name in "ABC"]
     assert max(found, key=lambda label: found[label][1].size_mm) == "B"
     assert 2300 < found["B"][1].size_mm < 2400
@@ -73,16 +73,16 @@ def test_wrong_samples_and_gaps_move_no_marker() -> None:
     still[0, 1234] = 1e9
     still[1, 10::100] = -1e9
     assert drift(still[0], 100.0).range > 1e6
-    assert moving_markers({"A": still}, 100.0, *STILL) == {}
+    assert most_moving(movements({"A": still}, 100.0, *STILL)) == {}
     still[2, 1000:4000] = np.nan
     still[2, 2000] = 1e9  # alone in its second
     still[:, ::2] = np.nan
-    assert moving_markers({"A": still}, 100.0, *STILL) == {}
+    assert most_moving(movements({"A": still}, 100.0, *STILL)) == {}
     still[1, 3001:] += 3.0
-    axis, most = moving_markers({"A": still}, 100.0, *STILL)["A"]
+    axis, most = most_moving(movements({"A": still}, 100.0, *STILL))["A"]
     assert (axis, most.size_mm) == ("y", pytest.approx(2.99, abs=0.005))
     assert most.time_s == pytest.approx(30.25, abs=0.005)
-    assert moving_markers({"A": np.full((3, 500), np.nan)}, 100.0, *STILL) == {}
+    assert most_moving(movements({"A": np.full((3, 500), np.nan)}, 100.0, *STILL)) == {}
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 7, 30, 95, 1000])

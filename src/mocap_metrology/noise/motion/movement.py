@@ -61,19 +61,6 @@ class Movement:
 STILL, UNKNOWN = Movement(0.0), Movement(math.nan)
 
 
-def moving_markers(
-    positions: Mapping[str, np.ndarray],
-    frame_rate_hz: float,
-    range_mm: float,
-    horizon_s: float,
-    step_mm: float = 0.0,
-    over: Over = in_turn,
-) -> dict[str, tuple[str, Movement]]:
-    """`most_moving` of markers, label -> (3, n), as `movements` has them."""
-    given = frame_rate_hz, range_mm, horizon_s, step_mm, over
-    return most_moving(movements(positions, *given))
-
-
 def movements(
     positions: Mapping[str, np.ndarray],
     frame_rate_hz: float,

@@ -23,13 +23,8 @@ from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
-from mocap_metrology.present.text.diagnosis import (
-    drift_words,
-    line_words,
-    outcome,
-    sentences,
-    warm_up_words,
-)
+from mocap_metrology.present.text.diagnosis import line_words, outcome, sentences
+from mocap_metrology.present.text.drift import drift_words, warm_up_words
 from mocap_metrology.present.text.numbers import moment
 
 RATE = 120.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from mocap_metrology.io.c3d.write import write_c3d
 HEADER = ["recording", "path", "markers", "group"]
 OWN = "results/recordings/lab/"
 MADE = [f"{OWN}{name}" for name in ("allan.parquet", "psd.parquet", "gaussian.csv")]
+
+QUICK = ("noise={estimators: [likelihood]}", "fit_figures=[]")  # enough for a verdict
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -30,22 +33,36 @@ def damage(path: Path) -> None:
     os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
 
 
-@pytest.fixture
-def computed(tmp_path: Path, root: Path, snakemake):
-    """A recording with a few results, a call that makes them, and what they are."""
+@pytest.fixture(scope="module")
+def run_once(tmp_path_factory: pytest.TempPathFactory, root: Path, snakemake) -> Path:
+    """Folder of a recording with a few results."""
+    folder = tmp_path_factory.mktemp("computed")
     noise = np.random.default_rng(1).normal([0, 0, 0, 400, 0, 0], 0.1, (3000, 6))
-    write_c3d(tmp_path / "a.c3d", ["A", "B"], 100.0, [noise.reshape(-1, 2, 3)], 3000)
+    write_c3d(folder / "a.c3d", ["A", "B"], 100.0, [noise.reshape(-1, 2, 3)], 3000)
     row = {"recording": "lab", "path": "a.c3d", "markers": "A;B", "group": "g"}
-    sheet = write_sheet(tmp_path, HEADER, row)
-    settings = ("--config", f"recordings={sheet}", "calibrations=", "results=results")
+    write_sheet(folder, HEADER, row)
+    first = runner(folder, root, snakemake)()
+    assert first.returncode == 0, first.stdout
+    return folder
+
+
+def runner(folder: Path, root: Path, snakemake):
+    """A call that makes the results, and others that it is given."""
+    settings = ("--config", "recordings=sheet.tsv", "calibrations=", "results=results", *QUICK)
 
     def run(*arguments: str):
-        where = ("--directory", str(tmp_path), "--cores", "2", *settings)
+        where = ("--directory", str(folder), "--cores", "2", *settings)
         return snakemake(root, *where, "--", *MADE, *arguments)
 
-    first = run()
-    assert first.returncode == 0, first.stdout
-    return run, contents(tmp_path)
+    return run
+
+
+@pytest.fixture
+def computed(tmp_path: Path, run_once: Path, root: Path, snakemake):
+    """The recording in a folder of the test's own, with dates and checksums of its results: a call
+    that makes them, and what they are."""
+    shutil.copytree(run_once, tmp_path, dirs_exist_ok=True, symlinks=True)
+    return runner(tmp_path, root, snakemake), contents(tmp_path)
 
 
 def test_a_damaged_table_is_made_again(tmp_path: Path, computed) -> None:

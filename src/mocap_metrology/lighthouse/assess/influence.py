@@ -7,10 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SPAN = (
-    0.05,
-    0.95,
-)  # quantiles within groups: the range in which a circumstance was varied
+SPAN = 0.05, 0.95  # quantiles within groups: the range in which a circumstance was varied
 
 
 @dataclass(frozen=True)

@@ -279,9 +279,8 @@ def measured_spread(series: np.ndarray, n: int, N: int) -> Measured:
     power = np.mean(powers, axis=0)
     if not power.sum() > 0:
         return Measured(0.0, float(len(powers)))
-    independent = len(powers) * min(
-        series.size / (N * count), 1.0
-    )  # overlapping ones have less information
+    # Overlapping ones have less information
+    independent = len(powers) * min(series.size / (N * count), 1.0)
     level = _smoothed(power, len(powers))
     edf = independent * level.sum() ** 2 / np.sum(level**2)
     return Measured(float(power.sum()), float(max(edf, 1.0)))

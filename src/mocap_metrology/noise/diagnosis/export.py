@@ -58,11 +58,8 @@ NARROW, WIDEST = 0.02, 0.65  # delta: without rounding, and at most
 DENSER = 1.25  # than a Gaussian's at zero
 CHANCE = 1e-13  # that a frame begins a run which is none
 LIKELIEST = 0.7  # chance of one, from which nothing is reported
-SHORT, ENOUGH, MARGIN = (
-    4,
-    200,
-    1.5,
-)  # runs that chance makes, and how many of them determine its rate
+# Runs that chance makes, and how many of them determine its rate
+SHORT, ENOUGH, MARGIN = 4, 200, 1.5
 PIECES, SAMPLED = 16, 1 << 15  # of a series, and their frames, for s
 CHUNK = 1 << 20
 MANY_FILLED = 1e-2  # share of the frames from which a reader is warned

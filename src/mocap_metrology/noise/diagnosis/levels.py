@@ -89,11 +89,8 @@ class Sides:
             return "unknown"
         if self.changed:
             return "changed"
-        return (
-            "alike"
-            if self.lower >= 1 / DECISIVE_FACTOR and self.upper <= DECISIVE_FACTOR
-            else "undecided"
-        )
+        alike = self.lower >= 1 / DECISIVE_FACTOR and self.upper <= DECISIVE_FACTOR
+        return "alike" if alike else "undecided"
 
 
 def blocks(series: np.ndarray, rate_hz: float) -> Blocks:

@@ -148,7 +148,7 @@ def files(ask):
 
 
 # The files of a recording, and its check, which a twin does not need.
-MEASURED_FILES = files(operator.attrgetter("paths"))
+MEASURED_FILES = files(selection.paths)
 FILES = branch(
     cell("twin"), then=["<results>/recordings/{recording}/twin.c3d"], otherwise=MEASURED_FILES
 )

@@ -114,6 +114,11 @@ def test_columns_of_numbers_and_of_text() -> None:
     assert list(site.table(("a", "b"), [("x", "–")], words=(1,)).kinds) == ["", ""]
 
 
+def test_every_sign_of_a_span_is_a_minus() -> None:
+    made = site.table(("a", "b"), [("x", "-0.5…-0.2"), ("y", "0.1…0.2")])
+    assert [str(row[1]) for row in made.rows] == ["−0.5…−0.2", "0.1…0.2"]
+
+
 def test_of_many_columns_the_important_ones_are_seen_first() -> None:
     names = ["camera_type", "n_cameras", *(f"c{k}" for k in range(22)), "published", "verdict"]
     line = "| " + " | ".join(names) + " |"
@@ -160,6 +165,7 @@ def test_claims_of_a_paper_are_counted_and_shown() -> None:
     ]
     own = details.of_paper(rows, "skurowski")
     assert details.claim_counts(own) == "2 hold, 1 undecided"
+    assert details.claim_counts(rows[-1:] + rows) == "2 hold, 1 do not hold, 2 undecided"
     assert details.claim_counts([]) == ""
     assert len(details.claim_table(own).rows) == 3
 

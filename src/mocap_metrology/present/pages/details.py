@@ -17,7 +17,7 @@ FIRST = ("verdict", "calibration", "trajectory", "adev", "psd", "diagnosis")  # 
 PAPERS = {"skurowski": "Skurowski & Pawlyta 2019", "jansen": "Jansen et al. 2019"}
 UNDRAWN = "It has no figure: of the twins of a setup, which look alike, only the first is drawn."
 LETTERS = {"skurowski": "S", "jansen": "J"}  # as claims.csv names the papers
-PLURAL = {"holds": "hold", "does not": "do not hold"}
+PLURAL = {"holds": "hold", "does not": "do not hold", "undecided": "undecided"}
 CLAIM_HEAD = ("claim", "section", "published", "regenerated", "verdict")
 UP = "../.."  # from a page to the folder of results
 
@@ -147,7 +147,7 @@ def table_of_tables(found: Iterable[PaperTable]) -> Table:
 def claim_counts(rows: Iterable[Record]) -> str:
     """`22 hold, 14 do not hold, 12 undecided`; nothing without claims."""
     counts = Counter(str(row["regenerated_word"]) for row in rows)
-    return ", ".join(f"{count} {PLURAL.get(kind, kind)}" for kind, count in counts.most_common())
+    return ", ".join(f"{counts[kind]} {words}" for kind, words in PLURAL.items() if counts[kind])
 
 
 def files_named(name: str, named: Sequence[str], paths: Sequence[Path]) -> list[Path]:

@@ -120,7 +120,7 @@ def _cell(cell: object, kind: str) -> Markup:
     if isinstance(cell, Markup):
         return cell
     text = str(cell)
-    return typeset(re.sub(r"^-(?=\d)", MINUS, text) if kind == "n" else text)
+    return typeset(re.sub(r"(^|…)-(?=\d)", rf"\1{MINUS}", text) if kind == "n" else text)
 
 
 def _kind(cells: Sequence[str], is_text: bool) -> str:

@@ -22,6 +22,13 @@ SCALE = "new DOMMatrix(getComputedStyle(document.querySelector('dialog img')).tr
 WHEEL = """document.querySelector("dialog").dispatchEvent(
   new WheelEvent("wheel", {deltaY: -400, clientX: 300, clientY: 200}))"""
 WIDTH = "document.documentElement.scrollWidth"
+# From the end of the text before each index to the index
+GAPS = """[...document.querySelectorAll(".cards sub, .cards sup")].map(index => {
+  const before = document.createRange();
+  before.selectNode(index.previousSibling);
+  const ends = [...before.getClientRects()].at(-1), own = index.getBoundingClientRect();
+  return Math.abs(own.left - ends.right) + (own.top > ends.bottom || own.bottom < ends.top) * 100;
+})"""
 VALUES = ("9.26×10⁻⁷", "−5.20", "", "13\u202f195", "< 0.3", "2.5 (2.1…2.9)", "–", "7", "12")
 
 
@@ -60,6 +67,21 @@ def test_a_table_sorts_by_number_and_name_and_is_searched(executable, tmp_path) 
     assert set(rising[-2:]) == set(falling[-2:]) == {"", "–"}
     assert names == [f"noise-{k}" for k in range(1, len(VALUES) + 1)]
     assert left == ["noise-1"]
+
+
+def test_on_a_phone_an_index_is_beside_its_letter(executable, tmp_path) -> None:
+    row = {"claim": "h_-2 is in mm^2 Hz", "published": "h_-2", "regenerated": "mm^2/Hz"}
+    row |= {"regenerated_word": "holds", "section": "1", "paper": "S"}
+    claims = details.claim_table([row])
+    page = tmp_path / "page.html"
+    given = [{"title": "Claims", "table": claims}]
+    page.write_text(details.page("T", [], [], tables=given), encoding="utf-8")
+    with browser(executable, tmp_path) as seen:
+        seen.size(400, 800)
+        seen.open(page.as_uri(), "document.querySelector('sub, sup')")
+        gaps = seen.evaluate(GAPS)
+    assert len(gaps) == 4
+    assert max(gaps) < 2  # pixels
 
 
 def test_without_an_address_a_page_names_where_things_are(executable, tmp_path) -> None:

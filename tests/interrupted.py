@@ -32,6 +32,7 @@ from running import environment
 ROOT = small_run.ROOT
 COMMAND = [sys.executable, str(ROOT / "workflow/run.py"), "--workflow-profile"]
 COMMAND += [str(ROOT / "profiles/ci"), "--cores", "2", *small_run.arguments()]
+PAUSE_S = 0.05  # between two looks at a run
 FILE_LIMIT = 60_000  # bytes: larger results cannot be written, as on a full disk
 COLUMNS = ("run", "disturbances", "status", "missing", "different", "seconds")
 
@@ -89,7 +90,7 @@ def kill_a_job(folder: Path, chance: random.Random, lasts_s: float) -> None:
     run = start(folder)
     wait(run, chance.uniform(0, lasts_s))
     while run.poll() is None and not (working := jobs(run)):
-        time.sleep(0.05)
+        time.sleep(PAUSE_S)
     if run.poll() is None:
         kill([chance.choice(working)])
     run.wait()
@@ -118,6 +119,12 @@ def start_twice(folder: Path, chance: random.Random, lasts_s: float) -> None:
     run = start(folder)
     wait(run, chance.uniform(0, lasts_s / 4))
     second = start(folder)
+    for _ in range(round(lasts_s / PAUSE_S)):
+        statuses = [one.poll() for one in (run, second)]
+        if statuses != [None, None]:
+            break
+        time.sleep(PAUSE_S)
+    assert statuses != [None, None], f"{folder}: two runs at once"
     wait(run, chance.uniform(0, lasts_s / 2))
     for one in (run, second):
         one.send_signal(signal.SIGKILL)

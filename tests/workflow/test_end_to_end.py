@@ -33,6 +33,10 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
+# A short search by the estimator of the paper, and no figure of a fit
+QUICK = ("annealing={starts: 1, colony_iterations: 20}", "fit_figures=[]")
+
+
 @pytest.fixture(scope="module")
 def real(samples, tmp_path_factory, root, snakemake):
     """Folder of results and the output of one run over ten real recordings, a sheet row each."""
@@ -52,7 +56,7 @@ def real(samples, tmp_path_factory, root, snakemake):
     out = snakemake(
         root,
         *("--cores", "2", "tables", figure, "--config"),
-        *(f"recordings={folder / sheet}", "calibrations=", f"results={results}"),
+        *(f"recordings={folder / sheet}", "calibrations=", f"results={results}", *QUICK),
     )
     return results, out
 
@@ -229,6 +233,7 @@ def bad(tmp_path_factory, root, snakemake):
         *("--cores", "2", "tables", "--config"),
         f"recordings={folder / write_sheet(folder, HEADER, *sheet)}",
         *("calibrations=", f"results={folder / 'results'}", f"twins={folder / 'twins.yaml'}"),
+        *QUICK,
     )
     return folder / "results", refused, snakemake(root, *arguments), arguments
 
@@ -323,7 +328,7 @@ def test_paper_tables_hold_every_published_number(root, tmp_path, snakemake) -> 
     results = tmp_path / "results"
     arguments = (
         *("--cores", "2", "tables", "--config", f"recordings={tmp_path / 'sheet.tsv'}"),
-        *("calibrations=", f"results={results}", "duration_s=120"),
+        *("calibrations=", f"results={results}", "duration_s=120", "fit_figures=[]"),
     )
     out = snakemake(root, *arguments)
     assert out.returncode == 0, out.stdout

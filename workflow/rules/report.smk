@@ -99,7 +99,7 @@ rule detail_pages:
 # After everything else, so that all run times are known.
 rule provenance:
     input:
-        results=results_of("recordings", "calibrations", "tables", "figures"),
+        pages=rules.detail_pages.output,  # whose inputs are all results
         tables=results_of("tables"),
         origins=together(
             collect(

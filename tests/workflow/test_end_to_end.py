@@ -33,8 +33,8 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-# A short search by the estimator of the paper, and no figure of a fit
-QUICK = ("annealing={starts: 1, colony_iterations: 20}", "fit_figures=[]")
+# One estimator, and no figure of a fit
+QUICK = ("noise={estimators: [likelihood]}", "fit_figures=[]")
 
 
 @pytest.fixture(scope="module")

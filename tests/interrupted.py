@@ -33,6 +33,7 @@ ROOT = small_run.ROOT
 COMMAND = [sys.executable, str(ROOT / "workflow/run.py"), "--workflow-profile"]
 COMMAND += [str(ROOT / "profiles/ci"), "--cores", "2", *small_run.arguments()]
 PAUSE_S = 0.05  # between two looks at a run
+ENOUGH_S = 120  # for a second run to be refused
 FILE_LIMIT = 60_000  # bytes: larger results cannot be written, as on a full disk
 COLUMNS = ("run", "disturbances", "status", "missing", "different", "seconds")
 
@@ -74,69 +75,75 @@ def kill(processes: list[psutil.Process]) -> None:
             process.kill()
 
 
-# Disturbances. Each gets a folder, a random state, and how long an undisturbed run takes.
+# Disturbances. Each gets a folder, a random state, and the longest time until it strikes, and
+# returns whether the run still worked then.
 
 
-def kill_snakemake(folder: Path, chance: random.Random, lasts_s: float) -> None:
+def kill_snakemake(folder: Path, chance: random.Random, within_s: float) -> bool:
     """SIGKILL for Snakemake alone; its jobs work on."""
     run = start(folder)
-    wait(run, chance.uniform(0, lasts_s))
+    struck = works(run, chance.uniform(0, within_s))
     run.kill()
     run.wait()
+    return struck
 
 
-def kill_a_job(folder: Path, chance: random.Random, lasts_s: float) -> None:
+def kill_a_job(folder: Path, chance: random.Random, within_s: float) -> bool:
     """SIGKILL for one job; Snakemake ends by itself."""
     run = start(folder)
-    wait(run, chance.uniform(0, lasts_s))
+    works(run, chance.uniform(0, within_s))
     while run.poll() is None and not (working := jobs(run)):
         time.sleep(PAUSE_S)
-    if run.poll() is None:
+    if struck := run.poll() is None:
         kill([chance.choice(working)])
     run.wait()
+    return struck
 
 
-def kill_all(folder: Path, chance: random.Random, lasts_s: float) -> None:
+def kill_all(folder: Path, chance: random.Random, within_s: float) -> bool:
     """SIGKILL for Snakemake and its jobs at once, as when the power fails."""
     run = start(folder)
-    wait(run, chance.uniform(0, lasts_s))
+    struck = works(run, chance.uniform(0, within_s))
     working = jobs(run)
     run.kill()
     kill(working)
     run.wait()
+    return struck
 
 
-def fill_disk(folder: Path, chance: random.Random, lasts_s: float) -> None:
+def fill_disk(folder: Path, chance: random.Random, within_s: float) -> bool:
     """No large result can be written for a while."""
     run = start(folder, FILE_LIMIT)
-    wait(run, chance.uniform(0, lasts_s))
+    struck = works(run, chance.uniform(0, within_s))
     run.kill()
     run.wait()
+    return struck
 
 
-def start_twice(folder: Path, chance: random.Random, lasts_s: float) -> None:
+def start_twice(folder: Path, chance: random.Random, within_s: float) -> bool:
     """A second run of the same folder is refused while the first works."""
     run = start(folder)
-    wait(run, chance.uniform(0, lasts_s / 4))
+    struck = works(run, chance.uniform(0, within_s / 2))
     second = start(folder)
-    for _ in range(round(lasts_s / PAUSE_S)):
+    for _ in range(round(ENOUGH_S / PAUSE_S)):
         statuses = [one.poll() for one in (run, second)]
         if statuses != [None, None]:
             break
         time.sleep(PAUSE_S)
     assert statuses != [None, None], f"{folder}: two runs at once"
-    wait(run, chance.uniform(0, lasts_s / 2))
+    works(run, chance.uniform(0, within_s / 2))
     for one in (run, second):
         one.send_signal(signal.SIGKILL)
         one.wait()
+    return struck
 
 
-def damage(folder: Path, chance: random.Random, lasts_s: float) -> None:
+def damage(folder: Path, chance: random.Random, within_s: float) -> bool:
     """A bit of one result is flipped, and half of the other results are deleted."""
     files = [path for path in (folder / "results").rglob("*") if path.is_file()]
     tables = [path for path in files if path.suffix in (".parquet", ".csv", ".json")]
     if not tables:
-        return
+        return False
     for path in chance.sample(sorted(files), len(files) // 2):
         path.unlink()
     left = sorted(path for path in tables if path.is_file() and path.stat().st_size)
@@ -146,17 +153,20 @@ def damage(folder: Path, chance: random.Random, lasts_s: float) -> None:
         content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
         with path.open("r+b") as stream:  # the same file, as damage leaves its attributes
             stream.write(content)
+    return True
 
 
-DISTURBANCES: tuple[Callable[[Path, random.Random, float], None], ...] = (
+DISTURBANCES: tuple[Callable[[Path, random.Random, float], bool], ...] = (
     *(kill_snakemake, kill_snakemake, kill_a_job, kill_a_job, kill_all),
     *(fill_disk, start_twice, damage),
 )
 
 
-def wait(run: subprocess.Popen, seconds: float) -> None:
+def works(run: subprocess.Popen, seconds: float) -> bool:
+    """Whether a run still works after so long."""
     with suppress(subprocess.TimeoutExpired):
         run.wait(seconds)
+    return run.poll() is None
 
 
 def to_the_end(folder: Path, most: int = 1) -> tuple[int, float]:
@@ -174,6 +184,9 @@ def to_the_end(folder: Path, most: int = 1) -> tuple[int, float]:
 def outcome(folder: Path, reference: Path, kills: int, seed: str, lasts_s: float) -> list[object]:
     """Disturb a run `kills` times, let it end, and compare: a row of outcomes.tsv.
 
+    All disturbances together take about as long as an undisturbed run, so that they strike at any
+    part of the work; those that came after its end do not count.
+
     A damaged result that a job finds is removed by it, and the next run makes it anew: so the last
     plain run may be typed twice.
     """
@@ -181,8 +194,8 @@ def outcome(folder: Path, reference: Path, kills: int, seed: str, lasts_s: float
     write_inputs(folder)
     for _ in range(kills):
         disturb = chance.choice(DISTURBANCES)
-        disturb(folder, chance, lasts_s)
-        done.append(disturb.__name__)
+        if disturb(folder, chance, 3 * lasts_s / kills):
+            done.append(disturb.__name__)
     status, seconds = to_the_end(folder, most=1 + done.count("damage"))
     lines = small_run.differences(reference / "results", folder / "results")
     missing = sum("missing" in line for line in lines)

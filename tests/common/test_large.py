@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.common import files
+from mocap_metrology.common import large
 from mocap_metrology.common.files import open_table, read_table, write_series, write_table
 from mocap_metrology.common.large import Made
 
@@ -45,7 +45,7 @@ def test_read_one_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     path = tmp_path / "table.parquet"
     write_table(path, columns(), {"unit": "mm"})
     assert isinstance(open_table(path)[0], dict)
-    monkeypatch.setattr(files, "LARGE", 0)
+    monkeypatch.setattr(large, "LARGE", 0)
     found, metadata = open_table(path)
     assert isinstance(found, Made)
     assert metadata == {"unit": "mm"}

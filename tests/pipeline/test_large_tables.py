@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_metrology.common import files
+from mocap_metrology.common import large
+from mocap_metrology.common.large import Made
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.noise.motion.place import by_place
+from mocap_metrology.pipeline.judging import diagnosed, diagnosis_settings
 from mocap_metrology.pipeline.recording import cleaned, write_cleaned
-from mocap_metrology.pipeline.settings import Gaussian, Hampel
+from mocap_metrology.pipeline.settings import Diagnosis, Gaussian, Hampel, Still
 from mocap_metrology.pipeline.statistics import gaussian_model
 from mocap_metrology.pipeline.tables import Table
 
@@ -39,7 +41,7 @@ def raw(tmp_path: Path) -> Path:
 def test_clean_and_gaussian(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = cleaned(Table.read(raw), Hampel())
     expected_rows = gaussian_model(expected.table, Gaussian())
-    monkeypatch.setattr(files, "LARGE", 0)
+    monkeypatch.setattr(large, "LARGE", 0)
     path = raw.with_name("clean.parquet")
     assert write_cleaned(Table.open(raw), Hampel(), path) == expected.report
     found = Table.read(path)
@@ -49,6 +51,34 @@ def test_clean_and_gaussian(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         assert found.columns[name].dtype == values.dtype
         np.testing.assert_array_equal(found.columns[name], values)
     assert gaussian_model(Table.open(path), Gaussian()) == expected_rows
+
+
+def test_diagnosis(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Events, repeats, spikes and lines; nothing is kept but what was found."""
+    table = Table.read(raw)
+    disturbed = {name: values.copy() for name, values in table.columns.items()}
+    disturbed["x1_mm"][9000:9040] += 3.0
+    for axis in "xyz":
+        disturbed[f"{axis}2_mm"][12_000:12_040] = disturbed[f"{axis}2_mm"][12_000]
+    origin = ORIGIN | {"n_filled_frames": {}}
+    Table(disturbed, origin).write(raw)
+    settings = diagnosis_settings(Diagnosis(), Still(), 3600.0)
+    no_psd = Table({"series": np.empty(0, object)}, {"psd": {}})
+    expected = diagnosed(Table.read(raw), no_psd, [], settings)
+    assert expected.found.events
+    assert expected.found.repeats
+    assert expected.found.spikes["y2"].size
+    monkeypatch.setattr(large, "LARGE", 0)
+    found = diagnosed(Table.open(raw), no_psd, [], settings)
+    assert isinstance(found.found.quiet, Made)
+    expected.write(raw.parent / "expected", "r", "measured")
+    found.write(raw.parent / "found", "r", "measured")
+    for path in (raw.parent / "expected").iterdir():
+        assert (raw.parent / "found" / path.name).read_bytes() == path.read_bytes()
+    assert list(found.found.quiet) == list(expected.found.quiet)
+    for name, values in expected.found.quiet.items():
+        assert found.found.quiet[name].dtype == values.dtype
+        np.testing.assert_array_equal(found.found.quiet[name], values)
 
 
 def test_place_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:

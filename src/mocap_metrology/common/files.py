@@ -22,7 +22,7 @@ import numpy as np
 from mocap_metrology.common import parquet
 from mocap_metrology.common.arrow import to_arrow, to_numpy
 from mocap_metrology.common.errors import Damaged, Missing
-from mocap_metrology.common.large import Made, Spool
+from mocap_metrology.common.large import Made, Spool, is_large
 from mocap_metrology.common.spreadsheet import as_text
 from mocap_metrology.common.types import Columns
 
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 Metadata = dict[str, Any]  # of a table, as JSON holds it
 METADATA_KEY = b"mocap_metrology"
 CHECKSUM = "user.mocap_metrology.sha256"  # extended attribute of a file
-LARGE = 1 << 29  # bytes of a table that is not read at once
 ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
 
 
@@ -255,8 +254,8 @@ def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
     of two markers at 120 Hz all would be 1.2 GB together."""
     with parquet.reading(path) as file:
         names, metadata = file.schema_arrow.names, _metadata(file)
-        size = 8 * len(names) * file.metadata.num_rows
-    if size <= LARGE:
+        large = is_large(len(names), file.metadata.num_rows)
+    if not large:
         return read_table(path)
     return Made(names, lambda name: read_table(path, [name])[0][name]), metadata
 

@@ -8,6 +8,18 @@ from typing import IO, Any
 
 import numpy as np
 
+LARGE = 1 << 29  # bytes of numbers that are not kept in memory together
+
+
+def is_large(n_arrays: int, length: int) -> bool:
+    """Whether so many arrays of so many numbers of 8 bytes are not kept in memory together."""
+    return 8 * n_arrays * length > LARGE
+
+
+def kept_if_small(arrays: Mapping[str, np.ndarray], length: int) -> Mapping[str, np.ndarray]:
+    """The arrays of this length themselves, or, if they are large together, as they were given."""
+    return arrays if is_large(len(arrays), length) else dict(arrays)
+
 
 class Made(Mapping[str, np.ndarray]):
     """Arrays by name, each made (read, computed) whenever it is asked for, and not kept."""

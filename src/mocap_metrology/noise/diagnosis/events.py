@@ -135,20 +135,28 @@ def merged(found: Iterable[Alarm]) -> list[list[Alarm]]:
 
 
 def measured(
-    group: list[Alarm], series: Mapping[str, np.ndarray], rate_hz: float, n_tests: float
-) -> Event:
-    """The event of some alarms: when it moved what how far.
+    groups: Sequence[list[Alarm]], series: Mapping[str, np.ndarray], rate_hz: float, n_tests: float
+) -> list[Event]:
+    """The events of groups of alarms: when each moved what how far.
 
-    series: coordinates (and distances, which do not count for the size). Off its level is what
-    departs by more than five standard deviations from the median before, both of up to ten seconds.
+    series: coordinates (and distances, which do not count for the size), each asked for once. Off
+    its level is what departs by more than five standard deviations from the median before, both of
+    up to ten seconds.
     """
+    moved: list[dict[str, _Excursion]] = [{} for _ in groups]
+    for name in series:
+        own = [k for k, group in enumerate(groups) if any(a.series == name for a in group)]
+        values = series[name] if own else np.empty(0)
+        for k in own:
+            moved[k][name] = _excursion(values, groups[k], rate_hz)
+    return [_event(*one, n_tests) for one in zip(groups, moved, strict=True)]
+
+
+def _event(group: list[Alarm], moved: Mapping[str, _Excursion], n_tests: float) -> Event:
     surest = max(group, key=lambda a: a.x)
     order = sorted(
         {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
     )
-    begin, end = min(a.start_s for a in group), max(a.stop_s for a in group)
-    width = max(round(surest.tau_s * rate_hz / SMOOTHED), 1)
-    moved = {k: _excursion(v, begin, end, rate_hz, width) for k, v in series.items() if k in order}
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
     starts = [m.first_s for m in moved.values() if m.first_s is not None]
     stops = [m.last_s for m in moved.values() if m.last_s is not None]
@@ -169,10 +177,11 @@ class _Excursion:
     last_s: float | None
 
 
-def _excursion(
-    values: np.ndarray, begin: float, end: float, rate_hz: float, width: int
-) -> _Excursion:
-    """Of means over `width` frames, centred: short enough to leave the event as it is."""
+def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excursion:
+    """Of centred means over frames that are few enough to leave the event as it is."""
+    begin, end = min(a.start_s for a in group), max(a.stop_s for a in group)
+    surest = max(group, key=lambda a: a.x)
+    width = max(round(surest.tau_s * rate_hz / SMOOTHED), 1)
     first, last = round(begin * rate_hz), min(round(end * rate_hz), values.size)
     far = round(CONTEXT_S * rate_hz)
     start = max(first - far, 0)
@@ -238,7 +247,7 @@ def find_events(
     raised, n_tests = alarms(dynamics, false_alarm / 2)
     groups = merged(raised)
     groups = sorted(groups, key=lambda g: -max(a.x for a in g))[:MOST]
-    found = [measured(group, series, rate_hz, n_tests) for group in groups]
+    found = measured(groups, series, rate_hz, n_tests)
     found = [replace(event, of=len(found)) for event in found]
     length = next(iter(levels.values())) if levels else None
     n = max((b.mean.size for b in levels.values()), default=0)

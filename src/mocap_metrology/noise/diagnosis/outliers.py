@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.large import Made, kept_if_small
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 
@@ -134,7 +135,7 @@ def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
 
 def drawn_in(
     series: Mapping[str, np.ndarray], resolution: float = 0.0, over: Over = in_turn
-) -> dict[str, np.ndarray]:
+) -> Mapping[str, np.ndarray]:
     """(n,) coordinates with no frame farther than three scales from the median of the five round
     it: heavy tails made light.
 
@@ -142,29 +143,36 @@ def drawn_in(
     all coordinates among one, three or nine frames, than so many would be by chance, something
     happened, and all stays. over: how coordinates are worked on.
     """
-    found = over(lambda values: _away(values, max(resolution, 0.0)), series.values())
-    away = dict(zip(series, found, strict=True))
-    off = np.sum([np.abs(distance) > reach for distance, reach in away.values()], axis=0)
+    found = over(lambda values: _beyond(values, max(resolution, 0.0)), series.values())
+    beyond = dict(zip(series, found, strict=True))
+    off = np.zeros(len(next(iter(series.values()))), np.int16)
+    for frames, _ in beyond.values():
+        off[frames] += 1
     alone = ~_together(off, len(series))
 
-    def drawn(one: tuple[np.ndarray, tuple[np.ndarray, float]]) -> np.ndarray:
-        values, (distance, reach) = one
-        excess = np.where(alone, distance - np.clip(distance, -reach, reach), 0.0)
-        return (values - excess).astype(values.dtype)
+    def drawn(name: str) -> np.ndarray:
+        frames, excess = beyond[name]
+        own, values = alone[frames], series[name].copy()
+        values[frames[own]] -= excess[own]
+        return values
 
-    every = ((values, away.pop(name)) for name, values in series.items())
-    return dict(zip(list(series), over(drawn, every), strict=True))
+    return kept_if_small(Made(series, drawn), off.size)
 
 
-def _away(series: np.ndarray, resolution: float) -> tuple[np.ndarray, float]:
-    """Distances from the median of five, 0 in gaps, and three of their scales."""
+def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frames that are farther from the median of five than three scales of these distances, and by
+    how much."""
     from scipy.ndimage import median_filter
 
     with np.errstate(invalid="ignore"):
         distance = series - median_filter(series, 5)
     reach = DRAWN_IN_SCALES * max(spread(distance), resolution / 2)
+    if not reach > 0:
+        return np.empty(0, int), np.empty(0)
     distance[~np.isfinite(distance)] = 0.0
-    return distance, reach if reach > 0 else math.inf
+    frames = np.flatnonzero(np.abs(distance) > reach)
+    own = distance[frames]
+    return frames, own - np.clip(own, -reach, reach)
 
 
 def _together(off: np.ndarray, n_series: int) -> np.ndarray:
@@ -179,6 +187,6 @@ def _together(off: np.ndarray, n_series: int) -> np.ndarray:
         chance = bdtrc(many - 1, frames * n_series, share) * off.size
         enough = many[chance < ALONE_EXPECTED]
         if enough.size:
-            dense = np.convolve(off, np.ones(frames, int), "same") >= enough[0]
+            dense = np.convolve(off, np.ones(frames, off.dtype), "same") >= enough[0]
             found |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense
     return found

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.large import Made
+from mocap_metrology.common.large import Made, kept_if_small
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
@@ -43,7 +43,7 @@ from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.gaussian.two_markers import Drift, drift
 from mocap_metrology.noise.model.components import Form, NoiseModel, Sinusoid
 from mocap_metrology.noise.motion.movement import Movement, movement
-from mocap_metrology.noise.series import AXES, all_series
+from mocap_metrology.noise.series import AXES, all_series, every_series
 
 NOTCHES = 3  # of a series: its strongest lines
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
@@ -120,7 +120,7 @@ class Diagnosis:
     dynamics: dict[str, list[Dynamic]]
     levels: dict[str, Blocks]
     n_windows: int
-    quiet: dict[str, np.ndarray]
+    quiet: Mapping[str, np.ndarray]
     spectra: dict[str, dict[str, np.ndarray]]
     low_pass: list[LowPass]
     trends: list[Trend]
@@ -145,15 +145,12 @@ def diagnose(
     """
     settings = settings or DiagnosisSettings()
     rate, step = recording.frame_rate_hz, recording.step_mm
-    spikes, coordinates = _quiet(recording, settings, step, over)
+    spikes, coordinates, quiet = _quiet(recording, settings, step, over)
 
-    def drifted(one: tuple[str, np.ndarray]) -> tuple[str, Drift, np.ndarray]:
-        name, series = one
-        stored = coordinates[name] if name in coordinates else series.astype(np.float32)
-        return name, drift(series, rate), stored
+    def drifted(one: tuple[str, np.ndarray]) -> tuple[str, Drift]:
+        return one[0], drift(one[1], rate)
 
-    moved = list(over(drifted, all_series(coordinates, recording.pairs)))
-    drifts, quiet = {name: own for name, own, _ in moved}, {name: one for name, _, one in moved}
+    drifts = dict(over(drifted, all_series(coordinates, recording.pairs)))
     events, dynamics, levels = searched(
         quiet, recording.pairs, rate, step, settings.false_alarm, settings.side_s, over
     )
@@ -164,11 +161,11 @@ def diagnose(
 
     def examined(one: tuple[str, np.ndarray]) -> _Examined:
         name, series = one
-        blank = np.where(away, np.nan, series.astype(np.float64))
+        blank = _blanked(series, away)
         model, spectrum = _model(noise, name), _rows(psd, name)
         if away.any():
             form = model.form if model else "sampled"
-            model = _refitted(np.where(wide, np.nan, blank), rate, form) or model
+            model = _refitted(_blanked(middle(blank), middle(wide)), rate, form) or model
             spectrum = _welch(blank, rate, welch_settings or {})
         density = partial(model.psd, frame_rate_hz=rate) if model else None
         own_lines, own_filtered = _lines_and_filters(name, blank, rate, density, spectrum, settings)
@@ -178,7 +175,7 @@ def diagnose(
         return _Examined(name, spectrum, own_lines, own_filtered, step_of)
 
     every = list(over(examined, quiet.items()))
-    blanked = Made(quiet, lambda name: np.where(away, np.nan, quiet[name].astype(np.float64)))
+    blanked = Made(quiet, lambda name: _blanked(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     return Diagnosis(
         events, [line for one in every for line in one.lines],
@@ -212,7 +209,8 @@ def searched(
     over: Over = in_turn,
 ) -> tuple[list[Event], dict[str, list[Dynamic]], dict[str, Blocks]]:
     """Events of coordinates and distances, spikes bridged, and what they were found in."""
-    drawn = drawn_in({k: v for k, v in quiet.items() if not k.startswith("L")}, step, over)
+    coordinates = Made((k for k in quiet if not k.startswith("L")), quiet.__getitem__)
+    drawn = drawn_in(coordinates, step, over)
 
     def dynamic(one: tuple[str, np.ndarray]) -> tuple[str, list[Dynamic]]:
         return one[0], dynamic_allan(one[1], rate_hz, step)
@@ -255,13 +253,28 @@ def _lines_and_filters(
 
 def _quiet(
     recording: Recording, settings: DiagnosisSettings, step: float, over: Over
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Isolated frames of every coordinate, and the coordinates without them."""
+) -> tuple[dict[str, np.ndarray], Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
+    """Isolated frames of every coordinate; the coordinates without them; and these with the
+    distances, float32."""
     raw = recording.coordinates
     found = over(lambda values: off_frames(values, settings.spike_sigma, step), raw.values())
     off = dict(zip(raw, found, strict=True))
     spikes = isolated(off, {k: int(k[1:]) for k in raw})
-    return spikes, {k: without(v, spikes[k]) for k, v in raw.items()}
+    coordinates = Made(raw, lambda name: without(raw[name], spikes[name]))
+    small = kept_if_small(coordinates, recording.n_frames)
+    every = every_series(small, recording.pairs)
+
+    def stored(name: str) -> np.ndarray:
+        return small[name] if name in small else every[name].astype(np.float32)
+
+    return spikes, small, kept_if_small(Made(every, stored), recording.n_frames)
+
+
+def _blanked(series: np.ndarray, away: np.ndarray) -> np.ndarray:
+    """A copy as float64, NaN where `away`."""
+    blank = series.astype(np.float64)
+    blank[away] = np.nan
+    return blank
 
 
 def _missing(recording: Recording) -> dict[str, float]:
@@ -343,7 +356,7 @@ def _widened(away: np.ndarray) -> np.ndarray:
 def _refitted(series: np.ndarray, rate_hz: float, form: Form) -> NoiseModel | None:
     try:
         settings = LikelihoodSettings(form=form)
-        model = likelihood(middle(series), rate_hz, None, settings).estimate.model
+        model = likelihood(series, rate_hz, None, settings).estimate.model
     except Refusal:
         return None
     return model if model.broadband else None

@@ -44,12 +44,13 @@ def repeats(
     count = int(same.sum())
     if not count:
         return None
-    changes = np.abs(np.diff(np.asarray(position_mm, dtype=np.float64), axis=1))
-    moved = changes[:, ~same & np.isfinite(changes).all(axis=0)]
-    if moved.shape[1] < LEAST_CHANGES:
+    moved = ~same
+    for axis in position_mm:
+        moved &= np.isfinite(_changes(axis))
+    if np.count_nonzero(moved) < LEAST_CHANGES:
         return None
     runs = np.flatnonzero(np.diff(np.concatenate([[0], same.view(np.int8), [0]]))).reshape(-1, 2)
-    change, chance = _leaving(changes, runs, moved, step_mm)
+    change, chance = _leaving(position_mm, runs, moved, step_mm)
     longest, share = int(np.ptp(runs, axis=1).max()), count / (same.size + 1)
     if chance > LIKELIEST:
         return None
@@ -58,19 +59,27 @@ def repeats(
     return Repeats(label, share, longest, change)
 
 
+def _changes(axis: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    """(n - 1,) sizes, one axis at a time: of 90 hours all three would be a gigabyte."""
+    steps = np.diff(axis.astype(np.float64))
+    return np.abs(steps, out=steps)
+
+
 def _leaving(
-    changes: npt.NDArray[np.float64],
+    position_mm: Sequence[npt.NDArray[np.floating]],
     runs: npt.NDArray[np.intp],
-    moved: npt.NDArray[np.float64],
+    moved: npt.NDArray[np.bool_],
     step_mm: float,
 ) -> tuple[float, float]:
     """What the coordinate that does most does before and after the `runs`, the smaller of both, in
-    mm, and the chance that it repeats its value."""
-    padded = np.pad(changes, ((0, 0), (1, 1)), constant_values=np.nan)
-    ends = np.fmin(padded[:, runs[:, 0]], padded[:, runs[:, 1] + 1])
+    mm, and the chance that it repeats its value. moved (n - 1,): which changes are of no run."""
     best = 0.0, 1.0
-    for own, every in zip(ends, moved, strict=True):
-        known, steps = own[np.isfinite(own)], every[every > 0]
+    for axis in position_mm:
+        changes = _changes(axis)
+        before = np.where(runs[:, 0] > 0, changes[runs[:, 0] - 1], np.nan)
+        after = np.where(runs[:, 1] < changes.size, changes[runs[:, 1] % changes.size], np.nan)
+        own = np.fmin(before, after)
+        known, steps = own[np.isfinite(own)], changes[moved & (changes > 0)]
         change = float(np.median(known)) if known.size else 0.0
         if change > 0 and steps.size:
             step = max(step_mm, float(np.quantile(steps, HIDDEN)))

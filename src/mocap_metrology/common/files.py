@@ -257,7 +257,15 @@ def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
         large = is_large(len(names), file.metadata.num_rows)
     if not large:
         return read_table(path)
-    return Made(names, lambda name: read_table(path, [name])[0][name]), metadata
+
+    def column(name: str) -> np.ndarray:
+        import pyarrow as pa
+
+        found = read_table(path, [name])[0][name]
+        pa.default_memory_pool().release_unused()  # of 90 hours it keeps 0.3 GB otherwise
+        return found
+
+    return Made(names, column), metadata
 
 
 def read_series(path: str | Path) -> Iterator[tuple[str, np.ndarray]]:

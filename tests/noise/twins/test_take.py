@@ -40,7 +40,7 @@ def test_positions_solve_the_normal_equations_of_errors_that_subsets_share(twin)
     moved = motion(TAKE, LABELS, twin.seed, 120.0, n)
     for marker in (0, 1):
         rows = np.concatenate([jacobians(hall, marker)[i - 1] for i in twin.camera_ids])
-        errors = [centroid_errors(TAKE, twin.seed, i, n)[marker] for i in twin.camera_ids]
+        errors = [list(centroid_errors(TAKE, twin.seed, i, n))[marker] for i in twin.camera_ids]
         solved = np.linalg.lstsq(rows, np.concatenate(errors), rcond=None)[0]
         expected = hall.markers_mm[marker][:, None] + moved[marker] + solved
         assert np.abs(made[marker] - expected).max() < 1e-10
@@ -50,7 +50,7 @@ def test_positions_are_those_of_non_linear_triangulation() -> None:
     still = replace(TAKE, h_m2=0.0, drift_mm_per_h={})
     made = simulate_take(replace(MANY, take=still)).position_mm
     hall, _ = facility(still)
-    errors = np.stack([centroid_errors(still, MANY.seed, i, 600) for i in range(1, 7)])
+    errors = np.stack([list(centroid_errors(still, MANY.seed, i, 600)) for i in range(1, 7)])
     subset, marker = [i - 1 for i in MANY.camera_ids], hall.markers_mm[0]
     for frame in range(0, 600, 60):
         pixels = project(hall, marker) + errors[:, 0, :, frame]

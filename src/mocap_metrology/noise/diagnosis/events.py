@@ -113,8 +113,7 @@ def alarms(
     n_tests = sum(d.n_tests for own in dynamics.values() for d in own)
     limit = math.log(max(n_tests, 1) / false_alarm)
     found = [
-        Alarm(d.start_s[k], d.start_s[k] + d.window_s, name, d.tau_s, d.x[k],
-              d.avar[k] / d.baseline[k])
+        Alarm(k * d.hop_s, k * d.hop_s + d.window_s, name, d.tau_s, d.x[k], d.ratio[k])
         for name, own in dynamics.items()
         for d in own
         for k in np.flatnonzero(d.x > limit)

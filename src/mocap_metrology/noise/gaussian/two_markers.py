@@ -337,14 +337,19 @@ def gaussian_rows(
         name = pair_name(pair, pairs)
         length = np.asarray(series[name], float)
         sample = gaussian_sample(length, n_bins)
+        ends = labels[pair[0] - 1], labels[pair[1] - 1]
         for axis in ("x", "pair"):
-            a, b = _along_axis(series, pair, axis)
-            model = gaussian_model(a, b, length)
+            model, moves = _modelled(*_along_axis(series, pair, axis), length, frame_rate_hz)
             test = chi_squared_normal(length, model.mu_e, model.sigma_C, n_bins, sample)
-            moves = tuple(drift(s, frame_rate_hz) for s in (a, b, length))
-            ends = labels[pair[0] - 1], labels[pair[1] - 1]
             rows.append(_row(name, *ends, axis, model, test, moves))
     return rows
+
+
+def _modelled(
+    first: np.ndarray, second: np.ndarray, length: np.ndarray, frame_rate_hz: float
+) -> tuple[GaussianModel, tuple[Drift, ...]]:
+    moves = tuple(drift(s, frame_rate_hz) for s in (first, second, length))
+    return gaussian_model(first, second, length), moves
 
 
 def _along_axis(

@@ -12,7 +12,7 @@ bridge (Allan variance at n/3 a quarter too low) and flicker noise would lose 3 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -171,19 +171,21 @@ def draw_pair(
         np.clip(c, -1.0, 1.0, out=c)
         c *= cross.factor
         del third
-    common = circle_normals(length, rng)
+    one = circle_normals(length, rng)
+    two, slow_own = np.empty_like(one), one[:0]
     if shared is not None:
-        common[:slow] = circle_normals(2 * slow, shared.rng)[:slow]
-    one = _series(common * np.sqrt(spectra[0]), n, length, frame_rate_hz)
-    common *= c
-    own = circle_normals(length, rng)
-    if shared is not None:
-        own[:slow] = circle_normals(2 * slow, shared.rng)[:slow]
-    own *= np.sqrt(1 - c * c)
-    common += own
-    del own, c
-    common *= np.sqrt(spectra[1])
-    return one, _series(common, n, length, frame_rate_hz)
+        one[:slow] = circle_normals(2 * slow, shared.rng)[:slow]
+        slow_own = circle_normals(2 * slow, shared.rng)[:slow]
+    for part, own in _normals(length, rng):
+        given = slow_own[part]
+        own[: given.size] = given
+        own *= np.sqrt(1 - c[part] * c[part])
+        own += one[part] * c[part]
+        two[part] = own * np.sqrt(spectra[1][part])
+        one[part] *= np.sqrt(spectra[0][part])
+    del c, spectra
+    one = _series(one, n, length, frame_rate_hz)
+    return one, _series(two, n, length, frame_rate_hz)
 
 
 def draw(
@@ -196,11 +198,24 @@ def draw(
 
 def circle_normals(length: int, rng: np.random.Generator) -> np.ndarray:
     """Complex normals of unit mean square for bins 0 ... length/2; the two end bins are real."""
-    values = rng.standard_normal(length + 2)
-    values *= np.sqrt(0.5)
-    values = values.view(complex)
-    values[[0, -1]] = np.sqrt(2) * values[[0, -1]].real
+    values = np.empty(length // 2 + 1, complex)
+    for part, drawn in _normals(length, rng):
+        values[part] = drawn
     return values
+
+
+def _normals(length: int, rng: np.random.Generator) -> Iterator[tuple[slice, np.ndarray]]:
+    """Some bins of `circle_normals` at a time, and their numbers."""
+    size = length // 2 + 1
+    for start in range(0, size, BLOCK):
+        part = slice(start, min(start + BLOCK, size))
+        drawn = rng.standard_normal(2 * (part.stop - start))
+        drawn *= np.sqrt(0.5)
+        drawn = drawn.view(complex)
+        for end in (0, size - 1):
+            if start <= end < part.stop:
+                drawn[end - start] = np.sqrt(2) * drawn[end - start].real
+        yield part, drawn
 
 
 def _series(amplitude: np.ndarray, n: int, length: int, frame_rate_hz: float) -> np.ndarray:

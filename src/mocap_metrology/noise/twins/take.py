@@ -17,10 +17,11 @@ frames: what they have in common is what real subsets of a take have in common.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
@@ -210,10 +211,17 @@ def facility(take: Take) -> tuple[Facility, np.ndarray]:
     return found, noise
 
 
-def centroid_errors(take: Take, seed: int, camera: int, n_frames: int) -> np.ndarray:
-    """(2 markers, 2 directions, n) errors in pixels that one camera, numbered from 1, makes."""
+def centroid_errors(
+    take: Take, seed: int, camera: int, n_frames: int
+) -> Iterator[npt.NDArray[np.float64]]:
+    """(2 directions, n) errors in pixels that one camera, numbered from 1, makes of either
+    marker."""
     noise = facility(take)[1][camera - 1]
-    return noise * stream("take", seed, f"camera {camera}").standard_normal((2, 2, n_frames))
+    draw = stream("take", seed, f"camera {camera}")
+    for _ in range(2):
+        errors = draw.standard_normal((2, n_frames))
+        errors *= noise
+        yield errors
 
 
 def motion(take: Take, labels: tuple[str, str], seed: int, rate_hz: float, n: int) -> np.ndarray:
@@ -245,8 +253,8 @@ def simulate_take(twin: TakeTwin, seed: int | None = None) -> SimulatedRecording
     position = motion(twin.take, twin.labels, seed, twin.frame_rate_hz, n)
     for index in subset:
         errors = centroid_errors(twin.take, seed, index + 1, n)
-        for marker, gain in enumerate(gains):
-            position[marker] += gain[:, :, index] @ errors[marker]
+        for marker, (gain, own) in enumerate(zip(gains, errors, strict=True)):
+            position[marker] += gain[:, :, index] @ own
     position += hall.markers_mm[:, :, None]
     truth = _truth(twin, seed, n, hall, noise)
     return SimulatedRecording(twin.frame_rate_hz, position, truth)

@@ -88,7 +88,7 @@ def view_of(found: Diagnosis, event: Event | None) -> View | None:
         for d in own:
             k = int(np.argmax(d.x))
             if d.x[k] > best:
-                best, start = float(d.x[k]), float(d.start_s[k])
+                best, start = float(d.x[k]), k * d.hop_s
                 chance = min(found.n_windows * math.exp(-best), 1.0)
                 view = View("window", name, start, start + d.window_s, d.tau_s, chance)
     return view
@@ -233,8 +233,8 @@ def _events_remark(found: Diagnosis, duration_s: float) -> str:
 def _row(d: Dynamic, duration_s: float) -> np.ndarray:
     """(COLUMNS,) log2 of the ratio of deviations, of variances averaged over the windows that begin
     in a column; a column without one repeats the window it lies in."""
-    middle = d.start_s + d.window_s / 2
-    ratio = d.avar / d.baseline
+    middle = np.arange(d.ratio.size) * d.hop_s + d.window_s / 2
+    ratio = d.ratio
     place = np.minimum((middle / duration_s * COLUMNS).astype(int), COLUMNS - 1)
     known = np.isfinite(ratio)
     count = np.bincount(place[known], minlength=COLUMNS)

@@ -68,3 +68,18 @@ def test_made_anew_each_time() -> None:
     assert [int(found[name][0]) for name in ("b", "a", "b")] == [1, 2, 3]
     with pytest.raises(KeyError):
         found["c"]
+
+
+def test_scratch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In memory, or in a file that leaves no name and holds what was put away."""
+    for limit in (large.LARGE, 0):
+        monkeypatch.setattr(large, "LARGE", limit)
+        scratch = large.Scratch((2, 3, 5000), tmp_path)
+        assert not list(tmp_path.iterdir())
+        values = np.random.default_rng(1).normal(size=scratch.values.shape)
+        scratch.values[0] = values[0]
+        scratch.put_away()
+        scratch.values[1] = values[1]
+        scratch.put_away()
+        scratch.values += 1.0
+        np.testing.assert_array_equal(scratch.values, values + 1.0)

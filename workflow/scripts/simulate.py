@@ -3,6 +3,8 @@
 from step import step
 
 with step(snakemake) as log:
+    from pathlib import Path
+
     import numpy as np
 
     from mocap_metrology.common.files import write_json
@@ -11,8 +13,12 @@ with step(snakemake) as log:
     from mocap_metrology.noise.twins.take import TakeTwin, simulate_take
 
     (twin,) = snakemake.params.twin.values()
-    simulated = simulate_take if isinstance(twin, TakeTwin) else simulate
-    made = simulated(twin, seed=snakemake.params.seed + twin.seed)
+    seed, folder = snakemake.params.seed + twin.seed, Path(snakemake.output.c3d).parent
+    made = (
+        simulate_take(twin, seed=seed)
+        if isinstance(twin, TakeTwin)
+        else simulate(twin, seed=seed, folder=folder)
+    )
     n_frames = made.position_mm.shape[2]
     log.info("%s: %d frames at %g Hz", twin.name, n_frames, made.frame_rate_hz)
     chunks = (

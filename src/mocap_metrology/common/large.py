@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import mmap
 import os
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
@@ -41,6 +45,28 @@ class Made(Mapping[str, np.ndarray]):
 
     def __contains__(self, name: object) -> bool:
         return name in self._names  # Mapping's own would make it
+
+
+class Scratch:
+    """`values`: an array of float64, large ones in a file without a name in `folder`."""
+
+    def __init__(self, shape: tuple[int, ...], folder: str | Path | None = None):
+        size = math.prod(shape)
+        self._map: mmap.mmap | None = None
+        if folder is None or not is_large(1, size):
+            self.values = np.empty(shape)
+            return
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.truncate(8 * size)
+            self._map = mmap.mmap(file.fileno(), 8 * size)
+        self.values = np.frombuffer(self._map).reshape(shape)
+
+    def put_away(self) -> None:
+        """Write what is in memory to the disk; it is read again when it is used."""
+        if self._map is not None:
+            self._map.flush()
+            if hasattr(self._map, "madvise"):  # not on every operating system
+                self._map.madvise(mmap.MADV_DONTNEED)
 
 
 class Spool:

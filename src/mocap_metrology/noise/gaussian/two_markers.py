@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mocap_metrology.common.transforms import dct
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.series import AXES, pair_name
 
@@ -163,8 +164,6 @@ def correlation_time(series: np.ndarray) -> float:
     that ends where rho is small. Of a random walk, whose spectrum has no end at zero, it is a share
     of the recording.
     """
-    from scipy.fft import dct
-
     valid = np.isfinite(series)
     n_valid = np.count_nonzero(valid)
     if n_valid < 2:
@@ -211,7 +210,7 @@ def gaussian_sample(series: np.ndarray, n_bins: int = 30, seed: int = 0) -> Samp
     all time scales at once, however slow the noise. Each surrogate is held against its own mean and
     deviation. No null, and no bins, where fewer than four bins expect five values each.
     """
-    from scipy.fft import dct, idct
+    from scipy.fft import idct
 
     valid = series[np.isfinite(series)]
     step = max(math.ceil(valid.size / SAMPLES), 1)

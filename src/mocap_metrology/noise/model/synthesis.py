@@ -13,10 +13,12 @@ bridge (Allan variance at n/3 a quarter too low) and flicker noise would lose 3 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from typing import NamedTuple
 
 import numpy as np
 
+from mocap_metrology.common.transforms import irfft
 from mocap_metrology.noise.model.components import (
     Form,
     GaussMarkov,
@@ -171,21 +173,29 @@ def draw_pair(
         np.clip(c, -1.0, 1.0, out=c)
         c *= cross.factor
         del third
-    one = circle_normals(length, rng)
-    two, slow_own = np.empty_like(one), one[:0]
-    if shared is not None:
-        one[:slow] = circle_normals(2 * slow, shared.rng)[:slow]
-        slow_own = circle_normals(2 * slow, shared.rng)[:slow]
+    slow_first, slow_own = (
+        (np.empty(0), np.empty(0))
+        if shared is None
+        else (circle_normals(2 * slow, shared.rng)[:slow] for _ in range(2))
+    )
+    again = deepcopy(rng)  # the first normals are drawn twice: of 90 hours they are 1.2 GB
+    amplitude = circle_normals(length, rng)
+    amplitude[: slow_first.size] = slow_first
+    for start in range(0, amplitude.size, BLOCK):
+        amplitude[start : start + BLOCK] *= np.sqrt(spectra[0][start : start + BLOCK])
+    del spectra[0]
+    one = _series(amplitude, n, length, frame_rate_hz)
+    del amplitude
+    amplitude = circle_normals(length, again)
+    amplitude[: slow_first.size] = slow_first
     for part, own in _normals(length, rng):
         given = slow_own[part]
         own[: given.size] = given
         own *= np.sqrt(1 - c[part] * c[part])
-        own += one[part] * c[part]
-        two[part] = own * np.sqrt(spectra[1][part])
-        one[part] *= np.sqrt(spectra[0][part])
+        own += amplitude[part] * c[part]
+        amplitude[part] = own * np.sqrt(spectra[0][part])
     del c, spectra
-    one = _series(one, n, length, frame_rate_hz)
-    return one, _series(two, n, length, frame_rate_hz)
+    return one, _series(amplitude, n, length, frame_rate_hz)
 
 
 def draw(
@@ -220,8 +230,6 @@ def _normals(length: int, rng: np.random.Generator) -> Iterator[tuple[slice, np.
 
 def _series(amplitude: np.ndarray, n: int, length: int, frame_rate_hz: float) -> np.ndarray:
     """Sum the differences whose spectral amplitudes are given (mean square = one-sided S)."""
-    from scipy.fft import irfft
-
     tau0 = 1 / frame_rate_hz
     amplitude *= np.sqrt(length / (2 * tau0))
     series = np.zeros(n)

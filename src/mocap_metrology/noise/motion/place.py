@@ -14,6 +14,8 @@ from typing import TypedDict
 import numpy as np
 from scipy.stats import chi2
 
+from mocap_metrology.common.transforms import irfft, rfft
+
 LEAST_DIFFERENCES = 30  # of a cell: its sigma is then good to 16 % where noise is white
 BLOCK = 1 << 18  # frames worked on at a time, so that long recordings need little memory
 LAGS = 200  # frames: noise of filters, as far as they reach at common frame rates
@@ -118,7 +120,7 @@ def freedom(series: np.ndarray) -> float:
     differences share a sample; far fewer for what went through a low-pass filter. NaN are gaps;
     each estimated rho_k^2 is too large by 1/n, which is subtracted.
     """
-    from scipy.fft import irfft, next_fast_len, rfft
+    from scipy.fft import next_fast_len
 
     step = np.diff(np.asarray(series, dtype=float))
     there = np.isfinite(step)

@@ -13,12 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TypedDict
 from zlib import crc32
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.large import Scratch
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.synthesis import Cross, Shared, clipped_bands, coherence, draw_pair
 from mocap_metrology.noise.twins.twin import COORDINATES, Twin
@@ -64,21 +66,26 @@ def stream(twin_name: str, seed: int, purpose: str) -> np.random.Generator:
 
 
 def simulate(
-    twin: Twin, duration_s: float | None = None, seed: int | None = None
+    twin: Twin,
+    duration_s: float | None = None,
+    seed: int | None = None,
+    folder: str | Path | None = None,
 ) -> SimulatedRecording:
     """Simulate `twin` for `duration_s` (default: its own) with `seed` (default: its own).
 
     Noise starts at 0 in the first frame, so the recording starts at `twin.start_mm`; its means
     differ from that by what the noise does. Same twin, duration and seed: same bytes (on one
-    build of numpy and scipy). Raises `Refusal` for less than 16 frames.
+    build of numpy and scipy). folder: where a large recording waits while it is made. Raises
+    `Refusal` for less than 16 frames.
     """
     duration = twin.duration_s if duration_s is None else duration_s
     seed = twin.seed if seed is None else seed
     n = round(duration * twin.frame_rate_hz)
     if n < 16:
         raise Refusal(f"twin {twin.name}: duration {duration:g} s, expected 16 frames at least")
-    position = np.empty((2, 3, n))
-    lines = _add_noise(position, twin, seed)
+    scratch = Scratch((2, 3, n), folder)
+    position = scratch.values
+    lines = _add_noise(scratch, twin, seed)
     position += np.asarray(twin.start_mm)[:, :, None]
     hours = np.arange(n) / (3600 * twin.frame_rate_hz)
     for label, velocity in twin.drift_mm_per_h.items():
@@ -88,14 +95,16 @@ def simulate(
     truth["crump"] = _add_crump(position, twin, seed)
     truth["outliers"] = _add_outliers(position, twin, seed)
     if twin.resolution_mm:
-        np.round(position / twin.resolution_mm, out=position)
-        position *= twin.resolution_mm
+        for own in position.reshape(-1, n):
+            np.round(own / twin.resolution_mm, out=own)
+            own *= twin.resolution_mm
     truth["gaps"] = _cut_gaps(position, twin, seed)
     return SimulatedRecording(twin.frame_rate_hz, position, truth)
 
 
-def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[Row]:
-    """Fill `position` with noise that starts at 0; return the sinusoids that went in."""
+def _add_noise(scratch: Scratch, twin: Twin, seed: int) -> list[Row]:
+    """Fill the scratch with noise that starts at 0; return the sinusoids that went in."""
+    position = scratch.values
     n, tau0 = position.shape[2], 1 / twin.frame_rate_hz
     for axis, letter in enumerate(AXES):
         first, second = (twin.models[f"{letter}{marker}"] for marker in (1, 2))
@@ -107,6 +116,7 @@ def _add_noise(position: np.ndarray, twin: Twin, seed: int) -> list[Row]:
         position[0, axis], position[1, axis] = draw_pair(
             first, second, cross, n, twin.frame_rate_hz, rng, twin.form, _shared(twin, seed, letter)
         )
+        scratch.put_away()
     lines = _lines(twin, stream(twin.slow.take if twin.slow else twin.name, seed, "phases"))
     t = np.arange(n if lines else 0) * tau0
     for line in lines:

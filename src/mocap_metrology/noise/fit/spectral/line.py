@@ -26,6 +26,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from mocap_metrology.common.transforms import irfft
 from mocap_metrology.common.types import Floats, Integers
 
 ROW = 2048  # samples of a sinusoid made at once
@@ -94,8 +95,6 @@ class Line:
         return rows.ravel()[:n]
 
     def _band(self, parts: np.ndarray, n: int) -> np.ndarray:
-        from scipy.fft import irfft
-
         spectrum = np.zeros(self.period // 2 + 1, complex)
         spectrum[self.first : self.first + parts.size] = parts
         wave = irfft(spectrum, self.period, overwrite_x=True)

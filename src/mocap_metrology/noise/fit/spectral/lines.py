@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.transforms import rfft
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.fit.spectral.line import (
     MARGIN,
@@ -146,8 +147,6 @@ def _search(
     at_most: int,
     least_gain: float,
 ) -> list[Line]:
-    from scipy.fft import rfft
-
     n = series.size
     spectrum = rfft(without_ramp(series), overwrite_x=True)
     scale = 2 * spacing_s / n
@@ -319,8 +318,6 @@ def _take_out(state: _State, line: Line, sign: int = 1) -> None:
 
 def line_at(series: np.ndarray, frame_rate_hz: float, f_0: float, psd: float) -> Line:
     """The line nearest to f_0 (within 1/T) of a complete series, significant or not."""
-    from scipy.fft import rfft
-
     tau0 = 1 / frame_rate_hz
     return refined(rfft(without_ramp(series)), f_0 * series.size * tau0, series.size, tau0, psd)
 
@@ -328,8 +325,6 @@ def line_at(series: np.ndarray, frame_rate_hz: float, f_0: float, psd: float) ->
 def line_again(series: np.ndarray, frame_rate_hz: float, line: Line) -> Line:
     """A line that was found elsewhere in this complete series (n,): with amplitude and phase of its
     own, or what stands in its band."""
-    from scipy.fft import rfft
-
     tau0 = 1 / frame_rate_hz
     if line.band_hz is None:
         return line_at(series, frame_rate_hz, line.f_0, line.psd)

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.transforms import dct
 from mocap_metrology.noise.model.components import Form, four_sin2
 from mocap_metrology.noise.model.sampling import power_law_means
 
@@ -155,8 +156,6 @@ def binned(series: np.ndarray, frame_rate_hz: float, bins: Bins) -> np.ndarray:
 
 
 def _transformed(series: np.ndarray) -> np.ndarray:
-    from scipy.fft import dct
-
     return dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
 
 

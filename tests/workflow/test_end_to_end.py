@@ -277,8 +277,7 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     out = snakemake(root, "-n", "--config", own, "calibrations=", f"results={tmp_path}/results")
     sheet = shipped("recordings")
     per_recording = (
-        *("simulate_recording", "trajectories", "clean", "series_statistics", "noise"),
-        *("diagnosis", "verdict"),
+        *("simulate_recording", "trajectories", "series_statistics", "noise", "verdict"),
     )
     once = (
         *("skurowski_tables", "skurowski_noise", "skurowski_noise_figures", "claims"),

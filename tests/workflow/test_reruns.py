@@ -21,8 +21,7 @@ CALIBRATIONS = [
 ]
 LAST = {"report_pages", "detail_pages", "summary_page", "provenance", "gate", "default"}
 AFTER_READING = {
-    *("clean", "series_statistics", "noise", "diagnosis", "verdict", "summary"),
-    *("group_tables", "families"),
+    *("series_statistics", "noise", "verdict", "summary", "group_tables", "families"),
 }
 
 

@@ -19,7 +19,7 @@ from running import command, environment, pass_for_computed, planned, write_shee
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS, PACKAGE = ROOT / "workflow/scripts", ROOT / "src/mocap_metrology"
-OF_RECORDINGS = {"simulate_recording", "trajectories", "clean", "series_statistics", "noise"}
+OF_RECORDINGS = {"simulate_recording", "trajectories", "series_statistics", "noise"}
 LEFT_ALONE = {  # by an edit of each package, of the rules for a recording and a calibration
     "io": {"skurowski_theory"},
     "noise": {
@@ -28,8 +28,7 @@ LEFT_ALONE = {  # by an edit of each package, of the rules for a recording and a
     },
     "lighthouse": {
         *OF_RECORDINGS,
-        *("diagnosis", "verdict", "summary", "skurowski_theory"),
-        "group_tables",
+        *("verdict", "summary", "skurowski_theory", "group_tables"),
     },
     "present": {*OF_RECORDINGS, "calibrate_twin"},
 }

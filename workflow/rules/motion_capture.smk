@@ -57,33 +57,13 @@ rule trajectories:
         "../scripts/trajectories.py"
 
 
-rule clean:
+# In one job: starting Python and reading the table takes as long as each of the five.
+rule series_statistics:
     input:
         "<results>/recordings/{recording}/trajectories.parquet",
     output:
-        table="<results>/recordings/{recording}/clean.parquet",
+        clean="<results>/recordings/{recording}/clean.parquet",
         outliers="<results>/recordings/{recording}/outliers.csv",
-    log:
-        "<logs>/clean/{recording}.log",
-    benchmark:
-        "<benchmarks>/clean/{recording}.tsv"
-    resources:
-        mem_mb=memory(1000, arrays=6),
-        runtime=minutes(30),
-    params:
-        code=source("clean.py", "noise", "pipeline"),
-        hampel=config["hampel"],
-    message:
-        "{wildcards.recording}: cleaning outliers"
-    script:
-        "../scripts/clean.py"
-
-
-# In one job: starting Python and reading the table takes as long as each of the four.
-rule series_statistics:
-    input:
-        "<results>/recordings/{recording}/clean.parquet",
-    output:
         allan="<results>/recordings/{recording}/allan.parquet",
         psd="<results>/recordings/{recording}/psd.parquet",
         gaussian="<results>/recordings/{recording}/gaussian.csv",
@@ -97,11 +77,12 @@ rule series_statistics:
         runtime=minutes(30),
     params:
         code=source("series_statistics.py", "noise", "pipeline"),
+        hampel=config["hampel"],
         allan=config["allan"],
         psd=config["psd"],
         gaussian=config["gaussian"],
     message:
-        "{wildcards.recording}: Allan deviations, spectrum, Gaussian model"
+        "{wildcards.recording}: outliers, Allan deviations, spectrum, Gaussian model"
     script:
         "../scripts/series_statistics.py"
 
@@ -162,7 +143,6 @@ rule motion_capture_results:
     input:
         recordings=collect_outputs(
             rules.trajectories.output,
-            rules.clean.output,
             rules.series_statistics.output,
             rules.noise.output,
             recording=accepted(selection.names, EVERY),

@@ -1,7 +1,7 @@
-# Verdict of each recording, with its reason and figures; a table for each group.
+# Diagnosis and verdict of each recording, in words and figures; a table for each group.
 
 
-# With the figures in one job, as starting Python with matplotlib takes longer than a verdict.
+# In one job: starting Python with matplotlib takes as long as either.
 rule verdict:
     input:
         raw="<results>/recordings/{recording}/trajectories.parquet",
@@ -12,7 +12,6 @@ rule verdict:
         noise="<results>/recordings/{recording}/noise.csv",
         periodogram="<results>/recordings/{recording}/periodogram.parquet",
         check=CHECK,
-        diagnosis="<results>/recordings/{recording}/diagnosis.json",
     output:
         report(
             "<results>/recordings/{recording}/verdict.svg",
@@ -30,6 +29,15 @@ rule verdict:
             "psd.png",
             "trajectory.png",
         ),
+        multiext(
+            "<results>/recordings/{recording}/",
+            "diagnosis.json",
+            "events.csv",
+            "periodic.csv",
+            "filters.csv",
+            "diagnosis.svg",
+            "diagnosis.png",
+        ),
         json="<results>/recordings/{recording}/verdict.json",
         fits=directory("<results>/recordings/{recording}/fit"),
     log:
@@ -37,17 +45,19 @@ rule verdict:
     benchmark:
         "<benchmarks>/verdict/{recording}.tsv"
     resources:
-        mem_mb=memory(1000, arrays=8),
+        mem_mb=memory(1000, arrays=16),
         runtime=minutes(30),
     params:
         code=source("verdict.py", "noise", "pipeline", "present"),
-        caption=captions.VERDICT,
+        captions=[captions.VERDICT, captions.DIAGNOSIS],
         row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
+        diagnosis=config["diagnosis"],
+        still=config["still"],
         verdict=config["verdict"],
         confidence=config["allan"]["confidence"],
         fits=config["fit_figures"],
     message:
-        "{wildcards.recording}: verdict and figures"
+        "{wildcards.recording}: diagnosis, verdict and figures"
     script:
         "../scripts/verdict.py"
 
@@ -77,7 +87,11 @@ rule summary:
 
 rule verdict_results:
     input:
-        recordings=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
+        recordings=collect(
+            "<results>/recordings/{row.recording}/{file}",
+            row=EVERY_RECORDING,
+            file=["verdict.json", "diagnosis.json", "events.csv", "periodic.csv", "filters.csv"],
+        ),
         figures=collect_outputs(
             rules.verdict.output,
             recording=accepted(selection.names, EVERY),

@@ -9,8 +9,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
 
-import pandas as pd
-
 from mocap_metrology.common.files import write_csv, write_json
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.recording import OutlierRow
@@ -32,7 +30,7 @@ from mocap_metrology.pipeline.recording import (
 from mocap_metrology.pipeline.settings import Settings
 from mocap_metrology.pipeline.statistics import spectra
 from mocap_metrology.pipeline.tables import Table
-from mocap_metrology.present.tables import read_noise
+from mocap_metrology.present.tables import read_noise, read_outliers
 
 N_STEPS = 7
 GROUP = "check"  # of a recording without a sheet
@@ -159,13 +157,13 @@ class _Steps:
 
     def judge(self) -> Row:
         self.progress.step("verdict")
-        clean, outliers = self.filtered.table, pd.read_csv(self.folder / "outliers.csv")
+        clean, outliers = self.filtered.table, read_outliers(self.folder / "outliers.csv")
         evidence = judging.Evidence(
             clean.in_mm(),
             clean.origin,
             self.found.allan.columns,
             self.rows,
-            cast(list[OutlierRow], outliers.to_dict("records")),  # written above, as well
+            cast(list[OutlierRow], outliers),  # written above, as well
             json.loads((self.folder / "diagnosis.json").read_text(encoding="utf-8")),
             self.given.check["warnings"],
         )

@@ -68,13 +68,13 @@ def computed(tmp_path: Path, run_once: Path, root: Path, snakemake):
 
 def test_a_damaged_table_is_made_again(tmp_path: Path, computed) -> None:
     run, expected = computed
-    damage(tmp_path / OWN / "clean.parquet")
+    damage(tmp_path / OWN / "trajectories.parquet")
     for name in ("allan.parquet", "psd.parquet"):
         (tmp_path / OWN / name).unlink()
     failed = run()
     assert failed.returncode == 1
-    lines = [line for line in failed.stdout.splitlines() if "clean.parquet" in line]
-    where = f"{OWN}clean.parquet"
+    lines = [line for line in failed.stdout.splitlines() if "trajectories.parquet" in line]
+    where = f"{OWN}trajectories.parquet"
     found = f" lab: {where} is damaged: "
     assert any(found in line and line.endswith("make it anew") for line in lines), failed.stdout
     assert not (tmp_path / where).exists()

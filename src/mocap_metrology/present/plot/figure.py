@@ -281,12 +281,15 @@ def save(picture: Picture, path: str | Path) -> tuple[Path, Path]:
     (`caption_of`). No date, host or version goes in and SVG identifiers are hashes of the content,
     so the same figure gives the same bytes on one set of packages.
     """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     figure, stem = picture.figure, str(path).removesuffix(".svg").removesuffix(".png")
     svg, png = Path(f"{stem}.svg"), Path(f"{stem}.png")
     told = {"Title": figure.get_label(), "Description": plain(picture.caption)}
     known = {key: str(text) for key, text in told.items() if text}
     with styled(), whole(svg) as svg_part, whole(png) as png_part:
-        figure.set_dpi(DPI)  # laid out as the PNG is drawn: hinting makes small text wider
+        figure.set_dpi(DPI)  # laid out as the PNG is drawn: hinting makes small text wider,
+        FigureCanvasAgg(figure)  # by the same renderer, which measures every text once
         if engine := figure.get_layout_engine():
             engine.execute(figure)
         figure.set_layout_engine(None)  # else every `savefig` would lay it out and draw it twice

@@ -114,31 +114,6 @@ rule noise:
         "../scripts/noise.py"
 
 
-# Twins of the paper: result of S's estimator for the published noise without sampling errors.
-rule expected_noise:
-    input:
-        "<results>/recordings/{recording}/allan.parquet",
-    output:
-        "<results>/recordings/{recording}/expected.csv",
-    log:
-        "<logs>/expected_noise/{recording}.log",
-    benchmark:
-        "<benchmarks>/expected_noise/{recording}.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
-    params:
-        code=source("expected_noise.py", "noise"),
-        subset=cell("camera_type", "n_cameras"),
-        twin=twin_of(TWINS),
-        form=of_row(partial(selection.form, twins=TWINS)),
-        settings=NOISE_SETTINGS,
-    message:
-        "{wildcards.recording}: expected noise coefficients"
-    script:
-        "../scripts/expected_noise.py"
-
-
 rule motion_capture_results:
     input:
         recordings=collect_outputs(

@@ -5,7 +5,7 @@ WITHOUT_SHOCK = accepted(lambda rows: references(rows[:1]), CRUMP)
 BEFORE_REPAIR = accepted(references, REPAIRED)
 TWINS_OF_PAPER = accepted(partial(selection.twins_by_name, twins=TWINS), SKUROWSKI)
 # Twins made from the row of the paper's tables for their recording.
-PRINTED = accepted(partial(selection.printed, twins=TWINS), SKUROWSKI)
+PRINTED = selection.printed(filter(selection.subset_of_paper, RECORDINGS.rows.values()), TWINS)
 
 SKUROWSKI_FIGURES = {
     1: "Gaussian model",
@@ -106,6 +106,29 @@ rule skurowski_gaussian_figures:
         "Figures 9-11 of Skurowski & Pawlyta 2019"
     script:
         "../scripts/skurowski_gaussian_figures.py"
+
+
+# Result of S's estimator for the published noise without sampling errors. Depends on no recording.
+rule expected_noise:
+    output:
+        collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
+    log:
+        "<logs>/expected_noise.log",
+    benchmark:
+        "<benchmarks>/expected_noise.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(60),
+    params:
+        code=source("expected_noise.py", "noise"),
+        subsets={row.name: selection.subset(row) for row in PRINTED},
+        twins={row.name: TWINS[row.twin].made(row.twin) for row in PRINTED},
+        forms={row.name: selection.form(row, TWINS) for row in PRINTED},
+        settings=NOISE_SETTINGS,
+    message:
+        "Expected noise coefficients of the recordings of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/expected_noise.py"
 
 
 rule skurowski_noise:

@@ -16,7 +16,6 @@ from pathlib import Path
 MISSING = re.compile(r"File (\S+) marked for report but does not exist")
 NOTHING = "There is no summary here"  # text of report/workflow.rst then
 FINISH = "the run did not finish; call `make`, correct what it reports, and try again"
-DATA = re.compile(rb'<script id="[\w-]+">\s*var \w+ = (.*);\n')  # JSON, in one line
 FAULT = re.compile(r"\w+(Error|Exception)\b")
 
 
@@ -36,16 +35,6 @@ def why(output: str) -> str:
         return lines[-1] if lines else FINISH
     said = " ".join(lines[faults[0] : faults[0] + 3])
     return FINISH if said.startswith("FileNotFoundError") else said
-
-
-def without_markup(report: bytes) -> bytes:
-    """The report with the data of its scripts free of tags: Snakemake writes cells of the sheets
-    into them as they are, and `</script>` in one of them would end the script."""
-    parts, end = [], 0
-    for found in DATA.finditer(report):
-        parts += [report[end : found.start(1)], found[1].replace(b"<", rb"\u003c")]
-        end = found.end(1)
-    return b"".join([*parts, report[end:]])
 
 
 def main(given: list[str] | None = None) -> int:
@@ -73,12 +62,10 @@ def write(target: str, arguments: list[str]) -> int:
     if not Path(target).is_file():
         print(f"no report: {FINISH}", file=sys.stderr)
         return 1
-    report = Path(target).read_bytes()
-    if NOTHING.encode() in report:
+    if NOTHING.encode() in Path(target).read_bytes():
         Path(target).unlink()
         print(f"no report: the summary is missing: {FINISH}", file=sys.stderr)
         return 1
-    Path(target).write_bytes(without_markup(report))
     print(f"{target}: {Path(target).stat().st_size / 1e6:.1f} MB")
     return 0
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
+import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import SimpleNamespace
 
 from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.recording_twins import AnyTwin
@@ -19,6 +22,7 @@ CATEGORIES = (  # numbered, as the menu of a report is in order of the alphabet
     "6 Calibrations",
     "7 Provenance",
 )
+REPORT_DATA = "snakemake.report.html_reporter.data."  # modules of Snakemake 9.27
 # Titles of tables: `Jansen et al. 2019, Table I: mean absolute error`; `skurowski2019: outliers`
 TITLE = re.compile(r"(?P<whose>.+?)(?:, (?P<item>(?:Table|Figure)s? [^:]+))?: (?P<shows>.+)")
 OF_PAPER = re.compile(r"(skurowski|jansen)_tableA?\d$")
@@ -47,6 +51,19 @@ def entry(path: str) -> dict[str, object]:
 def _title(path: str) -> str:
     with Path(path).open(encoding="utf-8") as stream:
         return next((line[2:].strip() for line in stream if line.startswith("# ")), path)
+
+
+def without_markup() -> None:
+    """Let Snakemake write the data of its report without tags. It puts cells of the sheets into
+    scripts of the page, as JSON in which `</script>` would end the script."""
+    data = [m for name, m in sys.modules.items() if name.startswith(REPORT_DATA)]
+    for module in data:
+        if getattr(module, "json", None) is json:
+            module.json = SimpleNamespace(dumps=_dumps)  # type: ignore[attr-defined]
+
+
+def _dumps(value: object) -> str:
+    return json.dumps(value).replace("<", r"\u003c")
 
 
 def of_papers(paths: Iterable[str]) -> list[str]:

@@ -2,6 +2,7 @@
 import json
 import operator
 from functools import cache, partial
+from math import ceil
 from pathlib import Path
 
 from mocap_metrology.present.text import captions
@@ -34,6 +35,7 @@ except Faults as faults:
 # Marks this process for workflow/run.py, which clears the remains of a killed run.
 runs.ends_with_process()
 runs.clear_unfinished(Path(config["results"]))
+reporting.without_markup()
 runs.clear_damaged(Path(config["results"]).glob("*/*/check.json"))
 
 
@@ -106,9 +108,23 @@ def n_frames(row):
     return twin.duration_s * twin.frame_rate_hz
 
 
-def minutes(count):
-    """`runtime` of a job, likewise."""
-    return lambda wildcards, attempt: count * attempt
+SLOWEST = 10  # times the measured seconds: processors differ, and others use them too
+
+
+def minutes(count, seconds=0):
+    """`runtime` of a job, likewise: a base, and seconds for a million positions, which are frames
+    times markers (measured: docs/scale.md)."""
+
+    def of(wildcards, attempt):
+        millions = positions(RECORDINGS.rows[wildcards.recording]) / 1e6 if seconds else 0
+        return attempt * ceil(count + SLOWEST * seconds * millions / 60)
+
+    return of
+
+
+def positions(row):
+    """Frames times markers of a recording; a twin has two."""
+    return n_frames(row) * (2 if row.twin else max(len(row.markers), 1))
 
 
 # Values of the rule's own row of a sheet.

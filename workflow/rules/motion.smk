@@ -25,7 +25,7 @@ rule orientation:
         "<benchmarks>/orientation/{recording}.tsv"
     resources:
         mem_mb=memory(1000, arrays=20),
-        runtime=minutes(30),
+        runtime=minutes(30, seconds=3.0),
     params:
         code=source("orientation.py", "io", "noise", "present"),
         caption=captions.ORIENTATION,
@@ -61,7 +61,7 @@ rule place:
         "<benchmarks>/place/{recording}.tsv"
     resources:
         mem_mb=memory(1000, arrays=12),
-        runtime=minutes(30),
+        runtime=minutes(30, seconds=0.9),
     params:
         code=source("place.py", "coordinates.py", "noise", "present"),
         caption=captions.PLACE,

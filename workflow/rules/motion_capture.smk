@@ -41,7 +41,7 @@ rule trajectories:
     priority: 10
     resources:
         mem_mb=memory(1000, arrays=5),
-        runtime=minutes(30),
+        runtime=minutes(30, seconds=0.3),
     params:
         code=source("trajectories.py", "io", "noise", "pipeline"),
         contents=contents(selection.paths),
@@ -74,7 +74,7 @@ rule series_statistics:
         "<benchmarks>/series_statistics/{recording}.tsv"
     resources:
         mem_mb=memory(1000, arrays=13),
-        runtime=minutes(30),
+        runtime=minutes(30, seconds=2.2),
     params:
         code=source("series_statistics.py", "noise", "pipeline"),
         hampel=config["hampel"],
@@ -103,7 +103,7 @@ rule noise:
     priority: 5
     resources:
         mem_mb=memory(1000, arrays=12),
-        runtime=minutes(120),
+        runtime=minutes(120, seconds=2.6),
     params:
         code=source("noise.py", "noise", "pipeline"),
         subset=of_row(selection.subset_of_paper),

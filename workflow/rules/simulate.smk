@@ -11,7 +11,7 @@ rule simulate_recording:
         "<benchmarks>/simulate_recording/{recording}.tsv"
     resources:
         mem_mb=memory(1000, arrays=17),
-        runtime=minutes(30),
+        runtime=minutes(30, seconds=1.2),
     params:
         code=source("simulate.py", "io", "noise"),
         name=cell("twin"),

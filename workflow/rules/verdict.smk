@@ -46,7 +46,7 @@ rule verdict:
         "<benchmarks>/verdict/{recording}.tsv"
     resources:
         mem_mb=memory(1000, arrays=16),
-        runtime=minutes(30),
+        runtime=minutes(30, seconds=3.5),
     params:
         code=source("verdict.py", "noise", "pipeline", "present"),
         captions=[captions.VERDICT, captions.DIAGNOSIS],

@@ -6,9 +6,8 @@ import json
 import sys
 import tempfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -39,28 +38,12 @@ from mocap_metrology.lighthouse.decode.chain import decode  # noqa: E402
 from mocap_metrology.lighthouse.decode.dump import read_dump  # noqa: E402
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive  # noqa: E402
 
-from . import mutate, strict_c3d, strict_text  # noqa: E402
+from . import kinds_beside, mutate, strict_c3d, strict_text  # noqa: E402
+from .kind import Kind  # noqa: E402
 from .strict_c3d import Values  # noqa: E402
 
 LABELS = ("A", "B")
 CHAINED = 8  # of so many mutants of a Lighthouse recording one goes through all of decoding
-
-
-@dataclass(frozen=True)
-class Kind:
-    """`base`: a sound file; `read`: the package's values of a file; `strict`: those of its bytes;
-    `damage`: a mutant and what was done."""
-
-    name: str
-    file: str
-    base: bytes
-    read: Callable[[Path], Values]
-    strict: Callable[[bytes], Values]
-    damage: Callable[[bytes, np.random.Generator], tuple[bytes, str]]
-
-    @property
-    def is_c3d(self) -> bool:
-        return self.name.startswith("c3d")
 
 
 def mutant(kind: Kind, seed: int, index: int) -> tuple[bytes, str]:
@@ -339,4 +322,5 @@ def every() -> dict[str, Kind]:
     """All kinds by name."""
     folder = Path(tempfile.mkdtemp(prefix="fuzz-"))
     kinds = [*of_c3d(folder), *of_real(), *of_text(), *of_lighthouse(), *of_workflow(folder)]
+    kinds += kinds_beside.every(folder)
     return {kind.name: kind for kind in kinds}

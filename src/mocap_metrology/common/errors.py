@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 LONGEST = 2000  # letters of a message
+# What numbers out of damaged JSON or YAML raise: also beyond all floats, or nested a thousand deep
+UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
 
 
 def printable(text: str) -> str:

@@ -95,6 +95,35 @@ def test_other_files_are_refused(tmp_path, text):
         read_pose_json(tmp_path / "pose.json")
 
 
+@pytest.mark.parametrize(
+    ("field", "value", "match"),
+    [
+        ("covariance", [[1.0, 2.0]], "covariance"),
+        ("covariance", [[1.0], [2.0, 3.0]], "inhomogeneous"),
+        ("covariance", [[0.0] * 5 + [float(k)] for k in range(6)], "symmetric"),
+        ("covariance", [[float("nan")] * 6] * 6, "symmetric"),
+        ("quaternion_xyzw", [0.0, 0.0, 0.0, 7.0], "quaternion_xyzw is"),
+        ("quaternion_xyzw", [0.0, 0.0, 1.0], "quaternion_xyzw is"),
+        ("translation_mm", [10**400, 0, 0], "too large"),
+    ],
+)
+def test_damaged_poses_are_refused(tmp_path, field, value, match):
+    """Those that no comparison should begin with."""
+    write_json(tmp_path / "pose.json", content([estimate()]))
+    document = json.loads((tmp_path / "pose.json").read_text())
+    document["poses"][0][field] = value
+    (tmp_path / "pose.json").write_text(json.dumps(document))
+    with pytest.raises(Refusal, match=match):
+        read_pose_json(tmp_path / "pose.json")
+
+
+@pytest.mark.parametrize("chosen", [-1, 1, True, "0"])
+def test_a_choice_of_none_of_the_poses_is_refused(tmp_path, chosen):
+    write_json(tmp_path / "pose.json", content([estimate()]) | {"chosen": chosen})
+    with pytest.raises(Refusal, match="of 1 poses"):
+        read_pose_json(tmp_path / "pose.json")
+
+
 def test_nothing_moved():
     same = compare_with_earlier(content(), content())
     assert not same.moved and same.chi2 == pytest.approx(0, abs=1e-12) and same.p_value == 1

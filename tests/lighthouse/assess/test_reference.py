@@ -158,8 +158,9 @@ def test_pose_files_that_are_refused(tmp_path, entries, match):
         ref.pose_reference(pose_file(tmp_path, **entries))
 
 
-def test_a_pose_file_that_is_no_json(tmp_path):
-    (tmp_path / "a.json").write_text("x,y")
+@pytest.mark.parametrize("text", ["x,y", "[" * 100_000])
+def test_a_pose_file_that_is_no_json(tmp_path, text):
+    (tmp_path / "a.json").write_text(text)
     with pytest.raises(Refusal, match=r"a\.json: cannot be read as JSON"):
         ref.pose_reference(tmp_path / "a.json")
 
@@ -194,6 +195,7 @@ def test_mount_files(tmp_path):
         (good.replace("0,0,0.1", "0,0,x"), "line 5"),
         (good.replace("x_m", "x"), "expected label,x_m,y_m,z_m"),
         (good.split("C")[0], "at least three"),
+        (good.replace("C", "\0"), "line 5"),
     ):
         with pytest.raises(Refusal, match=match):
             ref.read_mount(written(text))

@@ -66,6 +66,9 @@ SHORT = {**GOOD["factory"], "tilt": [0.1]}
 LIGHTHOUSE_2 = {**GOOD["factory"], "curve": [0.35, 0.14]}
 CASES = {
     "no JSON": ("not: json", "no JSON"),
+    "nested": ("[" * 100_000, "no JSON"),
+    "nested YAML": ("lighthouse_system_configuration: " + "[" * 5000, "no YAML"),
+    "beyond floats": ([{**GOOD, "gravity": [10**400, 0, 1]}], "gravity is"),
     "no list": ({"a": 1}, "expected a list"),
     "no role": ([{"id": 1}], "role is None"),
     "two masters": ([GOOD, GOOD], "two stations have the same role"),

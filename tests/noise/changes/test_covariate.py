@@ -170,6 +170,7 @@ def test_encodings_blank_lines_quotes_and_empty_cells(
         ("\0\1\2", ": is not a CSV file of time_s and one other column: it looks like a binary"),
         ("", ": is empty, expected a CSV file of time_s and one other column"),
         ("\n,\n", ": columns ; expected time_s and one other"),
+        ("time_s,\n0,1\n1,2\n", ": columns time_s, ; expected time_s and one other"),
     ],
 )
 def test_files_that_are_refused(tmp_path: Path, text: str, why: str) -> None:

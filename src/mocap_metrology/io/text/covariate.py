@@ -30,7 +30,7 @@ def read_covariate(path: str | Path) -> tuple[str, np.ndarray, np.ndarray]:
         raise Refusal(f"{path.name}: cannot be read: {error.strerror or error}") from error
     records = [(number, cells) for number, cells in records if any(cells)]
     columns = records[0][1] if records else []
-    if len(columns) != 2 or columns[0] != "time_s":
+    if len(columns) != 2 or columns[0] != "time_s" or not columns[1]:
         given = ", ".join(columns)[:80]
         raise Refusal(
             f"{path.name}: columns {given}; expected time_s and one other, with a comma or a"

@@ -13,7 +13,7 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Check
@@ -42,6 +42,7 @@ CONVENTION = (
 )
 SIGNIFICANT = 1e-3  # probability of so large a difference by chance
 SMALLEST_MM, SMALLEST_DEG = 2.0, 0.05  # differences below do not matter, however significant
+LARGEST_OFF_UNIT = 1e-2  # of the length of a quaternion
 LARGE_MM, LARGE_DEG = 20.0, 0.5  # where a covariance is missing
 
 
@@ -191,7 +192,7 @@ def read_pose_json(path: str | Path) -> PoseFile:
     path = Path(path)
     try:
         given: PoseFile = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, *UNREADABLE) as error:
         raise Refusal(f"{path.name}: cannot be read ({error}); expected a pose.json") from None
     try:
         for role in ROLES:
@@ -199,9 +200,11 @@ def read_pose_json(path: str | Path) -> PoseFile:
         for entry in given["poses"]:
             _kind(entry)
             matrix_and_metres(entry)
-        if given["chosen"] is not None:
-            _ = given["poses"][given["chosen"]]
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+            _check_covariance(entry.get("covariance"))
+        chosen = given["chosen"]
+        if chosen is not None and not (type(chosen) is int and 0 <= chosen < len(given["poses"])):
+            raise ValueError(f"chosen is {chosen!r} of {len(given['poses'])} poses")
+    except UNREADABLE as error:
         raise Refusal(
             f"{path.name}: is no pose.json ({type(error).__name__}: {error}); expected stations,"
             " chosen and poses as this project writes them"
@@ -216,7 +219,16 @@ def matrix_and_metres(entry: PoseEntry) -> tuple[np.ndarray, np.ndarray]:
     t = np.array(entry["translation_mm"], dtype=np.float64) / 1e3
     if t.shape != (3,) or not np.isfinite(t).all():
         raise ValueError(f"translation_mm is {entry['translation_mm']!r}")
-    return Rotation.from_quat(entry["quaternion_xyzw"]).as_matrix(), t
+    q = np.array(entry["quaternion_xyzw"], dtype=np.float64)
+    if q.shape != (4,) or not abs(np.linalg.norm(q) - 1) <= LARGEST_OFF_UNIT:
+        raise ValueError(f"quaternion_xyzw is {entry['quaternion_xyzw']!r}")
+    return Rotation.from_quat(q).as_matrix(), t
+
+
+def _check_covariance(given: object) -> None:
+    covariance = np.zeros((6, 6)) if given is None else np.array(given, dtype=np.float64)
+    if covariance.shape != (6, 6) or not np.allclose(covariance, covariance.T, rtol=1e-6):
+        raise ValueError("a covariance is no symmetric matrix of 6 x 6 finite numbers")
 
 
 def chosen_pose(given: PoseFile) -> PoseEntry | None:

@@ -21,7 +21,7 @@ from typing import SupportsInt
 import numpy as np
 
 from mocap_metrology.common import spreadsheet
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
@@ -129,7 +129,7 @@ def pose_reference(path: str | Path) -> Reference:
     name = Path(path).name
     try:
         given = json.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError) as error:
+    except (OSError, *UNREADABLE) as error:
         raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
     if not isinstance(given, dict):
         raise Refusal(f"{name}: expected an object with R, t_m and stations")
@@ -146,7 +146,7 @@ def _numbers(
 ) -> np.ndarray:
     try:
         values = np.array(given[key], dtype=np.float64)
-    except (TypeError, ValueError):
+    except UNREADABLE:
         values = np.empty(0)
     if values.shape != shape or not np.isfinite(values).all():
         size = " x ".join(map(str, shape))
@@ -210,7 +210,12 @@ def read_mount(path: str | Path) -> dict[str, np.ndarray]:
             position = np.array([spreadsheet.number(cell) for cell in row[1:4]])
         except ValueError:
             position = np.empty(0)
-        if not label or position.size != 3 or not np.isfinite(position).all():
+        if (
+            not label
+            or not label.isprintable()
+            or position.size != 3
+            or not np.isfinite(position).all()
+        ):
             raise Refusal(f"{name}: line {number} is {','.join(row)!r}; expected label,x_m,y_m,z_m")
         if label in mount:
             raise Refusal(f"{name}: label {label} occurs twice; expected one line per marker")

@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
 from mocap_metrology.lighthouse.rotor import check
@@ -54,13 +54,14 @@ def read_factory(path: str | Path) -> list[Station]:
     if '"lighthouse' in text:
         return _of_libsurvive(path)
     try:
-        stations = stations_from_json(json.loads(text), name)
-    except json.JSONDecodeError as error:
+        given = json.loads(text)
+    except UNREADABLE as error:
         raise Refusal(
             f"{name}: no JSON ({error}); expected stations.json, libsurvive's companion file"
             " or a Crazyflie's system configuration"
         ) from None
-    stations = [station for station in stations if station.factory is not None]
+    every = stations_from_json(given, name)
+    stations = [station for station in every if station.factory is not None]
     if not stations:
         raise Refusal(f"{name}: no station has factory values; expected phase, tilt, curve...")
     return stations
@@ -141,7 +142,7 @@ def _check(factory: Factory, where: str) -> None:
 def _numbers(value: object, count: int, where: str) -> np.ndarray:
     try:
         numbers = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except UNREADABLE:
         numbers = np.empty(0)
     if numbers.shape != (count,) or not np.isfinite(numbers).all():
         raise Refusal(f"{where} is {value!r}; expected {count} finite numbers")
@@ -159,7 +160,7 @@ def _of_crazyflie(text: str, name: str) -> list[Station]:
 
     try:
         given = yaml.safe_load(text)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, *UNREADABLE) as error:
         reason = " ".join(str(error).split())
         raise Refusal(f"{name}: no YAML ({reason}); expected {CRAZYFLIE_TYPE}") from None
     if not isinstance(given, Mapping) or given.get("type") != CRAZYFLIE_TYPE:
@@ -205,4 +206,4 @@ def _pair(sweeps: list[object], value: str, where: str) -> np.ndarray:
         whole = isinstance(number, int) and not isinstance(number, bool)
         if not whole and not (isinstance(number, float) and np.isfinite(number)):
             raise Refusal(f"{where}.sweeps[{axis}].{value} is {number!r}; expected a number")
-    return np.array(found, dtype=np.float64)
+    return _numbers(found, 2, f"{where}.sweeps.{value}")

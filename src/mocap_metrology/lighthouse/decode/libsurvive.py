@@ -23,7 +23,7 @@ from typing import IO
 
 import numpy as np
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.board import check_board
 from mocap_metrology.lighthouse.records import Factory, Pulses
 from mocap_metrology.lighthouse.timing import CYCLE_TICKS, TICKS_PER_S
@@ -183,7 +183,7 @@ def _description(text: bytes, where: str) -> tuple[np.ndarray, np.ndarray]:
         lights = json.loads(text)["lighthouse_config"]
         board = np.array(lights["modelPoints"], dtype=np.float64)
         channels = np.array(lights.get("channelMap", range(len(board))), dtype=np.int64)
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except UNREADABLE:
         raise Refusal(
             f"{where}: its CONFIG is unreadable; expected JSON with lighthouse_config.modelPoints"
         ) from None
@@ -264,7 +264,7 @@ def read_solution(path: str | Path) -> list[SolvedStation]:
         raise Refusal(f"{name}: of second-generation (V2) stations; expected first-generation ones")
     try:
         found = [_solved(int(i), block) for i, block in BLOCK.findall(text)]
-    except (ValueError, KeyError) as error:
+    except UNREADABLE as error:
         raise Refusal(
             f"{name}: a lighthouse block has a missing or invalid entry ({error}); expected id, "
             "mode, pose, fcal*"

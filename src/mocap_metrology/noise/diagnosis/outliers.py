@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.large import Made, kept_if_small
 from mocap_metrology.common.parallel import Over, in_turn
@@ -83,13 +84,34 @@ def spread(values: np.ndarray) -> float:
     return MAD_TO_SIGMA * float(np.median(np.abs(known - np.median(known)))) if known.size else 0.0
 
 
+def medians_of_five(series: np.ndarray) -> np.ndarray:
+    """(n,) median of every sample of (n,) floats with two to each side, mirrored at the ends: as
+    `scipy.ndimage.median_filter`, which orders the samples of gaps as it comes to them."""
+    if series.size < 5 or np.isnan(series).any():
+        from scipy.ndimage import median_filter
+
+        return np.asarray(median_filter(series, 5))
+    found = np.empty_like(series)
+    _medians_of_five(np.pad(series, 2, mode="symmetric"), found)
+    return found
+
+
+@njit
+def _medians_of_five(series: np.ndarray, found: np.ndarray) -> None:
+    """The median of a, b, c, d, e is that of e, the greater of the lesser of two pairs of the
+    others, and the lesser of the greater."""
+    for i in range(found.size):
+        a, b, c, d, e = series[i], series[i + 1], series[i + 2], series[i + 3], series[i + 4]
+        low = max(min(a, b), min(c, d))
+        high = min(max(a, b), max(c, d))
+        found[i] = max(min(e, low), min(max(e, low), high))
+
+
 def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> np.ndarray:
     """Frames of (n,) that are farther than n_sigma scales from the median of the five round them;
     the scale is that of all these distances, or of steps from frame to frame over sqrt(2) if that
     is more (smoothed tracks lie on their medians), half a step of the file at least."""
-    from scipy.ndimage import median_filter
-
-    distance = series - median_filter(series, 5)
+    distance = series - medians_of_five(series)
     scale = max(spread(distance), spread(np.diff(series)) / np.sqrt(2), resolution / 2)
     with np.errstate(invalid="ignore"):
         return np.flatnonzero(np.abs(distance) > n_sigma * scale) if scale > 0 else np.empty(0, int)
@@ -162,10 +184,8 @@ def drawn_in(
 def _beyond(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray]:
     """Frames that are farther from the median of five than three scales of these distances, and by
     how much."""
-    from scipy.ndimage import median_filter
-
     with np.errstate(invalid="ignore"):
-        distance = series - median_filter(series, 5)
+        distance = series - medians_of_five(series)
     reach = DRAWN_IN_SCALES * max(spread(distance), resolution / 2)
     if not reach > 0:
         return np.empty(0, int), np.empty(0)
@@ -190,3 +210,9 @@ def _together(off: np.ndarray, n_series: int) -> np.ndarray:
             dense = np.convolve(off, np.ones(frames, off.dtype), "same") >= enough[0]
             found |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense
     return found
+
+
+def warm_up() -> None:
+    """Compile for float32 and float64."""
+    for kind in (np.float32, np.float64):
+        medians_of_five(np.arange(8, dtype=kind))

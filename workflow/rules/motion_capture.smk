@@ -73,7 +73,7 @@ rule series_statistics:
     benchmark:
         "<benchmarks>/series_statistics/{recording}.tsv"
     resources:
-        mem_mb=memory(1000, arrays=13),
+        mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=2.2),
     params:
         code=source("series_statistics.py", "noise", "pipeline"),

@@ -10,7 +10,7 @@ rule simulate_recording:
     benchmark:
         "<benchmarks>/simulate_recording/{recording}.tsv"
     resources:
-        mem_mb=memory(1000, arrays=17),
+        mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=1.2),
     params:
         code=source("simulate.py", "io", "noise"),

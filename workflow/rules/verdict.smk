@@ -45,7 +45,7 @@ rule verdict:
     benchmark:
         "<benchmarks>/verdict/{recording}.tsv"
     resources:
-        mem_mb=memory(1000, arrays=16),
+        mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=3.5),
     params:
         code=source("verdict.py", "noise", "pipeline", "present"),

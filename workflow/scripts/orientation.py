@@ -26,7 +26,7 @@ with step(snakemake) as log:
 
     cluster, settings = snakemake.params.cluster, snakemake.params.allan
     columns, origin = open_table(snakemake.input.trajectories)
-    frame = columns["frame"]
+    n_frames = len(columns["frame"])
     refused = ""
     try:
         if cluster:
@@ -38,14 +38,12 @@ with step(snakemake) as log:
             told = origin["frame_rate_hz"], snakemake.params.accept_truncated
             found = of_poses(orientation_of(paths, body, *told))
     except Refusal as refusal:
-        refused, found = str(refusal), unknown(frame.size)
+        refused, found = str(refusal), unknown(n_frames)
         log.warning("%s", refused)
     rate, clean = origin["frame_rate_hz"], snakemake.params.hampel
     half_window = max(round(clean["half_window_s"] * rate), 1)
     parts = []
-    m = averaging_factors(
-        frame.size, settings["n_taus"], settings["min_m"], settings["max_fraction"]
-    )
+    m = averaging_factors(n_frames, settings["n_taus"], settings["min_m"], settings["max_fraction"])
     for name, values in zip(AXES, found.vectors_rad, strict=True):
         masked = hampel(values, half_window, snakemake.params.mask_sigma, "mask", 0.0).values
         curve = allan_curve(
@@ -54,7 +52,7 @@ with step(snakemake) as log:
         parts.append(allan_columns(name, curve))
 
     def series():
-        yield "frame", frame
+        yield "frame", columns["frame"]
         for name, values in zip(AXES, found.vectors_rad, strict=True):
             how = half_window, clean["n_sigma"], clean["action"], 0.0
             yield f"{name}_rad", hampel(values, *how).values

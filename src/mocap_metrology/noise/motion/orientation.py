@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -31,10 +32,14 @@ class Orientation:
     residual_mm: np.ndarray
     spread_mm: float
 
-    @property
+    @cached_property
     def range_rad(self) -> float:
         """How far it turned: 95 % of the angles from the mean orientation."""
-        angle = np.linalg.norm(self.vectors_rad, axis=0)
+        n = self.vectors_rad.shape[1]
+        angle = np.empty(n)
+        for start in range(0, n, CHUNK):
+            part = slice(start, start + CHUNK)
+            angle[part] = np.linalg.norm(self.vectors_rad[:, part], axis=0)
         known = angle[np.isfinite(angle)]
         return float(np.quantile(known, 0.95)) if known.size else float("nan")
 
@@ -54,10 +59,12 @@ def of_cluster(points_mm: Sequence[Sequence[np.ndarray]]) -> Orientation:
     k, n = len(points_mm), len(points_mm[0][0])
     if k < 3:
         raise Refusal(f"orientation: {k} markers; expected three or more of a rigid body")
-    whole = np.flatnonzero(np.all([np.isfinite(x) for marker in points_mm for x in marker], axis=0))
-    if not whole.size:
+    seen = np.ones(n, bool)
+    for x in (x for marker in points_mm for x in marker):
+        seen &= np.isfinite(x)
+    if not seen.any():
         raise Refusal("orientation: no frame in which all markers of the cluster are visible")
-    shape = _shape(points_mm, whole)
+    shape = _shape(points_mm, np.flatnonzero(seen))
     spread = np.linalg.svd(shape, compute_uv=False) / np.sqrt(k)
     if spread[1] < FLAT * spread[0]:
         raise Refusal(

@@ -66,6 +66,15 @@ def refuse_old(path: Path) -> None:
         )
 
 
+def _rate(line: Line, delimiter: str, name: str) -> float:
+    """In Hz; alone on its line, or a decimal comma would cut it."""
+    first, *others = line.cells(delimiter)
+    if any(cell.strip() for cell in others):
+        where = f"{name}: line {line.number} is {line.text.strip()!r}"
+        raise Refusal(f"{where}; expected the frame rate in Hz alone")
+    return rate(first)
+
+
 def layout(path: Path) -> Layout:
     """Read the head of the section Trajectories; refuses what has none or contradicts itself."""
     check_text(path, WHAT)
@@ -89,7 +98,7 @@ def layout(path: Path) -> Layout:
         encoding="Nexus text",
         labels=labels,
         columns=columns,
-        frame_rate_hz=rate(head[1].cells(delimiter)[0]),
+        frame_rate_hz=_rate(head[1], delimiter, path.name),
         unit=read_unit(given, "unit of Trajectories", path.name),
         delimiter=delimiter,
         data_line=head[5].number,

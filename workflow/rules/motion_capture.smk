@@ -102,7 +102,7 @@ rule noise:
         "<benchmarks>/noise/{recording}.tsv"
     priority: 5
     resources:
-        mem_mb=memory(1000, arrays=12),
+        mem_mb=memory(1000, arrays=9),
         runtime=minutes(120, seconds=2.6),
     params:
         code=source("noise.py", "noise", "pipeline"),

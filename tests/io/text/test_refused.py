@@ -393,5 +393,7 @@ def test_bytes_without_meaning_are_read_over(tmp_path, name):
 
 def test_a_rate_with_a_decimal_comma_is_not_cut(tmp_path):
     """In a file with commas between cells, where 119,88 Hz would be 119 Hz."""
-    path = spoilt(tmp_path, "n.csv", "Trajectories\n100", "Trajectories\n119,88")
+    lines = NEXUS.splitlines()
+    lines[1] = "119,88"
+    path = make(tmp_path, "n.csv", "\n".join([*lines, ""]))
     assert "n.csv: line 2 is '119,88'; expected the frame rate in Hz alone" in refusal(path)

@@ -139,6 +139,25 @@ def angle_gradient(
     return theta, da, db, dc
 
 
+@njit(inline="always")
+def intrinsic_gradient(
+    axis: int, x: float, y: float, z: float, p: np.ndarray
+) -> tuple[float, float, float, float, float]:
+    """Derivatives of the angle by phase, tan(tilt), the curve with its sign, gibmag cos(gibphase)
+    and gibmag sin(gibphase)."""
+    a, b, c = x - p[X], y - p[Y], z - p[Z]
+    if axis == 1:
+        b, c = c, -b
+    u, v, r = math.atan2(b, a), math.atan2(c, a), math.sqrt(a * a + b * b)
+    s = c * p[TAN_TILT] / r
+    g, inner = u, 1.0
+    if p[GIB_CORRECTED] != 0.0:
+        g = u - p[PHASE] - math.asin(s)
+        inner = 1.0 + p[GIBMAG] * math.cos(g + p[GIBPHASE])
+    tilt = -c / (r * math.sqrt(1.0 - s * s))
+    return -inner, inner * tilt, v * v, math.sin(g), math.cos(g)
+
+
 @njit
 def angles(points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """C(L, P) of J Eq. 2: both angles in rad of points (n, 3) in the station's frame, (n, 2)."""

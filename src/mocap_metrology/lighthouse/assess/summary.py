@@ -67,8 +67,8 @@ def summary(
     why = list(found.why)
     note = check_ids(reference, stations) if reference is not None else ""
     span = board_rms = None
-    if best is not None and (best.estimator, best.optics) in found.paths:
-        both = found.paths[best.estimator, best.optics]
+    both = None if best is None else found.paths_of(best)
+    if both is not None:
         span, board_rms = span_of(both[MASTER]), board_rms_urad(both)
     judged = verdict(
         best,

@@ -9,6 +9,7 @@ its own angles of the master's path (V-B, VI-F: stage `final`).
     paper-lm      Levenberg-Marquardt with the mirror test in place of the simplex, cubic
                   interpolation in place of linear (J IV: a more accurate way is left to others),
                   and K_2 weighted for the errors of the path, which J assumes exact
+    batch         all hits at their own times, board and stations in one estimate: see `batch`
     pnp           EPnP or IPPE for board poses (J V-A, Zheng, Yang): stage `kabsch` only
     geometric     root finding on ranges (J V-A, Islam, Kleinschmidt): stage `kabsch` only
 
@@ -19,14 +20,17 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
+from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
+from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of, reconstruct
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
 from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
@@ -57,7 +61,7 @@ from mocap_metrology.lighthouse.rotation import mean
 JANSEN = ("paper", "paper-tight", "paper-lm")
 SIMPLEX = ("paper", "paper-tight")
 PEERS = ("pnp", "geometric")
-ESTIMATORS = (*JANSEN, *PEERS)
+ESTIMATORS = (BATCH, *JANSEN, *PEERS)
 OPTICS = ("ideal", "factory")
 INTERPOLATIONS = {"linear": 1, "cubic": 3}  # degree of the polynomial
 FEWEST_POSES = 20  # moments of a station, and of both
@@ -74,10 +78,10 @@ class CalibrationSettings:
     interpolate linearly and take the path in K_2 as exact, as J;
     lasers_m (2 stations, 2 axes, 3): positions of the lasers in the station's frame, default its
     origin; variant: how factory values enter, one of `rotor.VARIANTS`, or `auto`: as the recording
-    prefers, see `variants`.
+    prefers, see `variants`; priors: of what is uncertain beside the poses, for `batch`.
     """
 
-    estimators: Sequence[str] = JANSEN
+    estimators: Sequence[str] = (BATCH, *JANSEN)
     optics: Sequence[str] = OPTICS
     simplex_optics: Sequence[str] = ("ideal",)
     reconstruction: str = "full-interpolation"
@@ -87,6 +91,7 @@ class CalibrationSettings:
     lasers_m: np.ndarray | None = None
     variant: str = AUTO
     pnp_method: str = "auto"
+    priors: Priors = field(default_factory=Priors)
 
 
 @dataclass(frozen=True)
@@ -103,6 +108,12 @@ class Calibration:
     n_common: int = 0
     why: list[str] = field(default_factory=list)
     variants: list[Weighed] = field(default_factory=list)
+
+    def paths_of(self, pose: PoseEstimate) -> tuple[Path, Path] | None:
+        """Board poses behind an estimate; of `batch`, which has one trajectory, those of
+        `paper-lm`."""
+        name = "paper-lm" if pose.estimator == BATCH else pose.estimator
+        return self.paths.get((name, pose.optics))
 
 
 def calibrate(
@@ -121,7 +132,7 @@ def calibrate(
     """
     settings = settings or CalibrationSettings()
     smooth = INTERPOLATIONS[settings.lm_interpolation]
-    orders = {smooth} if set(settings.estimators) == {"paper-lm"} else {1, smooth}
+    orders = {smooth} if set(settings.estimators) <= {"paper-lm", BATCH} else {1, smooth}
     measured = {order: _measured(hits, board, settings, order) for order in orders}
     for role, moments in zip(ROLES, measured[smooth], strict=True):
         if len(moments) < FEWEST_POSES:
@@ -146,27 +157,64 @@ def calibrate(
             for order, both in measured.items()
         }
         agreed = agreed_paths(seen[smooth], board, smooth, near)
-        steady = agreed.paths
-        if is_still(steady[MASTER]) and is_still(steady[SLAVE]):
-            found = replace(found, still=True)
-            found.estimates.extend(_static(hits, board, name, factories, own))
-            found.paths["paper-lm", name] = steady
-            continue
-        for estimator in settings.estimators:
-            if estimator in SIMPLEX and name not in settings.simplex_optics:
-                continue
-            if estimator in PEERS and settings.lasers_m is not None:
-                found.why.append(
-                    f"{estimator}, {name}: omitted, it does not model the positions of the lasers"
-                )
-                continue
-            order = smooth if estimator == "paper-lm" else 1
-            found = _one(found, estimator, seen[order], order, board, agreed, settings, report)
+        scene = Scene(hits, board, name, factories, settings.lasers_m, own.variant, settings.priors)
+        found = _by_optics(found, scene, seen, agreed, own, report)
     ways = found.variants
     return replace(
         found,
         estimates=[widened(e, ways) if e.optics == "factory" else e for e in found.estimates],
     )
+
+
+def _by_optics(
+    found: Calibration,
+    scene: Scene,
+    seen: Mapping[int, Optics],
+    agreed: Agreed,
+    settings: CalibrationSettings,
+    report: Callable[[str], None],
+) -> Calibration:
+    """By all estimators. seen: measurements by the degree of their interpolation."""
+    name, board = scene.optics, scene.board
+    if all(is_still(path) for path in agreed.paths):
+        middle = _middle(scene.hits, len(board))
+        found.estimates.extend(_static(middle, board, name, scene.factories, settings))
+        found.paths["paper-lm", name] = agreed.paths
+        return _with_batch(replace(found, still=True), scene, settings, report, middle)
+    smooth = INTERPOLATIONS[settings.lm_interpolation]
+    for estimator in settings.estimators:
+        if estimator == BATCH:
+            found = _with_batch(found, scene, settings, report)
+            continue
+        if estimator in SIMPLEX and name not in settings.simplex_optics:
+            continue
+        if estimator in PEERS and settings.lasers_m is not None:
+            found.why.append(
+                f"{estimator}, {name}: omitted, it does not model the positions of the lasers"
+            )
+            continue
+        order = smooth if estimator == "paper-lm" else 1
+        found = _one(found, estimator, seen[order], order, board, agreed, settings, report)
+    return found
+
+
+def _with_batch(
+    found: Calibration,
+    scene: Scene,
+    settings: CalibrationSettings,
+    report: Callable[[str], None],
+    still: tuple[Measurements, Measurements] | None = None,
+) -> Calibration:
+    """The estimate by `batch`, or why there is none."""
+    if BATCH not in settings.estimators:
+        return found
+    try:
+        pose = by_batch(scene, still)
+    except Refusal as refusal:
+        report(str(refusal))
+        return replace(found, why=[*found.why, str(refusal)])
+    report(f"{BATCH}, {scene.optics}: {pose.seconds:.2f} s")
+    return replace(found, estimates=[*found.estimates, pose])
 
 
 def _middle(hits: Hits, n_diodes: int) -> tuple[Measurements, Measurements]:
@@ -315,16 +363,14 @@ def _mirrored_share(
 
 
 def _static(
-    hits: Hits,
+    middle: tuple[Measurements, Measurements],
     board: np.ndarray,
     name: str,
     factories: Sequence[Factory | None],
     settings: CalibrationSettings,
 ) -> list[PoseEstimate]:
     """Stage `static` from the median angles of each diode."""
-    still = optics_of(
-        name, _middle(hits, len(board)), factories, settings.lasers_m, settings.variant
-    )
+    still = optics_of(name, middle, factories, settings.lasers_m, settings.variant)
     pose = static_pose(list(still.measurements), board, list(still.rotors))
     if pose is None:
         return []
@@ -353,13 +399,15 @@ def _static(
 
 
 def chosen(estimates: Sequence[PoseEstimate]) -> int | None:
-    """Index of the estimate to use: factory optics before ideal, paper-lm before the simplex,
-    final before Kabsch; None if there is none."""
+    """Index of the estimate to use: factory optics before ideal, batch before paper-lm before the
+    simplex, final before Kabsch; None if there is none."""
     order = [
+        (BATCH, "static"),
+        (BATCH, "final"),
         ("paper-lm", "static"),
         ("paper-lm", "final"),
         ("paper-lm", "kabsch"),
-        *((e, s) for e in ESTIMATORS for s in ("kabsch", "final") if e != "paper-lm"),
+        *((e, s) for e in ("paper", "paper-tight", *PEERS) for s in ("kabsch", "final")),
     ]
     ranked = [
         (OPTICS[::-1].index(e.optics), order.index((e.estimator, e.stage)), index)

@@ -31,7 +31,7 @@ FEWEST_HITS = 10  # of a diode in one axis, so that its median means something
 class StaticPose:
     """Slave pose R, t (m); covariance (6, 6) in m and rad; residual in rad; angles used; the lower
     of both stations' ratios of mirrored to taken K_1 (near 1: which is right is a guess); diodes
-    left out, of master and slave."""
+    left out, of master and slave; the board's pose in the master's frame, m."""
 
     R: np.ndarray
     t_m: np.ndarray
@@ -40,6 +40,8 @@ class StaticPose:
     n_angles: int
     ambiguity: float
     left_out: tuple[tuple[int, ...], tuple[int, ...]]
+    board_R: np.ndarray
+    board_t_m: np.ndarray
 
 
 def is_still(path: Path) -> bool:
@@ -102,7 +104,8 @@ def static_pose(
     ambiguity = float(min(master.ambiguity[0], slave.ambiguity[0]))
     (_, of_master), (_, of_slave) = cleaned
     left_out = of_master, of_slave
-    return StaticPose(R, t, covariance, rms, n_angles, ambiguity, left_out)
+    board_R, board_t = master.R[0], master.t_m[0]
+    return StaticPose(R, t, covariance, rms, n_angles, ambiguity, left_out, board_R, board_t)
 
 
 def without_bad(

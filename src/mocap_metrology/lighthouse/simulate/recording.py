@@ -245,9 +245,10 @@ def _flashes(
     spread = 1e-6 * twin.flash_spread_us * rng.standard_normal(flash.size)
     false_start, false_length = false_flashes(twin, rng)
     n = len(truth.board)
+    rise = 1e-6 * rng.uniform(0, twin.flash_rise_us, n)[diode]
     return (
-        np.concatenate([start[lit][flash], np.repeat(false_start, n)]),
-        np.concatenate([length[lit][flash] + spread, np.repeat(false_length, n)]),
+        np.concatenate([start[lit][flash] + rise, np.repeat(false_start, n)]),
+        np.concatenate([length[lit][flash] + spread - rise, np.repeat(false_length, n)]),
         np.concatenate([diode, np.tile(np.arange(n), false_start.size)]),
     )
 

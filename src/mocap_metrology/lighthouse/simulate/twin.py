@@ -114,6 +114,7 @@ class LighthouseTwin:
     flash_shortfall_us: float = 5.2
     flash_bias_us: float = 0.0
     flash_spread_us: float = 0.0
+    flash_rise_us: float = 0.0
     aperture_mm: float = 3.0
     beam_us: float = 0.0
     common_urad: float = 0.0

@@ -1,0 +1,330 @@
+"""Sums over hits of the normal equations of a joint estimate.
+
+A hit on diode d at time t has the residual e = C(R_s^T (p(t) + R(t) q_d - t_s)) + z - theta, with
+p and R from the cubic B-spline of `trajectory`, z the offset of the station's axis. Its derivative
+touches the four control points about t and some of the global unknowns. Hits of a sweep share one
+more error, an offset of variance sigma_c^2 that is integrated out: with weights w,
+
+    V^-1 = diag(w) / sigma^2 - k w w^T / sigma^4,  k = 1 / (1 / sigma_c^2 + sum(w) / sigma^2),
+
+so the sums below are those of V = I, and of each sweep sum(w J) and sum(w e) besides: any sigma and
+sigma_c can be put in later.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.lighthouse.rotor import angle_gradient, intrinsic_gradient
+
+POSE = 6  # unknowns of a control point, and of a station: position, rotation vector
+SPAN = 5 * POSE  # of a sweep: the control points of two neighbouring intervals
+LOCAL = 24  # most global unknowns of one hit
+
+
+@njit(inline="always")
+def right_jacobian(v: np.ndarray, J: np.ndarray) -> None:
+    """J with Exp(v + d) = Exp(v) Exp(J d) to first order in d."""
+    a2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    if a2 < 1e-8:
+        b, c = 0.5 - a2 / 24, 1 / 6 - a2 / 120
+    else:
+        a = math.sqrt(a2)
+        b, c = (1 - math.cos(a)) / a2, (a - math.sin(a)) / (a2 * a)
+    for i in range(3):
+        for j in range(3):
+            J[i, j] = c * v[i] * v[j]
+        J[i, i] += 1 - c * a2
+    J[0, 1] += b * v[2]
+    J[0, 2] -= b * v[1]
+    J[1, 0] -= b * v[2]
+    J[1, 2] += b * v[0]
+    J[2, 0] += b * v[1]
+    J[2, 1] -= b * v[0]
+
+
+@njit(inline="always")
+def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
+    """out = Exp(v) q (Rodrigues)."""
+    a2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    if a2 < 1e-8:
+        s, c = 1 - a2 / 6, 0.5 - a2 / 24
+    else:
+        a = math.sqrt(a2)
+        s, c = math.sin(a) / a, (1 - math.cos(a)) / a2
+    k0, k1, k2 = v[1] * q[2] - v[2] * q[1], v[2] * q[0] - v[0] * q[2], v[0] * q[1] - v[1] * q[0]
+    out[0] = q[0] + s * k0 + c * (v[1] * k2 - v[2] * k1)
+    out[1] = q[1] + s * k1 + c * (v[2] * k0 - v[0] * k2)
+    out[2] = q[2] + s * k2 + c * (v[0] * k1 - v[1] * k0)
+
+
+@njit(inline="always")
+def _hit(
+    h: int,
+    who: np.ndarray,
+    basis: np.ndarray,
+    turned: np.ndarray,
+    control: np.ndarray,
+    R: np.ndarray,
+    t: np.ndarray,
+    rotors: np.ndarray,
+    board: np.ndarray,
+    row: np.ndarray,
+    work: np.ndarray,
+) -> float:
+    """Predicted angle; derivative by the board's pose at the time, in row[:6]; work[3:6] is that
+    by the diode's place, work[6:9] by the master's coordinates, work[9:12] the diode from the
+    station, work[12:15] in the station's frame."""
+    s, axis, d, k = who[h, 0], who[h, 1], who[h, 2], who[h, 3]
+    p0 = p1 = p2 = 0.0
+    v = work[15:18]
+    v[:] = 0.0
+    for i in range(4):
+        b, c = basis[h, i], control[k + i]
+        p0 += b * c[0]
+        p1 += b * c[1]
+        p2 += b * c[2]
+        v[0] += b * c[3]
+        v[1] += b * c[4]
+        v[2] += b * c[5]
+    q, a, F, S = board[d], work[0:3], turned[h], R[s]
+    rotated(v, q, a)
+    far, x = work[9:12], work[12:15]
+    far[0] = p0 - t[s, 0] + F[0, 0] * a[0] + F[0, 1] * a[1] + F[0, 2] * a[2]
+    far[1] = p1 - t[s, 1] + F[1, 0] * a[0] + F[1, 1] * a[1] + F[1, 2] * a[2]
+    far[2] = p2 - t[s, 2] + F[2, 0] * a[0] + F[2, 1] * a[1] + F[2, 2] * a[2]
+    for i in range(3):
+        x[i] = S[0, i] * far[0] + S[1, i] * far[1] + S[2, i] * far[2]
+    theta, gx, gy, gz = angle_gradient(axis, x[0], x[1], x[2], rotors[s, axis])
+    D, e = work[6:9], work[3:6]
+    for i in range(3):
+        D[i] = S[i, 0] * gx + S[i, 1] * gy + S[i, 2] * gz
+        row[i] = D[i]
+    for i in range(3):
+        a[i] = F[0, i] * D[0] + F[1, i] * D[1] + F[2, i] * D[2]
+    work[18], work[19], work[20] = -v[0], -v[1], -v[2]
+    rotated(work[18:21], a, e)
+    J = work[21:30].reshape(3, 3)
+    right_jacobian(v, J)
+    m0, m1, m2 = q[1] * e[2] - q[2] * e[1], q[2] * e[0] - q[0] * e[2], q[0] * e[1] - q[1] * e[0]
+    for i in range(3):
+        row[3 + i] = m0 * J[0, i] + m1 * J[1, i] + m2 * J[2, i]
+    return theta
+
+
+@njit(inline="always")
+def _globals(
+    h: int,
+    who: np.ndarray,
+    rotors: np.ndarray,
+    board: np.ndarray,
+    columns: np.ndarray,
+    scale: int,
+    places: int,
+    work: np.ndarray,
+    at: np.ndarray,
+    value: np.ndarray,
+) -> int:
+    """Which global unknowns the angle depends on, and its derivatives; returns how many.
+
+    columns (stations, 2, 7): first column of the station's pose, of its laser depth, then of each
+    axis' offset, tilt, curve and both parts of gibbous; -1 where known.
+    """
+    s, axis, d = who[h, 0], who[h, 1], who[h, 2]
+    own, D, far, e, n = columns[s, axis], work[6:9], work[9:12], work[3:6], 0
+    if own[0] >= 0:
+        for i in range(3):
+            at[n], value[n] = own[0] + i, -D[i]
+            j, k = (i + 1) % 3, (i + 2) % 3
+            at[n + 3], value[n + 3] = own[0] + 3 + i, D[j] * far[k] - D[k] * far[j]
+            n += 1
+        n += 3
+    x, p = work[12:15], rotors[s, axis]
+    if own[1] >= 0:
+        _, gx, _, _ = angle_gradient(axis, x[0], x[1], x[2], p)
+        at[n], value[n] = own[1], (0.5 if axis == 1 else -0.5) * gx
+        n += 1
+    if own[2] >= 0:
+        at[n], value[n] = own[2], 1.0
+        n += 1
+    if own[3] >= 0:
+        of = intrinsic_gradient(axis, x[0], x[1], x[2], p)
+        for i in range(4):
+            at[n], value[n] = own[3 + i], of[1 + i]
+            n += 1
+    if scale >= 0:
+        at[n] = scale
+        value[n] = e[0] * board[d, 0] + e[1] * board[d, 1] + e[2] * board[d, 2]
+        n += 1
+    if places >= 0:
+        for i in range(3):
+            at[n], value[n] = places + 3 * d + i, e[i]
+            n += 1
+    return n
+
+
+@njit
+def predicted(
+    who: np.ndarray,
+    basis: np.ndarray,
+    turned: np.ndarray,
+    control: np.ndarray,
+    R: np.ndarray,
+    t: np.ndarray,
+    rotors: np.ndarray,
+    offsets: np.ndarray,
+    board: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Angles of all hits in rad."""
+    row, work = np.empty(POSE), np.empty(30)
+    for h in range(who.shape[0]):
+        theta = _hit(h, who, basis, turned, control, R, t, rotors, board, row, work)
+        out[h] = theta + offsets[who[h, 0], who[h, 1]]
+
+
+@njit
+def accumulate(
+    who: np.ndarray,
+    basis: np.ndarray,
+    turned: np.ndarray,
+    first: np.ndarray,
+    residual: np.ndarray,
+    weight: np.ndarray,
+    control: np.ndarray,
+    R: np.ndarray,
+    t: np.ndarray,
+    rotors: np.ndarray,
+    board: np.ndarray,
+    columns: np.ndarray,
+    scale: int,
+    places: int,
+    band: np.ndarray,
+    cross: np.ndarray,
+    inner: np.ndarray,
+    g: np.ndarray,
+    g_inner: np.ndarray,
+    sums: np.ndarray,
+    sums_inner: np.ndarray,
+) -> None:
+    """Add up w J J^T and w J e over the hits, with V = I.
+
+    who (n, 4): station, axis, diode, first control point; basis (n, 4); turned (n, 3, 3): reference
+    rotation; first (sweeps + 1,): hits of each sweep; band (SPAN, 6 K): lower diagonals for the K
+    control points, cross (6 K, G), inner (G, G), g (6 K,), g_inner (G,); of each sweep sum(w J) in
+    sums (sweeps, SPAN), from the first control point of its first hit on, and sums_inner
+    (sweeps, G). All are zero before.
+    """
+    row, work = np.empty(POSE), np.empty(30)
+    at, value = np.empty(LOCAL, np.int64), np.empty(LOCAL)
+    for m in range(first.size - 1):
+        begin = who[first[m], 3]
+        for h in range(first[m], first[m + 1]):
+            begin = min(begin, who[h, 3])
+        for h in range(first[m], first[m + 1]):
+            _hit(h, who, basis, turned, control, R, t, rotors, board, row, work)
+            n = _globals(h, who, rotors, board, columns, scale, places, work, at, value)
+            w, k = weight[h], who[h, 3]
+            we = w * residual[h]
+            for i in range(4):
+                bi, to = basis[h, i], POSE * (k + i)
+                for a in range(POSE):
+                    x = bi * row[a]
+                    sums[m, to - POSE * begin + a] += w * x
+                    g[to + a] += we * x
+                    for j in range(n):
+                        cross[to + a, at[j]] += w * x * value[j]
+                    for j in range(i):
+                        wx, by = w * x * basis[h, j], POSE * (k + j)
+                        for b in range(POSE):
+                            band[to + a - by - b, by + b] += wx * row[b]
+                    wx = w * x * bi
+                    for b in range(a + 1):
+                        band[a - b, to + b] += wx * row[b]
+            for i in range(n):
+                sums_inner[m, at[i]] += w * value[i]
+                g_inner[at[i]] += we * value[i]
+                for j in range(n):
+                    inner[at[i], at[j]] += w * value[i] * value[j]
+
+
+@njit
+def without_offsets(
+    begin: np.ndarray,
+    factor: np.ndarray,
+    sums: np.ndarray,
+    sums_inner: np.ndarray,
+    sum_residual: np.ndarray,
+    band: np.ndarray,
+    cross: np.ndarray,
+    inner: np.ndarray,
+    g: np.ndarray,
+    g_inner: np.ndarray,
+) -> None:
+    """Subtract from the sums what the offset of each sweep can explain: factor (sweeps,) times
+    the outer products of its sums; begin (sweeps,): its first control point."""
+    G = g_inner.size
+    for m in range(begin.size):
+        f, of = factor[m], POSE * begin[m]
+        if f == 0.0:
+            continue
+        for i in range(min(SPAN, g.size - of)):
+            x = f * sums[m, i]
+            if x == 0.0:
+                continue
+            for j in range(i + 1):
+                band[i - j, of + j] -= x * sums[m, j]
+            for j in range(G):
+                cross[of + i, j] -= x * sums_inner[m, j]
+            g[of + i] -= x * sum_residual[m]
+        for i in range(G):
+            x = f * sums_inner[m, i]
+            if x == 0.0:
+                continue
+            for j in range(G):
+                inner[i, j] -= x * sums_inner[m, j]
+            g_inner[i] -= x * sum_residual[m]
+
+
+@njit
+def robust(
+    first: np.ndarray,
+    residual: np.ndarray,
+    sigma: float,
+    common: float,
+    limit: float,
+    weight: np.ndarray,
+    offset: np.ndarray,
+) -> float:
+    """Weights of the hits and offsets of the sweeps, in place; returns the cost.
+
+    With z = (e - offset) / sigma, a hit costs z^2 up to |z| = limit and limit^2 (1 + 2 ln(|z| /
+    limit)) beyond, an offset (offset / common)^2; the weight is 1 up to the limit, (limit / z)^2
+    beyond. The offset is the minimum for these weights, found by repetition from the median.
+    """
+    total = 0.0
+    for m in range(first.size - 1):
+        low, high = first[m], first[m + 1]
+        b = 0.0
+        if common > 0:
+            b = float(np.median(residual[low:high]))
+            b *= common * common / (common * common + sigma * sigma / (high - low))
+        for _ in range(4 if common > 0 else 1):
+            up, down = 0.0, (sigma / common) ** 2 if common > 0 else 1.0
+            for h in range(low, high):
+                z = abs(residual[h] - b) / sigma
+                weight[h] = 1.0 if z <= limit else (limit / z) ** 2
+                up += weight[h] * residual[h]
+                down += weight[h]
+            if common > 0:
+                b = up / down
+        offset[m] = b
+        if common > 0:
+            total += (b / common) ** 2
+        for h in range(low, high):
+            z = abs(residual[h] - b) / sigma
+            total += z * z if z <= limit else limit * limit * (1 + 2 * math.log(z / limit))
+    return total

@@ -1,0 +1,197 @@
+"""Unknowns of a joint estimate, and what is known of them beforehand.
+
+The pose of each station but the master, and the board's trajectory, are free. Everything else has a
+prior, a normal distribution about the value of the board file, the factory calibration or 0:
+
+| unknown | of | default standard deviation |
+|---|---|---|
+| time zero | station and axis | 0.15 us (57 urad): flashes rise late, by diodes differently |
+| phase | station and axis | 1 mrad: together with the time zero one offset |
+| depth between both lasers | station | 10 mm |
+| scale of the board | | 1e-3 |
+| place of a diode | diode, coordinate | 0.2 mm |
+
+0 means exactly known. Scale and depth are hardly seen by the angles, so their priors go into the
+covariance of the poses nearly as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mocap_metrology.lighthouse.batch.kernel import POSE
+from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.rotation import exp
+from mocap_metrology.lighthouse.rotor import CURVE, GIBMAG, GIBPHASE, IMPERFECT, TAN_TILT, X
+from mocap_metrology.lighthouse.timing import CYCLE_S
+
+RAD_PER_S = np.pi / CYCLE_S
+GROUPS = ("pose", "depth", "offset", "intrinsic", "scale", "place")
+NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for
+
+
+@dataclass(frozen=True)
+class Priors:
+    """Standard deviations; those of phase and intrinsics count for known factory values."""
+
+    time_zero_us: float = 0.15
+    phase_mrad: float = 1.0
+    laser_depth_mm: float = 10.0
+    board_scale: float = 1e-3
+    board_position_mm: float = 0.2
+    tilt_mrad: float = 0.0
+    curve_mrad: float = 0.0
+    gib_mrad: float = 0.0
+
+    @property
+    def time_zero_rad(self) -> float:
+        """As an angle."""
+        return float(1e-6 * RAD_PER_S * self.time_zero_us)
+
+    @property
+    def offset_rad(self) -> float:
+        """Of an axis: time zero and phase."""
+        return float(np.hypot(self.time_zero_rad, 1e-3 * self.phase_mrad))
+
+    @property
+    def estimated(self) -> bool:
+        """Whether the intrinsics are unknown."""
+        return min(self.tilt_mrad, self.curve_mrad, self.gib_mrad) > 0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Columns of the global unknowns, and their prior standard deviations (inf: none).
+
+    columns (stations, 2, 7), scale, places: as the kernels read them, -1 where known. working:
+    standard deviations that the estimate starts with; group: which of `GROUPS` each is of.
+    """
+
+    columns: np.ndarray
+    scale: int
+    places: int
+    sd: np.ndarray
+    working: np.ndarray
+    group: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """How many unknowns."""
+        return int(self.sd.size)
+
+
+def layout(n_stations: int, n_diodes: int, priors: Priors) -> Layout:
+    """The unknowns of so many stations and diodes."""
+    columns = np.full((n_stations, 2, 7), -1)
+    sd: list[float] = []
+    working: list[float] = []
+    group: list[int] = []
+
+    def new(name: str, value: float, count: int = 1, used: float | None = None) -> int:
+        if not value > 0:
+            return -1
+        sd.extend([value] * count)
+        working.extend([max(value if used is None else used, NEARLY_KNOWN * value)] * count)
+        group.extend([GROUPS.index(name)] * count)
+        return len(sd) - count
+
+    for station in range(1, n_stations):
+        columns[station, :, 0] = new("pose", np.inf, POSE)
+    zero = priors.offset_rad if priors.estimated else priors.time_zero_rad
+    intrinsic = [priors.tilt_mrad, priors.curve_mrad, priors.gib_mrad, priors.gib_mrad]
+    for station in range(n_stations):
+        columns[station, :, 1] = new("depth", 1e-3 * priors.laser_depth_mm)
+        for axis in range(2):
+            columns[station, axis, 2] = new("offset", priors.offset_rad, 1, zero)
+            if priors.estimated:
+                columns[station, axis, 3:] = [new("intrinsic", 1e-3 * value) for value in intrinsic]
+    scale = new("scale", priors.board_scale, 1, 0.0)
+    places = new("place", 1e-3 * priors.board_position_mm, 3 * n_diodes)
+    return Layout(columns, scale, places, *map(np.array, (sd, working, group)))
+
+
+@dataclass(frozen=True)
+class State:
+    """Values of all unknowns but the trajectory.
+
+    R (stations, 3, 3), t_m (stations, 3): into the master's frame; rotors (stations, 2, 10) as
+    `rotor_parameters`; offsets (stations, 2) in rad; board (n, 3) in m; values (unknowns,): steps
+    from where the priors are centred.
+    """
+
+    R: np.ndarray
+    t_m: np.ndarray
+    rotors: np.ndarray
+    offsets: np.ndarray
+    board: np.ndarray
+    values: np.ndarray
+
+    def moved(self, step: np.ndarray, of: Layout) -> State:
+        """With a step (unknowns,) added; poses turn by left rotation vectors."""
+        R, t, rotors = self.R.copy(), self.t_m.copy(), self.rotors.copy()
+        offsets, board = self.offsets.copy(), self.board.copy()
+        for station in range(len(R)):
+            pose, depth = of.columns[station, 0, :2]
+            if pose >= 0:
+                t[station] += step[pose : pose + 3]
+                R[station] = exp(step[pose + 3 : pose + 6]) @ R[station]
+            if depth >= 0:
+                rotors[station, :, X] += [step[depth] / 2, -step[depth] / 2]
+            for axis in range(2):
+                offset, *intrinsics = of.columns[station, axis, 2:]
+                if offset >= 0:
+                    offsets[station, axis] += step[offset]
+                if intrinsics[0] >= 0:
+                    _turn(rotors[station, axis], step[intrinsics])
+        if of.scale >= 0:
+            board *= 1 + step[of.scale]
+        if of.places >= 0:
+            board += step[of.places : of.places + board.size].reshape(-1, 3)
+        return State(R, t, rotors, offsets, board, self.values + step)
+
+
+def _turn(rotor: np.ndarray, step: np.ndarray) -> None:
+    """Add a step of the intrinsics to the parameters of a rotor, in place."""
+    rotor[TAN_TILT] += step[0]
+    rotor[CURVE] += step[1]
+    along = rotor[GIBMAG] * np.cos(rotor[GIBPHASE]) + step[2]
+    across = rotor[GIBMAG] * np.sin(rotor[GIBPHASE]) + step[3]
+    rotor[GIBMAG], rotor[GIBPHASE] = np.hypot(along, across), np.arctan2(across, along)
+    rotor[IMPERFECT] = 1.0
+
+
+def start(
+    R: Sequence[np.ndarray],
+    t_m: Sequence[np.ndarray],
+    rotors: np.ndarray,
+    board: np.ndarray,
+    n: int,
+) -> State:
+    """Stations at these poses in the master's frame, the first of them the master; n unknowns."""
+    offsets = np.zeros((len(R), 2))
+    return State(np.array(R), np.array(t_m), np.array(rotors), offsets, board.copy(), np.zeros(n))
+
+
+@dataclass(frozen=True)
+class Sweeps:
+    """Hits in the order of their sweeps; first (sweeps + 1,): where each begins."""
+
+    hits: Hits
+    first: np.ndarray = field(repr=False)
+
+    @property
+    def sweep(self) -> np.ndarray:
+        """Which sweep each hit is of."""
+        return np.repeat(np.arange(self.first.size - 1), np.diff(self.first))
+
+
+def by_sweep(hits: Hits) -> Sweeps:
+    """Hits by station, axis and cycle."""
+    order = np.lexsort((hits.cycle, hits.axis, hits.station))
+    own = hits.take(order)
+    keys = np.stack([own.station, own.axis, own.cycle]).astype(np.int64)
+    new = (np.diff(keys, axis=1, prepend=keys[:, :1] - 1) != 0).any(axis=0)
+    return Sweeps(own, np.append(np.flatnonzero(new), len(own)))

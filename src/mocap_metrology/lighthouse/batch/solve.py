@@ -1,0 +1,327 @@
+"""One step of a joint estimate: linearise, integrate the sweeps' offsets out, solve.
+
+The normal matrix is a band (the trajectory, half width 30) with a border (all else):
+
+    [A  C ] [x]     [g]
+    [C' B ] [y] = - [h],   S = B - C' A^-1 C,  y = -S^-1 (h - C' A^-1 g),  x = -A^-1 (g + C y).
+
+The inverse of the Schur complement S is the covariance of y. Recordings that share stations and
+board have an S and h each, which are simply added.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg, optimize
+
+from mocap_metrology.lighthouse.batch import kernel
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
+from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps
+from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
+
+# Of the second difference of control points 50 ms apart: 20 m/s^2 and 100 rad/s^2. Only where a
+# board is not seen does this count beside the angles.
+BEND = np.r_[np.full(3, 0.05), np.full(3, 0.25)]
+RATIOS = (0.05, 20.0)  # of common to independent noise that are told from none and from only
+FACTORS = (1e-3, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+NOT_RULED_OUT = 4.0  # of -2 log likelihood: two standard deviations
+LIMIT = 3.5  # of |z|, beyond which a hit loses weight: of good hits 1 in 2000
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations in rad: of a hit alone, and of the offset that a sweep's hits share."""
+
+    hit: float
+    sweep: float
+
+
+@dataclass(frozen=True)
+class View:
+    """Hits with what the trajectory's knots fix about them: first control point and weights of
+    each, and the reference rotation at its time."""
+
+    sweeps: Sweeps
+    who: np.ndarray
+    basis: np.ndarray
+    turned: np.ndarray
+
+    @property
+    def begin(self) -> np.ndarray:
+        """First control point of each sweep."""
+        return np.minimum.reduceat(self.who[:, 3], self.sweeps.first[:-1])
+
+
+def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
+    """Of hits, through a trajectory."""
+    hits = sweeps.hits
+    first, basis = trajectory.basis(hits.time_s)
+    who = np.column_stack([hits.station, hits.axis, hits.diode, first]).astype(np.int64)
+    return View(sweeps, who, basis, np.ascontiguousarray(trajectory.reference(hits.time_s)))
+
+
+def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
+    """Predicted minus measured angle of every hit, rad."""
+    out = np.empty(len(seen.sweeps.hits))
+    kernel.predicted(
+        seen.who,
+        seen.basis,
+        seen.turned,
+        trajectory.control,
+        state.R,
+        state.t_m,
+        state.rotors,
+        state.offsets,
+        state.board,
+        out,
+    )
+    return out - seen.sweeps.hits.angle_rad
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weight of each hit, offset of each sweep in rad, and the robust cost."""
+
+    hit: np.ndarray
+    offset: np.ndarray
+    cost: float
+
+
+def weights(seen: View, residual: np.ndarray, noise: Noise) -> Weights:
+    """Of hits by their residuals."""
+    hit, offset = np.empty(residual.size), np.empty(seen.sweeps.first.size - 1)
+    cost = kernel.robust(seen.sweeps.first, residual, noise.hit, noise.sweep, LIMIT, hit, offset)
+    return Weights(hit, offset, cost)
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Normal equations with V = I, what sweeps have in sum, and w e^2 in all."""
+
+    band: np.ndarray
+    cross: np.ndarray
+    inner: np.ndarray
+    g: np.ndarray
+    g_inner: np.ndarray
+    begin: np.ndarray
+    of_sweep: np.ndarray
+    of_sweep_inner: np.ndarray
+    weight: np.ndarray  # sum(w) of each sweep
+    residual: np.ndarray  # sum(w e) of each sweep
+    square: float
+    n_hits: int
+
+
+def linearised(
+    seen: View,
+    trajectory: Trajectory,
+    state: State,
+    residual: np.ndarray,
+    weight: np.ndarray,
+    of: Layout,
+) -> Sums:
+    """Sums over all hits at the present values."""
+    K, G, m = trajectory.control.size, of.size, seen.sweeps.first.size - 1
+    band, cross, inner = np.zeros((SPAN, K)), np.zeros((K, G)), np.zeros((G, G))
+    g, g_inner = np.zeros(K), np.zeros(G)
+    of_sweep, of_inner = np.zeros((m, SPAN)), np.zeros((m, G))
+    kernel.accumulate(
+        seen.who,
+        seen.basis,
+        seen.turned,
+        seen.sweeps.first,
+        residual,
+        weight,
+        trajectory.control,
+        state.R,
+        state.t_m,
+        state.rotors,
+        state.board,
+        of.columns,
+        of.scale,
+        of.places,
+        band,
+        cross,
+        inner,
+        g,
+        g_inner,
+        of_sweep,
+        of_inner,
+    )
+    low = seen.sweeps.first[:-1]
+    return Sums(
+        band,
+        cross,
+        inner,
+        g,
+        g_inner,
+        seen.begin,
+        of_sweep,
+        of_inner,
+        np.add.reduceat(weight, low),
+        np.add.reduceat(weight * residual, low),
+        float(weight @ residual**2),
+        residual.size,
+    )
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A recording without its trajectory: S and h, both without priors, and the way back."""
+
+    S: np.ndarray
+    h: np.ndarray
+    factor: np.ndarray  # of A
+    A_C: np.ndarray
+    A_g: np.ndarray
+
+    def trajectory_step(self, step: np.ndarray) -> np.ndarray:
+        """x of y."""
+        return -(self.A_g + self.A_C @ step)
+
+
+def _bend(trajectory: Trajectory, noise: float) -> tuple[np.ndarray, np.ndarray]:
+    """Band and gradient of the second differences, in units of the variance of a hit."""
+    band, flat = np.zeros((SPAN, trajectory.control.size)), trajectory.control
+    if trajectory.still:
+        band[0, POSE:] = 1.0  # control points that are not used
+        return band, np.zeros(flat.size)
+    weight = (noise / (BEND * (trajectory.knot_s / KNOT_S) ** 2)) ** 2
+    second = flat[:-2] - 2 * flat[1:-1] + flat[2:]
+    g, n = np.zeros_like(flat), len(flat)
+    for i, a in enumerate((1.0, -2.0, 1.0)):
+        g[i : n - 2 + i] += a * second * weight
+        for j, b in enumerate((1.0, -2.0, 1.0)):
+            if j <= i:
+                rows = (POSE * np.arange(j, n - 2 + j)[:, None] + np.arange(POSE)).ravel()
+                band[POSE * (i - j), rows] += np.tile(a * b * weight, n - 2)
+    band[0] += 1e-12 * band[0].max()
+    return band, g.ravel()
+
+
+def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0.0) -> Reduced:
+    """The trajectory eliminated; raises LinAlgError where it is not determined."""
+    band, g = _bend(trajectory, noise.hit)
+    band, g = sums.band + band, sums.g + g
+    cross, inner, h = sums.cross.copy(), sums.inner.copy(), sums.g_inner.copy()
+    ratio = (noise.sweep / noise.hit) ** 2
+    factor = ratio / (1 + ratio * sums.weight)
+    kernel.without_offsets(
+        sums.begin,
+        factor,
+        sums.of_sweep,
+        sums.of_sweep_inner,
+        sums.residual,
+        band,
+        cross,
+        inner,
+        g,
+        h,
+    )
+    band[0] *= 1 + damping
+    variance = noise.hit**2
+    L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+    both = linalg.cho_solve_banded(
+        (L, True), np.column_stack([cross, g]), overwrite_b=True, check_finite=False
+    )
+    A_C, A_g = both[:, :-1], both[:, -1]
+    S = (inner - cross.T @ A_C) / variance
+    return Reduced((S + S.T) / 2, (h - cross.T @ A_g) / variance, L, A_C, A_g)
+
+
+def bend_cost(trajectory: Trajectory) -> float:
+    """Sum of the squared second differences over their variances."""
+    _, g = _bend(trajectory, 1.0)
+    return 0.0 if trajectory.still else float(g @ trajectory.control.ravel())
+
+
+def covariance_of(S: np.ndarray, working: np.ndarray, believed: np.ndarray) -> np.ndarray:
+    """Covariance of y estimated with prior standard deviations `working` where `believed` are true:
+    with L = diag(1 / working^2) and M = S + L,
+
+        M^-1 (S + L diag(believed^2) L) M^-1,
+
+    which is M^-1 where both are the same, and where working is 0 that of Schmidt (1966) for
+    quantities that are considered, not estimated.
+    """
+    known = 1 / working**2
+    inside = np.where(np.isfinite(believed), believed, 0.0) * known
+    M = linalg.inv(S + np.diag(known))
+    return M @ (S + np.diag(inside**2)) @ M
+
+
+def supported(
+    S: np.ndarray, h: np.ndarray, values: np.ndarray, working: np.ndarray, own: np.ndarray
+) -> tuple[float, float]:
+    """How large a group of unknowns is as a whole, by the recording: the factors of its standard
+    deviation of greatest restricted likelihood, and the largest that it does not contradict.
+
+    own: which unknowns the group is; with L(f) the information of the priors, the group's standard
+    deviations times f, and h_0 = h - S values at values 0,
+
+        -2 log L = log det(S + L) - log det L - h_0' (S + L)^-1 h_0,
+
+    which the largest factor raises by `NOT_RULED_OUT`.
+    """
+    at_zero = h - S @ values
+    found = []
+    for factor in FACTORS:
+        known = 1 / np.where(own, factor * working, working) ** 2
+        L = linalg.cholesky(S + np.diag(known), lower=True)
+        x = linalg.solve_triangular(L, at_zero, lower=True)
+        size = 2 * np.log(np.diag(L)).sum() - np.log(known[own]).sum()
+        found.append(float(size - x @ x))
+    best = int(np.argmin(found))
+    within = [k for k, value in enumerate(found) if value <= found[best] + NOT_RULED_OUT]
+    return FACTORS[best], FACTORS[max(within)]
+
+
+def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
+    """Standard deviations of the greatest restricted likelihood (Patterson & Thompson 1971).
+
+    For a ratio r = (sweep / hit)^2 of the variances, with A and g of the trajectory alone,
+
+        Q = sum(w e^2) - sum_m r / (1 + r W_m) (sum_m w e)^2 - g' A^-1 g,
+        -2 log L = (n - p) log Q + sum_m log(1 + r W_m) + log det A,   hit^2 = Q / (n - p),
+
+    p unknowns of the trajectory; those of the border are few beside it and count as known. The
+    ratio is found by bounded search; 0 is tried, too.
+    """
+    bend, bend_g = _bend(trajectory, start.hit)
+    p = int((sums.band[0] > 0).sum())
+    free = max(sums.n_hits - p, 1)
+    empty = np.zeros((sums.g.size, 0)), np.zeros((0, 0)), np.zeros(0)
+    nothing = np.zeros((sums.begin.size, 0))
+
+    def at(ratio: float) -> tuple[float, float]:
+        band, g = sums.band + bend, sums.g + bend_g
+        factor = ratio / (1 + ratio * sums.weight)
+        kernel.without_offsets(
+            sums.begin,
+            factor,
+            sums.of_sweep,
+            nothing,
+            sums.residual,
+            band,
+            empty[0],
+            empty[1],
+            g,
+            empty[2],
+        )
+        L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+        x = linalg.cho_solve_banded((L, True), g, check_finite=False)
+        Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)
+        log_det = 2 * float(np.log(L[0]).sum())
+        rest = float(np.log1p(ratio * sums.weight).sum())
+        return free * np.log(Q) + rest + log_det, Q / free
+
+    low, high = 2 * np.log(RATIOS)
+    found = optimize.minimize_scalar(
+        lambda x: at(np.exp(x))[0], bounds=(low, high), method="bounded", options={"xatol": 0.05}
+    )
+    ratio = float(np.exp(found.x))
+    ratio = min((0.0, ratio), key=lambda r: at(r)[0])
+    hit = float(np.sqrt(at(ratio)[1]))
+    return Noise(hit, hit * float(np.sqrt(ratio)))

@@ -1,0 +1,221 @@
+"""Estimator `batch`: all hits of a recording at their own times, in one estimate.
+
+J's method needs both angles of a diode at one moment, which it interpolates, and poses of both
+stations at one moment, which it interpolates too; it names the missing correlation of both
+stations' data as its limit (J VII). Here the board follows one continuous trajectory, and each hit
+is compared with it when it happened (`lighthouse.batch`). It starts from board poses on which both
+stations agree.
+
+A stretch of the trajectory can end in the mirrored minimum of a flat board; there the residual is
+large, so such stretches are begun anew from what is before and after them. A diode that the others
+contradict is left out and named.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, estimate
+from mocap_metrology.lighthouse.batch.parts import halves, rms_by
+from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.batch.start import joined, moments
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, through, trajectory_of
+from mocap_metrology.lighthouse.board import FEWEST_DIODES
+from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
+from mocap_metrology.lighthouse.calibrate.reconstruction import optics_of
+from mocap_metrology.lighthouse.calibrate.static import static_pose
+from mocap_metrology.lighthouse.fit.board_pose import well_posed
+from mocap_metrology.lighthouse.records import (
+    SLAVE,
+    Factory,
+    Hits,
+    Measurements,
+    PoseEstimate,
+)
+from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, rotor_parameters
+
+NAME = "batch"
+RENEWALS = 3  # of stretches and of diodes, at most
+BAD_STRETCH = 1.7  # of its rms residual over that of all
+BAD_DIODE = 3.0
+FEWEST_HITS = 6  # of a stretch or diode that is judged
+FEWEST_MOMENTS = 10
+ORDER = 3  # of interpolation between moments
+UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
+
+Pose = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
+    `reconstruction.optics_of`, and what is known beforehand."""
+
+    hits: Hits
+    board: np.ndarray
+    optics: str
+    factories: Sequence[Factory | None]
+    lasers_m: np.ndarray | None
+    variant: str
+    priors: Priors
+
+    @property
+    def rotors(self) -> np.ndarray:
+        """Of both stations, (2, 2, 10)."""
+        ideal = self.optics == "ideal"
+        model = CRAZYFLIE if ideal else VARIANTS[self.variant]
+        lasers = [None, None] if self.lasers_m is None else self.lasers_m
+        return np.array(
+            [
+                rotor_parameters(None if ideal else factory, own, model)
+                for factory, own in zip(self.factories, lasers, strict=True)
+            ]
+        )
+
+    @property
+    def used_priors(self) -> Priors:
+        """Ideal optics claim to have no phase and no depth, named lasers no depth."""
+        priors = self.priors
+        if self.optics == "ideal":
+            priors = replace(priors, phase_mrad=0.0)
+        if self.optics == "ideal" or self.lasers_m is not None:
+            priors = replace(priors, laser_depth_mm=0.0)
+        return priors
+
+
+def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = None) -> PoseEstimate:
+    """The slave's pose from all hits. still: median angles of a board that keeps its place.
+
+    Raises `Refusal` where no start is found or the search does not converge.
+    """
+    began = time.perf_counter()
+    try:
+        if still is None:
+            found, left_out = _without_bad_diodes(scene, *_start(scene))
+        else:
+            found, left_out = _joint(scene, *_still_start(scene, still)), ()
+    except np.linalg.LinAlgError as error:
+        raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
+    if not found.converged:
+        raise Refusal(f"batch, {scene.optics}: no convergence in {found.rounds - 1} steps")
+    one, covariance = found.recordings[0], found.pose_covariance()
+    return PoseEstimate(
+        estimator=NAME,
+        stage="final" if still is None else "static",
+        optics=scene.optics,
+        R=found.state.R[SLAVE],
+        t_m=found.state.t_m[SLAVE],
+        frame="optical" if scene.lasers_m is None else "housing",
+        covariance=covariance * np.outer(UNITS, UNITS),
+        residual_rms_urad=1e6 * float(np.sqrt(np.mean(one.residual**2))),
+        n_angles=len(one.sweeps.hits),
+        weighted_rms_urad=1e6 * one.noise.hit,
+        halves=halves(found) if still is None else None,
+        seconds=time.perf_counter() - began,
+        note=f"diode {', '.join(map(str, left_out))} excluded" if left_out else "",
+    )
+
+
+def _start(scene: Scene) -> tuple[Hits, Trajectory, Pose]:
+    """Hits where the board's poses are known, a trajectory near these, and the slave's pose."""
+    both = []
+    for own in moments(scene.hits, len(scene.board)):
+        seen = own.seen.sum(axis=1) >= FEWEST_DIODES
+        kept = Measurements(own.time_s[seen], own.angles_rad[seen])
+        both.append(well_posed(kept, scene.board))
+    master, slave = both
+    if min(len(master), len(slave)) < FEWEST_MOMENTS:
+        raise Refusal(
+            f"batch, {scene.optics}: {len(master)} and {len(slave)} moments at which a station sees"
+            f" four diodes; expected at least {FEWEST_MOMENTS}"
+        )
+    optics = optics_of(
+        scene.optics, (master, slave), scene.factories, scene.lasers_m, scene.variant
+    )
+    agreed = agreed_paths(optics, scene.board, ORDER)
+    if agreed.R is None or agreed.t_m is None:
+        raise Refusal(f"batch, {scene.optics}: the stations never see the board at once")
+    time_s = scene.hits.time_s
+    trajectory = trajectory_of(joined(agreed), time_s.min(), time_s.max())
+    return scene.hits.take(trajectory.known(time_s)), trajectory, (agreed.R, agreed.t_m)
+
+
+def _still_start(
+    scene: Scene, still: tuple[Measurements, Measurements]
+) -> tuple[Hits, Trajectory, Pose]:
+    """All hits, one pose of the board, and the slave's pose."""
+    optics = optics_of(scene.optics, still, scene.factories, scene.lasers_m, scene.variant)
+    pose = static_pose(list(optics.measurements), scene.board, list(optics.rotors))
+    if pose is None:
+        raise Refusal(f"batch, {scene.optics}: a station sees fewer than four diodes")
+    return scene.hits, at_rest(pose.board_R, pose.board_t_m), (pose.R, pose.t_m)
+
+
+def _joint(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:
+    R, t = [np.eye(3), pose[0]], [np.zeros(3), pose[1]]
+    given = [(hits, trajectory)]
+    return estimate(given, R, t, scene.rotors, scene.board, scene.used_priors)
+
+
+def _without_bad_diodes(
+    scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose
+) -> tuple[Joint, tuple[int, ...]]:
+    """The estimate, without diodes whose hits the others contradict; and which."""
+    out: list[int] = []
+    found = _renewed(scene, hits, trajectory, pose)
+    for _ in range(RENEWALS):
+        one = found.recordings[0]
+        z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
+        worst = int(np.nanargmax(z))
+        left = np.unique(hits.diode).size
+        if z[worst] < BAD_DIODE * np.nanmedian(z) or left <= FEWEST_DIODES:
+            break
+        out.append(worst)
+        hits = hits.take(hits.diode != worst)
+        found = _renewed(scene, hits, trajectory, pose)
+    return found, tuple(sorted(out))
+
+
+def _renewed(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:
+    """The estimate; stretches that fit badly begin anew from their neighbours while that helps."""
+    found = _joint(scene, hits, trajectory, pose)
+    for _ in range(RENEWALS):
+        again = _bridged(found.recordings[0])
+        if again is None:
+            break
+        slave = found.state.R[SLAVE], found.state.t_m[SLAVE]
+        then = _joint(scene, hits, again, slave)
+        if not then.converged or _misfit(then) >= _misfit(found):
+            break
+        found = then
+    return found
+
+
+def _misfit(found: Joint) -> float:
+    """Mean square residual in rad^2, of hits that fit by 1 mrad at most."""
+    return float(np.mean(np.minimum(found.recordings[0].residual ** 2, 1e-6)))
+
+
+def _bridged(one: Recording) -> Trajectory | None:
+    """The trajectory through its good stretches only; None where all are good."""
+    trajectory = one.trajectory
+    stretch = one.seen.who[:, 3]
+    rms = rms_by(stretch, one.alone**2, FEWEST_HITS)
+    with np.errstate(invalid="ignore"):
+        bad = rms > BAD_STRETCH * np.nanmedian(rms)
+    if not bad.any() or bad.all():
+        return None
+    bad = np.convolve(bad, np.ones(5), "same") > 0  # a spline's error reaches to its neighbours
+    middle = trajectory.begin_s + trajectory.knot_s * (np.arange(bad.size) + 0.5)
+    good = ~bad & (np.bincount(stretch, minlength=bad.size) > 0)
+    if np.count_nonzero(good) < 2:
+        return None
+    at = middle[good]
+    R, t = trajectory.poses(at)
+    end = trajectory.begin_s + trajectory.knot_s * (len(trajectory.control) - 3)
+    return through(at, R, t, trajectory.begin_s, end, trajectory.knot_s)

@@ -198,6 +198,9 @@ class CalibrationTwin(Entry):
     """Lengthening of a flash by the analogue electronics."""
     flash_spread_us: Annotated[float, Number(0, 5)] = 0.0
     """SD of this lengthening, for each diode and flash."""
+    flash_rise_us: Annotated[float, Number(0, 5)] = 0.0
+    """Most by which a diode sees the begin of every flash late; each has its own delay, uniform
+    from 0."""
     aperture_mm: Annotated[float, Number(0.1, 20)] = 3.0
     """A sweep lasts aperture / (377/s x distance) + `beam_us`."""
     beam_us: Annotated[float, Number(0, 20)] = 0.0

@@ -287,7 +287,8 @@ class Lighthouse(Section):
         tuple[PoseEstimator, ...],
         AfterValidator(Once("paper-lm")),
     ] = DEFAULTS.lighthouse.estimators
-    """Estimators of the pose, with `paper-lm` among them; each is described below."""
+    """Estimators of the pose, with `paper-lm` among them; each is described below. The pose of
+    `batch` is chosen where it is among them and converges."""
     optics: Annotated[tuple[Optics, ...], AfterValidator(Once(least=1))] = (
         DEFAULTS.lighthouse.optics
     )
@@ -325,6 +326,21 @@ class Lighthouse(Section):
     ] = DEFAULTS.lighthouse.lasers_mm
     """Positions of the lasers in their housings: x, y, z of axis 0 and axis 1 of the master, then
     of the slave. Poses are then of the housings, otherwise of the optics."""
+    board_position_sd_mm: float = Field(DEFAULTS.lighthouse.board_position_sd_mm, ge=0, le=10)
+    """Of `batch`, as are the next four: standard deviation of the coordinates of a diode in the
+    board file. 0: exact. Less is used where the recording shows that they are better."""
+    board_scale_sd: float = Field(DEFAULTS.lighthouse.board_scale_sd, ge=0, le=0.1)
+    """Relative standard deviation of the board's scale, which no angle shows: the distance of the
+    stations has the same."""
+    laser_depth_sd_mm: float = Field(DEFAULTS.lighthouse.laser_depth_sd_mm, ge=0, le=100)
+    """Standard deviation of the distance in depth between both lasers of a station, with `factory`
+    optics and where `lasers_mm` does not name it."""
+    phase_sd_mrad: float = Field(DEFAULTS.lighthouse.phase_sd_mrad, ge=0, le=100)
+    """Standard deviation of the phases of the maker, with `factory` optics. An error of a phase is
+    not visible in the residual."""
+    time_zero_sd_us: float = Field(DEFAULTS.lighthouse.time_zero_sd_us, ge=0, le=10)
+    """Standard deviation of the time zero of a station and axis: diodes see a flash rise late, each
+    by its own delay."""
 
 
 class Settings(Section):

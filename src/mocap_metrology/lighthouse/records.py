@@ -156,7 +156,7 @@ class Halves:
 class PoseEstimate:
     """Pose of the slave in the master's frame by one estimator at one stage."""
 
-    estimator: str  # paper, paper-tight, paper-lm, geometric, pnp
+    estimator: str  # batch, paper, paper-tight, paper-lm, geometric, pnp
     stage: str  # kabsch, final, static
     optics: str  # ideal, factory
     R: np.ndarray  # 3 x 3
@@ -168,7 +168,7 @@ class PoseEstimate:
     mirrored_share: float = float("nan")  # of the board poses it is based on
     weighted_rms_urad: float = float("nan")  # residual beyond errors of the board poses
     noise_gain: float = float("nan")  # residual by errors of the board poses over noise of an angle
-    halves: Halves | None = None  # of stage final of paper-lm
+    halves: Halves | None = None  # of stage final of batch and paper-lm
     seconds: float = float("nan")
     note: str = ""
 

@@ -17,6 +17,7 @@ from mocap_metrology.io.read import read_recording
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse.assess import reference
 from mocap_metrology.lighthouse.assess.reference import Reference
+from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode
 from mocap_metrology.pipeline.settings import Lighthouse
@@ -81,6 +82,13 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
         lasers_m=None if lasers is None else 1e-3 * np.reshape(lasers, (2, 2, 3)),
         variant=settings.variant,
         pnp_method=settings.pnp_method,
+        priors=Priors(
+            time_zero_us=settings.time_zero_sd_us,
+            phase_mrad=settings.phase_sd_mrad,
+            laser_depth_mm=settings.laser_depth_sd_mm,
+            board_scale=settings.board_scale_sd,
+            board_position_mm=settings.board_position_sd_mm,
+        ),
     )
 
 

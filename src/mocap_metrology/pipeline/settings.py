@@ -21,7 +21,7 @@ NoiseEstimator = Literal[
 ]
 Form = Literal["sampled", "continuous"]
 Word = Literal["good", "usable", "bad"]
-PoseEstimator = Literal["paper", "paper-tight", "paper-lm", "pnp", "geometric"]
+PoseEstimator = Literal["batch", "paper", "paper-tight", "paper-lm", "pnp", "geometric"]
 Optics = Literal["ideal", "factory"]
 
 
@@ -132,7 +132,7 @@ class Lighthouse:
     gate_mad: float = 8.0
     still_half_window: int = 15
     still_n_sigma: float = 4.0
-    estimators: tuple[PoseEstimator, ...] = ("paper", "paper-tight", "paper-lm")
+    estimators: tuple[PoseEstimator, ...] = ("batch", "paper", "paper-tight", "paper-lm")
     optics: tuple[Optics, ...] = ("ideal", "factory")
     simplex_optics: tuple[Optics, ...] = ("ideal",)
     reconstruction: Literal["full-interpolation", "dominant-axis", "pairs"] = "full-interpolation"
@@ -142,6 +142,11 @@ class Lighthouse:
     variant: Literal["auto", "crazyflie", "libsurvive", "astrobee"] = "auto"
     pnp_method: Literal["auto", "epnp", "ippe", "sqpnp"] = "auto"
     lasers_mm: tuple[float, ...] | None = None
+    board_position_sd_mm: float = 0.2
+    board_scale_sd: float = 1e-3
+    laser_depth_sd_mm: float = 10.0
+    phase_sd_mrad: float = 1.0
+    time_zero_sd_us: float = 0.15
 
 
 @dataclass(frozen=True)

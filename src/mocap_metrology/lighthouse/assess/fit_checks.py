@@ -21,6 +21,7 @@ EXPECTED_URAD = 75.0  # with 38 by the two edges of a pulse at 2 MHz
 # Residual over the expected one: (usable from, doubtful from). A board on its way adds what the
 # interpolation of its path misses.
 RESIDUAL = {"static": (2.0, 6.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
+RESIDUAL_BATCH = (1.4, 4.0)  # which interpolates nothing: sound ones reach 1.0
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits
 # Over the noise, without errors of board poses. Sound ones reach 1.2, lasers 15 mm off 1.3; of a
 # mirrored deep board a pose 5 m and 76° off can leave as little as 13 (of 50, the next 13.6).
@@ -37,7 +38,11 @@ WEIGHTED = 1.3  # over the noise, without errors of board poses: sound ones reac
 # Reported standard deviations are too small by 3 to 5, as blocks of time share their time zeros.
 # A difference of two parts has less of it: sound ones reach 35, a station moved by 5 mm 150.
 HALVES_M2 = (2**2 * CHI2_6, 5**2 * CHI2_6)
+# batch counts what both parts have in common: sound ones reach 14, a station moved by 5 mm 240,
+# factory values of other stations 90.
+HALVES_BATCH = (30.0, 150.0)
 SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
+SIGMA_BATCH = ((10.0, 0.3), (30.0, 1.0))  # errors of board and optics included
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board
 
 
@@ -72,6 +77,7 @@ class Case(StrEnum):
     PATH_UNNEEDED = "path_unneeded"
     PATH_NONE = "path_none"
     UNCERTAINTY = "uncertainty"
+    UNCERTAINTY_ALL = "uncertainty_all"  # errors of board and optics included
     UNCERTAINTY_NONE = "uncertainty_none"
     UNCERTAINTY_UNKNOWN = "uncertainty_unknown"  # the covariance is no number
     DURATION = "duration"
@@ -171,7 +177,8 @@ def residual(chosen: PoseEstimate, noise: float) -> Check:
     if chosen.noise_gain > USUAL_GAIN:
         expected = noise * chosen.noise_gain / USUAL_GAIN
         numbers["made_by_poses"] = noise * chosen.noise_gain
-    word, limit = graded(value / expected, RESIDUAL[chosen.stage])
+    exact = chosen.estimator == "batch" and chosen.stage == "final"
+    word, limit = graded(value / expected, RESIDUAL_BATCH if exact else RESIDUAL[chosen.stage])
     lost = chosen.weighted_rms_urad > WEIGHTED_FAILED * noise
     if lost or not value < RESIDUAL_FAILED * expected:
         word, limit = "failed", RESIDUAL_FAILED
@@ -196,7 +203,7 @@ def halves(chosen: PoseEstimate) -> Check:
     name, parts = "halves agree", chosen.halves
     if parts is None or not math.isfinite(parts.m2):
         return unknown(name, Case.HALVES_UNKNOWN, "")
-    word, limit = graded(parts.m2, HALVES_M2)
+    word, limit = graded(parts.m2, HALVES_BATCH if chosen.estimator == "batch" else HALVES_M2)
     good = word == "good"
     case = Case.HALVES if good else Case.HALVES_APART
     numbers = {"mm": parts.mm, "deg": parts.deg, "times": math.sqrt(parts.m2 / 6)}
@@ -248,7 +255,7 @@ def board_poses(board_rms_urad: float | None, expected: float) -> Check:
 
 def path(chosen: PoseEstimate, span_m: float | None) -> Check:
     """Length of the board's path."""
-    if chosen.stage == "final" and chosen.estimator == "paper-lm":
+    if chosen.stage == "final" and chosen.estimator in ("batch", "paper-lm"):
         return unknown("path", Case.PATH_UNNEEDED, "m")
     if span_m is None or chosen.stage == "static":
         return unknown("path", Case.PATH_NONE, "m")
@@ -267,8 +274,10 @@ def uncertainty(chosen: PoseEstimate) -> Check:
     if not np.isfinite(sd).all():
         case, level = Case.UNCERTAINTY_UNKNOWN, "doubtful"
         return Check(name, case, mm, "mm", "finite", False, level, {"deg": deg})
-    word, limit = worst(mm, deg, SIGMA)
-    return Check(name, Case.UNCERTAINTY, mm, "mm", limit, word == "good", word, {"deg": deg})
+    whole = chosen.estimator == "batch"
+    word, limit = worst(mm, deg, SIGMA_BATCH if whole else SIGMA)
+    case = Case.UNCERTAINTY_ALL if whole else Case.UNCERTAINTY
+    return Check(name, case, mm, "mm", limit, word == "good", word, {"deg": deg})
 
 
 def duration(duration_s: float | None) -> Check:

@@ -27,7 +27,7 @@ from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
-ESTIMATORS = ("paper", "paper-tight", "paper-lm", "geometric", "pnp")
+ESTIMATORS = ("batch", "paper", "paper-tight", "paper-lm", "geometric", "pnp")
 STAGES = ("kabsch", "final", "static")
 OPTICS = ("ideal", "factory")
 CONVENTION = (

@@ -189,7 +189,7 @@ class _Search:
         self.refined = True
         for one, own in zip(self.recordings, sums, strict=True):
             one.noise = estimated_noise(own, one.trajectory, one.noise)
-        return [self._sums(one) for one in self.recordings]
+        return sums
 
     def _sums(self, one: Recording) -> Sums:
         hit = one.weights().hit

@@ -220,35 +220,60 @@ def accumulate(
     """
     row, work = np.empty(POSE), np.empty(30)
     at, value = np.empty(LOCAL, np.int64), np.empty(LOCAL)
+    own = np.zeros((4 * POSE, 4 * POSE)), np.zeros((4 * POSE, g_inner.size)), np.zeros(4 * POSE)
+    wide = np.empty(4 * POSE)
+    at_knot = -1
     for m in range(first.size - 1):
         begin = who[first[m], 3]
         for h in range(first[m], first[m + 1]):
             begin = min(begin, who[h, 3])
         for h in range(first[m], first[m + 1]):
+            k = who[h, 3]
+            if k != at_knot:
+                _flush(at_knot, own, band, cross, g)
+                at_knot = k
             _hit(h, who, basis, turned, control, R, t, rotors, board, row, work)
             n = _globals(h, who, rotors, board, columns, scale, places, work, at, value)
-            w, k = weight[h], who[h, 3]
-            we = w * residual[h]
+            w = weight[h]
+            we, shift = w * residual[h], POSE * (k - begin)
             for i in range(4):
-                bi, to = basis[h, i], POSE * (k + i)
                 for a in range(POSE):
-                    x = bi * row[a]
-                    sums[m, to - POSE * begin + a] += w * x
-                    g[to + a] += we * x
-                    for j in range(n):
-                        cross[to + a, at[j]] += w * x * value[j]
-                    for j in range(i):
-                        wx, by = w * x * basis[h, j], POSE * (k + j)
-                        for b in range(POSE):
-                            band[to + a - by - b, by + b] += wx * row[b]
-                    wx = w * x * bi
-                    for b in range(a + 1):
-                        band[a - b, to + b] += wx * row[b]
+                    wide[POSE * i + a] = basis[h, i] * row[a]
+            for i in range(4 * POSE):
+                wx = w * wide[i]
+                sums[m, shift + i] += wx
+                own[2][i] += we * wide[i]
+                for j in range(i + 1):
+                    own[0][i, j] += wx * wide[j]
+                for j in range(n):
+                    own[1][i, at[j]] += wx * value[j]
             for i in range(n):
                 sums_inner[m, at[i]] += w * value[i]
                 g_inner[at[i]] += we * value[i]
                 for j in range(n):
                     inner[at[i], at[j]] += w * value[i] * value[j]
+    _flush(at_knot, own, band, cross, g)
+
+
+@njit
+def _flush(
+    knot: int,
+    own: tuple[np.ndarray, np.ndarray, np.ndarray],
+    band: np.ndarray,
+    cross: np.ndarray,
+    g: np.ndarray,
+) -> None:
+    """Move the sums over hits of one interval, which fit in the cache, to those of all."""
+    if knot < 0:
+        return
+    of = POSE * knot
+    for i in range(4 * POSE):
+        for j in range(i + 1):
+            band[i - j, of + j] += own[0][i, j]
+        for j in range(cross.shape[1]):
+            cross[of + i, j] += own[1][i, j]
+        g[of + i] += own[2][i]
+    own[0][:], own[1][:], own[2][:] = 0.0, 0.0, 0.0
 
 
 @njit

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, recording, rough
-from mocap_metrology.lighthouse.batch.solve import Noise, linearised, reduced
+from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, rough
+from mocap_metrology.lighthouse.batch.solve import (
+    Noise,
+    Sums,
+    added,
+    linearised,
+    reduced,
+    sweeps_of,
+    weights,
+)
 from mocap_metrology.lighthouse.records import AXES, ROLES, Halves
 
 SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
@@ -17,44 +26,57 @@ FEWEST_SWEEPS = 40  # of a part
 
 @dataclass(frozen=True)
 class _Part:
-    """Step from the estimate of all, and with what: `gain` M^-1 L of the priors, noise part."""
+    """Step from the estimate of all, gain K = M^-1 L of the priors, covariance of its noise."""
 
     step: np.ndarray
     gain: np.ndarray
     noise: np.ndarray
 
 
-def _part(found: Joint, one: Recording, own: np.ndarray) -> _Part | None:
-    """One Gauss-Newton step of all unknowns from some of the hits."""
-    part = recording(one.sweeps.hits.take(own), one.trajectory, found.state)
-    if part.sweeps.first.size - 1 < FEWEST_SWEEPS:
+def _part(found: Joint, sums: Sequence[Sums], noise: Noise) -> _Part | None:
+    """One Gauss-Newton step of all unknowns from some of the sums."""
+    own = added(sums)
+    if own.begin.size < FEWEST_SWEEPS:
         return None
-    coarse = rough(part)  # of a station that was moved the residuals are larger
-    part.noise = Noise(max(coarse.hit, one.noise.hit), max(one.noise.sweep, 0.0))
-    weight = part.weights().hit
-    sums = linearised(part.seen, one.trajectory, found.state, part.residual, weight, found.of)
-    without = reduced(sums, one.trajectory, part.noise)
+    without = reduced(own, found.recordings[0].trajectory, noise)
     known = 1 / found.working**2
     M = np.linalg.inv(without.S + np.diag(known))
     step = -M @ (without.h + known * found.state.values)
     return _Part(step, M * known, M @ without.S @ M)
 
 
+def _pieces(found: Joint) -> tuple[list[Sums], Noise]:
+    """Sums over the pieces between `SPLITS`, and the noise of their weights: at least the spread of
+    the residuals, which are larger where a station was moved."""
+    one, coarse = found.recordings[0], rough(found.recordings[0])
+    noise = Noise(max(coarse.hit, one.noise.hit), one.noise.sweep)
+    hit = weights(one.seen, one.residual, noise).hit
+    time = one.sweeps.hits.time_s
+    ends = time.min() + np.array(SPLITS) * np.ptp(time)
+    piece = np.searchsorted(ends, time[one.sweeps.first[:-1]], side="right")
+    sums = []
+    for k in range(len(SPLITS) + 1):
+        chosen = piece == k
+        own = chosen[one.sweeps.sweep]
+        seen = sweeps_of(one.seen, chosen)
+        state, trajectory = found.state, one.trajectory
+        sums.append(linearised(seen, trajectory, state, one.residual[own], hit[own], found.of))
+    return sums, noise
+
+
 def halves(found: Joint, station: int = 1) -> Halves | None:
     """Pose of a station from the hits before and after each of `SPLITS` of the duration: the two
     that are farthest apart by m2.
 
-    Errors of board and optics are the same in both and nearly cancel: with gain K_i = M_i^-1 L (see
-    `covariance_of`), the difference has the covariance of both parts' noise and
+    Errors of board and optics are the same in both and nearly cancel: with the gains K_i, the
+    difference has the covariance of both parts' noise and
     (K_1 - K_2) diag(believed^2) (K_1 - K_2)'.
     """
-    one = found.recordings[0]
-    time = one.sweeps.hits.time_s
+    pieces, noise = _pieces(found)
     believed = np.where(np.isfinite(found.believed), found.believed, 0.0)
     rows, apart = found.pose(station), []
-    for split in SPLITS:
-        early = time < time.min() + split * np.ptp(time)
-        a, b = _part(found, one, early), _part(found, one, ~early)
+    for k in range(1, len(pieces)):
+        a, b = _part(found, pieces[:k], noise), _part(found, pieces[k:], noise)
         if a is None or b is None:
             continue
         gain = (a.gain - b.gain) * believed

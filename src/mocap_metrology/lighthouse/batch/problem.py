@@ -189,8 +189,8 @@ class Sweeps:
 
 
 def by_sweep(hits: Hits) -> Sweeps:
-    """Hits by station, axis and cycle."""
-    order = np.lexsort((hits.cycle, hits.axis, hits.station))
+    """Hits by cycle, station and axis, so nearly by time."""
+    order = np.lexsort((hits.axis, hits.station, hits.cycle))
     own = hits.take(order)
     keys = np.stack([own.station, own.axis, own.cycle]).astype(np.int64)
     new = (np.diff(keys, axis=1, prepend=keys[:, :1] - 1) != 0).any(axis=0)

@@ -11,11 +11,13 @@ board have an S and h each, which are simply added.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg, optimize
 
+from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import kernel
 from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps
@@ -52,6 +54,14 @@ class View:
     def begin(self) -> np.ndarray:
         """First control point of each sweep."""
         return np.minimum.reduceat(self.who[:, 3], self.sweeps.first[:-1])
+
+
+def sweeps_of(seen: View, chosen: np.ndarray) -> View:
+    """The view of some sweeps, bool (sweeps,)."""
+    hit = chosen[seen.sweeps.sweep]
+    first = np.append(0, np.cumsum(np.diff(seen.sweeps.first)[chosen]))
+    own = Sweeps(seen.sweeps.hits.take(hit), first)
+    return View(own, seen.who[hit], seen.basis[hit], seen.turned[hit])
 
 
 def view(sweeps: Sweeps, trajectory: Trajectory) -> View:
@@ -164,6 +174,31 @@ def linearised(
         np.add.reduceat(weight * residual, low),
         float(weight @ residual**2),
         residual.size,
+    )
+
+
+def added(parts: Sequence[Sums]) -> Sums:
+    """Sums over several parts of a recording."""
+
+    def all_of(name: str) -> Floats:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    def in_all(name: str) -> Floats:
+        return np.sum([getattr(part, name) for part in parts], axis=0)
+
+    return Sums(
+        band=in_all("band"),
+        cross=in_all("cross"),
+        inner=in_all("inner"),
+        g=in_all("g"),
+        g_inner=in_all("g_inner"),
+        begin=all_of("begin"),
+        of_sweep=all_of("of_sweep"),
+        of_sweep_inner=all_of("of_sweep_inner"),
+        weight=all_of("weight"),
+        residual=all_of("residual"),
+        square=sum(part.square for part in parts),
+        n_hits=sum(part.n_hits for part in parts),
     )
 
 

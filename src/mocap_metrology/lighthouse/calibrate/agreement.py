@@ -225,14 +225,17 @@ class Agreed:
 
 def agree(
     master: Minima, slave: Minima, board: np.ndarray, rotors: tuple[np.ndarray, np.ndarray],
-    order: int, near: np.ndarray | None = None,
+    order: int, near: np.ndarray | None = None, roughly: bool = False,
 ) -> Agreed:  # fmt: skip
     """Board poses of both stations, the mirror decided by both; rotors of master and slave.
 
-    near: a rotation of the slave that is known to some degrees, in place of votes.
+    near: a rotation of the slave that is known to some degrees, in place of votes; roughly: where
+    each station distinguishes the minima, the slave's pose is not improved by its angles.
     """
     ways = hypotheses(master, slave) if near is None else [near]
     if master.clear and slave.clear:
+        if roughly and ways:
+            return _roughly(master, slave, ways[0])
         ways = ways[:1]
     starts = (_tried(R, master, slave, board, rotors, order) for R in ways)
     tried = [one for one in starts if one is not None]
@@ -251,6 +254,16 @@ def agree(
             break
         R, t, _ = found
     return Agreed((master.chosen(which[0]), slave.chosen(which[1])), R, t)
+
+
+def _roughly(master: Minima, slave: Minima, R: np.ndarray) -> Agreed:
+    """The minima of lower K_1, the rotation R of the slave, and the median of its positions."""
+    own, other = master.paths[0], slave.paths[0]
+    near, same = _nearest(own.time_s, other.time_s)
+    if same.sum() < 3:
+        return Agreed((own, other), None, None)
+    t = np.median(own.t_m[same] - other.t_m[near[same]] @ R.T, axis=0)
+    return Agreed((own, other), R, t)
 
 
 def _tried(
@@ -292,14 +305,19 @@ def _sample(
 
 
 def agreed_paths(
-    optics: Optics, board: np.ndarray, order: int, near: np.ndarray | None = None
+    optics: Optics,
+    board: np.ndarray,
+    order: int,
+    near: np.ndarray | None = None,
+    *,
+    roughly: bool = False,
 ) -> Agreed:
-    """Board poses in the frames of both stations, the mirror decided by both."""
+    """Board poses in the frames of both stations, the mirror decided by both; see `agree`."""
     master, slave = (
         minima(own, board, rotors)
         for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
     )
-    return agree(master, slave, board, optics.rotors, order, near)
+    return agree(master, slave, board, optics.rotors, order, near, roughly)
 
 
 def warm_up() -> None:

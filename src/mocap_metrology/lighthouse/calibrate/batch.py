@@ -23,10 +23,10 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, estimate
 from mocap_metrology.lighthouse.batch.parts import halves, rms_by
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.batch.start import joined, moments
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, through, trajectory_of
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
+from mocap_metrology.lighthouse.calibrate.moments import joined, moments
 from mocap_metrology.lighthouse.calibrate.reconstruction import optics_of
 from mocap_metrology.lighthouse.calibrate.static import static_pose
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
@@ -96,9 +96,10 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
     began = time.perf_counter()
     try:
         if still is None:
-            found, left_out = _without_bad_diodes(scene, *_start(scene))
+            found, note = _without_bad_diodes(scene, *_start(scene))
         else:
-            found, left_out = _joint(scene, *_still_start(scene, still)), ()
+            hits, trajectory, pose, note = _still_start(scene, still)
+            found = _joint(scene, hits, trajectory, pose)
     except np.linalg.LinAlgError as error:
         raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
     if not found.converged:
@@ -114,10 +115,9 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
         covariance=covariance * np.outer(UNITS, UNITS),
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(one.residual**2))),
         n_angles=len(one.sweeps.hits),
-        weighted_rms_urad=1e6 * one.noise.hit,
         halves=halves(found) if still is None else None,
         seconds=time.perf_counter() - began,
-        note=f"diode {', '.join(map(str, left_out))} excluded" if left_out else "",
+        note=note,
     )
 
 
@@ -137,7 +137,7 @@ def _start(scene: Scene) -> tuple[Hits, Trajectory, Pose]:
     optics = optics_of(
         scene.optics, (master, slave), scene.factories, scene.lasers_m, scene.variant
     )
-    agreed = agreed_paths(optics, scene.board, ORDER)
+    agreed = agreed_paths(optics, scene.board, ORDER, roughly=True)
     if agreed.R is None or agreed.t_m is None:
         raise Refusal(f"batch, {scene.optics}: the stations never see the board at once")
     time_s = scene.hits.time_s
@@ -147,13 +147,18 @@ def _start(scene: Scene) -> tuple[Hits, Trajectory, Pose]:
 
 def _still_start(
     scene: Scene, still: tuple[Measurements, Measurements]
-) -> tuple[Hits, Trajectory, Pose]:
-    """All hits, one pose of the board, and the slave's pose."""
+) -> tuple[Hits, Trajectory, Pose, str]:
+    """Hits without those of diodes that the others contradict, one pose of the board, the slave's
+    pose, and a note."""
     optics = optics_of(scene.optics, still, scene.factories, scene.lasers_m, scene.variant)
     pose = static_pose(list(optics.measurements), scene.board, list(optics.rotors))
     if pose is None:
         raise Refusal(f"batch, {scene.optics}: a station sees fewer than four diodes")
-    return scene.hits, at_rest(pose.board_R, pose.board_t_m), (pose.R, pose.t_m)
+    hits = scene.hits
+    for station, out in enumerate(pose.left_out):
+        hits = hits.take((hits.station != station) | ~np.isin(hits.diode, out))
+    board = at_rest(pose.board_R, pose.board_t_m)
+    return hits, board, (pose.R, pose.t_m), "; ".join(pose.notes)
 
 
 def _joint(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:
@@ -164,8 +169,8 @@ def _joint(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Join
 
 def _without_bad_diodes(
     scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose
-) -> tuple[Joint, tuple[int, ...]]:
-    """The estimate, without diodes whose hits the others contradict; and which."""
+) -> tuple[Joint, str]:
+    """The estimate without diodes whose hits the others contradict, and a note of these."""
     out: list[int] = []
     found = _renewed(scene, hits, trajectory, pose)
     for _ in range(RENEWALS):
@@ -178,7 +183,8 @@ def _without_bad_diodes(
         out.append(worst)
         hits = hits.take(hits.diode != worst)
         found = _renewed(scene, hits, trajectory, pose)
-    return found, tuple(sorted(out))
+    named = ", ".join(map(str, sorted(out)))
+    return found, f"diode {named} excluded: the others contradict it" if out else ""
 
 
 def _renewed(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:

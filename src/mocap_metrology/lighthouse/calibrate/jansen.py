@@ -374,14 +374,6 @@ def _static(
     pose = static_pose(list(still.measurements), board, list(still.rotors))
     if pose is None:
         return []
-    mirror = "no mirrored pose"
-    if np.isfinite(pose.ambiguity):
-        mirror = f"K_1 of the mirrored pose is {pose.ambiguity:.3g} times that of the pose used"
-    odd = [
-        f"; diode {', '.join(map(str, out))} excluded from the {role}'s: the others contradict it"
-        for role, out in zip(ROLES, pose.left_out, strict=True)
-        if out
-    ]
     return [
         PoseEstimate(
             estimator="paper-lm",
@@ -393,7 +385,7 @@ def _static(
             covariance=pose.covariance * MM_DEG,
             residual_rms_urad=1e6 * pose.residual_rms_rad,
             n_angles=pose.n_angles,
-            note=mirror + "".join(odd),
+            note="; ".join(pose.notes),
         )
     ]
 

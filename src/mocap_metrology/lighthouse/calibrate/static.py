@@ -16,7 +16,7 @@ from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import normal_equations
 from mocap_metrology.lighthouse.fit.simplex import BOARD
-from mocap_metrology.lighthouse.records import Hits, Measurements, Path
+from mocap_metrology.lighthouse.records import ROLES, Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotor import angles
 
 STILL_M = 0.005  # spread of the board's position (one standard deviation) below which it is still
@@ -42,6 +42,18 @@ class StaticPose:
     left_out: tuple[tuple[int, ...], tuple[int, ...]]
     board_R: np.ndarray
     board_t_m: np.ndarray
+
+    @property
+    def notes(self) -> list[str]:
+        """On the mirrored pose, and on diodes that were left out."""
+        mirror = "no mirrored pose"
+        if np.isfinite(self.ambiguity):
+            mirror = f"K_1 of the mirrored pose is {self.ambiguity:.3g} times that of the pose used"
+        return [mirror] + [
+            f"diode {', '.join(map(str, out))} excluded from the {role}'s: the others contradict it"
+            for role, out in zip(ROLES, self.left_out, strict=True)
+            if out
+        ]
 
 
 def is_still(path: Path) -> bool:

@@ -82,6 +82,10 @@ SAID = {
         "One standard deviation is 2.1 mm and 0.05° in the worst axes. They do not include an "
         "error of scale in the board file, which scales the distance."
     ),
+    Case.UNCERTAINTY_ALL: (
+        "One standard deviation is 2.1 mm and 0.05° in the worst axes, errors of board and optics "
+        "included."
+    ),
     Case.UNCERTAINTY_NONE: "This estimate has no covariance.",
     Case.UNCERTAINTY_UNKNOWN: "The covariance of this estimate contains values that are not finite "
     "numbers: its uncertainty is unknown.",

@@ -24,6 +24,8 @@ from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
 from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings
+from mocap_metrology.pipeline.calibration import priors_of
+from mocap_metrology.pipeline.settings import Settings as PackageSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
@@ -192,7 +194,9 @@ def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     assert plain(DiagnosisSettings()) == config["diagnosis"] | still
     lighthouse = config["lighthouse"] | {"lasers_m": config["lighthouse"]["lasers_mm"]}
     found = plain(CalibrationSettings())
+    assert found.pop("priors") == plain(priors_of(PackageSettings().lighthouse))
     assert found == {name: lighthouse[name] for name in found}
+    assert plain(PackageSettings().lighthouse) == config["lighthouse"]
 
 
 def test_every_key_and_column_is_described_for_users() -> None:

@@ -82,13 +82,18 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
         lasers_m=None if lasers is None else 1e-3 * np.reshape(lasers, (2, 2, 3)),
         variant=settings.variant,
         pnp_method=settings.pnp_method,
-        priors=Priors(
-            time_zero_us=settings.time_zero_sd_us,
-            phase_mrad=settings.phase_sd_mrad,
-            laser_depth_mm=settings.laser_depth_sd_mm,
-            board_scale=settings.board_scale_sd,
-            board_position_mm=settings.board_position_sd_mm,
-        ),
+        priors=priors_of(settings),
+    )
+
+
+def priors_of(settings: Lighthouse) -> Priors:
+    """`Priors` of the section lighthouse."""
+    return Priors(
+        time_zero_us=settings.time_zero_sd_us,
+        phase_mrad=settings.phase_sd_mrad,
+        laser_depth_mm=settings.laser_depth_sd_mm,
+        board_scale=settings.board_scale_sd,
+        board_position_mm=settings.board_position_sd_mm,
     )
 
 

@@ -42,7 +42,8 @@ from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, rotor_paramete
 NAME = "batch"
 RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over that of all
-BAD_DIODE = 3.0
+BAD_DIODE = 3.0  # of its rms residual over the median of all
+FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
 FEWEST_HITS = 6  # of a stretch or diode that is judged
 FEWEST_MOMENTS = 10
 ORDER = 3  # of interpolation between moments
@@ -174,17 +175,28 @@ def _without_bad_diodes(
     out: list[int] = []
     found = _renewed(scene, hits, trajectory, pose)
     for _ in range(RENEWALS):
-        one = found.recordings[0]
-        z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
-        worst = int(np.nanargmax(z))
-        left = np.unique(hits.diode).size
-        if z[worst] < BAD_DIODE * np.nanmedian(z) or left <= FEWEST_DIODES:
+        worst = _bad_diode(found)
+        if worst is None or np.unique(hits.diode).size <= FEWEST_DIODES:
             break
         out.append(worst)
         hits = hits.take(hits.diode != worst)
         found = _renewed(scene, hits, trajectory, pose)
     named = ", ".join(map(str, sorted(out)))
     return found, f"diode {named} excluded: the others contradict it" if out else ""
+
+
+def _bad_diode(found: Joint) -> int | None:
+    """The diode that fits worst, if far worse than the others: by its residual, or by how far from
+    its place in the board file it would have to be."""
+    one = found.recordings[0]
+    z = rms_by(one.sweeps.hits.diode, (one.alone / one.noise.hit) ** 2, FEWEST_HITS)
+    excess = z / (BAD_DIODE * np.nanmedian(z))
+    if found.of.places >= 0:
+        own = slice(found.of.places, found.of.places + 3 * len(found.state.board))
+        moved = (found.state.values[own] / found.of.sd[own]).reshape(-1, 3)[: z.size]
+        excess = np.fmax(excess, np.linalg.norm(moved, axis=1) / FAR_DIODE)
+    worst = int(np.nanargmax(excess))
+    return worst if excess[worst] > 1 else None
 
 
 def _renewed(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:

@@ -1,0 +1,224 @@
+"""Normal equations, covariances and noise of the joint estimate, against dense algebra, numerical
+derivatives, closed forms and Monte Carlo."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+from scipy.spatial.transform import Rotation
+
+from mocap_metrology.lighthouse.batch import solve
+from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
+from mocap_metrology.lighthouse.batch.solve import Noise
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
+from mocap_metrology.lighthouse.board import flat_board
+from mocap_metrology.lighthouse.records import Factory, Hits
+from mocap_metrology.lighthouse.rotation import from_angles
+from mocap_metrology.lighthouse.rotor import LIBSURVIVE, rotor_parameters
+
+EVERYTHING = Priors(tilt_mrad=4.0, curve_mrad=4.0, gib_mrad=6.0)
+FACTORY = Factory(
+    np.array([0.03, -0.02]),
+    np.array([-0.004, 0.003]),
+    np.array([0.002, -0.005]),
+    np.array([1.9, -0.8]),
+    np.array([0.009, -0.011]),
+)
+
+
+def some_hits(n: int = 400) -> Hits:
+    """Hits in any order within 0.4 s; angles are not those of any board."""
+    rng = np.random.default_rng(3)
+    cycle = np.sort(rng.integers(0, 48, n)).astype(np.int32)
+    # one hit of a diode in a sweep
+    diode = np.concatenate([rng.permutation(8)[:c] for c in np.bincount(cycle) if c])
+    cycle = np.concatenate([np.full(min(c, 8), k) for k, c in enumerate(np.bincount(cycle))])
+    n = min(cycle.size, diode.size)
+    cycle, diode = cycle[:n], diode[:n]
+    time = cycle / 120 + rng.uniform(0.002, 0.006, n)
+    angle = rng.normal(0, 0.3, n)
+    station, axis = (cycle // 2 % 2).astype(np.int8), (cycle % 2).astype(np.int8)
+    return Hits(station, axis, cycle, diode.astype(np.int16), time, angle, np.full(n, 4e-6))
+
+
+def begun(priors: Priors) -> tuple[solve.View, Trajectory, State, Layout]:
+    rng = np.random.default_rng(4)
+    board = flat_board(4, 2)
+    of = layout(2, len(board), priors)
+    poses = [np.eye(3), from_angles(0.2, -0.1, -0.6)], [np.zeros(3), np.array([0.4, 2.0, 0.2])]
+    rotors = np.array([rotor_parameters(FACTORY, None, LIBSURVIVE), rotor_parameters(FACTORY)])
+    state = start(*poses, rotors, board, of.size)
+    node_s = np.linspace(0, 0.4, 6)
+    node_R = np.array([from_angles(0.3 * k / 5, 0.1, 3.2 - 0.2 * k / 5) for k in range(6)])
+    node_t = np.column_stack([3 + node_s, np.sin(5 * node_s), 0.1 * node_s])
+    trajectory = through(node_s, node_R, node_t, 0.0, 0.41)
+    trajectory = trajectory.moved(0.02 * rng.normal(size=trajectory.control.size))
+    return solve.view(by_sweep(some_hits()), trajectory), trajectory, state, of
+
+
+def test_basis_is_that_of_scipy() -> None:
+    """Position and rotation vector against scipy's B-spline and rotations."""
+    _, trajectory, _, _ = begun(EVERYTHING)
+    n = len(trajectory.control)
+    knots = trajectory.begin_s + trajectory.knot_s * np.arange(-3, n + 1)
+    time = np.linspace(0.01, 0.39, 50)
+    expected = BSpline(knots, trajectory.control, 3)(time)
+    R, p = trajectory.poses(time)
+    np.testing.assert_allclose(p, expected[:, :3], atol=1e-12)
+    turned = trajectory.reference(time) @ Rotation.from_rotvec(expected[:, 3:]).as_matrix()
+    np.testing.assert_allclose(R, turned, atol=1e-12)
+
+
+def numerical_jacobian(
+    seen: solve.View, trajectory: Trajectory, state: State, of: Layout
+) -> np.ndarray:
+    """Derivatives (hits, control points + globals) by central differences."""
+    columns, eps = [], 1e-6
+    for k in range(trajectory.control.size):
+        unit = np.zeros(trajectory.control.size)
+        unit[k] = eps
+        high = solve.residuals(seen, trajectory.moved(unit), state)
+        columns.append((high - solve.residuals(seen, trajectory.moved(-unit), state)) / (2 * eps))
+    for k in range(of.size):
+        unit = np.zeros(of.size)
+        unit[k] = eps
+        high = solve.residuals(seen, trajectory, state.moved(unit, of))
+        low = solve.residuals(seen, trajectory, state.moved(-unit, of))
+        columns.append((high - low) / (2 * eps))
+    return np.array(columns).T
+
+
+def dense(band: np.ndarray) -> np.ndarray:
+    n = band.shape[1]
+    full = np.zeros((n, n))
+    for k in range(len(band)):
+        full[np.arange(k, n), np.arange(n - k)] = band[k, : n - k]
+    return full + np.tril(full, -1).T
+
+
+@pytest.mark.parametrize("priors", [EVERYTHING, Priors(), Priors(0, 0, 0, 0, 0)])
+def test_sums_are_those_of_numerical_derivatives(priors: Priors) -> None:
+    seen, trajectory, state, of = begun(priors)
+    rng = np.random.default_rng(5)
+    e = solve.residuals(seen, trajectory, state)
+    w = rng.uniform(0.1, 1, e.size)
+    sums = solve.linearised(seen, trajectory, state, e, w, of)
+    J, K = numerical_jacobian(seen, trajectory, state, of), trajectory.control.size
+    H, g = J.T @ (w[:, None] * J), J.T @ (w * e)
+    scale = np.sqrt(np.outer(np.diag(H), np.diag(H))) + 1e-12
+    found = np.block([[dense(sums.band), sums.cross], [sums.cross.T, sums.inner]])
+    assert np.abs((found - H) / scale).max() < 1e-6
+    np.testing.assert_allclose(np.r_[sums.g, sums.g_inner], g, atol=1e-6 * np.abs(g).max())
+    assert sums.square == pytest.approx(float(w @ e**2))
+    assert K % 6 == 0 and found.shape == (K + of.size, K + of.size)
+
+
+def test_offsets_of_sweeps_are_integrated_out() -> None:
+    """S and h against the whole matrix with V = sigma^2 diag(1/w) + sigma_c^2 11' of each sweep."""
+    seen, trajectory, state, of = begun(Priors())
+    rng = np.random.default_rng(6)
+    e = 1e-4 * rng.normal(size=len(seen.sweeps.hits))
+    w, noise = rng.uniform(0.2, 1, e.size), Noise(40e-6, 70e-6)
+    sums = solve.linearised(seen, trajectory, state, e, w, of)
+    part = solve.reduced(sums, trajectory, noise)
+    same = seen.sweeps.sweep[:, None] == seen.sweeps.sweep
+    V = np.diag(noise.hit**2 / w) + noise.sweep**2 * same
+    J, K = numerical_jacobian(seen, trajectory, state, of), trajectory.control.size
+    H, g = J.T @ np.linalg.solve(V, J), J.T @ np.linalg.solve(V, e)
+    bend, bend_g = solve._bend(trajectory, noise.hit)
+    A = H[:K, :K] + dense(bend) / noise.hit**2
+    C, g_A = H[:K, K:], g[:K] + bend_g / noise.hit**2
+    S = H[K:, K:] - C.T @ np.linalg.solve(A, C)
+    h = g[K:] - C.T @ np.linalg.solve(A, g_A)
+    scale = np.sqrt(np.outer(np.diag(S), np.diag(S)))
+    assert np.abs((part.S - S) / scale).max() < 1e-4
+    np.testing.assert_allclose(part.h / np.sqrt(np.diag(S)), h / np.sqrt(np.diag(S)), atol=1e-3)
+    step = rng.normal(size=of.size) * 1e-4
+    expected = -np.linalg.solve(A, g_A + C @ step)
+    assert np.abs(part.trajectory_step(step) - expected).max() < 1e-3 * np.abs(expected).max()
+
+
+def test_covariance_of_what_is_considered_but_not_estimated() -> None:
+    """20,000 draws of a linear problem: noise, and unknowns larger than the estimate assumes; each
+    entry of the covariance within 5 standard errors."""
+    rng = np.random.default_rng(7)
+    J = rng.normal(size=(30, 5))
+    S = J.T @ J
+    working, believed = (
+        np.array([np.inf, np.inf, 1e-3, 0.5, 2.0]),
+        np.array([np.inf, np.inf, 1.0, 1.0, 2.0]),
+    )
+    expected = solve.covariance_of(S, working, believed)
+    known, n = 1 / working**2, 20_000
+    true = np.where(np.isfinite(believed), believed, 0) * rng.normal(size=(n, 5))
+    measured = true @ J.T + rng.normal(size=(n, 30))
+    off = np.linalg.solve(S + np.diag(known), J.T @ measured.T).T - true
+    error = np.sqrt((np.outer(np.diag(expected), np.diag(expected)) + expected**2) / n)
+    assert (np.abs(off.T @ off / n - expected) < 5 * error).all()
+
+
+def test_size_of_a_group_by_restricted_likelihood() -> None:
+    """Forty unknowns of standard deviation f where 1 is given: f is found within 30 %, and is
+    among those not ruled out; of none the least factor is taken."""
+    rng = np.random.default_rng(8)
+    J = rng.normal(size=(400, 42)) * 5
+    S, working = J.T @ J, np.r_[[np.inf] * 2, np.ones(40)]
+    own = np.arange(42) >= 2
+    for true in (0.0, 0.2, 0.5, 0.9):
+        y = np.r_[3.0, -2.0, true * rng.normal(size=40)]
+        values = np.zeros(42)
+        h = -J.T @ (J @ y + rng.normal(size=400))  # at values 0
+        best, most = solve.supported(S, h, values, working, own)
+        moved = rng.normal(size=42)  # the same seen from elsewhere
+        assert solve.supported(S, h + S @ moved, moved, working, own) == (best, most)
+        if true:
+            assert true / 1.35 < best < true * 1.35 and best <= most < 2 * true + 0.1
+        else:
+            assert most <= 0.06
+
+
+def test_noise_by_restricted_likelihood() -> None:
+    """Noise of hits and of sweeps about the angles of a trajectory that is estimated with them:
+    both within 10 %, and none of sweeps where there is none."""
+    seen, trajectory, state, of = begun(Priors(0, 0, 0, 0, 0))
+    hits = seen.sweeps.hits
+    n, found = 12, []
+    for common in (60e-6, 0.0):
+        of_each = []
+        for seed in range(n):
+            rng = np.random.default_rng([9, seed])
+            off = 30e-6 * rng.normal(size=len(hits))
+            off += common * rng.normal(size=seen.sweeps.first.size - 1)[seen.sweeps.sweep]
+            sums = solve.linearised(seen, trajectory, state, off, np.ones(off.size), of)
+            of_each.append(solve.estimated_noise(sums, trajectory, Noise(30e-6, 30e-6)))
+        found.append([np.mean([getattr(one, k) for one in of_each]) for k in ("hit", "sweep")])
+    assert found[0] == pytest.approx([30e-6, 60e-6], rel=0.15)
+    assert found[1][0] == pytest.approx(30e-6, rel=0.1) and found[1][1] < 12e-6
+
+
+def test_a_far_hit_loses_weight() -> None:
+    seen, _, _, _ = begun(Priors())
+    off = np.zeros(len(seen.sweeps.hits))
+    off[7] = 1e-3
+    found = solve.weights(seen, off, Noise(50e-6, 0.0))
+    assert found.hit[7] == pytest.approx((solve.LIMIT * 50e-6 / 1e-3) ** 2)
+    assert (np.delete(found.hit, 7) == 1).all() and (found.offset == 0).all()
+
+
+def test_parts_add_up() -> None:
+    seen, trajectory, state, of = begun(Priors())
+    e = 1e-4 * np.random.default_rng(10).normal(size=len(seen.sweeps.hits))
+    whole = solve.linearised(seen, trajectory, state, e, np.ones(e.size), of)
+    chosen = np.arange(seen.sweeps.first.size - 1) % 3 == 0
+    parts = []
+    for own in (chosen, ~chosen):
+        hit = own[seen.sweeps.sweep]
+        view = solve.sweeps_of(seen, own)
+        parts.append(solve.linearised(view, trajectory, state, e[hit], np.ones(hit.sum()), of))
+    found = solve.reduced(solve.added(parts), trajectory, Noise(50e-6, 50e-6))
+    expected = solve.reduced(whole, trajectory, Noise(50e-6, 50e-6))
+    np.testing.assert_allclose(found.S, expected.S, rtol=1e-9, atol=1e-9 * np.abs(expected.S).max())
+    assert replace(whole).n_hits == solve.added(parts).n_hits

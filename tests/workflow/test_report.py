@@ -117,7 +117,7 @@ def test_no_cell_of_a_sheet_is_markup_in_the_data_of_the_report() -> None:
     """As Snakemake writes it: parameters of jobs, a sheet's cells among them, as JSON."""
     cell = "</script><img src=x onerror=alert(1)><!-- ; var x = 1;"
     params = f"rows=[{{'camera_type': '{cell}'}}]"
-    metadata = import_module(f"{report.REPORT_DATA}metadata")
+    metadata = import_module(f"{report.REPORTER}.data.metadata")
     report.without_markup()
     text = metadata.render_metadata({"params": params})
     assert "<" not in text

@@ -22,7 +22,7 @@ CATEGORIES = (  # numbered, as the menu of a report is in order of the alphabet
     "6 Calibrations",
     "7 Provenance",
 )
-REPORT_DATA = "snakemake.report.html_reporter.data."  # modules of Snakemake 9.27
+REPORTER = "snakemake.report.html_reporter"  # of Snakemake 9.27, and its modules `.data.*`
 # Titles of tables: `Jansen et al. 2019, Table I: mean absolute error`; `skurowski2019: outliers`
 TITLE = re.compile(r"(?P<whose>.+?)(?:, (?P<item>(?:Table|Figure)s? [^:]+))?: (?P<shows>.+)")
 OF_PAPER = re.compile(r"(skurowski|jansen)_tableA?\d$")
@@ -56,8 +56,7 @@ def _title(path: str) -> str:
 def without_markup() -> None:
     """Let Snakemake write the data of its report without tags. It puts cells of the sheets into
     scripts of the page, as JSON in which `</script>` would end the script."""
-    data = [m for name, m in sys.modules.items() if name.startswith(REPORT_DATA)]
-    for module in data:
+    for module in [m for name, m in sys.modules.items() if name.startswith(REPORTER)]:
         if getattr(module, "json", None) is json:
             module.json = SimpleNamespace(dumps=_dumps)  # type: ignore[attr-defined]
 

@@ -169,6 +169,15 @@ class TestMotive:
         assert (recording.frame_rate_hz, recording.units) == (100, "Millimeters")
         assert recording.segments[0].frame_count_source == "Total Exported Frames"
 
+    @pytest.mark.parametrize("blank", [" ", "\t", " \t "])
+    def test_blanks_around_quoted_labels(self, tmp_path, blank):
+        labels = ("A, left", 'the "B"')
+        quoted = ("A, left", 'the ""B""')  # as CSV has a quote in a quoted cell
+        text = motive(quoted, 100, TAKE).replace(',"', f',{blank}"').replace('",', f'"{blank},')
+        path = make(tmp_path, "a.csv", text)
+        assert labels_of(path) == labels
+        same(read(path, labels), within=1e-6)
+
 
 class TestQualisys:
     @pytest.mark.parametrize("titles", [False, True])
@@ -232,9 +241,10 @@ class TestNexus:
         text = nexus(("S:A", "S:B"), 100, TAKE).replace(",", mark)
         first = f"S:A{mark} left{mark}{mark} {mark} front"
         text = text.replace("S:A", f'"{first}"').replace("S:B", '"S:""B"""')
-        path = make(tmp_path, "a.csv", text)
-        assert labels_of(path) == (first, 'S:"B"')
-        same(read(path, (first, 'S:"B"')))
+        for blank in ("", " ", "\t"):
+            path = make(tmp_path, "a.csv", text.replace(f'{mark}"S', f'{mark}{blank}"S'))
+            assert labels_of(path) == (first, 'S:"B"')
+            same(read(path, (first, 'S:"B"')))
 
 
 BLANK = [" ", "   ", " NULL", "NaN  "]

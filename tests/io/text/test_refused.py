@@ -318,6 +318,16 @@ def test_no_words_of_the_parser(tmp_path, name, new, why):
     assert refusal(path) == f"{name}: {said}"
 
 
+@pytest.mark.parametrize(
+    ("name", "label", "line"),
+    [("a.trc", "\tA\t", 4), ("m.csv", '"A"', 4), ("a.tsv", "\tA\t", 12), ("n.csv", ",A,", 3)],
+)
+def test_a_carriage_return_inside_the_header(tmp_path, name, label, line):
+    """A spreadsheet would read two lines, and another program a blank."""
+    path = spoilt(tmp_path, name, label, label.replace("A", "A\r"))
+    assert refusal(path) == f"{name}: line {line} has a carriage return inside"
+
+
 LONG = "1" * 200_000
 SPACES = " " * 100_000
 

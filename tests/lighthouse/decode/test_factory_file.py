@@ -137,6 +137,17 @@ def test_the_system_configuration_of_a_crazyflie(tmp_path: Path, name: str) -> N
     assert slave.factory.tilt.tolist() == [-0.0027256011962890625, -0.002552032470703125]
 
 
+@pytest.mark.parametrize("written", ["-.25e-2", "-25e-4", "-2.5e-3", "'-0.0025'"])
+def test_every_way_to_write_a_number_in_yaml(tmp_path: Path, written: str) -> None:
+    """As YAML 1.2 has numbers: PyYAML reads version 1.1, to which the first two are text."""
+    old = "tilt: -0.0027256011962890625"
+    assert old in CRAZYFLIE
+    path = tmp_path / "config.yaml"
+    path.write_text(CRAZYFLIE.replace(old, f"tilt: {written}", 1))
+    _, slave = read_factory(path)
+    assert slave.factory.tilt.tolist() == [-0.0025, -0.002552032470703125]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -144,6 +155,8 @@ def test_the_system_configuration_of_a_crazyflie(tmp_path: Path, name: str) -> N
         ("systemType: 1\n", "", "systemType is None, second-generation"),
         ("version: '1'", "version: '7'", "version is '7'"),
         ("tilt: -0.0027256011962890625", "tilt: left", "calibs.1.sweeps.0..tilt is 'left'"),
+        ("tilt: -0.0027256011962890625", "tilt: '1_0'", "calibs.1.sweeps.0..tilt is '1_0'"),
+        ("tilt: -0.0027256011962890625", "tilt: 'nan'", "calibs.1.sweeps.0..tilt is nan"),
         ("tilt: -0.0027256011962890625", "slope: 0", "calibs.1.sweeps.0..tilt is None"),
         ("uid: 3359964365", "uid: -3", "calibs.1.uid is -3"),
         ("  1:\n    sweeps", "  4:\n    sweeps", "calibs of station 4"),

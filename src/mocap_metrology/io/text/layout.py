@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +14,7 @@ from mocap_metrology.io.units import LengthUnit
 
 LONGEST_LINE = 1 << 20  # bytes; 30,000 markers
 BOM = b"\xef\xbb\xbf"
+BLANKS = " \t"
 NULLS = ("", "NULL", "null", "NaN", "nan", "NAN", "-nan(ind)", "nan(ind)", "#N/A")
 BODY = "is a body: its position and orientation are solved from its markers, not measured"
 
@@ -98,6 +100,13 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.split(delimiter)]
 
 
+def without_padding(line: str, delimiter: str) -> str:
+    """A line without the blanks between a delimiter and a quote, which `csv.reader` would take for
+    the start of a cell that has no quotes."""
+    blank = BLANKS.replace(delimiter, "")
+    return re.sub(rf'{re.escape(delimiter)}[{blank}]+(?=")', delimiter, line)
+
+
 def lines(path: Path, start: int = 0, number: int = 1) -> Iterator[Line]:
     """Lines from byte `start` on, the first being line `number`; UTF-8, else Latin-1."""
     with path.open("rb") as stream:
@@ -106,8 +115,10 @@ def lines(path: Path, start: int = 0, number: int = 1) -> Iterator[Line]:
             if len(raw) == LONGEST_LINE:
                 raise Refusal(f"{path.name}: line {number} is longer than {LONGEST_LINE} bytes")
             end = start + len(raw)
-            body = raw.removeprefix(BOM) if start == 0 else raw
-            yield Line(decoded(body).rstrip("\r\n"), number, start, end)
+            text = decoded(raw.removeprefix(BOM) if start == 0 else raw).rstrip("\r\n")
+            if "\r" in text:  # some programs would read two lines
+                raise Refusal(f"{path.name}: line {number} has a carriage return inside")
+            yield Line(text, number, start, end)
             start, number = end, number + 1
 
 

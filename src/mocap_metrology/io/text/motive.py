@@ -28,6 +28,7 @@ from mocap_metrology.io.text.layout import (
     named,
     rate,
     triples,
+    without_padding,
 )
 from mocap_metrology.io.units import read_unit, unknown
 
@@ -123,7 +124,7 @@ def _header(path: Path) -> tuple[dict[str, str], list[list[str]], Line]:
 def _records(following: Iterator[Line], file: str) -> Iterator[list[str]]:
     """Cells of each record, for which no more lines are taken than it has."""
     try:
-        for cells in csv.reader(f"{line.text}\n" for line in following):
+        for cells in csv.reader(f"{without_padding(line.text, ',')}\n" for line in following):
             yield [cell.strip() for cell in cells]
     except csv.Error as error:
         raise Refusal(f"{file}: its header cannot be split into cells: {error}") from None

@@ -24,6 +24,7 @@ from mocap_metrology.io.text.layout import (
     named,
     rate,
     triples,
+    without_padding,
 )
 from mocap_metrology.io.units import read_unit
 
@@ -123,8 +124,9 @@ def _cells(line: Line, delimiter: str) -> list[str]:
     """Its cells, stripped; a label with a delimiter in it is in quotes, which come in pairs."""
     try:
         if line.text.count('"') % 2 == 0:
-            return [cell.strip() for cell in next(csv.reader([line.text], delimiter=delimiter), [])]
-    except csv.Error:  # a carriage return, or a cell beyond the reader's limit
+            text = without_padding(line.text, delimiter)
+            return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter), [])]
+    except csv.Error:  # a cell beyond the reader's limit
         pass
     return [cell.strip('"') for cell in line.cells(delimiter)]
 

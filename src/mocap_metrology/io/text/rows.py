@@ -278,8 +278,6 @@ def _wrong_cell(
     for line in lines(layout.path, layout.data_offset, layout.data_line):
         if line.number < first:
             continue
-        if "\r" in line.text:
-            return Refusal(f"{layout.name}: line {line.number} has a carriage return inside")
         cells = line.cells(layout.delimiter)
         beyond = [cell for cell in cells[layout.n_columns :] if cell not in NULLS]
         if beyond:

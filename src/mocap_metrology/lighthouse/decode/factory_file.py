@@ -21,12 +21,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.errors import UNREADABLE, Refusal
+from mocap_metrology.common.spreadsheet import number
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution
 from mocap_metrology.lighthouse.records import ROLES, Factory, Station
 from mocap_metrology.lighthouse.rotor import check
@@ -201,9 +203,16 @@ def _crazyflie_station(key: int, given: object, where: str) -> Station:
 
 def _pair(sweeps: list[object], value: str, where: str) -> np.ndarray:
     """A value of both sweeps."""
-    found = [sweep.get(value) if isinstance(sweep, Mapping) else None for sweep in sweeps]
-    for axis, number in enumerate(found):
-        whole = isinstance(number, int) and not isinstance(number, bool)
-        if not whole and not (isinstance(number, float) and np.isfinite(number)):
-            raise Refusal(f"{where}.sweeps[{axis}].{value} is {number!r}; expected a number")
+    found = [_value(sweep.get(value)) if isinstance(sweep, Mapping) else None for sweep in sweeps]
+    for axis, one in enumerate(found):
+        whole = isinstance(one, int) and not isinstance(one, bool)
+        if not whole and not (isinstance(one, float) and np.isfinite(one)):
+            raise Refusal(f"{where}.sweeps[{axis}].{value} is {one!r}; expected a number")
     return _numbers(found, 2, f"{where}.sweeps.{value}")
+
+
+def _value(given: object) -> object:
+    """A number, also one of YAML 1.2 that PyYAML leaves as text: -.5, 1e-3."""
+    with suppress(ValueError):
+        return number(given) if isinstance(given, str) else given
+    return given

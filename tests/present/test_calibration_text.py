@@ -103,6 +103,11 @@ SAID = {
         "wrong): for real stations the pose is wrong by 2 to 20 cm and 1 to 6°, and no residual "
         "shows this."
     ),
+    Case.ESTIMATED: (
+        "The stations' factory values are not known (master: none found; slave: checksum wrong) "
+        "and were estimated with the pose, which the uncertainty includes: several recordings at "
+        "different places make it smaller."
+    ),
     Case.ROTOR_CLEAR: (
         "The rotor model of a fits the recording significantly better than the others."
     ),

@@ -127,7 +127,11 @@ def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> Non
         ("verdict__good_mm", 0.5, "good_mm: 0.5; expected at most verdict.usable_mm (0.25)"),
         ("verdict__usable_missing", 0, "0.01; expected at most verdict.usable_missing (0)"),
         ("lighthouse__estimators", ["paper"], "paper-lm among them"),
-        ("lighthouse__optics", [], "expected a list of ideal, factory, each at most once"),
+        (
+            "lighthouse__optics",
+            [],
+            "expected a list of ideal, factory, estimated, each at most once",
+        ),
         ("lighthouse__variant", "vive", "expected auto, crazyflie, libsurvive or"),
         ("lighthouse__lasers_mm", [1, 2, 3], "expected nothing, or twelve numbers of mm"),
         ("lighthouse__lasers_mm", 11 * [0] + [500], "expected nothing, or twelve numbers of mm"),

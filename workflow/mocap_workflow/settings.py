@@ -16,6 +16,7 @@ from mocap_metrology.pipeline.settings import (
     NoiseEstimator,
     Optics,
     PoseEstimator,
+    SimplexOptics,
     Word,
 )
 from mocap_workflow.configuration import WHOLE, Once, Section, Words, faults
@@ -292,8 +293,9 @@ class Lighthouse(Section):
     optics: Annotated[tuple[Optics, ...], AfterValidator(Once(least=1))] = (
         DEFAULTS.lighthouse.optics
     )
-    """`ideal` is J's; `factory` uses the values of the maker that the flashes carry."""
-    simplex_optics: Annotated[tuple[Optics, ...], AfterValidator(Once())] = (
+    """`ideal` is J's; `factory` uses the values of the maker that the flashes carry; `estimated`
+    estimates them with the pose, by `batch`, where they are not known."""
+    simplex_optics: Annotated[tuple[SimplexOptics, ...], AfterValidator(Once())] = (
         DEFAULTS.lighthouse.simplex_optics
     )
     """Optics of `paper` and `paper-tight`, each of which takes a second."""

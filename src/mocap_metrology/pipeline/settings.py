@@ -22,7 +22,8 @@ NoiseEstimator = Literal[
 Form = Literal["sampled", "continuous"]
 Word = Literal["good", "usable", "bad"]
 PoseEstimator = Literal["batch", "paper", "paper-tight", "paper-lm", "pnp", "geometric"]
-Optics = Literal["ideal", "factory"]
+Optics = Literal["ideal", "factory", "estimated"]
+SimplexOptics = Literal["ideal", "factory"]
 
 
 @dataclass(frozen=True)
@@ -133,8 +134,8 @@ class Lighthouse:
     still_half_window: int = 15
     still_n_sigma: float = 4.0
     estimators: tuple[PoseEstimator, ...] = ("batch", "paper", "paper-tight", "paper-lm")
-    optics: tuple[Optics, ...] = ("ideal", "factory")
-    simplex_optics: tuple[Optics, ...] = ("ideal",)
+    optics: tuple[Optics, ...] = ("ideal", "factory", "estimated")
+    simplex_optics: tuple[SimplexOptics, ...] = ("ideal",)
     reconstruction: Literal["full-interpolation", "dominant-axis", "pairs"] = "full-interpolation"
     lm_interpolation: Literal["linear", "cubic"] = "cubic"
     lm_weights: Literal["path", "none"] = "path"

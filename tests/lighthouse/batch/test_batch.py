@@ -202,3 +202,28 @@ def test_too_little_is_refused() -> None:
     few = own.hits.take((own.hits.station == 0) | (own.hits.diode < 3))
     with pytest.raises(Refusal, match=r"batch, ideal: \d+ and 0 moments at which a station sees"):
         by_ideal(few, flat_board(), EXACT)
+
+
+def test_unknown_rotors_are_estimated_with_the_pose() -> None:
+    """Rotors as real ones, without their factory values: ideal optics err by more than 30 mm, with
+    the values among the unknowns the error is below 40 mm and within its own interval."""
+    of_rotors = [
+        Factory(
+            np.array([0.03, 0.05]) * sign,
+            np.array([-0.005, 0.003]),
+            np.array([0.002, -0.004]),
+            np.array([1.9, -0.8]),
+            np.array([0.009, -0.011]),
+        )
+        for sign in (1, -1)
+    ]
+    stations = [{"factory": factory} for factory in of_rotors]
+    made = simulate(twin(10, duration_s=8.0, master=stations[0], slave=stations[1]))
+    scene = Scene(made.hits, made.truth.board, "ideal", [None, None], None, "crazyflie", EXACT)
+    errors = []
+    for optics in ("ideal", "estimated"):
+        pose = by_batch(replace(scene, optics=optics))
+        errors.append(off(pose, made.truth.R, made.truth.t_m))
+    ideal, free = (np.linalg.norm(error[:3]) for error in errors)
+    assert ideal > 30 and free < 40 and free < ideal
+    assert squared(pose, errors[1]) < chi2.ppf(0.999, 6)

@@ -87,6 +87,7 @@ class Case(StrEnum):
     FACTORY = "factory"
     FACTORY_FILE = "factory_file"
     IDEAL = "ideal"
+    ESTIMATED = "estimated"
     ROTOR_CLEAR = "rotor_clear"
     ROTOR_OPEN = "rotor_open"
     ROTOR_UNASKED = "rotor_unasked"

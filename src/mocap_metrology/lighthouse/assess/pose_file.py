@@ -29,7 +29,7 @@ from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
 ESTIMATORS = ("batch", "paper", "paper-tight", "paper-lm", "geometric", "pnp")
 STAGES = ("kabsch", "final", "static")
-OPTICS = ("ideal", "factory")
+OPTICS = ("ideal", "estimated", "factory")
 CONVENTION = (
     "Pose of the slave in the master's frame: p_master = R p_slave + t. A station looks along "
     "its x axis, y to its own left, z up; the master is the station whose flash comes first. R = "

@@ -44,6 +44,8 @@ def factory(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
             for role, station in zip(ROLES, stations, strict=True)
             if station.factory is None
         }
+        if chosen.optics == "estimated":
+            return Check(name, Case.ESTIMATED, "estimated", "", limit, False, "usable", why=why)
         return Check(name, Case.IDEAL, "ideal", "", limit, False, "doubtful", why=why)
     filed = tuple(r for r, s in zip(ROLES, stations, strict=True) if s.frames_found == 0)
     if filed:
@@ -79,7 +81,7 @@ def agreements(chosen: PoseEstimate, poses: Sequence[PoseEstimate]) -> Iterator[
     for p in own:
         if (p.stage, p.optics) == (other, chosen.optics):
             yield _stages(chosen, p)
-        if p.stage == chosen.stage and p.optics != chosen.optics:
+        if p.stage == chosen.stage and {p.optics, chosen.optics} == {"ideal", "factory"}:
             mm, deg = apart(chosen, p)
             word, limit = worst(mm, deg, (OPTICS_APART, OPTICS_APART))
             good = word == "good"
@@ -132,7 +134,7 @@ def gravity(chosen: PoseEstimate, stations: Sequence[Station]) -> Check:
     word = "good" if value < GRAVITY_DEG[0] else "doubtful" if value < GRAVITY_DEG[1] else "failed"
     good = word == "good"
     limit = GRAVITY_DEG[0] if good else GRAVITY_DEG[1]
-    off = Case.GRAVITY_OFF if chosen.optics == "factory" else Case.GRAVITY_OFF_IDEAL
+    off = Case.GRAVITY_OFF_IDEAL if chosen.optics == "ideal" else Case.GRAVITY_OFF
     return Check("gravity", Case.GRAVITY if good else off, value, "deg", limit, good, word)
 
 

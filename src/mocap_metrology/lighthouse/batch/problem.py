@@ -18,7 +18,7 @@ covariance of the poses nearly as they are.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -45,6 +45,11 @@ class Priors:
     tilt_mrad: float = 0.0
     curve_mrad: float = 0.0
     gib_mrad: float = 0.0
+
+    def of_unknown_rotors(self) -> Priors:
+        """With the spread of the factory values of eight real stations about 0, in place of their
+        errors."""
+        return replace(self, phase_mrad=37.0, tilt_mrad=5.0, curve_mrad=5.0, gib_mrad=9.0)
 
     @property
     def time_zero_rad(self) -> float:

@@ -27,7 +27,7 @@ from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, thr
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.moments import joined, moments
-from mocap_metrology.lighthouse.calibrate.reconstruction import optics_of
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
 from mocap_metrology.lighthouse.calibrate.static import static_pose
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
 from mocap_metrology.lighthouse.records import (
@@ -40,6 +40,7 @@ from mocap_metrology.lighthouse.records import (
 from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, rotor_parameters
 
 NAME = "batch"
+ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
 RENEWALS = 3  # of stretches and of diodes, at most
 BAD_STRETCH = 1.7  # of its rms residual over that of all
 BAD_DIODE = 3.0  # of its rms residual over the median of all
@@ -55,7 +56,7 @@ Pose = tuple[np.ndarray, np.ndarray]
 @dataclass(frozen=True)
 class Scene:
     """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
-    `reconstruction.optics_of`, and what is known beforehand."""
+    `reconstruction.optics_of` or `estimated`, and what is known beforehand."""
 
     hits: Hits
     board: np.ndarray
@@ -68,7 +69,7 @@ class Scene:
     @property
     def rotors(self) -> np.ndarray:
         """Of both stations, (2, 2, 10)."""
-        ideal = self.optics == "ideal"
+        ideal = self.optics != "factory"
         model = CRAZYFLIE if ideal else VARIANTS[self.variant]
         lasers = [None, None] if self.lasers_m is None else self.lasers_m
         return np.array(
@@ -80,13 +81,21 @@ class Scene:
 
     @property
     def used_priors(self) -> Priors:
-        """Ideal optics claim to have no phase and no depth, named lasers no depth."""
+        """Ideal optics claim to have no phase and no depth, named lasers no depth; of estimated
+        ones only the spread of real rotors is known."""
         priors = self.priors
+        if self.optics == ESTIMATED:
+            priors = priors.of_unknown_rotors()
         if self.optics == "ideal":
             priors = replace(priors, phase_mrad=0.0)
         if self.optics == "ideal" or self.lasers_m is not None:
             priors = replace(priors, laser_depth_mm=0.0)
         return priors
+
+    def seen(self, measured: tuple[Measurements, Measurements]) -> Optics:
+        """Measurements as the optics see them; where these are estimated, it starts from ideal."""
+        name = "ideal" if self.optics == ESTIMATED else self.optics
+        return optics_of(name, measured, self.factories, self.lasers_m, self.variant)
 
 
 def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = None) -> PoseEstimate:
@@ -95,16 +104,7 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
     Raises `Refusal` where no start is found or the search does not converge.
     """
     began = time.perf_counter()
-    try:
-        if still is None:
-            found, note = _without_bad_diodes(scene, *_start(scene))
-        else:
-            hits, trajectory, pose, note = _still_start(scene, still)
-            found = _joint(scene, hits, trajectory, pose)
-    except np.linalg.LinAlgError as error:
-        raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
-    if not found.converged:
-        raise Refusal(f"batch, {scene.optics}: no convergence in {found.rounds - 1} steps")
+    found, note = joint(scene, still)
     one, covariance = found.recordings[0], found.pose_covariance()
     return PoseEstimate(
         estimator=NAME,
@@ -122,6 +122,23 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
     )
 
 
+def joint(
+    scene: Scene, still: tuple[Measurements, Measurements] | None = None
+) -> tuple[Joint, str]:
+    """The joint estimate behind `by_batch`, and a note on what was left out; raises as that."""
+    try:
+        if still is None:
+            found, note = _without_bad_diodes(scene, *_start(scene))
+        else:
+            hits, trajectory, pose, note = _still_start(scene, still)
+            found = _joint(scene, hits, trajectory, pose)
+    except np.linalg.LinAlgError as error:
+        raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
+    if not found.converged:
+        raise Refusal(f"batch, {scene.optics}: no convergence in {found.rounds} steps")
+    return found, note
+
+
 def _start(scene: Scene) -> tuple[Hits, Trajectory, Pose]:
     """Hits where the board's poses are known, a trajectory near these, and the slave's pose."""
     both = []
@@ -135,9 +152,7 @@ def _start(scene: Scene) -> tuple[Hits, Trajectory, Pose]:
             f"batch, {scene.optics}: {len(master)} and {len(slave)} moments at which a station sees"
             f" four diodes; expected at least {FEWEST_MOMENTS}"
         )
-    optics = optics_of(
-        scene.optics, (master, slave), scene.factories, scene.lasers_m, scene.variant
-    )
+    optics = scene.seen((master, slave))
     agreed = agreed_paths(optics, scene.board, ORDER, roughly=True)
     if agreed.R is None or agreed.t_m is None:
         raise Refusal(f"batch, {scene.optics}: the stations never see the board at once")
@@ -151,7 +166,7 @@ def _still_start(
 ) -> tuple[Hits, Trajectory, Pose, str]:
     """Hits without those of diodes that the others contradict, one pose of the board, the slave's
     pose, and a note."""
-    optics = optics_of(scene.optics, still, scene.factories, scene.lasers_m, scene.variant)
+    optics = scene.seen(still)
     pose = static_pose(list(optics.measurements), scene.board, list(optics.rotors))
     if pose is None:
         raise Refusal(f"batch, {scene.optics}: a station sees fewer than four diodes")

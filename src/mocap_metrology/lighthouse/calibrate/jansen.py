@@ -29,8 +29,8 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
+from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
-from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of, reconstruct
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
 from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
@@ -62,7 +62,7 @@ JANSEN = ("paper", "paper-tight", "paper-lm")
 SIMPLEX = ("paper", "paper-tight")
 PEERS = ("pnp", "geometric")
 ESTIMATORS = (BATCH, *JANSEN, *PEERS)
-OPTICS = ("ideal", "factory")
+OPTICS = ("ideal", ESTIMATED, "factory")
 INTERPOLATIONS = {"linear": 1, "cubic": 3}  # degree of the polynomial
 FEWEST_POSES = 20  # moments of a station, and of both
 MM_DEG = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)  # of covariances in m and rad
@@ -73,6 +73,7 @@ LEAST_EPSILON = 1e-14  # rad^2: K_1 of noise-free angles, so that no weight is i
 class CalibrationSettings:
     """Named choices of a calibration.
 
+    optics: `estimated` by batch only, and where `factory` is not possible or not requested;
     simplex_optics: those of paper and paper-tight, slow as they are; J's is ideal.
     lm_interpolation: linear or cubic, lm_weights: path or none, of paper-lm; the others
     interpolate linearly and take the path in K_2 as exact, as J;
@@ -82,7 +83,7 @@ class CalibrationSettings:
     """
 
     estimators: Sequence[str] = (BATCH, *JANSEN)
-    optics: Sequence[str] = OPTICS
+    optics: Sequence[str] = ("ideal", "factory", ESTIMATED)
     simplex_optics: Sequence[str] = ("ideal",)
     reconstruction: str = "full-interpolation"
     lm_interpolation: str = "cubic"
@@ -113,7 +114,7 @@ class Calibration:
         """Board poses behind an estimate; of `batch`, which has one trajectory, those of
         `paper-lm`."""
         name = "paper-lm" if pose.estimator == BATCH else pose.estimator
-        return self.paths.get((name, pose.optics))
+        return self.paths.get((name, "ideal" if pose.optics == ESTIMATED else pose.optics))
 
 
 def calibrate(
@@ -145,6 +146,8 @@ def calibrate(
         if name == "factory" and any(factory is None for factory in factories):
             found.why.append("factory optics omitted: factory values of both stations are needed")
             continue
+        if name == ESTIMATED and "factory" in settings.optics and None not in factories:
+            continue  # these values are better known
         own, near = settings, None
         if name == "factory" and settings.variant == AUTO:
             middle, lasers = _middle(hits, len(board)), settings.lasers_m
@@ -153,7 +156,13 @@ def calibrate(
             near = next((way.R for way in ways if way.standing == "chosen"), None)
             found = replace(found, variants=ways)
         seen = {
-            order: optics_of(name, both, factories, settings.lasers_m, own.variant)
+            order: optics_of(
+                "ideal" if name == ESTIMATED else name,
+                both,
+                factories,
+                settings.lasers_m,
+                own.variant,
+            )
             for order, both in measured.items()
         }
         agreed = agreed_paths(seen[smooth], board, smooth, near)
@@ -178,11 +187,12 @@ def _by_optics(
     name, board = scene.optics, scene.board
     if all(is_still(path) for path in agreed.paths):
         middle = _middle(scene.hits, len(board))
-        found.estimates.extend(_static(middle, board, name, scene.factories, settings))
-        found.paths["paper-lm", name] = agreed.paths
+        if name != ESTIMATED:
+            found.estimates.extend(_static(middle, board, name, scene.factories, settings))
+            found.paths["paper-lm", name] = agreed.paths
         return _with_batch(replace(found, still=True), scene, settings, report, middle)
     smooth = INTERPOLATIONS[settings.lm_interpolation]
-    for estimator in settings.estimators:
+    for estimator in settings.estimators if name != ESTIMATED else (BATCH,):
         if estimator == BATCH:
             found = _with_batch(found, scene, settings, report)
             continue
@@ -391,8 +401,8 @@ def _static(
 
 
 def chosen(estimates: Sequence[PoseEstimate]) -> int | None:
-    """Index of the estimate to use: factory optics before ideal, batch before paper-lm before the
-    simplex, final before Kabsch; None if there is none."""
+    """Index of the estimate to use: factory optics before estimated before ideal, batch before
+    paper-lm before the simplex, final before Kabsch; None if there is none."""
     order = [
         (BATCH, "static"),
         (BATCH, "final"),

@@ -23,7 +23,7 @@ from mocap_metrology.lighthouse.published import (
 )
 from mocap_metrology.present.tables import Record, Row
 
-ESTIMATORS = ("paper", "paper-tight", "paper-lm")
+ESTIMATORS = ("paper", "paper-tight", "paper-lm", "batch")
 STAGES = ("kabsch", "final")
 OPTICS = ("ideal", "factory")
 QUANTISED, NOISY = "sim-", "noise-"  # setups of Table III: sample error alone, and further noise

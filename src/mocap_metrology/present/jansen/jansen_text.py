@@ -56,7 +56,8 @@ COMMON = (
     "paper: simplex with MATLAB's settings; paper-tight: with tight tolerances and started from "
     "the previous pose; paper-lm: Levenberg-Marquardt with the mirror test, cubic interpolation "
     "and a last minimisation with weights for what the path leaves uncertain (config: "
-    "lm_interpolation, lm_weights). kabsch: before the last minimisation (K₂), final: after it. "
+    "lm_interpolation, lm_weights); batch: all hits at their own times in one estimate. kabsch: "
+    "before the last minimisation (K₂), final: after it. "
     "J used ideal optics and does not state the settings of the search. Mirrored: share of board "
     "poses in the wrong one of the two minima of a flat board."
 )

@@ -1,0 +1,418 @@
+"""Accuracy, coverage and verdicts of the estimator `batch` by Monte Carlo.
+
+    python benchmarks/joint_calibration.py accuracy [--setups 10] [--recordings 5]
+    python benchmarks/joint_calibration.py coverage [--setups 40] [--recordings 5]
+    python benchmarks/joint_calibration.py faults [--setups 20] [--recordings 1]
+
+Each recording is drawn, written as a dump of 2 MHz, decoded and calibrated. Boards are 2 to 6 m
+from both stations, stations 1 to 4 m apart, speeds 0.15 to 1 m/s, with tremor. The Cramer-Rao bound
+is that of the joint estimate with the noise that made the data and exactly known board and optics
+(time zeros with 0.15 us where flashes rise late).
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import chi2
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import write_csv
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.batch import solve
+from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.batch.problem import Priors, layout
+from mocap_metrology.lighthouse.calibrate.batch import Scene, joint
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.decode.chain import Decoded, decode
+from mocap_metrology.lighthouse.records import Factory
+from mocap_metrology.lighthouse.simulate.recording import Made, simulate, write_dump
+from mocap_metrology.lighthouse.simulate.twin import (
+    BoardTwin,
+    LighthouseTwin,
+    MotionTwin,
+    StationTwin,
+)
+
+UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
+REAL = {"common_urad": 53.0, "independent_urad": 30.0, "flash_rise_us": 0.6}
+REAL_NOISE = solve.Noise(49e-6, 53e-6)  # of a hit: 30 urad and the clock's 38 of two edges
+IDEAL_NOISE = solve.Noise(42.5e-6, 0.0)  # of two edges of a pulse, whose errors are related
+EXACT, ZEROS = Priors(0, 0, 0, 0, 0), Priors(0.15, 0, 0, 0, 0)
+DECK = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
+
+
+def stations(setup: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Centre of the board, place and angles (deg) of the slave."""
+    rng = np.random.default_rng([5, setup])
+    while True:
+        centre = rng.uniform([2, -1, -0.5], [4.5, 1, 0.5])
+        side = rng.uniform(1, 4) * rng.choice([-1, 1])
+        place = np.array([rng.uniform(-0.3, 1.5), side, rng.uniform(-0.5, 0.5)])
+        way = centre - place
+        far = np.linalg.norm(way)
+        ahead = centre @ way / far / np.linalg.norm(centre)
+        if 2 < far < 6 and ahead > np.cos(np.radians(85)):
+            break
+    yaw = np.degrees(np.arctan2(way[1], way[0])) + rng.uniform(-10, 10)
+    pitch = -np.degrees(np.arcsin(way[2] / far)) + rng.uniform(-10, 10)
+    return centre, place, np.array([rng.uniform(-26, 26), pitch, yaw])
+
+
+def rotors(rng: np.random.Generator) -> Factory:
+    """Factory values like those of eight real stations, as float16 carries them."""
+
+    def half(values: np.ndarray) -> np.ndarray:
+        return np.float16(values).astype(float)
+
+    return Factory(
+        half(rng.normal(0.028, 0.025, 2)),
+        half(rng.normal(-0.0024, 0.0043, 2)),
+        half(rng.normal(-0.002, 0.0043, 2)),
+        half(np.r_[rng.normal(2, 0.4), rng.uniform(-3, 3)]),
+        half(rng.normal([0.009, -0.010], [0.006, 0.004])),
+    )
+
+
+def twin(setup: int, recording: int, **more: object) -> LighthouseTwin:
+    """A recording of a setup; master, slave: fields of the stations."""
+    centre, place, angles = stations(setup)
+    rng = np.random.default_rng([6, setup, recording])
+    motion = MotionTwin(
+        centre_m=tuple(centre),
+        speed_m_s=float(np.exp(rng.uniform(np.log(0.15), 0))),
+        extent_m=rng.uniform(0.2, 0.5),
+        wobble_deg=rng.uniform(6, 14),
+        tremor_mm=0.05,
+        tremor_deg=0.014,
+    )
+    own = {"dropout": rng.uniform(0, 0.2), "clock_ppm": rng.normal(0, 20)} | more
+    master, slave = own.pop("master", {}), own.pop("slave", {})
+    slave = {"position_m": tuple(place), "rotation_deg": tuple(angles)} | slave
+    return LighthouseTwin(
+        name=f"{setup}-{recording}",
+        seed=1000 * setup + recording,
+        master=StationTwin(id=1, mode="b", **master),
+        slave=StationTwin(id=2, mode="c", **slave),
+        motion=motion,
+        **own,
+    )
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is drawn for a setup and recording; its noise; the bound's priors, the estimate's."""
+
+    made: Callable[[int, int], Made]
+    noise: solve.Noise
+    bound: Priors
+    priors: Priors
+    optics: str = "factory"
+    board: Callable[[np.ndarray, np.random.Generator], np.ndarray] = lambda board, _: board
+
+
+def real(setup: int, recording: int, **more: object) -> Made:
+    """Rotors as real ones, with real noise."""
+    rng = np.random.default_rng([11, setup])
+    both = {"master": {"factory": rotors(rng)}, "slave": {"factory": rotors(rng)}}
+    return simulate(twin(setup, recording, **REAL | both | more))
+
+
+def drawn(setup: int, recording: int) -> Made:
+    """With laser depths and phases drawn from their priors; the flashes carry other phases."""
+    rng = np.random.default_rng([12, setup, recording])
+    lasers = [((d / 2, 0.0, 0.0), (-d / 2, 0.0, 0.0)) for d in rng.normal(0, 0.01, 2)]
+    phases = [Factory(phase=rng.normal(0, 1e-3, 2)) for _ in lasers]
+    master, slave = (
+        {"factory": phase, "lasers_m": own} for phase, own in zip(phases, lasers, strict=True)
+    )
+    return simulate(twin(setup, recording, **REAL, master=master, slave=slave))
+
+
+def off_board(board: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """A board file with errors of the default priors."""
+    return (board + 2e-4 * rng.normal(size=board.shape)) * (1 + 1e-3 * rng.normal())
+
+
+CASES = {
+    "ideal lasers, quantisation": Case(
+        lambda s, r: simulate(twin(s, r)), IDEAL_NOISE, EXACT, Priors(), "ideal"
+    ),
+    "real noise": Case(real, REAL_NOISE, ZEROS, Priors()),
+    "20 % dropouts, 1 % reflections": Case(
+        lambda s, r: real(s, r, dropout=0.2, reflections=0.01), REAL_NOISE, ZEROS, Priors()
+    ),
+    "four diodes, 30 x 15 mm, 8 s": Case(
+        lambda s, r: real(s, r, board=DECK), REAL_NOISE, ZEROS, Priors()
+    ),
+    "four diodes, 30 x 15 mm, 60 s": Case(
+        lambda s, r: real(s, r, board=DECK, duration_s=60.0), REAL_NOISE, ZEROS, Priors()
+    ),
+    "lasers 5 mm off in depth": Case(
+        lambda s, r: real(s, r, **_deep(s)), REAL_NOISE, ZEROS, Priors()
+    ),
+}
+COVERAGE = {
+    "real noise, priors off": Case(
+        lambda s, r: simulate(twin(s, r, **REAL)), REAL_NOISE, ZEROS, ZEROS, "ideal"
+    ),
+    "board, phases, depths from their priors": Case(
+        drawn, REAL_NOISE, ZEROS, Priors(), "wrong", off_board
+    ),
+}
+
+
+def _deep(setup: int) -> dict[str, object]:
+    rng = np.random.default_rng([11, setup])
+    both = []
+    for sign in (1, -1):
+        lasers = ((0.005 * sign, 0.0, 0.0), (-0.005 * sign, 0.0, 0.0))
+        both.append({"factory": rotors(rng), "lasers_m": lasers})
+    return {"master": both[0], "slave": both[1]}
+
+
+def decoded(made: Made, board: np.ndarray, folder: Path) -> Decoded:
+    """The recording by way of a dump."""
+    dump, file = folder / "dump", folder / "board.csv"
+    write_dump(dump, made.pulses)
+    write_csv(file, [dict(zip(("x_m", "y_m", "z_m"), place, strict=True)) for place in board])
+    return decode(dump, "gpio-dump", file)
+
+
+def bound(found: Joint, priors: Priors, noise: solve.Noise) -> np.ndarray:
+    """Cramer-Rao bound (6, 6) of the pose at what was found."""
+    one, of = found.recordings[0], layout(2, len(found.state.board), priors)
+    ones = np.ones(one.residual.size)
+    sums = solve.linearised(one.seen, one.trajectory, found.state, 0 * ones, ones, of)
+    S = solve.reduced(sums, one.trajectory, noise).S
+    return np.linalg.inv(S + np.diag(1 / of.sd**2))[:6, :6]
+
+
+def one(case: Case, setup: int, recording: int, folder: Path) -> tuple[np.ndarray, ...] | None:
+    """Error (6,), covariance and bound (6, 6) in mm and deg, CPU seconds, rms over noise."""
+    made = case.made(setup, recording)
+    rng = np.random.default_rng([13, setup, recording])
+    given = decoded(made, case.board(made.truth.board, rng), folder)
+    factories = [station.factory for station in given.stations]
+    optics = case.optics
+    if optics == "wrong":  # the flashes are of stations without phases
+        optics, factories = "factory", [Factory(), Factory()]
+    scene = Scene(given.hits, given.board, optics, factories, None, "crazyflie", case.priors)
+    begun = time.process_time()
+    try:
+        found, _ = joint(scene)
+    except Refusal as refusal:
+        print(f"  {setup}-{recording}: {refusal}", flush=True)
+        return None
+    seconds = time.process_time() - begun
+    state, unit = found.state, np.outer(UNITS, UNITS)
+    error = np.r_[state.t_m[1] - made.truth.t_optical_m, rotation.error(state.R[1], made.truth.R)]
+    alone = found.recordings[0]
+    rms = np.sqrt(np.mean(alone.alone**2)) / alone.noise.hit
+    return (
+        error * UNITS,
+        found.pose_covariance() * unit,
+        bound(found, case.bound, case.noise) * unit,
+        np.array([seconds, rms]),
+    )
+
+
+def numbers(name: str, rows: list[tuple[np.ndarray, ...]], n: int) -> None:
+    """A line of Markdown: ratios to the bound, errors, coverage, times."""
+    error, C, B, rest = (np.array(column) for column in zip(*rows, strict=True))
+    sums = np.sum(error**2, axis=0), np.trace(B[:, :3, :3], axis1=1, axis2=2).sum()
+    position = np.sqrt(sums[0][:3].sum() / sums[1])
+    angle = np.sqrt(sums[0][3:].sum() / np.trace(B[:, 3:, 3:], axis1=1, axis2=2).sum())
+    m2 = np.einsum("ni,ni->n", error, np.linalg.solve(C, error[..., None])[..., 0])
+    inside = [100 * np.mean(m2 < chi2.ppf(p, 6)) for p in (0.68, 0.95)]
+    mae = np.abs(error).mean(axis=0)
+    cells = [
+        name,
+        f"{len(rows)} of {n}",
+        f"{position:.2f}, {angle:.2f}",
+        " / ".join(f"{x:.2f}" for x in mae[:3]),
+        " / ".join(f"{x:.4f}" for x in mae[3:]),
+        f"{np.linalg.norm(error[:, :3], axis=1).max():.1f}",
+        f"{inside[0]:.0f}, {inside[1]:.0f}",
+        f"{np.median(rest[:, 1]):.3f}",
+        f"{np.median(rest[:, 0]):.2f}",
+    ]
+    print("| " + " | ".join(cells) + " |", flush=True)
+
+
+def accuracy(cases: dict[str, Case], given: argparse.Namespace) -> None:
+    """A line for each case."""
+    print(
+        "| case | converged | RMSE over bound: position, angle | MAE x / y / z mm | MAE deg |"
+        " largest mm | 68 %, 95 % ellipsoids hold, % | rms / noise | CPU s |"
+    )
+    print("|---" * 9 + "|")
+    for name, case in cases.items():
+        if given.only and given.only not in name:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            found = [
+                one(case, setup, recording, Path(folder))
+                for setup in range(given.setups)
+                for recording in range(given.recordings)
+            ]
+        numbers(name, [row for row in found if row is not None], len(found))
+
+
+def faults(given: argparse.Namespace) -> None:
+    """Verdicts by fault: how often each word, and errors above five sigma among the good."""
+    print("| fault | good / usable / doubtful / failed | median mm | good and > 5 sigma |")
+    print("|---" * 4 + "|")
+    for name in FAULTS:
+        if given.only and given.only not in name:
+            continue
+        words, errors, missed = [], [], 0
+        for setup in range(given.setups):
+            for recording in range(given.recordings):
+                with tempfile.TemporaryDirectory() as folder:
+                    word, mm, sigmas = judged(name, setup, recording, Path(folder))
+                words.append(word)
+                errors.append(mm)
+                missed += word == "good" and sigmas > 5
+        count = " / ".join(
+            str(words.count(word)) for word in ("good", "usable", "doubtful", "failed")
+        )
+        print(f"| {name} | {count} | {np.nanmedian(errors):.1f} | {missed} |", flush=True)
+
+
+def judged(name: str, setup: int, recording: int, folder: Path) -> tuple[str, float, float]:
+    """Verdict on a recording with a fault, error in mm, and the largest |error| / sigma."""
+    rng = np.random.default_rng([14, setup, recording])
+    made, board, change = FAULTS[name](setup, recording, rng)
+    try:
+        recorded = decoded(made, board, folder)
+        listed = change(recorded.stations)
+        factories = [station.factory for station in listed]
+        found = calibrate(recorded.hits, recorded.board, factories, SETTINGS)
+    except Refusal:
+        return "failed", np.nan, np.nan
+    told = summary(
+        found, listed, duration_s=recorded.duration_s, resolution_s=5e-7, notes=recorded.notes
+    )
+    index = told.document["chosen"]
+    if index is None:
+        return "failed", np.nan, np.nan
+    best = found.estimates[index]
+    error = np.r_[best.t_m - made.truth.t_optical_m, rotation.error(best.R, made.truth.R)] * UNITS
+    sigma = np.sqrt(np.diag(best.covariance))
+    return told.verdict.word, float(np.linalg.norm(error[:3])), float(np.abs(error / sigma).max())
+
+
+SETTINGS = CalibrationSettings(estimators=("batch", "paper-lm"))
+Fault = Callable[[int, int, np.random.Generator], tuple]
+
+
+def _fault(
+    board: Callable[[np.ndarray, np.random.Generator], np.ndarray] = lambda b, _: b,
+    stations: Callable[[list, np.random.Generator], list] = lambda s, _: s,
+    **more: object,
+) -> Fault:
+    def made(setup: int, recording: int, rng: np.random.Generator) -> tuple:
+        own = real(setup, recording, variant="libsurvive", **more)
+        return own, board(own.truth.board, rng), lambda found: stations(list(found), rng)
+
+    return made
+
+
+def _exchanged(board: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    pair = rng.choice(len(board), 2, replace=False)
+    board = board.copy()
+    board[pair] = board[pair[::-1]]
+    return board
+
+
+def _phase(stations: list, rng: np.random.Generator) -> list:
+    phase = stations[0].factory.phase.copy()
+    phase[rng.integers(2)] += 1e-3 * rng.choice([-1, 1])
+    return [replace(stations[0], factory=replace(stations[0].factory, phase=phase)), stations[1]]
+
+
+def _swapped(stations: list, _: np.random.Generator) -> list:
+    master, slave = stations
+    return [replace(master, factory=slave.factory), replace(slave, factory=master.factory)]
+
+
+def _ideal(stations: list, _: np.random.Generator) -> list:
+    return [replace(station, factory=Factory()) for station in stations]
+
+
+def _bumped(setup: int, recording: int, rng: np.random.Generator) -> tuple:
+    before = real(setup, recording, variant="libsurvive")
+    way = rng.normal(size=3)
+    place = np.array(before.twin.slave.position_m) + 0.005 * way / np.linalg.norm(way)
+    slave = {"position_m": tuple(place), "factory": before.twin.slave.factory}
+    after = real(setup, recording, variant="libsurvive", slave=_turned(before, slave))
+    at, parts = rng.uniform(2, 6), []
+    for made, own in ((before, before.pulses.start_s < at), (after, after.pulses.start_s >= at)):
+        parts.append({n: getattr(made.pulses, n)[own] for n in ("start_s", "length_s", "diode")})
+    joined = {n: np.concatenate([part[n] for part in parts]) for n in parts[0]}
+    return replace(before, pulses=replace(before.pulses, **joined)), before.truth.board, list
+
+
+def _turned(before: Made, slave: dict[str, object]) -> dict[str, object]:
+    return slave | {"rotation_deg": before.twin.slave.rotation_deg}
+
+
+def _depth(setup: int, recording: int, _: np.random.Generator) -> tuple:
+    made = real(setup, recording, variant="libsurvive", **_deep(setup))
+    return made, made.truth.board, list
+
+
+def _mirrored(setup: int, recording: int) -> tuple:
+    made = real(setup, recording, variant="libsurvive", board=BoardTwin(out_of_plane_m=0.02))
+    return made, made.truth.board * np.array([-1.0, 1.0, 1.0]), list
+
+
+FAULTS: dict[str, Fault] = {
+    "none": _fault(),
+    "ideal optics on imperfect rotors": _fault(stations=_ideal),
+    "one phase off by 1 mrad": _fault(stations=_phase),
+    "factory values of the stations swapped": _fault(stations=_swapped),
+    "factory values of another station": _fault(
+        stations=lambda s, rng: [s[0], replace(s[1], factory=rotors(rng))]
+    ),
+    "board scaled by 0.3 %": _fault(lambda b, _: 1.003 * b),
+    "diodes off by 0.3 mm": _fault(lambda b, rng: b + 3e-4 * rng.normal(size=b.shape)),
+    "diodes off by 1 mm": _fault(lambda b, rng: b + 1e-3 * rng.normal(size=b.shape)),
+    "two diodes exchanged": _fault(_exchanged),
+    "mirrored deep board": lambda setup, recording, _: _mirrored(setup, recording),
+    "station bumped by 5 mm": _bumped,
+    "lasers 5 mm off in depth": _depth,
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("what", choices=("accuracy", "coverage", "faults"))
+    parser.add_argument("--setups", type=int)
+    parser.add_argument("--recordings", type=int)
+    parser.add_argument("--only", default="", help="cases whose names contain this")
+    given = parser.parse_args()
+    usual = {"accuracy": (10, 5), "coverage": (40, 5), "faults": (20, 1)}[given.what]
+    given.setups, given.recordings = given.setups or usual[0], given.recordings or usual[1]
+    if given.what == "faults":
+        faults(given)
+    else:
+        accuracy(CASES if given.what == "accuracy" else COVERAGE, given)
+
+
+if __name__ == "__main__":
+    main()

@@ -48,8 +48,9 @@ from mocap_metrology.lighthouse.simulate.twin import (
 
 UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
 REAL = {"common_urad": 53.0, "independent_urad": 30.0, "flash_rise_us": 0.6}
-REAL_NOISE = solve.Noise(49e-6, 53e-6)  # of a hit: 30 urad and the clock's 38 of two edges
-IDEAL_NOISE = solve.Noise(42.5e-6, 0.0)  # of two edges of a pulse, whose errors are related
+# Of a hit at 2 MHz: 42.5 urad by two edges whose errors are related (37 to 45 by distance; 38 if
+# they were independent), with jitter 52.
+IDEAL_NOISE, REAL_NOISE = solve.Noise(42.5e-6, 0.0), solve.Noise(52e-6, 53e-6)
 EXACT, ZEROS = Priors(0, 0, 0, 0, 0), Priors(0.15, 0, 0, 0, 0)
 DECK = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
 

@@ -23,7 +23,9 @@ import numpy as np
 import yaml
 
 from mocap_metrology.common.files import write_csv
+from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate import jansen
+from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.fit import simplex
 from mocap_metrology.lighthouse.fit.board_pose import first_guesses
@@ -69,6 +71,8 @@ def steps(name: str, folder: Path) -> list[tuple[str, float]]:
         ("write 64 MB", cpu(lambda: write_dump(dump, made.pulses))),
         ("64 MB dump to cleaned sweeps, OOTX", cpu(lambda: decode(dump, "gpio-dump", board))),
     ]
+    scene = Scene(found.hits, found.board, "ideal", factories, None, "libsurvive", Priors())
+    rows.append(("cleaned sweeps to pose, batch", cpu(lambda: by_batch(scene))))
     lm = cpu(calibrated("paper-lm"))
     rows.append(("calibration, paper-lm", lm))
     others = ("paper", "paper-tight", "pnp", "geometric")

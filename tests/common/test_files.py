@@ -103,3 +103,10 @@ def test_a_folder_is_replaced_as_a_whole_or_not_at_all(tmp_path) -> None:
     assert [path.name for path in folder.iterdir()] == ["a.html"]
     assert (folder / "a.html").read_text() == "new"
     assert [path.name for path in tmp_path.iterdir()] == ["pages"]
+
+
+def test_a_terminal_gets_spaces_but_no_codes() -> None:
+    from mocap_metrology.common.errors import printable
+
+    assert printable("−2\u202f170.9 µm\u00a0x") == "−2\u202f170.9 µm\u00a0x"
+    assert printable("a\x1b[31mb\u200fc\nd") == "a\\x1b[31mb\\u200fc\\nd"

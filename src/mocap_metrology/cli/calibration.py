@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.files import write_json
 from mocap_metrology.pipeline.calibration import Asked, checked
 from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
-from mocap_metrology.pipeline.settings import DEFAULTS
+from mocap_metrology.pipeline.settings import DEFAULTS, PoseEstimator
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import pose_rows
@@ -24,11 +25,15 @@ TABLES = {
     "pose": "pose.json",
 }
 PICTURES = ("calibration.png", "calibration.svg")
+OWN: tuple[PoseEstimator, ...] = (
+    "batch",
+    "paper-lm",
+)  # those of the paper are for its tables, and take seconds
 
 
 def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> None:
     """Results of one calibration into the folder, and the verdict on the terminal."""
-    kind, settings = given.format or format_of(path), DEFAULTS.lighthouse
+    kind, settings = given.format or format_of(path), replace(DEFAULTS.lighthouse, estimators=OWN)
     asked = Asked(name_of(path), str(path.resolve()), kind, given.board)
     tell("1/3 pulses, base stations, sweeps")
     check, decoded = checked(asked, {"dump": str(path), "board": given.board}, settings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from unicodedata import category
 
 LONGEST = 2000  # letters of a message
 # What numbers out of damaged JSON or YAML raise: also beyond all floats, or nested a thousand deep
@@ -10,10 +11,9 @@ UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, Re
 
 
 def printable(text: str) -> str:
-    """Text for a terminal: a letter that controls it, or has no form of its own, as its code."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    """Text for a terminal: a letter that controls it, or has no form of its own, as its code.
+    Spaces of any width stay."""
+    return "".join(c if c.isprintable() or category(c) == "Zs" else ascii(c)[1:-1] for c in text)
 
 
 def one_line(message: object) -> str:

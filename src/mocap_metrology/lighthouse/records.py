@@ -171,6 +171,7 @@ class PoseEstimate:
     halves: Halves | None = None  # of stage final of batch and paper-lm
     seconds: float = float("nan")
     note: str = ""
+    details: Mapping[str, object] | None = None  # of batch: noise and the other unknowns
 
 
 # Few distinct values, or long runs of one.

@@ -85,6 +85,11 @@ def test_noise_that_sweeps_share() -> None:
     for seed in range(40):
         made = simulate(twin(seed, duration_s=3.0))
         pose = estimated(made)
+        told = pose.details
+        assert told["noise_hit_urad"] == pytest.approx(49, rel=0.05)
+        assert told["noise_sweep_urad"] == pytest.approx(53, rel=0.35)
+        assert set(told["residual_ratios"]["station"]) == {"master", "slave"}
+        assert all(0.8 < x < 1.2 for x in told["residual_ratios"]["diode"].values())
         squares.append(squared(pose, off(pose, made.truth.R, made.truth.t_m)))
     inside = np.array(squares) < chi2.ppf(0.68, 6)
     assert 18 <= inside.sum() <= 36

@@ -71,6 +71,7 @@ class PoseEntry(TypedDict):
     noise_gain: float
     halves: Row | None
     note: str
+    details: NotRequired[Row]
     errors_mm: NotRequired[list[float]]
     errors_deg: NotRequired[list[float]]
     truth_errors_mm: NotRequired[list[float]]
@@ -181,6 +182,8 @@ def _entry(pose: PoseEstimate, reference: Reference | None) -> PoseEntry:
         "halves": None if pose.halves is None else asdict(pose.halves),
         "note": pose.note,
     }
+    if pose.details is not None:
+        entry["details"] = dict(pose.details)
     if reference is not None:
         mm, deg = errors(pose.R, pose.t_m, reference)
         entry |= {"errors_mm": mm.tolist(), "errors_deg": deg.tolist()}

@@ -21,8 +21,8 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, estimate
-from mocap_metrology.lighthouse.batch.parts import halves, rms_by
-from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.batch.parts import halves, residual_ratios, rms_by
+from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, through, trajectory_of
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
@@ -119,7 +119,26 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
         halves=halves(found) if still is None else None,
         seconds=time.perf_counter() - began,
         note=note,
+        details=_details(found),
     )
+
+
+def _details(found: Joint) -> dict[str, object]:
+    """Noise in urad, of a hit and of a sweep; offsets of the axes in urad, depths between lasers in
+    mm, size of the errors of diodes' places that the recording does not contradict in mm; rms
+    residual over the noise of a hit by station, axis and diode."""
+    one, of, state = found.recordings[0], found.of, found.state
+    depth = of.columns[:, 0, 1]
+    place = of.group == GROUPS.index("place")
+    return {
+        "noise_hit_urad": 1e6 * one.noise.hit,
+        "noise_sweep_urad": 1e6 * one.noise.sweep,
+        "offset_urad": (1e6 * state.offsets).tolist(),
+        "laser_depth_mm": (1e3 * state.values[depth]).tolist() if (depth >= 0).all() else None,
+        "board_position_mm": 1e3 * float(found.believed[place].max()) if place.any() else None,
+        "residual_ratios": residual_ratios(one),
+        "steps": found.rounds,
+    }
 
 
 def joint(

@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common import large
-from mocap_metrology.common.files import open_table, read_table, write_series, write_table
-from mocap_metrology.common.large import Made
+from mocap_metrology.common.files import (
+    ROW_GROUP,
+    open_table,
+    read_table,
+    write_series,
+    write_table,
+)
+from mocap_metrology.common.large import Made, in_parts
 
 N = 600_000  # frames: more than two row groups
 
@@ -52,6 +58,25 @@ def test_read_one_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert list(found) == list(read_table(path)[0])
     for name, values in columns().items():
         np.testing.assert_array_equal(found[name], values)
+
+
+def test_slices_of_a_column_from_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Within a row group, over several, behind the end; and any rising indices."""
+    path = tmp_path / "table.parquet"
+    write_table(path, columns(), {})
+    small, _ = open_table(path)
+    assert in_parts(small, "L_mm") is small["L_mm"]
+    monkeypatch.setattr(large, "LARGE", 0)
+    found, _ = open_table(path)
+    draw = np.random.default_rng(2)
+    chosen = np.flatnonzero(draw.random(N) < 1e-4)
+    ends = ((0, 10), (ROW_GROUP - 1, ROW_GROUP + 1), (5, N - 5), (N - 3, N + 9), (7, 7), (9, 2))
+    for name, values in columns().items():
+        column = in_parts(found, name)
+        assert len(column) == N
+        for where in (chosen, chosen[-3:], *(slice(*pair) for pair in ends), slice(None)):
+            np.testing.assert_array_equal(column[where], values[where])
+        assert column[:1].dtype == values.dtype
 
 
 def test_made_anew_each_time() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from mocap_metrology.common import large
-from mocap_metrology.common.large import Made
+from mocap_metrology.common.files import open_table, write_table
+from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.noise.motion.place import by_place
 from mocap_metrology.pipeline.judging import diagnosed, diagnosis_settings
@@ -93,7 +94,8 @@ def test_place_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     assert by_place(middle, length, 250.0) == expected
 
 
-def test_orientation_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_orientation_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of frames worked on, and of columns read, a part at a time."""
     draw = np.random.default_rng(1)
     shape = np.array([[0, 0, 0], [300, 0, 0], [0, 200, 50], [10, 20, 200.0]])
     points = shape[:, :, None] + 0.1 * draw.standard_normal((4, 3, 5000))
@@ -104,3 +106,12 @@ def test_orientation_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     found = of_cluster(points)
     np.testing.assert_array_equal(found.vectors_rad, expected.vectors_rad)
     np.testing.assert_array_equal(found.residual_mm, expected.residual_mm)
+    names = [[f"{axis}{k}_mm" for axis in "xyz"] for k in range(4)]
+    flat = {name: points[k][c] for k, row in enumerate(names) for c, name in enumerate(row)}
+    write_table(tmp_path / "a.parquet", flat, {})
+    monkeypatch.setattr(large, "LARGE", 0)
+    monkeypatch.setattr(Made, "__getitem__", None)  # no column is read whole
+    columns, _ = open_table(tmp_path / "a.parquet")
+    stored = of_cluster([[in_parts(columns, name) for name in row] for row in names])
+    np.testing.assert_array_equal(stored.vectors_rad, expected.vectors_rad)
+    np.testing.assert_array_equal(stored.residual_mm, expected.residual_mm)

@@ -12,6 +12,7 @@ with step(snakemake) as log:
         write_table,
     )
     from mocap_metrology.common.hampel import hampel
+    from mocap_metrology.common.large import in_parts
     from mocap_metrology.io.read import bodies_of, orientation_of
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
@@ -31,7 +32,7 @@ with step(snakemake) as log:
     try:
         if cluster:
             markers = [origin["labels"].index(label) + 1 for label in cluster]
-            found = of_cluster([[columns[f"{a}{k}_mm"] for a in "xyz"] for k in markers])
+            found = of_cluster([[in_parts(columns, f"{a}{k}_mm") for a in "xyz"] for k in markers])
         else:
             paths = list(snakemake.input.poses)
             body = bodies_of(paths[0], origin["labels"])[0]

@@ -13,6 +13,7 @@ import tempfile
 import uuid
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from importlib import metadata as package_metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -265,7 +266,7 @@ def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
         pa.default_memory_pool().release_unused()
         return found
 
-    return Made(names, column), metadata
+    return Made(names, column, partial(parquet.Column, path)), metadata
 
 
 def read_series(path: str | Path) -> Iterator[tuple[str, np.ndarray]]:

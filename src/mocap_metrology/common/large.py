@@ -8,7 +8,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
 import numpy as np
 
@@ -25,12 +25,34 @@ def kept_if_small(arrays: Mapping[str, np.ndarray], length: int) -> Mapping[str,
     return arrays if is_large(len(arrays), length) else dict(arrays)
 
 
-class Made(Mapping[str, np.ndarray]):
-    """Arrays by name, each made (read, computed) whenever it is asked for, and not kept."""
+class Sliced(Protocol):
+    """An array (n,), or what reads elements of one from the disk: a slice, or rising indices."""
 
-    def __init__(self, names: Iterable[str], make: Callable[[str], np.ndarray]):
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, where: Any, /) -> Any: ...
+
+
+def in_parts(arrays: Mapping[str, np.ndarray], name: str) -> Sliced:
+    """One of the arrays to be used a slice at a time: from the disk where it can be."""
+    return arrays.in_parts(name) if isinstance(arrays, Made) else arrays[name]
+
+
+class Made(Mapping[str, np.ndarray]):
+    """Arrays by name, each made (read, computed) whenever it is asked for, and not kept.
+
+    `in_parts`: as `make`, without the whole array in memory; by default `make`.
+    """
+
+    def __init__(
+        self,
+        names: Iterable[str],
+        make: Callable[[str], np.ndarray],
+        in_parts: Callable[[str], Sliced] | None = None,
+    ):
         self._names = dict.fromkeys(names)
         self._make = make
+        self.in_parts = in_parts or make
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._names:

@@ -11,9 +11,13 @@ import hashlib
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from mocap_metrology.common.arrow import to_numpy
 from mocap_metrology.common.errors import Damaged, Missing
 
 if TYPE_CHECKING:
@@ -112,3 +116,46 @@ def rows(file: pq.ParquetFile, path: str | Path, columns: Sequence[str] | None =
     if table.num_rows != file.metadata.num_rows:
         raise Damaged(path, f"{table.num_rows} rows; expected {file.metadata.num_rows}")
     return table
+
+
+class Column:
+    """Elements of a column of numbers, read when they are asked for; the row group that was read
+    last stays in memory."""
+
+    def __init__(self, path: str | Path, name: str):
+        self._path, self._name = path, name
+        with reading(path) as file:
+            groups = range(file.metadata.num_row_groups)
+            counts = [file.metadata.row_group(k).num_rows for k in groups]
+        self._starts = [0, *accumulate(counts)]
+        self._last = -1, np.empty(0)
+
+    def __len__(self) -> int:
+        return self._starts[-1]
+
+    def __getitem__(self, where: slice | np.ndarray) -> np.ndarray:
+        """The elements of a slice of step 1, or of rising indices."""
+        if isinstance(where, slice):
+            start, stop, _ = where.indices(len(self))
+            parts = [
+                self._group(k)[max(start - first, 0) : stop - first]
+                for k, (first, end) in enumerate(pairwise(self._starts))
+                if first < stop and start < end
+            ]
+        else:
+            edges = np.searchsorted(where, self._starts)
+            parts = [
+                self._group(k)[where[i:j] - self._starts[k]]
+                for k, (i, j) in enumerate(pairwise(edges))
+                if i < j
+            ]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts or [np.empty(0)])
+
+    def _group(self, k: int) -> np.ndarray:
+        at, values = self._last
+        if at != k:
+            with reading(self._path) as file:
+                table = file.read_row_group(k, columns=[self._name])
+            values = to_numpy(table[self._name]).copy()  # Arrow's own memory would grow
+            self._last = k, values
+        return values

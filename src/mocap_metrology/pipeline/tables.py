@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.files import Metadata, open_table, read_table, write_table
-from mocap_metrology.common.large import Made
+from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.noise.series import all_series
 
 Series = tuple[str, np.ndarray]  # name without unit, values
@@ -45,7 +45,9 @@ class Table:
         """Series by name without unit."""
         own = (name for name in self.columns if name != "frame")
         return Made(
-            (name.removesuffix("_mm") for name in own), lambda name: self.columns[f"{name}_mm"]
+            (name.removesuffix("_mm") for name in own),
+            lambda name: self.columns[f"{name}_mm"],
+            lambda name: in_parts(self.columns, f"{name}_mm"),
         )
 
     @property

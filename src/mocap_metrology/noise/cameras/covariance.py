@@ -14,6 +14,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from mocap_metrology.common.large import Sliced, in_parts
 from mocap_metrology.noise.allan.confidence import equivalent_dof, noise_exponents
 from mocap_metrology.noise.series import coordinate_names
 
@@ -45,9 +46,7 @@ def factors(frame_rate_hz: float, n_frames: int, n_blocks: int = 1) -> list[int]
     return sorted({m for m in wanted if n_frames // n_blocks >= 3 * m})
 
 
-def block_sums(
-    series: Sequence[np.ndarray], m: int, n_blocks: int
-) -> tuple[np.ndarray, np.ndarray]:
+def block_sums(series: Sequence[Sliced], m: int, n_blocks: int) -> tuple[np.ndarray, np.ndarray]:
     """(n_blocks, k, k) sums over the terms that begin in each equal part of the recording, halved
     as in the formula, and (n_blocks,) numbers of terms. series: k of (n,), NaN where missing.
 
@@ -99,7 +98,7 @@ def covariance_rows(
     exponents = [
         noise_exponents(series[name].astype(np.float64), np.array(chosen)) for name in names
     ]
-    values = [series[name] for name in names]
+    values = [in_parts(series, name) for name in names]
     rows: list[CovarianceRow] = []
     for place, m in enumerate(chosen):
         for i, j, covariance, count in _pairs(values, m):
@@ -119,10 +118,10 @@ def covariance_rows(
     return rows
 
 
-def _pairs(values: Sequence[np.ndarray], m: int) -> Iterator[tuple[int, int, float, int]]:
+def _pairs(values: Sequence[Sliced], m: int) -> Iterator[tuple[int, int, float, int]]:
     """Places of two series, their covariance and its number of terms, upper triangle; from the
     frames that their markers have, not all markers."""
-    whole = all(np.isfinite(one).all() for one in values)
+    whole = all(_is_finite(one) for one in values)
     known: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]] = {}
     for i in range(len(values)):
         for j in range(i, len(values)):
@@ -134,6 +133,11 @@ def _pairs(values: Sequence[np.ndarray], m: int) -> Iterator[tuple[int, int, flo
             at = (i, j) if whole else (i % 3, 3 + j % 3)
             if counts[0]:
                 yield i, j, float(sums[0][at] / counts[0]), int(counts[0])
+
+
+def _is_finite(series: Sliced) -> bool:
+    starts = range(0, len(series), CHUNK)
+    return all(np.isfinite(series[start : start + CHUNK]).all() for start in starts)
 
 
 def matrix(rows: Sequence[CovarianceRow], marker: int, m: int) -> np.ndarray:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.large import Sliced
 
 AXES = ("rx", "ry", "rz")
 CHUNK = 100_000  # frames at once: 3 x 3 decompositions of so many stay small
@@ -37,17 +38,17 @@ class Orientation:
         """How far it turned: 95 % of the angles from the mean orientation."""
         n = self.vectors_rad.shape[1]
         angle = np.empty(n)
-        for start in range(0, n, CHUNK):
-            part = slice(start, start + CHUNK)
+        for part in _chunks(n):
             angle[part] = np.linalg.norm(self.vectors_rad[:, part], axis=0)
         known = angle[np.isfinite(angle)]
         return float(np.quantile(known, 0.95)) if known.size else float("nan")
 
 
-def of_cluster(points_mm: Sequence[Sequence[np.ndarray]]) -> Orientation:
+def of_cluster(points_mm: Sequence[Sequence[Sliced]]) -> Orientation:
     """Orientation of a rigid cluster in every frame.
 
-    points_mm: (k, 3, n), k >= 3 markers, NaN where hidden, as arrays (n,) of floats of any kind.
+    points_mm: (k, 3, n), k >= 3 markers, NaN where hidden: arrays (n,) of floats of any kind, or
+    columns of a table on the disk (`common.large.in_parts`).
     R of a frame minimises the sum of |p_i - c - R s_i|^2 over the markers seen (Kabsch 1976), s_i
     the cluster's own shape: the mean of all frames, each turned onto it. With noise of variance
     s^2 on every coordinate the covariance of w is s^2 (sum |s_i|^2 I - s_i s_i^T)^-1, R s_i about
@@ -60,8 +61,9 @@ def of_cluster(points_mm: Sequence[Sequence[np.ndarray]]) -> Orientation:
     if k < 3:
         raise Refusal(f"orientation: {k} markers; expected three or more of a rigid body")
     seen = np.ones(n, bool)
-    for x in (x for marker in points_mm for x in marker):
-        seen &= np.isfinite(x)
+    for part in _chunks(n):
+        for x in (x for marker in points_mm for x in marker):
+            seen[part] &= np.isfinite(x[part])
     if not seen.any():
         raise Refusal("orientation: no frame in which all markers of the cluster are visible")
     shape = _shape(points_mm, np.flatnonzero(seen))
@@ -101,12 +103,16 @@ def of_poses(xyzw: np.ndarray) -> Orientation:
     return Orientation(_vectors(rotations, n), np.full(n, np.nan), float("nan"))
 
 
-def _some(points: Sequence[Sequence[np.ndarray]], frames: slice | np.ndarray) -> np.ndarray:
+def _chunks(n: int) -> list[slice]:
+    return [slice(start, start + CHUNK) for start in range(0, n, CHUNK)]
+
+
+def _some(points: Sequence[Sequence[Sliced]], frames: slice | np.ndarray) -> np.ndarray:
     """(k, 3, ...) of some frames, float64."""
     return np.array([[x[frames] for x in marker] for marker in points], dtype=np.float64)
 
 
-def _shape(points: Sequence[Sequence[np.ndarray]], whole: np.ndarray) -> np.ndarray:
+def _shape(points: Sequence[Sequence[Sliced]], whole: np.ndarray) -> np.ndarray:
     """(k, 3) mean shape about its centre, by turning up to SHAPE_FRAMES frames onto each other."""
     chosen = whole[np.linspace(0, whole.size - 1, min(whole.size, SHAPE_FRAMES)).astype(int)]
     by_frame = np.moveaxis(_some(points, chosen), 2, 0).copy()
@@ -146,7 +152,7 @@ def _vectors(rotations: Callable[[slice], np.ndarray], n: int) -> np.ndarray:
     rotations: (m, 3, 3) of some of the n frames, asked for twice: of 90 hours at 120 Hz all of them
     together would be 2.8 GB.
     """
-    parts = [slice(start, start + CHUNK) for start in range(0, n, CHUNK)]
+    parts = _chunks(n)
     total, count = np.empty((0, 3, 3)), 0
     for part in parts:
         found = rotations(part)

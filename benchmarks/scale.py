@@ -4,10 +4,12 @@
     python benchmarks/scale.py markers 2 10 100     ten minutes at 120 Hz
     python benchmarks/scale.py recordings 1 10 100  of a minute each
     python benchmarks/scale.py rows 100 1000        dry runs: simulated recordings, and files
+    python benchmarks/scale.py hours 1 3 --csv docs/scale.csv    for scale_figure.py
 
 The workflow runs on C3D files of white noise and a random walk. Prints CPU seconds and the largest
 resident memory (GB) of each rule, from its benchmark file, and the run time of the whole; one CPU
-core, so jobs run one after another. The tables are those of docs/scale.md.
+core, so jobs run one after another. The tables are those of docs/scale.md. With --csv the costs of
+a size also replace earlier ones of the same size in a CSV file.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ RATE = 120.0  # Hz
 CHUNK = 65_536  # frames
 ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
 Cost = dict[str, tuple[float, float]]  # rule -> CPU seconds of all its jobs, GB of the largest
+COLUMNS = ("kind", "size", "rule", "cpu_s", "gb")
 
 
 def recording(path: Path, seconds: float, n_markers: int, seed: int = 1) -> None:
@@ -101,9 +104,27 @@ def measured(kind: str, size: float) -> tuple[float, Cost]:
         return run(folder, rows), costs(folder / "results")
 
 
-def table(kind: str, sizes: list[float]) -> None:
+def store(path: Path, kind: str, size: float, cost: Cost) -> None:
+    """Replace the rows of this size, one a rule, in a CSV file."""
+    rows: list[list[str]] = []
+    if path.is_file():
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = [row for row in list(csv.reader(file))[1:] if row[:2] != [kind, f"{size:g}"]]
+    rows += [
+        [kind, f"{size:g}", rule, f"{cpu:.1f}", f"{gb:.3f}"] for rule, (cpu, gb) in cost.items()
+    ]
+    rows.sort(key=lambda row: (row[0], float(row[1]), row[2]))
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
+
+
+def table(kind: str, sizes: list[float], path: Path | None) -> None:
     """Print the costs of every rule, a column a size."""
-    found = [measured(kind, size) for size in sizes]
+    found = []
+    for size in sizes:
+        found.append(measured(kind, size))
+        if path is not None:
+            store(path, kind, size, found[-1][1])
     print(f"| rule | {' | '.join(f'{size:g} {kind}: CPU s, GB' for size in sizes)} |")
     print("|---" * (len(sizes) + 1) + "|")
     for rule in dict.fromkeys(rule for _, cost in found for rule in cost):
@@ -137,5 +158,9 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="scale.py", description=__doc__.splitlines()[0])
     parser.add_argument("kind", choices=("hours", "markers", "recordings", "rows"))
     parser.add_argument("size", nargs="+", type=float)
+    parser.add_argument("--csv", type=Path, help="file of the costs that scale_figure.py draws")
     asked = parser.parse_args()
-    dry_runs(asked.size) if asked.kind == "rows" else table(asked.kind, asked.size)
+    if asked.kind == "rows":
+        dry_runs(asked.size)
+    else:
+        table(asked.kind, asked.size, asked.csv)

@@ -34,18 +34,18 @@ KINDS = {
     "recordings": ("Two markers, ten minutes each", "Recordings"),
 }
 RULES = ("noise", "series_statistics", "verdict")  # the most expensive ones
-TOTAL = {"cpu_s": "all jobs", "gb": "largest job"}
+TOTAL = "all jobs"
 LABELS = {"cpu_s": "Processor time (s)", "gb": "Resident memory (GB)"}
 LOOK = {
     **dict(zip(RULES, LOOKS.values(), strict=True)),
-    **dict.fromkeys(TOTAL.values(), OTHER_LOOKS[0]),
+    TOTAL: OTHER_LOOKS[0],
 }
 Point = dict[str, float]  # rule -> value
 HEIGHT_MM = 125.0
 
 
 def measured(path: Path) -> dict[str, dict[float, dict[str, Point]]]:
-    """Kind -> size -> quantity -> rule -> value, and the sum or largest of all rules."""
+    """Kind -> size -> quantity -> rule -> value, and the sum of the seconds of all rules."""
     found: dict[str, dict[float, dict[str, Point]]] = defaultdict(dict)
     with path.open(encoding="utf-8") as file:
         for row in csv.DictReader(file):
@@ -54,28 +54,31 @@ def measured(path: Path) -> dict[str, dict[float, dict[str, Point]]]:
                 own[quantity][row["rule"]] = float(row[quantity])
     for sizes in found.values():
         for own in sizes.values():
-            own["cpu_s"][TOTAL["cpu_s"]] = sum(own["cpu_s"].values())
-            own["gb"][TOTAL["gb"]] = max(own["gb"].values())
+            own["cpu_s"][TOTAL] = sum(own["cpu_s"].values())
     return found
 
 
 @styled()
 def figure(path: Path) -> Picture:
-    """Above the seconds, below the gigabytes; a column a kind."""
+    """Above the seconds, below the gigabytes of the largest job of a rule; a column a kind."""
     found = measured(path)
     kinds = [kind for kind in KINDS if kind in found]
     body = new_figure("Cost of a run", "Measured by benchmarks/scale.py.", HEIGHT_MM)
     panels = body.subplots(len(LABELS), len(kinds), squeeze=False, sharey="row")
     for row, quantity in zip(panels, LABELS, strict=True):
-        values = [v for k in kinds for own in found[k].values() for v in own[quantity].values()]
-        limits = min(v for v in values if v > 0) / 1.5, max(values) * 1.5
+        row[0].set_ylabel(LABELS[quantity])
+        drawn = [
+            own[quantity].get(rule, 0.0)
+            for k in kinds
+            for own in found[k].values()
+            for rule in LOOK
+        ]
+        limits = min(value for value in drawn if value > 0) / 1.5, max(drawn) * 1.5
         for axes, kind in zip(row, kinds, strict=True):
             _panel(axes, found[kind], quantity, limits)
-            if row is panels[0]:
-                panel_title(axes, KINDS[kind][0])
-            else:
-                axes.set_xlabel(KINDS[kind][1])
-        row[0].set_ylabel(LABELS[quantity])
+    for top, bottom, kind in zip(panels[0], panels[-1], kinds, strict=True):
+        panel_title(top, KINDS[kind][0])
+        bottom.set_xlabel(KINDS[kind][1])
     letters(panels.ravel())
     legend_below(body, panels.ravel())
     return Picture(body.figure, "Processor time and memory of the jobs of a run.")
@@ -87,11 +90,12 @@ def _panel(
     quantity: str,
     limits: tuple[float, float],
 ) -> None:
-    for rule in (TOTAL[quantity], *RULES):
+    for rule, look in LOOK.items():
         points = sorted(
-            (s, own[quantity][rule]) for s, own in sizes.items() if rule in own[quantity]
+            (k, own[quantity][rule]) for k, own in sizes.items() if rule in own[quantity]
         )
-        axes.plot(*zip(*points, strict=True), label=rule, **LOOK[rule].line())
+        if points:
+            axes.plot(*zip(*points, strict=True), label=rule, **look.line())
     log_axes(axes, ((min(sizes) / 1.5, max(sizes) * 1.5), limits))
 
 

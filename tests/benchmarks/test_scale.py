@@ -28,7 +28,7 @@ def test_costs_of_a_rule_are_summed_and_its_memory_is_the_largest(tmp_path: Path
 
 
 def test_costs_of_a_size_replace_those_before(tmp_path: Path) -> None:
-    """As the figure reads them: the sum of the seconds, the largest memory."""
+    """As the figure reads them: with the sum of the seconds."""
     path = tmp_path / "scale.csv"
     store(path, "hours", 9, {"noise": (40.0, 0.5), "gone": (1.0, 0.1)})
     store(path, "markers", 9, {"noise": (7.0, 0.25)})
@@ -38,6 +38,6 @@ def test_costs_of_a_size_replace_those_before(tmp_path: Path) -> None:
     assert list(found["hours"]) == [0.5, 9.0]
     assert found["hours"][9.0] == {
         "cpu_s": {"noise": 20.0, "verdict": 30.0, "all jobs": 50.0},
-        "gb": {"noise": 0.5, "verdict": 1.25, "largest job": 1.25},
+        "gb": {"noise": 0.5, "verdict": 1.25},
     }
-    assert found["markers"][9.0]["gb"] == {"noise": 0.25, "largest job": 0.25}
+    assert found["markers"][9.0]["gb"] == {"noise": 0.25}

@@ -24,7 +24,7 @@ rule orientation:
     benchmark:
         "<benchmarks>/orientation/{recording}.tsv"
     resources:
-        mem_mb=memory(1000, arrays=15),
+        mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=3.0),
     params:
         code=source("orientation.py", "io", "noise", "present"),

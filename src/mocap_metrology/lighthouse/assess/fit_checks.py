@@ -38,9 +38,9 @@ WEIGHTED = 1.3  # over the noise, without errors of board poses: sound ones reac
 # Reported standard deviations are too small by 3 to 5, as blocks of time share their time zeros.
 # A difference of two parts has less of it: sound ones reach 35, a station moved by 5 mm 150.
 HALVES_M2 = (2**2 * CHI2_6, 5**2 * CHI2_6)
-# batch counts what both parts have in common: sound ones reach 14, a station moved by 5 mm 240,
-# factory values of other stations 90.
-HALVES_BATCH = (30.0, 150.0)
+# batch knows what both parts have in common, so its square is a chi squared: sound ones reach 14, a
+# station moved by 5 mm 240, factory values of another station 24 to 720.
+HALVES_BATCH = (CHI2_6, 150.0)
 SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
 SIGMA_BATCH = ((10.0, 0.3), (30.0, 1.0))  # errors of board and optics included
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board

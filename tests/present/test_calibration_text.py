@@ -8,8 +8,9 @@ import re
 import numpy as np
 import pytest
 
+from mocap_metrology.lighthouse.assess.comparison import Comparison
 from mocap_metrology.lighthouse.assess.fit_checks import WORDS, Case, Check
-from mocap_metrology.lighthouse.assess.pose_file import Comparison, pose_json
+from mocap_metrology.lighthouse.assess.pose_file import pose_json
 from mocap_metrology.lighthouse.assess.summary import Summary
 from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.records import Station
@@ -227,7 +228,7 @@ def test_without_a_pose() -> None:
 def test_the_document_has_the_sentences_at_its_places() -> None:
     verdict = Verdict("failed", (check(Case.TOO_DISTANT, "failed", False, "distance"),))
     bare = pose_json([], [Station("master"), Station("slave")], None, verdict)
-    told = pose_document(Summary(bare | {"check_against": {"moved": None}}, verdict))
+    told = pose_document(Summary(bare | {"check_against": {"moved": None, "valid": None}}, verdict))
     assert list(told) == [*bare, "check_against"]
     assert told["verdict"] == {"word": "failed", "reason": SAID[Case.TOO_DISTANT]}
     assert list(told["checks"][0]) == [
@@ -236,6 +237,7 @@ def test_the_document_has_the_sentences_at_its_places() -> None:
     assert told["checks"][0]["sentence"] == SAID[Case.TOO_DISTANT]
     assert told["check_against"] == {
         "moved": None,
+        "valid": None,
         "sentence": "No pose to compare with the earlier one.",
     }
 
@@ -244,14 +246,23 @@ def test_a_comparison_with_an_earlier_pose() -> None:
     mm, deg = np.array([20.0, 0, 0]), np.array([0, 0.02, 0])
     assert comparison_words(Comparison(mm, deg, 50.0, 0.0004, True)) == (
         "A station has moved: 20 mm and 0.02° from the earlier pose (probability by chance: "
-        "0.0004)."
+        "0.0004). The earlier calibration is no longer valid."
     )
     tiny = Comparison(1e-13 * mm, 1e-13 * deg, 0.0, 1.0, False)
     assert ": less than 0.001 mm and 0.00001° from the earlier pose" in comparison_words(tiny)
     other = ("paper-lm", "kabsch", "ideal")
-    found = Comparison(mm, deg, math.nan, math.nan, False, other, "Station ids not compared.")
+    ends = (0.0, 0.01), (3.25, 0.041)
+    held = Comparison(mm / 10, deg, 3.0, 0.8, False, "difference", *ends)
+    assert comparison_words(held) == (
+        "No sign that a station moved: 2 mm and 0.02° from the earlier pose (probability by chance:"
+        " 0.8). 95 % intervals: 0 to 3.2 mm, 0.01 to 0.041°. The earlier calibration is still "
+        "valid."
+    )
+    note = "Station ids not compared."
+    found = Comparison(mm, deg, math.nan, math.nan, False, other=other, note=note)
     assert comparison_words(found) == (
         "No sign that a station moved: 20 mm and 0.02° from the earlier pose (no covariance; a "
-        "station counts as moved beyond 20 mm or 0.5°). Station ids not compared. Compared "
-        "with another estimate (paper-lm, kabsch, ideal)."
+        "station counts as moved beyond 20 mm or 0.5°). The difference exceeds 5 mm or 0.2°, so "
+        "the earlier calibration is not confirmed. Station ids not compared. Compared with another "
+        "estimate (paper-lm, kabsch, ideal)."
     )

@@ -153,6 +153,21 @@ class Halves:
 
 
 @dataclass(frozen=True)
+class SharedErrors:
+    """Errors of board and optics, which recordings of the same board and stations share.
+
+    sd (n,): standard deviations in m and rad, or of a factor; effect (n, 6): of an error of one
+    standard deviation on the pose, in mm and deg as a covariance counts; of_board (n,): whether it
+    is of the board, else of the stations; board: digest of the board's diodes.
+    """
+
+    sd: np.ndarray
+    effect: np.ndarray
+    of_board: np.ndarray
+    board: str
+
+
+@dataclass(frozen=True)
 class PoseEstimate:
     """Pose of the slave in the master's frame by one estimator at one stage."""
 
@@ -163,6 +178,8 @@ class PoseEstimate:
     t_m: np.ndarray  # 3, metres
     frame: str = "optical"
     covariance: np.ndarray | None = None  # 6 x 6 in mm and deg: t, left rotation vector
+    covariance_noise: np.ndarray | None = None  # its part that another recording does not share
+    shared: SharedErrors | None = None  # the rest of it
     residual_rms_urad: float = float("nan")
     n_angles: int = 0
     mirrored_share: float = float("nan")  # of the board poses it is based on

@@ -8,14 +8,11 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from scipy.stats import f
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.lighthouse.assess.pose_file import (
-    _significance,
     chosen_pose,
-    compare_with_earlier,
     matrix_and_metres,
     pose_json,
     read_pose_json,
@@ -122,71 +119,3 @@ def test_a_choice_of_none_of_the_poses_is_refused(tmp_path, chosen):
     write_json(tmp_path / "pose.json", content([estimate()]) | {"chosen": chosen})
     with pytest.raises(Refusal, match="of 1 poses"):
         read_pose_json(tmp_path / "pose.json")
-
-
-def test_nothing_moved():
-    same = compare_with_earlier(content(), content())
-    assert not same.moved and same.chi2 == pytest.approx(0, abs=1e-12) and same.p_value == 1
-
-
-def test_significance_is_that_of_both_covariances():
-    turn = Rotation.from_rotvec(np.radians([0, 0.02, 0])).as_matrix()
-    new = content([estimate(t=np.add(T, [0.02, 0, 0]), turn=turn @ R)])
-    found = compare_with_earlier(new, content())
-    expected = 20**2 / 8 + 0.02**2 / 2e-4
-    assert found.chi2 == pytest.approx(expected, rel=1e-6)
-    # Hotelling's T^2 of 2 x 19 degrees of freedom, see test_false_alarms
-    assert found.p_value == pytest.approx(f.sf(expected * 33 / (38 * 6), 6, 33), rel=1e-4)
-    assert found.moved and found.other is None and found.note == ""
-    np.testing.assert_allclose(found.difference_mm, [20, 0, 0], atol=1e-9)
-    np.testing.assert_allclose(found.difference_deg, [0, 0.02, 0], atol=1e-9)
-
-
-def test_significant_but_tiny_is_no_move():
-    sharp = 1e-4 * COVARIANCE
-    new = content([estimate(t=np.add(T, [0.001, 0, 0]), covariance=sharp)])
-    found = compare_with_earlier(new, content([estimate(covariance=sharp)]))
-    assert found.p_value < 1e-9 and not found.moved
-
-
-def test_without_covariance_only_what_is_large():
-    old = content([estimate(covariance=None)])
-    near, far = (content([estimate(t=np.add(T, [d, 0, 0]))]) for d in (0.015, 0.025))
-    assert not compare_with_earlier(near, old).moved
-    found = compare_with_earlier(far, old)
-    assert found.moved and math.isnan(found.p_value)
-
-
-def test_another_estimate_is_said():
-    old = content([estimate("kabsch")])
-    assert compare_with_earlier(content(), old).other == ("paper-lm", "kabsch", "ideal")
-    both = content([estimate("kabsch"), estimate(t=np.add(T, [0.3, 0, 0]))], chosen=0)
-    assert np.linalg.norm(compare_with_earlier(content(), both).difference_mm) == pytest.approx(300)
-
-
-def test_other_stations_are_refused():
-    for a, b, match in (
-        (12, 11, "12 as master and 11 as slave"),
-        (11, 13, "station 13, .* is 12"),
-    ):
-        old = content(stations=[Station("master", a), Station("slave", b)])
-        with pytest.raises(Refusal, match=match):
-            compare_with_earlier(content(), old)
-    unknown = content(stations=[Station("master"), Station("slave", 12)])
-    assert "Station ids not compared" in compare_with_earlier(content(), unknown).note
-    with pytest.raises(Refusal, match="the earlier calibration has no pose"):
-        compare_with_earlier(content(), content([], chosen=None))
-
-
-def test_false_alarms():
-    """Two poses of one place, covariances estimated from 20 blocks each: 5 % of 2000 draws have a
-    probability below 5 %, within three standard errors (1.5 %)."""
-    rng, alarms = np.random.default_rng(3), 0
-    for _ in range(2000):
-        means, covariances = [], []
-        for _ in range(2):
-            blocks = rng.normal(0, np.sqrt(20), (20, 6))
-            means.append(blocks.mean(axis=0))
-            covariances.append(np.cov(blocks.T) / 20)
-        alarms += _significance(means[0] - means[1], *covariances)[1] < 0.05
-    assert alarms / 2000 == pytest.approx(0.05, abs=0.015)

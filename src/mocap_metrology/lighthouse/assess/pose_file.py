@@ -1,13 +1,10 @@
-"""pose.json: all poses of one calibration, which one to use, and how far to trust it; and whether a
-station has moved since an earlier one.
-"""
+"""pose.json: all poses of one calibration, which one to use, and how far to trust it."""
 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
@@ -19,12 +16,9 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Check
 from mocap_metrology.lighthouse.assess.reference import (
     Reference,
-    check_same_ids,
     errors,
-    station_id,
 )
 from mocap_metrology.lighthouse.assess.validation import Verdict
-from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
 
 ESTIMATORS = ("batch", "paper", "paper-tight", "paper-lm", "geometric", "pnp")
@@ -40,10 +34,7 @@ CONVENTION = (
     "errors of the path increase the noise of an angle in the residual. Weighted: residual that "
     "these errors do not explain."
 )
-SIGNIFICANT = 1e-3  # probability of so large a difference by chance
-SMALLEST_MM, SMALLEST_DEG = 2.0, 0.05  # differences below do not matter, however significant
 LARGEST_OFF_UNIT = 1e-2  # of the length of a quaternion
-LARGE_MM, LARGE_DEG = 20.0, 0.5  # where a covariance is missing
 
 
 class StationEntry(TypedDict):
@@ -51,6 +42,21 @@ class StationEntry(TypedDict):
 
     id: int | None
     mode: str | None
+
+
+class SharedGroup(TypedDict):
+    """Standard deviations (n), and effects (n, 6) of each on the pose, mm and deg."""
+
+    sd: list[float]
+    effect: list[list[float]]
+
+
+class Shared(TypedDict):
+    """Errors that recordings of the same hardware share; fields as of `SharedErrors`."""
+
+    digest: str
+    stations: SharedGroup
+    board: SharedGroup
 
 
 class PoseEntry(TypedDict):
@@ -64,6 +70,8 @@ class PoseEntry(TypedDict):
     quaternion_xyzw: list[float]
     rotation_deg: dict[str, float]
     covariance: list[list[float]] | None
+    covariance_noise: NotRequired[list[list[float]]]
+    shared_errors: NotRequired[Shared]
     residual_rms_urad: float
     n_angles: int
     mirrored_share: float
@@ -114,8 +122,9 @@ def pose_json(
     """Contents of pose.json but for its sentences. stations: master first; chosen: index into
     `poses`, None if none.
 
-    Of a PoseEstimate all is written but `seconds`, which changes from run to run. With a reference,
-    each pose has `errors_mm` and `errors_deg`.
+    Of a PoseEstimate all is written but `seconds`, which changes from run to run; of the chosen one
+    also what a later calibration is compared by. With a reference, each pose has `errors_mm` and
+    `errors_deg`.
     """
     for pose in poses:
         for field, known in (("estimator", ESTIMATORS), ("stage", STAGES), ("optics", OPTICS)):
@@ -123,6 +132,9 @@ def pose_json(
                 raise ValueError(f"{field} is {getattr(pose, field)!r}; expected one of {known}")
     if chosen is not None and not 0 <= chosen < len(poses):
         raise ValueError(f"chosen is {chosen} of {len(poses)} poses")
+    entries = [_entry(pose, reference) for pose in poses]
+    if chosen is not None:
+        _add_for_later(entries[chosen], poses[chosen])
     return {
         "stations": {
             role: {"id": station.id, "mode": station.mode}
@@ -134,7 +146,7 @@ def pose_json(
         "convention": CONVENTION,
         "reference": None if reference is None else _reference(reference),
         "diagnostics": dict(diagnostics or {}),
-        "poses": [_entry(pose, reference) for pose in poses],
+        "poses": entries,
     }
 
 
@@ -190,6 +202,24 @@ def _entry(pose: PoseEstimate, reference: Reference | None) -> PoseEntry:
     return entry
 
 
+def _add_for_later(entry: PoseEntry, pose: PoseEstimate) -> None:
+    """Noise, and errors that a later recording of the same board and stations shares."""
+    if pose.covariance_noise is None or pose.shared is None:
+        return
+    shared = pose.shared
+
+    def group(own: np.ndarray) -> SharedGroup:
+        effect = [[float(f"{value:.5g}") for value in row] for row in shared.effect[own]]
+        return {"sd": shared.sd[own].tolist(), "effect": effect}
+
+    entry["covariance_noise"] = np.asarray(pose.covariance_noise).tolist()
+    entry["shared_errors"] = {
+        "digest": shared.board,
+        "stations": group(~shared.of_board),
+        "board": group(shared.of_board),
+    }
+
+
 def read_pose_json(path: str | Path) -> PoseFile:
     """A pose.json as written by this project. Raises `Refusal` for anything else."""
     path = Path(path)
@@ -201,9 +231,13 @@ def read_pose_json(path: str | Path) -> PoseFile:
         for role in ROLES:
             _ = given["stations"][role]["id"]
         for entry in given["poses"]:
-            _kind(entry)
+            kind_of(entry)
             matrix_and_metres(entry)
             _check_covariance(entry.get("covariance"))
+            _check_covariance(entry.get("covariance_noise"))
+            _check_shared(entry.get("shared_errors"))
+        for variant in given.get("variants", []):
+            _check_variant(variant)
         chosen = given["chosen"]
         if chosen is not None and not (type(chosen) is int and 0 <= chosen < len(given["poses"])):
             raise ValueError(f"chosen is {chosen!r} of {len(given['poses'])} poses")
@@ -234,81 +268,33 @@ def _check_covariance(given: object) -> None:
         raise ValueError("a covariance is no symmetric matrix of 6 x 6 finite numbers")
 
 
+def _check_variant(given: Row) -> None:
+    _ = given["chosen"], given["standing"], hash(given["variant"])
+    R = np.array(given["rotation_matrix"], dtype=np.float64)
+    t = np.array(given["translation_mm"], dtype=np.float64)
+    if R.shape != (3, 3) or t.shape != (3,) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6):
+        raise ValueError(f"variant {given['variant']!r} has no pose")
+    if not np.isfinite(t).all():
+        raise ValueError(f"translation_mm of variant {given['variant']!r} is {t.tolist()}")
+
+
+def _check_shared(given: Shared | None) -> None:
+    if given is None:
+        return
+    _ = given["digest"]
+    for name, group in (("stations", given["stations"]), ("board", given["board"])):
+        sd = np.array(group["sd"], dtype=np.float64)
+        effect = np.array(group["effect"], dtype=np.float64)
+        right = sd.ndim == 1 and effect.size == 6 * sd.size and np.isfinite(effect).all()
+        if not (right and np.isfinite(sd).all() and (sd > 0).all()):
+            raise ValueError(f"shared_errors: {name} is no list of errors and their effects")
+
+
 def chosen_pose(given: PoseFile) -> PoseEntry | None:
     """The pose to use, None if there is none."""
     return None if given["chosen"] is None else given["poses"][given["chosen"]]
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """New pose against the earlier one.
-
-    t_new - t_old in mm and the rotation vector of R_new R_old^T in deg, in master axes; chi2 of six
-    degrees of freedom and its probability by chance, NaN without both covariances; moved; other:
-    (estimator, stage, optics) of the earlier pose where they are others; note: on ids that could
-    not be compared.
-    """
-
-    difference_mm: np.ndarray
-    difference_deg: np.ndarray
-    chi2: float
-    p_value: float
-    moved: bool
-    other: tuple[str, str, str] | None = None
-    note: str = ""
-
-
-def compare_with_earlier(pose_new: PoseFile, pose_old: PoseFile) -> Comparison:
-    """Compare two pose.json contents of the same two stations.
-
-    The estimate chosen in the new one is held against the same (estimator, stage, optics) of the
-    old one, else against the one chosen there.
-
-    Raises `Refusal` for other stations, swapped roles, or a file without a pose.
-    """
-    note = check_same_ids(_ids(pose_old), _ids(pose_new), "the earlier pose", "the recording")
-    new = chosen_pose(pose_new)
-    old = chosen_pose(pose_old)
-    if new is None or old is None:
-        which = "the new" if new is None else "the earlier"
-        raise Refusal(f"check_against: {which} calibration has no pose; expected one in both")
-    same = [p for p in pose_old["poses"] if _kind(p) == _kind(new)]
-    old = same[0] if same else old
-    (R, t), (R_old, t_old) = matrix_and_metres(new), matrix_and_metres(old)
-    mm, deg = 1e3 * (t - t_old), np.degrees(rotation.error(R, R_old))
-    chi2, p = _significance(np.r_[mm, deg], new.get("covariance"), old.get("covariance"))
-    distance, angle = float(np.linalg.norm(mm)), float(np.linalg.norm(deg))
-    if math.isnan(p):
-        moved = distance > LARGE_MM or angle > LARGE_DEG
-    else:
-        moved = p < SIGNIFICANT and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
-    return Comparison(mm, deg, chi2, p, moved, None if same else _kind(old), note)
-
-
-def _kind(entry: PoseEntry) -> tuple[str, str, str]:
+def kind_of(entry: PoseEntry) -> tuple[str, str, str]:
+    """Estimator, stage and optics of a pose."""
     return entry["estimator"], entry["stage"], entry["optics"]
-
-
-def _ids(given: PoseFile) -> tuple[int | None, int | None]:
-    master, slave = (station_id(given["stations"][role], role) for role in ROLES)
-    return master, slave
-
-
-def _significance(
-    difference: np.ndarray, first: list[list[float]] | None, second: list[list[float]] | None
-) -> tuple[float, float]:
-    """T^2 = d^T (C_1 + C_2)^-1 d and the probability of more, NaN without both covariances.
-
-    The covariances are estimates from BLOCKS blocks of each recording, so T^2 is Hotelling's, with
-    nu = 2 (BLOCKS - 1) degrees of freedom: T^2 (nu - 5) / (6 nu) is F distributed (6, nu - 5).
-    """
-    if first is None or second is None:
-        return math.nan, math.nan
-    from scipy.stats import f as distribution
-
-    total = np.array(first, dtype=np.float64) + np.array(second, dtype=np.float64)
-    if not np.isfinite(total).all() or np.linalg.eigvalsh(total)[0] <= 0:
-        return math.nan, math.nan
-    chi2 = float(difference @ np.linalg.solve(total, difference))
-    nu = 2 * (BLOCKS - 1)
-    return chi2, float(distribution.sf(chi2 * (nu - 5) / (6 * nu), 6, nu - 5))

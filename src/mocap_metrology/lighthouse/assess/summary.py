@@ -8,18 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.types import Row
+from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
 from mocap_metrology.lighthouse.assess.fit_checks import expected_noise_urad
-from mocap_metrology.lighthouse.assess.pose_file import (
-    Comparison,
-    PoseFile,
-    compare_with_earlier,
-    pose_json,
-    read_pose_json,
-)
+from mocap_metrology.lighthouse.assess.pose_file import PoseFile, pose_json, read_pose_json
 from mocap_metrology.lighthouse.assess.reference import Reference, check_ids, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, chosen
 from mocap_metrology.lighthouse.records import MASTER, Path, Station
+
+NO_POSE: Row = {"moved": None, "valid": None}  # nothing to compare
 
 
 @dataclass(frozen=True)
@@ -102,21 +99,8 @@ def summary(
     if earlier is not None and result["chosen"] is not None:
         comparison = compare_with_earlier(result, read_pose_json(earlier))
     if earlier is not None:
-        result["check_against"] = _against(comparison)
+        result["check_against"] = NO_POSE if comparison is None else comparison.as_dict()
     return Summary(result, judged, comparison)
-
-
-def _against(found: Comparison | None) -> Row:
-    """moved is null where there is no pose to compare."""
-    if found is None:
-        return {"moved": None}
-    return {
-        "difference_mm": found.difference_mm.tolist(),
-        "difference_deg": found.difference_deg.tolist(),
-        "chi2": found.chi2,
-        "p_value": found.p_value,
-        "moved": found.moved,
-    }
 
 
 def refused(stations: Sequence[Station], why: str) -> Summary:

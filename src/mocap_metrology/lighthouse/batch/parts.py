@@ -9,6 +9,7 @@ import numpy as np
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, rough
+from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors
 from mocap_metrology.lighthouse.batch.solve import (
     Noise,
     Sums,
@@ -18,7 +19,7 @@ from mocap_metrology.lighthouse.batch.solve import (
     sweeps_of,
     weights,
 )
-from mocap_metrology.lighthouse.records import AXES, ROLES, Halves
+from mocap_metrology.lighthouse.records import AXES, ROLES, Halves, SharedErrors
 
 SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
 FEWEST_SWEEPS = 40  # of a part
@@ -86,6 +87,32 @@ def halves(found: Joint, station: int = 1) -> Halves | None:
         mm, deg = 1e3 * np.linalg.norm(d[:3]), np.degrees(np.linalg.norm(d[3:]))
         apart.append(Halves(float(mm), float(deg), m2))
     return max(apart, key=lambda pair: pair.m2, default=None)
+
+
+def shared_errors(
+    found: Joint, priors: Priors, units: np.ndarray, board: str, station: int = 1
+) -> tuple[Floats, SharedErrors]:
+    """Covariance (6, 6) of a station's pose by what differs between recordings of the same
+    hardware, and the errors that do not; with these it is the whole covariance.
+
+    units (6,) of the pose in m and rad; board: digest of its diodes.
+
+    With M = S + L, an error e of what has a prior moves the estimate by -M^-1 L e. Noise makes
+    M^-1 S M^-1, to which the time zeros are added: flashes reach other diodes the next time.
+    """
+    known = 1 / found.working**2
+    M = np.linalg.inv(found.S + np.diag(known))
+    gain, rows = M * known, found.pose(station)
+    group = np.array(GROUPS)[found.of.group]
+    sd = np.where(np.isfinite(found.believed), found.believed, 0.0)
+    zero = np.where(group == "offset", min(priors.time_zero_rad, priors.offset_rad), 0.0)
+    sd = np.sqrt(np.maximum(sd**2 - zero**2, 0.0))
+    noise = M @ found.S @ M + (gain * zero**2) @ gain.T
+    own = sd > 1e-6 * zero
+    effect = (gain * sd)[np.ix_(rows, own)].T * units
+    of_board = np.isin(group[own], ("scale", "place"))
+    by_noise = noise[np.ix_(rows, rows)] * np.outer(units, units)
+    return by_noise, SharedErrors(sd[own], effect, of_board, board)
 
 
 def residual_ratios(one: Recording) -> dict[str, dict[str, float]]:

@@ -21,10 +21,15 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, estimate
-from mocap_metrology.lighthouse.batch.parts import halves, residual_ratios, rms_by
+from mocap_metrology.lighthouse.batch.parts import (
+    halves,
+    residual_ratios,
+    rms_by,
+    shared_errors,
+)
 from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, through, trajectory_of
-from mocap_metrology.lighthouse.board import FEWEST_DIODES
+from mocap_metrology.lighthouse.board import FEWEST_DIODES, digest
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.moments import joined, moments
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
@@ -106,6 +111,7 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
     began = time.perf_counter()
     found, note = joint(scene, still)
     one, covariance = found.recordings[0], found.pose_covariance()
+    noise, shared = shared_errors(found, scene.used_priors, UNITS, digest(scene.board))
     return PoseEstimate(
         estimator=NAME,
         stage="final" if still is None else "static",
@@ -114,6 +120,8 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
         t_m=found.state.t_m[SLAVE],
         frame="optical" if scene.lasers_m is None else "housing",
         covariance=covariance * np.outer(UNITS, UNITS),
+        covariance_noise=noise,
+        shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(one.residual**2))),
         n_angles=len(one.sweeps.hits),
         halves=halves(found) if still is None else None,

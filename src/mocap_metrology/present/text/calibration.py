@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from mocap_metrology.common.types import Row
+from mocap_metrology.lighthouse.assess.comparison import (
+    LARGE_DEG,
+    LARGE_MM,
+    TOLERANCE_DEG,
+    TOLERANCE_MM,
+    Comparison,
+)
 from mocap_metrology.lighthouse.assess.fit_checks import USUAL_S, Case, Check
-from mocap_metrology.lighthouse.assess.pose_file import LARGE_DEG, LARGE_MM, Comparison
 from mocap_metrology.lighthouse.assess.summary import Summary
 from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.present.text.numbers import apart, is_same
@@ -209,14 +213,31 @@ def _apart(check: Check) -> tuple[float, float]:
 
 
 def comparison_words(found: Comparison | None) -> str:
-    """Whether a station has moved since an earlier calibration; None: there is no pose."""
+    """Whether a station has moved since an earlier calibration, by how much, and whether that one
+    is still valid; None: there is no pose."""
     if found is None:
         return "No pose to compare with the earlier one."
     said = "A station has moved" if found.moved else "No sign that a station moved"
     how = f"probability by chance: {found.p_value:.2g}"
     if math.isnan(found.p_value):
         how = f"no covariance; a station counts as moved beyond {LARGE_MM:g} mm or {LARGE_DEG:g}°"
-    mm, deg = (float(np.linalg.norm(v)) for v in (found.difference_mm, found.difference_deg))
     other = f"Compared with another estimate ({', '.join(found.other)})." if found.other else ""
-    first = f"{said}: {apart(mm, deg)} from the earlier pose ({how})."
-    return " ".join(part for part in (first, found.note, other) if part)
+    first = f"{said}: {apart(*found.shift)} from the earlier pose ({how})."
+    parts = (first, _interval_words(found), _validity_words(found), found.note, other)
+    return " ".join(part for part in parts if part)
+
+
+def _interval_words(found: Comparison) -> str:
+    if math.isnan(found.upper_95[0]):
+        return ""
+    (mm, deg), (to_mm, to_deg) = found.lower_95, found.upper_95
+    return f"95 % intervals: {mm:.2g} to {to_mm:.2g} mm, {deg:.2g} to {to_deg:.2g}°."
+
+
+def _validity_words(found: Comparison) -> str:
+    if found.valid:
+        return "The earlier calibration is still valid."
+    if found.moved:
+        return "The earlier calibration is no longer valid."
+    limit = f"{TOLERANCE_MM:g} mm or {TOLERANCE_DEG:g}°"
+    return f"The difference exceeds {limit}, so the earlier calibration is not confirmed."

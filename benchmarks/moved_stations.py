@@ -1,0 +1,167 @@
+"""How often a moved station is found, and how often one that kept its place is called moved.
+
+Each setup draws what recordings of the same hardware share, from the priors of `batch`: errors of
+the phases, depth of the lasers, diodes and scale of the board, and how late each diode sees a
+flash. An earlier recording is then compared with three others: nothing moved, the slave shifted by
+3 mm, the slave turned by 0.1 deg, each in a random direction.
+
+    python benchmarks/moved_stations.py [setups] [seconds of a recording]
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
+from mocap_metrology.lighthouse.assess.pose_file import PoseFile
+from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.decode.chain import decode
+from mocap_metrology.lighthouse.records import Factory, Pulses, Station
+from mocap_metrology.lighthouse.rotation import exp, to_angles
+from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, StationTwin
+from mocap_metrology.pipeline.calibration_files import write_board
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from benchmarks.lighthouse_recordings import hand
+
+RISE_US = 0.6
+SHIFT_MM, TURN_DEG = 3.0, 0.1
+CASES = ("unchanged", "shifted", "turned")
+SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",))
+FLASH_S = 40e-6  # longer pulses are flashes
+
+
+class Setup:
+    """Hardware of a setup: the twin as it is, and what its board file and flashes say."""
+
+    def __init__(self, seed: int, seconds: float):
+        rng, priors = np.random.default_rng([seed, 6]), Priors()
+        twin = replace(hand(seed).twin, duration_s=seconds)
+        true_board = twin.board.positions()
+        self.told = [station.factory or Factory() for station in twin.stations]
+        off = 1e-3 * priors.phase_mrad * rng.normal(size=(2, 2))
+        depth = 1e-3 * priors.laser_depth_mm * rng.normal(size=2)
+        master, slave = (
+            replace(
+                station,
+                factory=replace(told, phase=told.phase + off[k]),
+                lasers_m=((depth[k] / 2, 0.0, 0.0), (-depth[k] / 2, 0.0, 0.0)),
+            )
+            for k, (station, told) in enumerate(zip(twin.stations, self.told, strict=True))
+        )
+        self.twin = replace(twin, master=master, slave=slave)
+        places = 1e-3 * priors.board_position_mm * rng.normal(size=true_board.shape)
+        self.board = (true_board + places) * (1 + priors.board_scale * rng.normal())
+        self.rise_s = 1e-6 * rng.uniform(0, RISE_US, len(true_board))
+        self.way = rng.normal(size=(2, 3))
+        self.way /= np.linalg.norm(self.way, axis=1)[:, None]
+
+    def moved(self, case: str) -> LighthouseTwin:
+        """The twin with its slave moved."""
+        slave = self.twin.slave
+        assert slave is not None
+        t, R = slave.t, slave.R
+        if case == "shifted":
+            t = t + 1e-3 * SHIFT_MM * self.way[0]
+        if case == "turned":
+            R = exp(np.radians(TURN_DEG) * self.way[1]) @ R
+        alpha, beta, gamma = np.degrees(to_angles(R)).tolist()
+        x, y, z = t.tolist()
+        there: StationTwin = replace(slave, position_m=(x, y, z), rotation_deg=(alpha, beta, gamma))
+        return replace(self.twin, slave=there)
+
+    def calibrated(self, case: str, seed: int, folder: str) -> PoseFile:
+        """pose.json of a recording: a dump, as any."""
+        made = simulate(self.moved(case), seed)
+        dump, board = f"{folder}/dump", f"{folder}/board.csv"
+        write_dump(dump, self._late(made.pulses))
+        write_board(board, self.board)
+        found = decode(dump, "gpio-dump", board)
+        stations = [
+            Station(role, own.id, own.mode, told)
+            for role, own, told in zip(
+                ("master", "slave"), self.twin.stations, self.told, strict=True
+            )
+        ]
+        poses = calibrate(found.hits, found.board, self.told, SETTINGS)
+        document: PoseFile = json.loads(json.dumps(summary(poses, stations).document, default=str))
+        return document
+
+    def _late(self, pulses: Pulses) -> Pulses:
+        """Flashes as each diode sees them rise."""
+        late = np.where(pulses.length_s > FLASH_S, self.rise_s[pulses.diode], 0.0)
+        start, length = pulses.start_s + late, pulses.length_s - late
+        order = np.argsort(start, kind="stable")
+        return replace(
+            pulses, start_s=start[order], length_s=length[order], diode=pulses.diode[order]
+        )
+
+
+def compared(seed: int, seconds: float) -> list[Comparison]:
+    """Three later recordings of a setup against the earlier one."""
+    setup = Setup(seed, seconds)
+    with tempfile.TemporaryDirectory() as folder:
+        earlier = setup.calibrated("unchanged", 4 * seed, folder)
+        return [
+            compare_with_earlier(setup.calibrated(case, 4 * seed + 1 + k, folder), earlier)
+            for k, case in enumerate(CASES)
+        ]
+
+
+def rows(setups: int, seconds: float) -> Iterator[dict[str, object]]:
+    """One row a comparison."""
+    with ProcessPoolExecutor(2) as pool:
+        for seed, found in enumerate(pool.map(partial(compared, seconds=seconds), range(setups))):
+            for case, one in zip(CASES, found, strict=True):
+                true = (SHIFT_MM * (case == "shifted"), TURN_DEG * (case == "turned"))
+                inside = [
+                    low <= value <= high
+                    for low, value, high in zip(one.lower_95, true, one.upper_95, strict=True)
+                ]
+                yield {
+                    "setup": seed,
+                    "case": case,
+                    "valid": one.valid,
+                    "moved": one.moved,
+                    "shift_mm": round(one.shift[0], 3),
+                    "shift_deg": round(one.shift[1], 4),
+                    "upper_mm": round(one.upper_95[0], 3),
+                    "upper_deg": round(one.upper_95[1], 4),
+                    "true_in_interval_mm": inside[0],
+                    "true_in_interval_deg": inside[1],
+                    "chi2": round(one.chi2, 2),
+                    "basis": one.basis,
+                }
+
+
+def main(setups: int = 100, seconds: float = 8.0) -> None:
+    """Write one row a comparison to standard output, and the counts to standard error."""
+    made: list[dict[str, object]] = []
+    out = csv.writer(sys.stdout, lineterminator="\n")
+    for row in rows(setups, seconds):
+        if not made:
+            out.writerow(row)
+        out.writerow(row.values())
+        sys.stdout.flush()
+        made.append(row)
+    for case in CASES:
+        own = [row for row in made if row["case"] == case]
+        found = sum(not row["valid"] for row in own)
+        print(f"{case}: {found} of {len(own)} no longer valid", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main(*(kind(value) for kind, value in zip((int, float), sys.argv[1:], strict=False)))

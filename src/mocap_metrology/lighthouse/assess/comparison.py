@@ -1,0 +1,238 @@
+"""Whether a station has moved since an earlier calibration.
+
+Errors of the board and of the stations' optics are the same in both calibrations. They make most of
+a covariance and little of a difference: with the pose's sensitivities G_1, G_2 to errors of
+variances V and with the covariances N_1, N_2 of what both recordings do not share,
+
+    cov(p_2 - p_1) = N_1 + N_2 + (G_1 - G_2) V (G_1 - G_2)'.
+
+N is as much larger as parts of the recording differ by more than N explains. The variants of the
+rotor model that neither recording excludes add their part in the same way.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Row
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.intervals import length_interval
+from mocap_metrology.lighthouse.assess.pose_file import (
+    PoseEntry,
+    PoseFile,
+    Shared,
+    chosen_pose,
+    kind_of,
+    matrix_and_metres,
+)
+from mocap_metrology.lighthouse.assess.reference import check_same_ids, station_id
+from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
+from mocap_metrology.lighthouse.records import ROLES
+
+# Probability of so large a difference by chance, by the basis of the covariance.
+SIGNIFICANT = {"difference": 0.01, "sum": 1e-3}
+SMALLEST_MM, SMALLEST_DEG = 2.0, 0.05  # differences below do not matter, however significant
+TOLERANCE_MM, TOLERANCE_DEG = 5.0, 0.2  # beyond, an earlier pose is not confirmed
+LARGE_MM, LARGE_DEG = 20.0, 0.5  # where a covariance is missing
+CONFIDENCE = 0.95
+SOUND_M2 = 16.0  # largest squared distance between parts that 1 sound recording in 20 exceeds
+BASES = ("difference", "sum", "none")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """New pose against the earlier one.
+
+    t_new - t_old in mm and the rotation vector of R_new R_old^T in deg, in master axes; chi2 of six
+    degrees of freedom and its probability by chance, NaN without both covariances; moved; basis: of
+    the covariance of the difference: `difference` without errors that both share, `sum` of both
+    covariances, `none`; lower_95, upper_95: of the lengths in mm and deg, NaN without a covariance;
+    other: (estimator, stage, optics) of the earlier pose where they are others; note: on ids that
+    could not be compared.
+    """
+
+    difference_mm: np.ndarray
+    difference_deg: np.ndarray
+    chi2: float
+    p_value: float
+    moved: bool
+    basis: str = "none"
+    lower_95: tuple[float, float] = (math.nan, math.nan)
+    upper_95: tuple[float, float] = (math.nan, math.nan)
+    other: tuple[str, str, str] | None = None
+    note: str = ""
+
+    @property
+    def shift(self) -> tuple[float, float]:
+        """Lengths of both differences, mm and deg."""
+        mm, deg = self.difference_mm, self.difference_deg
+        return float(np.linalg.norm(mm)), float(np.linalg.norm(deg))
+
+    @property
+    def valid(self) -> bool:
+        """Whether the earlier pose still holds: not moved, and within the tolerance."""
+        mm, deg = self.shift
+        return not self.moved and mm <= TOLERANCE_MM and deg <= TOLERANCE_DEG
+
+    def as_dict(self) -> Row:
+        """For pose.json."""
+        names = ("mm", "deg")
+        return {
+            "shift_mm": self.shift[0],
+            "shift_deg": self.shift[1],
+            "lower_95": dict(zip(names, self.lower_95, strict=True)),
+            "upper_95": dict(zip(names, self.upper_95, strict=True)),
+            "tolerance": {"mm": TOLERANCE_MM, "deg": TOLERANCE_DEG},
+            "valid": self.valid,
+            "moved": self.moved,
+            "difference_mm": self.difference_mm.tolist(),
+            "difference_deg": self.difference_deg.tolist(),
+            "chi2": self.chi2,
+            "p_value": self.p_value,
+            "basis": self.basis,
+        }
+
+
+def compare_with_earlier(pose_new: PoseFile, pose_old: PoseFile) -> Comparison:
+    """Compare two pose.json contents of the same two stations.
+
+    The estimate chosen in the new one is held against the same (estimator, stage, optics) of the
+    old one, else against the one chosen there.
+
+    Raises `Refusal` for other stations, swapped roles, poses of other origins, or a file without a
+    pose.
+    """
+    note = check_same_ids(_ids(pose_old), _ids(pose_new), "the earlier pose", "the recording")
+    new = chosen_pose(pose_new)
+    old = chosen_pose(pose_old)
+    if new is None or old is None:
+        which = "the new" if new is None else "the earlier"
+        raise Refusal(f"check_against: {which} calibration has no pose; expected one in both")
+    same = [p for p in pose_old["poses"] if kind_of(p) == kind_of(new)]
+    old = same[0] if same else old
+    if old["frame"] != new["frame"]:
+        raise Refusal(
+            f"check_against: the earlier pose is of frame {old['frame']}, the new one of"
+            f" {new['frame']}; expected one lasers_mm in both"
+        )
+    (R, t), (R_old, t_old) = matrix_and_metres(new), matrix_and_metres(old)
+    off = np.r_[1e3 * (t - t_old), np.degrees(rotation.error(R, R_old))]
+    basis, covariance = _covariance(new, old)
+    if basis == "difference" and new["optics"] == "factory":
+        step, spread = _by_variants(pose_new, pose_old)
+        off, covariance = off - step, covariance + spread
+    chi2, p = _significance(off, covariance, basis)
+    mm, deg = off[:3], off[3:]
+    distance, angle = float(np.linalg.norm(mm)), float(np.linalg.norm(deg))
+    if math.isnan(p):
+        moved = distance > LARGE_MM or angle > LARGE_DEG
+        ends = [(math.nan, math.nan)] * 2
+    else:
+        moved = p < SIGNIFICANT[basis] and (distance > SMALLEST_MM or angle > SMALLEST_DEG)
+        own = slice(0, 3), slice(3, 6)
+        ends = [length_interval(off[k], covariance[k, k], CONFIDENCE) for k in own]
+    lower, upper = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
+    other = None if same else kind_of(old)
+    return Comparison(mm, deg, chi2, p, moved, basis, lower, upper, other, note)
+
+
+def _ids(given: PoseFile) -> tuple[int | None, int | None]:
+    master, slave = (station_id(given["stations"][role], role) for role in ROLES)
+    return master, slave
+
+
+def _covariance(new: PoseEntry, old: PoseEntry) -> tuple[str, np.ndarray]:
+    """Basis and covariance (6, 6) of the difference; NaN where one has none."""
+    noise = new.get("covariance_noise"), old.get("covariance_noise")
+    first, second = new.get("shared_errors"), old.get("shared_errors")
+    same = new["optics"] == old["optics"]
+    if same and first is not None and second is not None and None not in noise:
+        own = [np.array(one) * _scale(entry) for one, entry in zip(noise, (new, old), strict=True)]
+        return "difference", own[0] + own[1] + _left_of_shared(first, second)
+    whole = new.get("covariance"), old.get("covariance")
+    if None in whole:
+        return "none", np.full((6, 6), np.nan)
+    return "sum", np.sum(np.array(whole, dtype=np.float64), axis=0)
+
+
+def _scale(entry: PoseEntry) -> float:
+    """Factor of the noise by which parts of one recording differ from each other, at least 1: what
+    else depends on the path of the board, such as rotors that obey another model."""
+    m2 = (entry.get("halves") or {}).get("m2")
+    return max(1.0, m2 / SOUND_M2) if isinstance(m2, (int, float)) else 1.0
+
+
+def _left_of_shared(first: Shared, second: Shared) -> np.ndarray:
+    """What errors of board and stations make of the difference, (6, 6): each group cancels where
+    both recordings have it alike; of two boards both errors count.
+
+    An error has the smaller of both standard deviations, as each recording limits it.
+    """
+    total = np.zeros((6, 6))
+    for group in ("stations", "board"):
+        (sd, effect), (sd_2, effect_2) = (_errors(one, group) for one in (first, second))
+        if sd.shape != sd_2.shape or (group == "board" and first["digest"] != second["digest"]):
+            total += effect.T @ effect + effect_2.T @ effect_2
+        else:
+            least = np.minimum(sd, sd_2)[:, None]
+            apart = effect * (least / sd[:, None]) - effect_2 * (least / sd_2[:, None])
+            total += apart.T @ apart
+    return total
+
+
+def _errors(shared: Shared, group: str) -> tuple[np.ndarray, np.ndarray]:
+    own = shared["stations"] if group == "stations" else shared["board"]
+    return np.array(own["sd"], dtype=np.float64), np.reshape(own["effect"], (-1, 6))
+
+
+def _by_variants(new: PoseFile, old: PoseFile) -> tuple[np.ndarray, np.ndarray]:
+    """Difference that another variant of the rotor model makes, and the covariance of variants
+    left open, of which each would move both poses alike but for the path of the board."""
+    both = [{one["variant"]: one for one in given.get("variants", [])} for given in (new, old)]
+    taken = [next((k for k, one in of.items() if one["chosen"]), None) for of in both]
+    if None in taken or taken[1] not in both[0]:
+        return np.zeros(6), np.zeros((6, 6))
+    step = _apart(both[0][taken[0]], both[0][taken[1]])
+    others = [k for k in both[0] if k != taken[1] and all(_open(of.get(k)) for of in both)]
+    rows = [
+        _apart(both[0][k], both[0][taken[1]]) - _apart(both[1][k], both[1][taken[1]])
+        for k in others
+    ]
+    off = np.reshape(rows, (-1, 6))
+    return step, off.T @ off / (len(off) + 1)
+
+
+def _open(variant: Row | None) -> bool:
+    return variant is not None and variant["standing"] != "worse"
+
+
+def _apart(one: Row, other: Row) -> np.ndarray:
+    (R, mm), (R_other, mm_other) = (
+        (np.array(way["rotation_matrix"]), np.array(way["translation_mm"])) for way in (one, other)
+    )
+    return np.r_[mm - mm_other, np.degrees(rotation.error(R, R_other))]
+
+
+def _significance(
+    difference: np.ndarray, covariance: np.ndarray, basis: str
+) -> tuple[float, float]:
+    """T^2 = d^T C^-1 d and the probability of more, NaN without a covariance.
+
+    Of basis `difference` T^2 has a chi-squared distribution of six degrees of freedom. The
+    covariances of the other estimators come from BLOCKS blocks of each recording, so T^2 of basis
+    `sum` is Hotelling's, with nu = 2 (BLOCKS - 1): T^2 (nu - 5) / (6 nu) is F distributed
+    (6, nu - 5).
+    """
+    from scipy import stats
+
+    if not np.isfinite(covariance).all() or np.linalg.eigvalsh(covariance)[0] <= 0:
+        return math.nan, math.nan
+    chi2 = float(difference @ np.linalg.solve(covariance, difference))
+    if basis == "difference":
+        return chi2, float(stats.chi2.sf(chi2, 6))
+    nu = 2 * (BLOCKS - 1)
+    return chi2, float(stats.f.sf(chi2 * (nu - 5) / (6 * nu), 6, nu - 5))

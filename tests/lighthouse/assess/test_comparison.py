@@ -1,0 +1,216 @@
+"""Two calibrations compared: closed forms, what both share, and a Monte Carlo of moved stations."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2, f
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import write_json
+from mocap_metrology.lighthouse.assess.comparison import (
+    TOLERANCE_MM,
+    _significance,
+    compare_with_earlier,
+)
+from mocap_metrology.lighthouse.assess.intervals import length_interval
+from mocap_metrology.lighthouse.assess.pose_file import read_pose_json
+from mocap_metrology.lighthouse.records import Halves, SharedErrors, Station
+from tests.lighthouse.assess.test_pose_file import COVARIANCE, R, T, content, estimate
+
+
+def test_nothing_moved():
+    same = compare_with_earlier(content(), content())
+    assert not same.moved and same.chi2 == pytest.approx(0, abs=1e-12) and same.p_value == 1
+
+
+def test_significance_is_that_of_both_covariances():
+    turn = Rotation.from_rotvec(np.radians([0, 0.02, 0])).as_matrix()
+    new = content([estimate(t=np.add(T, [0.02, 0, 0]), turn=turn @ R)])
+    found = compare_with_earlier(new, content())
+    expected = 20**2 / 8 + 0.02**2 / 2e-4
+    assert found.chi2 == pytest.approx(expected, rel=1e-6)
+    # Hotelling's T^2 of 2 x 19 degrees of freedom, see test_false_alarms
+    assert found.p_value == pytest.approx(f.sf(expected * 33 / (38 * 6), 6, 33), rel=1e-4)
+    assert found.moved and found.other is None and found.note == ""
+    np.testing.assert_allclose(found.difference_mm, [20, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(found.difference_deg, [0, 0.02, 0], atol=1e-9)
+
+
+def test_significant_but_tiny_is_no_move():
+    sharp = 1e-4 * COVARIANCE
+    new = content([estimate(t=np.add(T, [0.001, 0, 0]), covariance=sharp)])
+    found = compare_with_earlier(new, content([estimate(covariance=sharp)]))
+    assert found.p_value < 1e-9 and not found.moved
+
+
+def test_without_covariance_only_what_is_large():
+    old = content([estimate(covariance=None)])
+    near, far = (content([estimate(t=np.add(T, [d, 0, 0]))]) for d in (0.015, 0.025))
+    assert not compare_with_earlier(near, old).moved
+    found = compare_with_earlier(far, old)
+    assert found.moved and math.isnan(found.p_value)
+
+
+def test_another_estimate_is_said():
+    old = content([estimate("kabsch")])
+    assert compare_with_earlier(content(), old).other == ("paper-lm", "kabsch", "ideal")
+    both = content([estimate("kabsch"), estimate(t=np.add(T, [0.3, 0, 0]))], chosen=0)
+    assert np.linalg.norm(compare_with_earlier(content(), both).difference_mm) == pytest.approx(300)
+
+
+def test_other_stations_are_refused():
+    for a, b, match in (
+        (12, 11, "12 as master and 11 as slave"),
+        (11, 13, "station 13, .* is 12"),
+    ):
+        old = content(stations=[Station("master", a), Station("slave", b)])
+        with pytest.raises(Refusal, match=match):
+            compare_with_earlier(content(), old)
+    unknown = content(stations=[Station("master"), Station("slave", 12)])
+    assert "Station ids not compared" in compare_with_earlier(content(), unknown).note
+    with pytest.raises(Refusal, match="the earlier calibration has no pose"):
+        compare_with_earlier(content(), content([], chosen=None))
+
+
+def test_false_alarms():
+    """Two poses of one place, covariances estimated from 20 blocks each: 5 % of 2000 draws have a
+    probability below 5 %, within three standard errors (1.5 %)."""
+    rng, alarms = np.random.default_rng(3), 0
+    for _ in range(2000):
+        means, covariances = [], []
+        for _ in range(2):
+            blocks = rng.normal(0, np.sqrt(20), (20, 6))
+            means.append(blocks.mean(axis=0))
+            covariances.append(np.cov(blocks.T) / 20)
+        total = covariances[0] + covariances[1]
+        alarms += _significance(means[0] - means[1], total, "sum")[1] < 0.05
+    assert alarms / 2000 == pytest.approx(0.05, abs=0.015)
+
+
+# Two groups of errors, of which the second recording feels the first as the other does.
+EFFECT = np.array([[3.0, 1, 0, 0.02, 0, 0], [0, 0, 2, 0, 0, 0]])
+NOISE = np.diag([0.04, 0.04, 0.04, 1e-5, 1e-5, 1e-5])
+
+
+def joint(t=T, effect=EFFECT, board="a", sd=(1e-3, 2e-4)):
+    """An estimate with a board and optics in its covariance."""
+    shared = SharedErrors(np.array(sd), effect, np.array([False, True]), board)
+    whole = NOISE + effect.T @ effect
+    return replace(
+        estimate(t=t, covariance=whole, covariance_noise=NOISE, shared=shared), estimator="batch"
+    )
+
+
+def test_errors_that_both_share_cancel(tmp_path):
+    """3 mm along an error that makes 3 mm in each: invisible beside both covariances, clear
+    beside their noise, and so after being written and read."""
+    write_json(tmp_path / "pose.json", content([joint()]))
+    old = read_pose_json(tmp_path / "pose.json")
+    new = content([joint(np.add(T, [0.003, 0.001, 0]))])
+    found = compare_with_earlier(new, old)
+    assert found.basis == "difference" and found.moved and not found.valid
+    assert found.chi2 == pytest.approx(10 / 0.08, rel=1e-6)
+    assert found.p_value == pytest.approx(chi2.sf(10 / 0.08, 6), rel=1e-3)
+    assert found.as_dict()["shift_mm"] == pytest.approx(math.sqrt(10))
+    assert found.lower_95[0] < math.sqrt(10) < found.upper_95[0] < math.sqrt(10) + 1
+    for entry in (*old["poses"], *new["poses"]):
+        entry.pop("shared_errors")
+    blind = compare_with_earlier(new, old)
+    assert blind.basis == "sum" and not blind.moved and blind.valid
+
+
+def test_what_does_not_cancel_counts():
+    """Other boards, or another effect on the pose: the difference of the effects joins in."""
+    new = content([joint(np.add(T, [0, 0, 0.003]))])
+    other_board = compare_with_earlier(new, content([joint(board="b")]))
+    assert other_board.chi2 == pytest.approx(9 / (0.08 + 2 * 2**2))
+    assert not other_board.moved
+    half = EFFECT * [[1], [0.5]]
+    assert compare_with_earlier(new, content([joint(effect=half)])).chi2 < 9 / 0.08
+    # A recording that shows its board to be better limits the error in both.
+    better = content([joint(effect=half, sd=(1e-3, 1e-4))])
+    assert compare_with_earlier(new, better).chi2 == pytest.approx(9 / 0.08, rel=1e-4)
+
+
+def test_a_recording_that_contradicts_itself_counts_as_noisier():
+    new = content([joint(np.add(T, [0.003, 0.001, 0]))])
+    odd = content([replace(joint(), halves=Halves(5.0, 0.1, 48.0))])
+    assert compare_with_earlier(new, odd).chi2 == pytest.approx(10 / (0.04 + 3 * 0.04), rel=1e-6)
+    sound = content([replace(joint(), halves=Halves(0.3, 0.01, 9.0))])
+    assert compare_with_earlier(new, sound).chi2 == pytest.approx(10 / 0.08, rel=1e-6)
+
+
+def test_beyond_the_tolerance_nothing_is_confirmed():
+    """An insignificant difference of 10 mm neither moves a station nor confirms it."""
+    wide = 100 * COVARIANCE
+    old = content([estimate(covariance=wide)])
+    found = compare_with_earlier(
+        content([estimate(t=np.add(T, [2e-3 * TOLERANCE_MM, 0, 0]), covariance=wide)]), old
+    )
+    assert not found.moved and not found.valid
+    assert compare_with_earlier(old, old).valid
+
+
+def test_the_same_variant_of_the_rotors_is_compared():
+    """Recordings that choose different variants, 4 mm apart in both, have the same pose."""
+
+    def variants(chosen):
+        return [
+            {"variant": name, "chosen": name == chosen, "translation_mm": [x, 0, 0],
+             "standing": "chosen" if name == chosen else "open", "rotation_matrix": np.eye(3)}
+            for name, x in (("crazyflie", 0.0), ("libsurvive", 4.0))
+        ]  # fmt: skip
+
+    old = content([replace(joint(), optics="factory")]) | {"variants": variants("crazyflie")}
+    new = content([replace(joint(np.add(T, [0.004, 0, 0])), optics="factory")])
+    assert compare_with_earlier(new, old).moved
+    found = compare_with_earlier(new | {"variants": variants("libsurvive")}, old)
+    assert found.shift[0] == pytest.approx(0, abs=1e-9) and found.valid
+
+
+def test_poses_of_other_origins_are_refused():
+    new = content([replace(estimate(), frame="housing")])
+    with pytest.raises(Refusal, match="is of frame optical, the new one of housing"):
+        compare_with_earlier(new, content())
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("shared_errors", {}),
+        ("shared_errors", {"digest": "a", "stations": {"sd": [1.0], "effect": []}, "board": {}}),
+        ("shared_errors", {"digest": "a", "stations": {"sd": [0.0], "effect": [[0.0] * 6]},
+                           "board": {"sd": [], "effect": []}}),
+        ("covariance_noise", [[1.0]]),
+    ],
+)  # fmt: skip
+def test_damaged_errors_are_refused(tmp_path, key, value):
+    write_json(tmp_path / "pose.json", content([joint()]))
+    document = json.loads((tmp_path / "pose.json").read_text())
+    document["poses"][0][key] = value
+    (tmp_path / "pose.json").write_text(json.dumps(document))
+    with pytest.raises(Refusal, match="is no pose"):
+        read_pose_json(tmp_path / "pose.json")
+
+
+@pytest.mark.parametrize("true", [0.0, 0.7, 2.0, 8.0])
+def test_intervals_hold_the_true_length(true):
+    """Of 300 draws with unequal variances at least 95 % less three standard errors."""
+    rng = np.random.default_rng(int(10 * true))
+    covariance = np.diag([1.0, 0.3, 0.05])
+    held = 0
+    for _ in range(300):
+        way = rng.normal(size=3)
+        measured = true * way / np.linalg.norm(way) + rng.normal(size=3) * np.sqrt([1, 0.3, 0.05])
+        low, high = length_interval(measured, covariance)
+        assert low <= np.linalg.norm(measured) <= high
+        held += low <= true <= high
+    assert held / 300 > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 300)
+    far = length_interval(np.array([100.0, 0, 0]), covariance)
+    assert far == pytest.approx((98.04, 101.96), abs=0.05)

@@ -22,6 +22,7 @@ from mocap_metrology.present.calibration.calibration_files import (
     read_calibration,
 )
 from mocap_metrology.present.calibration.pose_text import pose_rows
+from mocap_metrology.present.jansen.paths import Superposed
 from mocap_metrology.present.plot.figure import VERDICT_WORDS
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -271,3 +272,19 @@ def test_odd_texts_stay_on_the_page(moving):
         moving, name="n" * 150, twin=None, pose=dict(moving.pose) | {"verdict": verdict}
     )
     check(calibration_figure(odd))
+
+
+def test_the_path_is_drawn_beside_an_estimate_without_board_poses(moving):
+    """`batch` has one trajectory, so the figure shows the board poses of paper-lm; those of J's
+    Figures 5 to 8 are of paper-lm where paper was not requested."""
+    kind = {"estimator": "batch", "stage": "final"}
+    entries = [{**entry, **kind} for entry in moving.pose["poses"] if entry["stage"] == "final"]
+    assert any(entry["estimator"] == "paper-lm" for entry in moving.pose["poses"])
+    optics = next(e["optics"] for e in moving.pose["poses"] if e["estimator"] == "paper-lm")
+    pose = {**moving.pose, "poses": [{**entries[0], "optics": optics}], "chosen": 0}
+    own = dataclasses.replace(moving, pose=pose)
+    scenery = views.Scenery.of(own)
+    assert scenery.both is not None and scenery.paths is not None
+    expected = moving.paths("paper-lm", optics)
+    np.testing.assert_array_equal(scenery.paths[0].t_m, expected[0].t_m)
+    assert Superposed.of(own).paths[0].t_m.shape == expected[0].t_m.shape

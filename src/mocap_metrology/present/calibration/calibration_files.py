@@ -52,7 +52,10 @@ class CalibrationFiles:
         return f"Simulated stand-in (twin) {self.twin}." if self.twin else "Measured."
 
     def paths(self, estimator: str, optics: str) -> tuple[BoardPath, BoardPath] | None:
-        """Board poses in the frames of master and slave, None without two of each."""
+        """Board poses in the frames of master and slave, None without two of each. `batch` has one
+        trajectory and no such poses: shown are those of `paper-lm`."""
+        if estimator == "batch":
+            estimator, optics = "paper-lm", "ideal" if optics == "estimated" else optics
         if not len(self.poses.get("time_s", ())):
             return None
         names = (np.asarray(self.poses[key]).astype(str) for key in ("estimator", "optics"))

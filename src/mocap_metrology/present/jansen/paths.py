@@ -89,11 +89,12 @@ class Superposed:
     def of(
         cls, given: CalibrationFiles, estimator: str = "paper", optics: str = "ideal"
     ) -> Superposed:
-        """Of the Kabsch stage of an estimator, of the chosen pose where there is none.
+        """Of the Kabsch stage of an estimator; else of `paper-lm`, or of the chosen pose.
 
         Raises `Refusal` where the calibration has neither.
         """
-        entry = given.estimate(estimator, "kabsch", optics) or given.chosen
+        known = (given.estimate(name, "kabsch", optics) for name in (estimator, "paper-lm"))
+        entry = next((one for one in known if one is not None), given.chosen)
         paths = None if entry is None else given.paths(entry["estimator"], entry["optics"])
         if entry is None or paths is None:
             raise Refusal(

@@ -36,7 +36,8 @@ check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"]
 	@test -n "$$CHECK_FILE" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
 	@$(RUN) python -m mocap_metrology check --threads "$(CORES)" $(if $(RATE),--rate "$(RATE)") \
 		$(if $(UNIT),--unit "$(UNIT)") $(if $(filter accept,$(TRUNCATED)),--accept-truncated) \
-		$${CHECK_BOARD:+--board="$$CHECK_BOARD"} --markers="$$CHECK_MARKERS" --output="$$CHECK_RESULTS" -- "$$CHECK_FILE"
+		--markers="$$CHECK_MARKERS" --output="$$CHECK_RESULTS" $${CHECK_BOARD:+--board="$$CHECK_BOARD"} \
+		-- "$$CHECK_FILE"
 
 env: .venv/.ready  ## set up only: .venv/ with pinned, hashed, byte-compiled requirements
 

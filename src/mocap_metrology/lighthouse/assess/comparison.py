@@ -114,10 +114,11 @@ def compare_with_earlier(pose_new: PoseFile, pose_old: PoseFile) -> Comparison:
         raise Refusal(f"check_against: {which} calibration has no pose; expected one in both")
     same = [p for p in pose_old["poses"] if kind_of(p) == kind_of(new)]
     old = same[0] if same else old
-    if old["frame"] != new["frame"]:
+    frames = [pose.get("frame", "optical") for pose in (old, new)]
+    if frames[0] != frames[1]:
         raise Refusal(
-            f"check_against: the earlier pose is of frame {old['frame']}, the new one of"
-            f" {new['frame']}; expected one lasers_mm in both"
+            f"check_against: the earlier pose is of frame {frames[0]}, the new one of {frames[1]};"
+            " expected one lasers_mm in both"
         )
     (R, t), (R_old, t_old) = matrix_and_metres(new), matrix_and_metres(old)
     off = np.r_[1e3 * (t - t_old), np.degrees(rotation.error(R, R_old))]

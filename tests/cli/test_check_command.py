@@ -268,7 +268,8 @@ def test_make_takes_names_as_they_are(take: Path) -> None:
     [
         ("FILE=a MARKERS=A;B RATE=100 UNIT=m TRUNCATED=accept RESULTS=out",
          '--rate "100" --unit "m" --accept-truncated --markers="$CHECK_MARKERS"'),
-        ("FILE=a BOARD=b.csv", '--output="$CHECK_RESULTS" ${CHECK_BOARD:+--board="$CHECK_BOARD"} --'),
+        ("FILE=a BOARD=b.csv",
+         '--output="$CHECK_RESULTS" ${CHECK_BOARD:+--board="$CHECK_BOARD"} -- "$CHECK_FILE"'),
     ],
 )  # fmt: skip
 def test_make_hands_on_what_is_asked(arguments: str, call: str) -> None:

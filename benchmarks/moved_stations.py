@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.chain import decode
-from mocap_metrology.lighthouse.records import Factory, Pulses, Station
+from mocap_metrology.lighthouse.records import Factory, Station
 from mocap_metrology.lighthouse.rotation import exp, to_angles
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, StationTwin
@@ -41,7 +41,6 @@ RISE_US = 0.6
 SHIFT_MM, TURN_DEG = 3.0, 0.1
 CASES = ("unchanged", "shifted", "turned")
 SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",))
-FLASH_S = 40e-6  # longer pulses are flashes
 
 
 class Setup:
@@ -62,10 +61,9 @@ class Setup:
             )
             for k, (station, told) in enumerate(zip(twin.stations, self.told, strict=True))
         )
-        self.twin = replace(twin, master=master, slave=slave)
+        self.twin = replace(twin, master=master, slave=slave, flash_rise_us=RISE_US)
         places = 1e-3 * priors.board_position_mm * rng.normal(size=true_board.shape)
         self.board = (true_board + places) * (1 + priors.board_scale * rng.normal())
-        self.rise_s = 1e-6 * rng.uniform(0, RISE_US, len(true_board))
         self.way = rng.normal(size=(2, 3))
         self.way /= np.linalg.norm(self.way, axis=1)[:, None]
 
@@ -87,7 +85,7 @@ class Setup:
         """pose.json of a recording: a dump, as any."""
         made = simulate(self.moved(case), seed)
         dump, board = f"{folder}/dump", f"{folder}/board.csv"
-        write_dump(dump, self._late(made.pulses))
+        write_dump(dump, made.pulses)
         write_board(board, self.board)
         found = decode(dump, "gpio-dump", board)
         stations = [
@@ -99,15 +97,6 @@ class Setup:
         poses = calibrate(found.hits, found.board, self.told, SETTINGS)
         document: PoseFile = json.loads(json.dumps(summary(poses, stations).document, default=str))
         return document
-
-    def _late(self, pulses: Pulses) -> Pulses:
-        """Flashes as each diode sees them rise."""
-        late = np.where(pulses.length_s > FLASH_S, self.rise_s[pulses.diode], 0.0)
-        start, length = pulses.start_s + late, pulses.length_s - late
-        order = np.argsort(start, kind="stable")
-        return replace(
-            pulses, start_s=start[order], length_s=length[order], diode=pulses.diode[order]
-        )
 
 
 def compared(seed: int, seconds: float) -> list[Comparison]:

@@ -25,10 +25,8 @@ TABLES = {
     "pose": "pose.json",
 }
 PICTURES = ("calibration.png", "calibration.svg")
-OWN: tuple[PoseEstimator, ...] = (
-    "batch",
-    "paper-lm",
-)  # those of the paper are for its tables, and take seconds
+# Those of the paper are for its tables, and take seconds.
+OWN: tuple[PoseEstimator, ...] = ("batch", "paper-lm")
 
 
 def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> None:

@@ -68,6 +68,13 @@ class Hits:
     def __len__(self) -> int:
         return int(self.time_s.size)
 
+    def by_sweep(self) -> tuple[np.ndarray, np.ndarray]:
+        """Order of the hits by cycle, station and axis, and where each sweep begins in it."""
+        order = np.lexsort((self.axis, self.station, self.cycle))
+        keys = np.stack([self.cycle, self.station, self.axis]).astype(np.int64)[:, order]
+        new = (np.diff(keys, axis=1, prepend=keys[:, :1] - 1) != 0).any(axis=0)
+        return order, np.flatnonzero(new)
+
     def take(self, chosen: np.ndarray) -> Hits:
         """The chosen hits, by a mask or by indices."""
         return Hits(**{name: getattr(self, name)[chosen] for name in self.__dataclass_fields__})

@@ -6,36 +6,27 @@ import re
 
 import numpy as np
 import pytest
-from text_files import LABELS, make, motive, nexus, qualisys, read, still, trc
+from text_files import (
+    FIRST_ROW,
+    LABELS,
+    NEXUS,
+    PLAIN,
+    TAKE,
+    TRC,
+    make,
+    motive,
+    nexus,
+    qualisys,
+    read,
+    refusal,
+    row,
+    spoilt,
+    trc,
+)
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import labels_of, read_recording
-
-TAKE = still(20)
-TRC = trc(LABELS, 100, TAKE)
-MOTIVE = motive(LABELS, 100, TAKE)
-TSV = qualisys(LABELS, 100, TAKE)
-NEXUS = nexus(LABELS, 100, TAKE)
-PLAIN = {"a.trc": TRC, "m.csv": MOTIVE, "a.tsv": TSV, "n.csv": NEXUS}
-FIRST_ROW = {"a.trc": 7, "m.csv": 8, "a.tsv": 14, "n.csv": 6}
-
-
-def refusal(path, markers=LABELS, **keys) -> str:
-    with pytest.raises(Refusal) as caught:
-        read(path, markers, **keys)
-    return str(caught.value)
-
-
-def spoilt(tmp_path, name, old, new, n=1):
-    assert old in PLAIN[name]
-    return make(tmp_path, name, PLAIN[name].replace(old, new, n))
-
-
-def row(name, number):
-    """A row of numbers (from 1) as it stands in the file."""
-    return PLAIN[name].splitlines()[FIRST_ROW[name] + number - 2]
-
 
 NO_RATE = "has no frame rate; give it in column frame_rate_hz"
 NO_UNIT = ", expected one of mm, cm, m, millimetre, centimetre, metre"
@@ -272,133 +263,6 @@ def test_poses(tmp_path):
 def test_no_file_at_all():
     with pytest.raises(Refusal, match="no C3D file is given"):
         read_recording([], ["A"])
-
-
-@pytest.mark.parametrize("name", PLAIN)
-def test_damage_is_refused_in_one_line_or_harmless(tmp_path, name):
-    """Bytes cut, changed, lost, doubled anywhere: a recording or a refusal, never a crash."""
-    rng = np.random.default_rng(5)
-    whole = PLAIN[name].encode()
-    refused = 0
-    for damage in range(200):
-        spoilt = bytearray(whole)
-        a, b = sorted(rng.integers(len(whole), size=2))
-        if damage % 4 == 0:
-            del spoilt[a:]
-        elif damage % 4 == 1:
-            spoilt[a], spoilt[b] = rng.integers(256, size=2)
-        elif damage % 4 == 2:
-            del spoilt[a : a + 150]
-        else:
-            spoilt[b:b] = spoilt[a : a + 100]
-        (tmp_path / name).write_bytes(spoilt)
-        try:
-            read(tmp_path / name, accept_truncated=bool(damage % 3))
-        except Refusal as refusal:
-            refused += 1
-            assert str(refusal).startswith(f"{name}: ") and len(str(refusal)) < 300
-    assert refused > 100
-
-
-@pytest.mark.parametrize("name", PLAIN)
-@pytest.mark.parametrize(
-    ("new", "why"),
-    [
-        ('"{}"', "line {line}, column 4: '\"{cell}\"' is not a number"),
-        ("{}\r", "line {line} has a carriage return inside"),
-    ],
-)
-def test_no_words_of_the_parser(tmp_path, name, new, why):
-    """Numbers in quotes, and a line that another program would read as two."""
-    mark = "\t" if name[-3] == "t" else ","
-    cells = row(name, 5).split(mark)
-    said = why.format(line=FIRST_ROW[name] + 4, cell=cells[3])
-    cells[3] = new.format(cells[3])
-    path = spoilt(tmp_path, name, row(name, 5), mark.join(cells))
-    assert refusal(path) == f"{name}: {said}"
-
-
-@pytest.mark.parametrize(
-    ("name", "label", "line"),
-    [("a.trc", "\tA\t", 4), ("m.csv", '"A"', 4), ("a.tsv", "\tA\t", 12), ("n.csv", ",A,", 3)],
-)
-def test_a_carriage_return_inside_the_header(tmp_path, name, label, line):
-    """A spreadsheet would read two lines, and another program a blank."""
-    path = spoilt(tmp_path, name, label, label.replace("A", "A\r"))
-    assert refusal(path) == f"{name}: line {line} has a carriage return inside"
-
-
-LONG = "1" * 200_000
-SPACES = " " * 100_000
-
-
-@pytest.mark.parametrize(
-    ("name", "old", "new"),
-    [
-        ("a.trc", "\t20\t2\tmm", f"\t{LONG}x\t2\tmm"),
-        ("a.trc", "\t20\t2\tmm", "\t20\t1e12\tmm"),
-        ("a.trc", "\t20\t2\tmm", "\t1e999\t2\tmm"),
-        ("a.tsv", "NO_OF_FRAMES\t20", f"NO_OF_FRAMES\t{LONG}x"),
-        ("a.tsv", "NO_OF_FRAMES\t20", "NO_OF_FRAMES\t1e999"),
-        ("n.csv", "Trajectories\r\n", f"TRAJECTORIES\n1{SPACES}x\n"),
-        ("n.csv", "\n2,0,", f"\n2,0,1{SPACES}2"),
-        ("m.csv", "\n2,", f"\n2{SPACES}x,"),
-    ],
-)
-def test_long_cells_cost_no_time(tmp_path, cost, name, old, new):
-    """A pattern that can match a run of digits or blanks in several ways takes minutes."""
-    path, plain = spoilt(tmp_path, name, old, new), make(tmp_path, f"plain_{name}", PLAIN[name])
-
-    def refuse() -> None:
-        assert len(refusal(path)) < 2100
-
-    def read_some() -> None:
-        for _ in range(10):
-            read(plain, LABELS)
-
-    assert cost(refuse, read_some) < 30
-
-
-def test_an_unreadable_pose_is_no_gap(tmp_path):
-    pose = "1 0 0 0.1 0 1 0 0.2 0 0 1 0.3"
-    nan = " ".join(["nan"] * 12)
-    good = make(tmp_path, "good.txt", "\n".join(["# Freq: 10", pose, nan, pose, ""]))
-    assert read(good, ["tracker"]).n_invalid[0]["empty"] == 1
-    for row, message in (
-        ("lost", "line 3 has 1 cells, expected 12"),
-        ("1 0 0", "line 3 has 3 cells, expected 12"),
-        (pose.replace("1 0 0 0.1", "x 0 0 0.1"), "line 3, column 1: 'x' is not a number"),
-        (f"{pose} 7", "line 3 has 13 cells, expected 12"),
-    ):
-        path = make(tmp_path, "a.txt", "\n".join(["# Freq: 10", pose, row, pose, ""]))
-        assert message in refusal(path, ["tracker"])
-
-
-def test_labels_that_lost_their_columns(tmp_path):
-    """Two labels in exchanged order, one of them not over its column."""
-    path = spoilt(tmp_path, "a.trc", "\tA\t\t\tB\t", "\t\t\t\tB\t\tA")
-    assert refusal(path).startswith("a.trc: line 4 has 2 labels, NumMarkers states 2")
-
-
-@pytest.mark.parametrize("name", PLAIN)
-def test_a_row_without_its_time_is_no_gap(tmp_path, name):
-    if name == "n.csv":
-        pytest.skip("Nexus writes no times")
-    own, mark = row(name, 9), "," if name == "m.csv" else "\t"
-    path = spoilt(tmp_path, name, f"{own.strip()}", own.split(mark)[0])
-    assert "has no time, as other lines have" in refusal(path)
-
-
-@pytest.mark.parametrize("name", PLAIN)
-def test_bytes_without_meaning_are_read_over(tmp_path, name):
-    """Line ends that were changed twice, and a last line of delimiters."""
-    mark = {"m.csv": ",", "n.csv": ","}.get(name, "\t")
-    expected = read(make(tmp_path, name, PLAIN[name]), LABELS).position_mm
-    for text in (
-        PLAIN[name].replace("\n", "\r\n").replace("\r\r", "\r\r\r"),
-        f"{PLAIN[name]}{mark}",
-    ):
-        assert np.array_equal(read(make(tmp_path, name, text), LABELS).position_mm, expected)
 
 
 def test_a_rate_with_a_decimal_comma_is_not_cut(tmp_path):

@@ -8,7 +8,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.read import read_recording
 
 LABELS = ("A", "B")
@@ -117,3 +119,28 @@ def make(folder: Path, name: str, content: str, encoding: str = "utf-8") -> Path
 def read(path, markers=("A", "B"), **keys):
     """`read_recording` of one file or several."""
     return read_recording(path if isinstance(path, list) else [path], markers, **keys)
+
+
+TAKE = still(20)
+TRC = trc(LABELS, 100, TAKE)
+MOTIVE = motive(LABELS, 100, TAKE)
+TSV = qualisys(LABELS, 100, TAKE)
+NEXUS = nexus(LABELS, 100, TAKE)
+PLAIN = {"a.trc": TRC, "m.csv": MOTIVE, "a.tsv": TSV, "n.csv": NEXUS}
+FIRST_ROW = {"a.trc": 7, "m.csv": 8, "a.tsv": 14, "n.csv": 6}
+
+
+def refusal(path, markers=LABELS, **keys) -> str:
+    with pytest.raises(Refusal) as caught:
+        read(path, markers, **keys)
+    return str(caught.value)
+
+
+def spoilt(tmp_path, name, old, new, n=1):
+    assert old in PLAIN[name]
+    return make(tmp_path, name, PLAIN[name].replace(old, new, n))
+
+
+def row(name, number):
+    """A row of numbers (from 1) as it stands in the file."""
+    return PLAIN[name].splitlines()[FIRST_ROW[name] + number - 2]

@@ -3,8 +3,6 @@ derivatives, closed forms and Monte Carlo."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
@@ -106,14 +104,13 @@ def test_sums_are_those_of_numerical_derivatives(priors: Priors) -> None:
     e = solve.residuals(seen, trajectory, state)
     w = rng.uniform(0.1, 1, e.size)
     sums = solve.linearised(seen, trajectory, state, e, w, of)
-    J, K = numerical_jacobian(seen, trajectory, state, of), trajectory.control.size
+    J = numerical_jacobian(seen, trajectory, state, of)
     H, g = J.T @ (w[:, None] * J), J.T @ (w * e)
     scale = np.sqrt(np.outer(np.diag(H), np.diag(H))) + 1e-12
     found = np.block([[dense(sums.band), sums.cross], [sums.cross.T, sums.inner]])
     assert np.abs((found - H) / scale).max() < 1e-6
     np.testing.assert_allclose(np.r_[sums.g, sums.g_inner], g, atol=1e-6 * np.abs(g).max())
     assert sums.square == pytest.approx(float(w @ e**2))
-    assert K % 6 == 0 and found.shape == (K + of.size, K + of.size)
 
 
 def test_offsets_of_sweeps_are_integrated_out() -> None:
@@ -221,4 +218,4 @@ def test_parts_add_up() -> None:
     found = solve.reduced(solve.added(parts), trajectory, Noise(50e-6, 50e-6))
     expected = solve.reduced(whole, trajectory, Noise(50e-6, 50e-6))
     np.testing.assert_allclose(found.S, expected.S, rtol=1e-9, atol=1e-9 * np.abs(expected.S).max())
-    assert replace(whole).n_hits == solve.added(parts).n_hits
+    assert solve.added(parts).n_hits == whole.n_hits

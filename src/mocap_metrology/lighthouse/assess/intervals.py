@@ -15,10 +15,9 @@ def length_interval(
     A measured length is larger than the true one on average. So the lower end is the true length s,
     along the measured direction, with which the measured length would be exceeded with probability
     (1 - confidence) / 2; 0 where s = 0 exceeds it more often. The upper end is the quantile
-    (1 + confidence) / 2 of the length of the measured
-    vector with as much noise again: 1.96 standard deviations above a
-    length far from 0, and conservative near 0, where it stays above the measured one. Quantiles
-    are of a Sobol sequence of normal vectors.
+    (1 + confidence) / 2 of the length of the measured vector with as much noise again: 1.96
+    standard deviations above a length far from 0, and conservative near 0, where it stays above the
+    measured one. Quantiles are of a Sobol sequence of normal vectors.
     """
     from scipy.optimize import brentq
     from scipy.stats import norm, qmc

@@ -28,7 +28,6 @@ from mocap_metrology.lighthouse.batch.problem import (
 )
 from mocap_metrology.lighthouse.batch.solve import (
     Noise,
-    Reduced,
     Sums,
     View,
     Weights,
@@ -85,7 +84,6 @@ class Joint:
     S: np.ndarray
     working: np.ndarray
     believed: np.ndarray
-    cost: float
     converged: bool
     rounds: int
 
@@ -157,14 +155,15 @@ class _Search:
         while not converged and rounds < ROUNDS:
             rounds += 1
             sums = self._linearise()
-            S, step, parts, cost = self._step(sums)
+            before = self.state.values
+            S, h, step = self._step(sums)
             known = 1 / self.working**2
             small = float(np.sqrt(step @ (S + np.diag(known)) @ step / self.of.size)) < SMALL
             if self.refined and small:
                 converged = sized
                 sized = True
                 if not converged:
-                    self._size(S, np.sum([part.h for part in parts], axis=0), sums)
+                    self._size(S, h, before, sums)
         return Joint(
             self.state,
             tuple(self.recordings),
@@ -172,7 +171,6 @@ class _Search:
             S,
             self.working,
             self.believed,
-            cost,
             converged,
             rounds,
         )
@@ -202,8 +200,8 @@ class _Search:
             one.weights().cost + bend_cost(one.trajectory) for one in self.recordings
         )
 
-    def _step(self, sums: list[Sums]) -> tuple[np.ndarray, np.ndarray, list[Reduced], float]:
-        """Take a step by which the cost does not rise; S, the step, the recordings' parts, cost."""
+    def _step(self, sums: list[Sums]) -> tuple[Floats, Floats, Floats]:
+        """Take a step by which the cost does not rise; S and h before it, and the step."""
         before = self.state, [(one.trajectory, one.residual) for one in self.recordings]
         cost, known = self._cost(), 1 / self.working**2
         while True:
@@ -211,7 +209,8 @@ class _Search:
                 reduced(own, trajectory, one.noise, self.damping)
                 for own, one, (trajectory, _) in zip(sums, self.recordings, before[1], strict=True)
             ]
-            S, h = sum(part.S for part in parts), sum(part.h for part in parts)
+            S = np.sum([part.S for part in parts], axis=0)
+            h = np.sum([part.h for part in parts], axis=0)
             M = S + np.diag(known)
             M[np.diag_indices(len(M))] *= 1 + self.damping
             step = -linalg.solve(M, h + known * before[0].values, assume_a="pos")
@@ -222,16 +221,17 @@ class _Search:
             after = self._cost()
             if not self.refined or after <= cost + LEAST_GAIN or self.damping > LARGEST_DAMPING:
                 self.damping = self.damping / 10 if self.damping > FIRST_DAMPING / 100 else 0.0
-                return np.asarray(S), step, parts, after
+                return S, h, step
             self.damping = max(10 * self.damping, FIRST_DAMPING)
 
-    def _size(self, S: np.ndarray, h: np.ndarray, sums: list[Sums]) -> None:
-        """Noise, and priors of `SIZED` groups, as large as the recordings show."""
+    def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:
+        """Noise, and priors of `SIZED` groups, as large as the recordings show; S and h at these
+        values."""
         for one, of_one in zip(self.recordings, sums, strict=True):
             one.noise = estimated_noise(of_one, one.trajectory, one.noise)
         for name in SIZED:
             own = self.of.group == GROUPS.index(name)
             if own.any():
-                best, most = supported(S, h, self.state.values, self.working, own)
+                best, most = supported(S, h, values, self.working, own)
                 self.working[own] = best * self.of.sd[own]
                 self.believed[own] = most * self.of.sd[own]

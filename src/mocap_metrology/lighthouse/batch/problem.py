@@ -18,7 +18,7 @@ covariance of the poses nearly as they are.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -185,7 +185,7 @@ class Sweeps:
     """Hits in the order of their sweeps; first (sweeps + 1,): where each begins."""
 
     hits: Hits
-    first: np.ndarray = field(repr=False)
+    first: np.ndarray
 
     @property
     def sweep(self) -> np.ndarray:
@@ -195,8 +195,5 @@ class Sweeps:
 
 def by_sweep(hits: Hits) -> Sweeps:
     """Hits by cycle, station and axis, so nearly by time."""
-    order = np.lexsort((hits.axis, hits.station, hits.cycle))
-    own = hits.take(order)
-    keys = np.stack([own.station, own.axis, own.cycle]).astype(np.int64)
-    new = (np.diff(keys, axis=1, prepend=keys[:, :1] - 1) != 0).any(axis=0)
-    return Sweeps(own, np.append(np.flatnonzero(new), len(own)))
+    order, first = hits.by_sweep()
+    return Sweeps(hits.take(order), np.append(first, order.size))

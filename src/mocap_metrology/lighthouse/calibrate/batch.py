@@ -34,6 +34,7 @@ from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.moments import joined, moments
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of
 from mocap_metrology.lighthouse.calibrate.static import static_pose
+from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.fit.board_pose import well_posed
 from mocap_metrology.lighthouse.records import (
     SLAVE,
@@ -47,13 +48,12 @@ from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, rotor_paramete
 NAME = "batch"
 ESTIMATED = "estimated"  # optics: the rotors' values are among the unknowns
 RENEWALS = 3  # of stretches and of diodes, at most
-BAD_STRETCH = 1.7  # of its rms residual over that of all
-BAD_DIODE = 3.0  # of its rms residual over the median of all
+BAD_STRETCH = 1.7  # of its rms residual over the median of all
+BAD_DIODE = 3.0  # likewise
 FAR_DIODE = 8.0  # from its place, over the standard deviation of one coordinate
 FEWEST_HITS = 6  # of a stretch or diode that is judged
 FEWEST_MOMENTS = 10
 ORDER = 3  # of interpolation between moments
-UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # m, rad -> mm, deg
 
 Pose = tuple[np.ndarray, np.ndarray]
 
@@ -111,7 +111,7 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
     began = time.perf_counter()
     found, note = joint(scene, still)
     one, covariance = found.recordings[0], found.pose_covariance()
-    noise, shared = shared_errors(found, scene.used_priors, UNITS, digest(scene.board))
+    noise, shared = shared_errors(found, scene.used_priors, COVARIANCE_UNITS, digest(scene.board))
     return PoseEstimate(
         estimator=NAME,
         stage="final" if still is None else "static",
@@ -119,7 +119,7 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
         R=found.state.R[SLAVE],
         t_m=found.state.t_m[SLAVE],
         frame="optical" if scene.lasers_m is None else "housing",
-        covariance=covariance * np.outer(UNITS, UNITS),
+        covariance=covariance * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS),
         covariance_noise=noise,
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(one.residual**2))),

@@ -22,6 +22,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.batch.parts import SPLITS
 from mocap_metrology.lighthouse.calibrate.superpose import blocks_of, jackknife
 from mocap_metrology.lighthouse.fit.levenberg_marquardt import damped_step, normal_equations, turn
 from mocap_metrology.lighthouse.fit.simplex import BOARD
@@ -33,7 +34,6 @@ LARGEST_DAMPING = 1e10  # of the diagonal; beyond, the descent ends
 RIDGE = 1e-12  # rad^2/m^2, rad^2/rad^2
 SMALLEST_STEP = 1e-8  # m, rad: far below the resolution of angles
 OUTLIER = 25.0  # times the median cost a measurement: a mirrored pose, left out
-SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
 
 
 @dataclass(frozen=True)

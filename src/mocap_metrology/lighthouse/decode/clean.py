@@ -89,7 +89,7 @@ def sweep_outliers(
     not which it is, and all its hits go if the residuals sum to more than ten times the gate: what
     perspective leaves of a board of four diodes at 1 m is 10 mrad.
     """
-    order, first = _by_sweep(hits)
+    order, first = hits.by_sweep()
     wrong = np.zeros(len(hits), np.bool_)
     if order.size:
         wrong[order] = _gate(
@@ -105,14 +105,6 @@ def sweep_outliers(
 def fewest_for_perspective(board: np.ndarray) -> int:
     """Hits from which `sweep_outliers` fits more than the affine part: 8, of a deep board 10."""
     return 1 + 2 * _directions(board).shape[1] + 3
-
-
-def _by_sweep(hits: Hits) -> tuple[np.ndarray, np.ndarray]:
-    """Order of hits by station, axis, cycle, and where each sweep begins in it."""
-    order = np.lexsort((hits.cycle, hits.axis, hits.station))
-    keys = np.stack([hits.station[order], hits.axis[order], hits.cycle[order]]).astype(np.int64)
-    new = (np.diff(keys, axis=1, prepend=keys[:, :1] - 1) != 0).any(axis=0)
-    return order, np.flatnonzero(new)
 
 
 def _directions(board: np.ndarray) -> np.ndarray:

@@ -35,7 +35,7 @@ from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin,
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
 # Streams of random numbers, so that a twin with more noise has the same motion and dropouts.
-NOISE, FAULTS, FLASHES, BITS = range(1, 5)
+NOISE, FAULTS, FLASHES, BITS, RISES = range(1, 6)
 SAMPLES_PER_S = 2_000_000
 
 
@@ -245,7 +245,8 @@ def _flashes(
     spread = 1e-6 * twin.flash_spread_us * rng.standard_normal(flash.size)
     false_start, false_length = false_flashes(twin, rng)
     n = len(truth.board)
-    rise = 1e-6 * rng.uniform(0, twin.flash_rise_us, n)[diode]
+    own = np.random.default_rng([twin.seed, RISES])  # of the diodes, in every recording the same
+    rise = 1e-6 * own.uniform(0, twin.flash_rise_us, n)[diode]
     return (
         np.concatenate([start[lit][flash] + rise, np.repeat(false_start, n)]),
         np.concatenate([length[lit][flash] + spread - rise, np.repeat(false_length, n)]),

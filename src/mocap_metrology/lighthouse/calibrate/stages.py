@@ -1,0 +1,213 @@
+"""Stages `kabsch` and `final` of one estimator (J VI), and what a calibration chooses and finds."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.calibrate import station_pose
+from mocap_metrology.lighthouse.calibrate.agreement import Agreed
+from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED
+from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
+from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
+from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
+from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
+from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, Weighed
+from mocap_metrology.lighthouse.calibrate.weighted_station import evidence, halves, residuals
+from mocap_metrology.lighthouse.fit import board_pose
+from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, apart
+from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
+from mocap_metrology.lighthouse.records import MASTER, SLAVE, Measurements, Path, PoseEstimate
+from mocap_metrology.lighthouse.rotation import mean
+
+JANSEN = ("paper", "paper-tight", "paper-lm")
+SIMPLEX = ("paper", "paper-tight")
+PEERS = ("pnp", "geometric")
+ESTIMATORS = (BATCH, *JANSEN, *PEERS)
+OPTICS = ("ideal", ESTIMATED, "factory")
+INTERPOLATIONS = {"linear": 1, "cubic": 3}  # degree of the polynomial
+FEWEST_POSES = 20  # moments of a station, and of both
+MM_DEG = np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS)  # of covariances in m and rad
+LEAST_EPSILON = 1e-14  # rad^2: K_1 of noise-free angles, so that no weight is infinite
+
+
+@dataclass(frozen=True)
+class CalibrationSettings:
+    """Named choices of a calibration.
+
+    optics: `estimated` by batch only, and where `factory` is not possible or not requested;
+    simplex_optics: those of paper and paper-tight, slow as they are; J's is ideal.
+    lm_interpolation: linear or cubic, lm_weights: path or none, of paper-lm; the others
+    interpolate linearly and take the path in K_2 as exact, as J;
+    lasers_m (2 stations, 2 axes, 3): positions of the lasers in the station's frame, default its
+    origin; variant: how factory values enter, one of `rotor.VARIANTS`, or `auto`: as the recording
+    prefers, see `variants`; priors: of what is uncertain beside the poses, for `batch`.
+    """
+
+    estimators: Sequence[str] = (BATCH, *JANSEN)
+    optics: Sequence[str] = ("ideal", "factory", ESTIMATED)
+    simplex_optics: Sequence[str] = ("ideal",)
+    reconstruction: str = "full-interpolation"
+    lm_interpolation: str = "cubic"
+    lm_weights: str = "path"
+    start_distance_m: float = START_M
+    lasers_m: np.ndarray | None = None
+    variant: str = AUTO
+    pnp_method: str = "auto"
+    priors: Priors = field(default_factory=Priors)
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """All estimates of one recording, and the paths they are based on.
+
+    paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
+    could not be estimated; variants: of the rotor model, where the recording chose.
+    """
+
+    estimates: list[PoseEstimate] = field(default_factory=list)
+    paths: dict[tuple[str, str], tuple[Path, Path]] = field(default_factory=dict)
+    still: bool = False
+    n_common: int = 0
+    why: list[str] = field(default_factory=list)
+    variants: list[Weighed] = field(default_factory=list)
+
+    def paths_of(self, pose: PoseEstimate) -> tuple[Path, Path] | None:
+        """Board poses behind an estimate; of `batch`, which has one trajectory, those of
+        `paper-lm`."""
+        name = "paper-lm" if pose.estimator == BATCH else pose.estimator
+        return self.paths.get((name, "ideal" if pose.optics == ESTIMATED else pose.optics))
+
+
+def _paths(
+    estimator: str, optics: Optics, board: np.ndarray, settings: CalibrationSettings
+) -> tuple[Path, Path]:
+    """Board poses in the frames of both stations (J VI-A, VI-B) by another than `paper-lm`."""
+    tight = estimator == "paper-tight"
+    tolerances, start_m = TIGHT if tight else MATLAB, settings.start_distance_m
+    master, slave = (
+        board_pose.by_nelder_mead(own, board, rotors, tolerances, tight, start_m)
+        if estimator in JANSEN
+        else _peer(estimator, own, board, settings)
+        for own, rotors in zip(optics.measurements, optics.rotors, strict=True)
+    )
+    return master, slave
+
+
+def _peer(
+    estimator: str, own: Measurements, board: np.ndarray, settings: CalibrationSettings
+) -> Path:
+    """Board poses by the peers; they take both lasers to be at one point."""
+    if estimator == "pnp":
+        from mocap_metrology.lighthouse.calibrate import pnp
+
+        R, t, cost = pnp.board_poses(own.angles_rad, board, settings.pnp_method)
+    elif estimator == "geometric":
+        from mocap_metrology.lighthouse.calibrate import geometric
+
+        R, t, cost = geometric.board_poses(own.angles_rad, board)
+    else:
+        raise ValueError(f"estimator is {estimator!r}; expected one of {', '.join(ESTIMATORS)}")
+    n_angles = 2 * own.seen.sum(axis=1)
+    path = Path(own.time_s, R, t, cost, n_angles, np.full(len(own), np.nan))
+    return path.take(np.isfinite(cost) & np.isfinite(t).all(axis=1))
+
+
+def both_stages(
+    found: Calibration,
+    estimator: str,
+    optics: Optics,
+    order: int,
+    board: np.ndarray,
+    agreed: Agreed,
+    settings: CalibrationSettings,
+    report: Callable[[str], None],
+) -> Calibration:
+    """Stages `kabsch` and `final` of one estimator (J VI-C to VI-F)."""
+    start = time.perf_counter()
+    paths = agreed.paths if estimator == "paper-lm" else _paths(estimator, optics, board, settings)
+    master, slave = paths
+    slave_then, kept = at_times(slave, master.time_s, order)
+    master_then = master.take(kept)
+    found.paths[estimator, optics.name] = paths
+    if len(master_then) < FEWEST_POSES:
+        found.why.append(
+            f"{estimator}, {optics.name}: the board is seen by both stations at"
+            f" {len(master_then)} moments; expected at least {FEWEST_POSES}"
+        )
+        return found
+    weight = 1 / np.maximum(master_then.epsilon + slave_then.epsilon, LEAST_EPSILON)
+    R, t, spread = superpose(slave_then.t_m, master_then.t_m, weight, master_then.time_s)
+    then, own = seen_on_path(paths, optics, order)
+    given, rotors = station_pose.scene(then, own, board), optics.rotors[SLAVE]
+    weighed = None
+    if estimator == "paper-lm":
+        weighed = evidence(then, own, optics.measurements[MASTER], board, optics.rotors[MASTER])
+    share, turned = _mirrored_share(estimator, paths, agreed.paths, master_then, slave_then)
+
+    def estimate(stage: str, R: np.ndarray, t: np.ndarray, cov: np.ndarray | None) -> PoseEstimate:
+        there = None if weighed is None else residuals(R, t, weighed, rotors)
+        return PoseEstimate(
+            estimator=estimator,
+            stage=stage,
+            optics=optics.name,
+            R=R,
+            t_m=t,
+            frame=optics.frame,
+            covariance=None if cov is None else cov * MM_DEG,
+            residual_rms_urad=1e6 * station_pose.residual_rms(R, t, given, rotors),
+            n_angles=2 * len(given.time_s),
+            mirrored_share=share,
+            weighted_rms_urad=math.nan if there is None else there.rms_urad(),
+            noise_gain=math.nan if there is None else there.noise_gain(),
+            seconds=time.perf_counter() - start,
+        )
+
+    found.estimates.append(estimate("kabsch", R, t, spread))
+    if weighed is not None:
+        moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
+        # On a straight path positions leave the turn about it open, the board's rotations do not.
+        both = [] if agreed.R is None else [(agreed.R, agreed.t_m)]
+        starts = [(R, t), (turned, moved), *both]
+        R, t, spread = last_step(starts, given, weighed, rotors, settings.lm_weights)
+        parts = halves(R, t, weighed, rotors)
+        found.estimates.append(replace(estimate("final", R, t, spread), halves=parts))
+    elif estimator in JANSEN:
+        tolerances = TIGHT if estimator == "paper-tight" else MATLAB
+        R, t, _ = station_pose.by_nelder_mead(R, t, given, rotors, tolerances)
+        spread = station_pose.covariance(R, t, given, rotors)
+        found.estimates.append(estimate("final", R, t, spread))
+    report(f"{estimator}, {optics.name}: {time.perf_counter() - start:.2f} s")
+    return replace(found, n_common=max(found.n_common, len(master_then)))
+
+
+def _mirrored_share(
+    estimator: str,
+    paths: tuple[Path, Path],
+    steady: tuple[Path, Path],
+    master: Path,
+    slave: Path,
+) -> tuple[float, np.ndarray]:
+    """Share of board poses more than 8 deg off: from those of `paper-lm`, or for these themselves
+    the share of moments at which both stations disagree so far about the board's rotation; and the
+    slave's rotation by that of the board at these moments."""
+    relative = np.einsum("nij,nkj->nik", master.R, slave.R)
+    turned = mean(relative)
+    if estimator == "paper-lm":
+        trace = np.einsum("nij,ij->n", relative, turned)
+        off = np.arccos(np.clip((trace - 1) / 2, -1, 1))
+    else:
+        both = [
+            (
+                own.take(np.isin(own.time_s, best.time_s)),
+                best.take(np.isin(best.time_s, own.time_s)),
+            )
+            for own, best in zip(paths, steady, strict=True)
+        ]
+        off = np.concatenate([apart(own, best) for own, best in both])
+    return float((off > MIRRORED_RAD).mean()), turned

@@ -1,0 +1,91 @@
+"""The settings of section lighthouse of config.yaml."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from mocap_metrology.pipeline.settings import DEFAULTS, Optics, PoseEstimator, SimplexOptics
+from mocap_workflow.configuration import Once, Section, Words
+
+Millimetres = Annotated[float, Field(ge=-200, le=200)]
+
+
+class Lighthouse(Section):
+    """Calibration of base stations."""
+
+    sample_rate_hz: float = Field(DEFAULTS.lighthouse.sample_rate_hz, ge=100000, le=100000000)
+    """Words per second of a GPIO dump."""
+    active_level: Annotated[int, Words("0 or 1", "`0`, `1`")] = Field(
+        DEFAULTS.lighthouse.active_level, ge=0, le=1
+    )
+    """Value of a bit while its diode is lit."""
+    gate_mrad: float = Field(DEFAULTS.lighthouse.gate_mrad, gt=0)
+    """A hit is an outlier if it deviates from the others of its sweep by more than this and by more
+    than `gate_mad`."""
+    gate_mad: float = Field(DEFAULTS.lighthouse.gate_mad, ge=3)
+    """The second limit, in MAD of the sweep."""
+    still_half_window: int = Field(DEFAULTS.lighthouse.still_half_window, ge=2)
+    """Hampel filter of each diode while the board is at rest: sweeps on each side."""
+    still_n_sigma: float = Field(DEFAULTS.lighthouse.still_n_sigma, ge=3)
+    """Threshold of this filter, in 1.4826 MAD."""
+    estimators: Annotated[
+        tuple[PoseEstimator, ...],
+        AfterValidator(Once("paper-lm")),
+    ] = DEFAULTS.lighthouse.estimators
+    """Estimators of the pose, with `paper-lm` among them; each is described below. The pose of
+    `batch` is chosen where it is among them and converges."""
+    optics: Annotated[tuple[Optics, ...], AfterValidator(Once(least=1))] = (
+        DEFAULTS.lighthouse.optics
+    )
+    """`ideal` is J's; `factory` uses the values of the maker that the flashes carry; `estimated`
+    estimates them with the pose, by `batch`, where they are not known."""
+    simplex_optics: Annotated[tuple[SimplexOptics, ...], AfterValidator(Once())] = (
+        DEFAULTS.lighthouse.simplex_optics
+    )
+    """Optics of `paper` and `paper-tight`, each of which takes a second."""
+    reconstruction: Literal["full-interpolation", "dominant-axis", "pairs"] = (
+        DEFAULTS.lighthouse.reconstruction
+    )
+    """Method that brings both angles to one moment (J section IV)."""
+    lm_interpolation: Literal["linear", "cubic"] = DEFAULTS.lighthouse.lm_interpolation
+    """Interpolation of `paper-lm`; the others are linear, as in J."""
+    lm_weights: Literal["path", "none"] = DEFAULTS.lighthouse.lm_weights
+    """Whether the last stage of `paper-lm` includes the uncertainty of the path of the board; J
+    treats it as exact."""
+    start_distance_m: float = Field(DEFAULTS.lighthouse.start_distance_m, ge=0.1, le=20)
+    """Distance of the board in the first guess of `paper`, in m; J does not state it."""
+    variant: Literal["auto", "crazyflie", "libsurvive", "astrobee"] = DEFAULTS.lighthouse.variant
+    """Meaning of the factory values where open-source drivers differ (sign of curve, argument of
+    the gibbous term). `auto` fits each variant and selects the one with the smallest residual of
+    both stations; variants that the recording does not exclude increase the covariance. `pose.json`
+    lists all under `variants`."""
+    pnp_method: Literal["auto", "epnp", "ippe", "sqpnp"] = DEFAULTS.lighthouse.pnp_method
+    """Method of `pnp`; `auto` is `ippe` on flat boards."""
+    lasers_mm: Annotated[
+        tuple[Millimetres, ...] | None,
+        Field(min_length=12, max_length=12),
+        Words(
+            "nothing, or twelve numbers of mm, x, y and z of the lasers of axis 0 and 1 of the "
+            "master, then of the slave",
+            "twelve numbers",
+        ),
+    ] = DEFAULTS.lighthouse.lasers_mm
+    """Positions of the lasers in their housings: x, y, z of axis 0 and axis 1 of the master, then
+    of the slave. Poses are then of the housings, otherwise of the optics."""
+    board_position_sd_mm: float = Field(DEFAULTS.lighthouse.board_position_sd_mm, ge=0, le=10)
+    """Of `batch`, as are the next four: standard deviation of the coordinates of a diode in the
+    board file. 0: exact. Less is used where the recording shows that they are better."""
+    board_scale_sd: float = Field(DEFAULTS.lighthouse.board_scale_sd, ge=0, le=0.1)
+    """Relative standard deviation of the board's scale, which no angle shows: the distance of the
+    stations has the same."""
+    laser_depth_sd_mm: float = Field(DEFAULTS.lighthouse.laser_depth_sd_mm, ge=0, le=100)
+    """Standard deviation of the distance in depth between both lasers of a station, with `factory`
+    optics and where `lasers_mm` does not name it."""
+    phase_sd_mrad: float = Field(DEFAULTS.lighthouse.phase_sd_mrad, ge=0, le=100)
+    """Standard deviation of the phases of the maker, with `factory` optics. An error of a phase is
+    not visible in the residual."""
+    time_zero_sd_us: float = Field(DEFAULTS.lighthouse.time_zero_sd_us, ge=0, le=10)
+    """Standard deviation of the time zero of a station and axis: diodes see a flash rise late, each
+    by its own delay."""

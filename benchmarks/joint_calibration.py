@@ -1,8 +1,7 @@
-"""Accuracy, coverage and verdicts of the estimator `batch` by Monte Carlo.
+"""Accuracy and coverage of the estimator `batch` by Monte Carlo.
 
     python benchmarks/joint_calibration.py accuracy [--setups 10] [--recordings 5]
     python benchmarks/joint_calibration.py coverage [--setups 40] [--recordings 5]
-    python benchmarks/joint_calibration.py faults [--setups 20] [--recordings 1]
 
 Each recording is drawn, written as a dump of 2 MHz, decoded and calibrated. Boards are 2 to 6 m
 from both stations, stations 1 to 4 m apart, speeds 0.15 to 1 m/s, with tremor. The Cramer-Rao bound
@@ -21,7 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -30,12 +29,10 @@ from scipy.stats import chi2
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors, layout
 from mocap_metrology.lighthouse.calibrate.batch import Scene, joint
-from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate, write_dump
@@ -162,7 +159,7 @@ CASES = {
         lambda s, r: real(s, r, board=DECK, duration_s=60.0), REAL_NOISE, ZEROS, Priors()
     ),
     "lasers 5 mm off in depth": Case(
-        lambda s, r: real(s, r, **_deep(s)), REAL_NOISE, ZEROS, Priors()
+        lambda s, r: real(s, r, **lasers_apart(s)), REAL_NOISE, ZEROS, Priors()
     ),
 }
 COVERAGE = {
@@ -175,7 +172,7 @@ COVERAGE = {
 }
 
 
-def _deep(setup: int) -> dict[str, object]:
+def lasers_apart(setup: int) -> dict[str, object]:
     rng = np.random.default_rng([11, setup])
     both = []
     for sign in (1, -1):
@@ -272,147 +269,16 @@ def accuracy(cases: dict[str, Case], given: argparse.Namespace) -> None:
         numbers(name, [row for row in found if row is not None], len(found))
 
 
-def faults(given: argparse.Namespace) -> None:
-    """Verdicts by fault: how often each word, and errors above five sigma among the good."""
-    print("| fault | good / usable / doubtful / failed | median mm | good and > 5 sigma |")
-    print("|---" * 4 + "|")
-    for name in FAULTS:
-        if given.only and given.only not in name:
-            continue
-        words, errors, missed = [], [], 0
-        for setup in range(given.setups):
-            for recording in range(given.recordings):
-                with tempfile.TemporaryDirectory() as folder:
-                    word, mm, sigmas = judged(name, setup, recording, Path(folder))
-                words.append(word)
-                errors.append(mm)
-                missed += word == "good" and sigmas > 5
-        count = " / ".join(
-            str(words.count(word)) for word in ("good", "usable", "doubtful", "failed")
-        )
-        print(f"| {name} | {count} | {np.nanmedian(errors):.1f} | {missed} |", flush=True)
-
-
-def judged(name: str, setup: int, recording: int, folder: Path) -> tuple[str, float, float]:
-    """Verdict on a recording with a fault, error in mm, and the largest |error| / sigma."""
-    rng = np.random.default_rng([14, setup, recording])
-    made, board, change = FAULTS[name](setup, recording, rng)
-    try:
-        recorded = decoded(made, board, folder)
-        listed = change(recorded.stations)
-        factories = [station.factory for station in listed]
-        found = calibrate(recorded.hits, recorded.board, factories, SETTINGS)
-    except Refusal:
-        return "failed", np.nan, np.nan
-    told = summary(
-        found, listed, duration_s=recorded.duration_s, resolution_s=5e-7, notes=recorded.notes
-    )
-    index = told.document["chosen"]
-    if index is None:
-        return "failed", np.nan, np.nan
-    best = found.estimates[index]
-    error = np.r_[best.t_m - made.truth.t_optical_m, rotation.error(best.R, made.truth.R)] * UNITS
-    sigma = np.sqrt(np.diag(best.covariance))
-    return told.verdict.word, float(np.linalg.norm(error[:3])), float(np.abs(error / sigma).max())
-
-
-SETTINGS = CalibrationSettings(estimators=("batch", "paper-lm"))
-Fault = Callable[[int, int, np.random.Generator], tuple]
-
-
-def _fault(
-    board: Callable[[np.ndarray, np.random.Generator], np.ndarray] = lambda b, _: b,
-    stations: Callable[[list, np.random.Generator], list] = lambda s, _: s,
-    **more: object,
-) -> Fault:
-    def made(setup: int, recording: int, rng: np.random.Generator) -> tuple:
-        own = real(setup, recording, variant="libsurvive", **more)
-        return own, board(own.truth.board, rng), lambda found: stations(list(found), rng)
-
-    return made
-
-
-def _exchanged(board: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    pair = rng.choice(len(board), 2, replace=False)
-    board = board.copy()
-    board[pair] = board[pair[::-1]]
-    return board
-
-
-def _phase(stations: list, rng: np.random.Generator) -> list:
-    phase = stations[0].factory.phase.copy()
-    phase[rng.integers(2)] += 1e-3 * rng.choice([-1, 1])
-    return [replace(stations[0], factory=replace(stations[0].factory, phase=phase)), stations[1]]
-
-
-def _swapped(stations: list, _: np.random.Generator) -> list:
-    master, slave = stations
-    return [replace(master, factory=slave.factory), replace(slave, factory=master.factory)]
-
-
-def _ideal(stations: list, _: np.random.Generator) -> list:
-    return [replace(station, factory=Factory()) for station in stations]
-
-
-def _bumped(setup: int, recording: int, rng: np.random.Generator) -> tuple:
-    before = real(setup, recording, variant="libsurvive")
-    way = rng.normal(size=3)
-    place = np.array(before.twin.slave.position_m) + 0.005 * way / np.linalg.norm(way)
-    slave = {"position_m": tuple(place), "factory": before.twin.slave.factory}
-    after = real(setup, recording, variant="libsurvive", slave=_turned(before, slave))
-    at, parts = rng.uniform(2, 6), []
-    for made, own in ((before, before.pulses.start_s < at), (after, after.pulses.start_s >= at)):
-        parts.append({n: getattr(made.pulses, n)[own] for n in ("start_s", "length_s", "diode")})
-    joined = {n: np.concatenate([part[n] for part in parts]) for n in parts[0]}
-    return replace(before, pulses=replace(before.pulses, **joined)), before.truth.board, list
-
-
-def _turned(before: Made, slave: dict[str, object]) -> dict[str, object]:
-    return slave | {"rotation_deg": before.twin.slave.rotation_deg}
-
-
-def _depth(setup: int, recording: int, _: np.random.Generator) -> tuple:
-    made = real(setup, recording, variant="libsurvive", **_deep(setup))
-    return made, made.truth.board, list
-
-
-def _mirrored(setup: int, recording: int) -> tuple:
-    made = real(setup, recording, variant="libsurvive", board=BoardTwin(out_of_plane_m=0.02))
-    return made, made.truth.board * np.array([-1.0, 1.0, 1.0]), list
-
-
-FAULTS: dict[str, Fault] = {
-    "none": _fault(),
-    "ideal optics on imperfect rotors": _fault(stations=_ideal),
-    "one phase off by 1 mrad": _fault(stations=_phase),
-    "factory values of the stations swapped": _fault(stations=_swapped),
-    "factory values of another station": _fault(
-        stations=lambda s, rng: [s[0], replace(s[1], factory=rotors(rng))]
-    ),
-    "board scaled by 0.3 %": _fault(lambda b, _: 1.003 * b),
-    "diodes off by 0.3 mm": _fault(lambda b, rng: b + 3e-4 * rng.normal(size=b.shape)),
-    "diodes off by 1 mm": _fault(lambda b, rng: b + 1e-3 * rng.normal(size=b.shape)),
-    "two diodes exchanged": _fault(_exchanged),
-    "mirrored deep board": lambda setup, recording, _: _mirrored(setup, recording),
-    "station bumped by 5 mm": _bumped,
-    "lasers 5 mm off in depth": _depth,
-}
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("what", choices=("accuracy", "coverage", "faults"))
+    parser.add_argument("what", choices=("accuracy", "coverage"))
     parser.add_argument("--setups", type=int)
-    parser.add_argument("--recordings", type=int)
+    parser.add_argument("--recordings", type=int, default=5, help="of each setup")
     parser.add_argument("--only", default="", help="cases whose names contain this")
     given = parser.parse_args()
-    usual = {"accuracy": (10, 5), "coverage": (40, 5), "faults": (20, 1)}[given.what]
-    given.setups, given.recordings = given.setups or usual[0], given.recordings or usual[1]
-    if given.what == "faults":
-        faults(given)
-    else:
-        accuracy(CASES if given.what == "accuracy" else COVERAGE, given)
+    given.setups = given.setups or {"accuracy": 10, "coverage": 40}[given.what]
+    accuracy(CASES if given.what == "accuracy" else COVERAGE, given)
 
 
 if __name__ == "__main__":

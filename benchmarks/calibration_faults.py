@@ -1,0 +1,167 @@
+"""Verdicts of the estimator `batch` on recordings with a fault.
+
+    python benchmarks/calibration_faults.py [--setups 10] [--only bumped]
+
+A table of how often each word, the median error, and how many `good` ones err by more than five of
+their standard deviations. Recordings are those of joint_calibration.py with real noise.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from benchmarks.joint_calibration import UNITS, decoded, lasers_apart, real, rotors
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.records import Factory, Station
+from mocap_metrology.lighthouse.simulate.recording import Made
+from mocap_metrology.lighthouse.simulate.twin import BoardTwin
+
+SETTINGS = CalibrationSettings(estimators=("batch", "paper-lm"))
+WORDS = ("good", "usable", "doubtful", "failed")
+Stations = list[Station]
+# A recording, the board file, and what else its reader believes of the stations.
+Faulty = tuple[Made, np.ndarray, Callable[[Stations], Stations]]
+Fault = Callable[[int, int, np.random.Generator], Faulty]
+
+
+def faults(setups: int, recordings: int, only: str) -> None:
+    """Verdicts by fault: how often each word, and errors above five sigma among the good."""
+    print("| fault | good / usable / doubtful / failed | median mm | good and > 5 sigma |")
+    print("|---" * 4 + "|")
+    for name in FAULTS:
+        if only not in name:
+            continue
+        words, errors, missed = [], [], 0
+        for setup in range(setups):
+            for recording in range(recordings):
+                with tempfile.TemporaryDirectory() as folder:
+                    word, mm, sigmas = judged(name, setup, recording, Path(folder))
+                words.append(word)
+                errors.append(mm)
+                missed += word == "good" and sigmas > 5
+        count = " / ".join(str(words.count(word)) for word in WORDS)
+        print(f"| {name} | {count} | {np.nanmedian(errors):.1f} | {missed} |", flush=True)
+
+
+def judged(name: str, setup: int, recording: int, folder: Path) -> tuple[str, float, float]:
+    """Verdict on a recording with a fault, error in mm, and the largest |error| / sigma."""
+    rng = np.random.default_rng([14, setup, recording])
+    made, board, change = FAULTS[name](setup, recording, rng)
+    try:
+        recorded = decoded(made, board, folder)
+        listed = change(recorded.stations)
+        factories = [station.factory for station in listed]
+        found = calibrate(recorded.hits, recorded.board, factories, SETTINGS)
+    except Refusal:
+        return "failed", np.nan, np.nan
+    told = summary(
+        found, listed, duration_s=recorded.duration_s, resolution_s=5e-7, notes=recorded.notes
+    )
+    index = told.document["chosen"]
+    if index is None:
+        return "failed", np.nan, np.nan
+    best = found.estimates[index]
+    error = np.r_[best.t_m - made.truth.t_optical_m, rotation.error(best.R, made.truth.R)] * UNITS
+    sigma = np.sqrt(np.diag(best.covariance))
+    return told.verdict.word, float(np.linalg.norm(error[:3])), float(np.abs(error / sigma).max())
+
+
+def _fault(
+    board: Callable[[np.ndarray, np.random.Generator], np.ndarray] = lambda b, _: b,
+    stations: Callable[[Stations, np.random.Generator], Stations] = lambda s, _: s,
+    **more: object,
+) -> Fault:
+    def made(setup: int, recording: int, rng: np.random.Generator) -> Faulty:
+        own = real(setup, recording, variant="libsurvive", **more)
+        return own, board(own.truth.board, rng), lambda found: stations(list(found), rng)
+
+    return made
+
+
+def _exchanged(board: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    pair = rng.choice(len(board), 2, replace=False)
+    board = board.copy()
+    board[pair] = board[pair[::-1]]
+    return board
+
+
+def _phase(stations: Stations, rng: np.random.Generator) -> Stations:
+    phase = stations[0].factory.phase.copy()
+    phase[rng.integers(2)] += 1e-3 * rng.choice([-1, 1])
+    return [replace(stations[0], factory=replace(stations[0].factory, phase=phase)), stations[1]]
+
+
+def _swapped(stations: Stations, _: np.random.Generator) -> Stations:
+    master, slave = stations
+    return [replace(master, factory=slave.factory), replace(slave, factory=master.factory)]
+
+
+def _ideal(stations: Stations, _: np.random.Generator) -> Stations:
+    return [replace(station, factory=Factory()) for station in stations]
+
+
+def _bumped(setup: int, recording: int, rng: np.random.Generator) -> Faulty:
+    before = real(setup, recording, variant="libsurvive")
+    way = rng.normal(size=3)
+    place = np.array(before.twin.slave.position_m) + 0.005 * way / np.linalg.norm(way)
+    twin = before.twin.slave
+    slave = {"position_m": tuple(place), "factory": twin.factory, "rotation_deg": twin.rotation_deg}
+    after = real(setup, recording, variant="libsurvive", slave=slave)
+    at, parts = rng.uniform(2, 6), []
+    for made, own in ((before, before.pulses.start_s < at), (after, after.pulses.start_s >= at)):
+        parts.append({n: getattr(made.pulses, n)[own] for n in ("start_s", "length_s", "diode")})
+    joined = {n: np.concatenate([part[n] for part in parts]) for n in parts[0]}
+    return replace(before, pulses=replace(before.pulses, **joined)), before.truth.board, list
+
+
+def _depth(setup: int, recording: int, _: np.random.Generator) -> Faulty:
+    made = real(setup, recording, variant="libsurvive", **lasers_apart(setup))
+    return made, made.truth.board, list
+
+
+def _mirrored(setup: int, recording: int, _: np.random.Generator) -> Faulty:
+    made = real(setup, recording, variant="libsurvive", board=BoardTwin(out_of_plane_m=0.02))
+    return made, made.truth.board * np.array([-1.0, 1.0, 1.0]), list
+
+
+FAULTS: dict[str, Fault] = {
+    "none": _fault(),
+    "ideal optics on imperfect rotors": _fault(stations=_ideal),
+    "one phase off by 1 mrad": _fault(stations=_phase),
+    "factory values of the stations swapped": _fault(stations=_swapped),
+    "factory values of another station": _fault(
+        stations=lambda s, rng: [s[0], replace(s[1], factory=rotors(rng))]
+    ),
+    "board scaled by 0.3 %": _fault(lambda b, _: 1.003 * b),
+    "diodes off by 0.3 mm": _fault(lambda b, rng: b + 3e-4 * rng.normal(size=b.shape)),
+    "diodes off by 1 mm": _fault(lambda b, rng: b + 1e-3 * rng.normal(size=b.shape)),
+    "two diodes exchanged": _fault(_exchanged),
+    "mirrored deep board": _mirrored,
+    "station bumped by 5 mm": _bumped,
+    "lasers 5 mm off in depth": _depth,
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--setups", type=int, default=10)
+    parser.add_argument("--recordings", type=int, default=1, help="of each setup")
+    parser.add_argument("--only", default="", help="faults whose names contain this")
+    given = parser.parse_args()
+    faults(given.setups, given.recordings, given.only)
+
+
+if __name__ == "__main__":
+    main()

@@ -5,7 +5,7 @@ the phases, depth of the lasers, diodes and scale of the board, and how late eac
 flash. An earlier recording is then compared with three others: nothing moved, the slave shifted by
 3 mm, the slave turned by 0.1 deg, each in a random direction.
 
-    python benchmarks/moved_stations.py [setups] [seconds of a recording]
+    python benchmarks/moved_stations.py [setups] [seconds of a recording] [first setup]
 """
 
 from __future__ import annotations
@@ -110,10 +110,11 @@ def compared(seed: int, seconds: float) -> list[Comparison]:
         ]
 
 
-def rows(setups: int, seconds: float) -> Iterator[dict[str, object]]:
+def rows(setups: range, seconds: float) -> Iterator[dict[str, object]]:
     """One row a comparison."""
     with ProcessPoolExecutor(2) as pool:
-        for seed, found in enumerate(pool.map(partial(compared, seconds=seconds), range(setups))):
+        results = pool.map(partial(compared, seconds=seconds), setups)
+        for seed, found in zip(setups, results, strict=True):
             for case, one in zip(CASES, found, strict=True):
                 true = (SHIFT_MM * (case == "shifted"), TURN_DEG * (case == "turned"))
                 inside = [
@@ -136,11 +137,11 @@ def rows(setups: int, seconds: float) -> Iterator[dict[str, object]]:
                 }
 
 
-def main(setups: int = 100, seconds: float = 8.0) -> None:
+def main(setups: int = 100, seconds: float = 8.0, first: int = 0) -> None:
     """Write one row a comparison to standard output, and the counts to standard error."""
     made: list[dict[str, object]] = []
     out = csv.writer(sys.stdout, lineterminator="\n")
-    for row in rows(setups, seconds):
+    for row in rows(range(first, first + setups), seconds):
         if not made:
             out.writerow(row)
         out.writerow(row.values())
@@ -153,4 +154,4 @@ def main(setups: int = 100, seconds: float = 8.0) -> None:
 
 
 if __name__ == "__main__":
-    main(*(kind(value) for kind, value in zip((int, float), sys.argv[1:], strict=False)))
+    main(*(kind(value) for kind, value in zip((int, float, int), sys.argv[1:], strict=False)))

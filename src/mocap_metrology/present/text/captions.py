@@ -9,10 +9,10 @@ CALIBRATION = (
     "middle of the path. (c) The path enlarged, seen from the side on which it extends most. (d) "
     "Distance between the paths by both stations after R and t; dashed: its median. (e) Root "
     "mean square of the angles about each board pose. Where the pose is by batch, (c) to (e) show "
-    "board poses by paper-lm, as batch estimates one trajectory instead. (f), (g) Share of the sweeps of either "
-    "station that each diode saw, pale where it is below half of the usual share. A diode is "
-    "reported as dead if neither station sees it although other diodes that face the same way "
-    "are seen."
+    "board poses by paper-lm, as batch estimates one trajectory instead. (f), (g) Share of the "
+    "sweeps of either station that each diode saw, pale where it is below half of the usual "
+    "share. A diode is reported as dead if neither station sees it although other diodes that "
+    "face the same way are seen."
 )
 CAMERAS = (
     "Noise of the positions from subsets of the cameras of one take. (a) Allan deviation at one "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mocap_workflow import rows
+from mocap_workflow import rows, startup
 from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.entries import TwinsFile
@@ -57,6 +57,9 @@ def test_a_right_calibration_becomes_values_of_their_types(folder: Path) -> None
         ({"mount": "no.csv"}, "column mount"),
         ({"factory": "no.json"}, "column factory"),
         ({"check_against": "no.json"}, "column check_against"),
+        ({"tracked_with": "s1-1"}, 'column tracked_with: "s1-1"; expected another calibration'),
+        ({"tracked_with": "s2"}, "expected a calibration of the sheet ("),
+        ({"tracked_with": "no.json"}, "column tracked_with"),
         ({"path": "simulate:T", "sha256": "0" * 64}, "nothing for a simulated calibration"),
         ({"reference_labels_master": "a"}, "expected nothing, as the reference is no C3D file"),
         ({"sha256": "1"}, "expected 64 hexadecimal digits or nothing"),
@@ -73,6 +76,23 @@ def test_most_columns_may_be_missing(folder: Path) -> None:
     row = rows.load(CalibrationRow, path, [])["s1-1"]
     assert {row.factory, row.reference, row.mount, row.sha256} == {None}
     assert row.reference_labels_master == ()
+
+
+def test_tracked_with_a_file_or_another_row(folder: Path) -> None:
+    row = load(folder, tracked_with="poses.json")
+    assert (row.tracked_with_file, row.tracked_with_row) == ("poses.json", None)
+    names = ("s1-1", "s2", "s3")
+    others = dict(zip(names, ("s2", "s3", ""), strict=True))
+    cells = [CALIBRATION | {"calibration": n, "tracked_with": others[n]} for n in names]
+    path = write_sheet(folder, list(CalibrationRow.columns()), *cells)
+    found = rows.load(CalibrationRow, path, [])
+    assert (found["s2"].tracked_with_file, found["s2"].tracked_with_row) == (None, "s3")
+    with pytest.raises(Faults) as caught:
+        startup.sheets({"recordings": None, "calibrations": path}, [])
+    assert caught.value.lines == [
+        'calibrations, calibration "s1-1", column tracked_with: "s2"; expected a calibration whose'
+        " own tracked_with is empty"
+    ]
 
 
 def test_a_reference_in_c3d_needs_labels(folder: Path) -> None:

@@ -29,6 +29,7 @@ from mocap_metrology.lighthouse.timing import TICKS_PER_S
 HEADER = [
     *("calibration", "setup", "group", "path", "format", "board", "factory", "sha256"),
     *("reference", "reference_labels_master", "reference_labels_slave", "mount", "check_against"),
+    "tracked_with",
 ]
 WHOLE_S, SHORT_S = 4.0, 2.5  # with and without a whole calibration frame in the flashes
 BRIEF_S = 1.0
@@ -162,8 +163,9 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
         "measured": {"path": "lab.dump", "sha256": sha256(folder / "lab.dump")} | against | LABELS,
         "recorded": {"path": "made.rec", "reference": "truth.json"} | rec,
         "angles": {"path": "angles.csv", "format": "angles-csv", "reference": "truth.json"},
-        "short": {"path": "short.dump"},
-        "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"},
+        "short": {"path": "short.dump", "tracked_with": "odd"},
+        "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"}
+        | {"tracked_with": "measured"},
         "stranger": {"path": "lab.dump", "reference": "stranger.json"},
     }
     if real := samples_folder():
@@ -320,6 +322,27 @@ def test_a_dump_without_a_whole_frame_is_ideal_or_takes_a_file(run) -> None:
     stations = json.loads((results / "calibrations/filed/stations.json").read_text())
     assert [station["id"] for station in stations] == [3001, 3002]
     assert all("taken from stations.json" in station["why"] for station in stations)
+
+
+def test_the_board_is_tracked_with_its_own_or_an_earlier_calibration(run) -> None:
+    """The path of 2.5 s, with stations calibrated in 4 s, against the truth."""
+    results, _, _ = run
+    table = pq.read_table(results / "calibrations/filed/track.parquet")
+    told = json.loads(table.schema.metadata[b"mocap_metrology"])
+    assert (told["tracked_with"], told["still"], "reason" in told) == ("measured", False, False)
+    track = {name: table[name].to_numpy() for name in table.column_names}
+    _, place = made("short").truth.motion.poses(track["time_s"])
+    off = np.stack([track[f"{axis}_mm"] for axis in "xyz"], axis=1) - 1e3 * place
+    sd = np.stack([track[f"sd_{axis}_mm"] for axis in "xyz"], axis=1)
+    assert len(off) == 150 and np.linalg.norm(off, axis=1).max() < 12
+    assert np.mean((off / sd) ** 2) < 4
+    own = pq.read_table(results / "calibrations/measured/track.parquet")
+    assert json.loads(own.schema.metadata[b"mocap_metrology"])["tracked_with"] is None
+    assert own.num_rows == 240
+    refused = pq.read_table(results / "calibrations/short/track.parquet")
+    why = json.loads(refused.schema.metadata[b"mocap_metrology"])["reason"]
+    assert refused.num_rows == 0
+    assert why == "calibration odd, to track with, is refused itself"
 
 
 def test_a_reference_of_other_stations_is_refused_when_calibrating(run) -> None:

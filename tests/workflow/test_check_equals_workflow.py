@@ -107,5 +107,5 @@ def test_a_dump(tmp_path: Path, root: Path, snakemake: Callable) -> None:
     done = snakemake(root, "--cores", "2", asked, "--config", *options)
     assert done.returncode == 0, done.stdout
     check(tmp_path, "dump.bin", "--board", "board.csv", "--output", "one")
-    assert_same(tmp_path / "one", own, 7)
+    assert_same(tmp_path / "one", own, 8)
     assert (tmp_path / "one/calibration.svg").read_bytes() == (own / "calibration.svg").read_bytes()

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import field_validator
 
-from mocap_workflow.faults import Unfit
+from mocap_workflow.faults import Unfit, unknown
 from mocap_workflow.rows import (
     Cell,
     FileOrNothing,
@@ -19,6 +19,8 @@ from mocap_workflow.rows import (
     existing,
     file_or_none,
 )
+
+POSE_FILE = ".json"
 
 
 def _is_c3d(path: str) -> bool:
@@ -67,12 +69,26 @@ class CalibrationRow(SheetRow):
     reference."""
     check_against: FileOrNothing = None
     """Optional earlier `pose.json`, to check whether a station has moved since."""
+    tracked_with: str | None = None
+    """Optional: stations to track the board with, in place of this recording's own calibration: the
+    name of another calibration of the sheet that has none itself, or a `pose.json`."""
     sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
         None
     )
     """Optional checksum of the recording. Not for twins."""
     comment: str = ""
     """Free text."""
+
+    @property
+    def tracked_with_file(self) -> str | None:
+        """`tracked_with` if it is a file."""
+        name = self.tracked_with
+        return name if name and name.endswith(POSE_FILE) else None
+
+    @property
+    def tracked_with_row(self) -> str | None:
+        """`tracked_with` if it is another row of the sheet."""
+        return None if self.tracked_with_file else self.tracked_with
 
     @field_validator("path")
     @classmethod
@@ -106,6 +122,20 @@ class CalibrationRow(SheetRow):
         if unit and not _is_c3d(info.context.cells["reference"]):
             raise Unfit("nothing, as the reference is no C3D file")
         return unit
+
+    @field_validator("tracked_with")
+    @classmethod
+    def _other_stations(cls, other: str | None, info: Info) -> str | None:
+        """Another row, or a file."""
+        place = info.context
+        if not other or other.endswith(POSE_FILE):
+            return file_or_none(other, info)
+        if other == place.cells["calibration"]:
+            raise Unfit("another calibration, or nothing for its own")
+        if other not in place.names:
+            why = unknown(other, place.names)
+            raise Unfit(f"a calibration of the sheet ({why}), or a file {POSE_FILE}")
+        return other
 
     @field_validator("sha256")
     @classmethod

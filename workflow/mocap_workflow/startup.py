@@ -51,11 +51,23 @@ def sheets(
         faults += found.lines
     try:
         calibrations = rows.load(CalibrationRow, config["calibrations"], twins)
+        faults += _tracked_in_turn(calibrations)
     except Faults as found:
         faults += found.lines
     if faults:
         raise Faults(faults)
     return recordings, calibrations
+
+
+def _tracked_in_turn(rows: Mapping[str, CalibrationRow]) -> list[str]:
+    """Rows that are tracked with a row that is tracked with another, and so might wait for each
+    other."""
+    return [
+        f'calibrations, calibration "{name}", column tracked_with: "{other}"; expected a'
+        " calibration whose own tracked_with is empty"
+        for name, row in rows.items()
+        if (other := row.tracked_with_row) and rows[other].tracked_with
+    ]
 
 
 def recording_twins(

@@ -200,6 +200,15 @@ def accepted(choose=list, query=OF_GROUP, sheet=RECORDINGS):
 
 accepted_calibrations = partial(accepted, sheet=CALIBRATIONS)
 
+
+def stations_to_track_with(wildcards):
+    """pose.json of the calibration that the row's board is tracked with, unless it is refused."""
+    other = CALIBRATIONS.rows[wildcards.calibration].tracked_with_row
+    if other is None or not is_accepted(CALIBRATIONS.rows[other]):
+        return {}
+    return {"tracked_with": f"{config['results']}/calibrations/{other}/pose.json"}
+
+
 # Selections of several subjects.
 EVERY_RECORDING = accepted(query=EVERY)
 EVERY_CALIBRATION = accepted_calibrations(query=EVERY)

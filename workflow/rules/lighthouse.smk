@@ -1,6 +1,7 @@
 # Lighthouse: dump -> pulses, stations, sweeps -> board poses, pose of the slave.
 
 LABELS = ("reference_labels_master", "reference_labels_slave", "reference_unit")
+COMPARED = (*LABELS, "tracked_with")
 TWIN_NAME = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if row.twin)
 OTHER_NAME = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if not row.twin)
 
@@ -9,6 +10,7 @@ OTHER_NAME = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if no
 rule calibrate_twin:
     input:
         unpack(files(selection.compared_with)),
+        unpack(stations_to_track_with),
     output:
         dump=temp("<results>/calibrations/{calibration}/twin.dump"),
         twin_board="<results>/calibrations/{calibration}/twin_board.csv",
@@ -21,6 +23,7 @@ rule calibrate_twin:
         board="<results>/calibrations/{calibration}/board.csv",
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
+        track="<results>/calibrations/{calibration}/track.parquet",
     log:
         "<logs>/calibrate_twin/{calibration}.log",
     benchmark:
@@ -33,7 +36,7 @@ rule calibrate_twin:
     params:
         code=source("calibrate_twin.py", "io", "lighthouse", "pipeline", "present/text"),
         contents=contents(selection.compared_files),
-        row=columns("calibration", "twin", "format", "board", *LABELS),
+        row=columns("calibration", "twin", "format", "board", *COMPARED),
         twin=twin_of(CALIBRATION_TWINS),
         lighthouse=config["lighthouse"],
         seed=config["seed"],
@@ -99,12 +102,14 @@ rule decode:
 rule calibrate:
     input:
         unpack(files(selection.compared_with)),
+        unpack(stations_to_track_with),
         sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
         board="<results>/calibrations/{calibration}/board.csv",
     output:
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
+        track="<results>/calibrations/{calibration}/track.parquet",
     log:
         "<logs>/calibrate/{calibration}.log",
     benchmark:
@@ -118,7 +123,7 @@ rule calibrate:
     params:
         code=source("calibrate.py", "io", "lighthouse", "pipeline", "present/text"),
         contents=contents(selection.compared_files),
-        row=columns(*LABELS),
+        row=columns(*COMPARED),
         lighthouse=config["lighthouse"],
     message:
         "{wildcards.calibration}: calibrating"

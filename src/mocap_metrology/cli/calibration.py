@@ -20,6 +20,7 @@ TABLES = {
     "pulses": "pulses.parquet",
     "sweeps": "sweeps.parquet",
     "poses": "poses.parquet",
+    "track": "track.parquet",
     "stations": "stations.json",
     "board": "board.csv",
     "pose": "pose.json",

@@ -48,6 +48,7 @@ class Asked:
     reference_labels_master: Sequence[str] = ()
     reference_labels_slave: Sequence[str] = ()
     reference_unit: Unit | None = None
+    tracked_with: str | None = None
 
 
 def decoded(asked: Asked, files: Mapping[str, str], settings: Lighthouse) -> Decoded:

@@ -34,6 +34,7 @@ from mocap_metrology.pipeline.calibration import (
     truths_of,
 )
 from mocap_metrology.pipeline.settings import Lighthouse
+from mocap_metrology.pipeline.tracking import write_track
 from mocap_metrology.present.text.calibration import pose_document
 
 log = logging.getLogger(__name__)
@@ -71,19 +72,19 @@ def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Pat
 
 
 def write_poses(asked: Asked, settings: Lighthouse, given: Paths, files: Paths) -> Row:
-    """sweeps.parquet, stations.json -> poses.parquet, pose.json: board poses and pose of the slave.
+    """sweeps.parquet, stations.json -> poses.parquet, pose.json, track.parquet: board poses, pose
+    of the slave, and the board tracked with it.
 
     `given` are named sweeps, stations, board, and, where there are any, reference, mount, truth,
-    earlier; `files` pose, poses. Returns the contents of pose.json.
+    earlier, tracked_with; `files` pose, poses, track. Returns the contents of pose.json.
     """
     hits, origin = read_table(given["sweeps"])
     stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
     factories = [station.factory for station in stations]
     found, board = Calibration(), read_board(given["board"])
+    recorded, how = (records.hits_of(hits), board, factories), calibration_settings(settings)
     try:
-        found = calibrate(
-            records.hits_of(hits), board, factories, calibration_settings(settings), log.info
-        )
+        found = calibrate(*recorded, how, log.info)
         result = summary(
             found,
             stations,
@@ -103,6 +104,8 @@ def write_poses(asked: Asked, settings: Lighthouse, given: Paths, files: Paths) 
     origin = {key: origin[key] for key in same} | {"lighthouse": asdict(settings)}
     origin["versions"] = versions("numpy", "scipy", "numba")
     write_table(files["poses"], records.pose_columns(found.paths), origin)
+    earlier = given.get("tracked_with")
+    write_track(files["track"], asked, found, result.document, earlier, recorded, how, origin)
     document |= {"origin": origin}
     write_json(files["pose"], document)
     return document

@@ -106,7 +106,7 @@ def compare_with_earlier(pose_new: PoseFile, pose_old: PoseFile) -> Comparison:
     Raises `Refusal` for other stations, swapped roles, poses of other origins, or a file without a
     pose.
     """
-    note = check_same_ids(_ids(pose_old), _ids(pose_new), "the earlier pose", "the recording")
+    note = check_same_ids(ids_of(pose_old), ids_of(pose_new), "the earlier pose", "the recording")
     new = chosen_pose(pose_new)
     old = chosen_pose(pose_old)
     if new is None or old is None:
@@ -141,7 +141,8 @@ def compare_with_earlier(pose_new: PoseFile, pose_old: PoseFile) -> Comparison:
     return Comparison(mm, deg, chi2, p, moved, basis, lower, upper, other, note)
 
 
-def _ids(given: PoseFile) -> tuple[int | None, int | None]:
+def ids_of(given: PoseFile) -> tuple[int | None, int | None]:
+    """Ids of master and slave."""
     master, slave = (station_id(given["stations"][role], role) for role in ROLES)
     return master, slave
 

@@ -50,6 +50,7 @@ SETTLED = 0.8  # of the spread of residuals one step before: from then on noise 
 LEAST_GAIN = 0.01  # of the cost, which is a chi squared
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
 SMALL = 0.02  # of its standard deviation: a step that ends the search
+SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
 SIZED = ("depth", "place")  # groups whose size the recording shows
 
 
@@ -108,13 +109,15 @@ def estimate(
     rotors: np.ndarray,
     board: np.ndarray,
     priors: Priors | None = None,
+    known_poses: bool = False,
 ) -> Joint:
     """Poses R, t of the stations in the master's frame and everything else, from near them.
 
     recordings: hits of all stations, and a trajectory near the board's; rotors (stations, 2, 10);
-    board (n, 3) in m. Raises LinAlgError where the hits do not determine the poses.
+    board (n, 3) in m; known_poses: R and t are held. Raises LinAlgError where the hits do not
+    determine the poses.
     """
-    of = layout(len(R), len(board), priors or Priors())
+    of = layout(len(R), len(board), priors or Priors(), known_poses)
     state = start(R, t_m, rotors, board, of.size)
     search = _Search(of, state, [recording(*one, state) for one in recordings])
     return search.run()
@@ -156,10 +159,8 @@ class _Search:
             rounds += 1
             sums = self._linearise()
             before = self.state.values
-            S, h, step = self._step(sums)
-            known = 1 / self.working**2
-            small = float(np.sqrt(step @ (S + np.diag(known)) @ step / self.of.size)) < SMALL
-            if self.refined and small:
+            S, h, step, gain = self._step(sums)
+            if self.refined and self._small(S, step, gain):
                 converged = sized
                 sized = True
                 if not converged:
@@ -193,6 +194,13 @@ class _Search:
         hit = one.weights().hit
         return linearised(one.seen, one.trajectory, self.state, one.residual, hit, self.of)
 
+    def _small(self, S: Floats, step: Floats, gain: float) -> bool:
+        """Whether a step, by which the cost fell by `gain`, is the last."""
+        if (self.of.group != GROUPS.index("pose")).all():
+            return abs(gain) < SMALL_GAIN
+        information = S + np.diag(1 / self.working**2)
+        return float(np.sqrt(step @ information @ step / self.of.size)) < SMALL
+
     def _cost(self) -> float:
         """Robust sum of squares, with those of the priors."""
         known = float(np.sum((self.state.values / self.working) ** 2))
@@ -200,8 +208,9 @@ class _Search:
             one.weights().cost + bend_cost(one.trajectory) for one in self.recordings
         )
 
-    def _step(self, sums: list[Sums]) -> tuple[Floats, Floats, Floats]:
-        """Take a step by which the cost does not rise; S and h before it, and the step."""
+    def _step(self, sums: list[Sums]) -> tuple[Floats, Floats, Floats, float]:
+        """Take a step by which the cost does not rise; S and h before it, the step, and by how much
+        the cost falls."""
         before = self.state, [(one.trajectory, one.residual) for one in self.recordings]
         cost, known = self._cost(), 1 / self.working**2
         while True:
@@ -221,7 +230,7 @@ class _Search:
             after = self._cost()
             if not self.refined or after <= cost + LEAST_GAIN or self.damping > LARGEST_DAMPING:
                 self.damping = self.damping / 10 if self.damping > FIRST_DAMPING / 100 else 0.0
-                return S, h, step
+                return S, h, step, cost - after
             self.damping = max(10 * self.damping, FIRST_DAMPING)
 
     def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:

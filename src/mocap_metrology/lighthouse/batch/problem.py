@@ -88,8 +88,8 @@ class Layout:
         return int(self.sd.size)
 
 
-def layout(n_stations: int, n_diodes: int, priors: Priors) -> Layout:
-    """The unknowns of so many stations and diodes."""
+def layout(n_stations: int, n_diodes: int, priors: Priors, known_poses: bool = False) -> Layout:
+    """The unknowns of so many stations and diodes; known_poses: those of the stations are none."""
     columns = np.full((n_stations, 2, 7), -1)
     sd: list[float] = []
     working: list[float] = []
@@ -103,7 +103,7 @@ def layout(n_stations: int, n_diodes: int, priors: Priors) -> Layout:
         group.extend([GROUPS.index(name)] * count)
         return len(sd) - count
 
-    for station in range(1, n_stations):
+    for station in range(1, 1 if known_poses else n_stations):
         columns[station, :, 0] = new("pose", np.inf, POSE)
     zero = priors.offset_rad if priors.estimated else priors.time_zero_rad
     intrinsic = [priors.tilt_mrad, priors.curve_mrad, priors.gib_mrad, priors.gib_mrad]

@@ -61,7 +61,8 @@ Pose = tuple[np.ndarray, np.ndarray]
 @dataclass(frozen=True)
 class Scene:
     """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
-    `reconstruction.optics_of` or `estimated`, and what is known beforehand."""
+    `reconstruction.optics_of` or `estimated`, and what is known beforehand; known_pose: that of the
+    slave is held."""
 
     hits: Hits
     board: np.ndarray
@@ -70,6 +71,7 @@ class Scene:
     lasers_m: np.ndarray | None
     variant: str
     priors: Priors
+    known_pose: bool = False
 
     @property
     def rotors(self) -> np.ndarray:
@@ -108,11 +110,18 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
 
     Raises `Refusal` where no start is found or the search does not converge.
     """
+    return solved(scene, still)[0]
+
+
+def solved(
+    scene: Scene, still: tuple[Measurements, Measurements] | None = None
+) -> tuple[PoseEstimate, Joint]:
+    """The slave's pose, and the joint estimate that it is from; raises as `by_batch`."""
     began = time.perf_counter()
     found, note = joint(scene, still)
     one, covariance = found.recordings[0], found.pose_covariance()
     noise, shared = shared_errors(found, scene.used_priors, COVARIANCE_UNITS, digest(scene.board))
-    return PoseEstimate(
+    pose = PoseEstimate(
         estimator=NAME,
         stage="final" if still is None else "static",
         optics=scene.optics,
@@ -129,6 +138,7 @@ def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = Non
         note=note,
         details=_details(found),
     )
+    return pose, found
 
 
 def _details(found: Joint) -> dict[str, object]:
@@ -155,7 +165,7 @@ def joint(
     """The joint estimate behind `by_batch`, and a note on what was left out; raises as that."""
     try:
         if still is None:
-            found, note = _without_bad_diodes(scene, *_start(scene))
+            found, note = without_bad_diodes(scene, *_start(scene))
         else:
             hits, trajectory, pose, note = _still_start(scene, still)
             found = _joint(scene, hits, trajectory, pose)
@@ -207,10 +217,11 @@ def _still_start(
 def _joint(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:
     R, t = [np.eye(3), pose[0]], [np.zeros(3), pose[1]]
     given = [(hits, trajectory)]
-    return estimate(given, R, t, scene.rotors, scene.board, scene.used_priors)
+    priors, held = scene.used_priors, scene.known_pose
+    return estimate(given, R, t, scene.rotors, scene.board, priors, held)
 
 
-def _without_bad_diodes(
+def without_bad_diodes(
     scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose
 ) -> tuple[Joint, str]:
     """The estimate without diodes whose hits the others contradict, and a note of these."""

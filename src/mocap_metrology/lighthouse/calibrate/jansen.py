@@ -25,7 +25,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, by_batch
+from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, solved
 from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of, reconstruct
 from mocap_metrology.lighthouse.calibrate.stages import (
@@ -162,12 +162,13 @@ def _with_batch(
     if BATCH not in settings.estimators:
         return found
     try:
-        pose = by_batch(scene, still)
+        pose, joint = solved(scene, still)
     except Refusal as refusal:
         report(str(refusal))
         return replace(found, why=[*found.why, str(refusal)])
     report(f"{BATCH}, {scene.optics}: {pose.seconds:.2f} s")
-    return replace(found, estimates=[*found.estimates, pose])
+    joints = {**found.joints, scene.optics: (scene, joint)}
+    return replace(found, estimates=[*found.estimates, pose], joints=joints)
 
 
 def _middle(hits: Hits, n_diodes: int) -> tuple[Measurements, Measurements]:

@@ -9,10 +9,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED
+from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.station_pose import last_step, seen_on_path
@@ -67,7 +68,8 @@ class Calibration:
     """All estimates of one recording, and the paths they are based on.
 
     paths: (estimator, optics) -> paths of master and slave; why: reasons, one a line, for what
-    could not be estimated; variants: of the rotor model, where the recording chose.
+    could not be estimated; variants: of the rotor model, where the recording chose; joints: by
+    optics, what `batch` was given, and its estimate.
     """
 
     estimates: list[PoseEstimate] = field(default_factory=list)
@@ -76,6 +78,7 @@ class Calibration:
     n_common: int = 0
     why: list[str] = field(default_factory=list)
     variants: list[Weighed] = field(default_factory=list)
+    joints: dict[str, tuple[Scene, Joint]] = field(default_factory=dict)
 
     def paths_of(self, pose: PoseEstimate) -> tuple[Path, Path] | None:
         """Board poses behind an estimate; of `batch`, which has one trajectory, those of

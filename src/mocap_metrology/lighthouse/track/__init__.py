@@ -1,0 +1,1 @@
+"""Pose of a receiver along a recording, with calibrated stations."""

@@ -1,0 +1,137 @@
+"""Pose of a receiver along a recording with stations that were calibrated before (J VIII).
+
+The trajectory is that of estimator `batch`, with the slave's pose held: time zeros, laser depths
+and the receiver's diodes are estimated within their priors. Each pose has three standard
+deviations: by the noise of the hits, by the error of the calibration, and by all, errors of optics
+and board included.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.batch.trajectory import KNOT_S
+from mocap_metrology.lighthouse.calibrate.batch import Scene, without_bad_diodes
+from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
+from mocap_metrology.lighthouse.records import SLAVE
+from mocap_metrology.lighthouse.timing import CYCLE_S
+from mocap_metrology.lighthouse.track import start
+from mocap_metrology.lighthouse.track.spread import Spread, spread
+
+STEP_S = 2 * CYCLE_S  # between poses: a turn of the rotors, 1/60 s
+NEAR_S = KNOT_S / 2  # hits so near a moment are its own
+FEWEST_HITS = 6  # of a trajectory
+AXES_OF_POSE = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """Pose R, t (m) of the slave in the master's frame, its covariance (6, 6) in m and rad (0 where
+    none is known), and whether it comes from the recording that is tracked."""
+
+    R: np.ndarray
+    t_m: np.ndarray
+    covariance: np.ndarray
+    own: bool
+
+
+@dataclass(frozen=True)
+class Track:
+    """Poses at n moments `STEP_S` apart, in the master's frame; NaN where no hit is near.
+
+    R (n, 3, 3), t_m (n, 3); hits (n, 2): of master and slave within `NEAR_S`; residual_rad (n,):
+    their rms beyond what their sweeps share; sd: of the poses; note: what was left out.
+    """
+
+    time_s: Floats
+    R: Floats
+    t_m: Floats
+    hits: np.ndarray
+    residual_rad: Floats
+    sd: Spread
+    note: str
+
+
+def track(scene: Scene, known: Calibrated) -> Track:
+    """Poses of the board of `scene` along its recording, with stations as `known`.
+
+    Raises `Refusal` where no pose of it can be found.
+    """
+    scene, hits = replace(scene, known_pose=True), scene.hits
+    rotors = scene.rotors
+    trajectory = None
+    if len(hits) >= FEWEST_HITS:
+        trajectory = start.trajectory(hits, scene.board, rotors, known.R, known.t_m)
+    if trajectory is None:
+        raise Refusal(
+            "receiver: expected moments at which both stations see three of its diodes, or one four"
+        )
+    hits = hits.take(trajectory.known(hits.time_s))
+    try:
+        found, note = without_bad_diodes(scene, hits, trajectory, (known.R, known.t_m))
+    except np.linalg.LinAlgError as error:
+        raise Refusal(f"receiver: the hits do not determine its path ({error})") from None
+    if not found.converged:
+        raise Refusal(f"receiver: no convergence in {found.rounds} steps")
+    return along(found, scene, known, note)
+
+
+def along(found: Joint, scene: Scene, known: Calibrated, note: str) -> Track:
+    """Poses of an estimate from the hits of `scene`, the slave's pose among its unknowns or not."""
+    one, own_s = found.recordings[0], scene.hits.time_s
+    time_s = own_s.min() + STEP_S * np.arange(int(np.ptp(own_s) / STEP_S) + 1)
+    hits = one.sweeps.hits
+    count, residual = _near(time_s, hits.time_s, hits.station, one.alone)
+    sd = spread(found, scene.used_priors, known.covariance, known.own, time_s)
+    R, t = one.trajectory.poses(time_s)
+    unseen = count.sum(axis=1) == 0
+    for values in (R, t, residual, sd.noise, sd.calibration, sd.total, sd.by_slave):
+        values[unseen] = np.nan
+    return Track(time_s, R, t, count, residual, sd, note)
+
+
+def columns(found: Track | None) -> dict[str, np.ndarray]:
+    """track.parquet: one row a moment; no rows without a track."""
+    from scipy.spatial.transform import Rotation
+
+    if found is None:
+        nothing = np.zeros((0, 6))
+        sd = Spread(nothing, nothing, nothing, np.zeros((0, 6, 6)))
+        R, count = np.zeros((0, 3, 3)), np.zeros((0, 2), np.int32)
+        found = Track(nothing[:, 0], R, nothing[:, :3], count, nothing[:, 0], sd, "")
+    q, seen = np.full((found.time_s.size, 4), np.nan), found.hits.any(axis=1)
+    if seen.any():
+        q[seen] = Rotation.from_matrix(found.R[seen]).as_quat(canonical=True)
+    parts = {"time_s": found.time_s}
+    parts |= dict(zip(("x_mm", "y_mm", "z_mm"), 1e3 * found.t_m.T, strict=True))
+    parts |= dict(zip(("qx", "qy", "qz", "qw"), q.T, strict=True))
+    parts |= dict(zip(("n_hits_master", "n_hits_slave"), found.hits.T, strict=True))
+    parts["residual_urad"] = 1e6 * found.residual_rad
+    kinds = {"noise": found.sd.noise, "calibration": found.sd.calibration, "": found.sd.total}
+    for kind, values in kinds.items():
+        names = (f"sd_{kind}_{axis}".replace("__", "_") for axis in AXES_OF_POSE)
+        parts |= dict(zip(names, (values * COVARIANCE_UNITS).T, strict=True))
+    by = found.sd.by_slave[:, :3]
+    parts["gain_mm_per_mm"] = np.sqrt((by[:, :, :3] ** 2).sum(axis=(1, 2)) / 3)
+    per_rad = np.sqrt((by[:, :, 3:] ** 2).sum(axis=(1, 2)) / 3)
+    parts["gain_mm_per_deg"] = 1e3 * np.radians(per_rad)
+    return parts
+
+
+def _near(
+    time_s: Floats, hit_s: Floats, station: np.ndarray, off: Floats
+) -> tuple[np.ndarray, Floats]:
+    """Hits (n, 2) of each station within `NEAR_S` of each time, and rms of their residuals (n,)."""
+    order = np.argsort(hit_s, kind="stable")
+    ends = np.searchsorted(hit_s[order], [time_s - NEAR_S, time_s + NEAR_S])
+    slave = station[order] == SLAVE
+    sums = [np.cumsum(np.r_[0.0, own]) for own in (~slave, slave, off[order] ** 2)]
+    master, other, squares = (own[ends[1]] - own[ends[0]] for own in sums)
+    count = np.stack([master, other], axis=1).astype(np.int32)
+    with np.errstate(invalid="ignore"):
+        return count, np.sqrt(np.maximum(squares, 0.0) / (master + other))

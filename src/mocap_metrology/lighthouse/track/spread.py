@@ -1,0 +1,142 @@
+"""Covariance of a receiver's poses along its trajectory, from what it is estimated with.
+
+With the normal equations of `batch.solve`, control points x, and all else y = (p, q), p the slave's
+pose and q time zeros, laser depths and the board,
+
+    x = - A^-1 (g + C y),   dq/dp = - (S_qq + L)^-1 S_qp,
+
+so with K = (I, dq/dp) the slave's pose moves the control points by -A^-1 C K dp. A pose at a moment
+depends on four control points, whose blocks of A^-1 lie within its band.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.estimate import Joint, Recording
+from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobian
+from mocap_metrology.lighthouse.batch.problem import Priors, layout
+from mocap_metrology.lighthouse.batch.solve import Reduced, covariance_of, linearised, reduced
+from mocap_metrology.lighthouse.rotation import exp
+
+
+@njit
+def selected_inverse(L: np.ndarray) -> np.ndarray:
+    """The band of A^-1 from that of the Cholesky factor of A (Takahashi, Fagan & Chin 1973).
+
+    L (w + 1, n): lower diagonals, L[d, j] = L_{j+d, j}; returned likewise. With A^-1 = Z,
+    Z_ij = (delta_ij / L_jj - sum_{k > j} L_kj Z_ik) / L_jj for i >= j, columns from the last on.
+    """
+    w, n = L.shape[0] - 1, L.shape[1]
+    Z = np.zeros_like(L)
+    for j in range(n - 1, -1, -1):
+        most = min(w, n - 1 - j)
+        for d in range(most, -1, -1):
+            i, total = j + d, 1.0 / L[0, j] if d == 0 else 0.0
+            for e in range(1, most + 1):
+                k = j + e
+                total -= L[e, j] * Z[abs(i - k), min(i, k)]
+            Z[d, j] = total / L[0, j]
+    return Z
+
+
+@njit
+def _blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+    """Blocks (n, 6, 6) of the covariance of sum_i weights_i x_{first + i}."""
+    for m in range(first.size):
+        for i in range(4):
+            for j in range(4):
+                w = weights[m, i] * weights[m, j]
+                for a in range(POSE):
+                    for b in range(POSE):
+                        r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
+                        out[m, a, b] += w * Z[abs(r - c), min(r, c)]
+
+
+@njit
+def _right_jacobians(turns: np.ndarray, out: np.ndarray) -> None:
+    for m in range(len(turns)):
+        right_jacobian(turns[m], out[m])
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Standard deviations (n, 6) of position in m and left rotation vector in rad: by the noise of
+    the hits; by the error of the slave's pose; by all, with the priors of optics and board."""
+
+    noise: Floats
+    calibration: Floats
+    total: Floats
+    by_slave: Floats  # (n, 6, 6): derivative of the pose by the slave's
+
+
+def spread(
+    found: Joint, priors: Priors, covariance: np.ndarray, own: bool, time_s: np.ndarray
+) -> Spread:
+    """Of the poses of one recording at these times.
+
+    found: an estimate, the slave's pose among the unknowns or held; priors: those that it used;
+    covariance (6, 6) of the slave's pose in m and rad; own: the pose comes from this very
+    recording, so that errors of board and optics in both are the same.
+    """
+    one, state = found.recordings[0], found.state
+    of = layout(len(state.R), len(state.board), priors)
+    free = np.full(of.size - found.of.size, np.inf)  # the slave's pose, where it was held
+    working, believed = np.r_[free, found.working], np.r_[free, found.believed]
+    sums = linearised(one.seen, one.trajectory, state, one.residual, one.weights().hit, of)
+    parts = reduced(sums, one.trajectory, one.noise)
+    S, p, q = parts.S, slice(0, POSE), slice(POSE, None)
+    M = np.linalg.inv(S[q, q] + np.diag(1 / working[q] ** 2))
+    K = np.vstack([np.eye(POSE), -M @ S[q, p]])
+    every = np.zeros_like(S)
+    if own:
+        every = covariance_of(S, working, believed)
+    else:
+        every[q, q] = covariance_of(S[q, q], working[q], believed[q])
+    every = every + K @ (covariance - every[p, p]) @ K.T
+    of_noise = np.zeros_like(S)
+    of_noise[q, q] = M @ S[q, q] @ M
+    by_all, of_hits = _by_unknowns(one, parts, time_s)
+    hits = np.einsum("naa->na", of_hits)
+
+    def sd(by: Floats, of_y: Floats, more: Floats | float = 0.0) -> Floats:
+        variance: Floats = ((by @ of_y) * by).sum(axis=2) + more
+        return np.sqrt(np.maximum(variance, 0.0))
+
+    by_slave = by_all @ K
+    return Spread(
+        sd(by_all, of_noise, hits), sd(by_slave, covariance), sd(by_all, every, hits), by_slave
+    )
+
+
+def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Floats, Floats]:
+    """Derivatives (n, 6, G) of the poses by all but the trajectory, and their covariance
+    (n, 6, 6) where that is known, in m and rad."""
+    trajectory = one.trajectory
+    first, weights = trajectory.basis(time_s)
+    near = first[:, None] + np.arange(4)
+    of_hits = np.zeros((time_s.size, POSE, POSE))
+    _blocks(selected_inverse(parts.factor), first, weights, of_hits)
+    rows = parts.A_C.reshape(-1, POSE, parts.A_C.shape[1])
+    by = np.zeros((time_s.size, *rows.shape[1:]))
+    for i in range(4):
+        by -= weights[:, i, None, None] * rows[near[:, i]]
+    turn = np.einsum("ni,nia->na", weights, trajectory.control[near, 3:])
+    J = np.zeros((time_s.size, 3, 3))
+    _right_jacobians(turn, J)
+    J = trajectory.reference(time_s) @ exp(turn) @ J
+    by[:, 3:] = J @ by[:, 3:]
+    of_hits[:, 3:] = J @ of_hits[:, 3:]
+    of_hits[:, :, 3:] = of_hits[:, :, 3:] @ np.swapaxes(J, 1, 2)
+    return by, one.noise.hit**2 * of_hits
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    first, weights, turn = np.zeros(1, np.int64), np.ones((1, 4)), np.zeros((1, 3))
+    _blocks(selected_inverse(np.ones((2, 4 * POSE))), first, weights, np.zeros((1, POSE, POSE)))
+    _right_jacobians(turn, np.zeros((1, 3, 3)))

@@ -1,0 +1,215 @@
+"""A receiver tracked with calibrated stations, against the simulator's truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.calibrate.batch import Scene, solved
+from mocap_metrology.lighthouse.records import Hits, Measurements
+from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
+from mocap_metrology.lighthouse.simulate.recording import Made, simulate
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
+from mocap_metrology.lighthouse.track.receiver import Calibrated, Track, along, columns, track
+from mocap_metrology.lighthouse.track.spread import selected_inverse
+from mocap_metrology.lighthouse.track.start import triangulated
+
+EXACT = Priors(0, 0, 0, 0, 0)
+UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
+MM_DEG = np.r_[np.full(3, 1e-3), np.full(3, np.pi / 180)]  # 1 mm, 1 deg in m and rad
+
+
+def made(seed: int, duration_s: float = 2.0) -> Made:
+    slave = StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40))
+    return simulate(
+        LighthouseTwin(
+            name="twin",
+            seed=seed,
+            duration_s=duration_s,
+            master=StationTwin(id=1, mode="b"),
+            slave=slave,
+            motion=MotionTwin(centre_m=(3.0, 0.8, 0.2)),
+            common_urad=53.0,
+            independent_urad=49.0,
+            dropout=0.1,
+        )
+    )
+
+
+def scene(own: Made, hits: Hits | None = None, priors: Priors = EXACT) -> Scene:
+    hits = own.hits if hits is None else hits
+    return Scene(hits, own.truth.board, "ideal", [None, None], None, "crazyflie", priors)
+
+
+def exact(own: Made, covariance: np.ndarray | None = None) -> Calibrated:
+    nothing = np.zeros((6, 6)) if covariance is None else covariance
+    return Calibrated(own.truth.R, own.truth.t_m, nothing, False)
+
+
+def turned(R: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Left rotation vectors (n, 3) from rotations to others."""
+    return rotation.log(R @ np.swapaxes(of, 1, 2))
+
+
+def errors(own: Made, found: Track) -> np.ndarray:
+    """(n, 6) of position in m and left rotation vector in rad."""
+    R, t = own.truth.motion.poses(found.time_s)
+    seen = found.hits.any(axis=1)
+    off = np.full((found.time_s.size, 6), np.nan)
+    off[seen] = np.c_[(found.t_m - t)[seen], turned(found.R[seen], R[seen])]
+    return off
+
+
+def test_errors_are_those_stated() -> None:
+    """Twelve recordings of 2 s with their own calibration: the mean squared error of each
+    coordinate over its variance is 1; it varies by 0.1 from recording to recording, as errors 50 ms
+    apart are independent (40 a recording, four to six of which a calibration moves together)."""
+    squares, parts = [], []
+    for seed in range(12):
+        own = made(seed)
+        pose, joint = solved(scene(own))
+        known = Calibrated(pose.R, pose.t_m, pose.covariance / np.outer(UNITS, UNITS), True)
+        found = along(joint, scene(own), known, "")
+        inside = (errors(own, found) / found.sd.total)[6:-6]  # at the ends batch has a kink
+        squares.append(np.nanmean(inside**2, axis=0))
+        held = track(scene(own), known)
+        apart = np.c_[held.t_m - found.t_m, turned(held.R, found.R)] / found.sd.total
+        assert np.sqrt(np.nanmean(apart[6:-6] ** 2)) < 0.25
+        np.testing.assert_allclose(held.sd.total, found.sd.total, rtol=0.03)
+        parts.append(found.sd.noise**2 + found.sd.calibration**2 - found.sd.total**2)
+    assert np.mean(squares, axis=0) == pytest.approx(np.ones(6), abs=0.25)
+    assert np.nanmax(np.abs(parts)) < 1e-3 * np.nanmean(found.sd.total[:, :3] ** 2)
+
+
+def test_an_error_of_the_calibration_moves_the_receiver_as_stated() -> None:
+    """Slave poses drawn about the truth with 4 mm and 0.1 deg, far above the noise: errors have the
+    stated size, within what 30 draws of six numbers show and a misfit beyond the noise changes."""
+    own = made(1)
+    sd = MM_DEG * np.r_[4, 4, 4, 0.1, 0.1, 0.1]
+    rng, squares = np.random.default_rng(3), []
+    for _ in range(30):
+        d = sd * rng.normal(size=6)
+        R, t = rotation.exp(d[3:]) @ own.truth.R, own.truth.t_m + d[:3]
+        found = track(scene(own), Calibrated(R, t, np.diag(sd**2), False))
+        squares.append(np.nanmean((errors(own, found) / found.sd.total) ** 2, axis=0))
+    assert (np.mean(squares, axis=0) > 0.4).all() and (np.mean(squares, axis=0) < 2.0).all()
+    assert np.mean(squares) == pytest.approx(1.0, abs=0.4)
+    assert np.nanmean(found.sd.calibration[:, 0]) > np.nanmean(found.sd.noise[:, 0])
+
+
+def test_derivatives_by_the_pose_of_the_slave() -> None:
+    """Against tracking with a slave moved by 0.1 mm or 0.002 deg, either way: within 3 % in
+    position, and 5 % of the noise in rotation, which it hardly changes."""
+    own = made(1)
+    first = track(scene(own), exact(own))
+    noise = np.mean(first.sd.noise[6:-6], axis=0)
+    for k in range(6):
+        d = np.where(np.arange(6) == k, [0.1] * 3 + [0.002] * 3, 0.0) * MM_DEG
+        plus, minus = (
+            track(
+                scene(own),
+                replace(
+                    exact(own),
+                    R=rotation.exp(sign * d[3:]) @ own.truth.R,
+                    t_m=own.truth.t_m + sign * d[:3],
+                ),
+            )
+            for sign in (1, -1)
+        )
+        step = np.c_[plus.t_m - minus.t_m, turned(plus.R, minus.R)] / 2
+        expected = first.sd.by_slave @ d
+        off = np.sqrt(np.mean((step - expected)[6:-6] ** 2, axis=0))
+        size = np.linalg.norm(np.sqrt(np.mean(expected[6:-6] ** 2, axis=0))[:3])
+        assert (off[:3] < 0.03 * size).all() and (off[3:] < 0.05 * noise[3:]).all()
+
+
+def test_one_station_and_none() -> None:
+    """Seen by the master alone the sd rises along the line of sight; seen by none there is no
+    pose."""
+    own = made(2, 3.0)
+    hits = own.hits
+    time = hits.time_s
+    kept = ((time < 1.0) | (time > 1.6) | (hits.station == 0)) & ((time < 2.0) | (time > 2.4))
+    found = track(scene(own, hits.take(kept)), exact(own))
+    both = (found.hits > 0).all(axis=1)
+    one = (found.hits[:, 0] > 0) & (found.hits[:, 1] == 0)
+    none = ~found.hits.any(axis=1)
+    assert one.sum() > 25 and none.sum() > 15 and both.sum() > 100
+    assert np.isnan(found.t_m[none]).all() and np.isnan(found.sd.total[none]).all()
+    assert np.isfinite(found.t_m[~none]).all()
+    sd = found.sd.total[:, 0]
+    assert np.median(sd[one]) > 3 * np.median(sd[both])
+    assert np.nanmean((errors(own, found)[one] / found.sd.total[one]) ** 2) < 3
+    table = columns(found)
+    assert {len(values) for values in table.values()} == {found.time_s.size}
+    assert np.isnan(table["qw"][none]).all() and np.isnan(table["sd_x_mm"][none]).all()
+    assert table["sd_noise_rx_deg"][both][0] == pytest.approx(
+        np.degrees(found.sd.noise[both][0, 3])
+    )
+    assert {name: len(values) for name, values in columns(None).items()} == dict.fromkeys(table, 0)
+
+
+def test_three_diodes_are_enough() -> None:
+    own = made(3)
+    hits = own.hits.take(np.isin(own.hits.diode, (0, 7, 27)))
+    found = track(scene(own, hits), exact(own))
+    off = errors(own, found)
+    assert np.nanmax(np.abs(off[:, :3])) < 0.01
+    assert np.nanmean((off / found.sd.total) ** 2) == pytest.approx(1.0, abs=0.5)
+
+
+def test_two_diodes_are_refused() -> None:
+    own = made(3, 1.0)
+    with pytest.raises(Refusal, match="both stations see three of its diodes"):
+        track(scene(own, own.hits.take(own.hits.diode < 2)), exact(own))
+    with pytest.raises(Refusal, match="both stations see three of its diodes"):
+        track(scene(own, own.hits.take(slice(0, 0))), exact(own))
+
+
+def test_an_uncertain_board_is_in_the_total_alone() -> None:
+    """A scale of 1e-3 of the board adds 1e-3 of the distance, whatever the stations are known to;
+    in a recording with its own calibration all distances have it, so exactly that."""
+    own = made(4)
+    priors = replace(EXACT, board_scale=1e-3)
+    pose, joint = solved(scene(own, priors=priors))
+    known = Calibrated(pose.R, pose.t_m, pose.covariance / np.outer(UNITS, UNITS), True)
+    found = along(joint, scene(own, priors=priors), known, "")
+    bare = along(joint, scene(own, priors=priors), replace(known, covariance=np.zeros((6, 6))), "")
+    np.testing.assert_allclose(found.sd.noise, bare.sd.noise)
+    by_scale = np.sqrt(found.sd.total[:, 0] ** 2 - found.sd.noise[:, 0] ** 2)
+    assert by_scale == pytest.approx(1e-3 * np.abs(found.t_m[:, 0]), rel=0.1)
+
+
+def test_band_of_an_inverse() -> None:
+    """Against the dense inverse of a random banded matrix."""
+    rng, n, w = np.random.default_rng(1), 40, 5
+    A = np.tril(np.triu(rng.normal(size=(n, n)), -w), w)
+    A = A @ A.T + np.eye(n)
+    band = np.array([np.r_[np.diag(A, -k), np.zeros(k)] for k in range(2 * w + 1)])
+    Z = selected_inverse(linalg.cholesky_banded(band, lower=True))
+    dense = np.linalg.inv(A)
+    for k in range(2 * w + 1):
+        np.testing.assert_allclose(Z[k, : n - k], np.diag(dense, -k), atol=1e-12)
+
+
+def test_poses_from_the_rays_of_both_stations() -> None:
+    """Exact angles of twelve diodes give the exact pose; of two no pose."""
+    own = made(5, 1.0)
+    R, t = own.truth.motion.poses(np.array([0.2, 0.5]))
+    points = np.einsum("nij,dj->ndi", R, own.truth.board) + t[:, None]
+    seen = []
+    for Rs, ts in ((np.eye(3), np.zeros(3)), (own.truth.R, own.truth.t_m)):
+        both = [angles((p - ts) @ Rs, rotor_parameters()) for p in points]
+        given = np.array(both)
+        given[:, 12:] = given[1, 2:] = np.nan
+        seen.append(Measurements(np.array([0.2, 0.5]), given))
+    path = triangulated(seen, own.truth.board, own.truth.R, own.truth.t_m)
+    assert path.time_s.tolist() == [0.2]
+    np.testing.assert_allclose(path.R[0], R[0], atol=1e-9)
+    np.testing.assert_allclose(path.t_m[0], t[0], atol=1e-9)

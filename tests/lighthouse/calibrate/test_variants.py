@@ -10,9 +10,11 @@ import pytest
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.calibrate import joint_variants
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.variants import (
     HIT_RAD,
@@ -130,17 +132,18 @@ def made(variant: str, seed: int) -> Made:
     )
 
 
-def calibrated(own: Made) -> Calibration:
+def calibrated(own: Made, estimator: str = "paper-lm") -> Calibration:
     factories = [station.factory for station in own.truth.stations]
-    settings = CalibrationSettings(estimators=("paper-lm",), optics=("factory",))
+    settings = CalibrationSettings(estimators=(estimator,), optics=("factory",))
     return calibrate(own.hits, own.truth.board, factories, settings)
 
 
+@pytest.mark.parametrize("estimator", ["batch", "paper-lm"])
 @pytest.mark.parametrize("variant", ["crazyflie", "libsurvive"])
-def test_simulated_rotors_of_either_kind(variant: str) -> None:
+def test_simulated_rotors_of_either_kind(variant: str, estimator: str) -> None:
     """The right sign is taken, the other ruled out; 1 mm, where the other sign gives more."""
     own = made(variant, 7)
-    found = calibrated(own)
+    found = calibrated(own, estimator)
     standing = {w.variant: w.standing for w in found.variants}
     wrong = {"crazyflie": "libsurvive", "libsurvive": "crazyflie"}[variant]
     assert standing[wrong] == "worse" and standing[variant] in ("chosen", "open")
@@ -167,10 +170,42 @@ def test_the_file_and_the_verdict_tell_all_variants() -> None:
 
 
 def test_lasers_off_their_origin_do_not_rule_out_the_true_variant() -> None:
-    """Up to 15 mm of both stations: libsurvive's sign leaves less than the true one, and yet that
-    stays open, as even it leaves more than noise."""
+    """Up to 15 mm of both stations. Board poses leave less with libsurvive's sign than with the
+    true one, and yet that stays open, as even it leaves more than noise. `batch` estimates the
+    depth of the lasers and rules libsurvive's sign out."""
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
     own = simulate(calibration_twin(document, "real-7-1").made("real-7-1"))
-    hits, _ = clean_hits(own.hits, own.truth.board)
-    standing = {w.variant: w.standing for w in calibrated(replace(own, hits=hits)).variants}
+    own = replace(own, hits=clean_hits(own.hits, own.truth.board)[0])
+    standing = {w.variant: w.standing for w in calibrated(own).variants}
     assert standing["libsurvive"] == "chosen" and standing["crazyflie"] == "open"
+    standing = {w.variant: w.standing for w in calibrated(own, "batch").variants}
+    assert standing["libsurvive"] == "worse" and standing["crazyflie"] != "worse"
+
+
+def test_the_chosen_estimate_is_that_of_its_variant_alone() -> None:
+    """The choice begins elsewhere and costs nothing: within a tenth of the noise of the pose."""
+    own = made("crazyflie", 9)
+    found = calibrated(own, "batch")
+    best = next(w.variant for w in found.variants if w.standing == "chosen")
+    factories = [station.factory for station in own.truth.stations]
+    settings = CalibrationSettings(estimators=("batch",), optics=("factory",), variant=best)
+    alone = calibrate(own.hits, own.truth.board, factories, settings).estimates[-1]
+    pose = found.estimates[-1]
+    off = np.r_[1e3 * (pose.t_m - alone.t_m), np.degrees(rotation.error(pose.R, alone.R))]
+    assert alone.covariance_noise is not None
+    assert off @ np.linalg.solve(alone.covariance_noise, off) < 0.1**2 * 6
+
+
+def test_without_convergence_the_variant_is_chosen_by_board_poses(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own = made("libsurvive", 7)
+    monkeypatch.setattr(joint_variants, "with_rotors", lambda found, rotors, rounds=1: _failed())
+    found = calibrated(own, "batch")
+    standing = {w.variant: w.standing for w in found.variants}
+    assert standing["crazyflie"] == "worse"
+    assert [e.estimator for e in found.estimates] == ["batch"]
+
+
+def _failed() -> None:
+    raise Refusal("no convergence")

@@ -9,7 +9,7 @@ lasers are, and the search goes on to the end with these.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
@@ -43,11 +43,13 @@ from mocap_metrology.lighthouse.batch.solve import (
 )
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.rotor import X, Z
 
 ROUNDS = 60  # steps at most
 LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
 SETTLED = 0.8  # of the spread of residuals one step before: from then on noise is estimated
 LEAST_GAIN = 0.01  # of the cost, which is a chi squared
+SAME_COST = 1.0  # likewise, of the costs of two models
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
 SMALL = 0.02  # of its standard deviation: a step that ends the search
 SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
@@ -110,17 +112,35 @@ def estimate(
     board: np.ndarray,
     priors: Priors | None = None,
     known_poses: bool = False,
+    *,
+    sized: bool = False,
 ) -> Joint:
     """Poses R, t of the stations in the master's frame and everything else, from near them.
 
     recordings: hits of all stations, and a trajectory near the board's; rotors (stations, 2, 10);
-    board (n, 3) in m; known_poses: R and t are held. Raises LinAlgError where the hits do not
-    determine the poses.
+    board (n, 3) in m; known_poses: R and t are held; sized: the priors are taken as they are, also
+    of `SIZED`. Raises LinAlgError where the hits do not determine the poses.
     """
     of = layout(len(R), len(board), priors or Priors(), known_poses)
     state = start(R, t_m, rotors, board, of.size)
-    search = _Search(of, state, [recording(*one, state) for one in recordings])
+    search = _Search(of, state, [recording(*one, state) for one in recordings], sized)
     return search.run()
+
+
+def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
+    """The estimate for rotors (stations, 2, 10) of another model, from that of `found` and with its
+    noise, so that the costs of several can be compared: to `SAME_COST`, or in so many steps. All
+    have the freedom of the full priors, with which one can imitate another."""
+    own = rotors.copy()
+    own[..., X : Z + 1] = found.state.rotors[..., X : Z + 1]
+    state = replace(found.state, rotors=own)
+    parts = [
+        replace(one, residual=residuals(one.seen, one.trajectory, state))
+        for one in found.recordings
+    ]
+    search = _Search(found.of, state, parts, sized=True)
+    search.refined, search.same_cost = True, SAME_COST
+    return search.run(rounds)
 
 
 def recording(hits: Hits, trajectory: Trajectory, state: State) -> Recording:
@@ -147,22 +167,24 @@ def rough(one: Recording) -> Noise:
 class _Search:
     """The present values, and steps from them."""
 
-    def __init__(self, of: Layout, state: State, recordings: list[Recording]):
+    def __init__(self, of: Layout, state: State, recordings: list[Recording], sized: bool):
         self.of, self.state, self.recordings = of, state, recordings
         self.working, self.believed = of.working.copy(), of.sd.copy()
-        self.damping, self.refined = 0.0, False
+        self.damping, self.refined, self.sized = 0.0, False, sized
+        held = (of.group != GROUPS.index("pose")).all()
+        self.same_cost = SMALL_GAIN if held else 0.0
 
-    def run(self) -> Joint:
+    def run(self, most: int = ROUNDS) -> Joint:
         """Steps until they are small, once with the first priors and once with those found."""
-        sized, converged, rounds = False, False, 0
-        while not converged and rounds < ROUNDS:
+        converged, rounds = False, 0
+        while not converged and rounds < most:
             rounds += 1
             sums = self._linearise()
             before = self.state.values
             S, h, step, gain = self._step(sums)
             if self.refined and self._small(S, step, gain):
-                converged = sized
-                sized = True
+                converged = self.sized
+                self.sized = True
                 if not converged:
                     self._size(S, h, before, sums)
         return Joint(
@@ -196,8 +218,8 @@ class _Search:
 
     def _small(self, S: Floats, step: Floats, gain: float) -> bool:
         """Whether a step, by which the cost fell by `gain`, is the last."""
-        if (self.of.group != GROUPS.index("pose")).all():
-            return abs(gain) < SMALL_GAIN
+        if self.same_cost:
+            return abs(gain) < self.same_cost
         information = S + np.diag(1 / self.working**2)
         return float(np.sqrt(step @ information @ step / self.of.size)) < SMALL
 
@@ -205,7 +227,7 @@ class _Search:
         """Robust sum of squares, with those of the priors."""
         known = float(np.sum((self.state.values / self.working) ** 2))
         return known + sum(
-            one.weights().cost + bend_cost(one.trajectory) for one in self.recordings
+            float(one.weights().cost.sum()) + bend_cost(one.trajectory) for one in self.recordings
         )
 
     def _step(self, sums: list[Sums]) -> tuple[Floats, Floats, Floats, float]:

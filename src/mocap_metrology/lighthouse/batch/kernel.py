@@ -323,14 +323,14 @@ def robust(
     limit: float,
     weight: np.ndarray,
     offset: np.ndarray,
-) -> float:
-    """Weights of the hits and offsets of the sweeps, in place; returns the cost.
+    cost: np.ndarray,
+) -> None:
+    """Weights of the hits, offsets and costs of the sweeps, in place.
 
     With z = (e - offset) / sigma, a hit costs z^2 up to |z| = limit and limit^2 (1 + 2 ln(|z| /
     limit)) beyond, an offset (offset / common)^2; the weight is 1 up to the limit, (limit / z)^2
     beyond. The offset is the minimum for these weights, found by repetition from the median.
     """
-    total = 0.0
     for m in range(first.size - 1):
         low, high = first[m], first[m + 1]
         b = 0.0
@@ -347,9 +347,8 @@ def robust(
             if common > 0:
                 b = up / down
         offset[m] = b
-        if common > 0:
-            total += (b / common) ** 2
+        total = (b / common) ** 2 if common > 0 else 0.0
         for h in range(low, high):
             z = abs(residual[h] - b) / sigma
             total += z * z if z <= limit else limit * limit * (1 + 2 * math.log(z / limit))
-    return total
+        cost[m] = total

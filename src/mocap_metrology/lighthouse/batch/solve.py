@@ -92,18 +92,20 @@ def residuals(seen: View, trajectory: Trajectory, state: State) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Weights:
-    """Weight of each hit, offset of each sweep in rad, and the robust cost."""
+    """Weight of each hit; offset in rad and robust cost of each sweep."""
 
     hit: np.ndarray
     offset: np.ndarray
-    cost: float
+    cost: np.ndarray
 
 
 def weights(seen: View, residual: np.ndarray, noise: Noise) -> Weights:
     """Of hits by their residuals."""
-    hit, offset = np.empty(residual.size), np.empty(seen.sweeps.first.size - 1)
-    cost = kernel.robust(seen.sweeps.first, residual, noise.hit, noise.sweep, LIMIT, hit, offset)
-    return Weights(hit, offset, cost)
+    n = seen.sweeps.first.size - 1
+    found = Weights(np.empty(residual.size), np.empty(n), np.empty(n))
+    first, hit, sweep = seen.sweeps.first, noise.hit, noise.sweep
+    kernel.robust(first, residual, hit, sweep, LIMIT, found.hit, found.offset, found.cost)
+    return found
 
 
 @dataclass(frozen=True)

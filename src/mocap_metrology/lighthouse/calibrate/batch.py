@@ -56,6 +56,7 @@ FEWEST_MOMENTS = 10
 ORDER = 3  # of interpolation between moments
 
 Pose = tuple[np.ndarray, np.ndarray]
+Start = tuple[Hits, Trajectory, Pose]
 
 
 @dataclass(frozen=True)
@@ -105,20 +106,27 @@ class Scene:
         return optics_of(name, measured, self.factories, self.lasers_m, self.variant)
 
 
-def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = None) -> PoseEstimate:
-    """The slave's pose from all hits. still: median angles of a board that keeps its place.
+def by_batch(
+    scene: Scene,
+    still: tuple[Measurements, Measurements] | None = None,
+    known: tuple[Joint, str] | None = None,
+) -> PoseEstimate:
+    """The slave's pose from all hits. still: median angles of a board that keeps its place; known:
+    what `joint` returns, where it was called before.
 
     Raises `Refusal` where no start is found or the search does not converge.
     """
-    return solved(scene, still)[0]
+    return solved(scene, still, known)[0]
 
 
 def solved(
-    scene: Scene, still: tuple[Measurements, Measurements] | None = None
+    scene: Scene,
+    still: tuple[Measurements, Measurements] | None = None,
+    known: tuple[Joint, str] | None = None,
 ) -> tuple[PoseEstimate, Joint]:
     """The slave's pose, and the joint estimate that it is from; raises as `by_batch`."""
     began = time.perf_counter()
-    found, note = joint(scene, still)
+    found, note = known or joint(scene, still)
     one, covariance = found.recordings[0], found.pose_covariance()
     noise, shared = shared_errors(found, scene.used_priors, COVARIANCE_UNITS, digest(scene.board))
     pose = PoseEstimate(
@@ -160,15 +168,18 @@ def _details(found: Joint) -> dict[str, object]:
 
 
 def joint(
-    scene: Scene, still: tuple[Measurements, Measurements] | None = None
+    scene: Scene,
+    still: tuple[Measurements, Measurements] | None = None,
+    near: Start | None = None,
 ) -> tuple[Joint, str]:
-    """The joint estimate behind `by_batch`, and a note on what was left out; raises as that."""
+    """The joint estimate behind `by_batch`, and a note on what was left out; raises as that.
+    near: where it starts, if that is known."""
     try:
         if still is None:
-            found, note = without_bad_diodes(scene, *_start(scene))
+            found, note = without_bad_diodes(scene, *(near or start(scene)))
         else:
             hits, trajectory, pose, note = _still_start(scene, still)
-            found = _joint(scene, hits, trajectory, pose)
+            found = fitted(scene, hits, trajectory, pose)
     except np.linalg.LinAlgError as error:
         raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
     if not found.converged:
@@ -176,7 +187,7 @@ def joint(
     return found, note
 
 
-def _start(scene: Scene) -> tuple[Hits, Trajectory, Pose]:
+def start(scene: Scene) -> Start:
     """Hits where the board's poses are known, a trajectory near these, and the slave's pose."""
     both = []
     for own in moments(scene.hits, len(scene.board)):
@@ -214,11 +225,14 @@ def _still_start(
     return hits, board, (pose.R, pose.t_m), "; ".join(pose.notes)
 
 
-def _joint(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:
+def fitted(
+    scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose, *, sized: bool = False
+) -> Joint:
+    """One estimate from there, whatever fits badly; sized: as in `estimate`."""
     R, t = [np.eye(3), pose[0]], [np.zeros(3), pose[1]]
     given = [(hits, trajectory)]
     priors, held = scene.used_priors, scene.known_pose
-    return estimate(given, R, t, scene.rotors, scene.board, priors, held)
+    return estimate(given, R, t, scene.rotors, scene.board, priors, held, sized=sized)
 
 
 def without_bad_diodes(
@@ -254,13 +268,13 @@ def _bad_diode(found: Joint) -> int | None:
 
 def _renewed(scene: Scene, hits: Hits, trajectory: Trajectory, pose: Pose) -> Joint:
     """The estimate; stretches that fit badly begin anew from their neighbours while that helps."""
-    found = _joint(scene, hits, trajectory, pose)
+    found = fitted(scene, hits, trajectory, pose)
     for _ in range(RENEWALS):
         again = _bridged(found.recordings[0])
         if again is None:
             break
         slave = found.state.R[SLAVE], found.state.t_m[SLAVE]
-        then = _joint(scene, hits, again, slave)
+        then = fitted(scene, hits, again, slave)
         if not then.converged or _misfit(then) >= _misfit(found):
             break
         found = then

@@ -18,16 +18,19 @@ A board at rest has no path for Kabsch: then there is one stage, `static`.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
+from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, solved
 from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
-from mocap_metrology.lighthouse.calibrate.reconstruction import Optics, optics_of, reconstruct
+from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint
+from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
 from mocap_metrology.lighthouse.calibrate.stages import (
     FEWEST_POSES,
     INTERPOLATIONS,
@@ -40,7 +43,14 @@ from mocap_metrology.lighthouse.calibrate.stages import (
     both_stages,
 )
 from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles, static_pose
-from mocap_metrology.lighthouse.calibrate.variants import AUTO, best_variant, widened
+from mocap_metrology.lighthouse.calibrate.variants import (
+    AUTO,
+    FALLBACK,
+    Weighed,
+    all_one,
+    best_variant,
+    widened,
+)
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.records import (
     MASTER,
@@ -91,26 +101,17 @@ def calibrate(
             continue
         if name == ESTIMATED and "factory" in settings.optics and None not in factories:
             continue  # these values are better known
-        own, near = settings, None
-        if name == "factory" and settings.variant == AUTO:
-            middle, lasers = _middle(hits, len(board)), settings.lasers_m
-            variant, ways = best_variant(measured[smooth], middle, board, factories, lasers, smooth)
-            own = replace(settings, variant=variant)
-            near = next((way.R for way in ways if way.standing == "chosen"), None)
+        auto = name == "factory" and settings.variant == AUTO
+        variant = FALLBACK if auto else settings.variant
+        own = _Optics(
+            Scene(hits, board, name, factories, settings.lasers_m, variant, settings.priors),
+            measured,
+            smooth,
+        )
+        if auto:
+            own, ways = _best(own, BATCH in settings.estimators)
             found = replace(found, variants=ways)
-        seen = {
-            order: optics_of(
-                "ideal" if name == ESTIMATED else name,
-                both,
-                factories,
-                settings.lasers_m,
-                own.variant,
-            )
-            for order, both in measured.items()
-        }
-        agreed = agreed_paths(seen[smooth], board, smooth, near)
-        scene = Scene(hits, board, name, factories, settings.lasers_m, own.variant, settings.priors)
-        found = _by_optics(found, scene, seen, agreed, own, report)
+        found = _by_optics(found, own, settings, report)
     ways = found.variants
     return replace(
         found,
@@ -118,26 +119,72 @@ def calibrate(
     )
 
 
+class _Optics:
+    """Measurements as some optics see them, by the degree of their interpolation, and board poses
+    on which both stations agree; joint: the estimate by `batch` where the choice of the rotor model
+    made it, in so many seconds."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        measured: Mapping[int, tuple[Measurements, Measurements]],
+        smooth: int,
+        near: np.ndarray | None = None,
+    ):
+        self.scene, self.measured, self.smooth = scene, measured, smooth
+        self.joint: tuple[Joint, str] | None = None
+        self.seconds = 0.0
+        self.seen = {order: scene.seen(both) for order, both in measured.items()}
+        self.agreed = agreed_paths(self.seen[smooth], scene.board, smooth, near)
+        self.still = all(is_still(path) for path in self.agreed.paths)
+
+
+def _best(own: _Optics, by_batch: bool) -> tuple[_Optics, list[Weighed]]:
+    """With the best variant of the rotor model, and all of them; by_batch: of a moving board."""
+    scene, joint, begun = own.scene, None, time.perf_counter()
+    ways: list[Weighed] = []
+    if all_one(scene.factories):
+        return own, []
+    if by_batch and not own.still:
+        try:
+            ways, joint = best_joint(scene)
+        except Refusal:  # where `batch` fails, its own estimate will say why
+            joint = None
+    if joint is None:
+        measured, middle = own.measured[own.smooth], _middle(scene.hits, len(scene.board))
+        ways = best_variant(
+            measured, middle, scene.board, scene.factories, scene.lasers_m, own.smooth
+        )
+    best = next((way for way in ways if way.standing == "chosen"), None)
+    seconds = time.perf_counter() - begun
+    if best is not None and best.variant != scene.variant:
+        scene = replace(scene, variant=best.variant)
+        own = _Optics(scene, own.measured, own.smooth, best.R)
+    own.joint, own.seconds = joint, seconds if joint else 0.0
+    return own, ways
+
+
 def _by_optics(
     found: Calibration,
-    scene: Scene,
-    seen: Mapping[int, Optics],
-    agreed: Agreed,
+    own: _Optics,
     settings: CalibrationSettings,
     report: Callable[[str], None],
 ) -> Calibration:
-    """By all estimators. seen: measurements by the degree of their interpolation."""
+    """By all estimators."""
+    scene, seen, agreed = own.scene, own.seen, own.agreed
     name, board = scene.optics, scene.board
-    if all(is_still(path) for path in agreed.paths):
+    if own.still:
         middle = _middle(scene.hits, len(board))
         if name != ESTIMATED:
-            found.estimates.extend(_static(middle, board, name, scene.factories, settings))
+            found.estimates.extend(_static(middle, scene))
             found.paths["paper-lm", name] = agreed.paths
-        return _with_batch(replace(found, still=True), scene, settings, report, middle)
-    smooth = INTERPOLATIONS[settings.lm_interpolation]
-    for estimator in settings.estimators if name != ESTIMATED else (BATCH,):
+        found = replace(found, still=True)
+        return _with_batch(found, own, report, middle) if BATCH in settings.estimators else found
+    for estimator in settings.estimators:
         if estimator == BATCH:
-            found = _with_batch(found, scene, settings, report)
+            found = _with_batch(found, own, report)
+            continue
+        if name == ESTIMATED:
             continue
         if estimator in SIMPLEX and name not in settings.simplex_optics:
             continue
@@ -146,28 +193,26 @@ def _by_optics(
                 f"{estimator}, {name}: omitted, it does not model the positions of the lasers"
             )
             continue
-        order = smooth if estimator == "paper-lm" else 1
+        order = own.smooth if estimator == "paper-lm" else 1
         found = both_stages(found, estimator, seen[order], order, board, agreed, settings, report)
     return found
 
 
 def _with_batch(
     found: Calibration,
-    scene: Scene,
-    settings: CalibrationSettings,
+    own: _Optics,
     report: Callable[[str], None],
     still: tuple[Measurements, Measurements] | None = None,
 ) -> Calibration:
     """The estimate by `batch`, or why there is none."""
-    if BATCH not in settings.estimators:
-        return found
     try:
-        pose, joint = solved(scene, still)
+        pose, joint = solved(own.scene, still, own.joint)
     except Refusal as refusal:
         report(str(refusal))
         return replace(found, why=[*found.why, str(refusal)])
-    report(f"{BATCH}, {scene.optics}: {pose.seconds:.2f} s")
-    joints = {**found.joints, scene.optics: (scene, joint)}
+    pose = replace(pose, seconds=pose.seconds + own.seconds)
+    report(f"{BATCH}, {own.scene.optics}: {pose.seconds:.2f} s")
+    joints = {**found.joints, own.scene.optics: (own.scene, joint)}
     return replace(found, estimates=[*found.estimates, pose], joints=joints)
 
 
@@ -187,15 +232,10 @@ def _measured(
     return board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
 
 
-def _static(
-    middle: tuple[Measurements, Measurements],
-    board: np.ndarray,
-    name: str,
-    factories: Sequence[Factory | None],
-    settings: CalibrationSettings,
-) -> list[PoseEstimate]:
+def _static(middle: tuple[Measurements, Measurements], scene: Scene) -> list[PoseEstimate]:
     """Stage `static` from the median angles of each diode."""
-    still = optics_of(name, middle, factories, settings.lasers_m, settings.variant)
+    board, name = scene.board, scene.optics
+    still = scene.seen(middle)
     pose = static_pose(list(still.measurements), board, list(still.rotors))
     if pose is None:
         return []

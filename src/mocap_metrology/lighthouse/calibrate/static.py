@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from scipy.special import fdtrc
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
@@ -130,8 +131,6 @@ def without_bad(
     One diode or two go if K_1 falls by more than chance: F = (fall / 2k) / (rest / (2(n - k) - 6))
     exceeds what one in 100 measurements without a bad diode would, among all choices of k from n.
     """
-    from scipy.stats import f as fisher
-
     out: list[int] = []
     for _ in range(max(int(given.seen.sum()) // 4, 1)):
         seen = np.flatnonzero(given.seen[0])
@@ -145,7 +144,7 @@ def without_bad(
             best = int(np.argmin(rest))
             freedom = 2 * (seen.size - k) - 6
             ratio = (cost - rest[best]) / (2 * k) / max(rest[best] / freedom, NO_NOISE)
-            if fisher.sf(ratio, 2 * k, freedom) * len(choices) < BY_CHANCE:
+            if fdtrc(2 * k, freedom, ratio) * len(choices) < BY_CHANCE:
                 out += choices[best]
                 given = Measurements(given.time_s, trial[best : best + 1])
                 break

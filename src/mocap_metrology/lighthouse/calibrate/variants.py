@@ -21,6 +21,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit
 
 from mocap_metrology.lighthouse.calibrate import station_pose
 from mocap_metrology.lighthouse.calibrate.agreement import Agreed, agreed_paths
@@ -35,6 +36,7 @@ from mocap_metrology.lighthouse.rotor import VARIANTS, rotor_parameters
 
 AUTO = "auto"
 FALLBACK = "libsurvive"  # where nothing can be fitted: 14 of 16 real recordings prefer it
+NAMES = (FALLBACK, *(name for name in VARIANTS if name != FALLBACK))
 NOISE_RAD = 75e-6  # of an angle: jitter, and a clock of 2 MHz
 # What a sweep's diodes have in common is in the board's pose, so single poses show the rest only.
 HIT_RAD = 49e-6  # of an angle beyond its sweep, at most: 30 urad of a hit, 38 of a clock of 2 MHz
@@ -110,8 +112,6 @@ def expected_loss(epsilon: np.ndarray, n_angles: np.ndarray, n_slave: int) -> np
 
 def weigh(fits: Sequence[Fit]) -> list[Weighed]:
     """The fits in their order, the best of them chosen; they are of the same parts."""
-    from scipy.stats import t as student
-
     limit = OUTLIER * min(float(np.median(fit.loss)) for fit in fits)
     kept = np.all([fit.loss <= limit for fit in fits], axis=0)
     if not kept.any():
@@ -128,7 +128,7 @@ def weigh(fits: Sequence[Fit]) -> list[Weighed]:
         sure = False
         if k != best and units.size > 2:
             value = float(gap.mean() / max(gap.std(ddof=1) / np.sqrt(units.size), 1e-30))
-            sure = value > student.ppf(RULED_OUT, units.size - 1) and gap.sum() > beyond_noise
+            sure = value > stdtrit(units.size - 1, RULED_OUT) and gap.sum() > beyond_noise
         standing = "chosen" if k == best else "worse" if sure else "open"
         rms = 1e6 * float(np.sqrt(total[k] / angles.sum()))
         found.append(Weighed(fit.variant, standing, rms, value, fit.R, fit.t_m))
@@ -155,6 +155,12 @@ def widened(estimate: PoseEstimate, weighed: Sequence[Weighed]) -> PoseEstimate:
     return replace(estimate, covariance=estimate.covariance + off.T @ off / (len(off) + 1))
 
 
+def all_one(factories: Sequence[Factory | None]) -> bool:
+    """Whether the variants are the same for these values, as for those of ideal rotors."""
+    models = [[rotor_parameters(f, None, VARIANTS[name]) for f in factories] for name in NAMES]
+    return all(np.array_equal(models[0], model) for model in models)
+
+
 def best_variant(
     measured: tuple[Measurements, Measurements],
     middle: tuple[Measurements, Measurements],
@@ -162,18 +168,14 @@ def best_variant(
     factories: Sequence[Factory | None],
     lasers_m: np.ndarray | None,
     order: int,
-) -> tuple[str, list[Weighed]]:
-    """The variant with the least residuals, and the ranking of all.
+) -> list[Weighed]:
+    """The ranking of all variants by `paper-lm`.
 
     measured: of master and slave; middle: the median angles of each diode, which count where the
-    board keeps its place. `FALLBACK` and no list where all are one or none can be fitted.
+    board keeps its place. Empty where none can be fitted.
     """
-    names = [FALLBACK, *(name for name in VARIANTS if name != FALLBACK)]
-    models = [[rotor_parameters(f, None, VARIANTS[name]) for f in factories] for name in names]
-    if all(np.array_equal(models[0], model) for model in models):  # as of ideal rotors
-        return FALLBACK, []
     fits, near = [], None
-    for name in names:
+    for name in NAMES:
         optics = optics_of("factory", measured, factories, lasers_m, name)
         agreed = agreed_paths(optics, board, order, near)
         near = agreed.R
@@ -183,12 +185,11 @@ def best_variant(
         else:
             fit = _moving(name, optics, agreed, board, order)
         if fit is None:
-            return FALLBACK, []
+            return []
         fits.append(fit)
     if len({fit.loss.size for fit in fits}) > 1:  # still by one variant, moving by another
-        return FALLBACK, []
-    weighed = weigh(fits)
-    return next(w.variant for w in weighed if w.standing == "chosen"), weighed
+        return []
+    return weigh(fits)
 
 
 def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:

@@ -1,0 +1,88 @@
+"""The variant of the rotor model by `batch`: each is fitted to all hits, and `variants` judges.
+
+What a variant leaves of a sweep, with the noise s of a hit and S of a sweep, residuals e, the loss
+rho of the estimate and the offset b that the sweep's hits share, is in rad^2
+
+    s^2 (sum rho((e - b) / s) + (b / S)^2),
+
+and the costs of the priors are spread over all sweeps. s and S are those of the best variant for
+all, and the priors are the full ones: `batch` would give each the more freedom, the worse it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.estimate import Joint, with_rotors
+from mocap_metrology.lighthouse.batch.solve import bend_cost
+from mocap_metrology.lighthouse.calibrate.batch import Scene, fitted, joint, start
+from mocap_metrology.lighthouse.calibrate.variants import (
+    FALLBACK,
+    HIT_RAD,
+    NAMES,
+    Fit,
+    Weighed,
+    units_of,
+    weigh,
+)
+from mocap_metrology.lighthouse.records import SLAVE
+
+
+def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
+    """The ranking of all variants, and the joint estimate by the best of them with its note.
+
+    The variant that is best two steps after a first fit is estimated in full, and all are fitted
+    from there; then that which is best now, if it is another.
+    Raises `Refusal` where an estimate does not converge.
+    """
+    of = {name: replace(scene, variant=name) for name in NAMES}
+    try:
+        hits, trajectory, pose = start(of[FALLBACK])
+        first = fitted(of[FALLBACK], hits, trajectory, pose, sized=True)
+        stepped = {name: with_rotors(first, of[name].rotors, rounds=2) for name in NAMES}
+    except np.linalg.LinAlgError as error:
+        raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
+    best = min(NAMES, key=lambda name: float(_cost(stepped[name]).sum()))
+    found: dict[str, tuple[Joint, str]] = {}
+    while best not in found:
+        near, state = stepped[best].recordings[0].trajectory, stepped[best].state
+        found[best] = joint(of[best], near=(hits, near, (state.R[SLAVE], state.t_m[SLAVE])))
+        weighed = _weighed(of, found[best][0])
+        best = next(one.variant for one in weighed if one.standing == "chosen")
+    return weighed, found[best]
+
+
+def _weighed(of: Mapping[str, Scene], found: Joint) -> list[Weighed]:
+    """All variants, from an estimate by one of them and with its noise."""
+    fits = []
+    for name, scene in of.items():
+        by_it = with_rotors(found, scene.rotors)
+        if not by_it.converged:
+            raise Refusal(f"batch, {scene.optics}: no convergence with the variant {name}")
+        fits.append(_fit(name, by_it))
+    return weigh(fits)
+
+
+def _cost(found: Joint) -> Floats:
+    """Of each sweep, that of the priors spread over all."""
+    one = found.recordings[0]
+    priors = float(np.sum((found.state.values / found.working) ** 2)) + bend_cost(one.trajectory)
+    own = one.weights().cost
+    return own + priors / own.size
+
+
+def _fit(name: str, found: Joint) -> Fit:
+    """A unit is a stretch of time. Noise makes no more than `HIT_RAD` of a hit: a larger one is
+    of other errors."""
+    one, state = found.recordings[0], found.state
+    first, noise = one.sweeps.first, one.noise
+    angles, time = np.diff(first), one.sweeps.hits.time_s[first[:-1]]
+    loss = noise.hit**2 * _cost(found) / angles
+    expected = loss * min(1.0, (HIT_RAD / noise.hit) ** 2)
+    unit = units_of(time, time.min(), time.max())
+    return Fit(name, state.R[SLAVE], state.t_m[SLAVE], loss, angles, unit, expected)

@@ -248,6 +248,13 @@ def test_all_hits_together_bring_the_objects_nearer(seen: dict[str, Seen]) -> No
     assert (noise < 0.5 * np.sqrt(np.diag(pair[0].covariance))).all()
 
 
+def test_covariances_are_symmetric_as_a_later_comparison_expects(seen: dict[str, Seen]) -> None:
+    for own in seen.values():
+        for pose in own.joint.values():
+            for covariance in (pose.covariance, pose.covariance_noise):
+                np.testing.assert_allclose(covariance, covariance.T, rtol=1e-6)
+
+
 def test_verdicts_say_how_far_to_go(seen: dict[str, Seen]) -> None:
     headset, controller = (seen[name].summary for name in OBJECTS)
     assert headset.verdict.word == "usable"

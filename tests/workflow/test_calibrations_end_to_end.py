@@ -374,11 +374,15 @@ def test_tables_and_figures(run) -> None:
     table = rows(results / "tables/lab_calibrations.csv")
     names = {"measured", "recorded", "angles", "short", "filed", "stranger"}
     assert {row["calibration"] for row in table} - {"headset"} == names
+    tracks = {row["calibration"]: row for row in rows(results / "tables/lab_track.csv")}
+    assert set(tracks) - {"headset"} == names
+    assert tracks["filed"]["stations"] == "measured" and float(tracks["filed"]["total_mm"]) > 0
     for number in (1, 2, 3):
         own = rows(results / f"tables/jansen_table{number}.csv")
         assert own
         assert (results / f"tables/jansen_table{number}.md").stat().st_size > 0
-    assert (results / "calibrations/measured/calibration.png").stat().st_size > 10_000
+    for figure in ("calibration", "track"):
+        assert (results / f"calibrations/measured/{figure}.png").stat().st_size > 10_000
     assert (results / "figures/jansen_fig03.svg").stat().st_size > 1_000
 
 

@@ -108,4 +108,5 @@ def test_a_dump(tmp_path: Path, root: Path, snakemake: Callable) -> None:
     assert done.returncode == 0, done.stdout
     check(tmp_path, "dump.bin", "--board", "board.csv", "--output", "one")
     assert_same(tmp_path / "one", own, 8)
-    assert (tmp_path / "one/calibration.svg").read_bytes() == (own / "calibration.svg").read_bytes()
+    for name in ("calibration.svg", "track.svg"):
+        assert (tmp_path / "one" / name).read_bytes() == (own / name).read_bytes(), name

@@ -138,6 +138,7 @@ rule calibration_figures:
         sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
         board="<results>/calibrations/{calibration}/board.csv",
+        track="<results>/calibrations/{calibration}/track.parquet",
     output:
         png="<results>/calibrations/{calibration}/calibration.png",
         svg=report(
@@ -145,6 +146,13 @@ rule calibration_figures:
             caption="../report/caption.rst",
             category="6 Calibrations",
             labels={"result": "{calibration}: paths, residuals, pose, verdict"},
+        ),
+        track_png="<results>/calibrations/{calibration}/track.png",
+        track_svg=report(
+            "<results>/calibrations/{calibration}/track.svg",
+            caption="../report/caption.rst",
+            category="6 Calibrations",
+            labels={"result": "{calibration}: tracked receiver"},
         ),
     log:
         "<logs>/calibration_figures/{calibration}.log",
@@ -159,7 +167,7 @@ rule calibration_figures:
         name=cell("calibration"),
         twin=cell("twin"),
     message:
-        "{wildcards.calibration}: figure"
+        "{wildcards.calibration}: figures"
     script:
         "../scripts/calibration_figures.py"
 
@@ -170,8 +178,12 @@ rule calibration_tables:
         poses=collect(
             "<results>/calibrations/{row.calibration}/pose.json", row=accepted_calibrations()
         ),
+        tracks=collect(
+            "<results>/calibrations/{row.calibration}/track.parquet", row=accepted_calibrations()
+        ),
     output:
         multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
+        multiext("<results>/tables/{group}_track", ".csv", ".md"),
     log:
         "<logs>/calibration_tables/{group}.log",
     benchmark:
@@ -184,7 +196,7 @@ rule calibration_tables:
         code=source("calibration_tables.py", "calibration_records.py", "lighthouse", "present"),
         rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
     message:
-        "{wildcards.group}: table of calibrations"
+        "{wildcards.group}: tables of calibrations"
     script:
         "../scripts/calibration_tables.py"
 
@@ -203,12 +215,14 @@ rule lighthouse_results:
             ),
         ),
         tables=collect(
-            "<results>/tables/{group}_calibrations.{kind}",
+            "<results>/tables/{group}_{table}.{kind}",
+            table=("calibrations", "track"),
             group=groups(sheet=CALIBRATIONS),
             kind=TABLE,
         ),
         figures=collect(
-            "<results>/calibrations/{row.calibration}/calibration.{kind}",
+            "<results>/calibrations/{row.calibration}/{figure}.{kind}",
+            figure=("calibration", "track"),
             row=accepted_calibrations(selection.shown, EVERY),
             kind=FIGURE,
         ),

@@ -5,7 +5,8 @@ from step import step
 with step(snakemake) as log:
     from calibration_records import records_of
 
-    from mocap_metrology.present.calibration import calibration_table
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.present.calibration import calibration_table, track_table
     from mocap_metrology.present.tables import source_sentence, write_with
 
     group = snakemake.wildcards.group
@@ -14,4 +15,10 @@ with step(snakemake) as log:
     rows = calibration_table.calibration_rows(records)
     text = calibration_table.calibration_markdown(rows, f"{group}: calibrations", note=note)
     write_with(snakemake.output[0], rows, text)
+    tracked = [
+        track_table.track_row(record, *read_table(path))
+        for record, path in zip(records, snakemake.input.tracks, strict=True)
+    ]
+    text = track_table.track_markdown(tracked, f"{group}: tracked receivers", note)
+    write_with(snakemake.output[2], tracked, text)
     log.info("%s: %d calibrations", group, len(rows))

@@ -7,13 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
-from mocap_metrology.common.files import write_json
+from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.pipeline.calibration import Asked, checked
 from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
 from mocap_metrology.pipeline.settings import DEFAULTS, PoseEstimator
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import pose_rows
+from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import save
 
 TABLES = {
@@ -25,7 +26,7 @@ TABLES = {
     "board": "board.csv",
     "pose": "pose.json",
 }
-PICTURES = ("calibration.png", "calibration.svg")
+PICTURES = ("calibration.png", "calibration.svg", "track.png", "track.svg")
 # Those of the paper are for its tables, and take seconds.
 OWN: tuple[PoseEstimator, ...] = ("batch", "paper-lm")
 
@@ -47,6 +48,8 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
         tell("3/3 figure")
         calibration = read_calibration(files, asked.calibration, None)
         save(calibration_figure(calibration), part / PICTURES[0])
+        tracked = track_figure(asked.calibration, None, *read_table(files["track"]))
+        save(tracked, part / PICTURES[2])
     tell_result([*_verdict(calibration), "", f"Figure: {folder / PICTURES[0]}"])
 
 

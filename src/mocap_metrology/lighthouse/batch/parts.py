@@ -112,6 +112,7 @@ def shared_errors(
     effect = (gain * sd)[np.ix_(rows, own)].T * units
     of_board = np.isin(group[own], ("scale", "place"))
     by_noise = noise[np.ix_(rows, rows)] * np.outer(units, units)
+    by_noise = (by_noise + by_noise.T) / 2  # apart by rounding, which differences leave much of
     return by_noise, SharedErrors(sd[own], effect, of_board, board)
 
 

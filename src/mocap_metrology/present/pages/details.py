@@ -13,7 +13,7 @@ from mocap_metrology.present.pages.site import Table, link, natural, render, tab
 from mocap_metrology.present.plot.figure import caption_of
 from mocap_metrology.present.tables import Record
 
-FIRST = ("verdict", "calibration", "trajectory", "adev", "psd", "diagnosis")  # of figures
+FIRST = ("verdict", "calibration", "track", "trajectory", "adev", "psd", "diagnosis")  # of figures
 PAPERS = {"skurowski": "Skurowski & Pawlyta 2019", "jansen": "Jansen et al. 2019"}
 UNDRAWN = "It has no figure: of the twins of a setup, which look alike, only the first is drawn."
 LETTERS = {"skurowski": "S", "jansen": "J"}  # as claims.csv names the papers

@@ -258,6 +258,15 @@ def of_skurowski(*figures: int | str) -> str:
     return " ".join(f"Figure {figure}: {SKUROWSKI[figure]}" for figure in figures)
 
 
+TRACK = (
+    "The board tracked with the calibrated stations, 60 poses a second. (a) Path from above, "
+    "coloured by the standard deviation of the position. (b) Standard deviations of the position "
+    "against the distance from the master. (c) Position about its mean. (d), (e) Standard "
+    "deviations of position and rotation over time: by the noise of the hits, by the error of the "
+    "slave's pose, and by all, which includes errors of optics and board. Each is the length of a "
+    "vector of three axes. With the recording's own calibration, errors of board and optics move "
+    "slave and board alike, so all is not the sum of its parts. Moments without hits have no pose."
+)
 TREND = (
     "Allan deviation at three averaging times by the date of recording, with 68 % intervals; a "
     "line marks a change that chance does not explain over the averaging times of a series. The "

@@ -20,7 +20,7 @@ from mocap_metrology.lighthouse.simulate.motion import facing_to
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "workflow"))
-from mocap_workflow.calibration_twins import twin_from_mapping
+from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
 
 ROOT = Path(__file__).resolve().parents[1]
 BASELINE_M = 4.3
@@ -34,6 +34,12 @@ def factories() -> list[dict[str, Any]]:
     """Factory values of the eight real stations of config/twins.yaml."""
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
     return list(document["factories"].values())
+
+
+def listed(name: str) -> Made:
+    """A recording of a twin of config/twins.yaml."""
+    document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
+    return simulate(calibration_twin(document, name).made(name))
 
 
 def _looking(place: np.ndarray, at: np.ndarray) -> np.ndarray:

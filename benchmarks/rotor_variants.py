@@ -21,16 +21,13 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from mocap_workflow.calibration_twins import calibration_twin
-
-from benchmarks.lighthouse_recordings import ROOT, flight, hand
+from benchmarks.lighthouse_recordings import flight, hand, listed
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.simulate.recording import Made, simulate
+from mocap_metrology.lighthouse.simulate.recording import Made
 
 SIGNS = ("libsurvive", "crazyflie")
 KINDS = ("board by hand", "deck in flight", "twins real-*")
@@ -40,9 +37,7 @@ FIRST_SEED = 1000
 def recording(kind: str, k: int) -> tuple[Made, str]:
     """A recording, and the variant that it obeys."""
     if kind == "twins real-*":
-        document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-        name = f"real-{1 + k // 5}-{1 + k % 5}"
-        return simulate(calibration_twin(document, name).made(name)), "crazyflie"
+        return listed(f"real-{1 + k // 5}-{1 + k % 5}"), "crazyflie"
     sign = SIGNS[k % 2]
     return (hand if kind == "board by hand" else flight)(FIRST_SEED + k, sign), sign
 

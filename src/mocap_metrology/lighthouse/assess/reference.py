@@ -20,13 +20,12 @@ from typing import SupportsInt
 
 import numpy as np
 
-from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
+from mocap_metrology.lighthouse.places import narrowness_m, read_places
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 
-MOUNT_COLUMNS = ("label", "x_m", "y_m", "z_m")
 LARGEST_RESIDUAL_MM = 5.0
 LARGEST_MOTION_MM = 5.0  # standard deviation of a marker that ought to be at rest
 LONGEST_M, SHORTEST_M = 30.0, 0.1  # baselines outside are given in the wrong unit
@@ -64,13 +63,21 @@ def errors(R: np.ndarray, t_m: np.ndarray, reference: Reference) -> tuple[np.nda
 def optical(reference: Reference, lasers_m: np.ndarray) -> Reference:
     """The reference in the frames that angles alone determine, for lasers at known places.
 
-    lasers_m (2 stations, 2 axes, 3) in the housings, metres. Azimuth depends on x and y of its
-    laser, elevation on x and z of its own: a station's optical origin is o = (mean x, y of axis 0,
-    z of axis 1), and t + R o_slave - o_master the slave's optical origin in the master's.
+    lasers_m (2 stations, 2 axes, 3) in the housings, metres. With o of `optical_origins`, the
+    slave's optical origin is t + R o_slave - o_master in the master's.
+    """
+    origin = optical_origins(lasers_m)
+    return replace(reference, t_m=reference.t_m + reference.R @ origin[1] - origin[0])
+
+
+def optical_origins(lasers_m: np.ndarray) -> np.ndarray:
+    """Optical origins (n, 3) of stations in their housings, from lasers_m (n, 2 axes, 3) in m.
+
+    Azimuth depends on x and y of its laser, elevation on x and z of its own: a station's optical
+    origin is (mean x, y of axis 0, z of axis 1).
     """
     lasers = np.asarray(lasers_m, dtype=np.float64)
-    origin = np.stack([lasers[:, :, 0].mean(axis=1), lasers[:, 0, 1], lasers[:, 1, 2]], axis=1)
-    return replace(reference, t_m=reference.t_m + reference.R @ origin[1] - origin[0])
+    return np.stack([lasers[:, :, 0].mean(axis=1), lasers[:, 0, 1], lasers[:, 1, 2]], axis=1)
 
 
 @dataclass(frozen=True)
@@ -192,42 +199,7 @@ def read_mount(path: str | Path) -> dict[str, np.ndarray]:
 
     CSV with the columns label, x_m, y_m, z_m. Raises `Refusal` for a file that is no such thing.
     """
-    name = Path(path).name
-    try:
-        rows = spreadsheet.rows(Path(path).read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError) as error:
-        raise Refusal(f"{name}: cannot be read ({error}); expected label,x_m,y_m,z_m") from None
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    if header[:4] != list(MOUNT_COLUMNS):
-        raise Refusal(f"{name}: header is {','.join(header)!r}; expected label,x_m,y_m,z_m")
-    spreadsheet.check_width(rows, name)
-    mount: dict[str, np.ndarray] = {}
-    for number, row in enumerate(rows[1:], start=2):
-        if not any(cell.strip() for cell in row):
-            continue
-        label = row[0].strip()
-        try:
-            position = np.array([spreadsheet.number(cell) for cell in row[1:4]])
-        except ValueError:
-            position = np.empty(0)
-        if (
-            not label
-            or not label.isprintable()
-            or position.size != 3
-            or not np.isfinite(position).all()
-        ):
-            raise Refusal(f"{name}: line {number} is {','.join(row)!r}; expected label,x_m,y_m,z_m")
-        if label in mount:
-            raise Refusal(f"{name}: label {label} occurs twice; expected one line per marker")
-        if np.abs(position).max() > LARGEST_MOUNT_M:
-            raise Refusal(
-                f"{name}: marker {label} is {np.abs(position).max():g} m from the housing's origin;"
-                f" expected metres, below {LARGEST_MOUNT_M:g} m (is the file in mm?)"
-            )
-        mount[label] = position
-    if len(mount) < 3:
-        raise Refusal(f"{name}: {len(mount)} markers; a pose needs at least three")
-    return mount
+    return read_places(path, "marker", LARGEST_MOUNT_M, "the housing's origin")
 
 
 def reference_from_markers(
@@ -306,7 +278,7 @@ def _fit(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Pose R, t (m) of a housing in the laboratory, and the rms distance of its markers in mm."""
     for points in (known, seen):
-        if np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] < NARROWEST_M:
+        if narrowness_m(points) < NARROWEST_M:
             raise Refusal(f"{where}: {', '.join(labels)} lie on one line; expected a triangle")
     R, t, off = _residuals(known, seen)
     rms = 1e3 * float(np.sqrt(np.mean(off**2)))

@@ -262,7 +262,9 @@ def test_real_accelerometers_agree_with_the_poses(samples: Path) -> None:
     flashes = find_flashes(read_libsurvive(samples / RECORDING, "HMD")[0])
     solution = {s.id: s for s in read_solution(samples / f"{RECORDING}.json")}
     read = [decode_station(f) for f in flashes]
-    up = [FROM_LIBSURVIVE @ solution[s.id].R[2] for s in read]  # world z in the station's frame
+    up = [
+        FROM_LIBSURVIVE @ solution[s.id].pose[0][2] for s in read
+    ]  # world z in the station's frame
     raw = [ACCEL_TO_STATION.T @ s.gravity for s in read]
     worst = {}
     for order in itertools.permutations(range(3)):

@@ -227,18 +227,19 @@ def _pulses(values: np.ndarray, channels: np.ndarray, n_diodes: int, name: str) 
 
 @dataclass(frozen=True)
 class SolvedStation:
-    """A station in libsurvive's own solution; pose from station to world, in libsurvive's axes."""
+    """A station in libsurvive's own solution; pose from station to world, in libsurvive's axes,
+    None where it has none."""
 
     index: int
     id: int
     mode: str | None
     factory: Factory
-    R: np.ndarray
-    t_m: np.ndarray
+    pose: tuple[np.ndarray, np.ndarray] | None
 
 
 BLOCK = re.compile(r'"lighthouse(\d+)"\s*:\s*\{([^{}]*)\}')
 ENTRY = re.compile(r'"(\w+)"\s*:\s*(?:"([^"]*)"|\[([^][]*)\])')
+MODES = "Abc"  # by number
 FACTORY_KEYS = {
     "phase": "fcalphase",
     "tilt": "fcaltilt",
@@ -289,14 +290,16 @@ def _solved(index: int, block: str) -> SolvedStation | None:
         return values
 
     factory = Factory(**{name: numbers(key, 2) for name, key in FACTORY_KEYS.items()})
-    pose, mode = numbers("pose", 7), int(entries["mode"])
+    mode, pose = int(entries["mode"]), None
+    if entries.get("PositionSet", "1") != "0":
+        values = numbers("pose", 7)
+        pose = Rotation.from_quat(values[3:], scalar_first=True).as_matrix(), values[:3]
     return SolvedStation(
         index=index,
         id=int(entries["id"]) % WRAP,
-        mode="Abc"[mode] if 0 <= mode < 3 else None,
+        mode=MODES[mode] if 0 <= mode < 3 else None,
         factory=factory,
-        R=Rotation.from_quat(pose[3:], scalar_first=True).as_matrix(),
-        t_m=pose[:3],
+        pose=pose,
     )
 
 
@@ -306,11 +309,11 @@ def solution_pose(stations: list[SolvedStation]) -> tuple[np.ndarray, np.ndarray
     The master is libsurvive's lighthouse 1. With station-to-world poses R_i, t_i and the change of
     axes C: R = C R_1^T R_0 C^T, t = C R_1^T (t_0 - t_1).
     """
-    by_index = {station.index: station for station in stations}
-    if not {0, 1} <= set(by_index):
+    by_index = {station.index: station.pose for station in stations}
+    slave, master = by_index.get(0), by_index.get(1)
+    if slave is None or master is None:
         raise Refusal(
-            "libsurvive's solution: expected the two stations lighthouse0 and lighthouse1"
+            "libsurvive's solution: expected poses of the two stations lighthouse0 and lighthouse1"
         )
-    slave, master = by_index[0], by_index[1]
-    C, to_master = FROM_LIBSURVIVE, master.R.T
-    return C @ to_master @ slave.R @ C.T, C @ to_master @ (slave.t_m - master.t_m)
+    C, to_master = FROM_LIBSURVIVE, master[0].T
+    return C @ to_master @ slave[0] @ C.T, C @ to_master @ (slave[1] - master[1])

@@ -2,12 +2,12 @@
 
     python benchmarks/compare_results.py BEFORE AFTER [--relative 1e-12] [--except 'GLOB=1e-6']
 
-Text (CSV, JSON, Markdown, HTML, SVG) is cut into numbers and what stands between them: the numbers
-may differ by the relative tolerance, everything else must be the same. Parquet is compared column
-by column, gaps included, and its metadata too. Pictures (PNG) are compared by their bytes. Logs,
-run times and Snakemake's report, which differ at every run, are left out. `--except` names files
-that may differ by more, as those of an iterative fit may by its own stopping tolerance; each is
-listed with the largest difference seen. Status 1 where anything else differs or is missing.
+Text (CSV, JSON, YAML, XML, Markdown, HTML, SVG) is cut into numbers and what stands between them:
+the numbers may differ by the relative tolerance, everything else must be the same. Parquet is
+compared column by column, gaps included, and its metadata too. Pictures (PNG) are compared by their
+bytes. Logs, run times and Snakemake's report, which differ at every run, are left out. `--except`
+names files that may differ by more, as those of an iterative fit may by its own stopping tolerance;
+each is listed with the largest difference seen. Status 1 where anything else differs or is missing.
 
 Make both folders on one machine with one lock: other libraries, other sums.
 """
@@ -29,7 +29,7 @@ import pyarrow.parquet as pq
 
 from mocap_metrology.common.parquet import SEAL
 
-TEXT = {".csv", ".json", ".md", ".html", ".svg"}
+TEXT = {".csv", ".json", ".md", ".html", ".svg", ".yaml", ".xml"}
 COMPARED = {*TEXT, ".parquet", ".png"}
 RUN_OWN = ("logs/*", "benchmarks/*", "report.html", "provenance.*", "gate/*")  # of each run its own
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")

@@ -75,6 +75,16 @@ def test_metadata_are_protected(tmp_path: Path) -> None:
             read(path)
 
 
+def test_a_configuration_of_libsurvive_is_sound_without_braces(tmp_path: Path) -> None:
+    """And without a checksum, as on a file system without attributes."""
+    path = tmp_path / "libsurvive.json"
+    path.write_text('"a":"1",\n"lighthouse0":{\n"id":"3"\n}\n')
+    verify(path)
+    path.write_text('"a":"1",\n"lighthouse0":{\n"id":"3"\n')
+    with pytest.raises(Damaged):
+        verify(path)
+
+
 def test_a_missing_table_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(Refusal, match="is missing: it was deleted, or"):
         read_table(tmp_path / "clean.parquet")

@@ -13,11 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
+from mocap_metrology.lighthouse.assess.pose_file import chosen_pose, matrix_and_metres
 from mocap_metrology.lighthouse.assess.summary import Summary, summary
 from mocap_metrology.lighthouse.assess.validation import apart, gravity_angle_deg
 from mocap_metrology.lighthouse.batch.problem import Priors
@@ -25,9 +27,16 @@ from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
-from mocap_metrology.lighthouse.decode.libsurvive import read_solution, solution_pose
+from mocap_metrology.lighthouse.decode.libsurvive import (
+    FROM_LIBSURVIVE,
+    read_solution,
+    solution_pose,
+)
+from mocap_metrology.lighthouse.export.formats import Export, libsurvive_json
+from mocap_metrology.lighthouse.export.world import Calibrated, world_of
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Factory, PoseEstimate
+from mocap_metrology.lighthouse.rotation import error
 from mocap_metrology.lighthouse.rotor import LIBSURVIVE, angles, rotor_parameters
 
 FOLDER = "lighthouse/libsurvive_extras"
@@ -195,6 +204,48 @@ def test_against_libsurvives_own_answer(seen: dict[str, Seen], samples: Path) ->
     assert own == pytest.approx(1.4, abs=0.1)
     assert gravity_angle_deg(R, stations) == pytest.approx(3.15, abs=0.05)
     assert gravity_angle_deg(seen["HMD"].poses["ideal", "crazyflie"].R, stations) > 4 * own
+
+
+# What libsurvive 1.1.21 itself computes from this recording, given its factory values in an export
+# without poses: R and t of its lighthouses 0 and 1.
+SOLVED_ANEW = [
+    (Rotation.from_quat(q, scalar_first=True).as_matrix(), np.array(t))
+    for q, t in (
+        ((-0.08978943, -0.0951558, 0.70479028, 0.69724737), (0, 2.404302, 1.475968)),
+        ((0.72038518, 0.69135079, 0.00602232, 0.05516353), (0.212512, -1.541034, 1.672477)),
+    )
+]
+
+
+def test_exports_are_those_of_libsurvive_within_the_interval(
+    seen: dict[str, Seen], samples: Path, tmp_path: Path
+) -> None:
+    """The exported poses are those of pose.json; libsurvive's newer estimate is 45 mm and 0.8 deg
+    from them, inside the 95 % ellipsoid. The older one beside the recording is outside."""
+    found = seen["HMD"]
+    stations = found.decoded.stations
+    entry = chosen_pose(found.summary.document)
+    assert entry is not None
+    R, t = matrix_and_metres(entry)
+    poses = [(np.eye(3), np.zeros(3)), (R, t)]
+    world = world_of("gravity", Calibrated(stations, poses, found.decoded.board, None))
+    path = tmp_path / "libsurvive.json"
+    path.write_text(libsurvive_json(Export(stations, [world.place(pose) for pose in poses], [])))
+    exported = read_solution(path)
+    np.testing.assert_allclose(solution_pose(exported)[0], R, atol=1e-9)
+    np.testing.assert_allclose(solution_pose(exported)[1], t, atol=1e-9)
+    for station, solved in zip(stations, reversed(exported), strict=True):
+        assert solved.pose is not None
+        up = FROM_LIBSURVIVE @ solved.pose[0][2]  # of the world, in the station's frame
+        assert np.degrees(np.arccos(up @ station.gravity)) < 1  # half of what both differ by
+
+    older = read_solution(samples / FOLDER / f"{NAME}.json")
+    anew = [replace(own, pose=solved) for own, solved in zip(older, SOLVED_ANEW, strict=True)]
+    for theirs, inside in ((anew, True), (older, False)):
+        R_theirs, t_theirs = solution_pose(theirs)
+        off = np.r_[1e3 * (t_theirs - t), np.degrees(error(R_theirs, R))]
+        distance = off @ np.linalg.solve(np.array(entry["covariance"]), off)
+        assert (distance < chi2.ppf(0.95, 6)) == inside
 
 
 def test_variants_of_the_rotor_model_differ_less_than_the_objects(seen: dict[str, Seen]) -> None:

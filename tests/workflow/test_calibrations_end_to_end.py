@@ -22,6 +22,7 @@ from mocap_metrology.lighthouse.assess.pose_file import pose_json
 from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Pulses
+from mocap_metrology.lighthouse.rotation import error, from_angles, to_angles
 from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate, truth_json, write_dump
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
@@ -30,9 +31,11 @@ HEADER = [
     *("calibration", "setup", "group", "path", "format", "board", "factory", "sha256"),
     *("reference", "reference_labels_master", "reference_labels_slave", "mount", "check_against"),
     "tracked_with",
+    "world_points",
 ]
 WHOLE_S, SHORT_S = 4.0, 2.5  # with and without a whole calibration frame in the flashes
 BRIEF_S = 1.0
+ROOM = from_angles(0.3, -0.2, 2.0), np.array([5.0, -1.0, 2.2])  # the master in it
 SHIFT_MM = 30.0  # of the slave since an earlier calibration
 LONGEST_SWEEP_S = 40e-6
 LABELS = {"reference_labels_master": "M1;M2;M3;M4;M5", "reference_labels_slave": "S1;S2;S3;S4;S5"}
@@ -135,6 +138,11 @@ def write_laboratory(folder: Path, recording: Made) -> None:
     pose = PoseEstimate("paper-lm", "final", "factory", truth.R, before)
     earlier = pose_json([pose], truth.stations, 0, Verdict("good"))
     write_json(folder / "earlier.json", earlier)
+    (R,), (t,) = truth.motion.poses(np.array([2.0]))
+    points = {"master": np.zeros(3), "slave": truth.t_m, "diode 5 at 2.0 s": R @ truth.board[5] + t}
+    places = {label: ROOM[0] @ place + ROOM[1] for label, place in points.items()}
+    lines = ["label,x_m,y_m,z_m", *(",".join(map(str, [k, *p])) for k, p in places.items())]
+    (folder / "room.csv").write_text("\n".join(lines) + "\n")
 
 
 def write_bad(folder: Path, brief: Made) -> None:
@@ -159,6 +167,7 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
     common = {"setup": "room", "group": "lab", "format": "gpio-dump", "board": "board.csv"}
     rec = {"format": "libsurvive-rec", "board": "BOARD"}
     against = {"reference": "lab.c3d", "mount": "mount.csv", "check_against": "earlier.json"}
+    against["world_points"] = "room.csv"
     good = {
         "measured": {"path": "lab.dump", "sha256": sha256(folder / "lab.dump")} | against | LABELS,
         "recorded": {"path": "made.rec", "reference": "truth.json"} | rec,
@@ -280,6 +289,46 @@ def test_a_station_that_moved_since_an_earlier_pose_is_told(run) -> None:
     assert against["moved"] is True
     assert against["difference_mm"] == pytest.approx([-SHIFT_MM, 0, 0], abs=5)
     assert against["sentence"].startswith("A station has moved: ")
+
+
+def exported(results: Path, name: str) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """R and t of the stations in the file for a Crazyflie."""
+    found = yaml.safe_load((results / f"calibrations/{name}/crazyflie.yaml").read_text())
+    return {k: (np.array(g["rotation"]), np.array(g["origin"])) for k, g in found["geos"].items()}
+
+
+def test_exports_in_the_frame_of_measured_points(run) -> None:
+    """True places of both stations and of a diode in flight."""
+    results, _, _ = run
+    told = pose(results, "measured")["world"]
+    assert told["name"] == "points" and told["residual_rms_mm"] < 10
+    placed = exported(results, "measured")
+    assert np.linalg.norm(placed[0][1] - ROOM[1]) < 0.01
+    assert np.degrees(np.linalg.norm(error(placed[0][0], ROOM[0]))) < 0.6
+    for k, role in enumerate(ROLES):
+        assert told["stations"][role]["translation_mm"] == pytest.approx(1e3 * placed[k][1])
+    (R0, t0), (R1, t1) = placed[0], placed[1]
+    best = chosen(results, "measured")
+    assert 1e3 * R0.T @ (t1 - t0) == pytest.approx(best["translation_mm"], abs=1e-6)
+    assert np.degrees(to_angles(R0.T @ R1)) == pytest.approx(list(best["rotation_deg"].values()))
+
+
+def test_exports_are_level_where_the_stations_state_gravity(run) -> None:
+    """Which 4 s hold, and 2.5 s do not. Of a calibration that failed there is no pose."""
+    results, _, _ = run
+    (R0, t0), (R1, _) = exported(results, "recorded").values()
+    assert t0.tolist() == [0, 0, 0] and R0[1, 0] == 0  # x of the master is ahead, or up
+    for R, station in zip((R0, R1), made("mounted").truth.stations, strict=True):
+        assert np.degrees(np.arccos(R[2] @ station.gravity)) < 1
+    told = pose(results, "short")["world"]
+    assert (told["name"], told["why"]) == ("master", "no station states the direction of gravity")
+    assert exported(results, "short")[0][0].tolist() == np.eye(3).tolist()
+    assert exported(results, "stranger") == {}
+    assert pose(results, "stranger")["world"] == {"name": None, "stations": {}}
+    folder = results / "calibrations/stranger"
+    for file in ("crazyflie.yaml", "libsurvive.json", "ros2_static_transforms.launch.xml"):
+        assert "the calibration failed: reference: its master is" in (folder / file).read_text()
+        assert "(twin)" in (results / "calibrations/twin" / file).read_text()
 
 
 def test_the_other_formats(run) -> None:

@@ -72,6 +72,11 @@ class CalibrationRow(SheetRow):
     tracked_with: str | None = None
     """Optional: stations to track the board with, in place of this recording's own calibration: the
     name of another calibration of the sheet that has none itself, or a `pose.json`."""
+    world_points: FileOrNothing = None
+    """Optional CSV file `label,x_m,y_m,z_m`: places that were measured in the room, three or more
+    and not on one line. Its frame is then that of the exported poses. A label is `master` or
+    `slave` (the origin of this station), `diode 3` (where this diode of the board was at the start
+    of the recording) or `diode 3 at 12.5 s`; hold the board still there for 0.2 s."""
     sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
         None
     )

@@ -6,7 +6,13 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from mocap_metrology.pipeline.settings import DEFAULTS, Optics, PoseEstimator, SimplexOptics
+from mocap_metrology.pipeline.settings import (
+    DEFAULTS,
+    Optics,
+    PoseEstimator,
+    SimplexOptics,
+    WorldFrame,
+)
 from mocap_workflow.configuration import Once, Section, Words
 
 Millimetres = Annotated[float, Field(ge=-200, le=200)]
@@ -89,3 +95,10 @@ class Lighthouse(Section):
     time_zero_sd_us: float = Field(DEFAULTS.lighthouse.time_zero_sd_us, ge=0, le=10)
     """Standard deviation of the time zero of a station and axis: diodes see a flash rise late, each
     by its own delay."""
+    world: WorldFrame = DEFAULTS.lighthouse.world
+    """Frame of the room in `crazyflie.yaml`, `libsurvive.json`, `ros2_static_transforms.launch.xml`
+    and under `world` of `pose.json`. `gravity`: z up by the accelerometers of the stations, origin
+    at the master, x horizontal as the master looks; `master`: the master's own frame;
+    `board-start`: the board's frame, where it was at the start of the recording; `points`: that of
+    column `world_points`, which a row with such a file always has. Where the data for a frame is
+    missing, it is `gravity`, else `master`, and the files state why."""

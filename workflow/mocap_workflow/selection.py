@@ -222,10 +222,10 @@ def decoded_from(row: CalibrationRow) -> dict[str, str]:
 
 
 def compared_with(row: CalibrationRow) -> dict[str, str]:
-    """What the sheet compares a calibration or tracks its board with, by name: reference, mount,
-    earlier pose, pose of stations."""
+    """What the sheet compares a calibration with, tracks its board or places its stations with, by
+    name: reference, mount, earlier pose, pose of stations, places in the room."""
     files = {"reference": row.reference, "mount": row.mount, "earlier": row.check_against}
-    files["tracked_with"] = row.tracked_with_file
+    files |= {"tracked_with": row.tracked_with_file, "points": row.world_points}
     return {name: path for name, path in files.items() if path}
 
 

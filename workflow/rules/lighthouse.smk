@@ -24,6 +24,9 @@ rule calibrate_twin:
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
         track="<results>/calibrations/{calibration}/track.parquet",
+        crazyflie="<results>/calibrations/{calibration}/crazyflie.yaml",
+        libsurvive="<results>/calibrations/{calibration}/libsurvive.json",
+        ros2="<results>/calibrations/{calibration}/ros2_static_transforms.launch.xml",
     log:
         "<logs>/calibrate_twin/{calibration}.log",
     benchmark:
@@ -110,6 +113,9 @@ rule calibrate:
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
         track="<results>/calibrations/{calibration}/track.parquet",
+        crazyflie="<results>/calibrations/{calibration}/crazyflie.yaml",
+        libsurvive="<results>/calibrations/{calibration}/libsurvive.json",
+        ros2="<results>/calibrations/{calibration}/ros2_static_transforms.launch.xml",
     log:
         "<logs>/calibrate/{calibration}.log",
     benchmark:

@@ -9,6 +9,7 @@ from pathlib import Path
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.pipeline.calibration import Asked, checked
+from mocap_metrology.pipeline.calibration_exports import FORMATS
 from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
 from mocap_metrology.pipeline.settings import DEFAULTS, PoseEstimator
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
@@ -25,6 +26,9 @@ TABLES = {
     "stations": "stations.json",
     "board": "board.csv",
     "pose": "pose.json",
+    "crazyflie": "crazyflie.yaml",
+    "libsurvive": "libsurvive.json",
+    "ros2": "ros2_static_transforms.launch.xml",
 }
 PICTURES = ("calibration.png", "calibration.svg", "track.png", "track.svg")
 # Those of the paper are for its tables, and take seconds.
@@ -33,10 +37,12 @@ OWN: tuple[PoseEstimator, ...] = ("batch", "paper-lm")
 
 def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> None:
     """Results of one calibration into the folder, and the verdict on the terminal."""
-    kind, settings = given.format or format_of(path), replace(DEFAULTS.lighthouse, estimators=OWN)
+    kind = given.format or format_of(path)
+    settings = replace(DEFAULTS.lighthouse, estimators=OWN, world=given.world)
+    points = {"points": given.world_points} if given.world_points else {}
     asked = Asked(name_of(path), str(path.resolve()), kind, given.board)
     tell("1/3 pulses, base stations, sweeps")
-    check, decoded = checked(asked, {"dump": str(path), "board": given.board}, settings)
+    check, decoded = checked(asked, {"dump": str(path), "board": given.board} | points, settings)
     for words in (*check["notes"], *check["warnings"]):
         tell(words)
     with replaced(folder, ("check.json", *TABLES.values(), *PICTURES)) as part:
@@ -44,13 +50,14 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
         write_json(part / "check.json", check)
         write_decoded(asked, decoded, settings, files)
         tell("2/3 poses of the board and of the base stations")
-        write_poses(asked, settings, files, files)
+        write_poses(asked, settings, files | points, files)
         tell("3/3 figure")
         calibration = read_calibration(files, asked.calibration, None)
         save(calibration_figure(calibration), part / PICTURES[0])
         tracked = track_figure(asked.calibration, None, *read_table(files["track"]))
         save(tracked, part / PICTURES[2])
-    tell_result([*_verdict(calibration), "", f"Figure: {folder / PICTURES[0]}"])
+    exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"
+    tell_result([*_verdict(calibration), "", exports, f"Figure: {folder / PICTURES[0]}"])
 
 
 def _verdict(found: CalibrationFiles) -> list[str]:

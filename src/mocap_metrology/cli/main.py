@@ -23,6 +23,7 @@ of photodiodes before two Lighthouse base stations. The results of an earlier ch
 folder are replaced. Exit status: 0 with a verdict, whatever it is; 1 without one."""
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
 FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
+WORLDS = ("gravity", "master", "board-start")
 DUMPS = (".bin", ".dump", ".rec", ".gz")
 INTERRUPTED = 130  # the shell's number for it
 
@@ -97,6 +98,18 @@ def parser() -> argparse.ArgumentParser:
         choices=FORMATS,
         help="of the dump (default: .rec and .rec.gz libsurvive-rec, .csv angles-csv, all other "
         "gpio-dump)",
+    )
+    dumps.add_argument(
+        "--world",
+        choices=WORLDS,
+        default=WORLDS[0],
+        help="frame of the exported poses of the base stations (default: gravity)",
+    )
+    dumps.add_argument(
+        "--world-points",
+        metavar="CSV",
+        help="places measured in the room, whose frame is then used: label,x_m,y_m,z_m of master, "
+        "slave, diode 3 (at the start), diode 3 at 12.5 s",
     )
     return whole
 

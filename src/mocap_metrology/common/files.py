@@ -131,8 +131,8 @@ def _examine(text: str, kind: str) -> None:
         raise ValueError("its end is missing")
     if "\0" in text:
         raise ValueError("it holds zeros")
-    if kind == ".json":
-        json.loads(text)
+    if kind == ".json":  # libsurvive's configuration is an object without its braces
+        json.loads(f"{{{text}}}" if text.startswith('"') else text)
     elif len({len(row) for row in csv.reader(io.StringIO(text))}) > 1:
         raise ValueError("its rows are not of equal length")
 

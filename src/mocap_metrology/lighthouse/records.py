@@ -196,6 +196,7 @@ class PoseEstimate:
     seconds: float = float("nan")
     note: str = ""
     details: Mapping[str, object] | None = None  # of batch: noise and the other unknowns
+    path: Path | None = None  # of batch: the board in the master's frame
 
 
 # Few distinct values, or long runs of one.

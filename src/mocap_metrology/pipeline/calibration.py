@@ -20,6 +20,7 @@ from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode
+from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.pipeline.settings import Lighthouse
 
 log = logging.getLogger(__name__)
@@ -100,10 +101,12 @@ def priors_of(settings: Lighthouse) -> Priors:
 
 def checked(asked: Asked, files: Mapping[str, str], settings: Lighthouse) -> tuple[Check, Decoded]:
     """Contents of check.json, and the decoded recording; raises `Refusal` for one that cannot be
-    used."""
+    used, and for such points in the room, where `files` has these."""
     if asked.sha256 and (found := sha256(str(asked.path))) != asked.sha256:
         name = Path(str(asked.path)).name
         raise Refusal(f"{name}: SHA-256 is {found}; expected {asked.sha256}")
+    if "points" in files:
+        read_points(files["points"])
     recording = decoded(asked, files, settings)
     warnings = [
         f"{station.role}: no factory values ({station.why}); expected errors of centimetres"

@@ -33,9 +33,10 @@ from mocap_metrology.pipeline.calibration import (
     reference_of,
     truths_of,
 )
+from mocap_metrology.pipeline.calibration_exports import frame_of, write_exports
 from mocap_metrology.pipeline.settings import Lighthouse
 from mocap_metrology.pipeline.tracking import write_track
-from mocap_metrology.present.text.calibration import pose_document
+from mocap_metrology.present.text.calibration import pose_document, reason
 
 log = logging.getLogger(__name__)
 Paths = Mapping[str, str]
@@ -73,15 +74,16 @@ def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Pat
 
 def write_poses(asked: Asked, settings: Lighthouse, given: Paths, files: Paths) -> Row:
     """sweeps.parquet, stations.json -> poses.parquet, pose.json, track.parquet: board poses, pose
-    of the slave, and the board tracked with it.
+    of the slave, and the board tracked with it; and the files of other programs.
 
     `given` are named sweeps, stations, board, and, where there are any, reference, mount, truth,
-    earlier, tracked_with; `files` pose, poses, track. Returns the contents of pose.json.
+    earlier, tracked_with, points; `files` pose, poses, track and as `FORMATS`. Returns the contents
+    of pose.json.
     """
     hits, origin = read_table(given["sweeps"])
     stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
     factories = [station.factory for station in stations]
-    found, board = Calibration(), read_board(given["board"])
+    found, board, placed = Calibration(), read_board(given["board"]), None
     recorded, how = (records.hits_of(hits), board, factories), calibration_settings(settings)
     try:
         found = calibrate(*recorded, how, log.info)
@@ -95,18 +97,23 @@ def write_poses(asked: Asked, settings: Lighthouse, given: Paths, files: Paths) 
             truths=truths_of(given.get("truth")),
             earlier=given.get("earlier"),
         )
+        if (index := result.document["chosen"]) is not None:
+            pose, points = found.estimates[index], given.get("points")
+            placed = frame_of(found, pose, stations, board, settings.world, points)
     except Refusal as refusal:
         log.warning("%s", refusal)
         result = refused(stations, str(refusal))
     document = pose_document(result)
-    log.info("%s", document["verdict"])
+    verdict = {"word": result.verdict.word, "reason": reason(result.verdict)}
+    log.info("%s", verdict)
     same = ("recording", "source", "twin", "sha256", "duration_s")
     origin = {key: origin[key] for key in same} | {"lighthouse": asdict(settings)}
     origin["versions"] = versions("numpy", "scipy", "numba")
     write_table(files["poses"], records.pose_columns(found.paths), origin)
     earlier = given.get("tracked_with")
     write_track(files["track"], asked, found, result.document, earlier, recorded, how, origin)
-    document |= {"origin": origin}
+    world = write_exports(origin, verdict, stations, placed, how.lasers_m, files)
+    document |= {"world": world, "origin": origin}
     write_json(files["pose"], document)
     return document
 

@@ -24,6 +24,7 @@ Word = Literal["good", "usable", "bad"]
 PoseEstimator = Literal["batch", "paper", "paper-tight", "paper-lm", "pnp", "geometric"]
 Optics = Literal["ideal", "factory", "estimated"]
 SimplexOptics = Literal["ideal", "factory"]
+WorldFrame = Literal["gravity", "master", "board-start", "points"]
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,7 @@ class Lighthouse:
     laser_depth_sd_mm: float = 10.0
     phase_sd_mrad: float = 1.0
     time_zero_sd_us: float = 0.15
+    world: WorldFrame = "gravity"
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,13 @@ from mocap_metrology.lighthouse.batch.parts import (
     shared_errors,
 )
 from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors
-from mocap_metrology.lighthouse.batch.trajectory import Trajectory, at_rest, through, trajectory_of
+from mocap_metrology.lighthouse.batch.trajectory import (
+    KNOT_S,
+    Trajectory,
+    at_rest,
+    through,
+    trajectory_of,
+)
 from mocap_metrology.lighthouse.board import FEWEST_DIODES, digest
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.moments import joined, moments
@@ -41,6 +47,7 @@ from mocap_metrology.lighthouse.records import (
     Factory,
     Hits,
     Measurements,
+    Path,
     PoseEstimate,
 )
 from mocap_metrology.lighthouse.rotor import CRAZYFLIE, VARIANTS, rotor_parameters
@@ -145,8 +152,18 @@ def solved(
         seconds=time.perf_counter() - began,
         note=note,
         details=_details(found),
+        path=_path(one.trajectory, one.sweeps.hits.time_s),
     )
     return pose, found
+
+
+def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
+    """The trajectory at half the distance of its knots, where it is known; time_s: of the hits."""
+    at = np.arange(time_s.min(), time_s.max(), KNOT_S / 2)
+    at = at[trajectory.known(at)]
+    R, t_m = trajectory.poses(at)
+    none = np.full(at.size, np.nan)
+    return Path(at, R, t_m, none, np.zeros(at.size, dtype=np.int64), none)
 
 
 def _details(found: Joint) -> dict[str, object]:

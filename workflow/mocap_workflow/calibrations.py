@@ -56,7 +56,8 @@ class CalibrationRow(SheetRow):
     0 flashes first and is the master."""
     reference: FileOrNothing = None
     """Optional pose to compare with: JSON (`R` or `quaternion_xyzw`, `t_m` or `translation_mm`,
-    `stations: {master: id, slave: id}`), or a C3D file with markers on both housings."""
+    `stations: {master: id, slave: id}`), the system configuration of a Crazyflie, the configuration
+    of libsurvive, or a C3D file with markers on both housings."""
     reference_labels_master: Labels = ()
     """Labels of the markers on the housing of the master, separated by `;`; required for a C3D
     reference, not allowed otherwise."""

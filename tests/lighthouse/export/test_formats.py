@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 import yaml
 
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.assess.reference import pose_reference
 from mocap_metrology.lighthouse.decode.factory_file import read_factory
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution, solution_pose
 from mocap_metrology.lighthouse.export.formats import (
@@ -187,6 +189,40 @@ def test_this_projects_own_readers(tmp_path: Path) -> None:
     R, t = solution_pose(read_solution(tmp_path / "libsurvive.json"))
     np.testing.assert_allclose(t, [2, -2, -0.5], atol=1e-11)
     np.testing.assert_allclose(R.T, [-Z, -X, Y], atol=1e-11)
+
+
+@pytest.mark.parametrize("k", [0, 1], ids=["crazyflie", "libsurvive"])
+def test_exports_are_references(tmp_path: Path, k: int) -> None:
+    """Column `reference` of the sheet: the same pose as above, and the ids; of a failed calibration
+    there is none."""
+    found = pose_reference(written(tmp_path, GOOD)[k])
+    np.testing.assert_allclose(found.t_m, [2, -2, -0.5], atol=1e-11)
+    np.testing.assert_allclose(found.R.T, [-Z, -X, Y], atol=1e-11)
+    assert found.ids == (4152238579, 178605925)
+    with pytest.raises(Refusal, match=r"no geos\.0; expected origin|expected poses of the two"):
+        pose_reference(written(tmp_path, FAILED)[k])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[1.0, 2.0, 3.0]", "[1.0, 2.0]", r"geos\.0\.origin is .* expected 3 finite numbers"),
+        ("[1.0, 2.0, 3.0]", "[1.0, .nan, 3.0]", r"geos\.0\.origin is .* expected 3 finite"),
+        ("[-1.0, 0.0, 0.0]", "[1.0, 0.0, 0.0]", r"geos\.0\.rotation: R is no rotation"),
+        (
+            "systemType: 1",
+            "systemType: 2",
+            r"systemType is 2, second-generation \(V2\) base stations",
+        ),
+        ("geos:", "other:", r"no geos\.0; expected origin and rotation of two stations"),
+    ],
+)
+def test_damaged_geometry_of_a_crazyflie(tmp_path: Path, old: str, new: str, words: str) -> None:
+    text = crazyflie_yaml(GOOD)
+    assert old in text
+    (tmp_path / "bad.yaml").write_text(text.replace(old, new, 1))
+    with pytest.raises(Refusal, match=r"^bad\.yaml: " + words):
+        pose_reference(tmp_path / "bad.yaml")
 
 
 def test_own_readers_take_the_factory_values_of_a_failed_calibration(tmp_path: Path) -> None:

@@ -21,8 +21,11 @@ from typing import SupportsInt
 import numpy as np
 
 from mocap_metrology.common.errors import UNREADABLE, Refusal
+from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.calibrate.superpose import kabsch
+from mocap_metrology.lighthouse.decode.factory_file import crazyflie_poses, is_crazyflie
+from mocap_metrology.lighthouse.decode.libsurvive import read_solution, solution_pose
 from mocap_metrology.lighthouse.places import narrowness_m, read_places
 from mocap_metrology.lighthouse.records import ROLES, Hits, Station
 
@@ -126,18 +129,19 @@ def check_ids(reference: Reference, stations: Sequence[Station]) -> str:
 
 
 def pose_reference(path: str | Path) -> Reference:
-    """Reference from a JSON file.
+    """Reference from a file of JSON, a Crazyflie's system configuration or libsurvive's.
 
-    `R` (3 x 3) or `quaternion_xyzw`; `t_m` or `t` in metres, or `translation_mm`; the ids in
+    JSON: `R` (3 x 3) or `quaternion_xyzw`; `t_m` or `t` in metres, or `translation_mm`; the ids in
     `stations`, {"master": id, "slave": id}.
 
     Raises `Refusal` for a missing or impossible entry and for a translation in the wrong unit.
     """
     name = Path(path).name
     try:
-        given = json.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except (OSError, *UNREADABLE) as error:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
         raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
+    given = _of_crazyflie(text, name) or _of_libsurvive(path, text) or _of_json(text, name)
     if not isinstance(given, dict):
         raise Refusal(f"{name}: expected an object with R, t_m and stations")
     stations = given.get("stations", given)
@@ -146,6 +150,33 @@ def pose_reference(path: str | Path) -> Reference:
     master, slave = (station_id(stations[role], f"{name}: {role}") for role in ROLES)
     R, t_m = _rotation(given, name), _translation(given, name)
     return Reference(R, t_m, (master, slave), f"pose file {name}")
+
+
+def _of_json(text: str, name: str) -> object:
+    try:
+        return json.loads(text)
+    except UNREADABLE as error:
+        raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
+
+
+def _of_crazyflie(text: str, name: str) -> Row | None:
+    """Entries of a pose file from a Crazyflie's system configuration; None for any other text."""
+    if not is_crazyflie(text):
+        return None
+    ids, R, t = crazyflie_poses(text, name)
+    master, slave = (_rotation({"R": R[k]}, f"{name}: geos.{k}.rotation") for k in range(2))
+    stations = dict(zip(ROLES, ids, strict=True))
+    return {"R": master.T @ slave, "t_m": master.T @ (t[1] - t[0]), "stations": stations}
+
+
+def _of_libsurvive(path: str | Path, text: str) -> Row | None:
+    """Likewise from libsurvive's configuration, which has no outer braces."""
+    if '"lighthouse' not in text or text.lstrip().startswith("{"):
+        return None
+    found = read_solution(path)
+    R, t = solution_pose(found)
+    ids = {station.index: station.id for station in found}
+    return {"R": R, "t_m": t, "stations": {"master": ids[1], "slave": ids[0]}}
 
 
 def _numbers(

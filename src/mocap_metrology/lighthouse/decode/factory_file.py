@@ -14,7 +14,8 @@ The system configuration that Bitcraze's tools write is
 [crazyflie-lib-python, cflib/localization/lighthouse_config_manager.py]. Station 0 is the one that
 flashes first, so the master; sweep 0 is the azimuth; uid is the id that its flashes carry. A file
 without systemType is of second-generation stations, as its own reader assumes. `geos`, poses in
-the room by the Crazyflie itself, are left out.
+the room, {0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are read by
+`crazyflie_poses`.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def read_factory(path: str | Path) -> list[Station]:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise Refusal(f"{name}: cannot be read ({error}); expected stations.json") from None
-    if _is_crazyflie(text):
+    if is_crazyflie(text):
         return _of_crazyflie(text, name)
     if '"lighthouse' in text:
         return _of_libsurvive(path)
@@ -125,11 +126,11 @@ def _station(entry: Mapping[str, Any], name: str) -> Station:
             raise Refusal(
                 f"{name}, {role}: factory is not an object; expected phase, tilt, curve..."
             )
-        values = {k: _numbers(factory.get(k), 2, f"{name}, {role}: {k}") for k in FACTORY_NAMES}
+        values = {k: _numbers(factory.get(k), (2,), f"{name}, {role}: {k}") for k in FACTORY_NAMES}
         factory = Factory(**values)
         _check(factory, f"{name}, {role}")
     if gravity is not None:
-        gravity = _numbers(gravity, 3, f"{name}, {role}: gravity")
+        gravity = _numbers(gravity, (3,), f"{name}, {role}: gravity")
     rest = {key: entry[key] for key in OPTIONAL if key in entry}
     return Station(role, id_, mode, factory, gravity, **rest)
 
@@ -141,23 +142,24 @@ def _check(factory: Factory, where: str) -> None:
         raise Refusal(f"{where}: {refusal}") from None
 
 
-def _numbers(value: object, count: int, where: str) -> np.ndarray:
+def _numbers(value: object, shape: tuple[int, ...], where: str) -> np.ndarray:
     try:
         numbers = np.array(value, dtype=np.float64)
     except UNREADABLE:
         numbers = np.empty(0)
-    if numbers.shape != (count,) or not np.isfinite(numbers).all():
-        raise Refusal(f"{where} is {value!r}; expected {count} finite numbers")
+    if numbers.shape != shape or not np.isfinite(numbers).all():
+        size = " x ".join(map(str, shape))
+        raise Refusal(f"{where} is {value!r}; expected {size} finite numbers")
     return numbers
 
 
-def _is_crazyflie(text: str) -> bool:
+def is_crazyflie(text: str) -> bool:
     """Whether a text is a system configuration of a Crazyflie."""
     return CRAZYFLIE_TYPE in text
 
 
-def _of_crazyflie(text: str, name: str) -> list[Station]:
-    """Stations with factory values, master first. Raises `Refusal` naming file and field."""
+def _crazyflie(text: str, name: str) -> Mapping[str, Any]:
+    """The system configuration of first-generation stations in a text."""
     import yaml
 
     try:
@@ -176,6 +178,31 @@ def _of_crazyflie(text: str, name: str) -> list[Station]:
             f"{name}: systemType is {given.get('systemType')!r}, second-generation (V2) base"
             " stations; expected 1"
         )
+    return given
+
+
+def crazyflie_poses(text: str, name: str) -> tuple[list[int | None], np.ndarray, np.ndarray]:
+    """Ids of master and slave, None where unknown, and their R (2, 3, 3) and t (2, 3) in m in the
+    room. Raises `Refusal` naming file and field; whether each R is a rotation is not checked."""
+    given = _crazyflie(text, name)
+    geos, calibs = given.get("geos"), given.get("calibs")
+    ids: list[int | None] = []
+    R, t = np.empty((2, 3, 3)), np.empty((2, 3))
+    for key in range(len(ROLES)):
+        geo = geos.get(key) if isinstance(geos, Mapping) else None
+        if not isinstance(geo, Mapping):
+            raise Refusal(f"{name}: no geos.{key}; expected origin and rotation of two stations")
+        t[key] = _numbers(geo.get("origin"), (3,), f"{name}: geos.{key}.origin")
+        R[key] = _numbers(geo.get("rotation"), (3, 3), f"{name}: geos.{key}.rotation")
+        calib = calibs.get(key) if isinstance(calibs, Mapping) else None
+        uid = calib.get("uid") if isinstance(calib, Mapping) else None
+        ids.append((uid or None) if type(uid) is int else None)
+    return ids, R, t
+
+
+def _of_crazyflie(text: str, name: str) -> list[Station]:
+    """Stations with factory values, master first. Raises `Refusal` naming file and field."""
+    given = _crazyflie(text, name)
     calibs = given.get("calibs")
     if not isinstance(calibs, Mapping) or not calibs:
         raise Refusal(f"{name}: no calibs; expected factory values of stations 0 and 1")
@@ -208,7 +235,7 @@ def _pair(sweeps: list[object], value: str, where: str) -> np.ndarray:
         whole = isinstance(one, int) and not isinstance(one, bool)
         if not whole and not (isinstance(one, float) and np.isfinite(one)):
             raise Refusal(f"{where}.sweeps[{axis}].{value} is {one!r}; expected a number")
-    return _numbers(found, 2, f"{where}.sweeps.{value}")
+    return _numbers(found, (2,), f"{where}.sweeps.{value}")
 
 
 def _value(given: object) -> object:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import exp
 from mocap_metrology.lighthouse.track.receiver import Track, columns
 from mocap_metrology.lighthouse.track.spread import Spread
@@ -16,6 +17,7 @@ from mocap_metrology.present.plot.figure import save
 
 NAMED = {"calibration": "hall-1", "setup": "hall", "source": "twin"}
 N = 480
+MOVED = {"rotors": []}  # allan.parquet has no rows then
 
 
 def tracked(still: bool = False) -> dict[str, np.ndarray]:
@@ -67,7 +69,7 @@ def test_a_row_in_closed_form() -> None:
 
 @pytest.mark.parametrize("still", [False, True])
 def test_the_figure_shows_gaps_and_both_sources(tmp_path: Path, still: bool) -> None:
-    picture = track_figure("hall-1", "real-1-1", tracked(still), {"still": still})
+    picture = track_figure("hall-1", "real-1-1", tracked(still), {"still": still}, {}, MOVED)
     axes = {axes.get_title(loc="left")[:3]: axes for axes in picture.figure.axes}
     assert set(axes) >= {"(a)", "(b)", "(c)", "(d)", "(e)"}
     place, sd = axes["(c)"], axes["(d)"]
@@ -83,6 +85,30 @@ def test_the_figure_shows_gaps_and_both_sources(tmp_path: Path, still: bool) -> 
     ] * 2
 
 
+def test_at_rest_the_figure_shows_the_noise_of_the_angles() -> None:
+    """Four curves of white noise in the panel of azimuth; none in that of elevation, which says so;
+    the clock's rounding is step / sqrt(24) at one sweep."""
+    tau = np.array([1, 2, 5, 10]) / 30
+    parts = [f"{role}_azimuth_{part}" for role in ROLES for part in ("common", "independent")]
+    adev = np.concatenate([5e-5 / np.sqrt(k * tau) for k in (1, 2, 3, 4)])
+    allan = {"series": np.repeat(parts, 4).astype(object), "estimator": np.full(16, "oadev")}
+    allan |= {"tau_s": np.tile(tau, 4), "adev_rad": adev}
+    allan |= {"adev_lower_rad": 0.9 * adev, "adev_upper_rad": 1.1 * adev}
+    noise = {"rotors": [{"step_rad": 188e-6}]}
+    picture = track_figure("desk", None, tracked(True), {"still": True}, allan, noise)
+    titled = {axes.get_title(loc="left"): axes for axes in picture.figure.axes}
+    shown = titled["(a) Angles at rest, azimuth"]
+    lines = {line.get_label(): line for line in shown.lines}
+    np.testing.assert_allclose(lines["slave, common part"].get_ydata(), 1e6 * adev[8:12])
+    rounding = lines["rounding by the clock, dithered"]
+    level = rounding.get_ydata() * np.sqrt(rounding.get_xdata() / tau[0])
+    np.testing.assert_allclose(level, 188 / np.sqrt(24))
+    assert not titled["(b) Angles at rest, elevation"].lines
+    assert picture.caption.startswith("The board at rest")
+
+
 def test_without_poses_the_figure_states_why() -> None:
-    picture = track_figure("hall-1", None, columns(None), {"reason": "no pose of the slave"})
+    picture = track_figure(
+        "hall-1", None, columns(None), {"reason": "no pose of the slave"}, {}, MOVED
+    )
     assert picture.caption == "No path of the receiver: no pose of the slave."

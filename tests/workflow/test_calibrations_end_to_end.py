@@ -430,6 +430,8 @@ def test_tables_and_figures(run) -> None:
         own = rows(results / f"tables/jansen_table{number}.csv")
         assert own
         assert (results / f"tables/jansen_table{number}.md").stat().st_size > 0
+    rotors = rows(results / "tables/lab_angles.csv")
+    assert {row["calibration"] for row in rotors} == ({"headset"} if samples_folder() else set())
     for figure in ("calibration", "track"):
         assert (results / f"calibrations/measured/{figure}.png").stat().st_size > 10_000
     assert (results / "figures/jansen_fig03.svg").stat().st_size > 1_000

@@ -107,6 +107,6 @@ def test_a_dump(tmp_path: Path, root: Path, snakemake: Callable) -> None:
     done = snakemake(root, "--cores", "2", asked, "--config", *options)
     assert done.returncode == 0, done.stdout
     check(tmp_path, "dump.bin", "--board", "board.csv", "--output", "one")
-    assert_same(tmp_path / "one", own, 11)
+    assert_same(tmp_path / "one", own, 12)
     for name in ("calibration.svg", "track.svg"):
         assert (tmp_path / "one" / name).read_bytes() == (own / name).read_bytes(), name

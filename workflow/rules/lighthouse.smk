@@ -24,6 +24,7 @@ rule calibrate_twin:
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
         track="<results>/calibrations/{calibration}/track.parquet",
+        allan="<results>/calibrations/{calibration}/allan.parquet",
         crazyflie="<results>/calibrations/{calibration}/crazyflie.yaml",
         libsurvive="<results>/calibrations/{calibration}/libsurvive.json",
         ros2="<results>/calibrations/{calibration}/ros2_static_transforms.launch.xml",
@@ -37,11 +38,12 @@ rule calibrate_twin:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("calibrate_twin.py", "io", "lighthouse", "pipeline", "present/text"),
+        code=source("calibrate_twin.py", "io", "lighthouse", "noise", "pipeline", "present/text"),
         contents=contents(selection.compared_files),
         row=columns("calibration", "twin", "format", "board", *COMPARED),
         twin=twin_of(CALIBRATION_TWINS),
         lighthouse=config["lighthouse"],
+        allan=config["allan"],
         seed=config["seed"],
     message:
         "{wildcards.calibration}: simulating and calibrating"
@@ -113,6 +115,7 @@ rule calibrate:
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
         track="<results>/calibrations/{calibration}/track.parquet",
+        allan="<results>/calibrations/{calibration}/allan.parquet",
         crazyflie="<results>/calibrations/{calibration}/crazyflie.yaml",
         libsurvive="<results>/calibrations/{calibration}/libsurvive.json",
         ros2="<results>/calibrations/{calibration}/ros2_static_transforms.launch.xml",
@@ -127,10 +130,11 @@ rule calibrate:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("calibrate.py", "io", "lighthouse", "pipeline", "present/text"),
+        code=source("calibrate.py", "io", "lighthouse", "noise", "pipeline", "present/text"),
         contents=contents(selection.compared_files),
         row=columns(*COMPARED),
         lighthouse=config["lighthouse"],
+        allan=config["allan"],
     message:
         "{wildcards.calibration}: calibrating"
     script:
@@ -145,6 +149,7 @@ rule calibration_figures:
         stations="<results>/calibrations/{calibration}/stations.json",
         board="<results>/calibrations/{calibration}/board.csv",
         track="<results>/calibrations/{calibration}/track.parquet",
+        allan="<results>/calibrations/{calibration}/allan.parquet",
     output:
         png="<results>/calibrations/{calibration}/calibration.png",
         svg=report(
@@ -187,9 +192,13 @@ rule calibration_tables:
         tracks=collect(
             "<results>/calibrations/{row.calibration}/track.parquet", row=accepted_calibrations()
         ),
+        allan=collect(
+            "<results>/calibrations/{row.calibration}/allan.parquet", row=accepted_calibrations()
+        ),
     output:
         multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
         multiext("<results>/tables/{group}_track", ".csv", ".md"),
+        multiext("<results>/tables/{group}_angles", ".csv", ".md"),
     log:
         "<logs>/calibration_tables/{group}.log",
     benchmark:
@@ -222,7 +231,7 @@ rule lighthouse_results:
         ),
         tables=collect(
             "<results>/tables/{group}_{table}.{kind}",
-            table=("calibrations", "track"),
+            table=("calibrations", "track", "angles"),
             group=groups(sheet=CALIBRATIONS),
             kind=TABLE,
         ),

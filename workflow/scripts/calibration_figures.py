@@ -14,6 +14,6 @@ with step(snakemake) as log:
     files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}
     calibration = read_calibration(files, params.name, params.twin)
     save(calibration_figure(calibration), snakemake.output.png)
-    track, origin = read_table(given.track)
-    save(track_figure(params.name, params.twin, track, origin), snakemake.output.track_png)
+    tables = (*read_table(given.track), *read_table(given.allan))
+    save(track_figure(params.name, params.twin, *tables), snakemake.output.track_png)
     log.info("verdict: %s", calibration.pose["verdict"]["word"])

@@ -23,6 +23,7 @@ TABLES = {
     "sweeps": "sweeps.parquet",
     "poses": "poses.parquet",
     "track": "track.parquet",
+    "allan": "allan.parquet",
     "stations": "stations.json",
     "board": "board.csv",
     "pose": "pose.json",
@@ -54,7 +55,9 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
         tell("3/3 figure")
         calibration = read_calibration(files, asked.calibration, None)
         save(calibration_figure(calibration), part / PICTURES[0])
-        tracked = track_figure(asked.calibration, None, *read_table(files["track"]))
+        tracked = track_figure(
+            asked.calibration, None, *read_table(files["track"]), *read_table(files["allan"])
+        )
         save(tracked, part / PICTURES[2])
     exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"
     tell_result([*_verdict(calibration), "", exports, f"Figure: {folder / PICTURES[0]}"])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mocap_metrology.present.calibration.angle_figure import draw_angles
 from mocap_metrology.present.calibration.track_table import deviations_mm, jitter, lengths, settled
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import (
@@ -49,11 +50,19 @@ SPREAD = 0.08  # of the path's extent, left free on each side
 
 
 @styled()
-def track_figure(name: str, twin: str | None, track: Columns, origin: Record) -> Picture:
+def track_figure(
+    name: str,
+    twin: str | None,
+    track: Columns,
+    origin: Record,
+    allan: Columns,
+    noise: Record,
+) -> Picture:
     """One page: path from above coloured by its standard deviation, the same against the distance,
     position over time, standard deviations of position and of rotation over time.
 
-    Where there is no track, words state why.
+    Of a board at rest, Allan deviations of its angles (`allan`, `noise`: of its allan.parquet) take
+    the place of the path. Where there is no track, words state why.
     """
     kind = f"simulated stand-in (twin) {twin}" if twin else "measured"
     other = origin.get("tracked_with")
@@ -65,8 +74,13 @@ def track_figure(name: str, twin: str | None, track: Columns, origin: Record) ->
         return words_picture(f"No path of the receiver: {why}.", title, source)
     body = new_figure(title, source, HEIGHT_MM)
     axes = body.subplot_mosaic(PLACES, height_ratios=ROWS, width_ratios=[1.15, 1])
-    _draw_path(body, axes["path"], track)
-    _draw_distance(axes["far"], track)
+    at_rest = bool(noise.get("rotors"))
+    if at_rest:
+        draw_angles(axes["path"], allan, noise, "azimuth")
+        draw_angles(axes["far"], allan, noise, "elevation")
+    else:
+        _draw_path(body, axes["path"], track)
+        _draw_distance(axes["far"], track)
     remark = _draw_place(axes["place"], track, bool(origin.get("still")))
     for unit in NAMES:
         _draw_deviations(axes[unit], track, unit)
@@ -76,7 +90,8 @@ def track_figure(name: str, twin: str | None, track: Columns, origin: Record) ->
     drawn = [axes[key] for key in ("path", "far", "place", "mm", "deg")]
     letters(drawn)
     legend_below(body, drawn)
-    return Picture(body, f"{captions.TRACK} {remark}".strip())
+    above = captions.TRACK_AT_REST if at_rest else captions.TRACK_PATH
+    return Picture(body, f"{above} {captions.TRACK} {remark}".strip())
 
 
 def _draw_path(body: SubFigure, axes: Axes, track: Columns) -> None:

@@ -258,10 +258,20 @@ def of_skurowski(*figures: int | str) -> str:
     return " ".join(f"Figure {figure}: {SKUROWSKI[figure]}" for figure in figures)
 
 
-TRACK = (
+TRACK_PATH = (
     "The board tracked with the calibrated stations, 60 poses a second. (a) Path from above, "
     "coloured by the standard deviation of the position. (b) Standard deviations of the position "
-    "against the distance from the master. (c) Position about its mean. (d), (e) Standard "
+    "against the distance from the master."
+)
+TRACK_AT_REST = (
+    "The board at rest, tracked with the calibrated stations, 60 poses a second. (a), (b) Allan "
+    "deviation of the angles, 30 sweeps a second: of what all diodes of a sweep share, and of "
+    "single diodes beyond it, with 68.3 % intervals. The independent noise of a diode cannot be "
+    "less than the dotted line, if the clock's rounding is dithered; where the spread is below the "
+    "step, it may not be."
+)
+TRACK = (
+    "(c) Position about its mean. (d), (e) Standard "
     "deviations of position and rotation over time: by the noise of the hits, by the error of the "
     "slave's pose, and by all, which includes errors of optics and board. Each is the length of a "
     "vector of three axes. With the recording's own calibration, errors of board and optics move "

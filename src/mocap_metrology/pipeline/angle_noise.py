@@ -1,0 +1,126 @@
+"""allan.parquet of a calibration: noise of the angles of a board at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from mocap_metrology.common.files import Metadata, write_table
+from mocap_metrology.common.types import Columns, Row
+from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.still_angles import StillAngles, still_angles
+from mocap_metrology.lighthouse.timing import CYCLE_S
+from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve, interval
+from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.series import ALLAN, allan_columns, joined
+from mocap_metrology.pipeline import settings as of
+
+MOVED = "the board moved: its angles show motion, not noise"
+
+
+def write_angle_noise(
+    path: str,
+    hits: Hits,
+    still: bool,
+    resolution_s: float | None,
+    settings: of.Allan,
+    origin: Metadata,
+) -> None:
+    """Allan deviations in rad of each rotor's common and independent part and of its diodes; no
+    rows for a board that moves. resolution_s: step of the recording's clock.
+
+    Metadata: for each rotor the standard deviation of a diode (median) and of its independent
+    part, the clock's step, and whether the spread of a diode, or of that part, is below it: then
+    it is rounding that is seen; or the reason why there are no rows.
+    """
+    parts: list[Columns] = []
+    rotors: list[Row] = []
+    if still:
+        for own in still_angles(hits):
+            parts += _curves(own, settings)
+            rotors.append(_rotor(own, resolution_s))
+    more: Metadata = {"allan": asdict(settings), "rotors": rotors}
+    if not still:
+        more["reason"] = MOVED
+    elif not parts:
+        more["reason"] = "no diode was hit in half of the sweeps"
+    columns = {_in_rad(name): values for name, values in joined(parts, ALLAN).items()}
+    write_table(path, columns, origin | more)
+
+
+def _in_rad(name: str) -> str:
+    return name.replace("_mm2", "_rad2").replace("_mm", "_rad")
+
+
+def _rotor(own: StillAngles, resolution_s: float | None) -> Row:
+    sd = float(np.median(np.nanstd(own.deviation, axis=0, ddof=1)))
+    step = None if resolution_s is None else float(np.pi * resolution_s / CYCLE_S)
+    alone = float(np.sqrt(np.nanmean(own.independent**2))) if own.diodes.size > 1 else None
+    return {
+        "rotor": own.name,
+        "diodes": own.diodes.tolist(),
+        "sweeps": len(own.deviation),
+        "rate_hz": own.rate_hz,
+        "sd_rad": sd,
+        "independent_sd_rad": alone,
+        "step_rad": step,
+        "below_step": None if step is None else sd < step,
+        "independent_below_step": None if step is None or alone is None else alone < step,
+    }
+
+
+def _curves(own: StillAngles, settings: of.Allan) -> list[Columns]:
+    """Columns of the common part, the independent part of all diodes together, and every diode."""
+    n = len(own.deviation)
+    m = averaging_factors(n, settings.n_taus, settings.min_m, settings.max_fraction)
+
+    def curve(series: np.ndarray, kind: str) -> AllanCurve:
+        how = (settings.confidence, settings.min_coverage)
+        return allan_curve(np.ascontiguousarray(series), own.rate_hz, m, kind, *how)
+
+    found = []
+    for kind in settings.estimators:
+        if own.diodes.size > 1:
+            each = [curve(series, kind) for series in own.independent.T]
+            independent = _pooled(each, settings.confidence)
+            common = curve(own.common, kind)
+            seen = float(np.mean(own.seen[own.seen > 1]))
+            common = _without(common, independent, seen, settings.confidence)
+            found.append(allan_columns(f"{own.name}_common", common, kind))
+            found.append(allan_columns(f"{own.name}_independent", independent, kind))
+        for diode, series in zip(own.diodes, own.deviation.T, strict=True):
+            found.append(allan_columns(f"{own.name}_{diode}", curve(series, kind), kind))
+    return found
+
+
+def _pooled(curves: Sequence[AllanCurve], confidence: float) -> AllanCurve:
+    """Mean variance of n curves, where all have one; n - 1 of them are independent."""
+    shared = [m for m in curves[0].m if all(m in one.m for one in curves[1:])]
+    own = [_at(one, np.array(shared, dtype=np.int64)) for one in curves]
+    variance = np.mean([one.variance for one in own], axis=0)
+    edf = np.mean([one.edf for one in own], axis=0) * (len(own) - 1)
+    lower, upper = interval(variance, edf, confidence)
+    return replace(own[0], variance=variance, edf=edf, lower=lower, upper=upper)
+
+
+def _without(
+    common: AllanCurve, independent: AllanCurve, seen: float, confidence: float
+) -> AllanCurve:
+    """The common part without 1 / seen of the independent variance; factors at which nothing is
+    left are dropped."""
+    shared = np.intersect1d(common.m, independent.m)
+    own, other = _at(common, shared), _at(independent, shared)
+    less = own.variance - other.variance / seen
+    kept = less > 0
+    own, less = _at(own, shared[kept]), less[kept]
+    edf = np.maximum(own.edf * (less / own.variance) ** 2, 1.0)  # the scatter stays
+    lower, upper = interval(less, edf, confidence)
+    return replace(own, variance=less, edf=edf, lower=lower, upper=upper)
+
+
+def _at(curve: AllanCurve, m: np.ndarray) -> AllanCurve:
+    """The curve at some of its averaging factors."""
+    rows = np.flatnonzero(np.isin(curve.m, m))
+    return AllanCurve(**{k: getattr(curve, k)[rows] for k in AllanCurve.__dataclass_fields__})

@@ -13,7 +13,7 @@ from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.still_angles import still_angles
-from mocap_metrology.pipeline.angle_noise import MOVED, write_angle_noise
+from mocap_metrology.pipeline.angle_noise import MOVED, UNKNOWN, write_angle_noise
 from mocap_metrology.pipeline.settings import Allan
 from mocap_metrology.present.calibration.angle_table import HEAD, angle_markdown, angle_rows
 
@@ -42,7 +42,9 @@ def hits() -> Hits:
     ).hits
 
 
-def written(path: Path, hits: Hits, still: bool = True, resolution_s: float | None = 1 / 48e6):
+def written(
+    path: Path, hits: Hits, still: bool | None = True, resolution_s: float | None = 1 / 48e6
+):
     write_angle_noise(str(path), hits, still, resolution_s, Allan(), {"recording": "desk"})
     return read_table(path)
 
@@ -94,6 +96,8 @@ def test_a_real_headset(samples: Path, tmp_path: Path) -> None:
 def test_a_board_that_moved_has_no_rows_but_a_reason(hits: Hits, tmp_path: Path) -> None:
     allan, origin = written(tmp_path / "moved.parquet", hits, still=False)
     assert allan["adev_rad"].size == 0 and origin["reason"] == MOVED
+    _, refused = written(tmp_path / "refused.parquet", hits, still=None)
+    assert refused["reason"] == UNKNOWN
     assert angle_rows(NAMED, allan, origin) == []
     assert "No calibration of a board at rest" in angle_markdown([], "lab: noise of angles", "")
 

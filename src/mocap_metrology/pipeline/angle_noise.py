@@ -18,18 +18,20 @@ from mocap_metrology.noise.series import ALLAN, allan_columns, joined
 from mocap_metrology.pipeline import settings as of
 
 MOVED = "the board moved: its angles show motion, not noise"
+UNKNOWN = "no pose of the board: whether it was at rest is not known"
 
 
 def write_angle_noise(
     path: str,
     hits: Hits,
-    still: bool,
+    still: bool | None,
     resolution_s: float | None,
     settings: of.Allan,
     origin: Metadata,
 ) -> None:
     """Allan deviations in rad of each rotor's common and independent part and of its diodes; no
-    rows for a board that moves. resolution_s: step of the recording's clock.
+    rows for a board that moves, or where that is not known (still None). resolution_s: step of
+    the recording's clock.
 
     Metadata: for each rotor the standard deviation of a diode (median) and of its independent
     part, the clock's step, and whether the spread of a diode, or of that part, is below it: then
@@ -43,7 +45,7 @@ def write_angle_noise(
             rotors.append(_rotor(own, resolution_s))
     more: Metadata = {"allan": asdict(settings), "rotors": rotors}
     if not still:
-        more["reason"] = MOVED
+        more["reason"] = UNKNOWN if still is None else MOVED
     elif not parts:
         more["reason"] = "no diode was hit in half of the sweeps"
     columns = {_in_rad(name): values for name, values in joined(parts, ALLAN).items()}

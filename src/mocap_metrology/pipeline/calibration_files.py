@@ -115,8 +115,8 @@ def write_poses(
     origin["versions"] = versions("numpy", "scipy", "numba")
     write_table(files["poses"], records.pose_columns(found.paths), origin)
     earlier = given.get("tracked_with")
-    noise = files["allan"], recorded[0], found.still, resolution_s
-    write_angle_noise(*noise, allan or Allan(), origin)
+    still = found.still if found.estimates else None
+    write_angle_noise(files["allan"], recorded[0], still, resolution_s, allan or Allan(), origin)
     write_track(files["track"], asked, found, result.document, earlier, recorded, how, origin)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, files)
     document |= {"world": world, "origin": origin}

@@ -209,6 +209,19 @@ def stations_to_track_with(wildcards):
     return {"tracked_with": f"{config['results']}/calibrations/{other}/pose.json"}
 
 
+def at_rest(rows):
+    """Calibrations whose board may be at rest; of twins it is known."""
+    still = {name for name, twin in CALIBRATION_TWINS.items() if twin.motion.pattern == "still"}
+    return [row for row in rows if row.twin is None or row.twin in still]
+
+
+def noise_of_angles(wildcards):
+    """allan.parquet of the row, if its board may be at rest."""
+    folder = f"{config['results']}/calibrations/{wildcards.calibration}"
+    found = at_rest([CALIBRATIONS.rows[wildcards.calibration]])
+    return {"allan": f"{folder}/allan.parquet"} if found else {}
+
+
 # Selections of several subjects.
 EVERY_RECORDING = accepted(query=EVERY)
 EVERY_CALIBRATION = accepted_calibrations(query=EVERY)

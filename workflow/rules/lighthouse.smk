@@ -24,7 +24,6 @@ rule calibrate_twin:
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
         track="<results>/calibrations/{calibration}/track.parquet",
-        allan="<results>/calibrations/{calibration}/allan.parquet",
         crazyflie="<results>/calibrations/{calibration}/crazyflie.yaml",
         libsurvive="<results>/calibrations/{calibration}/libsurvive.json",
         ros2="<results>/calibrations/{calibration}/ros2_static_transforms.launch.xml",
@@ -38,12 +37,11 @@ rule calibrate_twin:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("calibrate_twin.py", "io", "lighthouse", "noise", "pipeline", "present/text"),
+        code=source("calibrate_twin.py", "io", "lighthouse", "pipeline", "present/text"),
         contents=contents(selection.compared_files),
         row=columns("calibration", "twin", "format", "board", *COMPARED),
         twin=twin_of(CALIBRATION_TWINS),
         lighthouse=config["lighthouse"],
-        allan=config["allan"],
         seed=config["seed"],
     message:
         "{wildcards.calibration}: simulating and calibrating"
@@ -115,7 +113,6 @@ rule calibrate:
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
         track="<results>/calibrations/{calibration}/track.parquet",
-        allan="<results>/calibrations/{calibration}/allan.parquet",
         crazyflie="<results>/calibrations/{calibration}/crazyflie.yaml",
         libsurvive="<results>/calibrations/{calibration}/libsurvive.json",
         ros2="<results>/calibrations/{calibration}/ros2_static_transforms.launch.xml",
@@ -130,26 +127,48 @@ rule calibrate:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("calibrate.py", "io", "lighthouse", "noise", "pipeline", "present/text"),
+        code=source("calibrate.py", "io", "lighthouse", "pipeline", "present/text"),
         contents=contents(selection.compared_files),
         row=columns(*COMPARED),
         lighthouse=config["lighthouse"],
-        allan=config["allan"],
     message:
         "{wildcards.calibration}: calibrating"
     script:
         "../scripts/calibrate.py"
 
 
+# Of a board at rest; for one that moved, allan.parquet states so. It is known of twins beforehand.
+rule angle_noise:
+    input:
+        sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
+        pose="<results>/calibrations/{calibration}/pose.json",
+    output:
+        "<results>/calibrations/{calibration}/allan.parquet",
+    log:
+        "<logs>/angle_noise/{calibration}.log",
+    benchmark:
+        "<benchmarks>/angle_noise/{calibration}.tsv"
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("angle_noise.py", "lighthouse", "noise", "pipeline"),
+        allan=config["allan"],
+    message:
+        "{wildcards.calibration}: noise of angles"
+    script:
+        "../scripts/angle_noise.py"
+
+
 rule calibration_figures:
     input:
+        unpack(noise_of_angles),
         pose="<results>/calibrations/{calibration}/pose.json",
         poses="<results>/calibrations/{calibration}/poses.parquet",
         sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
         board="<results>/calibrations/{calibration}/board.csv",
         track="<results>/calibrations/{calibration}/track.parquet",
-        allan="<results>/calibrations/{calibration}/allan.parquet",
     output:
         png="<results>/calibrations/{calibration}/calibration.png",
         svg=report(
@@ -193,7 +212,8 @@ rule calibration_tables:
             "<results>/calibrations/{row.calibration}/track.parquet", row=accepted_calibrations()
         ),
         allan=collect(
-            "<results>/calibrations/{row.calibration}/allan.parquet", row=accepted_calibrations()
+            "<results>/calibrations/{row.calibration}/allan.parquet",
+            row=accepted_calibrations(at_rest),
         ),
     output:
         multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
@@ -210,6 +230,7 @@ rule calibration_tables:
     params:
         code=source("calibration_tables.py", "calibration_records.py", "lighthouse", "present"),
         rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
+        at_rest=columns("calibration", "setup", "source", of=accepted_calibrations(at_rest)),
     message:
         "{wildcards.group}: tables of calibrations"
     script:
@@ -227,6 +248,10 @@ rule lighthouse_results:
                 rules.decode.output,
                 rules.calibrate.output,
                 calibration=accepted_calibrations(selection.names, MEASURED),
+            ),
+            collect(
+                "<results>/calibrations/{row.calibration}/allan.parquet",
+                row=accepted_calibrations(at_rest, EVERY),
             ),
         ),
         tables=collect(

@@ -5,9 +5,7 @@ from step import step
 with step(snakemake):
     from mocap_metrology.pipeline.calibration import Asked
     from mocap_metrology.pipeline.calibration_files import write_poses
-    from mocap_metrology.pipeline.settings import Allan, Lighthouse
+    from mocap_metrology.pipeline.settings import Lighthouse
 
     asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
-    allan = Allan(**snakemake.params.allan)
-    given, files = dict(snakemake.input.items()), dict(snakemake.output.items())
-    write_poses(asked, settings, given, files, allan)
+    write_poses(asked, settings, dict(snakemake.input.items()), dict(snakemake.output.items()))

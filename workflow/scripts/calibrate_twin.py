@@ -6,7 +6,7 @@ with step(snakemake) as log:
     from mocap_metrology.pipeline.calibration import Asked, decoded
     from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
     from mocap_metrology.pipeline.calibration_twin import write_twin
-    from mocap_metrology.pipeline.settings import Allan, Lighthouse
+    from mocap_metrology.pipeline.settings import Lighthouse
 
     asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
     (twin,) = snakemake.params.twin.values()
@@ -20,4 +20,4 @@ with step(snakemake) as log:
         against["reference"] = files["reference" if mocap else "truth"]
         against["mount"] = files["mount"] if mocap else None
     made = {name: files[name] for name in ("sweeps", "stations", "board", "truth")}
-    write_poses(asked, settings, made | against, files, Allan(**snakemake.params.allan))
+    write_poses(asked, settings, made | against, files)

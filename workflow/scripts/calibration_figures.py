@@ -14,6 +14,8 @@ with step(snakemake) as log:
     files = {key: given[key] for key in ("pose", "poses", "sweeps", "stations", "board")}
     calibration = read_calibration(files, params.name, params.twin)
     save(calibration_figure(calibration), snakemake.output.png)
-    tables = (*read_table(given.track), *read_table(given.allan))
-    save(track_figure(params.name, params.twin, *tables), snakemake.output.track_png)
+    angles = dict(given.items()).get("allan")
+    noise = read_table(angles) if angles else ({}, {"rotors": []})
+    tracked = track_figure(params.name, params.twin, *read_table(given.track), *noise)
+    save(tracked, snakemake.output.track_png)
     log.info("verdict: %s", calibration.pose["verdict"]["word"])

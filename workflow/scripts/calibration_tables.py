@@ -23,8 +23,8 @@ with step(snakemake) as log:
     write_with(snakemake.output[2], tracked, text)
     rotors = [
         row
-        for record, path in zip(records, snakemake.input.allan, strict=True)
-        for row in angle_table.angle_rows(record, *read_table(path))
+        for named, path in zip(snakemake.params.at_rest, snakemake.input.allan, strict=True)
+        for row in angle_table.angle_rows(named, *read_table(path))
     ]
     text = angle_table.angle_markdown(rotors, f"{group}: noise of angles", note)
     write_with(snakemake.output[4], rotors, text, angle_table.HEAD)

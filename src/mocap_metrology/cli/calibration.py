@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.files import read_table, write_json
+from mocap_metrology.pipeline.angle_noise import of_calibration
 from mocap_metrology.pipeline.calibration import Asked, checked
 from mocap_metrology.pipeline.calibration_exports import FORMATS
 from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
@@ -52,6 +53,7 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
         write_decoded(asked, decoded, settings, files)
         tell("2/3 poses of the board and of the base stations")
         write_poses(asked, settings, files | points, files)
+        of_calibration(files["allan"], files["sweeps"], files["pose"], DEFAULTS.allan)
         tell("3/3 figure")
         calibration = read_calibration(files, asked.calibration, None)
         save(calibration_figure(calibration), part / PICTURES[0])

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.common.files import Metadata, write_table
+from mocap_metrology.common.files import Metadata, read_table, versions, write_table
 from mocap_metrology.common.types import Columns, Row
-from mocap_metrology.lighthouse.records import Hits
+from mocap_metrology.lighthouse.records import Hits, hits_of
 from mocap_metrology.lighthouse.still_angles import StillAngles, still_angles
 from mocap_metrology.lighthouse.timing import CYCLE_S
 from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve, interval
@@ -19,6 +21,17 @@ from mocap_metrology.pipeline import settings as of
 
 MOVED = "the board moved: its angles show motion, not noise"
 UNKNOWN = "no pose of the board: whether it was at rest is not known"
+
+
+def of_calibration(path: str, sweeps: str, pose: str, settings: of.Allan) -> None:
+    """`write_angle_noise` of the sweeps.parquet and the pose.json of a calibration."""
+    hits, origin = read_table(sweeps)
+    found = json.loads(Path(pose).read_text(encoding="utf-8"))
+    still = found["diagnostics"]["still"] if found["poses"] else None
+    same = ("recording", "source", "twin", "sha256", "duration_s")
+    origin, resolution_s = {key: origin[key] for key in same}, origin["resolution_s"]
+    origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
+    write_angle_noise(path, hits_of(hits), still, resolution_s, settings, origin)
 
 
 def write_angle_noise(

@@ -27,7 +27,6 @@ from mocap_metrology.lighthouse.board import read_board
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, calibrate
 from mocap_metrology.lighthouse.decode.chain import Decoded, dropped_share
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json, stations_to_json
-from mocap_metrology.pipeline.angle_noise import write_angle_noise
 from mocap_metrology.pipeline.calibration import (
     Asked,
     calibration_settings,
@@ -35,7 +34,7 @@ from mocap_metrology.pipeline.calibration import (
     truths_of,
 )
 from mocap_metrology.pipeline.calibration_exports import frame_of, write_exports
-from mocap_metrology.pipeline.settings import Allan, Lighthouse
+from mocap_metrology.pipeline.settings import Lighthouse
 from mocap_metrology.pipeline.tracking import write_track
 from mocap_metrology.present.text.calibration import pose_document, reason
 
@@ -73,15 +72,13 @@ def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Pat
     log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
 
 
-def write_poses(
-    asked: Asked, settings: Lighthouse, given: Paths, files: Paths, allan: Allan | None = None
-) -> Row:
+def write_poses(asked: Asked, settings: Lighthouse, given: Paths, files: Paths) -> Row:
     """sweeps.parquet, stations.json -> poses.parquet, pose.json, track.parquet: board poses, pose
     of the slave, and the board tracked with it; and the files of other programs.
 
     `given` are named sweeps, stations, board, and, where there are any, reference, mount, truth,
-    earlier, tracked_with, points; `files` pose, poses, track, allan and as `FORMATS`. Returns the
-    contents of pose.json.
+    earlier, tracked_with, points; `files` pose, poses, track and as `FORMATS`. Returns the contents
+    of pose.json.
     """
     hits, origin = read_table(given["sweeps"])
     stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
@@ -109,14 +106,11 @@ def write_poses(
     document = pose_document(result)
     verdict = {"word": result.verdict.word, "reason": reason(result.verdict)}
     log.info("%s", verdict)
-    resolution_s = origin["resolution_s"]
     same = ("recording", "source", "twin", "sha256", "duration_s")
     origin = {key: origin[key] for key in same} | {"lighthouse": asdict(settings)}
     origin["versions"] = versions("numpy", "scipy", "numba")
     write_table(files["poses"], records.pose_columns(found.paths), origin)
     earlier = given.get("tracked_with")
-    still = found.still if found.estimates else None
-    write_angle_noise(files["allan"], recorded[0], still, resolution_s, allan or Allan(), origin)
     write_track(files["track"], asked, found, result.document, earlier, recorded, how, origin)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, files)
     document |= {"world": world, "origin": origin}

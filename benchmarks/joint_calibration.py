@@ -88,8 +88,9 @@ def twin(setup: int, recording: int, **more: object) -> LighthouseTwin:
     """A recording of a setup; master, slave: fields of the stations."""
     centre, place, angles = stations(setup)
     rng = np.random.default_rng([6, setup, recording])
+    off = np.random.default_rng([7, setup, recording]).uniform(-1, 1, 3)
     motion = MotionTwin(
-        centre_m=tuple(centre),
+        centre_m=tuple(centre + more.pop("around_m", 0.0) * off),
         speed_m_s=float(np.exp(rng.uniform(np.log(0.15), 0))),
         extent_m=rng.uniform(0.2, 0.5),
         wobble_deg=rng.uniform(6, 14),

@@ -47,6 +47,14 @@ SAID = {
         "Parts of the recording differ by 4 mm and 0.05°, 12 times as much as noise explains: was "
         "a station touched during the recording?"
     ),
+    Case.RECORDINGS: (
+        "The recording that agrees least with the others differs from them by 4 mm and 0.05°, "
+        "which is within chance."
+    ),
+    Case.RECORDINGS_APART: (
+        "One recording differs from the others by 4 mm and 0.05°, 12 times as much as noise "
+        "explains: was a station touched between the recordings?"
+    ),
     Case.HALVES_UNKNOWN: "Parts of the recording were not compared.",
     Case.MIRRORED: "42 % of the board poses are mirrored.",
     Case.MIRRORED_FLAT: (

@@ -187,8 +187,11 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
     for name in ("millimetres", "small-board", "large-board"):
         bad[name]["path"] = "brief.dump"
     twin = common | {"group": "jansen2019", "path": "simulate:mounted", "board": ""}
+    good["recorded"] |= {"setup": "pair"}
+    good["short"] |= {"setup": "pair"}
     return [{"calibration": "twin"} | twin] + [
-        {"calibration": name} | common | cells for name, cells in (good | bad).items()
+        {"calibration": name} | common | {"setup": name} | cells
+        for name, cells in (good | bad).items()
     ]
 
 
@@ -217,7 +220,11 @@ def run(tmp_path_factory, root, snakemake):
         *("--cores", "2", "-s", str(root / "Snakefile"), "calibrations"),
         *(f"results/{file}" for file in presented),
         *("--config", f"calibrations={write_sheet(folder, HEADER, *sheet_rows(folder))}"),
-        *("recordings=", "twins=twins.yaml", "lighthouse={estimators: [paper, paper-lm]}"),
+        *(
+            "recordings=",
+            "twins=twins.yaml",
+            "lighthouse={estimators: [paper, paper-lm], joint: setup}",
+        ),
     )
     return folder / "results", snakemake(folder, *arguments), arguments
 
@@ -418,11 +425,28 @@ def test_headset_of_other_people(run, samples) -> None:
     assert told["stations"]["slave"] == {"id": 178605925, "mode": "A"}
 
 
+def test_recordings_of_a_setup_are_joined(run) -> None:
+    """Both see the same stations: nearer to the truth than the interval of either alone, and the
+    factory values of one, whose flashes carry them, serve both."""
+    results, _, _ = run
+    told = json.loads((results / "setups/lab/pair/pose.json").read_text())
+    assert sorted(told["recordings"]) == ["recorded", "short"]
+    assert told["stations"]["slave"]["id"] == 3002
+    best = told["poses"][told["chosen"]]
+    assert (best["estimator"], best["optics"]) == ("batch", "factory")
+    check = next(c for c in told["checks"] if c["name"] == "recordings agree")
+    assert check["ok"] and set(told["predicted"]) == set(told["recordings"])
+    true = json.loads((results.parent / "truth.json").read_text())
+    off = np.array(best["translation_mm"]) - 1e3 * np.array(true["t_m"])
+    assert np.linalg.norm(off) < 3
+    assert not list((results / "setups").glob("lab/[!p]*"))
+
+
 def test_tables_and_figures(run) -> None:
     results, _, _ = run
     table = rows(results / "tables/lab_calibrations.csv")
     names = {"measured", "recorded", "angles", "short", "filed", "stranger"}
-    assert {row["calibration"] for row in table} - {"headset"} == names
+    assert {row["calibration"] for row in table} - {"headset"} == names | {"pair (joint)"}
     tracks = {row["calibration"]: row for row in rows(results / "tables/lab_track.csv")}
     assert set(tracks) - {"headset"} == names
     assert tracks["filed"]["stations"] == "measured" and float(tracks["filed"]["total_mm"]) > 0

@@ -102,3 +102,7 @@ class Lighthouse(Section):
     `board-start`: the board's frame, where it was at the start of the recording; `points`: that of
     column `world_points`, which a row with such a file always has. Where the data for a frame is
     missing, it is `gravity`, else `master`, and the files state why."""
+    joint: Literal["none", "setup"] = "none"
+    """`setup`: besides each recording alone, all recordings of a setup in one estimate by `batch`,
+    `setups/<group>/<setup>/pose.json`; they must have the same board. It is the way to calibrate
+    stations whose factory values are not known: record at five places or more."""

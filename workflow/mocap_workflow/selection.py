@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,9 +32,14 @@ class Sheet(Generic[OfSheet]):
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """What rules select by, for `lookup`: name, `group` and `source` of each row."""
-        lines = [(name, row.group, row.source) for name, row in self.rows.items()]
-        return pd.DataFrame(lines, columns=[self.kind.KIND, "group", "source"], dtype=str)
+        """What rules select by, for `lookup`: name, `group`, `setup` of a calibration, and `source`
+        of each row."""
+        lines = [
+            (name, row.group, getattr(row, "setup", ""), row.source)
+            for name, row in self.rows.items()
+        ]
+        columns = [self.kind.KIND, "group", "setup", "source"]
+        return pd.DataFrame(lines, columns=columns, dtype=str)
 
     @property
     def groups(self) -> list[str]:
@@ -249,6 +255,12 @@ def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
     they are many, and look alike."""
     first_of: dict[str, CalibrationRow] = {}
     return [row for row in rows if first_of.setdefault(row.setup, row) is row or not row.twin]
+
+
+def setups(rows: Iterable[CalibrationRow]) -> list[tuple[str, str, str]]:
+    """Group, setup and source of what two recordings or more are of."""
+    counts = Counter((row.group, row.setup, row.source) for row in rows)
+    return [key for key, count in counts.items() if count > 1]
 
 
 def first_of_setups(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:

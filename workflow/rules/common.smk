@@ -67,12 +67,14 @@ pathvars:
 wildcard_constraints:
     recording=startup.any_of(RECORDINGS.rows),
     calibration=startup.any_of(CALIBRATIONS.rows),
+    setup=startup.any_of({row.setup for row in CALIBRATIONS.rows.values()}),
     group=startup.any_of([*RECORDINGS.groups, *CALIBRATIONS.groups]),
     target="all|recordings|calibrations|tables|figures",
 
 
 # Queries of a sheet, for `lookup` and `accepted`.
 OF_GROUP = "group == '{group}'"  # of the rule's wildcard
+OF_SETUP = f"{OF_GROUP} and setup == '{{setup}}'"
 EVERY = "index >= 0"
 SIMULATED = "source == 'twin'"
 MEASURED = "source == 'measured'"
@@ -220,6 +222,21 @@ def noise_of_angles(wildcards):
     folder = f"{config['results']}/calibrations/{wildcards.calibration}"
     found = at_rest([CALIBRATIONS.rows[wildcards.calibration]])
     return {"allan": f"{folder}/allan.parquet"} if found else {}
+
+
+def setups(query=OF_GROUP):
+    """Function of the wildcards: group, setup and source of the setups whose recordings are joined."""
+    every = accepted_calibrations(selection.setups, query)
+    return every if config["lighthouse"]["joint"] == "setup" else lambda wildcards: []
+
+
+def poses_of_setups(query=OF_GROUP):
+    """Function of the wildcards: their pose.json."""
+    every = setups(query)
+    return lambda wildcards: [
+        f"{config['results']}/setups/{group}/{setup}/pose.json"
+        for group, setup, _ in every(wildcards)
+    ]
 
 
 # Selections of several subjects.

@@ -2,6 +2,8 @@
 
 LABELS = ("reference_labels_master", "reference_labels_slave", "reference_unit")
 COMPARED = (*LABELS, "tracked_with")
+# Whether recordings of a setup are joined changes none of them.
+LIGHTHOUSE = {name: value for name, value in config["lighthouse"].items() if name != "joint"}
 TWIN_NAME = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if row.twin)
 OTHER_NAME = startup.any_of(row.name for row in CALIBRATIONS.rows.values() if not row.twin)
 
@@ -41,7 +43,7 @@ rule calibrate_twin:
         contents=contents(selection.compared_files),
         row=columns("calibration", "twin", "format", "board", *COMPARED),
         twin=twin_of(CALIBRATION_TWINS),
-        lighthouse=config["lighthouse"],
+        lighthouse=LIGHTHOUSE,
         seed=config["seed"],
     message:
         "{wildcards.calibration}: simulating and calibrating"
@@ -66,7 +68,7 @@ checkpoint check_calibration:
         code=source("check_calibration.py", "io", "lighthouse", "pipeline"),
         contents=contents(selection.decoded_files),
         row=columns("path", "sha256", "format", "board"),
-        lighthouse=config["lighthouse"],
+        lighthouse=LIGHTHOUSE,
     message:
         "{wildcards.calibration}: checking"
     script:
@@ -95,7 +97,7 @@ rule decode:
         code=source("decode.py", "io", "lighthouse", "pipeline", "present/text"),
         contents=contents(selection.decoded_files),
         row=columns("calibration", "twin", "path", "format", "board"),
-        lighthouse=config["lighthouse"],
+        lighthouse=LIGHTHOUSE,
     message:
         "{wildcards.calibration}: decoding"
     script:
@@ -130,7 +132,7 @@ rule calibrate:
         code=source("calibrate.py", "io", "lighthouse", "pipeline", "present/text"),
         contents=contents(selection.compared_files),
         row=columns(*COMPARED),
-        lighthouse=config["lighthouse"],
+        lighthouse=LIGHTHOUSE,
     message:
         "{wildcards.calibration}: calibrating"
     script:
@@ -158,6 +160,44 @@ rule angle_noise:
         "{wildcards.calibration}: noise of angles"
     script:
         "../scripts/angle_noise.py"
+
+
+# All recordings of a setup in one estimate.
+rule calibrate_setup:
+    input:
+        sweeps=collect(
+            "<results>/calibrations/{row.calibration}/sweeps.parquet",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+        stations=collect(
+            "<results>/calibrations/{row.calibration}/stations.json",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+        board=collect(
+            "<results>/calibrations/{row.calibration}/board.csv",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+        pose=collect(
+            "<results>/calibrations/{row.calibration}/pose.json",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+    output:
+        "<results>/setups/{group}/{setup}/pose.json",
+    log:
+        "<logs>/calibrate_setup/{group}/{setup}.log",
+    benchmark:
+        "<benchmarks>/calibrate_setup/{group}/{setup}.tsv"
+    resources:
+        mem_mb=memory(1500),
+        runtime=minutes(30),
+    params:
+        code=source("calibrate_setup.py", "io", "lighthouse", "pipeline", "present/text"),
+        names=accepted_calibrations(selection.names, OF_SETUP),
+        lighthouse=LIGHTHOUSE,
+    message:
+        "Setup {wildcards.setup} of {wildcards.group}: all recordings in one estimate"
+    script:
+        "../scripts/calibrate_setup.py"
 
 
 rule calibration_figures:
@@ -215,6 +255,7 @@ rule calibration_tables:
             "<results>/calibrations/{row.calibration}/allan.parquet",
             row=accepted_calibrations(at_rest),
         ),
+        setups=poses_of_setups(),
     output:
         multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
         multiext("<results>/tables/{group}_track", ".csv", ".md"),
@@ -231,6 +272,7 @@ rule calibration_tables:
         code=source("calibration_tables.py", "calibration_records.py", "lighthouse", "present"),
         rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
         at_rest=columns("calibration", "setup", "source", of=accepted_calibrations(at_rest)),
+        setups=setups(),
     message:
         "{wildcards.group}: tables of calibrations"
     script:
@@ -253,6 +295,7 @@ rule lighthouse_results:
                 "<results>/calibrations/{row.calibration}/allan.parquet",
                 row=accepted_calibrations(at_rest, EVERY),
             ),
+            poses_of_setups(EVERY),
         ),
         tables=collect(
             "<results>/tables/{group}_{table}.{kind}",

@@ -11,8 +11,14 @@ with step(snakemake) as log:
 
     group = snakemake.wildcards.group
     records = records_of(snakemake.params.rows, snakemake.input.poses)
+    joined = [
+        {"calibration": f"{setup} (joint)", "setup": setup, "source": source}
+        for _, setup, source in snakemake.params.setups
+    ]
     note = source_sentence({record["calibration"]: record["source"] for record in records})
-    rows = calibration_table.calibration_rows(records)
+    rows = calibration_table.calibration_rows(
+        [*records, *records_of(joined, snakemake.input.setups)]
+    )
     text = calibration_table.calibration_markdown(rows, f"{group}: calibrations", note=note)
     write_with(snakemake.output[0], rows, text)
     tracked = [

@@ -151,12 +151,14 @@ class Station:
 
 @dataclass(frozen=True)
 class Halves:
-    """Poses from before and after a moment of a recording: how far apart, and the squared distance
-    d^T (C_1 + C_2)^-1 d of both (six degrees of freedom)."""
+    """Poses from before and after a moment of a recording, or from one of several recordings and
+    from the others: how far apart, and the squared distance d^T C^-1 d of both (six degrees of
+    freedom)."""
 
     mm: float
     deg: float
     m2: float
+    recordings: bool = False
 
 
 @dataclass(frozen=True)

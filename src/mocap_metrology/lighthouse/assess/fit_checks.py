@@ -60,6 +60,8 @@ class Case(StrEnum):
     HALVES = "halves"
     HALVES_APART = "halves_apart"
     HALVES_UNKNOWN = "halves_unknown"
+    RECORDINGS = "recordings"
+    RECORDINGS_APART = "recordings_apart"
     MIRRORED = "mirrored"
     MIRRORED_FLAT = "mirrored_flat"  # where one station decided
     MIRRORED_BOTH = "mirrored_both"  # where both stations decided
@@ -200,13 +202,17 @@ def weighted(chosen: PoseEstimate, noise: float) -> Check:
 
 
 def halves(chosen: PoseEstimate) -> Check:
-    """A station that was moved meanwhile: before and after have different poses."""
-    name, parts = "halves agree", chosen.halves
+    """A station that was moved meanwhile, within a recording or between two: parts of the data have
+    different poses."""
+    parts = chosen.halves
+    name = "recordings agree" if parts is not None and parts.recordings else "halves agree"
     if parts is None or not math.isfinite(parts.m2):
         return unknown(name, Case.HALVES_UNKNOWN, "")
     word, limit = graded(parts.m2, HALVES_BATCH if chosen.estimator == "batch" else HALVES_M2)
     good = word == "good"
     case = Case.HALVES if good else Case.HALVES_APART
+    if parts.recordings:
+        case = Case.RECORDINGS if good else Case.RECORDINGS_APART
     numbers = {"mm": parts.mm, "deg": parts.deg, "times": math.sqrt(parts.m2 / 6)}
     return Check(name, case, parts.m2, "", limit, good, word, numbers)
 

@@ -34,16 +34,34 @@ class _Part:
     noise: np.ndarray
 
 
-def _part(found: Joint, sums: Sequence[Sums], noise: Noise) -> _Part | None:
-    """One Gauss-Newton step of all unknowns from some of the sums."""
+def _part(found: Joint, S: Floats, h: Floats) -> _Part:
+    """One Gauss-Newton step of all unknowns from a part of the hits."""
+    known = 1 / found.working**2
+    M = np.linalg.inv(S + np.diag(known))
+    step = -M @ (h + known * found.state.values)
+    return _Part(step, M * known, M @ S @ M)
+
+
+def _of_sums(found: Joint, sums: Sequence[Sums], noise: Noise) -> _Part | None:
+    """From some of the sums of a recording."""
     own = added(sums)
     if own.begin.size < FEWEST_SWEEPS:
         return None
     without = reduced(own, found.recordings[0].trajectory, noise)
-    known = 1 / found.working**2
-    M = np.linalg.inv(without.S + np.diag(known))
-    step = -M @ (without.h + known * found.state.values)
-    return _Part(step, M * known, M @ without.S @ M)
+    return _part(found, without.S, without.h)
+
+
+def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
+    """How far two parts are apart; own: standard deviations that each part has for itself."""
+    rows = found.pose(station)
+    believed = np.where(np.isfinite(found.believed), found.believed, 0.0)
+    gain = (a.gain - b.gain) * np.sqrt(np.maximum(believed**2 - own**2, 0.0))
+    alone = [part.noise + (part.gain * own**2) @ part.gain.T for part in (a, b)]
+    covariance = (alone[0] + alone[1] + gain @ gain.T)[np.ix_(rows, rows)]
+    d = (a.step - b.step)[rows]
+    m2 = float(d @ np.linalg.solve(covariance, d))
+    mm, deg = 1e3 * np.linalg.norm(d[:3]), np.degrees(np.linalg.norm(d[3:]))
+    return Halves(float(mm), float(deg), m2)
 
 
 def _pieces(found: Joint) -> tuple[list[Sums], Noise]:
@@ -74,19 +92,37 @@ def halves(found: Joint, station: int = 1) -> Halves | None:
     (K_1 - K_2) diag(believed^2) (K_1 - K_2)'.
     """
     pieces, noise = _pieces(found)
-    believed = np.where(np.isfinite(found.believed), found.believed, 0.0)
-    rows, apart = found.pose(station), []
+    apart, same = [], np.zeros(found.of.size)
     for k in range(1, len(pieces)):
-        a, b = _part(found, pieces[:k], noise), _part(found, pieces[k:], noise)
-        if a is None or b is None:
-            continue
-        gain = (a.gain - b.gain) * believed
-        covariance = (a.noise + b.noise + gain @ gain.T)[np.ix_(rows, rows)]
-        d = (a.step - b.step)[rows]
-        m2 = float(d @ np.linalg.solve(covariance, d))
-        mm, deg = 1e3 * np.linalg.norm(d[:3]), np.degrees(np.linalg.norm(d[3:]))
-        apart.append(Halves(float(mm), float(deg), m2))
+        a, b = _of_sums(found, pieces[:k], noise), _of_sums(found, pieces[k:], noise)
+        if a is not None and b is not None:
+            apart.append(_apart(found, a, b, same, station))
     return max(apart, key=lambda pair: pair.m2, default=None)
+
+
+def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
+    """Pose of a station from each of several recordings against that from all others.
+
+    As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
+    """
+    parts = []
+    for one in found.recordings:
+        hit = one.weights().hit
+        sums = linearised(one.seen, one.trajectory, found.state, one.residual, hit, found.of)
+        parts.append(reduced(sums, one.trajectory, one.noise))
+    S, h = sum(part.S for part in parts), sum(part.h for part in parts)
+    zero = _time_zeros(found, priors)
+    apart = []
+    for own in parts:
+        alone, others = _part(found, own.S, own.h), _part(found, S - own.S, h - own.h)
+        apart.append(replace(_apart(found, alone, others, zero, station), recordings=True))
+    return apart
+
+
+def _time_zeros(found: Joint, priors: Priors) -> Floats:
+    """Standard deviations of all unknowns by what differs between recordings."""
+    offset = found.of.group == GROUPS.index("offset")
+    return np.where(offset, min(priors.time_zero_rad, priors.offset_rad), 0.0)
 
 
 def shared_errors(
@@ -103,9 +139,8 @@ def shared_errors(
     known = 1 / found.working**2
     M = np.linalg.inv(found.S + np.diag(known))
     gain, rows = M * known, found.pose(station)
-    group = np.array(GROUPS)[found.of.group]
+    group, zero = np.array(GROUPS)[found.of.group], _time_zeros(found, priors)
     sd = np.where(np.isfinite(found.believed), found.believed, 0.0)
-    zero = np.where(group == "offset", min(priors.time_zero_rad, priors.offset_rad), 0.0)
     sd = np.sqrt(np.maximum(sd**2 - zero**2, 0.0))
     noise = M @ found.S @ M + (gain * zero**2) @ gain.T
     own = sd > 1e-6 * zero

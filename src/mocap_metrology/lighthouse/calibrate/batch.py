@@ -134,27 +134,30 @@ def solved(
     """The slave's pose, and the joint estimate that it is from; raises as `by_batch`."""
     began = time.perf_counter()
     found, note = known or joint(scene, still)
-    one, covariance = found.recordings[0], found.pose_covariance()
+    parts = halves(found) if still is None else None
+    pose = replace(pose_of(scene, found, "final" if still is None else "static"), halves=parts)
+    return replace(pose, note=note, seconds=time.perf_counter() - began), found
+
+
+def pose_of(scene: Scene, found: Joint, stage: str) -> PoseEstimate:
+    """The slave's pose out of a joint estimate of one recording or of several."""
     noise, shared = shared_errors(found, scene.used_priors, COVARIANCE_UNITS, digest(scene.board))
-    pose = PoseEstimate(
+    residual = np.concatenate([one.residual for one in found.recordings])
+    return PoseEstimate(
         estimator=NAME,
-        stage="final" if still is None else "static",
+        stage=stage,
         optics=scene.optics,
         R=found.state.R[SLAVE],
         t_m=found.state.t_m[SLAVE],
         frame="optical" if scene.lasers_m is None else "housing",
-        covariance=covariance * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS),
+        covariance=found.pose_covariance() * np.outer(COVARIANCE_UNITS, COVARIANCE_UNITS),
         covariance_noise=noise,
         shared=shared,
-        residual_rms_urad=1e6 * float(np.sqrt(np.mean(one.residual**2))),
-        n_angles=len(one.sweeps.hits),
-        halves=halves(found) if still is None else None,
-        seconds=time.perf_counter() - began,
-        note=note,
+        residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
+        n_angles=residual.size,
         details=_details(found),
         path=_path(one.trajectory, one.sweeps.hits.time_s),
     )
-    return pose, found
 
 
 def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:

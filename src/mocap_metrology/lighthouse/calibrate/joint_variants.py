@@ -21,6 +21,7 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
 from mocap_metrology.lighthouse.calibrate.batch import Scene, fitted, joint, start
+from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
 from mocap_metrology.lighthouse.calibrate.variants import (
     FALLBACK,
     HIT_RAD,
@@ -52,12 +53,12 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     while best not in found:
         near, state = stepped[best].recordings[0].trajectory, stepped[best].state
         found[best] = joint(of[best], near=(hits, near, (state.R[SLAVE], state.t_m[SLAVE])))
-        weighed = _weighed(of, found[best][0])
+        weighed = weighed_by(of, found[best][0])
         best = next(one.variant for one in weighed if one.standing == "chosen")
     return weighed, found[best]
 
 
-def _weighed(of: Mapping[str, Scene], found: Joint) -> list[Weighed]:
+def weighed_by(of: Mapping[str, Scene], found: Joint) -> list[Weighed]:
     """All variants, from an estimate by one of them and with its noise."""
     fits = []
     for name, scene in of.items():
@@ -70,19 +71,22 @@ def _weighed(of: Mapping[str, Scene], found: Joint) -> list[Weighed]:
 
 def _cost(found: Joint) -> Floats:
     """Of each sweep, that of the priors spread over all."""
-    one = found.recordings[0]
-    priors = float(np.sum((found.state.values / found.working) ** 2)) + bend_cost(one.trajectory)
-    own = one.weights().cost
-    return own + priors / own.size
+    own = np.concatenate([one.weights().cost for one in found.recordings])
+    bends = sum(bend_cost(one.trajectory) for one in found.recordings)
+    return own + (float(np.sum((found.state.values / found.working) ** 2)) + bends) / own.size
 
 
 def _fit(name: str, found: Joint) -> Fit:
-    """A unit is a stretch of time. Noise makes no more than `HIT_RAD` of a hit: a larger one is
-    of other errors."""
-    one, state = found.recordings[0], found.state
-    first, noise = one.sweeps.first, one.noise
-    angles, time = np.diff(first), one.sweeps.hits.time_s[first[:-1]]
-    loss = noise.hit**2 * _cost(found) / angles
-    expected = loss * min(1.0, (HIT_RAD / noise.hit) ** 2)
-    unit = units_of(time, time.min(), time.max())
-    return Fit(name, state.R[SLAVE], state.t_m[SLAVE], loss, angles, unit, expected)
+    """A unit is a stretch of time of a recording. Noise makes no more than `HIT_RAD` of a hit: a
+    larger one is of other errors."""
+    angles, unit, hit = [], [], []
+    for k, one in enumerate(found.recordings):
+        count, time = np.diff(one.sweeps.first), one.sweeps.hits.time_s[one.sweeps.first[:-1]]
+        angles.append(count)
+        unit.append(units_of(time, time.min(), time.max()) + k * BLOCKS)
+        hit.append(np.full(count.size, one.noise.hit))
+    n, noise = np.concatenate(angles), np.concatenate(hit)
+    loss = noise**2 * _cost(found) / n
+    expected = loss * np.minimum(1.0, (HIT_RAD / noise) ** 2)
+    state = found.state
+    return Fit(name, state.R[SLAVE], state.t_m[SLAVE], loss, n, np.concatenate(unit), expected)

@@ -44,6 +44,14 @@ SENTENCES = {
         "Parts of the recording differ by {about}, {times:.0f} times as much "
         "as noise explains: was a station touched during the recording?"
     ),
+    Case.RECORDINGS: (
+        "The recording that agrees least with the others differs from them by {about}, which is "
+        "within chance."
+    ),
+    Case.RECORDINGS_APART: (
+        "One recording differs from the others by {about}, {times:.0f} times as much as noise "
+        "explains: was a station touched between the recordings?"
+    ),
     Case.HALVES_UNKNOWN: "Parts of the recording were not compared.",
     Case.MIRRORED: "{percent:.2g} % of the board poses are mirrored.",
     Case.MIRRORED_FLAT: (
@@ -206,7 +214,8 @@ def sentence(check: Check) -> str:
 
 def _apart(check: Check) -> tuple[float, float]:
     """mm and deg between the poses that a check compares; NaN of another check."""
-    halves = check.case in (Case.HALVES, Case.HALVES_APART)
+    parts = (Case.HALVES, Case.HALVES_APART, Case.RECORDINGS, Case.RECORDINGS_APART)
+    halves = check.case in parts
     mm = check.numbers.get("mm") if halves else check.value
     deg = check.numbers.get("deg", math.nan)
     return mm if isinstance(mm, float) else math.nan, deg

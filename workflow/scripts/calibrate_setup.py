@@ -1,0 +1,12 @@
+"""Recordings of a setup -> one pose of the slave, and what each recording says of the others."""
+
+from step import step
+
+with step(snakemake):
+    from mocap_metrology.pipeline.settings import Lighthouse
+    from mocap_metrology.pipeline.setup import Member, write_setup
+
+    given, settings = snakemake.input, Lighthouse(**snakemake.params.lighthouse)
+    files = zip(given.sweeps, given.stations, given.board, given.pose, strict=True)
+    members = [Member(name, *own) for name, own in zip(snakemake.params.names, files, strict=True)]
+    write_setup(snakemake.wildcards.setup, members, settings, snakemake.output[0])

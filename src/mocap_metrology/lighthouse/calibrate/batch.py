@@ -134,9 +134,14 @@ def solved(
     """The slave's pose, and the joint estimate that it is from; raises as `by_batch`."""
     began = time.perf_counter()
     found, note = known or joint(scene, still)
-    parts = halves(found) if still is None else None
-    pose = replace(pose_of(scene, found, "final" if still is None else "static"), halves=parts)
-    return replace(pose, note=note, seconds=time.perf_counter() - began), found
+    one = found.recordings[0]
+    pose = replace(
+        pose_of(scene, found, "final" if still is None else "static"),
+        halves=halves(found) if still is None else None,
+        path=_path(one.trajectory, one.sweeps.hits.time_s),
+        note=note,
+    )
+    return replace(pose, seconds=time.perf_counter() - began), found
 
 
 def pose_of(scene: Scene, found: Joint, stage: str) -> PoseEstimate:
@@ -156,7 +161,6 @@ def pose_of(scene: Scene, found: Joint, stage: str) -> PoseEstimate:
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
         details=_details(found),
-        path=_path(one.trajectory, one.sweeps.hits.time_s),
     )
 
 

@@ -2,11 +2,13 @@
 
     python benchmarks/joint_calibration.py accuracy [--setups 10] [--recordings 5]
     python benchmarks/joint_calibration.py coverage [--setups 40] [--recordings 5]
+    python benchmarks/joint_calibration.py setups [--setups 10] [--recordings 5]
 
 Each recording is drawn, written as a dump of 2 MHz, decoded and calibrated. Boards are 2 to 6 m
 from both stations, stations 1 to 4 m apart, speeds 0.15 to 1 m/s, with tremor. The Cramer-Rao bound
 is that of the joint estimate with the noise that made the data and exactly known board and optics
-(time zeros with 0.15 us where flashes rise late).
+(time zeros with 0.15 us where flashes rise late). `setups` joins the recordings of each setup, whose
+boards are up to 0.7 m from one place, with factory values and without.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import Priors, layout
-from mocap_metrology.lighthouse.calibrate.batch import Scene, joint
+from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, joint
+from mocap_metrology.lighthouse.calibrate.setup import by_setup
+from mocap_metrology.lighthouse.calibrate.variants import AUTO
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate, write_dump
@@ -270,15 +274,56 @@ def accuracy(cases: dict[str, Case], given: argparse.Namespace) -> None:
         numbers(name, [row for row in found if row is not None], len(found))
 
 
+def setups(given: argparse.Namespace) -> None:
+    """A line with known and one with unknown factory values."""
+    print("| optics | MAE x / y / z mm | MAE deg | largest error / sigma | m2 | CPU s |")
+    print("|---" * 6 + "|")
+    for optics in ("factory", ESTIMATED):
+        rows = []
+        for setup in range(given.setups):
+            made = [real(setup, k, around_m=0.7) for k in range(given.recordings)]
+            rows.append(joined(made, optics))
+        error, sigma, m2, seconds = (np.array(column) for column in zip(*rows, strict=True))
+        mae = np.abs(error).mean(axis=0)
+        cells = [
+            optics,
+            " / ".join(f"{x:.2f}" for x in mae[:3]),
+            " / ".join(f"{x:.3f}" for x in mae[3:]),
+            f"{np.abs(error / sigma).max():.1f}",
+            " ".join(f"{x:.1f}" for x in m2),
+            f"{np.median(seconds):.1f}",
+        ]
+        print("| " + " | ".join(cells) + " |", flush=True)
+
+
+def joined(made: list[Made], optics: str) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Error and standard deviation (6,) of the pose by all recordings, m2, CPU seconds."""
+    scenes = {}
+    for k, own in enumerate(made):
+        with tempfile.TemporaryDirectory() as folder:
+            one = decoded(own, own.truth.board, Path(folder))
+        factories = [None if optics == ESTIMATED else s.factory for s in one.stations]
+        scenes[str(k)] = Scene(one.hits, one.board, optics, factories, None, AUTO, Priors())
+    begun = time.process_time()
+    pose = by_setup(scenes).pose
+    seconds, truth = time.process_time() - begun, made[0].truth
+    error = np.r_[pose.t_m - truth.t_optical_m, rotation.error(pose.R, truth.R)] * UNITS
+    assert pose.covariance is not None
+    m2 = float(error @ np.linalg.solve(pose.covariance, error))
+    return error, np.sqrt(np.diag(pose.covariance)), m2, seconds
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("what", choices=("accuracy", "coverage"))
+    parser.add_argument("what", choices=("accuracy", "coverage", "setups"))
     parser.add_argument("--setups", type=int)
     parser.add_argument("--recordings", type=int, default=5, help="of each setup")
     parser.add_argument("--only", default="", help="cases whose names contain this")
     given = parser.parse_args()
-    given.setups = given.setups or {"accuracy": 10, "coverage": 40}[given.what]
+    given.setups = given.setups or {"coverage": 40}.get(given.what, 10)
+    if given.what == "setups":
+        return setups(given)
     accuracy(CASES if given.what == "accuracy" else COVERAGE, given)
 
 

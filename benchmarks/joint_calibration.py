@@ -7,8 +7,8 @@
 Each recording is drawn, written as a dump of 2 MHz, decoded and calibrated. Boards are 2 to 6 m
 from both stations, stations 1 to 4 m apart, speeds 0.15 to 1 m/s, with tremor. The Cramer-Rao bound
 is that of the joint estimate with the noise that made the data and exactly known board and optics
-(time zeros with 0.15 us where flashes rise late). `setups` joins the recordings of each setup, whose
-boards are up to 0.7 m from one place, with factory values and without.
+(time zeros with 0.15 us where flashes rise late). `setups` joins the recordings of each setup,
+whose boards are up to 0.7 m from one place, with factory values and without.
 """
 
 from __future__ import annotations
@@ -323,8 +323,9 @@ def main() -> None:
     given = parser.parse_args()
     given.setups = given.setups or {"coverage": 40}.get(given.what, 10)
     if given.what == "setups":
-        return setups(given)
-    accuracy(CASES if given.what == "accuracy" else COVERAGE, given)
+        setups(given)
+    else:
+        accuracy(CASES if given.what == "accuracy" else COVERAGE, given)
 
 
 if __name__ == "__main__":

@@ -70,20 +70,22 @@ def test_errors_are_those_stated() -> None:
     """Twelve recordings of 2 s with their own calibration: the mean squared error of each
     coordinate over its variance is 1; it varies by 0.1 from recording to recording, as errors 50 ms
     apart are independent (40 a recording, four to six of which a calibration moves together)."""
-    squares, parts = [], []
+    squares, ends, parts = [], [], []
     for seed in range(12):
         own = made(seed)
         pose, joint = solved(scene(own))
         known = Calibrated(pose.R, pose.t_m, pose.covariance / np.outer(UNITS, UNITS), True)
         found = along(joint, scene(own), known, "")
-        inside = (errors(own, found) / found.sd.total)[6:-6]  # at the ends batch has a kink
-        squares.append(np.nanmean(inside**2, axis=0))
+        square = (errors(own, found) / found.sd.total) ** 2
+        squares.append(np.nanmean(square, axis=0))
+        ends.append(np.nanmean(square[np.r_[:3, -3:0]], axis=0))
         held = track(scene(own), known)
         apart = np.c_[held.t_m - found.t_m, turned(held.R, found.R)] / found.sd.total
         assert np.sqrt(np.nanmean(apart[6:-6] ** 2)) < 0.25
         np.testing.assert_allclose(held.sd.total, found.sd.total, rtol=0.03)
         parts.append(found.sd.noise**2 + found.sd.calibration**2 - found.sd.total**2)
     assert np.mean(squares, axis=0) == pytest.approx(np.ones(6), abs=0.25)
+    assert (np.mean(ends, axis=0) < 1.8).all()
     assert np.nanmax(np.abs(parts)) < 1e-3 * np.nanmean(found.sd.total[:, :3] ** 2)
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.lighthouse.records import Path
+from mocap_metrology.lighthouse.rotation import exp, log
 
 KNOT_S = 0.05  # 50 ms: follows 10 Hz, and a sweep of 8 ms is in two intervals at most
 WINDOW_S = 0.1  # of the poses behind a node of F
@@ -116,13 +117,25 @@ def through(
     end_s: float,
     knot_s: float = KNOT_S,
 ) -> Trajectory:
-    """Through nodes (n,), (n, 3, 3), (n, 3); straight between their positions."""
+    """Through nodes (n,), (n, 3, 3), (n, 3); straight between their positions.
+
+    F has nodes at the ends, too, if these are near, at the rate of the nodes beside them: held
+    there, it would have a kink at the first and at the last pose.
+    """
     count = int(np.ceil((end_s - begin_s) / knot_s)) + 3
     at = begin_s + knot_s * (np.arange(count) - 1)
     control = np.zeros((count, 6))
     for axis in range(3):
         control[:, axis] = np.interp(at, node_s, node_t_m[:, axis])
-    return Trajectory(begin_s, knot_s, control, node_s, node_R)
+    time, R = node_s, node_R
+    for end, a, b in ((begin_s, 0, 1), (end_s, -1, -2)):
+        beyond = (time[a] - end) * (1 if a == 0 else -1)
+        if time.size > 1 and 0 < beyond <= FARTHEST_S:
+            rate = log(R[a].T @ R[b]) / (time[b] - time[a])
+            place = 0 if a == 0 else time.size
+            R = np.insert(R, place, R[a] @ exp(rate * (end - time[a])), axis=0)
+            time = np.insert(time, place, end)
+    return Trajectory(begin_s, knot_s, control, time, R)
 
 
 def at_rest(R: np.ndarray, t_m: np.ndarray) -> Trajectory:

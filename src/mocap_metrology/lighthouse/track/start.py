@@ -8,7 +8,6 @@ that of the smaller K_1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.moments import moments
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
 from mocap_metrology.lighthouse.records import Hits, Measurements, Path
-from mocap_metrology.lighthouse.rotation import exp, log
 from mocap_metrology.lighthouse.rotor import directions, rotor_parameters
 
 FEWEST_POINTS = 3
@@ -45,25 +43,7 @@ def trajectory(
     if not len(every):
         return None
     begin, end = hits.time_s.min(), hits.time_s.max()
-    return _to_the_ends(trajectory_of(every, begin, end), begin, end)
-
-
-def _to_the_ends(found: Trajectory, begin_s: float, end_s: float) -> Trajectory:
-    """With a node of the reference rotation at either end, at the rate of the nodes beside it: held
-    there, it would have a kink at the first and at the last node."""
-    time, R = found.node_s, found.node_R
-    if time.size < 2:
-        return found
-    ends = []
-    for at, a, b in ((begin_s, 0, 1), (end_s, -1, -2)):
-        rate = log(R[a].T @ R[b]) / (time[b] - time[a])
-        ends.append(R[a] @ exp(rate * (at - time[a])))
-    inside = (time > begin_s) & (time < end_s)
-    return replace(
-        found,
-        node_s=np.r_[begin_s, time[inside], end_s],
-        node_R=np.concatenate([ends[:1], R[inside], ends[1:]]),
-    )
+    return trajectory_of(every, begin, end)
 
 
 def triangulated(

@@ -83,10 +83,10 @@ class Scene:
 
     @property
     def rotors(self) -> np.ndarray:
-        """Of both stations, (2, 2, 10)."""
+        """Of all stations, (stations, 2, 10)."""
         ideal = self.optics != "factory"
         model = CRAZYFLIE if ideal else VARIANTS[self.variant]
-        lasers = [None, None] if self.lasers_m is None else self.lasers_m
+        lasers = [None] * len(self.factories) if self.lasers_m is None else self.lasers_m
         return np.array(
             [
                 rotor_parameters(None if ideal else factory, own, model)

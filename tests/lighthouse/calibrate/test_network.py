@@ -1,0 +1,67 @@
+"""Four stations and a board in one estimate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.calibrate.batch import Scene
+from mocap_metrology.lighthouse.calibrate.network import by_network
+from mocap_metrology.lighthouse.rotation import from_angles
+from tests.lighthouse.calibrate import scenes
+
+UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
+THIRD = from_angles(-0.1, 0.15, 0.7), np.array([0.3, -2.2, -0.4])
+FOURTH = from_angles(0.05, 0.3, 0.1), np.array([0.6, 0.1, 1.4])
+NOISE_RAD = 50e-6
+
+
+def given(seed: int) -> tuple[scenes.Scene, Scene]:
+    made = scenes.scene(seed, noise_rad=NOISE_RAD, more=(THIRD, FOURTH))
+    priors = Priors(0, 0, 0, 0, 0)
+    return made, Scene(made.hits, made.board, "ideal", [None] * 4, None, "crazyflie", priors)
+
+
+def true_poses(made: scenes.Scene) -> list[tuple[np.ndarray, np.ndarray]]:
+    return [(made.R, made.t_m), THIRD, FOURTH]
+
+
+def test_each_station_is_where_its_covariance_says() -> None:
+    """Six recordings of four stations: 18 squared distances of six degrees of freedom, their sum
+    within its 99 % interval, and each pose within 2 mm and 0.05 deg."""
+    total, n = 0.0, 0
+    for seed in range(6):
+        made, scene = given(seed)
+        found = by_network(scene)
+        for k, (R, t) in enumerate(true_poses(made), start=1):
+            off = np.r_[found.state.t_m[k] - t, rotation.error(found.state.R[k], R)]
+            assert np.linalg.norm(off[:3]) < 2e-3 and np.linalg.norm(off[3:]) < np.radians(0.05)
+            total += off @ np.linalg.solve(found.pose_covariance(k), off)
+            n += 6
+    assert chi2.ppf(0.005, n) < total < chi2.ppf(0.995, n)
+
+
+def test_a_station_that_shares_no_view_with_the_master_comes_by_another() -> None:
+    """The master sees the board in the first half only, the third station in the second only."""
+    made, scene = given(7)
+    hits, half = made.hits, np.median(made.hits.time_s)
+    early, late = hits.time_s < half, hits.time_s > half
+    kept = hits.take(((hits.station != 0) | early) & ((hits.station != 2) | late))
+    found = by_network(replace(scene, hits=kept))
+    for k, (R, t) in enumerate(true_poses(made), start=1):
+        off = np.r_[found.state.t_m[k] - t, rotation.error(found.state.R[k], R)]
+        assert off @ np.linalg.solve(found.pose_covariance(k), off) < chi2.ppf(0.999, 6)
+
+
+def test_a_station_without_a_common_view_is_named() -> None:
+    made, scene = given(8)
+    hits, half = made.hits, np.median(made.hits.time_s)
+    own = np.where(hits.station == 3, hits.time_s > half, hits.time_s < half)
+    with pytest.raises(Refusal, match="station 3: no 10 moments"):
+        by_network(replace(scene, hits=hits.take(own)))

@@ -116,27 +116,80 @@ def test_disagreement_and_the_mirrored_moment(moving, figure):
     assert 1 <= both.mirrored.sum() <= 2  # interpolation may carry it on to the next moment
     R = Rotation.from_matrix(moving.paths("paper-lm", "factory")[0].R[1:])
     assert both.turned_deg[5] < 1 and len(R) == len(both.time_s)
-    axes = panel(figure, "(d) Distance")
+    axes = panel(figure, "(f) Distance")
     dots = max(axes.lines, key=lambda line: len(line.get_xdata()))
     np.testing.assert_allclose(dots.get_ydata(), both.apart_mm)
     marked = [line for line in axes.lines if line.get_marker() == views.MIRRORED["marker"]]
     assert len(marked) == 1 and len(marked[0].get_xdata()) == both.mirrored.sum()
-    residuals = panel(figure, "(e) Residuals")
+    residuals = panel(figure, "(g) Residuals")
     levels = [np.median(line.get_ydata()) for line in residuals.lines if line.get_alpha() == 0.7]
     assert sorted(levels) == pytest.approx([30.0, 40.0])
 
 
-def test_the_ellipse_is_the_covariance_scaled_as_said(figure):
-    from matplotlib.patches import Ellipse
+@pytest.mark.parametrize(("title", "i", "j"), [("(d) Slave", 0, 1), ("(e) Slave", 0, 2)])
+def test_ellipses_have_the_axes_of_the_covariance(moving, title, i, j):
+    """Half axes of a 2 x 2 covariance in closed form, times the 95 % radius sqrt(-2 ln 0.05); the
+    reference, 3.7 mm away, stands at its place."""
+    covariance = COVARIANCE.copy()
+    covariance[:3, :3] = [[1.0, 0.6, -0.3], [0.6, 4.0, 0.2], [-0.3, 0.2, 0.25]]
+    drawn = calibration_figure(judged(moving, "good", "All.", [], covariance=covariance.tolist()))
+    a, b, c = covariance[i, i], covariance[j, j], covariance[i, j]
+    root = np.sqrt((a - b) ** 2 / 4 + c**2)
+    axes = panel(drawn, title)
+    for label, radius in (("95 % region of", np.sqrt(-2 * np.log(0.05))), ("1 σ", 1.0)):
+        (line,) = (one for one in axes.lines if one.get_label().startswith(label))
+        far = np.hypot(*line.get_data())
+        own = (a + b) / 2 + np.array([root, -root])
+        assert [far.max(), far.min()] == pytest.approx(radius * np.sqrt(own), rel=2e-3)
+        x, y = (values[far.argmax()] for values in line.get_data())
+        assert np.tan(2 * np.arctan2(y, x)) == pytest.approx(2 * c / (a - b), rel=0.3)
+    (reference,) = (one for one in axes.lines if one.get_label().startswith("reference"))
+    shown = np.array([reference.get_xdata()[0], reference.get_ydata()[0]])
+    assert shown == pytest.approx(np.array([1.0, 2.0, 3.0])[[i, j]])
+    assert reference.get_label() == "reference: 3.7 mm away"
 
-    axes = panel(figure, "(a) Stations")
-    (ellipse,) = (patch for patch in axes.patches if isinstance(patch, Ellipse))
-    said = next(t for t in every_text(figure) if "times as large" in t and "σ" in t)
-    scale = int(said.split("drawn ")[1].split()[0])
-    assert sorted([ellipse.width, ellipse.height]) == pytest.approx(
-        [2e-3 * scale * 1.0, 2e-3 * scale * 2.0]
+
+def test_a_far_estimate_stands_on_the_border(moving):
+    near, *more = moving.pose["poses"]
+    far = dict(near) | {"estimator": "paper", "translation_mm": (1e3 * T_M + [90, 0, 9]).tolist()}
+    pose = dict(moving.pose) | {"poses": [near, *more, far]}
+    axes = panel(calibration_figure(dataclasses.replace(moving, pose=pose)), "(e) Slave")
+    (point,) = (one for one in axes.lines if one.get_label() == "paper, final: 90 mm away")
+    x, y = point.get_xdata()[0], point.get_ydata()[0]
+    assert x == pytest.approx(axes.get_xlim()[1]) and y == pytest.approx(x / 10)
+
+
+BY_BATCH = {
+    "against": [
+        {"against": against, "station": station, "axis": axis, "at": [1.0, 2.0, 3.0],
+         "mean_urad": [high, 0.0, -high], "sd_urad": [5.0, 4.0, 5.0]}
+        for against, high in (("angle_deg", 90.0), ("time_s", 30.0))
+        for station in ROLES for axis in ("azimuth", "elevation")
+    ],
+    "by_diode": [
+        {"station": station, "diode": list(range(32)), "n": [9] * 32,
+         "rms_urad": [900.0 if k == 5 else 50.0 for k in range(32)], "excluded": out}
+        for station, out in zip(ROLES, ([5], []), strict=True)
+    ],
+}  # fmt: skip
+
+
+def test_residuals_by_angle_time_and_diode(moving, tmp_path):
+    details = {"residuals": BY_BATCH, "noise_hit_urad": 47.0}
+    drawn = calibration_figure(
+        judged(moving, "good", "All.", [], estimator="batch", details=details)
     )
-    assert tuple(ellipse.center) == pytest.approx(tuple(T_M[:2]))
+    limits = {panel(drawn, title).get_ylim() for title in ("(f) Az", "(g) El", "(h) Res")}
+    assert len(limits) == 1 and max(max(limits)) > 95
+    means = [line.get_ydata() for line in panel(drawn, "(f) Azimuth").lines]
+    assert sum(list(y) == [90.0, 0.0, -90.0] for y in means) == 2
+    diodes = panel(drawn, "(i) Residuals")
+    (cross,) = (one for one in diodes.lines if one.get_marker() == "x")
+    assert cross.get_xdata() == pytest.approx([5], abs=0.3) and len(cross.get_xdata()) == 1
+    assert cross.get_ydata()[0] < diodes.get_ylim()[1] == pytest.approx(200.0)
+    assert "Excluded from the estimate, master: 5 (900 µrad)." in drawn.caption
+    assert "noise of a hit: 47 µrad" in every_text(drawn)
+    check_saved(drawn, tmp_path / "out")
 
 
 def test_dead_and_faint_diodes_are_named(figure):
@@ -244,7 +297,7 @@ def test_frames_are_counted_and_rows_of_both_columns_are_level(moving):
 @pytest.mark.parametrize(
     ("kind", "said"),
     [
-        ("static", "(c) Board at rest"),
+        ("static", "(c) At rest, from"),
         ("static-no-path", "The board was at rest: no path"),
         ("failed", "No pose of the slave: verdict failed"),
     ],

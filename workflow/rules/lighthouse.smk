@@ -233,7 +233,7 @@ rule calibration_figures:
         runtime=minutes(10),
     params:
         code=source("calibration_figures.py", "lighthouse", "present"),
-        caption=captions.CALIBRATION,
+        caption=captions.CALIBRATION_EITHER,
         name=cell("calibration"),
         twin=cell("twin"),
     message:

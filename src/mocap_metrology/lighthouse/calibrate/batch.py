@@ -28,6 +28,7 @@ from mocap_metrology.lighthouse.batch.parts import (
     shared_errors,
 )
 from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors
+from mocap_metrology.lighthouse.batch.residuals import residual_rows
 from mocap_metrology.lighthouse.batch.trajectory import (
     KNOT_S,
     Trajectory,
@@ -135,8 +136,10 @@ def solved(
     began = time.perf_counter()
     found, note = known or joint(scene, still)
     one = found.recordings[0]
+    pose = pose_of(scene, found, "final" if still is None else "static")
     pose = replace(
-        pose_of(scene, found, "final" if still is None else "static"),
+        pose,
+        details={**(pose.details or {}), "residuals": residual_rows(found, scene.hits)},
         halves=halves(found) if still is None else None,
         path=_path(one.trajectory, one.sweeps.hits.time_s),
         note=note,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -14,12 +15,19 @@ from mocap_metrology.present.calibration.calibration_files import (
     seen_shares,
     thinned,
 )
+from mocap_metrology.present.calibration.pose_ellipses import PLANES, draw_ellipses
 from mocap_metrology.present.calibration.pose_text import (
     BEYOND_SIGMA,
     beyond_sigma,
     expected_urad,
     facts,
     pose_rows,
+)
+from mocap_metrology.present.calibration.residual_panels import (
+    PANELS,
+    draw_diode_residuals,
+    draw_means,
+    residuals_of,
 )
 from mocap_metrology.present.calibration.views import (
     ABOVE,
@@ -48,6 +56,7 @@ from mocap_metrology.present.plot.figure import (
     styled,
     wrapped,
 )
+from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm, significant
 
@@ -62,56 +71,80 @@ FLAT = 0.05  # thickness of a board whose diodes all face the same way, over its
 MOST_NAMED = 3  # diodes
 LINE_MM, SMALL_MM, SPACING = 3.95, 3.5, 1.3  # of lines
 REASON, FACT = 84, 57  # characters in a line
-PANELS_MM, LEGEND_MM = 180.0, 26.0
+LEGEND_MM = 30.0
+TOP = [(66.0, [["above", "right"]]), (51.0, [["path", "horizontal", "vertical"]])]
+BY_BATCH = [  # rows of panels: height in mm, panels
+    *TOP,
+    (43.0, [list(PANELS)]),
+    (50.0, [["diodes", "master"], ["diodes", "slave"]]),
+]
+BY_BOARD_POSES = [*TOP, (50.0, [["apart", "poses"]]), (36.0, [["master", "slave"]])]
 DOT: Keywords = {"ls": "", "markersize": 1.5, "mew": 0, "alpha": 0.7}
 
 
 @styled()
 def calibration_figure(given: CalibrationFiles) -> Picture:
     """One page of a calibration: verdict and pose in numbers; stations and path from above and from
-    the right; the path near by; distance of both paths after the chosen pose and residuals over
-    time; diodes.
+    the right; the path near by; uncertainty of the slave's position; residuals of `batch` by angle,
+    time and diode, of other estimators distance of both paths and residuals of board poses;
+    diodes.
 
-    If the board was at rest or no pose was found, empty panels state the reason.
+    Two plane views show the stations rather than one in 3-D, in which a point has no place that
+    can be read off the paper. If the board was at rest or no pose was found, empty panels state
+    the reason.
     """
     scenery, why = Scenery.of(given), _why_empty(given)
     reason, below = _words(given, scenery)
     kind = f"simulated stand-in (twin) {given.twin}" if given.twin else "measured"
     source = f"Source: {kind}. All positions are in the frame of the master."
+    residuals = residuals_of(given.chosen)
+    rows = BY_BATCH if residuals else BY_BOARD_POSES
     lines = max(len(reason), 2), max(map(len, below))
-    heights = [LINE_MM * lines[0] + SMALL_MM * lines[1] + 3.0, PANELS_MM]
-    page = new_figure(f"{given.name}: calibration", source, sum(heights) + LEGEND_MM)
-    head, body = page.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
+    head_mm = LINE_MM * lines[0] + SMALL_MM * lines[1] + 5.0
+    *high, last = (height for height, _ in rows)
+    heights = [head_mm, *high, last + LEGEND_MM]
+    page = new_figure(f"{given.name}: calibration", source, sum(heights))
+    head, *bodies = page.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
     _draw_words(head, given.pose["verdict"]["word"], reason, below)
-    places = [
-        ["above", "right"],
-        ["path", "apart"],
-        ["residuals", "master"],
-        ["residuals", "slave"],
-    ]
-    axes = body.subplot_mosaic(places, height_ratios=[66, 48, 25, 25])
+    axes: dict[str, Axes] = {}
+    for body, (_, places) in zip(bodies, rows, strict=True):
+        axes |= body.subplot_mosaic(places)
     draw_view(axes["above"], scenery, ABOVE)
     draw_view(axes["right"], scenery, RIGHT)
     panel_title(axes["above"], "Stations from above")
     panel_title(axes["right"], "Stations from the right", "same scale")
     still = given.chosen is not None and given.chosen["stage"] == "static"
     seen_from = draw_path(axes["path"], scenery, still)
-    panel_title(axes["path"], "Board at rest" if still else "Path of the board", seen_from)
-    draw_disagreement(axes["apart"], scenery, given.duration_s)
-    draw_residuals(axes["residuals"], scenery, given)
-    for empty in (axes["path"], axes["apart"], axes["residuals"]):
+    panel_title(axes["path"], f"{'At rest,' if still else 'Path'} {seen_from}".strip(" ,"))
+    planes = zip(PLANES, ("horizontal", "vertical"), strict=True)
+    draw_ellipses({plane: axes[name] for plane, name in planes}, given)
+    said = [_draw_fit(axes, given, scenery, residuals)]
+    for empty in (axes[name] for name in ("path", "apart", "poses") if name in axes):
         if not empty.lines:
             empty.set(xticks=[], yticks=[])
             say(empty, why)
-    faint = [draw_diodes(axes[ROLES[station]], given, station) for station in (MASTER, SLAVE)]
-    axes["master"].tick_params(labelbottom=False)
+    said += [draw_diodes(axes[ROLES[station]], given, station) for station in (MASTER, SLAVE)]
     axes["slave"].set_xlabel("Diode (from 0)")
-    drawn = [axes[name] for name in ("above", "right", "path", "apart", "residuals", *ROLES)]
-    letters(drawn)
-    legend_below(body, drawn)
-    beyond = BEYOND_SIGMA if given.chosen and beyond_sigma(given.chosen) else ""
-    more = " ".join(filter(None, (beyond, *faint)))
-    return Picture(body, f"{captions.CALIBRATION} {more}".strip())
+    letters(axes.values())
+    legend_below(bodies[-1], axes.values())
+    said.append(BEYOND_SIGMA if given.chosen and beyond_sigma(given.chosen) else "")
+    fit = captions.CALIBRATION_BATCH if residuals else captions.CALIBRATION_BOARD_POSES
+    return Picture(bodies[-1], " ".join(filter(None, (captions.CALIBRATION, fit, *said))))
+
+
+def _draw_fit(
+    axes: Mapping[str, Axes], given: CalibrationFiles, scenery: Scenery, residuals: Record | None
+) -> str:
+    """Residuals of `batch`, or those of board poses; a sentence on excluded diodes."""
+    if residuals is None:
+        draw_disagreement(axes["apart"], scenery, given.duration_s)
+        draw_residuals(axes["poses"], scenery, given)
+        return ""
+    draw_means({key: axes[key] for key in PANELS}, residuals)
+    entry: Record = dict(given.chosen or {})
+    noise = entry["details"]["noise_hit_urad"]
+    axes["master"].tick_params(labelbottom=False)
+    return draw_diode_residuals(axes["diodes"], residuals, len(given.board), noise)
 
 
 def _words(given: CalibrationFiles, scenery: Scenery) -> tuple[list[str], list[list[str]]]:

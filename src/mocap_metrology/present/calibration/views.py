@@ -31,15 +31,13 @@ PATHS: tuple[Keywords, ...] = (
 )
 REFERENCE: Keywords = {"marker": "+", "color": INK, "markersize": 7.0, "mew": 0.9}
 MIRRORED: Keywords = {"marker": "v", "color": INK, "markerfacecolor": "#ffcc33", "markersize": 4.2}
-ELLIPSE: Keywords = {"facecolor": "none", "edgecolor": INK, "lw": 0.9}
 NAMES = ("x, forward (m)", "y, left (m)", "z, up (m)")
 ABOVE, RIGHT, FRONT = (0, 1), (0, 2), (1, 2)  # coordinates across and up the paper
 SEEN_FROM = {ABOVE: "from above", RIGHT: "from the right", FRONT: "from the front"}
 FIELD_DEG = 60.0  # half of what a laser sweeps (J II)
-HIGH, PATH_HIGH = 0.68, 0.5  # heights of a view, and of the path near by, over their widths
-CONE, AXES, SMALLEST = 0.38, 0.15, 0.04  # lengths in half widths of a view
+HIGH, PATH_HIGH = 0.68, 1.0  # heights of a view, and of the path near by, over their widths
+CONE, AXES = 0.38, 0.15  # lengths in half widths of a view
 LEAST_VIEW_M, LEAST_PATH_M, LONGEST_GAP_S = 1.5, 0.01, 0.1  # half widths; a gap in a path
-ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000)
 
 
 @dataclass(frozen=True)
@@ -119,13 +117,16 @@ def draw_view(axes: Axes, scenery: Scenery, view: tuple[int, int]) -> None:
     if scenery.reference is not None:
         place = scenery.reference[1][own]
         axes.plot(*place, ls="", zorder=5, label="reference", **REFERENCE)
-    if scenery.slave is not None and scenery.covariance is not None:
-        _draw_ellipse(axes, scenery.slave[1], scenery.covariance, view, half)
     _equal(axes, view, centre, half)
 
 
 def _equal(
-    axes: Axes, view: tuple[int, int], centre: np.ndarray, half: float, high: float = HIGH
+    axes: Axes,
+    view: tuple[int, int],
+    centre: np.ndarray,
+    half: float,
+    high: float = HIGH,
+    ticks: int = 6,
 ) -> None:
     """Equal scales, `half` metres to the left and right of the centre."""
     from matplotlib.ticker import MaxNLocator
@@ -134,7 +135,7 @@ def _equal(
     axes.set(xlim=(across - half, across + half), ylim=(up - high * half, up + high * half))
     axes.set(xlabel=NAMES[view[0]], ylabel=NAMES[view[1]], aspect="equal")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+        axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
 
 
 def _draw_station(
@@ -188,30 +189,6 @@ def _draw_paths(axes: Axes, scenery: Scenery, view: tuple[int, int]) -> None:
         axes.plot(*alone[:, own].T, zorder=3, label=names[MASTER], **PATHS[MASTER])
 
 
-def ellipse_scale(covariance: np.ndarray, half: float) -> int:
-    """How many times its size the ellipse is drawn, so that it can be seen on the paper."""
-    largest = np.sqrt(np.linalg.eigvalsh(covariance[:3, :3])[-1]) / 1e3 / half
-    if not 0 < largest < SMALLEST:
-        return 1
-    return next((k for k in ROUND if k * largest >= SMALLEST), ROUND[-1])
-
-
-def _draw_ellipse(
-    axes: Axes, place: np.ndarray, covariance: np.ndarray, view: tuple[int, int], half: float
-) -> None:
-    from matplotlib.patches import Ellipse
-
-    scale, own = ellipse_scale(covariance, half), list(view)
-    values, vectors = np.linalg.eigh(covariance[np.ix_(own, own)] / 1e6)
-    width, height = 2 * scale * np.sqrt(np.clip(values, 0, None))
-    turn = np.degrees(np.arctan2(vectors[1, 0], vectors[0, 0]))
-    across, up = place[own]
-    axes.add_patch(Ellipse((across, up), width, height, angle=turn, zorder=5, **ELLIPSE))
-    times = f", drawn {scale} times as large" if scale > 1 else ""
-    how: Keywords = {"marker": "o", "ls": "", "color": INK, "markerfacecolor": "none", "ms": 6}
-    axes.plot([], [], label=f"1 σ of the slave's position{times}", **how)
-
-
 def draw_path(axes: Axes, scenery: Scenery, still: bool) -> str:
     """Both paths in detail, in the view in which the board's path is largest, dots where the
     board is at rest; returns from where, nothing where there is no path."""
@@ -230,5 +207,5 @@ def draw_path(axes: Axes, scenery: Scenery, still: bool) -> str:
             line.set(linestyle="none", marker=".", markersize=2.0, rasterized=True)
     if both is not None and both.mirrored.any():
         axes.plot(*both.master_m[both.mirrored][:200, own].T, ls="", zorder=4, **MIRRORED)
-    _equal(axes, view, (low + high) / 2, max(float(half), LEAST_PATH_M), PATH_HIGH)
+    _equal(axes, view, (low + high) / 2, max(float(half), LEAST_PATH_M), PATH_HIGH, 3)
     return SEEN_FROM[view]

@@ -6,13 +6,31 @@ A figure adds to its caption what depends on its data. Plain text, no markup.
 CALIBRATION = (
     "The pose of the slave with its verdict and the data behind it. (a), (b) Stations and the "
     "path of the board from above and from the right: dotted lines join the stations and the "
-    "middle of the path. (c) The path enlarged, seen from the side on which it extends most. (d) "
-    "Distance between the paths by both stations after R and t; dashed: its median. (e) Root "
-    "mean square of the angles about each board pose. Where the pose is by batch, (c) to (e) show "
-    "board poses by paper-lm, as batch estimates one trajectory instead. (f), (g) Share of the "
-    "sweeps of either station that each diode saw, pale where it is below half of the usual "
-    "share. A diode is reported as dead if neither station sees it although other diodes that "
-    "face the same way are seen."
+    "middle of the path. (c) The path enlarged, seen from the side on which it extends most; "
+    "lines are of board poses by single stations. (d), (e) Uncertainty of the slave's position "
+    "about the chosen estimate, from above and from the right: 95 % regions of the two "
+    "coordinates and one standard deviation, and where other estimates with the same optics are; "
+    "what is far off stands on the border."
+)
+CALIBRATION_BATCH = (
+    "(f) to (h) Mean residuals of the hits, offsets of sweeps included, by angle and over time, "
+    "with the standard deviation by noise. Noise leaves them near 0; a rotor that differs from "
+    "its model leaves a slope or curve against an angle, a moved station a step in time. (i) Root "
+    "mean square residual of each diode, offsets of sweeps removed; excluded diodes are "
+    "crossed. (j), (k) Share of the sweeps of either station that each diode saw, pale where it "
+    "is below half of the usual share. A diode is reported as dead if neither station sees it "
+    "although other diodes that face the same way are seen."
+)
+CALIBRATION_BOARD_POSES = (
+    "(f) Distance between the paths by both stations after R and t; dashed: its median. (g) Root "
+    "mean square of the angles about each board pose. (h), (i) Share of the sweeps of either "
+    "station that each diode saw, pale where it is below half of the usual share. A diode is "
+    "reported as dead if neither station sees it although other diodes that face the same way "
+    "are seen."
+)
+CALIBRATION_EITHER = (
+    f"{CALIBRATION} Where the pose is by batch: {CALIBRATION_BATCH} Otherwise: "
+    f"{CALIBRATION_BOARD_POSES}"
 )
 CAMERAS = (
     "Noise of the positions from subsets of the cameras of one take. (a) Allan deviation at one "

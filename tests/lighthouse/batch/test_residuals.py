@@ -1,0 +1,105 @@
+"""Residuals by angle, time and diode: of recordings with a fault, and against sums by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.batch.residuals import BINS, binned_means
+from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
+from mocap_metrology.lighthouse.records import Factory, Hits
+from mocap_metrology.lighthouse.simulate.recording import simulate
+from tests.lighthouse.batch.test_batch import twin
+
+
+def residuals(hits: Hits, board: np.ndarray) -> dict:
+    scene = Scene(hits, board, "ideal", [None, None], None, "crazyflie", Priors())
+    return by_batch(scene).details["residuals"]
+
+
+def curves(found: dict, against: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Means and their standard deviations in urad, of both stations and axes."""
+    rows = [row for row in found["against"] if row["against"] == against]
+    assert len(rows) == 4
+    return [(np.array(row["mean_urad"]), np.array(row["sd_urad"])) for row in rows]
+
+
+def largest(found: dict, against: str) -> float:
+    return max(np.abs(mean / sd).max() for mean, sd in curves(found, against))
+
+
+@pytest.fixture(scope="module")
+def sound() -> dict:
+    made = simulate(twin(31))
+    return residuals(made.hits, made.truth.board)
+
+
+def test_noise_alone_leaves_means_near_zero(sound: dict) -> None:
+    """Their standard deviations are those that the noise of a hit and of a sweep make."""
+    for against in ("angle_deg", "time_s"):
+        z = np.concatenate([mean / sd for mean, sd in curves(sound, against)])
+        assert z.size > 40 and np.abs(z).max() < 4.5 and 0.3 < np.sqrt(np.mean(z**2)) < 1.2
+    for row in sound["by_diode"]:
+        assert row["excluded"] == [] and max(row["rms_urad"]) < 1.4 * min(row["rms_urad"])
+
+
+def test_a_wrong_rotor_leaves_a_slope(sound: dict) -> None:
+    made = simulate(twin(31, master={"factory": Factory(tilt=np.array([0.01, -0.01]))}))
+    found = residuals(made.hits, made.truth.board)
+    assert (
+        largest(found, "angle_deg") > 3 * largest(sound, "angle_deg")
+        and largest(found, "angle_deg") > 10
+    )
+
+
+def test_a_station_that_moves_leaves_a_step_in_time(sound: dict) -> None:
+    """By 5 mm at 2.6 s of 5: means of both parts have opposite signs."""
+    moved = simulate(twin(31, slave={"position_m": (0.503, 2.504, 0.3)}))
+    whole = simulate(twin(31))
+    early, late = whole.hits.time_s < 2.6, moved.hits.time_s >= 2.6
+    parts = whole.hits.take(early), moved.hits.take(late)
+    hits = Hits(
+        **{
+            name: np.concatenate([getattr(part, name) for part in parts])
+            for name in Hits.__dataclass_fields__
+        }
+    )
+    found = residuals(hits, whole.truth.board)
+    steps = [
+        abs(mean[: BINS // 2 - 1].mean() - mean[BINS // 2 + 1 :].mean())
+        for mean, _ in curves(found, "time_s")
+    ]
+    before = [
+        abs(mean[: BINS // 2 - 1].mean() - mean[BINS // 2 + 1 :].mean())
+        for mean, _ in curves(sound, "time_s")
+    ]
+    assert max(steps) > 100 > 4 * max(before)
+
+
+def test_a_displaced_diode_has_its_residual_though_it_is_excluded() -> None:
+    """4 mm along y at about 3 m are 1.3 mrad of azimuth: rms over both axes near 1 mrad."""
+    made = simulate(twin(7))
+    wrong = made.truth.board.copy()
+    wrong[13] += [0.0, 0.004, 0.0]
+    for row in residuals(made.hits, wrong)["by_diode"]:
+        assert row["excluded"] == [13]
+        rms = dict(zip(row["diode"], row["rms_urad"], strict=True))
+        assert 600 < rms.pop(13) < 1600 and max(rms.values()) < 100
+        assert row["n"][row["diode"].index(13)] > 200
+
+
+def test_means_and_their_deviations_by_hand() -> None:
+    rng = np.random.default_rng(3)
+    n = 400
+    x, r, w = rng.uniform(0, 1, n), rng.normal(size=n), rng.uniform(0.2, 1, n)
+    sweep = np.sort(rng.integers(0, 40, n))
+    at, mean, sd = binned_means(x, r, w, sweep, (2.0, 3.0))
+    width = np.ptp(x) / BINS
+    assert at.size == BINS and np.diff(at) == pytest.approx(width)
+    for k, middle in enumerate(at):
+        own = np.abs(x - middle) < width / 2 + 1e-12
+        together = sweep[own][:, None] == sweep[own]
+        C = 9.0 * together + 4.0 * np.eye(own.sum())
+        u = w[own] / w[own].sum()
+        assert mean[k] == pytest.approx(u @ r[own]) and sd[k] == pytest.approx(np.sqrt(u @ C @ u))

@@ -24,6 +24,7 @@ MARKS = "os"  # of master and slave
 LEAST_URAD = 20.0  # half height of the panels of means
 HIGHEST = 4.0  # of a bar, over the median
 ROOM = 1.12
+MOST_NAMED = 3  # diodes
 
 
 def residuals_of(entry: Mapping[str, object] | None) -> Record | None:
@@ -79,7 +80,10 @@ def draw_diode_residuals(axes: Axes, residuals: Record, n: int, expected: float)
     """Root mean square residual of each diode by each station, those of excluded diodes crossed,
     and the noise of a hit. Those far above the rest stand at the upper end. Returns a sentence on
     diodes that the estimate excludes."""
-    panel_title(axes, "Residuals of diodes")
+    gone = sorted({k for row in residuals["by_diode"] for k in row["excluded"]})
+    few = 0 < len(gone) <= MOST_NAMED
+    remark = f"excluded: {', '.join(map(str, gone)) if few else len(gone)}" if gone else ""
+    panel_title(axes, "Residuals of diodes", remark)
     every = np.concatenate([row["rms_urad"] for row in residuals["by_diode"]])
     if not every.size:
         return ""
@@ -93,7 +97,7 @@ def draw_diode_residuals(axes: Axes, residuals: Record, n: int, expected: float)
         excluded = np.isin(diode, row["excluded"])
         if excluded.any():
             cross: Keywords = {"marker": "x", "color": INK, "ls": "", "ms": 6.0, "mew": 1.1}
-            label = "diode excluded from the estimate"
+            label = "excluded diode"
             axes.plot(at[excluded], np.minimum(rms, 0.96 * top)[excluded], label=label, **cross)
             out.append(
                 f"{row['station']}: "

@@ -81,7 +81,11 @@ def test_the_defaults_of_the_models_are_those_of_the_projects_own_configuration(
         ("lighthouse__simplex_optics", [], []),
         ("lighthouse__lasers_mm", "null", None),
         ("lighthouse__lasers_mm", ",".join(12 * "3"), 12 * [3.0]),
+        ("lighthouse__lasers_mm", 12 * ["0.5"], 12 * [0.5]),
         ("lighthouse__lm_weights", "none", "none"),
+        ("diagnosis__cutoffs_hz", "2.5, 6", [2.5, 6.0]),
+        ("jansen_studies__speeds_m_s", ["0.2", "1"], [0.2, 1.0]),
+        ("jansen_studies__diodes", "4, 32", [4, 32]),
     ],
 )
 def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> None:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import NoneType, UnionType
-from typing import Literal, TypeGuard, get_args, get_origin
+from typing import Annotated, Literal, TypeGuard, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import (
@@ -96,6 +96,8 @@ def coerced(value: object, kind: object) -> object:
     """The value as the type of the setting where that is possible, else unchanged."""
     if isinstance(value, str):
         value = value.strip()
+    if get_origin(kind) is Annotated:  # of the items of a list
+        kind = get_args(kind)[0]
     if isinstance(kind, UnionType):
         if value in (None, "", "null"):
             return None

@@ -1,4 +1,4 @@
-"""The settings of section lighthouse of config.yaml."""
+"""The settings of sections lighthouse and jansen_studies of config.yaml."""
 
 from __future__ import annotations
 
@@ -106,3 +106,54 @@ class Lighthouse(Section):
     """`setup`: besides each recording alone, all recordings of a setup in one estimate by `batch`,
     `setups/<group>/<setup>/pose.json`; they must have the same board. It is the way to calibrate
     stations whose factory values are not known: record at five places or more."""
+
+
+Speed = Annotated[float, Field(ge=0.02, le=5)]
+Distance = Annotated[float, Field(ge=1.25, le=10)]
+Baseline = Annotated[float, Field(ge=0.2, le=5)]
+Diodes = Annotated[int, Field(ge=3, le=32)]
+Offset = Annotated[float, Field(ge=0, le=100)]
+LaserDistance = Annotated[float, Field(ge=0.75, le=10)]
+TWO = AfterValidator(Once(least=2))
+
+
+def _numbers(low: str, high: str, unit: str = "") -> Words:
+    """Of a list of numbers."""
+    words = f"a list of numbers{unit} >= {low} and <= {high}, at least two, each at most once"
+    return Words(words, f"each >= {low}, <= {high}")
+
+
+class JansenStudies(Section):
+    """Simulated studies of J's claims, by `snakemake jansen_studies`."""
+
+    recordings: int = Field(20, ge=2, le=10000)
+    """Simulated recordings at each point of a study. Fewer than six give no interval of a
+    median."""
+    duration_s: float = Field(4.0, ge=1, le=60)
+    """Length of these recordings, in s; J's are of 8 s."""
+    speeds_m_s: Annotated[tuple[Speed, ...], TWO, _numbers("0.02", "5", " of m/s")] = (
+        *(0.1, 0.2, 0.5, 1.0, 2.0),
+    )
+    """Speeds of the board at which the ways of reconstruction are compared."""
+    patterns: Annotated[tuple[Literal["line", "arc", "circle", "hand"], ...], TWO] = (
+        *("line", "arc", "circle", "hand"),
+    )
+    """Motion patterns that are compared."""
+    distances_m: Annotated[tuple[Distance, ...], TWO, _numbers("1.25", "10", " of m")] = (
+        *(2.0, 3.0, 4.0, 5.0, 6.0),
+    )
+    """Distances of the board from both stations, which are 2 m apart."""
+    baselines_m: Annotated[tuple[Baseline, ...], TWO, _numbers("0.2", "5", " of m")] = (
+        *(1.0, 2.0, 3.0, 4.0),
+    )
+    """Distances between the stations, 3 m from the board."""
+    diodes: Annotated[tuple[Diodes, ...], TWO, _numbers("3", "32")] = (3, 4, 8, 16, 32)
+    """Numbers of diodes on a board of the same size."""
+    laser_offsets_mm: Annotated[tuple[Offset, ...], TWO, _numbers("0", "100", " of mm")] = (
+        *(0.0, 5.0, 10.0, 25.0),
+    )
+    """Distances of the lasers from the middle of their station, in random directions."""
+    laser_distances_m: Annotated[
+        tuple[LaserDistance, ...], AfterValidator(Once(least=1)), _numbers("0.75", "10", " of m")
+    ] = (1.0, 2.5, 6.0)
+    """Distances of the board at which these offsets are compared; the stations are 1 m apart."""

@@ -18,7 +18,7 @@ from mocap_metrology.pipeline.settings import (
 )
 from mocap_workflow.configuration import WHOLE, Once, Section, Words, faults
 from mocap_workflow.faults import Faults, shown
-from mocap_workflow.lighthouse_settings import Lighthouse
+from mocap_workflow.lighthouse_settings import JansenStudies, Lighthouse
 
 Sheet = Annotated[str | None, Words("the path of a sheet, or nothing", "a path or nothing")]
 Share = Annotated[float, Words("a share from 0 to 1")]
@@ -316,6 +316,7 @@ class Settings(Section):
     noise: Noise = Noise()
     annealing: Annealing = Annealing()
     lighthouse: Lighthouse = Lighthouse()
+    jansen_studies: JansenStudies = JansenStudies()
 
 
 def checked(config: Mapping[str, object]) -> Settings:

@@ -12,6 +12,17 @@ JANSEN_FIGURES = {
 }
 
 
+# Studies of its claims, and the settings of each besides the recordings and their length.
+JANSEN_STUDIES = {
+    "reconstruction": ["speeds_m_s"],
+    "pattern": ["patterns"],
+    "distance": ["distances_m"],
+    "baseline": ["baselines_m"],
+    "diodes": ["diodes"],
+    "lasers": ["laser_offsets_mm", "laser_distances_m"],
+}
+
+
 rule jansen_tables:
     input:
         checks=checks(CALIBRATIONS, JANSEN),
@@ -72,6 +83,60 @@ rule jansen_figures:
         "Figures 3 and 5-8 of Jansen et al. 2019"
     script:
         "../scripts/jansen_figures.py"
+
+
+# Simulations of what the paper claims, in their own target: they take minutes of a processor.
+rule jansen_study:
+    output:
+        "<results>/jansen_studies/{study}.csv",
+    log:
+        "<logs>/jansen_study/{study}.log",
+    benchmark:
+        "<benchmarks>/jansen_study/{study}.tsv"
+    wildcard_constraints:
+        study="|".join(JANSEN_STUDIES),
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(120),
+    params:
+        code=source("jansen_study.py", "lighthouse"),
+        settings=lambda wildcards: {
+            name: config["jansen_studies"][name]
+            for name in ("recordings", "duration_s", *JANSEN_STUDIES[wildcards.study])
+        },
+        seed=config["seed"],
+    message:
+        "Study of a claim of Jansen et al. 2019: {wildcards.study}"
+    script:
+        "../scripts/jansen_study.py"
+
+
+rule jansen_studies:
+    input:
+        collect(rules.jansen_study.output, study=JANSEN_STUDIES),
+    output:
+        csv="<results>/tables/jansen_studies.csv",
+        md="<results>/tables/jansen_studies.md",
+        figures=collect(
+            "<results>/figures/jansen_studies_{number}.{kind}",
+            number=range(1, 8),
+            kind=FIGURE,
+        ),
+    log:
+        "<logs>/jansen_studies.log",
+    benchmark:
+        "<benchmarks>/jansen_studies.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("jansen_studies.py", "lighthouse", "noise", "present"),
+        settings=config["jansen_studies"],
+        seed=config["seed"],
+    message:
+        "Studies of the claims of Jansen et al. 2019"
+    script:
+        "../scripts/jansen_studies.py"
 
 
 rule jansen_results:

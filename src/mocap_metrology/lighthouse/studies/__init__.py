@@ -1,0 +1,1 @@
+"""Simulated studies: how the error of a calibration depends on one circumstance at a time."""

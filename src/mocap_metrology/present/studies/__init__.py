@@ -1,0 +1,1 @@
+"""Studies of J's claims: tables, text and figures."""

@@ -118,11 +118,11 @@ def test_crlb_says_what_nine_hours_cannot_tell():
 
 def test_pure_white_noise_shows_nothing_else():
     nothing_else = 0
-    for seed in range(100):
+    for seed in range(60):
         series = np.random.default_rng(seed).normal(size=1 << 15)
         run = likelihood(series, RATE)
         nothing_else += set(run.estimate.values) == {"h_0"}
-    assert nothing_else >= 95
+    assert nothing_else >= 57
 
 
 def test_limits_stand_where_nothing_is_detected():

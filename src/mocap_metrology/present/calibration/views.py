@@ -116,7 +116,8 @@ def draw_view(axes: Axes, scenery: Scenery, view: tuple[int, int]) -> None:
         _draw_station(axes, pose, station, view, half, others)
     if scenery.reference is not None:
         place = scenery.reference[1][own]
-        axes.plot(*place, ls="", zorder=5, label="reference", **REFERENCE)
+        label = "reference" if scenery.covariance is None else None  # else beside the ellipses
+        axes.plot(*place, ls="", zorder=5, label=label, **REFERENCE)
     _equal(axes, view, centre, half)
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 PAPER = "Jansen et al. 2019"
 LINES = (*LOOKS.values(), *OTHER_LOOKS)
 ROOM = 1.25  # factor between the first and last value and the edge of the axis
-STEP = 0.018  # of the width of the axis, from the bars of one method to those of the next
+ASIDE, ASIDE_KINDS = 0.014, 0.04  # of the axis, from the bars of one method to those of the next
 WAYS = (("paper", "kabsch"), ("paper", "final"), ("paper-lm", "final"))
 UNITS = {"mm": "Position error (mm)", "deg": "Rotation error (°)"}
 CAPTION = (
@@ -150,7 +150,7 @@ def _draw(axes: Axes, column: Panels, unit: str, looks: dict[str, Look]) -> None
     kinds = isinstance(next(iter(places)), str)
     span = len(places) if kinds else math.log(max(places.values()) / min(places.values()))
     for k, (name, rows) in enumerate(column.lines.items()):
-        aside = STEP * 2.2 * span * (k - (len(column.lines) - 1) / 2)
+        aside = (ASIDE_KINDS if kinds else ASIDE) * span * (k - (len(column.lines) - 1) / 2)
         at = np.array([places[row["value"]] for row in rows])
         x = at + aside if kinds else at * np.exp(aside)
         y, low, high = (
@@ -169,8 +169,9 @@ def _count_failures(axes: Axes, column: Panels, places: dict[object, float]) -> 
         own = [row for rows in column.lines.values() for row in rows if row["value"] == value]
         failed, n = sum(row["failed"] for row in own), sum(row["n"] for row in own)
         if failed:
-            text = "refused" if failed == n else f"{failed} of {n}\nfailed"
-            how: Keywords = {"color": GREY, "fontsize": SMALL_PT, "ha": "center", "va": "top"}
+            text = "refused" if failed == n else f"{failed} of {n} failed"
+            how: Keywords = {"color": GREY, "fontsize": SMALL_PT, "rotation": 90}
+            how |= {"ha": "center", "va": "top"}
             axes.text(place, 0.97, text, transform=axes.get_xaxis_transform(), **how)
 
 

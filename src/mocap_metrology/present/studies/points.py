@@ -85,7 +85,7 @@ SHOWN = (
     ),
     Shown(
         *(5, "diodes", "diodes", "number of diodes", "number of diodes", ""),
-        "III: more diodes make poses less ambiguous",
+        "III: more diodes lower the ambiguity and make up for poor readings",
         FALLS,
     ),
     Shown(

@@ -196,6 +196,30 @@ def test_summary_is_headed_by_what_stands_in_its_columns(records):
         assert own[2].split("|")[1].strip() == "estimator"
 
 
+def test_estimators_stand_side_by_side():
+    """Setup 3 with errors of 8 mm and 0.5° by every method and, with factory values, a tenth of
+    them by paper-lm and a twentieth by batch; J had simplexes with ideal optics only."""
+    given = record("3", 1, [8.0, 8.0, 8.0, 0.5, 0.5, 0.5], optics=("ideal", "factory"))
+    poses = given["pose"]["poses"]
+    poses = [p for p in poses if p["estimator"] == "paper-lm" or p["optics"] == "ideal"]
+    for pose in [p for p in poses if p["estimator"] == "paper-lm"]:
+        halved = {k: [v / 2 for v in pose[k]] for k in ("errors_mm", "errors_deg")}
+        poses.append({**pose, **halved, "estimator": "batch"})
+    given["pose"]["poses"] = poses
+    text = markdown(1, jansen_table(1, [given]), [])
+    lines = text[text.index("## Estimators side by side") :].splitlines()
+    tables = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if "|" in line]
+    head = tables[0]
+    assert head == ["x / y / z mm", "published", "paper, ideal", "paper-lm, factory",
+                    "batch, factory"]  # fmt: skip
+    of_setup = [row for row in tables if row[0] == "3"][:2]
+    published = published_table(1)["3"]
+    assert of_setup[0][1] == " / ".join(f"{published[q]:#.3g}" for q in QUANTITIES[:3])
+    assert of_setup[0][2:] == [" / ".join(3 * [v]) for v in ("8.00", "0.800", "0.400")]
+    assert of_setup[1][2:] == [" / ".join(3 * [v]) for v in ("0.500", "0.0500", "0.0250")]
+    assert not any(row[0] == "4" for row in tables[:6])  # without a calibration
+
+
 def test_few_calibrations_are_cautioned_by_the_law_of_their_sd(records):
     """Of two normal errors, the SD over the true one is |N(0, 1)|: 95 % within 0.031 and 2.24."""
     pair = [record("3", k, (k + 1) * np.ones(6)) for k in (0, 1)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -34,6 +34,7 @@ MEANINGS = {
     ),
 }
 OTHERS = "places, paths and lasers of these stations are not those of J"
+BESIDE = ("paper", "paper-lm", "batch")
 FACTOR = 4.0  # beyond it a regenerated value is explained
 MIRRORED = 0.05
 HEAD = ("x mm", "y mm", "z mm", "α °", "β °", "γ °")
@@ -98,6 +99,7 @@ def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: 
     gained = gain([r for r in records if paper_setup(r["setup"])]) if number == 1 else ""
     lines += [gained, ""] if gained else []
     lines += [ANGLES, ""] if number == 1 and any(row["n"] for row in rows) else []
+    lines += _beside(rows, last)
     lines += ["## By setup", "", "Regenerated, in brackets published.", ""]
     for variant, own in _grouped(rows, _variant):
         if any(row["n"] for row in own):
@@ -157,6 +159,35 @@ def _caution(counts: Sequence[int]) -> list[str]:
         "as orders of magnitude."
     )
     return [said, ""]
+
+
+def _beside(rows: Sequence[Row], last: str) -> list[str]:
+    """Published and the final stage of `BESIDE` in columns, a row a setup; of each estimator with
+    factory values, where it has been run with these."""
+    found = {v: own for v, own in _grouped(rows, _variant) if any(row["n"] for row in own)}
+    shown = {}
+    for name in BESIDE:
+        finals = [v for v in found if (v.estimator, v.stage) == (name, "final")]
+        if finals:
+            best = next((v for v in finals if v.optics == "factory"), finals[0])
+            shown[best] = {(row["setup"], row["quantity"]): row for row in found[best]}
+    lines: list[str] = []
+    for quantities, head in ((QUANTITIES[:3], HEAD[:3]), (QUANTITIES[3:], HEAD[3:])):
+        unit = head[0].split()[1]
+        title = " / ".join(one.split()[0] for one in head) + f" {unit}"
+        table = [[title, "published", *(f"{v.estimator}, {v.optics}" for v in shown)]]
+        for setup in (s for s in (*SETUPS, last) if _calibrated(shown, s)):
+            columns = [("published", next(iter(shown.values())))] if shown else []
+            columns += [("regenerated", cells) for cells in shown.values()]
+            values = [[cells[setup, q][key] for q in quantities] for key, cells in columns]
+            table.append([setup, *(" / ".join(map(significant, v)) for v in values)])
+        lines += [*aligned(table), ""]
+    said = "Stage final, of each estimator with factory values where it was run with them."
+    return ["## Estimators side by side", "", said, "", *lines] if shown else []
+
+
+def _calibrated(shown: Mapping[Variant, Mapping[tuple[str, str], Row]], setup: str) -> bool:
+    return any(np.isfinite(c[setup, QUANTITIES[0]]["regenerated"]) for c in shown.values())
 
 
 def _by_setup(rows: Sequence[Row], last: str) -> list[str]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.batch.residuals import BINS, binned_means
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
+from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.records import Factory, Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from tests.lighthouse.batch.test_batch import twin
@@ -103,3 +106,18 @@ def test_means_and_their_deviations_by_hand() -> None:
         C = 9.0 * together + 4.0 * np.eye(own.sum())
         u = w[own] / w[own].sum()
         assert mean[k] == pytest.approx(u @ r[own]) and sd[k] == pytest.approx(np.sqrt(u @ C @ u))
+
+
+def test_bins_of_a_board_at_rest_are_not_sorted_by_their_residuals() -> None:
+    """Each diode has one angle, so a bin that halved its hits by noise would have a mean of 0.8
+    standard deviations of a hit, which is many of its own."""
+    made = simulate(
+        replace(
+            twin(32),
+            motion=replace(twin(32).motion, pattern="static", tremor_mm=0.0, tremor_deg=0.0),
+        )
+    )
+    scene = Scene(made.hits, made.truth.board, "ideal", [None, None], None, "crazyflie", Priors())
+    still = (median_angles(made.hits, 0, 32), median_angles(made.hits, 1, 32))
+    found = by_batch(scene, still).details["residuals"]
+    assert largest(found, "angle_deg") < 5

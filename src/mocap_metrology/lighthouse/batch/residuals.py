@@ -1,7 +1,8 @@
 """Residuals of a joint estimate by angle, time and diode, of each station and axis.
 
-Noise leaves means near 0. A rotor that differs from its model leaves a curve against the angle, a
-station that moved one against time, a displaced or slow diode a large rms of its own.
+A residual is estimated minus measured. Noise leaves means near 0. A rotor that differs from its
+model leaves a curve against the angle, a station that moved one against time, a displaced or slow
+diode a large rms of its own.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Rows = list[dict[str, object]]
 def residual_rows(found: Joint, hits: Hits) -> dict[str, Rows]:
     """Binned residuals of the first recording; hits: of the recording, also of excluded diodes.
 
-    `against`, for each station and axis and for `angle_deg` (of the hit) and `time_s`: middles of
+    `against`, for each station and axis and for `angle_deg` (as estimated) and `time_s`: middles of
     bins of equal width `at`, means `mean_urad` of the residuals, offsets of sweeps included, and
     `sd_urad`, the standard deviation of the mean by noise; `by_diode`, for each station: `diode`,
     `rms_urad` of the residuals without the offsets of sweeps, `n`, and those `excluded`.
@@ -36,7 +37,9 @@ def residual_rows(found: Joint, hits: Hits) -> dict[str, Rows]:
 def _against(one: Recording) -> Rows:
     rows: Rows = []
     hits, weight = one.sweeps.hits, one.weights().hit
-    for name, values in (("angle_deg", np.degrees(hits.angle_rad)), ("time_s", hits.time_s)):
+    # Bins of the measured angle would sort the hits of a board at rest by their residuals.
+    estimated = hits.angle_rad + one.residual
+    for name, values in (("angle_deg", np.degrees(estimated)), ("time_s", hits.time_s)):
         for station, role in enumerate(ROLES):
             for axis, label in enumerate(AXES):
                 own = np.flatnonzero((hits.station == station) & (hits.axis == axis))

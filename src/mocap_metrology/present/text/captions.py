@@ -13,8 +13,9 @@ CALIBRATION = (
     "what is far off stands on the border."
 )
 CALIBRATION_BATCH = (
-    "(f) to (h) Mean residuals of the hits, offsets of sweeps included, by angle and over time, "
-    "with the standard deviation by noise. Noise leaves them near 0; a rotor that differs from "
+    "(f) to (h) Mean residuals of the hits (estimated minus measured), offsets of sweeps "
+    "included, by angle and over time, with the standard deviation by noise. "
+    "Noise leaves them near 0; a rotor that differs from "
     "its model leaves a slope or curve against an angle, a moved station a step in time. (i) Root "
     "mean square residual of each diode, offsets of sweeps removed; excluded diodes are "
     "crossed. (j), (k) Share of the sweeps of either station that each diode saw, pale where it "

@@ -1,0 +1,191 @@
+"""A laboratory's files beside simulated recordings, and a sheet that lists them: good and bad."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import yaml
+from mocap_workflow.calibration_twins import calibration_twin
+from sample_files import samples_folder
+
+from mocap_metrology.common.files import sha256, write_json
+from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.lighthouse.assess.pose_file import pose_json
+from mocap_metrology.lighthouse.assess.validation import Verdict
+from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
+from mocap_metrology.lighthouse.records import PoseEstimate, Pulses
+from mocap_metrology.lighthouse.rotation import from_angles
+from mocap_metrology.lighthouse.simulate.mocap import simulate_mounts, write_mounts
+from mocap_metrology.lighthouse.simulate.recording import Made, simulate, truth_json, write_dump
+from mocap_metrology.lighthouse.timing import TICKS_PER_S
+
+HEADER = [
+    *("calibration", "setup", "group", "path", "format", "board", "factory", "sha256"),
+    *("reference", "reference_labels_master", "reference_labels_slave", "mount", "check_against"),
+    "tracked_with",
+    "world_points",
+]
+WHOLE_S, SHORT_S = 4.0, 2.5  # with and without a whole calibration frame in the flashes
+BRIEF_S = 1.0
+ROOM = from_angles(0.3, -0.2, 2.0), np.array([5.0, -1.0, 2.2])  # the master in it
+SHIFT_MM = 30.0  # of the slave since an earlier calibration
+LONGEST_SWEEP_S = 40e-6
+LABELS = {"reference_labels_master": "M1;M2;M3;M4;M5", "reference_labels_slave": "S1;S2;S3;S4;S5"}
+TWINS = f"""
+factories:
+  one: {{phase: [0.026, 0.054], tilt: [-0.003, -0.003], curve: [0.002, -0.0004],
+         gibphase: [2.4, -1.1], gibmag: [0.001, -0.009]}}
+  two: {{phase: [0.05, 0.024], tilt: [-0.009, 0.001], curve: [-0.004, -0.0015],
+         gibphase: [1.9, -0.8], gibmag: [0.011, -0.011]}}
+setups:
+  room: &room
+    reference: mocap
+    duration_s: {WHOLE_S}
+    common_urad: 20
+    independent_urad: 20
+    tilt_deg: [6.5, 14]
+    master: {{id: 3001, mode: b, factory: one}}
+    slave: {{id: 3002, mode: c, factory: two,
+             position_m: [1.432, 1.976, -0.236], rotation_deg: [17.25, 2.84, -48]}}
+    motion: {{pattern: circle, centre_m: [3.57, -1.04, -0.09], speed_m_s: 0.5, extent_m: 0.4,
+              wobble_deg: 9, sway_m: 0.04}}
+  perfect:
+    <<: *room
+    reference: truth
+    master: {{id: 3001, mode: b}}
+    slave: {{id: 3002, mode: c,
+             position_m: [1.432, 1.976, -0.236], rotation_deg: [17.25, 2.84, -48]}}
+  alone:
+    duration_s: {BRIEF_S}
+    master: {{id: 3001, mode: A}}
+    motion: {{centre_m: [3.5, 0, 0]}}
+twins:
+  mounted: {{setup: room, seed: 1}}
+  short: {{setup: room, seed: 2, duration_s: {SHORT_S}}}
+  brief: {{setup: room, seed: 5, duration_s: {BRIEF_S}}}
+  perfect: {{setup: perfect, seed: 3, duration_s: {SHORT_S}}}
+  alone: {{setup: alone, seed: 4}}
+"""
+REFUSED = {  # row: board, what its line says
+    "odd": ("board.csv", "bytes are not a whole number of uint32 words"),
+    "big-endian": ("board.csv", "a big-endian dump"),
+    "sixteen-bit": ("board.csv", "a 16-bit dump"),
+    "no-flashes": ("board.csv", "flashes"),
+    "one-station": ("board.csv", "flashes of one base station only; expected two"),
+    "three-diodes": ("board.csv", "sweeps on 3 diodes; a calibration needs at least 4"),
+    "millimetres": ("millimetres.csv", "is the file in mm?"),
+    "small-board": ("small.csv", "the board has 24 diodes; expected a board in diode order"),
+    "large-board": ("large.csv", "the board has 33 diodes; expected a board in diode order"),
+    "second-generation": ("BOARD", "second-generation (V2) base stations"),
+    "other-object": ("HMD", "no pulses of an object 'HMD'; expected one of BOARD"),
+    "other-checksum": ("board.csv", f"expected {'0' * 64}"),
+}
+
+
+def made(name: str) -> Made:
+    """A twin of `TWINS`, drawn with a seed of its own."""
+    return simulate(calibration_twin(yaml.safe_load(TWINS), name).made(name), 77)
+
+
+def write_board(path: Path, places: np.ndarray) -> None:
+    lines = ["x_m,y_m,z_m", *(",".join(map(str, place)) for place in places)]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def some(pulses: Pulses, kept: np.ndarray) -> Pulses:
+    columns = {name: getattr(pulses, name)[kept] for name in ("start_s", "length_s", "diode")}
+    return replace(pulses, **columns)
+
+
+def write_rec(path: Path, recording: Made) -> None:
+    """As libsurvive would write it: 48 MHz ticks in 32 bits, which wrap on the way."""
+    pulses, board = recording.pulses, recording.truth.board
+    config = {"lighthouse_config": {"modelPoints": board.tolist(), "channelMap": [*range(32)]}}
+    lines = [f"0.1 BOARD CONFIG {json.dumps(config)}"]
+    start = np.round(pulses.start_s * TICKS_PER_S).astype(np.int64) + (1 << 32) - 48_000_000
+    length = np.round(pulses.length_s * TICKS_PER_S).astype(np.int64)
+    for diode, at, ticks in zip(pulses.diode, start, length, strict=True):
+        lines.append(f"{at / TICKS_PER_S:.6f} BOARD C {diode} {at % (1 << 32)} {ticks}")
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write_angles(path: Path, recording: Made) -> None:
+    names = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
+    columns = [getattr(recording.hits, name).tolist() for name in names]
+    with path.open("w", newline="") as stream:
+        csv.writer(stream).writerows([names, *zip(*columns, strict=True)])
+
+
+def write_laboratory(folder: Path, recording: Made) -> None:
+    """What stands beside a dump: board, markers on both housings, mounts, an earlier pose."""
+    seen, truth = simulate_mounts(recording.twin, 77), recording.truth
+    frames = np.moveaxis(seen.positions_mm, 2, 0).astype(np.float32)
+    write_c3d(folder / "lab.c3d", seen.labels, seen.rate_hz, [frames], len(frames))
+    write_mounts(folder / "mount.csv", seen.mounts)
+    write_json(folder / "truth.json", truth_json(recording))
+    stranger = truth_json(recording) | {"stations": {"master": 7, "slave": 8}}
+    write_json(folder / "stranger.json", stranger)
+    write_json(folder / "stations.json", stations_to_json(truth.stations))
+    before = truth.t_m + np.array([1e-3 * SHIFT_MM, 0, 0])
+    pose = PoseEstimate("paper-lm", "final", "factory", truth.R, before)
+    earlier = pose_json([pose], truth.stations, 0, Verdict("good"))
+    write_json(folder / "earlier.json", earlier)
+    (R,), (t,) = truth.motion.poses(np.array([2.0]))
+    points = {"master": np.zeros(3), "slave": truth.t_m, "diode 5 at 2.0 s": R @ truth.board[5] + t}
+    places = {label: ROOM[0] @ place + ROOM[1] for label, place in points.items()}
+    lines = ["label,x_m,y_m,z_m", *(",".join(map(str, [k, *p])) for k, p in places.items())]
+    (folder / "room.csv").write_text("\n".join(lines) + "\n")
+
+
+def write_bad(folder: Path, brief: Made) -> None:
+    """The files of `REFUSED`."""
+    board, pulses = brief.truth.board, brief.pulses
+    write_dump(folder / "brief.dump", pulses)
+    write_board(folder / "millimetres.csv", 1e3 * board)
+    write_board(folder / "small.csv", board[:24])
+    write_board(folder / "large.csv", np.vstack([board, [0.0, 0.3, 0.3]]))
+    words = np.fromfile(folder / "brief.dump", "<u4")
+    (folder / "odd.dump").write_bytes(words.tobytes()[:-1])
+    words.byteswap().tofile(folder / "big-endian.dump")
+    words.astype("<u2").tofile(folder / "sixteen-bit.dump")
+    write_dump(folder / "no-flashes.dump", some(pulses, pulses.length_s < LONGEST_SWEEP_S))
+    write_dump(folder / "three-diodes.dump", some(pulses, pulses.diode < 3))
+    write_dump(folder / "one-station.dump", made("alone").pulses)
+    (folder / "second-generation.rec").write_text("0.2 BOARD B 3 1234 0 0 1\n0.3 BOARD W 3 1 2 3\n")
+
+
+def sheet_rows(folder: Path) -> list[dict[str, str]]:
+    """The twin, recordings that can be used, and those that cannot."""
+    common = {"setup": "room", "group": "lab", "format": "gpio-dump", "board": "board.csv"}
+    rec = {"format": "libsurvive-rec", "board": "BOARD"}
+    against = {"reference": "lab.c3d", "mount": "mount.csv", "check_against": "earlier.json"}
+    against["world_points"] = "room.csv"
+    good = {
+        "measured": {"path": "lab.dump", "sha256": sha256(folder / "lab.dump")} | against | LABELS,
+        "recorded": {"path": "made.rec", "reference": "truth.json"} | rec,
+        "angles": {"path": "angles.csv", "format": "angles-csv", "reference": "truth.json"},
+        "short": {"path": "short.dump", "tracked_with": "odd"},
+        "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"}
+        | {"tracked_with": "measured"},
+        "stranger": {"path": "lab.dump", "reference": "stranger.json"},
+    }
+    if real := samples_folder():
+        path = real / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
+        good["headset"] = {"path": str(path)} | rec | {"board": "HMD"}
+    bad = {name: {"path": f"{name}.dump", "board": board} for name, (board, _) in REFUSED.items()}
+    bad["second-generation"] |= {"path": "second-generation.rec"} | rec
+    bad["other-object"] |= {"path": "made.rec"} | rec | {"board": "HMD"}
+    bad["other-checksum"] |= {"path": "brief.dump", "sha256": "0" * 64}
+    for name in ("millimetres", "small-board", "large-board"):
+        bad[name]["path"] = "brief.dump"
+    twin = common | {"group": "jansen2019", "path": "simulate:mounted", "board": ""}
+    good["recorded"] |= {"setup": "pair"}
+    good["short"] |= {"setup": "pair"}
+    return [{"calibration": "twin"} | twin] + [
+        {"calibration": name} | common | {"setup": name} | cells
+        for name, cells in (good | bad).items()
+    ]

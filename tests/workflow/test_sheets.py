@@ -127,6 +127,8 @@ SAID = {  # another value of every column that may be filled in, beside a right 
         "reference_unit": "m",
         "mount": "board.csv",
         "check_against": "poses.json",
+        "tracked_with": "other",
+        "world_points": "board.csv",
         "sha256": "ab" * 32,
         "comment": "of the left wall",
     },

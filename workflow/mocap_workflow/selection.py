@@ -34,12 +34,14 @@ class Sheet(Generic[OfSheet]):
     def table(self) -> pd.DataFrame:
         """What rules select by, for `lookup`: name, `group`, `setup` of a calibration, and `source`
         of each row."""
-        lines = [
-            (name, row.group, getattr(row, "setup", ""), row.source)
-            for name, row in self.rows.items()
-        ]
-        columns = [self.kind.KIND, "group", "setup", "source"]
-        return pd.DataFrame(lines, columns=columns, dtype=str)
+        table = {name: [getattr(row, name) for row in self.rows.values()] for name in self._shown}
+        return pd.DataFrame({self.kind.KIND: list(self.rows), **table}, dtype=str)
+
+    @property
+    def _shown(self) -> list[str]:
+        if "setup" in self.kind.columns():
+            return ["group", "setup", "source"]
+        return ["group", "source"]
 
     @property
     def groups(self) -> list[str]:

@@ -10,10 +10,10 @@ import pytest
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.summary import summary
+from mocap_metrology.lighthouse.batch.estimate import ROUNDS, Joint
 from mocap_metrology.lighthouse.calibrate import joint_variants
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.variants import (
@@ -196,16 +196,21 @@ def test_the_chosen_estimate_is_that_of_its_variant_alone() -> None:
     assert off @ np.linalg.solve(alone.covariance_noise, off) < 0.1**2 * 6
 
 
-def test_without_convergence_the_variant_is_chosen_by_board_poses(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("at_once", [True, False], ids=["first", "judged"])
+def test_what_batch_cannot_solve_is_chosen_by_board_poses(
+    monkeypatch: pytest.MonkeyPatch, at_once: bool
 ) -> None:
+    """Normal equations without a solution, in the first steps or where the variants are judged."""
+    solve = joint_variants.with_rotors
+
+    def failing(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
+        if at_once or rounds == ROUNDS:
+            raise np.linalg.LinAlgError("not positive definite")
+        return solve(found, rotors, rounds)
+
     own = made("libsurvive", 7)
-    monkeypatch.setattr(joint_variants, "with_rotors", lambda found, rotors, rounds=1: _failed())
+    monkeypatch.setattr(joint_variants, "with_rotors", failing)
     found = calibrated(own, "batch")
     standing = {w.variant: w.standing for w in found.variants}
     assert standing["crazyflie"] == "worse"
     assert [e.estimator for e in found.estimates] == ["batch"]
-
-
-def _failed() -> None:
-    raise Refusal("no convergence")

@@ -8,12 +8,14 @@ lasers are, and the search goes on to the end with these.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.problem import (
@@ -90,6 +92,12 @@ class Joint:
     converged: bool
     rounds: int
 
+    def sure(self, what: str) -> Joint:
+        """Itself; refused, in the name of `what`, where the search did not converge."""
+        if not self.converged:
+            raise Refusal(f"{what}: no convergence in {self.rounds} steps")
+        return self
+
     @property
     def covariance(self) -> np.ndarray:
         """Of all global unknowns, in m and rad."""
@@ -102,6 +110,15 @@ class Joint:
     def pose(self, station: int = 1) -> np.ndarray:
         """Rows of a station's pose among the unknowns."""
         return int(self.of.columns[station, 0, 0]) + np.arange(6)
+
+
+@contextmanager
+def determined(what: str) -> Iterator[None]:
+    """Refuses, in the name of `what`, hits whose normal equations have no solution."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        raise Refusal(f"{what}: the hits do not determine it ({error})") from None
 
 
 def estimate(

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, estimate
+from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import (
     halves,
     residual_ratios,
@@ -83,6 +83,11 @@ class Scene:
     known_pose: bool = False
 
     @property
+    def title(self) -> str:
+        """The estimate, in messages."""
+        return f"{NAME}, {self.optics}"
+
+    @property
     def rotors(self) -> np.ndarray:
         """Of all stations, (stations, 2, 10)."""
         ideal = self.optics != "factory"
@@ -114,17 +119,12 @@ class Scene:
         return optics_of(name, measured, self.factories, self.lasers_m, self.variant)
 
 
-def by_batch(
-    scene: Scene,
-    still: tuple[Measurements, Measurements] | None = None,
-    known: tuple[Joint, str] | None = None,
-) -> PoseEstimate:
-    """The slave's pose from all hits. still: median angles of a board that keeps its place; known:
-    what `joint` returns, where it was called before.
+def by_batch(scene: Scene, still: tuple[Measurements, Measurements] | None = None) -> PoseEstimate:
+    """The slave's pose from all hits. still: median angles of a board that keeps its place.
 
     Raises `Refusal` where no start is found or the search does not converge.
     """
-    return solved(scene, still, known)[0]
+    return solved(scene, still)[0]
 
 
 def solved(
@@ -132,7 +132,8 @@ def solved(
     still: tuple[Measurements, Measurements] | None = None,
     known: tuple[Joint, str] | None = None,
 ) -> tuple[PoseEstimate, Joint]:
-    """The slave's pose, and the joint estimate that it is from; raises as `by_batch`."""
+    """The slave's pose, and the joint estimate that it is from; raises as `by_batch`. known: what
+    `joint` returns, where it was called before."""
     began = time.perf_counter()
     found, note = known or joint(scene, still)
     one = found.recordings[0]
@@ -201,17 +202,13 @@ def joint(
 ) -> tuple[Joint, str]:
     """The joint estimate behind `by_batch`, and a note on what was left out; raises as that.
     near: where it starts, if that is known."""
-    try:
+    with determined(scene.title):
         if still is None:
             found, note = without_bad_diodes(scene, *(near or start(scene)))
         else:
             hits, trajectory, pose, note = _still_start(scene, still)
             found = fitted(scene, hits, trajectory, pose)
-    except np.linalg.LinAlgError as error:
-        raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
-    if not found.converged:
-        raise Refusal(f"batch, {scene.optics}: no convergence in {found.rounds} steps")
-    return found, note
+    return found.sure(scene.title), note
 
 
 def start(scene: Scene) -> Start:
@@ -224,13 +221,13 @@ def start(scene: Scene) -> Start:
     master, slave = both
     if min(len(master), len(slave)) < FEWEST_MOMENTS:
         raise Refusal(
-            f"batch, {scene.optics}: {len(master)} and {len(slave)} moments at which a station sees"
+            f"{scene.title}: {len(master)} and {len(slave)} moments at which a station sees"
             f" four diodes; expected at least {FEWEST_MOMENTS}"
         )
     optics = scene.seen((master, slave))
     agreed = agreed_paths(optics, scene.board, ORDER, roughly=True)
     if agreed.R is None or agreed.t_m is None:
-        raise Refusal(f"batch, {scene.optics}: the stations never see the board at once")
+        raise Refusal(f"{scene.title}: the stations never see the board at once")
     time_s = scene.hits.time_s
     trajectory = trajectory_of(joined(agreed), time_s.min(), time_s.max())
     return scene.hits.take(trajectory.known(time_s)), trajectory, (agreed.R, agreed.t_m)
@@ -244,7 +241,7 @@ def _still_start(
     optics = scene.seen(still)
     pose = static_pose(list(optics.measurements), scene.board, list(optics.rotors))
     if pose is None:
-        raise Refusal(f"batch, {scene.optics}: a station sees fewer than four diodes")
+        raise Refusal(f"{scene.title}: a station sees fewer than four diodes")
     hits = scene.hits
     for station, out in enumerate(pose.left_out):
         hits = hits.take((hits.station != station) | ~np.isin(hits.diode, out))

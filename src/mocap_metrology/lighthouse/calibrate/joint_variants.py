@@ -16,9 +16,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.estimate import Joint, with_rotors
+from mocap_metrology.lighthouse.batch.estimate import Joint, determined, with_rotors
 from mocap_metrology.lighthouse.batch.solve import bend_cost
 from mocap_metrology.lighthouse.calibrate.batch import Scene, fitted, joint, start
 from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
@@ -42,12 +41,10 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     Raises `Refusal` where an estimate does not converge.
     """
     of = {name: replace(scene, variant=name) for name in NAMES}
-    try:
+    with determined(scene.title):
         hits, trajectory, pose = start(of[FALLBACK])
         first = fitted(of[FALLBACK], hits, trajectory, pose, sized=True)
         stepped = {name: with_rotors(first, of[name].rotors, rounds=2) for name in NAMES}
-    except np.linalg.LinAlgError as error:
-        raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
     best = min(NAMES, key=lambda name: float(_cost(stepped[name]).sum()))
     found: dict[str, tuple[Joint, str]] = {}
     while best not in found:
@@ -59,13 +56,13 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
 
 
 def weighed_by(of: Mapping[str, Scene], found: Joint) -> list[Weighed]:
-    """All variants, from an estimate by one of them and with its noise."""
+    """All variants, from an estimate by one of them and with its noise; raises as `best_joint`."""
     fits = []
     for name, scene in of.items():
-        by_it = with_rotors(found, scene.rotors)
-        if not by_it.converged:
-            raise Refusal(f"batch, {scene.optics}: no convergence with the variant {name}")
-        fits.append(_fit(name, by_it))
+        what = f"{scene.title}, variant {name}"
+        with determined(what):
+            by_it = with_rotors(found, scene.rotors)
+        fits.append(_fit(name, by_it.sure(what)))
     return weigh(fits)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.batch.estimate import Joint, estimate
+from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory, trajectory_of
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.batch import FEWEST_MOMENTS, Pose, Scene, start
@@ -33,7 +33,8 @@ def by_network(scene: Scene) -> Joint:
     poses: list[Pose] = [(np.eye(3), np.zeros(3))] * n
     paths = []
     for known, new in _tree(_shared(scene, n)):
-        _, trajectory, (R, t) = start(_pair(scene, known, new))
+        with determined(f"{scene.title}, stations {known} and {new}"):
+            _, trajectory, (R, t) = start(_pair(scene, known, new))
         R_known, t_known = poses[known]
         poses[new] = R_known @ R, R_known @ t + t_known
         paths.append(_moved(trajectory, *poses[known]))
@@ -43,13 +44,9 @@ def by_network(scene: Scene) -> Joint:
     trajectory = trajectory_of(path, time_s.min(), time_s.max())
     hits = scene.hits.take(trajectory.known(time_s))
     both = [pose[0] for pose in poses], [pose[1] for pose in poses]
-    try:
+    with determined(scene.title):
         found = estimate([(hits, trajectory)], *both, scene.rotors, scene.board, scene.used_priors)
-    except np.linalg.LinAlgError as error:
-        raise Refusal(f"batch, {n} stations: the hits do not determine them ({error})") from None
-    if not found.converged:
-        raise Refusal(f"batch, {n} stations: no convergence in {found.rounds} steps")
-    return found
+    return found.sure(scene.title)
 
 
 def _shared(scene: Scene, n: int) -> np.ndarray:

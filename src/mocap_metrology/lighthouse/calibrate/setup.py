@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.batch.estimate import Joint, estimate
+from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import predicted
 from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_by
@@ -78,10 +78,11 @@ def by_setup(
         if len(names) > 1:
             ways = weighed_by(of, found[best])
             best = next(way.variant for way in ways if way.standing == "chosen")
-    apart = predicted(found[best], of[best].used_priors)
+    with determined(of[best].title):
+        apart = predicted(found[best], of[best].used_priors)
     by_name = dict(zip(alone, apart, strict=True))
     worst = max(apart, key=lambda pair: pair.m2)
-    pose = replace(pose_of(of[best], found[best], "final"), halves=worst, note="; ".join(why))
+    pose = replace(pose_of(of[best], found[best], "final"), halves=worst)
     pose = replace(widened(pose, ways), seconds=time.perf_counter() - begun)
     return Setup(pose, by_name, ways, why)
 
@@ -97,10 +98,6 @@ def _together(scene: Scene, alone: Mapping[str, Joint]) -> Joint:
         (one.recordings[0].sweeps.hits, one.recordings[0].trajectory) for one in alone.values()
     ]
     R, t = [np.eye(3), sure.state.R[SLAVE]], [np.zeros(3), sure.state.t_m[SLAVE]]
-    try:
+    with determined(scene.title):
         found = estimate(given, R, t, scene.rotors, scene.board, scene.used_priors)
-    except np.linalg.LinAlgError as error:
-        raise Refusal(f"batch, {scene.optics}: the hits do not determine it ({error})") from None
-    if not found.converged:
-        raise Refusal(f"batch, {scene.optics}: no convergence in {found.rounds} steps")
-    return found
+    return found.sure(scene.title)

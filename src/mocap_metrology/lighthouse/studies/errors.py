@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,10 +36,8 @@ class Approach:
 
     def available(self) -> Approach:
         """Without `pnp` where OpenCV is not installed."""
-        if not opencv_is_missing():
-            return self
-        kept = tuple(name for name in self.estimators if name != "pnp")
-        return Approach(kept, **{k: v for k, v in vars(self).items() if k != "estimators"})
+        missing = ("pnp",) if opencv_is_missing() else ()
+        return replace(self, estimators=tuple(e for e in self.estimators if e not in missing))
 
 
 @dataclass(frozen=True)
@@ -76,18 +74,15 @@ def errors_of(approach: Approach, drawn: Drawn) -> list[Error]:
     made = []
     for estimator in approach.estimators:
         for stage in STAGES.get(estimator, BOTH):
-            pose = next((e for e in found.estimates if _is(e, estimator, stage)), None)
-            name = estimator, stage, approach.variant
+            kind = estimator, stage
+            pose = next((e for e in found.estimates if (e.estimator, e.stage) == kind), None)
+            name = *kind, approach.variant
             if pose is None or not np.isfinite(pose.t_m).all():
                 made.append(Error(*name, why=why))
                 continue
             size = _sizes(pose.R, pose.t_m, pose.frame, drawn)
             made.append(Error(*name, *size, mirrored=pose.mirrored_share))
     return made + (_unweighted(approach, found, drawn) if approach.unweighted else [])
-
-
-def _is(pose: object, estimator: str, stage: str) -> bool:
-    return (getattr(pose, "estimator", ""), getattr(pose, "stage", "")) == (estimator, stage)
 
 
 def _unweighted(approach: Approach, found: Calibration, drawn: Drawn) -> list[Error]:

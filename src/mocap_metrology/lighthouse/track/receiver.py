@@ -14,7 +14,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.batch.estimate import Joint, determined
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S
 from mocap_metrology.lighthouse.calibrate.batch import Scene, without_bad_diodes
 from mocap_metrology.lighthouse.calibrate.variants import COVARIANCE_UNITS
@@ -72,13 +72,9 @@ def track(scene: Scene, known: Calibrated) -> Track:
             "receiver: expected moments at which both stations see three of its diodes, or one four"
         )
     hits = hits.take(trajectory.known(hits.time_s))
-    try:
+    with determined("receiver"):
         found, note = without_bad_diodes(scene, hits, trajectory, (known.R, known.t_m))
-    except np.linalg.LinAlgError as error:
-        raise Refusal(f"receiver: the hits do not determine its path ({error})") from None
-    if not found.converged:
-        raise Refusal(f"receiver: no convergence in {found.rounds} steps")
-    return along(found, scene, known, note)
+    return along(found.sure("receiver"), scene, known, note)
 
 
 def along(found: Joint, scene: Scene, known: Calibrated, note: str) -> Track:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import chi2
 
 from mocap_metrology.lighthouse.assess.pose_file import PoseEntry
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
@@ -16,7 +15,7 @@ from mocap_metrology.present.text.numbers import mm
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-AREA = float(np.sqrt(chi2.ppf(0.95, 2)))  # half axes of a 95 % ellipse of two coordinates over σ
+AREA = float(np.sqrt(-2 * np.log(0.05)))  # half axes of a 95 % ellipse of two coordinates over σ
 FARTHEST = 3.0  # of what is drawn at its place, in extents of the largest ellipse
 ROOM = 1.2
 PLANES = {(0, 1): "from above", (0, 2): "from the right"}

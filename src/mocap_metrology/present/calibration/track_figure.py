@@ -37,10 +37,12 @@ if TYPE_CHECKING:
 Columns = Mapping[str, np.ndarray]
 CURVES: dict[str, tuple[str, Keywords]] = {
     "total": ("all, with optics and board", {"color": INK, "lw": 1.2}),
-    "calibration": ("error of the calibration", {"color": LOOKS["y"].colour, "lw": 1.1}),
+    "calibration": (
+        "error of the calibration",
+        {"color": LOOKS["y"].colour, "lw": 1.1, "ls": (0, (5, 1.6))},
+    ),
     "noise": ("noise of the hits", {"color": LOOKS["x"].colour, "lw": 0.8}),
 }
-CURVES["calibration"][1]["ls"] = (0, (5, 1.6))
 NAMES = {"mm": "Position (mm)", "deg": "Rotation (°)"}
 PLACES: list[Any] = [["path", "far"], ["place", "place"], ["mm", "mm"], ["deg", "deg"]]
 HEIGHT_MM = 195.0

@@ -140,6 +140,15 @@ def test_calibrations_shown_in_figures() -> None:
     assert names(selection.first_of_setups(rows)) == ["y", "w"]
 
 
+def test_setups_of_two_recordings_or_more_are_joined_once() -> None:
+    rows = [
+        *(calibration("a", "hall"), calibration("b", "hall"), calibration("c", "room")),
+        *(calibration("d", "room", twin="T"), calibration("e", "room", group="other")),
+        calibration("f", "alone"),
+    ]
+    assert selection.setups(rows) == [("lab", "hall", "measured"), ("lab", "room", "twin")]
+
+
 def test_the_example_is_the_half_circle_with_the_least_noise_or_the_first() -> None:
     twins = {
         name: CalibrationTwin.model_construct(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -260,9 +259,15 @@ def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
 
 
 def setups(rows: Iterable[CalibrationRow]) -> list[tuple[str, str, str]]:
-    """Group, setup and source of what two recordings or more are of."""
-    counts = Counter((row.group, row.setup, row.source) for row in rows)
-    return [key for key, count in counts.items() if count > 1]
+    """Group, setup and source of what two recordings or more are of; twin if one of them is."""
+    sources: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        sources.setdefault((row.group, row.setup), []).append(row.source)
+    return [
+        (*of, "twin" if "twin" in found else "measured")
+        for of, found in sources.items()
+        if len(found) > 1
+    ]
 
 
 def first_of_setups(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:

@@ -61,7 +61,7 @@ def run(tmp_path_factory, root, snakemake):
         *(
             "recordings=",
             "twins=twins.yaml",
-            "lighthouse={estimators: [paper, paper-lm], joint: setup}",
+            "lighthouse={estimators: [paper-lm], joint: setup}",
         ),
     )
     return folder / "results", snakemake(folder, *arguments), arguments

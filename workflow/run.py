@@ -19,7 +19,10 @@ SNAKEMAKE = (sys.executable, "-m", "snakemake")
 def main(arguments: list[str]) -> None:
     def unlock() -> bool:
         command = [*SNAKEMAKE, "--unlock", *arguments]
-        return not subprocess.run(command, capture_output=True, check=False).returncode
+        done = subprocess.run(command, capture_output=True, check=False, text=True)
+        if done.returncode:  # why, as a fault in the configuration
+            sys.stderr.write(done.stderr)
+        return not done.returncode
 
     runs.ends_at_interrupt()
     try:

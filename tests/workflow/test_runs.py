@@ -72,6 +72,14 @@ def test_the_lock_of_a_process_that_is_gone_is_cleared_once(record: Path, capsys
     assert not unlocked(record)
 
 
+def test_a_lock_that_stays_keeps_its_record(record: Path) -> None:
+    write(record)
+    with pytest.raises(Faults, match="the lock of the last run .* stays; run make again"):
+        runs.clear(lambda: False, record)
+    assert record.is_file()
+    assert unlocked(record)
+
+
 def test_a_run_that_is_alive_is_left_alone(record: Path, sleeper: subprocess.Popen) -> None:
     process = psutil.Process(sleeper.pid)
     write(record, pid=process.pid, began_s=process.create_time())
@@ -160,9 +168,12 @@ def test_kill_before_the_first_job_and_run_again(toy: Path, root: Path) -> None:
         run.kill()
         run.wait()
     assert list(toy.glob(".snakemake/locks/*"))
-    after = subprocess.run(
-        start, cwd=toy, env=environment(), check=False, capture_output=True, timeout=900
-    )
+    how = {"cwd": toy, "env": environment(), "capture_output": True, "text": True, "timeout": 900}
+    refused = subprocess.run([*start, "--config", "hampel=0"], check=False, **how)
+    assert refused.returncode == 1
+    assert "hampel" in refused.stderr
+    assert refused.stderr.endswith("stays; run make again\n")
+    after = subprocess.run(start, check=False, **how)
     assert after.returncode == 0
     assert not (toy / runs.RECORD).exists()
 

@@ -108,7 +108,8 @@ def ended(record: Path = RECORD) -> None:
 
 def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:
     """End the jobs of a killed run of this host and clear its lock by `unlock` (True if it did);
-    `Faults` if the run is alive. Messages are written to stderr."""
+    `Faults` if the run is alive, or if its lock stays: without its record the lock would refuse
+    every later run. Messages are written to stderr."""
     run, folder = read(record), record.resolve().parents[1]
     if run is None:
         return
@@ -123,10 +124,11 @@ def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:
         )
         return
     jobs = _end(run)
-    if unlock():
-        record.unlink(missing_ok=True)
-        ending = f"; {len(jobs)} processes of it were ended" if jobs else ""
-        print(f"{folder}: cleared what the last run ({process}) left{ending}", file=sys.stderr)
+    if not unlock():
+        raise Faults([f"{folder}: the lock of the last run ({process}) stays; run make again"])
+    record.unlink(missing_ok=True)
+    ending = f"; {len(jobs)} processes of it were ended" if jobs else ""
+    print(f"{folder}: cleared what the last run ({process}) left{ending}", file=sys.stderr)
 
 
 def _end(run: Run) -> list[psutil.Process]:

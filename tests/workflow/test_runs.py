@@ -20,6 +20,7 @@ from running import command, environment
 from snakemake.persistence.file import FilePersistence
 
 PLAIN = command()[3:]
+OWN = f"mark of {os.getpid()}"  # tests may run beside this one
 
 
 @pytest.fixture
@@ -34,7 +35,7 @@ def record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def sleeper() -> Iterator[subprocess.Popen]:
     """A process with the mark of a run, as a job that its death left alive."""
-    marked = os.environ | {runs.MARK: "abc"}
+    marked = os.environ | {runs.MARK: OWN}
     process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"], env=marked)
     yield process
     process.kill()
@@ -43,7 +44,7 @@ def sleeper() -> Iterator[subprocess.Popen]:
 
 def write(record: Path, **other) -> None:
     """A run of this host whose process is gone, or with other values."""
-    gone = runs.Run(socket.gethostname(), 2**22 + 1, 1.0, "abc")
+    gone = runs.Run(socket.gethostname(), 2**22 + 1, 1.0, OWN)
     record.write_text(json.dumps(dataclasses.asdict(gone) | other))
 
 

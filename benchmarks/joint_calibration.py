@@ -144,6 +144,13 @@ def drawn(setup: int, recording: int) -> Made:
     return simulate(twin(setup, recording, **REAL, master=master, slave=slave))
 
 
+def zeros(setup: int, recording: int) -> Made:
+    """With a time zero of each station and axis from its prior, as a phase that is not known."""
+    rng, own = np.random.default_rng([14, setup, recording]), REAL | {"flash_rise_us": 0.0}
+    both = [{"factory": Factory(phase=rng.normal(0, ZEROS.time_zero_rad, 2))} for _ in range(2)]
+    return simulate(twin(setup, recording, **own, master=both[0], slave=both[1]))
+
+
 def off_board(board: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """A board file with errors of the default priors."""
     return (board + 2e-4 * rng.normal(size=board.shape)) * (1 + 1e-3 * rng.normal())
@@ -171,6 +178,7 @@ COVERAGE = {
     "real noise, priors off": Case(
         lambda s, r: simulate(twin(s, r, **REAL)), REAL_NOISE, ZEROS, ZEROS, "ideal"
     ),
+    "time zeros from their prior, other priors off": Case(zeros, REAL_NOISE, ZEROS, ZEROS, "wrong"),
     "board, phases, depths from their priors": Case(
         drawn, REAL_NOISE, ZEROS, Priors(), "wrong", off_board
     ),

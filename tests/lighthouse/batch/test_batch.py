@@ -11,6 +11,7 @@ from scipy.stats import chi2
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.batch import estimate
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
@@ -185,6 +186,23 @@ def test_a_small_board_is_not_mirrored() -> None:
         error = off(pose, made.truth.R, made.truth.t_m)
         assert np.linalg.norm(error[:3]) < 60
         assert squared(pose, error) < chi2.ppf(0.9999, 6)
+
+
+def test_the_curvature_of_the_model_makes_no_bias(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of noise and the same noise with the other sign the mean error is the bias: six pairs, four
+    diodes, and noise twice as large as that of real stations, which makes four times the bias."""
+    board = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
+    made = simulate(twin(3, board=board, duration_s=12.0, common_urad=0.0, independent_urad=0.0))
+    rng, mean = np.random.default_rng(4), {}
+    noises = 1e-4 * rng.normal(size=(6, len(made.hits)))
+    for largest in (0.0, estimate.LARGEST_BIAS):
+        monkeypatch.setattr(estimate, "LARGEST_BIAS", largest)
+        errors = []
+        for noise in (*noises, *-noises):
+            hits = replace(made.truth.hits, angle_rad=made.truth.hits.angle_rad + noise)
+            errors.append(off(estimated(made, hits), made.truth.R, made.truth.t_m))
+        mean[largest] = np.linalg.norm(np.mean(errors, axis=0)[:3])
+    assert mean[0.0] > 1.0 and mean[estimate.LARGEST_BIAS] < 0.25 * mean[0.0]
 
 
 def test_reflections_and_dropouts_cost_little() -> None:

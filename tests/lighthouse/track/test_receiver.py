@@ -10,6 +10,7 @@ from scipy import linalg
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.batch.bias import selected_inverse
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import Scene, solved
 from mocap_metrology.lighthouse.records import Hits, Measurements
@@ -17,7 +18,6 @@ from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.track.receiver import Calibrated, Track, along, columns, track
-from mocap_metrology.lighthouse.track.spread import selected_inverse
 from mocap_metrology.lighthouse.track.start import triangulated
 
 EXACT = Priors(0, 0, 0, 0, 0)

@@ -18,6 +18,7 @@ from scipy import linalg
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.bias import bias_equations
 from mocap_metrology.lighthouse.batch.problem import (
     GROUPS,
     Layout,
@@ -55,6 +56,7 @@ SAME_COST = 1.0  # likewise, of the costs of two models
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
 SMALL = 0.02  # of its standard deviation: a step that ends the search
 SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
+LARGEST_BIAS = 5.0  # of its standard deviations, of all unknowns at once
 SIZED = ("depth", "place")  # groups whose size the recording shows
 
 
@@ -141,7 +143,7 @@ def estimate(
     of = layout(len(R), len(board), priors or Priors(), known_poses)
     state = start(R, t_m, rotors, board, of.size)
     search = _Search(of, state, [recording(*one, state) for one in recordings], sized)
-    return search.run()
+    return search.without_bias(search.run())
 
 
 def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:
@@ -188,6 +190,7 @@ class _Search:
         self.of, self.state, self.recordings = of, state, recordings
         self.working, self.believed = of.working.copy(), of.sd.copy()
         self.damping, self.refined, self.sized = 0.0, False, sized
+        self.factors: list[np.ndarray] = []  # of the recordings' trajectories, in the last step
         held = (of.group != GROUPS.index("pose")).all()
         self.same_cost = SMALL_GAIN if held else 0.0
 
@@ -214,6 +217,29 @@ class _Search:
             converged,
             rounds,
         )
+
+    def without_bias(self, found: Joint) -> Joint:
+        """The estimate less its `bias`; as it is where this is so large that the second order does
+        not suffice."""
+        if not found.converged:
+            return found
+        of, state, own = found.of, found.state, found.recordings
+        parts = [
+            bias_equations(
+                *(one.seen, one.trajectory, state, one.residual, one.weights().hit, one.noise),
+                *(of, factor),
+            )
+            for one, factor in zip(own, self.factors, strict=True)
+        ]
+        M = found.S + np.diag(1 / found.working**2)
+        y = -linalg.solve(M, np.sum([part.h for part in parts], axis=0), assume_a="pos")
+        if y @ M @ y > LARGEST_BIAS**2:
+            return found
+        state = state.moved(-y, of)
+        for one, part in zip(own, parts, strict=True):
+            one.trajectory = one.trajectory.moved(-part.trajectory_step(y))
+            one.residual = residuals(one.seen, one.trajectory, state)
+        return replace(found, state=state)
 
     def _linearise(self) -> list[Sums]:
         settled = True
@@ -257,6 +283,7 @@ class _Search:
                 reduced(own, trajectory, one.noise, self.damping)
                 for own, one, (trajectory, _) in zip(sums, self.recordings, before[1], strict=True)
             ]
+            self.factors = [part.factor for part in parts]
             S = np.sum([part.S for part in parts], axis=0)
             h = np.sum([part.h for part in parts], axis=0)
             M = S + np.diag(known)

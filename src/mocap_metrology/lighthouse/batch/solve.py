@@ -23,9 +23,10 @@ from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 
-# Of the second difference of control points 50 ms apart: 20 m/s^2 and 100 rad/s^2. Only where a
-# board is not seen does this count beside the angles.
-BEND = np.r_[np.full(3, 0.05), np.full(3, 0.25)]
+# Of the second difference of control points 50 ms apart: 20 m/s^2 and 400 rad/s^2. They are to
+# count only where a board is not seen, as they make every turn smaller: a bias of the stations
+# where single poses are uncertain by degrees, as those of a small board.
+BEND = np.r_[np.full(3, 0.05), np.full(3, 1.0)]
 RATIOS = (0.05, 20.0)  # of common to independent noise that are told from none and from only
 FACTORS = (1e-3, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 NOT_RULED_OUT = 4.0  # of -2 log likelihood: two standard deviations

@@ -17,44 +17,12 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.bias import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.estimate import Joint, Recording
 from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobian
 from mocap_metrology.lighthouse.batch.problem import Priors, layout
 from mocap_metrology.lighthouse.batch.solve import Reduced, covariance_of, linearised, reduced
 from mocap_metrology.lighthouse.rotation import exp
-
-
-@njit
-def selected_inverse(L: np.ndarray) -> np.ndarray:
-    """The band of A^-1 from that of the Cholesky factor of A (Takahashi, Fagan & Chin 1973).
-
-    L (w + 1, n): lower diagonals, L[d, j] = L_{j+d, j}; returned likewise. With A^-1 = Z,
-    Z_ij = (delta_ij / L_jj - sum_{k > j} L_kj Z_ik) / L_jj for i >= j, columns from the last on.
-    """
-    w, n = L.shape[0] - 1, L.shape[1]
-    Z = np.zeros_like(L)
-    for j in range(n - 1, -1, -1):
-        most = min(w, n - 1 - j)
-        for d in range(most, -1, -1):
-            i, total = j + d, 1.0 / L[0, j] if d == 0 else 0.0
-            for e in range(1, most + 1):
-                k = j + e
-                total -= L[e, j] * Z[abs(i - k), min(i, k)]
-            Z[d, j] = total / L[0, j]
-    return Z
-
-
-@njit
-def _blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
-    """Blocks (n, 6, 6) of the covariance of sum_i weights_i x_{first + i}."""
-    for m in range(first.size):
-        for i in range(4):
-            for j in range(4):
-                w = weights[m, i] * weights[m, j]
-                for a in range(POSE):
-                    for b in range(POSE):
-                        r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
-                        out[m, a, b] += w * Z[abs(r - c), min(r, c)]
 
 
 @njit
@@ -120,7 +88,7 @@ def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Fl
     first, weights = trajectory.basis(time_s)
     near = first[:, None] + np.arange(4)
     of_hits = np.zeros((time_s.size, POSE, POSE))
-    _blocks(selected_inverse(parts.factor), first, weights, of_hits)
+    pose_blocks(selected_inverse(parts.factor), first, weights, of_hits)
     rows = parts.A_C.reshape(-1, POSE, parts.A_C.shape[1])
     by = np.zeros((time_s.size, *rows.shape[1:]))
     for i in range(4):
@@ -137,6 +105,4 @@ def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Fl
 
 def warm_up() -> None:
     """Compile the kernels."""
-    first, weights, turn = np.zeros(1, np.int64), np.ones((1, 4)), np.zeros((1, 3))
-    _blocks(selected_inverse(np.ones((2, 4 * POSE))), first, weights, np.zeros((1, POSE, POSE)))
-    _right_jacobians(turn, np.zeros((1, 3, 3)))
+    _right_jacobians(np.zeros((1, 3)), np.zeros((1, 3, 3)))

@@ -1,0 +1,122 @@
+"""Bias of a joint estimate by the curvature of its model, to second order of the noise.
+
+An angle is no linear function of the board's pose. Where this is uncertain by degrees, as that of a
+small board, the mean of the angles over its errors is not the angle of its mean, and no length of
+recording removes what this does to the other unknowns. With u the pose that a hit depends on, C its
+covariance, H the second derivative of the angle by it, J and V those of all unknowns and of the
+noise, and L the information of the priors,
+
+    bias = -(J' V^-1 J + L)^-1 J' V^-1 d,   d = trace(H C) / 2 of each hit
+
+(Box 1971, J. R. Stat. Soc. B 33, 171). The curvature by the stations' poses is far smaller and left
+out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import hadamard
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch import kernel
+from mocap_metrology.lighthouse.batch.kernel import POSE
+from mocap_metrology.lighthouse.batch.problem import Layout, State
+from mocap_metrology.lighthouse.batch.solve import Noise, Reduced, View, linearised, reduced
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+
+SIGNS = hadamard(8)[:, 1 : 1 + POSE]
+UNSURE_RAD = 0.3  # of a rotation: beyond it, as beside a gap, the second order does not suffice
+
+
+def bias_equations(
+    seen: View,
+    trajectory: Trajectory,
+    state: State,
+    residual: np.ndarray,
+    weight: np.ndarray,
+    noise: Noise,
+    of: Layout,
+    factor: np.ndarray,
+) -> Reduced:
+    """Normal equations of a recording with d in place of its residuals: their solution y is the
+    bias of the global unknowns, and `trajectory_step(y)` that of the control points.
+
+    factor: of A, as in `Reduced`; one C stands for the hits of a sweep. d is 0
+    where C is too large for it.
+    """
+    first = seen.sweeps.first[:-1]
+    C = np.zeros((first.size, POSE, POSE))
+    pose_blocks(selected_inverse(factor), seen.who[first, 3], seen.basis[first], C)
+    size, axes = np.linalg.eigh(C)
+    root = noise.hit * axes * np.sqrt(np.maximum(size, 0.0))[:, None]
+    root[np.sum(root[:, 3:] ** 2, axis=(1, 2)) > UNSURE_RAD**2] = 0.0
+    angle = residual + seen.sweeps.hits.angle_rad
+    d = _curvature(seen, trajectory, state, angle, root[seen.sweeps.sweep])
+    flat = replace(trajectory, control=np.zeros_like(trajectory.control))
+    return reduced(linearised(seen, trajectory, state, d, weight, of), flat, noise)
+
+
+def _curvature(
+    seen: View, trajectory: Trajectory, state: State, angle: np.ndarray, root: np.ndarray
+) -> Floats:
+    """trace(H C) / 2 in rad, C = root root', root (n, 6, 6); angle (n,): as estimated.
+
+    It is half the sum of the second differences of the angle along the columns of the root. Each
+    hit has one along their sum with signs of its own; these are orthogonal over eight hits, in
+    which mixed terms cancel.
+    """
+    n, near = angle.size, seen.who[:, 3, None] + np.arange(4)
+    pose = np.einsum("ni,nia->na", seen.basis, trajectory.control[near])
+    shift = np.einsum("nab,nb->na", root, SIGNS[np.arange(n) % len(SIGNS)])
+    who, only = seen.who.copy(), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+    who[:, 3] = np.arange(n)  # a control point for each hit
+    station = state.R, state.t_m, state.rotors, state.offsets
+    total = -angle
+    for sign in (1, -1):
+        control, out = np.vstack([pose + sign * shift, np.zeros((3, POSE))]), np.empty(n)
+        kernel.predicted(who, only, seen.turned, control, *station, state.board, out)
+        total += out / 2
+    return total
+
+
+@njit
+def selected_inverse(L: np.ndarray) -> np.ndarray:
+    """The band of A^-1 from that of the Cholesky factor of A (Takahashi, Fagan & Chin 1973).
+
+    L (w + 1, n): lower diagonals, L[d, j] = L_{j+d, j}; returned likewise. With A^-1 = Z,
+    Z_ij = (delta_ij / L_jj - sum_{k > j} L_kj Z_ik) / L_jj for i >= j, columns from the last on.
+    """
+    w, n = L.shape[0] - 1, L.shape[1]
+    Z = np.zeros_like(L)
+    for j in range(n - 1, -1, -1):
+        most = min(w, n - 1 - j)
+        for d in range(most, -1, -1):
+            i, total = j + d, 1.0 / L[0, j] if d == 0 else 0.0
+            for e in range(1, most + 1):
+                k = j + e
+                total -= L[e, j] * Z[abs(i - k), min(i, k)]
+            Z[d, j] = total / L[0, j]
+    return Z
+
+
+@njit
+def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
+    """Blocks (n, 6, 6) of the covariance of sum_i weights_i x_{first + i}."""
+    for m in range(first.size):
+        for i in range(4):
+            for j in range(4):
+                w = weights[m, i] * weights[m, j]
+                for a in range(POSE):
+                    for b in range(POSE):
+                        r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
+                        out[m, a, b] += w * Z[abs(r - c), min(r, c)]
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    first, weights = np.zeros(1, np.int64), np.ones((1, 4))
+    inverse = selected_inverse(np.ones((2, 4 * POSE)))
+    pose_blocks(inverse, first, weights, np.zeros((1, POSE, POSE)))

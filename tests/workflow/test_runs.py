@@ -75,7 +75,7 @@ def test_the_lock_of_a_process_that_is_gone_is_cleared_once(record: Path, capsys
 
 def test_a_lock_that_stays_keeps_its_record(record: Path) -> None:
     write(record)
-    with pytest.raises(Faults, match="the lock of the last run .* stays; run make again"):
+    with pytest.raises(Faults, match=r"the lock of the last run .* stays; run make again"):
         runs.clear(lambda: False, record)
     assert record.is_file()
     assert unlocked(record)

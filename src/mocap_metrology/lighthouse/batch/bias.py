@@ -53,8 +53,7 @@ def bias_equations(
     size, axes = np.linalg.eigh(C)
     root = noise.hit * axes * np.sqrt(np.maximum(size, 0.0))[:, None]
     root[np.sum(root[:, 3:] ** 2, axis=(1, 2)) > UNSURE_RAD**2] = 0.0
-    angle = residual + seen.sweeps.hits.angle_rad
-    d = _curvature(seen, trajectory, state, angle, root[seen.sweeps.sweep])
+    d = _curvature(seen, trajectory, state, residual + seen.sweeps.hits.angle_rad, root)
     flat = replace(trajectory, control=np.zeros_like(trajectory.control))
     return reduced(linearised(seen, trajectory, state, d, weight, of), flat, noise)
 
@@ -62,7 +61,8 @@ def bias_equations(
 def _curvature(
     seen: View, trajectory: Trajectory, state: State, angle: np.ndarray, root: np.ndarray
 ) -> Floats:
-    """trace(H C) / 2 in rad, C = root root', root (n, 6, 6); angle (n,): as estimated.
+    """trace(H C) / 2 in rad of every hit, C = root root'; angle (n,): as estimated; root
+    (sweeps, 6, 6).
 
     It is half the sum of the second differences of the angle along the columns of the root. Each
     hit has one along their sum with signs of its own; these are orthogonal over eight hits, in
@@ -70,7 +70,8 @@ def _curvature(
     """
     n, near = angle.size, seen.who[:, 3, None] + np.arange(4)
     pose = np.einsum("ni,nia->na", seen.basis, trajectory.control[near])
-    shift = np.einsum("nab,nb->na", root, SIGNS[np.arange(n) % len(SIGNS)])
+    sweep, signs = seen.sweeps.sweep, SIGNS[np.arange(n) % len(SIGNS)]
+    shift = sum(root[sweep, :, k] * signs[:, k, None] for k in range(POSE))
     who, only = seen.who.copy(), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
     who[:, 3] = np.arange(n)  # a control point for each hit
     station = state.R, state.t_m, state.rotors, state.offsets

@@ -26,9 +26,12 @@ def main(arguments: list[str]) -> None:
 
     runs.ends_at_interrupt()
     try:
-        runs.clear(unlock)
-        with contextlib.suppress(OSError):  # Snakemake will report what is wrong with the folder
-            runs.began()
+        with runs.alone():
+            runs.clear(unlock)
+            with contextlib.suppress(
+                OSError
+            ):  # Snakemake will report what is wrong with the folder
+                runs.began()
     except Faults as faults:
         stop(faults)
     sys.argv = ["snakemake", *arguments]

@@ -179,6 +179,27 @@ def test_kill_before_the_first_job_and_run_again(toy: Path, root: Path) -> None:
     assert not (toy / runs.RECORD).exists()
 
 
+def test_of_two_runs_at_once_after_a_kill_one_is_refused(toy: Path, root: Path) -> None:
+    record, locks = toy / runs.RECORD, toy / ".snakemake/locks"
+    locks.mkdir(parents=True)
+    write(record)
+    for kind in ("input", "output"):
+        (locks / f"0.{kind}.lock").write_text(str(toy / "results"))
+    start = [sys.executable, str(root / "workflow/run.py"), *PLAIN, "--cores", "1", "tables"]
+    how = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    (toy / "config/a.c3d").write_text("a waits: wait\n")
+    both = [subprocess.Popen(start, cwd=toy, env=environment(), **how) for _ in range(2)]
+    until = time.monotonic() + 600
+    while all(run.poll() is None for run in both) and time.monotonic() < until:
+        time.sleep(0.1)
+    (toy / "go").touch()
+    said = {run.pid: run.communicate(timeout=900)[1] for run in both}
+    assert sorted(run.returncode for run in both) == [0, 1], said
+    refused = next(run.pid for run in both if run.returncode)
+    assert "another run is active here" in said[refused]
+    assert not record.exists()
+
+
 @pytest.mark.parametrize("name", ["a.csv", "a long name " * 30 + ".csv", "fit"])
 def test_unfinished_results_are_removed_by_the_marks_of_snakemake(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str

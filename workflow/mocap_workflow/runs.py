@@ -11,6 +11,7 @@ from __future__ import annotations
 import atexit
 import base64
 import contextlib
+import fcntl
 import json
 import os
 import shutil
@@ -20,7 +21,7 @@ import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol
@@ -104,6 +105,19 @@ def ended(record: Path = RECORD) -> None:
     run = read(record)
     if run is not None and run.here() and run.pid == os.getpid():
         record.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def alone(record: Path = RECORD) -> Iterator[None]:
+    """One process at a time: two that were started at once would both clear what a killed run
+    left, the later one the lock and the record of the earlier."""
+    with contextlib.ExitStack() as held:
+        with contextlib.suppress(OSError):  # read-only, or a file system without locks
+            record.parent.mkdir(parents=True, exist_ok=True)
+            folder = os.open(record.parent, os.O_RDONLY)
+            held.callback(os.close, folder)
+            fcntl.flock(folder, fcntl.LOCK_EX)
+        yield
 
 
 def clear(unlock: Callable[[], bool], record: Path = RECORD) -> None:

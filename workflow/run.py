@@ -28,9 +28,7 @@ def main(arguments: list[str]) -> None:
     try:
         with runs.alone():
             runs.clear(unlock)
-            with contextlib.suppress(
-                OSError
-            ):  # Snakemake will report what is wrong with the folder
+            with contextlib.suppress(OSError):  # Snakemake will report what is wrong there
                 runs.began()
     except Faults as faults:
         stop(faults)

@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.batch.solve import Noise, Reduced, View, lineari
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 
 SIGNS = hadamard(8)[:, 1 : 1 + POSE]
-UNSURE_RAD = 0.3  # of a rotation: beyond it, as beside a gap, the second order does not suffice
+UNSURE_RAD = 0.3  # of a rotation, as beside a gap: beyond it the second order does not suffice
 
 
 def bias_equations(
@@ -44,8 +44,8 @@ def bias_equations(
     """Normal equations of a recording with d in place of its residuals: their solution y is the
     bias of the global unknowns, and `trajectory_step(y)` that of the control points.
 
-    factor: of A, as in `Reduced`; one C stands for the hits of a sweep. d is 0
-    where C is too large for it.
+    factor: of A, as in `Reduced`. One C stands for the hits of a sweep; d is 0 where it is too
+    large for the second order.
     """
     first = seen.sweeps.first[:-1]
     C = np.zeros((first.size, POSE, POSE))
@@ -54,7 +54,7 @@ def bias_equations(
     root = noise.hit * axes * np.sqrt(np.maximum(size, 0.0))[:, None]
     root[np.sum(root[:, 3:] ** 2, axis=(1, 2)) > UNSURE_RAD**2] = 0.0
     d = _curvature(seen, trajectory, state, residual + seen.sweeps.hits.angle_rad, root)
-    flat = replace(trajectory, control=np.zeros_like(trajectory.control))
+    flat = replace(trajectory, control=np.zeros_like(trajectory.control))  # its prior pulls nothing
     return reduced(linearised(seen, trajectory, state, d, weight, of), flat, noise)
 
 

@@ -219,15 +219,21 @@ class _Search:
         )
 
     def without_bias(self, found: Joint) -> Joint:
-        """The estimate less its `bias`; as it is where this is so large that the second order does
-        not suffice."""
+        """The estimate less its bias (`batch.bias`); as it is where this is so large that the
+        second order does not suffice."""
         if not found.converged:
             return found
         of, state, own = found.of, found.state, found.recordings
         parts = [
             bias_equations(
-                *(one.seen, one.trajectory, state, one.residual, one.weights().hit, one.noise),
-                *(of, factor),
+                one.seen,
+                one.trajectory,
+                state,
+                one.residual,
+                one.weights().hit,
+                one.noise,
+                of,
+                factor,
             )
             for one, factor in zip(own, self.factors, strict=True)
         ]

@@ -183,7 +183,7 @@ def test_what_crashed_is_said_and_where_its_traceback_is(take: Path, monkeypatch
     assert said[-3:] == [
         f"check of {take.name} crashed: IndexError: index 118 is out of bounds",
         f"  traceback: {kept / 'crash.log'}",
-        "No verdict",
+        "No results were written",
     ]
     assert "in broken" in (kept / "crash.log").read_text()
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import gc
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from mocap_metrology.cli.beside import beside
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.pipeline.angle_noise import of_calibration
@@ -17,7 +20,7 @@ from mocap_metrology.present.calibration.calibration_figure import calibration_f
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import pose_rows
 from mocap_metrology.present.calibration.track_figure import track_figure
-from mocap_metrology.present.plot.figure import save
+from mocap_metrology.present.plot.figure import import_matplotlib, save
 
 TABLES = {
     "pulses": "pulses.parquet",
@@ -43,26 +46,35 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
     settings = replace(DEFAULTS.lighthouse, estimators=OWN, world=given.world)
     points = {"points": given.world_points} if given.world_points else {}
     asked = Asked(name_of(path), str(path.resolve()), kind, given.board)
-    tell("1/3 pulses, base stations, sweeps")
-    check, decoded = checked(asked, {"dump": str(path), "board": given.board} | points, settings)
-    for words in (*check["notes"], *check["warnings"]):
-        tell(words)
-    with replaced(folder, ("check.json", *TABLES.values(), *PICTURES)) as part:
-        files = {name: str(part / file) for name, file in TABLES.items()}
-        write_json(part / "check.json", check)
-        write_decoded(asked, decoded, settings, files)
-        tell("2/3 poses of the board and of the base stations")
-        write_poses(asked, settings, files | points, files)
-        of_calibration(files["allan"], files["sweeps"], files["pose"], DEFAULTS.allan)
-        tell("3/3 figure")
-        calibration = read_calibration(files, asked.calibration, None)
-        save(calibration_figure(calibration), part / PICTURES[0])
-        tracked = track_figure(
-            asked.calibration, None, *read_table(files["track"]), *read_table(files["allan"])
+    gc.freeze()  # all that was imported stays; to search it for cycles again and again is slow
+    with beside(import_matplotlib, _draw_calibration) as second:
+        tell("1/3 pulses, base stations, sweeps")
+        check, decoded = checked(
+            asked, {"dump": str(path), "board": given.board} | points, settings
         )
-        save(tracked, part / PICTURES[2])
+        for words in (*check["notes"], *check["warnings"]):
+            tell(words)
+        with replaced(folder, ("check.json", *TABLES.values(), *PICTURES)) as part:
+            files = {name: str(part / file) for name, file in TABLES.items()}
+            write_json(part / "check.json", check)
+            write_decoded(asked, decoded, settings, files)
+            tell("2/3 poses of the board and of the base stations")
+            write_poses(asked, settings, files | points, files)
+            of_calibration(files["allan"], files["sweeps"], files["pose"], DEFAULTS.allan)
+            second.call(files, asked.calibration, part / PICTURES[0])
+            tell_result(_verdict(read_calibration(files, asked.calibration, None)))
+            tell("3/3 figures")
+            tracked = read_table(files["track"]), read_table(files["allan"])
+            save(
+                track_figure(asked.calibration, None, *tracked[0], *tracked[1]), part / PICTURES[2]
+            )
+            second.wait()
     exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"
-    tell_result([*_verdict(calibration), "", exports, f"Figure: {folder / PICTURES[0]}"])
+    tell_result(["", exports, f"Figure: {folder / PICTURES[0]}"])
+
+
+def _draw_calibration(files: Mapping[str, str], name: str, picture: Path) -> None:
+    save(calibration_figure(read_calibration(files, name, None)), picture)
 
 
 def _verdict(found: CalibrationFiles) -> list[str]:

@@ -20,7 +20,7 @@ EXAMPLES = """examples:
 A recording has markers at rest, for a minute or better an hour: C3D, TRC, CSV of Motive
 or Vicon Nexus, TSV of Qualisys, or poses as text. With --board the file is a sweep dump of a board
 of photodiodes before two Lighthouse base stations. The results of an earlier check in the same
-folder are replaced. Exit status: 0 with a verdict, whatever it is; 1 without one."""
+folder are replaced. Exit status: 0 with a verdict, whatever it is, and its results; 1 otherwise."""
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
 FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
 WORLDS = ("gravity", "master", "board-start")
@@ -152,7 +152,7 @@ def check(given: argparse.Namespace) -> int:
     except Refusal as refusal:
         print(refusal, file=sys.stderr)
     except Exception as error:
-        print(f"{kept(error, folder, path.name)}\nNo verdict", file=sys.stderr)
+        print(f"{kept(error, folder, path.name)}\nNo results were written", file=sys.stderr)
     return 1
 
 

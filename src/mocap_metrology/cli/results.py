@@ -26,7 +26,7 @@ def tell(words: str) -> None:
 
 def tell_result(lines: Iterable[str]) -> None:
     """Lines of the verdict on standard output."""
-    print("\n".join(map(printable, lines)))
+    print("\n".join(map(printable, lines)), flush=True)
 
 
 def name_of(path: Path) -> str:

@@ -113,31 +113,41 @@ def _blocks(
                 e = theta - measured[i, j, axis]
                 for k in range(3):
                     D[k] = R[k, 0] * dx + R[k, 1] * dy + R[k, 2] * dz
-                    row[k], row[6 + k] = -D[k], D[k]
+                    row[6 + k] = D[k]
                 for k in range(3):
                     p, q = (k + 1) % 3, (k + 2) % 3
                     row[3 + k] = -(far[p] * D[q] - far[q] * D[p])
                     row[9 + k] = arm[p] * D[q] - arm[q] * D[p]
                 square[i] += e * e
                 count[i] += 1.0
-                for k in range(12):
+                for k in range(3, 12):
                     g[i, k] += row[k] * e
-                    for m in range(12):
+                    for m in range(3, k + 1):
                         H[i, k, m] += row[k] * row[m]
+        for k in range(3, 12):
+            for m in range(3, k):
+                H[i, m, k] = H[i, k, m]
+        for k in range(3):  # the slave's shift does the opposite of the board's
+            g[i, k] = -g[i, 6 + k]
+            for m in range(3, 12):
+                H[i, k, m] = H[i, m, k] = -H[i, 6 + k, m]
+            for m in range(3):
+                H[i, k, m] = H[i, 6 + k, 6 + m]
     return H, g, square, count
 
 
 @dataclass(frozen=True)
 class Residuals:
     """e^T W e / angles (n,) in rad^2 of each measurement, its angles (n,), its part of the normal
-    equations of the slave's pose, (n, 6, 6) and (n, 6), and by how much the path's uncertainty
-    raises the variance of its residuals, trace(I + J_P H^-1 J_P^T) / angles (n,)."""
+    equations of the slave's pose, (n, 6, 6) and (n, 6), and J_P^T J_P (n, 6, 6); the path's
+    information (n, 6, 6)."""
 
     cost: np.ndarray
     count: np.ndarray
     H: np.ndarray
     g: np.ndarray
-    gain: np.ndarray
+    of_path: np.ndarray
+    information: np.ndarray
 
     def limit(self) -> float:
         """Cost beyond which a measurement is an outlier."""
@@ -148,8 +158,13 @@ class Residuals:
         return 1e6 * float(np.sqrt(self.total(self.limit()) / self.count.sum()))
 
     def noise_gain(self) -> float:
-        """Root of the median gain: e^T e is expected to be this times the noise of an angle."""
-        return float(np.sqrt(np.median(self.gain[self.count > 0])))
+        """Root of the median of trace(I + J_P H^-1 J_P^T) / angles, by how much the path's
+        uncertainty raises the variance of residuals: e^T e is expected to be this times the noise
+        of an angle."""
+        known = self.information + RIDGE * np.eye(6)
+        lent = np.trace(np.linalg.solve(known, self.of_path), axis1=1, axis2=2)
+        gain = 1 + lent / np.maximum(self.count, 1)
+        return float(np.sqrt(np.median(gain[self.count > 0])))
 
     def total(self, limit: float) -> float:
         """Sum of e^T W e in rad^2, outliers counted as if at the limit."""
@@ -169,10 +184,8 @@ def residuals(R: np.ndarray, t: np.ndarray, given: Evidence, rotors: np.ndarray)
     H_L = H[:, :6, :6] - cross @ solved[:, :, :6]
     g_L = g[:, :6] - (cross @ solved[:, :, 6:])[:, :, 0]
     cost = (square - np.einsum("ni,ni->n", g[:, 6:], solved[:, :, 6])) / np.maximum(count, 1)
-    known = given.information + RIDGE * np.eye(6)
-    lent = np.trace(np.linalg.solve(known, H[:, 6:, 6:]), axis1=1, axis2=2)
-    gain = 1 + lent / np.maximum(count, 1)
-    return Residuals(np.where(np.isfinite(cost), cost, np.inf), count, H_L, g_L, gain)
+    cost = np.where(np.isfinite(cost), cost, np.inf)
+    return Residuals(cost, count, H_L, g_L, H[:, 6:, 6:], given.information)
 
 
 def _descend(

@@ -55,6 +55,6 @@ def cost() -> Callable[[Callable[[], Any], Callable[[], Any]], float]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files that run the whole workflow come first: what ends last is then short, and two workers
-    end together."""
-    items.sort(key=lambda item: "end_to_end" not in item.path.name)
+    """Files that run the whole workflow come first, then the others that call Snakemake: what ends
+    last is then short, and two workers end together."""
+    items.sort(key=lambda i: ("end_to_end" not in i.path.name, "workflow" not in i.path.parts))

@@ -34,6 +34,7 @@ BRIEF_S = 1.0
 ROOM = from_angles(0.3, -0.2, 2.0), np.array([5.0, -1.0, 2.2])  # the master in it
 SHIFT_MM = 30.0  # of the slave since an earlier calibration
 LONGEST_SWEEP_S = 40e-6
+REC = {"format": "libsurvive-rec", "board": "BOARD"}
 LABELS = {"reference_labels_master": "M1;M2;M3;M4;M5", "reference_labels_slave": "S1;S2;S3;S4;S5"}
 TWINS = f"""
 factories:
@@ -70,7 +71,7 @@ twins:
   perfect: {{setup: perfect, seed: 3, duration_s: {SHORT_S}}}
   alone: {{setup: alone, seed: 4}}
 """
-REFUSED = {  # row: board, what its line says
+REFUSED = {  # recording: board, what its line says
     "odd": ("board.csv", "bytes are not a whole number of uint32 words"),
     "big-endian": ("board.csv", "a big-endian dump"),
     "sixteen-bit": ("board.csv", "a 16-bit dump"),
@@ -84,6 +85,8 @@ REFUSED = {  # row: board, what its line says
     "other-object": ("HMD", "no pulses of an object 'HMD'; expected one of BOARD"),
     "other-checksum": ("board.csv", f"expected {'0' * 64}"),
 }
+# Of each kind one is in the sheet: dump, flashes, board, libsurvive recording, checksum
+BAD_ROWS = ("odd", "one-station", "millimetres", "second-generation", "other-checksum")
 
 
 def made(name: str) -> Made:
@@ -158,15 +161,25 @@ def write_bad(folder: Path, brief: Made) -> None:
     (folder / "second-generation.rec").write_text("0.2 BOARD B 3 1234 0 0 1\n0.3 BOARD W 3 1 2 3\n")
 
 
+def bad_rows() -> dict[str, dict[str, str]]:
+    """Cells of each recording of `REFUSED`, besides those that all rows have."""
+    bad = {name: {"path": f"{name}.dump", "board": board} for name, (board, _) in REFUSED.items()}
+    bad["second-generation"] |= {"path": "second-generation.rec"} | REC
+    bad["other-object"] |= {"path": "made.rec"} | REC | {"board": "HMD"}
+    bad["other-checksum"] |= {"path": "brief.dump", "sha256": "0" * 64}
+    for name in ("millimetres", "small-board", "large-board"):
+        bad[name]["path"] = "brief.dump"
+    return bad
+
+
 def sheet_rows(folder: Path) -> list[dict[str, str]]:
-    """The twin, recordings that can be used, and those that cannot."""
+    """The twin, recordings that can be used, and some that cannot."""
     common = {"setup": "room", "group": "lab", "format": "gpio-dump", "board": "board.csv"}
-    rec = {"format": "libsurvive-rec", "board": "BOARD"}
     against = {"reference": "lab.c3d", "mount": "mount.csv", "check_against": "earlier.json"}
     against["world_points"] = "room.csv"
     good = {
         "measured": {"path": "lab.dump", "sha256": sha256(folder / "lab.dump")} | against | LABELS,
-        "recorded": {"path": "made.rec", "reference": "truth.json"} | rec,
+        "recorded": {"path": "made.rec", "reference": "truth.json"} | REC,
         "angles": {"path": "angles.csv", "format": "angles-csv", "reference": "truth.json"},
         "short": {"path": "short.dump", "tracked_with": "odd"},
         "filed": {"path": "short.dump", "factory": "stations.json", "reference": "truth.json"}
@@ -175,13 +188,8 @@ def sheet_rows(folder: Path) -> list[dict[str, str]]:
     }
     if real := samples_folder():
         path = real / "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
-        good["headset"] = {"path": str(path)} | rec | {"board": "HMD"}
-    bad = {name: {"path": f"{name}.dump", "board": board} for name, (board, _) in REFUSED.items()}
-    bad["second-generation"] |= {"path": "second-generation.rec"} | rec
-    bad["other-object"] |= {"path": "made.rec"} | rec | {"board": "HMD"}
-    bad["other-checksum"] |= {"path": "brief.dump", "sha256": "0" * 64}
-    for name in ("millimetres", "small-board", "large-board"):
-        bad[name]["path"] = "brief.dump"
+        good["headset"] = {"path": str(path)} | REC | {"board": "HMD"}
+    bad = {name: cells for name, cells in bad_rows().items() if name in BAD_ROWS}
     twin = common | {"group": "jansen2019", "path": "simulate:mounted", "board": ""}
     good["recorded"] |= {"setup": "pair"}
     good["short"] |= {"setup": "pair"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,13 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 from laboratory import (
+    BAD_ROWS,
     HEADER,
     REFUSED,
     ROOM,
     SHIFT_MM,
     TWINS,
+    bad_rows,
     made,
     sheet_rows,
     write_angles,
@@ -24,13 +27,15 @@ from laboratory import (
     write_laboratory,
     write_rec,
 )
-from rule_graph import shipped, write_shipped
-from running import finished, planned, write_sheet
+from running import finished, write_sheet
 from sample_files import samples_folder
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import error, to_angles
 from mocap_metrology.lighthouse.simulate.recording import write_dump
+from mocap_metrology.pipeline.calibration import Asked, checked
+from mocap_metrology.pipeline.settings import Lighthouse
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +97,16 @@ def said(output: str, start: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", REFUSED)
+def test_bad_input_is_refused_by_the_check(run, monkeypatch, name: str) -> None:
+    monkeypatch.chdir(run[0].parent)
+    row = bad_rows()[name]
+    files = {"dump": row["path"], "board": row["board"]}
+    with pytest.raises(Refusal, match=re.escape(REFUSED[name][1])) as refusal:
+        checked(Asked(name, **row), files, Lighthouse())
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("name", BAD_ROWS)
 def test_bad_input_is_one_clear_line_and_no_pose(run, name: str) -> None:
     results, out, _ = run
     assert out.returncode == 1
@@ -104,7 +119,7 @@ def test_bad_input_is_one_clear_line_and_no_pose(run, name: str) -> None:
 
 def test_nobody_else_is_refused_and_nothing_is_half_written(run) -> None:
     results, out, _ = run
-    assert len(said(out.stdout, "calibration ")) == len(REFUSED) + 1, out.stdout  # stranger
+    assert len(said(out.stdout, "calibration ")) == len(BAD_ROWS) + 1, out.stdout  # stranger
     assert "Traceback" not in out.stdout
     assert "Error in rule" not in out.stdout.replace("Error in rule gate", "")
     assert not list(results.rglob(".part-*"))
@@ -306,16 +321,3 @@ def test_rerun_repeats_the_verdict_alone(run, snakemake) -> None:
     assert finished(again.stdout) == {}
     for start in ("calibration ", "warning: calibration "):
         assert said(again.stdout, start) == said(first.stdout, start)
-
-
-def test_default_sheet_of_calibrations_job_counts(root, tmp_path, snakemake) -> None:
-    """One job a twin, and one figure a setup: the dumps of one look alike."""
-    _, own = write_shipped(tmp_path)
-    out = snakemake(root, "-n", "--config", "recordings=", own, f"results={tmp_path}/results")
-    table = shipped("calibrations")
-    once = ("calibration_tables", "jansen_tables", "jansen_figures", "gate", "default")
-    expected = dict.fromkeys(once, 1) | {"calibrate_twin": len(table)}
-    expected["calibration_figures"] = len({row["setup"] for row in table})
-    found = planned(out.stdout)
-    assert {rule: found[rule] for rule in expected} == expected, out.stdout
-    assert not {"check_calibration", "decode", "calibrate"} & set(found)

@@ -14,10 +14,10 @@ from mocap_metrology.io.c3d.write import write_c3d
 
 HEADER = ["recording", "path", "markers", "group"]
 OWN = "results/recordings/lab/"
-VERDICT = f"{OWN}verdict.json"
+TABLE = "results/tables/g_outliers.csv"
 MADE = [f"{OWN}{name}" for name in ("allan.parquet", "psd.parquet", "gaussian.csv")]
 
-QUICK = ("noise={estimators: [likelihood]}", "fit_figures=[]")  # enough for a verdict
+QUICK = "noise={estimators: [likelihood]}"
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -36,20 +36,20 @@ def damage(path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def run_once(tmp_path_factory: pytest.TempPathFactory, root: Path, snakemake) -> Path:
-    """Folder of a recording with its verdict."""
+    """Folder of a recording with a table of its group."""
     folder = tmp_path_factory.mktemp("computed")
     noise = np.random.default_rng(1).normal([0, 0, 0, 400, 0, 0], 0.1, (3000, 6))
     write_c3d(folder / "a.c3d", ["A", "B"], 100.0, [noise.reshape(-1, 2, 3)], 3000)
     row = {"recording": "lab", "path": "a.c3d", "markers": "A;B", "group": "g"}
     write_sheet(folder, HEADER, row)
-    first = runner(folder, root, snakemake)(VERDICT)
+    first = runner(folder, root, snakemake)(TABLE)
     assert first.returncode == 0, first.stdout
     return folder
 
 
 def runner(folder: Path, root: Path, snakemake):
     """A call that makes the results, and others that it is given."""
-    settings = ("--config", "recordings=sheet.tsv", "calibrations=", "results=results", *QUICK)
+    settings = ("--config", "recordings=sheet.tsv", "calibrations=", "results=results", QUICK)
 
     def run(*arguments: str):
         where = ("--directory", str(folder), "--cores", "2", *settings)
@@ -84,26 +84,18 @@ def test_a_damaged_table_is_made_again(tmp_path: Path, computed) -> None:
     assert "Nothing to be done" in run().stdout
 
 
-def test_a_damaged_check_is_made_again(tmp_path: Path, computed) -> None:
-    """At once: Snakemake reads it for its plan."""
+def test_a_damaged_text_and_a_damaged_check_are_made_again(tmp_path: Path, computed) -> None:
+    """The check at once: Snakemake reads it for its plan."""
     run, expected = computed
-    path = tmp_path / OWN / "check.json"
-    path.write_bytes(path.read_bytes()[:-20])
-    again = run(f"{OWN}check.json")
+    path, check = tmp_path / OWN / "outliers.csv", tmp_path / OWN / "check.json"
+    path.write_text("\n".join(path.read_text().splitlines()[:-1]))
+    (tmp_path / TABLE).unlink()
+    failed = run(TABLE)
+    assert failed.returncode == 1
+    assert f"group_tables g: {OWN}outliers.csv is damaged: " in failed.stdout
+    assert not path.exists()
+    check.write_bytes(check.read_bytes()[:-20])
+    again = run(f"{OWN}check.json", TABLE)
     assert again.returncode == 0, again.stdout
     assert "check.json is damaged: its content is not what was written" in again.stdout
-    assert contents(tmp_path) == expected
-
-
-def test_a_damaged_text_is_made_again(tmp_path: Path, computed) -> None:
-    run, expected = computed
-    path = tmp_path / OWN / "outliers.csv"
-    path.write_text("\n".join(path.read_text().splitlines()[:-1]))
-    (tmp_path / VERDICT).unlink()
-    failed = run(VERDICT)
-    assert failed.returncode == 1
-    assert f"verdict lab: {OWN}outliers.csv is damaged: " in failed.stdout
-    assert not path.exists()
-    again = run(VERDICT)
-    assert again.returncode == 0, again.stdout
     assert contents(tmp_path) == expected

@@ -17,11 +17,10 @@ from running import finished, planned, watching, write_sheet
 
 from mocap_metrology.io.c3d.write import write_c3d
 
-HEADER = ["recording", "path", "markers", "group", "camera_type", "n_cameras", "truncated"]
-ENCODINGS = ("pi", "pr", "vi", "vr", "si", "sr")
+HEADER = ["recording", "path", "markers", "group", "truncated"]
+ENCODINGS = ("pi", "vr")  # Intel int16 and DEC float: test_c3d_real.py reads all six
 
 REAL = {  # recording: file, markers
-    "functional-static": ("btk_others/FunctionalStatic.c3d", "LTOE;RTOE"),
     "calibration": ("btk_pig/PiG_Calibration3_FF.c3d", "LTOE;*2"),
     "racing": ("kineticstoolkit/kinematics_racing_static.c3d", "WheelchairFront;WheelchairRearR"),
     "optotrak": ("ezc3d_testfiles/Optotrak.c3d", "Marker_50;Marker_49"),
@@ -39,7 +38,7 @@ QUICK = ("noise={estimators: [likelihood]}", "fit_figures=[]")
 
 @pytest.fixture(scope="module")
 def real(samples, tmp_path_factory, root, snakemake):
-    """Folder of results and the output of one run over ten real recordings, a sheet row each."""
+    """Folder of results and the output of one run over real recordings, a sheet row each."""
     folder = tmp_path_factory.mktemp("real")
     data = samples / "c3d"
     sheet = write_sheet(
@@ -84,25 +83,18 @@ def test_real_recordings_give_allan_deviations_and_tables(real) -> None:
     assert not (results / "tables/skurowski_table4.csv").exists()  # no paper group, no paper table
 
 
-def test_real_recordings_give_noise_coefficients_or_say_why_not(real) -> None:
-    """Optotrak has 29 frames, Sample01 some hundreds: too short, in words; the others have some."""
+def test_recordings_too_short_for_noise_coefficients_say_so(real) -> None:
+    """Optotrak has 29 frames, the longest 700."""
     results, out = real
     for name in REAL:
         found = rows(results / f"recordings/{name}/noise.csv")
-        frames = pq.read_metadata(results / f"recordings/{name}/trajectories.parquet").num_rows
-        status = {row["series"]: row["status"] for row in found if row["parameter"] in ("", "h_0")}
-        assert set(status) == {"x1", "y1", "z1", "x2", "y2", "z2", "L"}
-        if frames < 1000:
-            assert {row["status"] for row in found} == {"refused"}
-            assert {row["value"] for row in found} == {""}
-            assert all("valid samples, expected at least 1000" in row["note"] for row in found)
-            said = [x for x in out.stdout.splitlines() if f"noise {name}: x1, y1, z1" in x]
-            assert len(said) == 1
-            assert ": no noise coefficients: " in said[0]
-        else:
-            assert "refused" not in status.values()
-            h_0 = [r for r in found if (r["series"], r["parameter"]) == ("x1", "h_0")]
-            assert float(h_0[0]["value"] or h_0[0]["upper_95"]) > 0
+        assert {row["series"] for row in found} == {"x1", "y1", "z1", "x2", "y2", "z2", "L"}
+        assert {row["status"] for row in found} == {"refused"}
+        assert {row["value"] for row in found} == {""}
+        assert all("valid samples, expected at least 1000" in row["note"] for row in found)
+        said = [x for x in out.stdout.splitlines() if f"noise {name}: x1, y1, z1" in x]
+        assert len(said) == 1
+        assert ": no noise coefficients: " in said[0]
     text = (results / "tables/real_noise.md").read_text()
     assert (
         "x1, y1, z1, x2, y2, z2, L: no coefficients: 29 valid samples, expected at least 1000."
@@ -124,15 +116,15 @@ def test_real_units_rates_and_gaps(real) -> None:
     assert np.isnan(gaps["x1_mm"].to_numpy()).sum() == 0
 
 
-def test_six_encodings_give_the_same_deviations(real) -> None:
-    """Float files agree in the last bits; the int16 ones hold the same numbers rounded."""
+def test_int16_and_float_give_the_same_deviations(real) -> None:
+    """The int16 file holds the same numbers rounded."""
     results, _ = real
     for series in ("x1", "z2", "L"):
-        tau, expected = allan(results, "sample01-pr", series)
-        for code in ENCODINGS:
-            found_tau, adev = allan(results, f"sample01-{code}", series)
-            np.testing.assert_array_equal(found_tau, tau)
-            np.testing.assert_allclose(adev, expected, rtol=1e-5 if code[1] == "r" else 0.02)
+        (tau, adev), (expected_tau, expected) = (
+            allan(results, f"sample01-{code}", series) for code in ENCODINGS
+        )
+        np.testing.assert_array_equal(tau, expected_tau)
+        np.testing.assert_allclose(adev, expected, rtol=0.02)
 
 
 def test_resolution_of_the_file_is_reported(real) -> None:
@@ -140,7 +132,6 @@ def test_resolution_of_the_file_is_reported(real) -> None:
     table = rows(results / "tables/real_outliers.csv")
     found = {row["recording"]: row for row in table if row["series"] == "x1"}
     assert found["sample01-pi"]["resolution_kind"] == "int16"
-    assert found["sample01-pi"]["resolution_mm"] == found["sample01-si"]["resolution_mm"]
     assert 0.01 < float(found["sample01-pi"]["resolution_mm"]) < 1  # POINT:SCALE
     assert found["racing"]["resolution_kind"] == "float32"
     assert float(found["racing"]["resolution_mm"]) < 1e-3
@@ -175,7 +166,8 @@ def recording(path: Path, n: int = 600, first_frame: int = 1, valid: bool = True
 
 @pytest.fixture(scope="module")
 def bad(tmp_path_factory, root, snakemake):
-    """One run over a good recording, a good twin, and one of every kind that is refused."""
+    """One run over a good recording, two minutes of the twin T40-10, and one recording of every
+    kind that is refused."""
     folder = tmp_path_factory.mktemp("bad")
     recording(folder / "good.c3d")
     whole = (folder / "good.c3d").read_bytes()
@@ -211,9 +203,10 @@ def bad(tmp_path_factory, root, snakemake):
         "overlap": "overlap",
     }
     files = {"absent": "good.c3d", "overlap": "first.c3d;second.c3d"}
+    (twin,) = (row for row in shipped("recordings") if row["recording"] == "T40-10")
     sheet = [
         {"recording": "good", "path": "good.c3d", "markers": "A;B", "group": "mixed"},
-        {"recording": "twin", "path": "simulate:walk-and-white", "group": "mixed"},
+        twin,
     ] + [
         {
             "recording": name,
@@ -223,17 +216,13 @@ def bad(tmp_path_factory, root, snakemake):
         }
         for name in refused
     ]
-    # An hour of twin is its own choice; here a minute is enough
-    twins = (root / "config/twins.yaml").read_text().replace("duration_s: 3600", "duration_s: 60")
-    (folder / "twins.yaml").write_text(twins)
     old = folder / "results/recordings/zip/allan.parquet"
     old.parent.mkdir(parents=True)
     old.write_text("of an earlier input")
     arguments = (
         *("--cores", "2", "tables", "--config"),
-        f"recordings={folder / write_sheet(folder, HEADER, *sheet)}",
-        *("calibrations=", f"results={folder / 'results'}", f"twins={folder / 'twins.yaml'}"),
-        *QUICK,
+        f"recordings={folder / write_sheet(folder, list(twin), *sheet)}",
+        *("calibrations=", f"results={folder / 'results'}", "duration_s=120", "fit_figures=[]"),
     )
     return folder / "results", refused, snakemake(root, *arguments), arguments
 
@@ -246,8 +235,9 @@ def test_every_bad_input_is_one_line_and_the_rest_is_computed(bad) -> None:
         assert len(lines) == 1, (name, out.stdout)
         assert reason in lines[0], lines[0]
     table = rows(results / "tables/mixed_gaussian.csv")
-    assert {row["recording"] for row in table} == {"good", "twin"}
-    assert {row["source"] for row in table} == {"measured", "twin"}
+    assert {(row["recording"], row["source"]) for row in table} == {("good", "measured")}
+    table = rows(results / "tables/skurowski2019_gaussian.csv")
+    assert {(row["recording"], row["source"]) for row in table} == {("T40-10", "twin")}
     assert "Traceback" not in out.stdout
 
 
@@ -257,7 +247,7 @@ def test_nothing_half_written_or_outdated_is_left(bad) -> None:
     for name in refused:
         assert [p.name for p in (results / "recordings" / name).iterdir()] == ["check.json"]
     assert not list(results.rglob("twin.c3d"))  # raw twins are temporary
-    assert (results / "recordings/twin/truth.json").exists()
+    assert (results / "recordings/T40-10/truth.json").exists()
 
 
 def test_rerun_repeats_the_verdict_alone(bad, root, snakemake) -> None:
@@ -268,67 +258,9 @@ def test_rerun_repeats_the_verdict_alone(bad, root, snakemake) -> None:
     assert sum(x.startswith("recording ") for x in again.stdout.splitlines()) == len(refused)
 
 
-# The default sheet
-
-
-def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
-    """Of the project's own recordings; calibrations are in test_calibrations_end_to_end.py."""
-    own, _ = write_shipped(tmp_path)
-    out = snakemake(root, "-n", "--config", own, "calibrations=", f"results={tmp_path}/results")
-    sheet = shipped("recordings")
-    per_recording = (
-        *("simulate_recording", "trajectories", "series_statistics", "noise", "verdict"),
-    )
-    once = (
-        *("skurowski_tables", "skurowski_noise", "skurowski_noise_figures", "claims"),
-        *("expected_noise", "gate", "default"),
-    )
-    expected = dict.fromkeys(per_recording, len(sheet)) | dict.fromkeys(once, 1)
-    expected |= dict.fromkeys(("group_tables", "summary"), len({row["group"] for row in sheet}))
-    paper = [(r["camera_type"], r["n_cameras"]) for r in sheet if r["group"] == "skurowski2019"]
-    found = planned(out.stdout)
-    assert {rule: found[rule] for rule in expected} == expected, out.stdout
-    cited = rows(root / "src/mocap_metrology/reference/camera_subsets_table3.csv")
-    assert {(row["camera_type"], row["n_cameras"]) for row in cited} <= set(paper)
-    others = {rule: count for rule, count in found.items() if rule not in expected}
-    assert all(count <= 2 for count in others.values()), others  # none for each recording
-    assert "check_recording" not in found  # twins need none
-
-
-def test_no_more_than_two_raw_twins_at_once(root, tmp_path, snakemake) -> None:
-    """Six twins on two cores: nine hours of one are 124 MB, so the disk they take is bounded."""
-    lines = (root / "config/recordings.tsv").read_text().splitlines()
-    chosen = [x for x in lines if x.split("\t")[0] == "recording" or x.startswith("Bonita-")][:7]
-    (tmp_path / "sheet.tsv").write_text("\n".join(chosen) + "\n")
-    names = [line.split("\t")[0] for line in chosen[1:]]
-    with watching(lambda: len(list(tmp_path.glob("results/recordings/*/twin.c3d")))) as most:
-        out = snakemake(
-            root,
-            *("--cores", "2"),
-            *(tmp_path / f"results/recordings/{name}/trajectories.parquet" for name in names),
-            *("--config", f"recordings={tmp_path / 'sheet.tsv'}", "calibrations="),
-            *(f"results={tmp_path / 'results'}", "duration_s=600"),
-        )
-    assert out.returncode == 0, out.stdout
-    assert len(list(tmp_path.glob("results/recordings/*/trajectories.parquet"))) == 6
-    assert 1 <= max(most) <= 2
-
-
-def test_paper_tables_hold_every_published_number(root, tmp_path, snakemake) -> None:
-    """Two minutes of T40-10 alone: the published columns are complete, the rest says what it is."""
-    sheet = [
-        line
-        for line in (root / "config/recordings.tsv").read_text().splitlines()
-        if line.split("\t")[0] in ("recording", "T40-10")
-    ]
-    (tmp_path / "sheet.tsv").write_text("\n".join(sheet) + "\n")
-    results = tmp_path / "results"
-    arguments = (
-        *("--cores", "2", "tables", "--config", f"recordings={tmp_path / 'sheet.tsv'}"),
-        *("calibrations=", f"results={results}", "duration_s=120", "fit_figures=[]"),
-    )
-    out = snakemake(root, *arguments)
-    assert out.returncode == 0, out.stdout
+def test_paper_tables_hold_every_published_number(bad, root) -> None:
+    """Of T40-10 alone: the published columns are complete, the rest says what it is."""
+    results, *_ = bad
     published = rows(root / "src/mocap_metrology/reference/gaussian_model_table4.csv")
     expected = {
         (row["camera_type"], key): float(value)
@@ -354,6 +286,53 @@ def test_paper_tables_hold_every_published_number(root, tmp_path, snakemake) -> 
     assert {r["model"] for r in noise if r["estimator"] in ("likelihood", "weighted")} == {
         "continuous"
     }
-    again = snakemake(root, *arguments)
-    assert again.returncode == 0
-    assert "Nothing to be done" in again.stdout
+
+
+# The default sheet
+
+
+def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
+    """One job a twin of a calibration, and one figure a setup: the dumps of one look alike."""
+    own = write_shipped(tmp_path)
+    out = snakemake(root, "-n", "--config", *own, f"results={tmp_path}/results")
+    sheet, calibrations = shipped("recordings"), shipped("calibrations")
+    per_recording = (
+        *("simulate_recording", "trajectories", "series_statistics", "noise", "verdict"),
+    )
+    once = (
+        *("skurowski_tables", "skurowski_noise", "skurowski_noise_figures", "claims"),
+        *("expected_noise", "calibration_tables", "jansen_tables", "jansen_figures"),
+        *("gate", "default"),
+    )
+    expected = dict.fromkeys(per_recording, len(sheet)) | dict.fromkeys(once, 1)
+    expected |= dict.fromkeys(("group_tables", "summary"), len({row["group"] for row in sheet}))
+    expected |= {"calibrate_twin": len(calibrations)}
+    expected |= {"calibration_figures": len({row["setup"] for row in calibrations})}
+    paper = [(r["camera_type"], r["n_cameras"]) for r in sheet if r["group"] == "skurowski2019"]
+    found = planned(out.stdout)
+    assert {rule: found[rule] for rule in expected} == expected, out.stdout
+    cited = rows(root / "src/mocap_metrology/reference/camera_subsets_table3.csv")
+    assert {(row["camera_type"], row["n_cameras"]) for row in cited} <= set(paper)
+    others = {rule: count for rule, count in found.items() if rule not in expected}
+    assert all(count <= 2 for count in others.values()), others  # none for each recording
+    checks = {"check_recording", "check_calibration", "decode", "calibrate"}
+    assert not checks & set(found)  # twins need none
+
+
+def test_no_more_than_two_raw_twins_at_once(root, tmp_path, snakemake) -> None:
+    """Four twins on two cores: nine hours of one are 124 MB, so the disk they take is bounded."""
+    lines = (root / "config/recordings.tsv").read_text().splitlines()
+    chosen = [x for x in lines if x.split("\t")[0] == "recording" or x.startswith("Bonita-")][:5]
+    (tmp_path / "sheet.tsv").write_text("\n".join(chosen) + "\n")
+    names = [line.split("\t")[0] for line in chosen[1:]]
+    with watching(lambda: len(list(tmp_path.glob("results/recordings/*/twin.c3d")))) as most:
+        out = snakemake(
+            root,
+            *("--cores", "2"),
+            *(tmp_path / f"results/recordings/{name}/trajectories.parquet" for name in names),
+            *("--config", f"recordings={tmp_path / 'sheet.tsv'}", "calibrations="),
+            *(f"results={tmp_path / 'results'}", "duration_s=600"),
+        )
+    assert out.returncode == 0, out.stdout
+    assert len(list(tmp_path.glob("results/recordings/*/trajectories.parquet"))) == 4
+    assert 1 <= max(most) <= 2

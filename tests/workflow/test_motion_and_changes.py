@@ -64,7 +64,7 @@ def results(samples, root, snakemake, tmp_path_factory) -> Path:
         root,
         *("--cores", "2", *(str(out / name) for name in wanted), "--config"),
         *(f"recordings={folder / sheet}", "calibrations=", f"results={out}"),
-        *(f"twins={folder / 'twins.yaml'}", "fit_figures=[]"),
+        *(f"twins={folder / 'twins.yaml'}", "noise={estimators: [likelihood]}"),
     )
     assert done.returncode == 0, done.stdout
     return out

@@ -132,7 +132,6 @@ def test_an_edit_of_a_package_runs_again_what_is_computed_with_it(copied: Path) 
     arguments = ("--config", *settings, f"results={copied}/results")
     of = functools.partial(run, copied)
     pass_for_computed(of, *arguments)
-    assert "Nothing to be done" in of("-n", *arguments).stdout
     plans = {}
     for part in LEFT_ALONE:
         file = copied / f"src/mocap_metrology/{part}/__init__.py"

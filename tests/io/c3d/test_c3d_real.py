@@ -110,6 +110,7 @@ def test_six_encodings_of_one_recording(c3d):
         assert np.array_equal(read[0].position_mm, other.position_mm, equal_nan=True)
         assert other.n_invalid == read[0].n_invalid
     for other in read[4:]:
+        assert (other.resolution_mm, other.resolution_kind) == (step, "int16")
         assert np.array_equal(read[3].position_mm, other.position_mm, equal_nan=True)
     assert read[3].n_invalid == read[0].n_invalid
     assert np.nanmax(np.abs(read[3].position_mm - read[0].position_mm)) <= step / 2 * 1.001

@@ -7,6 +7,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
 from mocap_metrology.lighthouse.assess.summary import summary
@@ -17,7 +18,6 @@ from mocap_metrology.lighthouse.rotation import exp, to_angles
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 
-SETUPS = 5
 STATIONS = [Station("master", 1, "b"), Station("slave", 2, "c")]
 SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",))
 
@@ -58,12 +58,13 @@ def moved(twin: LighthouseTwin, mm: np.ndarray, deg: np.ndarray) -> LighthouseTw
     return replace(twin, slave=replace(twin.slave, position_m=tuple(t), rotation_deg=angles))
 
 
-def test_moved_stations_are_found_and_others_are_not_called_moved() -> None:
-    """Five setups of 4 s, each unchanged, shifted by 4 mm, turned by 0.12 deg: at most 1 of the 15
-    comparisons is wrong, although sigma of each pose is more than 2 mm."""
+@pytest.mark.parametrize("setups", [3, pytest.param(10, marks=pytest.mark.study)])
+def test_moved_stations_are_found_and_others_are_not_called_moved(setups: int) -> None:
+    """Setups of 4 s, each unchanged, shifted by 4 mm, turned by 0.12 deg: at most one comparison in
+    nine is wrong, although sigma of each pose is more than 2 mm."""
     found: dict[str, list[Comparison]] = {"unchanged": [], "shifted": [], "turned": []}
     sigma = []
-    for k in range(SETUPS):
+    for k in range(setups):
         twin, board, rng = setup(k)
         way = rng.normal(size=3)
         way /= np.linalg.norm(way)
@@ -78,5 +79,5 @@ def test_moved_stations_are_found_and_others_are_not_called_moved() -> None:
     assert all(one.basis == "difference" for case in found.values() for one in case)
     wrong = sum(not one.valid for one in found["unchanged"])
     wrong += sum(one.valid for case in ("shifted", "turned") for one in found[case])
-    assert wrong <= 1
+    assert 9 * wrong <= 3 * setups
     assert np.median([one.shift[0] for one in found["unchanged"]]) < 1.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import signal
 import sys
@@ -64,6 +65,7 @@ def _serve(
     prepare: Callable[[], object],
     function: Callable[..., object],
 ) -> None:
+    gc.disable()  # this process ends soon
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits
     own.close()  # so that its end is seen here, however it comes
     try:

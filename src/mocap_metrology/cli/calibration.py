@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import gc
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,7 +46,6 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
     settings = replace(DEFAULTS.lighthouse, estimators=OWN, world=given.world)
     points = {"points": given.world_points} if given.world_points else {}
     asked = Asked(name_of(path), str(path.resolve()), kind, given.board)
-    gc.freeze()  # all that was imported stays; to search it for cycles again and again is slow
     with beside(import_matplotlib, _draw_calibration) as second:
         tell("1/3 pulses, base stations, sweeps")
         check, decoded = checked(
@@ -59,7 +58,8 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
             write_json(part / "check.json", check)
             write_decoded(asked, decoded, settings, files)
             tell("2/3 poses of the board and of the base stations")
-            write_poses(asked, settings, files | points, files)
+            with ThreadPoolExecutor(given.threads) as pool:
+                write_poses(asked, settings, files | points, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], DEFAULTS.allan)
             second.call(files, asked.calibration, part / PICTURES[0])
             tell_result(_verdict(read_calibration(files, asked.calibration, None)))

@@ -6,9 +6,10 @@ What is heavy is imported after the first line is on the terminal.
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 EXAMPLES = """examples:
@@ -143,17 +144,28 @@ def check(given: argparse.Namespace) -> int:
     folder = Path(given.output or folder_of(path)).expanduser()
     try:
         _check_path(path, given)
-        if given.board:
-            from mocap_metrology.cli.calibration import check_calibration as run
-        else:
-            from mocap_metrology.cli.recording import check_recording as run
-        run(path, folder, given)
+        _imported(given)(path, folder, given)
         return 0
     except Refusal as refusal:
         print(refusal, file=sys.stderr)
     except Exception as error:
         print(f"{kept(error, folder, path.name)}\nNo results were written", file=sys.stderr)
     return 1
+
+
+def _imported(given: argparse.Namespace) -> Callable[[Path, Path, argparse.Namespace], None]:
+    """The function that checks such a file. All that it imports stays, so it is not searched for
+    cycles, neither meanwhile nor later."""
+    gc.disable()
+    try:
+        if given.board:
+            from mocap_metrology.cli.calibration import check_calibration as check_one
+        else:
+            from mocap_metrology.cli.recording import check_recording as check_one
+    finally:
+        gc.freeze()
+        gc.enable()
+    return check_one
 
 
 def _check_path(path: Path, given: argparse.Namespace) -> None:

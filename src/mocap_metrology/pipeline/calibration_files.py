@@ -20,6 +20,7 @@ from mocap_metrology.common.files import (
     write_json,
     write_table,
 )
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.assess.summary import refused, summary
@@ -72,13 +73,15 @@ def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Pat
     log.info("%d hits; dropped %s; %s", len(found.hits), origin["dropped"], found.notes)
 
 
-def write_poses(asked: Asked, settings: Lighthouse, given: Paths, files: Paths) -> Row:
+def write_poses(
+    asked: Asked, settings: Lighthouse, given: Paths, files: Paths, over: Over = in_turn
+) -> Row:
     """sweeps.parquet, stations.json -> poses.parquet, pose.json, track.parquet: board poses, pose
     of the slave, and the board tracked with it; and the files of other programs.
 
     `given` are named sweeps, stations, board, and, where there are any, reference, mount, truth,
-    earlier, tracked_with, points; `files` pose, poses, track and as `FORMATS`. Returns the contents
-    of pose.json.
+    earlier, tracked_with, points; `files` pose, poses, track and as `FORMATS`; over: as in
+    `calibrate`. Returns the contents of pose.json.
     """
     hits, origin = read_table(given["sweeps"])
     stations = stations_from_json(json.loads(Path(given["stations"]).read_text(encoding="utf-8")))
@@ -86,7 +89,7 @@ def write_poses(asked: Asked, settings: Lighthouse, given: Paths, files: Paths) 
     found, board, placed = Calibration(), read_board(given["board"]), None
     recorded, how = (records.hits_of(hits), board, factories), calibration_settings(settings)
     try:
-        found = calibrate(*recorded, how, log.info)
+        found = calibrate(*recorded, how, log.info, over)
         result = summary(
             found,
             stations,

@@ -19,12 +19,13 @@ A board at rest has no path for Kabsch: then there is one stage, `static`.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, solved
@@ -76,11 +77,13 @@ def calibrate(
     factories: Sequence[Factory | None],
     settings: CalibrationSettings | None = None,
     report: Callable[[str], None] = lambda line: None,
+    over: Over = in_turn,
 ) -> Calibration:
     """Pose of the slave in the master's frame by every requested estimator and optics.
 
     hits: cleaned, of both stations; board (n, 3) in metres; factories: of master and slave, None
-    where unknown (then `factory` optics are left out). `report` is called with one line a step.
+    where unknown (then `factory` optics are left out). `report` is called with one line a step;
+    over: how the optics are worked on.
 
     Raises `Refusal` where a station has fewer than `FEWEST_POSES` measurements of four diodes.
     """
@@ -94,13 +97,13 @@ def calibrate(
                 f"{role}: {len(moments)} moments with both angles of four diodes;"
                 f" expected at least {FEWEST_POSES}"
             )
-    found = Calibration()
-    for name in settings.optics:
+
+    def by_optics(name: str) -> Calibration:
         if name == "factory" and any(factory is None for factory in factories):
-            found.why.append("factory optics omitted: factory values of both stations are needed")
-            continue
+            why = "factory optics omitted: factory values of both stations are needed"
+            return Calibration(why=[why])
         if name == ESTIMATED and "factory" in settings.optics and None not in factories:
-            continue  # these values are better known
+            return Calibration()  # these values are better known
         auto = name == "factory" and settings.variant == AUTO
         variant = FALLBACK if auto else settings.variant
         own = _Optics(
@@ -108,15 +111,33 @@ def calibrate(
             measured,
             smooth,
         )
+        ways: list[Weighed] = []
         if auto:
             own, ways = _best(own, BATCH in settings.estimators)
-            found = replace(found, variants=ways)
-        found = _by_optics(found, own, settings, report)
+        return _by_optics(Calibration(variants=ways), own, settings, report)
+
+    found = _joined(over(by_optics, settings.optics))
     ways = found.variants
     return replace(
         found,
         estimates=[widened(e, ways) if e.optics == "factory" else e for e in found.estimates],
     )
+
+
+def _joined(parts: Iterable[Calibration]) -> Calibration:
+    """Of several optics, in their order."""
+    found = Calibration()
+    for one in parts:
+        found = Calibration(
+            estimates=[*found.estimates, *one.estimates],
+            paths=found.paths | one.paths,
+            still=found.still or one.still,
+            n_common=max(found.n_common, one.n_common),
+            why=[*found.why, *one.why],
+            variants=[*found.variants, *one.variants],
+            joints=found.joints | one.joints,
+        )
+    return found
 
 
 class _Optics:

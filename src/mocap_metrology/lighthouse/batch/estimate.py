@@ -138,12 +138,13 @@ def estimate(
 
     recordings: hits of all stations, and a trajectory near the board's; rotors (stations, 2, 10);
     board (n, 3) in m; known_poses: R and t are held; sized: the priors are taken as they are, also
-    of `SIZED`. Raises LinAlgError where the hits do not determine the poses.
+    of `SIZED`, and the bias remains. Raises LinAlgError where the hits do not determine the poses.
     """
     of = layout(len(R), len(board), priors or Priors(), known_poses)
     state = start(R, t_m, rotors, board, of.size)
     search = _Search(of, state, [recording(*one, state) for one in recordings], sized)
-    return search.without_bias(search.run())
+    found = search.run()
+    return found if sized else search.without_bias(found)
 
 
 def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint:

@@ -36,7 +36,7 @@ from mocap_metrology.lighthouse.records import SLAVE
 def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     """The ranking of all variants, and the joint estimate by the best of them with its note.
 
-    The variant that is best two steps after a first fit is estimated in full, and all are fitted
+    The variant that is best a step after a first fit is estimated in full, and all are fitted
     from there; then that which is best now, if it is another.
     Raises `Refusal` where an estimate does not converge.
     """
@@ -44,7 +44,7 @@ def best_joint(scene: Scene) -> tuple[list[Weighed], tuple[Joint, str]]:
     with determined(scene.title):
         hits, trajectory, pose = start(of[FALLBACK])
         first = fitted(of[FALLBACK], hits, trajectory, pose, sized=True)
-        stepped = {name: with_rotors(first, of[name].rotors, rounds=2) for name in NAMES}
+        stepped = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES}
     best = min(NAMES, key=lambda name: float(_cost(stepped[name]).sum()))
     found: dict[str, tuple[Joint, str]] = {}
     while best not in found:

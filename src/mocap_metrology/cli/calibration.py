@@ -61,9 +61,9 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
             with ThreadPoolExecutor(given.threads) as pool:
                 write_poses(asked, settings, files | points, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], DEFAULTS.allan)
-            second.call(files, asked.calibration, part / PICTURES[0])
             tell_result(_verdict(read_calibration(files, asked.calibration, None)))
             tell("3/3 figures")
+            second.call(files, asked.calibration, part / PICTURES[0])
             tracked = read_table(files["track"]), read_table(files["allan"])
             save(
                 track_figure(asked.calibration, None, *tracked[0], *tracked[1]), part / PICTURES[2]

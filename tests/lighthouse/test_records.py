@@ -11,12 +11,16 @@ from mocap_metrology.common.files import read_table, write_table
 from mocap_metrology.lighthouse.assess.summary import refused
 from mocap_metrology.lighthouse.decode.chain import dropped_share
 from mocap_metrology.lighthouse.records import (
+    PLACES,
     PULSES_CODED,
     SWEEPS_CODED,
     Hits,
+    Inertial,
     Pulses,
     Station,
     hits_of,
+    inertial_columns,
+    inertial_of,
     pose_columns,
     pulse_columns,
     sweep_columns,
@@ -45,6 +49,19 @@ def test_hits_come_back_out_of_their_file(tmp_path: Path) -> None:
     for name in Hits.__dataclass_fields__:
         np.testing.assert_allclose(getattr(back, name), getattr(whole, name), rtol=1e-15)
         assert getattr(back, name).dtype == getattr(whole, name).dtype
+
+
+def test_sensors_come_back_out_of_their_file(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    whole = Inertial(
+        np.arange(5) / 250, rng.normal(size=(5, 3)), rng.normal(size=(5, 3)), rng.normal(size=3)
+    )
+    for given in (whole, None):
+        write_table(tmp_path / "inertial.parquet", inertial_columns(given), {}, PLACES)
+        back = inertial_of(read_table(tmp_path / "inertial.parquet")[0])
+        assert (back is None) == (given is None)
+        for name in Inertial.__dataclass_fields__ if back is not None else ():
+            np.testing.assert_array_equal(getattr(back, name), getattr(whole, name))
 
 
 def test_lengths_of_pulses_are_stored_in_microseconds(tmp_path: Path) -> None:

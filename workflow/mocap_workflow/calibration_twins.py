@@ -136,6 +136,35 @@ class Motion(Entry):
         return twins.MotionTwin(**self.model_dump())
 
 
+class Inertial(Entry):
+    """Gyroscope and accelerometer on the board."""
+
+    rate_hz: Annotated[float, Number(50, 10_000)] = 1000.0
+    """Samples a second."""
+    gyro_density: Annotated[float, Number(0, 0.1)] = 1.75e-4
+    """White noise of the gyroscope, in rad/s per root of 1 Hz."""
+    accel_density: Annotated[float, Number(0, 1)] = 3e-3
+    """White noise of the accelerometer, in m/s^2 per root of 1 Hz."""
+    gyro_bias_rad_s: Annotated[float, Number(0, 1)] = 0.02
+    """SD of the bias of each axis of the gyroscope."""
+    accel_bias_m_s2: Annotated[float, Number(0, 5)] = 0.1
+    """SD of that of the accelerometer."""
+    accel_scale_error: Annotated[float, Number(0, 0.1)] = 3e-3
+    """SD of the scale of the accelerometer about 1."""
+    place_m: PointWithin20 = ORIGIN
+    """Place on the board, as stated."""
+    place_error_mm: Annotated[float, Number(0, 100)] = 1.0
+    """SD of each coordinate of the place about this."""
+    turn_error_deg: Annotated[float, Number(0, 20)] = 0.5
+    """SD of the misalignment about each axis."""
+    delay_ms: Annotated[float, Number(0, 15)] = 3.0
+    """By how much both are late."""
+
+    def made(self) -> twins.InertialTwin:
+        """The sensors."""
+        return twins.InertialTwin(**self.model_dump())
+
+
 class Station(Entry):
     """A base station: pose of its housing in the master's, and its optics and lasers in there."""
 
@@ -178,6 +207,8 @@ class CalibrationTwin(Entry):
     """Motion of the board."""
     board: Board = Board()
     """Diodes that face forwards (+x)."""
+    inertial: Inertial | None = None
+    """Gyroscope and accelerometer on the board; `lighthouse.inertial` of config.yaml uses them."""
     variant: Annotated[str, one_of(VARIANTS)] = "crazyflie"
     """Formula of the rotors: crazyflie, libsurvive or astrobee."""
     tilt_deg: Tilt = (0.0, 0.0)
@@ -239,7 +270,7 @@ class CalibrationTwin(Entry):
 
     def made(self, name: str) -> twins.LighthouseTwin:
         """The twin of that name."""
-        parts = {"master", "slave", "motion", "board"}
+        parts = {"master", "slave", "motion", "board", "inertial"}
         return twins.LighthouseTwin(
             name=name,
             **self.model_dump(exclude=parts),
@@ -247,6 +278,7 @@ class CalibrationTwin(Entry):
             slave=self.slave.made() if self.slave else None,
             motion=self.motion.made(),
             board=self.board.made(),
+            inertial=self.inertial.made() if self.inertial else None,
         )
 
     @model_validator(mode="after")

@@ -102,6 +102,12 @@ class Lighthouse(Section):
     `board-start`: the board's frame, where it was at the start of the recording; `points`: that of
     column `world_points`, which a row with such a file always has. Where the data for a frame is
     missing, it is `gravity`, else `master`, and the files state why."""
+    inertial: bool = DEFAULTS.lighthouse.inertial
+    """Whether `batch` uses the gyroscope and the accelerometer of a `.rec` besides the light.
+    Biases, scale, delay, orientation and place of both are estimated. It pays for small boards."""
+    gravity: bool = DEFAULTS.lighthouse.gravity
+    """Whether `batch` uses the way up that each station transmits, with a standard deviation of 1.5
+    deg. It pays where the pose is known no better; the verdict compares both in any case."""
     joint: Literal["none", "setup"] = "none"
     """`setup`: besides each recording alone, all recordings of a setup in one estimate by `batch`,
     `setups/<group>/<setup>/pose.json`; they must have the same board. It is the way to calibrate

@@ -20,6 +20,7 @@ rule calibrate_twin:
         reference="<results>/calibrations/{calibration}/twin_reference.c3d",
         mount="<results>/calibrations/{calibration}/twin_mount.csv",
         pulses="<results>/calibrations/{calibration}/pulses.parquet",
+        inertial="<results>/calibrations/{calibration}/inertial.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
         sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
         board="<results>/calibrations/{calibration}/board.csv",
@@ -81,6 +82,7 @@ rule decode:
         check="<results>/calibrations/{calibration}/check.json",
     output:
         pulses="<results>/calibrations/{calibration}/pulses.parquet",
+        inertial="<results>/calibrations/{calibration}/inertial.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
         sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
         board="<results>/calibrations/{calibration}/board.csv",
@@ -109,6 +111,7 @@ rule calibrate:
         unpack(files(selection.compared_with)),
         unpack(stations_to_track_with),
         sweeps="<results>/calibrations/{calibration}/sweeps.parquet",
+        inertial="<results>/calibrations/{calibration}/inertial.parquet",
         stations="<results>/calibrations/{calibration}/stations.json",
         board="<results>/calibrations/{calibration}/board.csv",
     output:
@@ -167,6 +170,10 @@ rule calibrate_setup:
     input:
         sweeps=collect(
             "<results>/calibrations/{row.calibration}/sweeps.parquet",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+        inertial=collect(
+            "<results>/calibrations/{row.calibration}/inertial.parquet",
             row=accepted_calibrations(query=OF_SETUP),
         ),
         stations=collect(

@@ -7,6 +7,7 @@ with step(snakemake):
     from mocap_metrology.pipeline.setup import Member, write_setup
 
     given, settings = snakemake.input, Lighthouse(**snakemake.params.lighthouse)
-    files = zip(given.sweeps, given.stations, given.board, given.pose, strict=True)
+    kinds = given.sweeps, given.stations, given.board, given.pose, given.inertial
+    files = zip(*kinds, strict=True)
     members = [Member(name, *own) for name, own in zip(snakemake.params.names, files, strict=True)]
     write_setup(snakemake.wildcards.setup, members, settings, snakemake.output[0])

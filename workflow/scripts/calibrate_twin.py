@@ -5,7 +5,7 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.pipeline.calibration import Asked, decoded
     from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
-    from mocap_metrology.pipeline.calibration_twin import write_twin
+    from mocap_metrology.pipeline.calibration_twin import with_sensors, write_twin
     from mocap_metrology.pipeline.settings import Lighthouse
 
     asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
@@ -13,11 +13,12 @@ with step(snakemake) as log:
     files = dict(snakemake.output.items())
     log.info("%s", write_twin(twin, snakemake.params.seed, files))
     found = decoded(asked, {"dump": files["dump"], "board": files["twin_board"]}, settings)
+    found = with_sensors(found, twin, snakemake.params.seed)
     write_decoded(asked, found, settings, files)
     against = dict(snakemake.input.items())
     if "reference" not in against:
         mocap = twin.reference == "mocap"
         against["reference"] = files["reference" if mocap else "truth"]
         against["mount"] = files["mount"] if mocap else None
-    made = {name: files[name] for name in ("sweeps", "stations", "board", "truth")}
+    made = {name: files[name] for name in ("sweeps", "inertial", "stations", "board", "truth")}
     write_poses(asked, settings, made | against, files)

@@ -24,6 +24,7 @@ from mocap_metrology.present.plot.figure import import_matplotlib, save
 
 TABLES = {
     "pulses": "pulses.parquet",
+    "inertial": "inertial.parquet",
     "sweeps": "sweeps.parquet",
     "poses": "poses.parquet",
     "track": "track.parquet",

@@ -16,6 +16,19 @@ AXES = ("azimuth", "elevation")
 
 
 @dataclass(frozen=True)
+class Inertial:
+    """Gyroscope and accelerometer on a board, in axes of the board, sorted by time."""
+
+    time_s: np.ndarray
+    rate_rad_s: np.ndarray  # (n, 3)
+    force_m_s2: np.ndarray  # (n, 3): acceleration less gravity, 9.81 upwards at rest
+    place_m: np.ndarray  # (3,), of the accelerometer on the board
+
+    def __len__(self) -> int:
+        return int(self.time_s.size)
+
+
+@dataclass(frozen=True)
 class Pulses:
     """Light on the photodiodes, sorted by start."""
 
@@ -26,6 +39,7 @@ class Pulses:
     duration_s: float
     resolution_s: float  # step of the clock: 0.5 us in a 2 MHz dump, 1/48 us in a libsurvive one
     notes: tuple[str, ...] = ()  # what a reader should know of the file, one line each
+    inertial: Inertial | None = None  # by the same clock
 
 
 @dataclass(frozen=True)
@@ -204,6 +218,9 @@ class PoseEstimate:
 # Few distinct values, or long runs of one.
 PULSES_CODED = ("diode", "length_us")
 SWEEPS_CODED = ("station", "axis", "diode", "width_us")
+RATES = ("rate_x_rad_s", "rate_y_rad_s", "rate_z_rad_s")
+FORCES = ("force_x_m_s2", "force_y_m_s2", "force_z_m_s2")
+PLACES = ("place_x_m", "place_y_m", "place_z_m")  # of the sensors on the board, in every row
 
 
 def pulse_columns(given: Pulses) -> dict[str, np.ndarray]:
@@ -226,6 +243,27 @@ def sweep_columns(hits: Hits) -> dict[str, np.ndarray]:
         "angle_rad": hits.angle_rad,
         "width_us": (1e6 * hits.width_s).astype(np.float32),
     }
+
+
+def inertial_columns(given: Inertial | None) -> dict[str, np.ndarray]:
+    """inertial.parquet: one row a sample; no rows without such sensors."""
+    none = np.zeros((0, 3))
+    own = given or Inertial(none[:, 0], none, none, none[:, 0])
+    parts = {"time_s": own.time_s}
+    for names, values in ((RATES, own.rate_rad_s), (FORCES, own.force_m_s2)):
+        parts |= dict(zip(names, values.T, strict=True))
+    place = own.place_m if len(own) else np.zeros(3)
+    return parts | {name: np.full(len(own), x) for name, x in zip(PLACES, place, strict=True)}
+
+
+def inertial_of(columns: Mapping[str, np.ndarray]) -> Inertial | None:
+    """The sensors out of inertial.parquet."""
+    if not columns["time_s"].size:
+        return None
+    rate, force, place = (
+        np.column_stack([columns[name] for name in names]) for names in (RATES, FORCES, PLACES)
+    )
+    return Inertial(columns["time_s"], rate, force, place[0])
 
 
 def hits_of(columns: Mapping[str, np.ndarray]) -> Hits:

@@ -12,15 +12,17 @@ from typing import TypedDict
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal, UnknownUnit
-from mocap_metrology.common.files import sha256
+from mocap_metrology.common.files import read_table, sha256
 from mocap_metrology.io.read import read_recording
 from mocap_metrology.io.units import Unit
 from mocap_metrology.lighthouse.assess import reference
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.batch.problem import Priors
+from mocap_metrology.lighthouse.calibrate.batch import Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode
 from mocap_metrology.lighthouse.export.world import read_points
+from mocap_metrology.lighthouse.records import Station, inertial_of
 from mocap_metrology.pipeline.settings import Lighthouse
 
 log = logging.getLogger(__name__)
@@ -86,6 +88,17 @@ def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
         pnp_method=settings.pnp_method,
         priors=priors_of(settings),
     )
+
+
+def sensors_of(settings: Lighthouse, stations: Sequence[Station], inertial: str | None) -> Sensors:
+    """What a calibration uses besides hits, by the settings; inertial: path of inertial.parquet."""
+    series = ups = None
+    if settings.inertial and inertial is not None:
+        series = inertial_of(read_table(inertial)[0])
+    if settings.gravity:
+        unknown = np.full(3, np.nan)
+        ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
+    return Sensors(series, ups)
 
 
 def priors_of(settings: Lighthouse) -> Priors:

@@ -32,6 +32,7 @@ from mocap_metrology.pipeline.calibration import (
     Asked,
     calibration_settings,
     reference_of,
+    sensors_of,
     truths_of,
 )
 from mocap_metrology.pipeline.calibration_exports import frame_of, write_exports
@@ -44,8 +45,8 @@ Paths = Mapping[str, str]
 
 
 def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Paths) -> None:
-    """Pulses, stations, clean hits, and the board; `files` are named pulses, stations, sweeps,
-    board."""
+    """Pulses, gyroscope and accelerometer, stations, clean hits, and the board; `files` are named
+    pulses, inertial, stations, sweeps, board."""
     origin = {
         "recording": asked.calibration,
         "source": asked.twin or Path(str(asked.path)).name,  # wherever the file was
@@ -64,6 +65,8 @@ def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Pat
     if found.pulses is not None:
         table = records.pulse_columns(found.pulses)
     write_table(files["pulses"], table, origin, records.PULSES_CODED)
+    sensors = found.pulses.inertial if found.pulses else None
+    write_table(files["inertial"], records.inertial_columns(sensors), origin, records.PLACES)
     origin |= {"counts_by_diode": found.report, "dropped": dropped_share(found.report)}
     write_table(files["sweeps"], records.sweep_columns(found.hits), origin, records.SWEEPS_CODED)
     write_board(files["board"], found.board)
@@ -79,8 +82,8 @@ def write_poses(
     """sweeps.parquet, stations.json -> poses.parquet, pose.json, track.parquet: board poses, pose
     of the slave, and the board tracked with it; and the files of other programs.
 
-    `given` are named sweeps, stations, board, and, where there are any, reference, mount, truth,
-    earlier, tracked_with, points; `files` pose, poses, track and as `FORMATS`; over: as in
+    `given` are named sweeps, stations, board, and, where there are any, inertial, reference, mount,
+    truth, earlier, tracked_with, points; `files` pose, poses, track and as `FORMATS`; over: as in
     `calibrate`. Returns the contents of pose.json.
     """
     hits, origin = read_table(given["sweeps"])
@@ -88,8 +91,9 @@ def write_poses(
     factories = [station.factory for station in stations]
     found, board, placed = Calibration(), read_board(given["board"]), None
     recorded, how = (records.hits_of(hits), board, factories), calibration_settings(settings)
+    sensors = sensors_of(settings, stations, given.get("inertial"))
     try:
-        found = calibrate(*recorded, how, log.info, over)
+        found = calibrate(*recorded, how, log.info, over, sensors)
         result = summary(
             found,
             stations,
@@ -114,7 +118,9 @@ def write_poses(
     origin["versions"] = versions("numpy", "scipy", "numba")
     write_table(files["poses"], records.pose_columns(found.paths), origin)
     earlier = given.get("tracked_with")
-    write_track(files["track"], asked, found, result.document, earlier, recorded, how, origin)
+    write_track(
+        files["track"], asked, found, result.document, earlier, recorded, how, origin, sensors
+    )
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, files)
     document |= {"world": world, "origin": origin}
     write_json(files["pose"], document)

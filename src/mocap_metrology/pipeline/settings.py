@@ -150,6 +150,8 @@ class Lighthouse:
     phase_sd_mrad: float = 1.0
     time_zero_sd_us: float = 0.15
     world: WorldFrame = "gravity"
+    inertial: bool = False
+    gravity: bool = False
 
 
 @dataclass(frozen=True)

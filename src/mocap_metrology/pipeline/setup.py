@@ -24,7 +24,7 @@ from mocap_metrology.lighthouse.calibrate.setup import Setup, by_setup
 from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Station
-from mocap_metrology.pipeline.calibration import calibration_settings
+from mocap_metrology.pipeline.calibration import calibration_settings, sensors_of
 from mocap_metrology.pipeline.settings import Lighthouse
 from mocap_metrology.present.text.calibration import pose_document
 
@@ -40,6 +40,7 @@ class Member:
     stations: str
     board: str
     pose: str
+    inertial: str | None = None
 
 
 def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, output: str) -> Row:
@@ -105,9 +106,9 @@ def _together(
     scenes, still = {}, {}
     for one in members:
         hits = records.hits_of(tables[one.name])
-        scenes[one.name] = Scene(
-            hits, board, optics, factories, how.lasers_m, how.variant, how.priors
-        )
+        more = sensors_of(settings, stations, one.inertial)
+        lasers = how.lasers_m, how.variant, how.priors
+        scenes[one.name] = Scene(hits, board, optics, factories, *lasers, sensors=more)
         if read_pose_json(one.pose)["diagnostics"].get("still"):
             middle = (median_angles(hits, station, len(board)) for station in (MASTER, SLAVE))
             still[one.name] = next(middle), next(middle)

@@ -19,7 +19,7 @@ from mocap_metrology.lighthouse.assess.pose_file import (
     read_pose_json,
 )
 from mocap_metrology.lighthouse.assess.reference import check_same_ids
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, NAME, Scene
+from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, COVARIANCE_UNITS, FALLBACK
 from mocap_metrology.lighthouse.records import Factory, Hits
@@ -38,19 +38,21 @@ def write_track(
     recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
     settings: CalibrationSettings,
     origin: Metadata,
+    sensors: Sensors,
 ) -> None:
     """Track the board of a recording and write its poses; where that cannot be, no rows, and the
     reason in the metadata.
 
     own: pose.json of this recording, `found` its estimates; earlier: that of another, whose
-    stations are used where the row names it; recorded: hits, board in m, factory values.
+    stations are used where the row names it; recorded: hits, board in m, factory values; sensors:
+    data besides hits.
     """
     more: Metadata = {"still": found.still, "tracked_with": asked.tracked_with}
     tracked = None
     try:
         used = _used(asked, own, earlier)
         more["stations"] = used["stations"]
-        tracked = _tracked(found, used, used is own, recorded, settings)
+        tracked = _tracked(found, used, used is own, recorded, settings, sensors)
         more["note"] = tracked.note
         seen = tracked.hits.any(axis=1)
         log.info("receiver: %d of %d moments have a pose", seen.sum(), seen.size)
@@ -78,6 +80,7 @@ def _tracked(
     is_own: bool,
     recorded: tuple[Hits, np.ndarray, Sequence[Factory | None]],
     settings: CalibrationSettings,
+    sensors: Sensors,
 ) -> Track:
     entry = chosen_pose(used)
     if entry is None:
@@ -98,10 +101,8 @@ def _tracked(
         raise Refusal(
             f"the pose is of the {entry['frame']} frame; expected the frame that lasers_mm implies"
         )
-    variant = _variant(used, settings)
-    return track(
-        Scene(hits, board, optics, factories, settings.lasers_m, variant, settings.priors), known
-    )
+    how = settings.lasers_m, _variant(used, settings), settings.priors
+    return track(Scene(hits, board, optics, factories, *how, sensors=sensors), known)
 
 
 def _calibrated(entry: PoseEntry, is_own: bool) -> Calibrated:

@@ -9,6 +9,7 @@ from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.lighthouse.batch import solve
+from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import Layout, Priors, State, by_sweep, layout, start
 from mocap_metrology.lighthouse.batch.solve import Noise
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory, through
@@ -190,7 +191,7 @@ def test_noise_by_restricted_likelihood() -> None:
             off = 30e-6 * rng.normal(size=len(hits))
             off += common * rng.normal(size=seen.sweeps.first.size - 1)[seen.sweeps.sweep]
             sums = solve.linearised(seen, trajectory, state, off, np.ones(off.size), of)
-            of_each.append(solve.estimated_noise(sums, trajectory, Noise(30e-6, 30e-6)))
+            of_each.append(estimated_noise(sums, trajectory, Noise(30e-6, 30e-6)))
         found.append([np.mean([getattr(one, k) for one in of_each]) for k in ("hit", "sweep")])
     assert found[0] == pytest.approx([30e-6, 60e-6], rel=0.15)
     assert found[1][0] == pytest.approx(30e-6, rel=0.1) and found[1][1] < 12e-6

@@ -148,6 +148,59 @@ def test_lines_that_cannot_be_read_are_counted(tmp_path: Path) -> None:
     )
 
 
+QUARTER = [0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]  # about z, x y z w
+
+
+@pytest.mark.parametrize("described", ["controller", "headset"])
+def test_gyroscope_and_accelerometer(tmp_path: Path, described: str) -> None:
+    """Axes of the sensors turned by 90 deg about z: their x is the object's y. The counter wraps
+    between pulse and sample; a sample whose time is not later than the one before is left out, and
+    lines that are damaged, of another object, or out of range are counted or none."""
+    own = {"plus_x": [0, 1, 0], "plus_z": [0, 0, 1], "position": [0.01, 0.02, 0.03]}
+    more = {"imu": own}
+    if described == "headset":
+        more = {"trackref_from_imu": [*QUARTER, 0.01, 0.02, 0.03]}
+    text = json.dumps(json.loads(config()) | more)
+    lines = [f"0.1 A CONFIG {text}", f"0.1 B CONFIG {config()}", "0.2 A C 0 4294919296 3000"]
+    lines += ["0.2 B C 0 100 3000", "0.3 A I 3 0 1.0 2.0 3.0 0.1 -0.2 3e-1 0 0 0 7"]
+    lines += ["0.3 A I 3 48000 1 0 0 0 0 1 0 0 0 8", "0.4 B I 3 5 1 0 0 0 0 0 0 0 0 8"]
+    lines += ["0.4 A I 3 48000 1 0 0 0 0 1 0 0 0 9"]
+    read, _ = read_libsurvive(recording(tmp_path / "a.rec", *lines), "A")
+    assert read.notes == () and read.inertial is not None
+    np.testing.assert_allclose(read.inertial.time_s, [1e-3, 2e-3], atol=1e-12)
+    np.testing.assert_allclose(read.inertial.rate_rad_s, [[0.2, 0.1, 0.3], [0, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(
+        read.inertial.force_m_s2 / 9.80665, [[-2, 1, 3], [0, 1, 0]], atol=1e-12
+    )
+    assert read.inertial.place_m.tolist() == [0.01, 0.02, 0.03]
+    assert read_libsurvive(tmp_path / "a.rec", "B")[0].inertial is None  # not described
+    lines += ["0.5 A I 3 96000 1 0 x 0 0 1 0 0 0 9", "0.5 A I 3", "0.5 A I 3 96000 1 0 0 0 0 1e3"]
+    read, _ = read_libsurvive(recording(tmp_path / "b.rec", *lines), "A")
+    assert read.inertial is not None and len(read.inertial) == 2
+    assert read.notes == ("3 lines cannot be read and are left out: the file is damaged",)
+
+
+@pytest.mark.parametrize(
+    "described",
+    [
+        {},
+        {"imu": {"plus_x": [0, 1, 0], "plus_z": [0, 1, 0], "position": [0, 0, 0]}},
+        {"imu": {"plus_x": [0, 2, 0], "plus_z": [0, 0, 1], "position": [0, 0, 0]}},
+        {"imu": {"plus_x": [0, 1, 0], "plus_z": [0, 0, 1], "position": [0, 9, 0]}},
+        {"imu": {"plus_x": [0, 1], "plus_z": [0, 0, 1], "position": [0, 0, 0]}},
+        {"imu": 3},
+        {"trackref_from_imu": [0, 0, 0, 2, 0, 0, 0]},
+        {"trackref_from_imu": [0, 0, 1, 0, 0, 0]},
+        {"trackref_from_imu": [0, 0, 1, 0, 0, 0, 1e400]},
+        {"trackref_from_imu": "abc"},
+    ],
+)
+def test_sensors_that_are_not_described_are_not_used(tmp_path: Path, described: object) -> None:
+    text = json.dumps(json.loads(config()) | described)
+    lines = [f"0.1 A CONFIG {text}", "0.2 A C 0 0 3000", "0.3 A I 3 0 1 2 3 0 0 0 0 0 0 7"]
+    assert read_libsurvive(recording(tmp_path / "a.rec", *lines), "A")[0].inertial is None
+
+
 def test_more_pulses_than_memory_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(libsurvive, "MOST_PULSES", 500)
     lines = [f"0.1 A CONFIG {config()}", *["0.2 A C 0 10 3000"] * 501]

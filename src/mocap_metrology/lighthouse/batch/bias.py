@@ -19,12 +19,19 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import hadamard
 
-from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import kernel
+from mocap_metrology.lighthouse.batch.inverse import pose_blocks, selected_inverse
 from mocap_metrology.lighthouse.batch.kernel import POSE
 from mocap_metrology.lighthouse.batch.problem import Layout, State
-from mocap_metrology.lighthouse.batch.solve import Noise, Reduced, View, linearised, reduced
+from mocap_metrology.lighthouse.batch.solve import (
+    Equations,
+    Noise,
+    Reduced,
+    View,
+    linearised,
+    reduced,
+)
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 
 SIGNS = hadamard(8)[:, 1 : 1 + POSE]
@@ -40,12 +47,13 @@ def bias_equations(
     noise: Noise,
     of: Layout,
     factor: np.ndarray,
+    more: Equations | None = None,
 ) -> Reduced:
     """Normal equations of a recording with d in place of its residuals: their solution y is the
     bias of the global unknowns, and `trajectory_step(y)` that of the control points.
 
-    factor: of A, as in `Reduced`. One C stands for the hits of a sweep; d is 0 where it is too
-    large for the second order.
+    factor: of A, as in `Reduced`; more: equations of other data, which pull nothing. One C
+    stands for the hits of a sweep; d is 0 where it is too large for the second order.
     """
     first = seen.sweeps.first[:-1]
     C = np.zeros((first.size, POSE, POSE))
@@ -55,7 +63,9 @@ def bias_equations(
     root[np.sum(root[:, 3:] ** 2, axis=(1, 2)) > UNSURE_RAD**2] = 0.0
     d = _curvature(seen, trajectory, state, residual + seen.sweeps.hits.angle_rad, root)
     flat = replace(trajectory, control=np.zeros_like(trajectory.control))  # its prior pulls nothing
-    return reduced(linearised(seen, trajectory, state, d, weight, of), flat, noise)
+    if more is not None:
+        more = replace(more, g=np.zeros_like(more.g), g_inner=np.zeros_like(more.g_inner))
+    return reduced(linearised(seen, trajectory, state, d, weight, of, more), flat, noise)
 
 
 def _curvature(
@@ -81,43 +91,3 @@ def _curvature(
         kernel.predicted(who, only, seen.turned, control, *station, state.board, out)
         total += out / 2
     return total
-
-
-@njit
-def selected_inverse(L: np.ndarray) -> np.ndarray:
-    """The band of A^-1 from that of the Cholesky factor of A (Takahashi, Fagan & Chin 1973).
-
-    L (w + 1, n): lower diagonals, L[d, j] = L_{j+d, j}; returned likewise. With A^-1 = Z,
-    Z_ij = (delta_ij / L_jj - sum_{k > j} L_kj Z_ik) / L_jj for i >= j, columns from the last on.
-    """
-    w, n = L.shape[0] - 1, L.shape[1]
-    Z = np.zeros_like(L)
-    for j in range(n - 1, -1, -1):
-        most = min(w, n - 1 - j)
-        for d in range(most, -1, -1):
-            i, total = j + d, 1.0 / L[0, j] if d == 0 else 0.0
-            for e in range(1, most + 1):
-                k = j + e
-                total -= L[e, j] * Z[abs(i - k), min(i, k)]
-            Z[d, j] = total / L[0, j]
-    return Z
-
-
-@njit
-def pose_blocks(Z: np.ndarray, first: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
-    """Blocks (n, 6, 6) of the covariance of sum_i weights_i x_{first + i}."""
-    for m in range(first.size):
-        for i in range(4):
-            for j in range(4):
-                w = weights[m, i] * weights[m, j]
-                for a in range(POSE):
-                    for b in range(POSE):
-                        r, c = POSE * (first[m] + i) + a, POSE * (first[m] + j) + b
-                        out[m, a, b] += w * Z[abs(r - c), min(r, c)]
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    first, weights = np.zeros(1, np.int64), np.ones((1, 4))
-    inverse = selected_inverse(np.ones((2, 4 * POSE)))
-    pose_blocks(inverse, first, weights, np.zeros((1, POSE, POSE)))

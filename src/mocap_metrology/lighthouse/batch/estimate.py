@@ -13,77 +13,48 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import linalg
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.bias import bias_equations
+from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equations
+from mocap_metrology.lighthouse.batch.inertial import windows
+from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import (
     GROUPS,
     Layout,
     Priors,
     State,
-    Sweeps,
-    by_sweep,
     layout,
     start,
 )
+from mocap_metrology.lighthouse.batch.recording import Given, Recording, Sensed, recording, rough
 from mocap_metrology.lighthouse.batch.solve import (
-    Noise,
     Sums,
-    View,
-    Weights,
-    bend_cost,
     covariance_of,
-    estimated_noise,
-    linearised,
     reduced,
-    residuals,
+    solved,
     supported,
-    view,
-    weights,
 )
-from mocap_metrology.lighthouse.batch.trajectory import Trajectory
-from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotor import X, Z
 
 ROUNDS = 60  # steps at most
-LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
 SETTLED = 0.8  # of the spread of residuals one step before: from then on noise is estimated
 LEAST_GAIN = 0.01  # of the cost, which is a chi squared
 SAME_COST = 1.0  # likewise, of the costs of two models
 FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e6  # of the diagonal
 SMALL = 0.02  # of its standard deviation: a step that ends the search
 SMALL_GAIN = 0.1  # of the cost: the same where poses are known, and only trajectories matter
+NEAR_S = 5e-4  # delays so near are linear
 LARGEST_BIAS = 5.0  # of its standard deviations, of all unknowns at once
 SIZED = ("depth", "place")  # groups whose size the recording shows
-
-
-@dataclass
-class Recording:
-    """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad."""
-
-    sweeps: Sweeps
-    trajectory: Trajectory
-    seen: View
-    noise: Noise
-    residual: Floats
-
-    def weights(self) -> Weights:
-        """Of the hits, at the present noise."""
-        return weights(self.seen, self.residual, self.noise)
-
-    @property
-    def alone(self) -> Floats:
-        """Residuals without the offset of their sweep, rad."""
-        return self.residual - self.weights().offset[self.sweeps.sweep]
 
 
 @dataclass(frozen=True)
 class Joint:
     """An estimate. S: information of the global unknowns without priors; working, believed: prior
-    standard deviations that it used, and that the recordings do not contradict."""
+    standard deviations that it used, and that the recordings do not contradict; ups: as given."""
 
     state: State
     recordings: tuple[Recording, ...]
@@ -93,6 +64,7 @@ class Joint:
     believed: np.ndarray
     converged: bool
     rounds: int
+    ups: np.ndarray | None = None
 
     def sure(self, what: str) -> Joint:
         """Itself; refused, in the name of `what`, where the search did not converge."""
@@ -124,7 +96,7 @@ def determined(what: str) -> Iterator[None]:
 
 
 def estimate(
-    recordings: Sequence[tuple[Hits, Trajectory]],
+    recordings: Sequence[Given],
     R: Sequence[np.ndarray],
     t_m: Sequence[np.ndarray],
     rotors: np.ndarray,
@@ -133,16 +105,32 @@ def estimate(
     known_poses: bool = False,
     *,
     sized: bool = False,
+    ups: np.ndarray | None = None,
 ) -> Joint:
     """Poses R, t of the stations in the master's frame and everything else, from near them.
 
-    recordings: hits of all stations, and a trajectory near the board's; rotors (stations, 2, 10);
-    board (n, 3) in m; known_poses: R and t are held; sized: the priors are taken as they are, also
-    of `SIZED`, and the bias remains. Raises LinAlgError where the hits do not determine the poses.
+    rotors (stations, 2, 10); board (n, 3) in m; known_poses: R and t are held; sized: the priors
+    are taken as they are, also of `SIZED`, and the bias remains; ups (stations, 3): the way up in
+    the frame of each station, NaN where it is unknown. Raises LinAlgError where the hits do not
+    determine the poses.
     """
-    of = layout(len(R), len(board), priors or Priors(), known_poses)
+    recordings = [one.with_knots() for one in recordings]
+    seen = [windows(one.inertial, one.trajectory) for one in recordings]
+    by_ups = ups is not None and bool(np.isfinite(ups).all(axis=1).any())
+    there = [one is not None for one in seen]
+    of = layout(len(R), len(board), priors or Priors(), known_poses, there, by_ups)
     state = start(R, t_m, rotors, board, of.size)
-    search = _Search(of, state, [recording(*one, state) for one in recordings], sized)
+    own = [recording(one.hits, one.trajectory, state) for one in recordings]
+    for one, its, column in zip(own, seen, of.inertial, strict=True):
+        if its is not None:
+            felt = inertial.residuals(its, one.trajectory, state, column)
+            if not state.gravity.any():
+                state = replace(state, gravity=inertial.first_gravity(its, felt))
+            felt = inertial.residuals(its, one.trajectory, state, column)
+            one.sensors = Sensed(its, column, felt, inertial.rough_noise(felt))
+    if ups is not None and by_ups and not any(there):
+        state = replace(state, gravity=first_gravity(state, ups))
+    search = _Search(of, state, own, sized, ups if by_ups else None)
     found = search.run()
     return found if sized else search.without_bias(found)
 
@@ -154,41 +142,26 @@ def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint
     own = rotors.copy()
     own[..., X : Z + 1] = found.state.rotors[..., X : Z + 1]
     state = replace(found.state, rotors=own)
-    parts = [
-        replace(one, residual=residuals(one.seen, one.trajectory, state))
-        for one in found.recordings
-    ]
-    search = _Search(found.of, state, parts, sized=True)
+    parts = [replace(one) for one in found.recordings]
+    for one in parts:
+        one.renew(state)
+    search = _Search(found.of, state, parts, sized=True, ups=found.ups)
     search.refined, search.same_cost = True, SAME_COST
     return search.run(rounds)
-
-
-def recording(hits: Hits, trajectory: Trajectory, state: State) -> Recording:
-    """Hits of all stations along a trajectory, not yet weighed."""
-    sweeps = by_sweep(hits)
-    seen = view(sweeps, trajectory)
-    off = residuals(seen, trajectory, state)
-    return Recording(sweeps, trajectory, seen, Noise(np.inf, np.inf), off)
-
-
-def _spread(values: np.ndarray) -> float:
-    return max(MAD_TO_SIGMA * float(np.median(np.abs(values))), LEAST_HIT_RAD)
-
-
-def rough(one: Recording) -> Noise:
-    """Noise by medians, model errors included, while the fit is coarse."""
-    low, n = one.sweeps.first[:-1], np.diff(one.sweeps.first)
-    mean = np.add.reduceat(one.residual, low) / n
-    many = (n > 1)[one.sweeps.sweep]
-    inside = one.residual - mean[one.sweeps.sweep]
-    return Noise(_spread(inside[many] if many.any() else one.residual), _spread(mean))
 
 
 class _Search:
     """The present values, and steps from them."""
 
-    def __init__(self, of: Layout, state: State, recordings: list[Recording], sized: bool):
-        self.of, self.state, self.recordings = of, state, recordings
+    def __init__(
+        self,
+        of: Layout,
+        state: State,
+        recordings: list[Recording],
+        sized: bool,
+        ups: np.ndarray | None = None,
+    ):
+        self.of, self.state, self.recordings, self.ups = of, state, recordings, ups
         self.working, self.believed = of.working.copy(), of.sd.copy()
         self.damping, self.refined, self.sized = 0.0, False, sized
         self.factors: list[np.ndarray] = []  # of the recordings' trajectories, in the last step
@@ -217,6 +190,7 @@ class _Search:
             self.believed,
             converged,
             rounds,
+            self.ups,
         )
 
     def without_bias(self, found: Joint) -> Joint:
@@ -235,17 +209,17 @@ class _Search:
                 one.noise,
                 of,
                 factor,
+                one.more(of),
             )
             for one, factor in zip(own, self.factors, strict=True)
         ]
         M = found.S + np.diag(1 / found.working**2)
-        y = -linalg.solve(M, np.sum([part.h for part in parts], axis=0), assume_a="pos")
+        y = -solved(M, np.sum([part.h for part in parts], axis=0))
         if y @ M @ y > LARGEST_BIAS**2:
             return found
         state = state.moved(-y, of)
         for one, part in zip(own, parts, strict=True):
-            one.trajectory = one.trajectory.moved(-part.trajectory_step(y))
-            one.residual = residuals(one.seen, one.trajectory, state)
+            one.move(-part.trajectory_step(y), state)
         return replace(found, state=state)
 
     def _linearise(self) -> list[Sums]:
@@ -254,7 +228,8 @@ class _Search:
             if not self.refined:
                 before, one.noise = one.noise, rough(one)
                 settled &= one.noise.hit > SETTLED * before.hit
-        sums = [self._sums(one) for one in self.recordings]
+        self._weigh_sensors()
+        sums = [one.sums(self.state, self.of) for one in self.recordings]
         if self.refined or not settled:
             return sums
         self.refined = True
@@ -262,9 +237,21 @@ class _Search:
             one.noise = estimated_noise(own, one.trajectory, one.noise)
         return sums
 
-    def _sums(self, one: Recording) -> Sums:
-        hit = one.weights().hit
-        return linearised(one.seen, one.trajectory, self.state, one.residual, hit, self.of)
+    def _weigh_sensors(self) -> None:
+        """Noise of the sensors: by medians while the fit is coarse, then with its freedom."""
+        for k, one in enumerate(self.recordings):
+            if (own := one.sensors) is None or self.sized:
+                continue
+            near = inertial.delay(self.state, own.column)
+            if abs(near - own.near_s) > NEAR_S:
+                one.sensors = own = replace(own, near_s=near)
+                one.renew(self.state)
+                own = one.sensors
+            noise = inertial.rough_noise(own.residual)
+            if self.refined:
+                hit, factor = one.noise.hit, self.factors[k]
+                noise = inertial.noise_of(own.windows, own.residual, own.noise, factor, hit)
+            one.sensors = replace(own, noise=noise)
 
     def _small(self, S: Floats, step: Floats, gain: float) -> bool:
         """Whether a step, by which the cost fell by `gain`, is the last."""
@@ -276,35 +263,41 @@ class _Search:
     def _cost(self) -> float:
         """Robust sum of squares, with those of the priors."""
         known = float(np.sum((self.state.values / self.working) ** 2))
-        return known + sum(
-            float(one.weights().cost.sum()) + bend_cost(one.trajectory) for one in self.recordings
-        )
+        _, _, of_gravity = gravity_equations(self.state, self.of, self.ups)
+        return known + of_gravity + sum(one.cost() for one in self.recordings)
 
     def _step(self, sums: list[Sums]) -> tuple[Floats, Floats, Floats, float]:
-        """Take a step by which the cost does not rise; S and h before it, the step, and by how much
-        the cost falls."""
-        before = self.state, [(one.trajectory, one.residual) for one in self.recordings]
-        cost, known = self._cost(), 1 / self.working**2
+        """Take a step by which the cost does not rise; S and h before it, the step without damping,
+        and by how much the cost falls.
+
+        The step without damping shows whether the search has come to its end: a damped one is small
+        anywhere. It can fail even there, where few hits determine an end of a trajectory.
+        """
+        before, old = self.state, [replace(one) for one in self.recordings]
+        down, pull, _ = gravity_equations(self.state, self.of, self.ups)
+        cost, known, damping = self._cost(), 1 / self.working**2, 0.0
+        plain: tuple[Floats, Floats, Floats] | None = None
         while True:
             parts = [
-                reduced(own, trajectory, one.noise, self.damping)
-                for own, one, (trajectory, _) in zip(sums, self.recordings, before[1], strict=True)
+                reduced(own, one.trajectory, one.noise, damping)
+                for own, one in zip(sums, old, strict=True)
             ]
-            self.factors = [part.factor for part in parts]
-            S = np.sum([part.S for part in parts], axis=0)
-            h = np.sum([part.h for part in parts], axis=0)
+            S = down + np.sum([part.S for part in parts], axis=0)
+            h = pull + np.sum([part.h for part in parts], axis=0)
             M = S + np.diag(known)
-            M[np.diag_indices(len(M))] *= 1 + self.damping
-            step = -linalg.solve(M, h + known * before[0].values, assume_a="pos")
-            self.state = before[0].moved(step, self.of)
-            for one, part, (trajectory, _) in zip(self.recordings, parts, before[1], strict=True):
-                one.trajectory = trajectory.moved(part.trajectory_step(step))
-                one.residual = residuals(one.seen, one.trajectory, self.state)
+            M[np.diag_indices(len(M))] *= 1 + damping
+            step = -solved(M, h + known * before.values)
+            if plain is None:
+                plain, self.factors = (S, h, step), [part.factor for part in parts]
+            self.state = before.moved(step, self.of)
+            for one, part, then in zip(self.recordings, parts, old, strict=True):
+                one.trajectory = then.trajectory
+                one.move(part.trajectory_step(step), self.state)
             after = self._cost()
-            if not self.refined or after <= cost + LEAST_GAIN or self.damping > LARGEST_DAMPING:
-                self.damping = self.damping / 10 if self.damping > FIRST_DAMPING / 100 else 0.0
-                return S, h, step, cost - after
-            self.damping = max(10 * self.damping, FIRST_DAMPING)
+            if not self.refined or after <= cost + LEAST_GAIN or damping > LARGEST_DAMPING:
+                self.damping = damping
+                return *plain, cost - after
+            damping = max(10 * damping, self.damping / 10, FIRST_DAMPING)
 
     def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:
         """Noise, and priors of `SIZED` groups, as large as the recordings show; S and h at these

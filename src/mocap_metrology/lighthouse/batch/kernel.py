@@ -46,6 +46,13 @@ def right_jacobian(v: np.ndarray, J: np.ndarray) -> None:
     J[2, 1] -= b * v[0]
 
 
+@njit
+def right_jacobians(v: np.ndarray, out: np.ndarray) -> None:
+    """Those of rotation vectors (n, 3), into out (n, 3, 3)."""
+    for m in range(len(v)):
+        right_jacobian(v[m], out[m])
+
+
 @njit(inline="always")
 def rotated(v: np.ndarray, q: np.ndarray, out: np.ndarray) -> None:
     """out = Exp(v) q (Rodrigues)."""

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, rough
+from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors
+from mocap_metrology.lighthouse.batch.recording import Recording, rough
 from mocap_metrology.lighthouse.batch.solve import (
     Noise,
     Sums,
@@ -78,8 +79,8 @@ def _pieces(found: Joint) -> tuple[list[Sums], Noise]:
         chosen = piece == k
         own = chosen[one.sweeps.sweep]
         seen = sweeps_of(one.seen, chosen)
-        state, trajectory = found.state, one.trajectory
-        sums.append(linearised(seen, trajectory, state, one.residual[own], hit[own], found.of))
+        off, weight, of = one.residual[own], hit[own], found.of
+        sums.append(linearised(seen, one.trajectory, found.state, off, weight, of, one.more(of)))
     return sums, noise
 
 
@@ -105,13 +106,10 @@ def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
 
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
-    parts = []
-    for one in found.recordings:
-        hit = one.weights().hit
-        sums = linearised(one.seen, one.trajectory, found.state, one.residual, hit, found.of)
-        parts.append(reduced(sums, one.trajectory, one.noise))
+    state, of = found.state, found.of
+    parts = [reduced(one.sums(state, of), one.trajectory, one.noise) for one in found.recordings]
     S, h = sum(part.S for part in parts), sum(part.h for part in parts)
-    zero = _time_zeros(found, priors)
+    zero = _of_one(found, priors)
     apart = []
     for own in parts:
         alone, others = _part(found, own.S, own.h), _part(found, S - own.S, h - own.h)
@@ -119,10 +117,11 @@ def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
     return apart
 
 
-def _time_zeros(found: Joint, priors: Priors) -> Floats:
+def _of_one(found: Joint, priors: Priors) -> Floats:
     """Standard deviations of all unknowns by what differs between recordings."""
-    offset = found.of.group == GROUPS.index("offset")
-    return np.where(offset, min(priors.time_zero_rad, priors.offset_rad), 0.0)
+    group = np.array(GROUPS)[found.of.group]
+    own = np.where(group == "offset", min(priors.time_zero_rad, priors.offset_rad), 0.0)
+    return np.where(np.isin(group, ("gravity", "inertial")), found.of.sd, own)
 
 
 def shared_errors(
@@ -139,7 +138,7 @@ def shared_errors(
     known = 1 / found.working**2
     M = np.linalg.inv(found.S + np.diag(known))
     gain, rows = M * known, found.pose(station)
-    group, zero = np.array(GROUPS)[found.of.group], _time_zeros(found, priors)
+    group, zero = np.array(GROUPS)[found.of.group], _of_one(found, priors)
     sd = np.where(np.isfinite(found.believed), found.believed, 0.0)
     sd = np.sqrt(np.maximum(sd**2 - zero**2, 0.0))
     noise = M @ found.S @ M + (gain * zero**2) @ gain.T

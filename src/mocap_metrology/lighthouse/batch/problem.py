@@ -10,9 +10,17 @@ prior, a normal distribution about the value of the board file, the factory cali
 | depth between both lasers | station | 10 mm |
 | scale of the board | | 1e-3 |
 | place of a diode | diode, coordinate | 0.2 mm |
+| gravity | | none; its magnitude 0.03 m/s^2 about 9.81 |
+| gyroscope: bias | recording, axis | 0.1 rad/s |
+| accelerometer: bias | recording, axis | 0.3 m/s^2 |
+| accelerometer: scale | recording | 1e-2 |
+| orientation of both on the board | recording, axis | 2 deg |
+| place of the accelerometer | recording, coordinate | 3 mm |
+| delay of both against light | recording | 3 ms |
 
 0 means exactly known. Scale and depth are hardly seen by the angles, so their priors go into the
-covariance of the poses nearly as they are.
+covariance of the poses nearly as they are. The last seven are unknowns only where such data are
+used.
 """
 
 from __future__ import annotations
@@ -29,7 +37,11 @@ from mocap_metrology.lighthouse.rotor import CURVE, GIBMAG, GIBPHASE, IMPERFECT,
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
 RAD_PER_S = np.pi / CYCLE_S
-GROUPS = ("pose", "depth", "offset", "intrinsic", "scale", "place")
+GROUPS = ("pose", "depth", "offset", "intrinsic", "scale", "place", "gravity", "inertial")
+# Of the sensors of a recording: bias of both, scale, orientation, place, delay; in SI and rad.
+INERTIAL_SD = np.repeat([0.1, 0.3, 1e-2, np.radians(2.0), 3e-3, 3e-3], [3, 3, 1, 3, 3, 1])
+GRAVITY_M_S2 = 9.81
+ANY_GRAVITY = 100.0  # of a coordinate: for recordings that say nothing of it
 NEARLY_KNOWN = 1e-3  # of a standard deviation: of what the angles are not asked for
 
 
@@ -71,13 +83,16 @@ class Priors:
 class Layout:
     """Columns of the global unknowns, and their prior standard deviations (inf: none).
 
-    columns (stations, 2, 7), scale, places: as the kernels read them, -1 where known. working:
-    standard deviations that the estimate starts with; group: which of `GROUPS` each is of.
+    columns (stations, 2, 7), scale, places: as the kernels read them, -1 where known; gravity: its
+    first column; inertial (recordings,): the first of the sensors of each. working: standard
+    deviations that the estimate starts with; group: which of `GROUPS` each is of.
     """
 
     columns: np.ndarray
     scale: int
     places: int
+    gravity: int
+    inertial: tuple[int, ...]
     sd: np.ndarray
     working: np.ndarray
     group: np.ndarray
@@ -88,15 +103,23 @@ class Layout:
         return int(self.sd.size)
 
 
-def layout(n_stations: int, n_diodes: int, priors: Priors, known_poses: bool = False) -> Layout:
-    """The unknowns of so many stations and diodes; known_poses: those of the stations are none."""
+def layout(
+    n_stations: int,
+    n_diodes: int,
+    priors: Priors,
+    known_poses: bool = False,
+    inertial: Sequence[bool] = (),
+    gravity: bool = False,
+) -> Layout:
+    """The unknowns of so many stations and diodes; known_poses: those of the stations are none;
+    inertial: which recordings have such sensors; gravity: whether it is an unknown without them."""
     columns = np.full((n_stations, 2, 7), -1)
     sd: list[float] = []
     working: list[float] = []
     group: list[int] = []
 
     def new(name: str, value: float, count: int = 1, used: float | None = None) -> int:
-        if not value > 0:
+        if not value > 0 or not count:
             return -1
         sd.extend([value] * count)
         working.extend([max(value if used is None else used, NEARLY_KNOWN * value)] * count)
@@ -115,7 +138,15 @@ def layout(n_stations: int, n_diodes: int, priors: Priors, known_poses: bool = F
                 columns[station, axis, 3:] = [new("intrinsic", 1e-3 * value) for value in intrinsic]
     scale = new("scale", priors.board_scale, 1, 0.0)
     places = new("place", 1e-3 * priors.board_position_mm, 3 * n_diodes)
-    return Layout(columns, scale, places, *map(np.array, (sd, working, group)))
+    down = new("gravity", ANY_GRAVITY, 3 if gravity or any(inertial) else 0)
+    sensors = []
+    for there in inertial:
+        sensors.append(len(sd) if there else -1)
+        for value in INERTIAL_SD if there else ():
+            new("inertial", value)
+    return Layout(
+        columns, scale, places, down, tuple(sensors), *map(np.array, (sd, working, group))
+    )
 
 
 @dataclass(frozen=True)
@@ -123,8 +154,8 @@ class State:
     """Values of all unknowns but the trajectory.
 
     R (stations, 3, 3), t_m (stations, 3): into the master's frame; rotors (stations, 2, 10) as
-    `rotor_parameters`; offsets (stations, 2) in rad; board (n, 3) in m; values (unknowns,): steps
-    from where the priors are centred.
+    `rotor_parameters`; offsets (stations, 2) in rad; board (n, 3) in m; gravity (3,) in m/s^2, of
+    the master's frame; values (unknowns,): steps from where the priors are centred.
     """
 
     R: np.ndarray
@@ -132,12 +163,13 @@ class State:
     rotors: np.ndarray
     offsets: np.ndarray
     board: np.ndarray
+    gravity: np.ndarray
     values: np.ndarray
 
     def moved(self, step: np.ndarray, of: Layout) -> State:
         """With a step (unknowns,) added; poses turn by left rotation vectors."""
         R, t, rotors = self.R.copy(), self.t_m.copy(), self.rotors.copy()
-        offsets, board = self.offsets.copy(), self.board.copy()
+        offsets, board, gravity = self.offsets.copy(), self.board.copy(), self.gravity.copy()
         for station in range(len(R)):
             pose, depth = of.columns[station, 0, :2]
             if pose >= 0:
@@ -155,7 +187,9 @@ class State:
             board *= 1 + step[of.scale]
         if of.places >= 0:
             board += step[of.places : of.places + board.size].reshape(-1, 3)
-        return State(R, t, rotors, offsets, board, self.values + step)
+        if of.gravity >= 0:
+            gravity += step[of.gravity : of.gravity + 3]
+        return State(R, t, rotors, offsets, board, gravity, self.values + step)
 
 
 def _turn(rotor: np.ndarray, step: np.ndarray) -> None:
@@ -176,8 +210,8 @@ def start(
     n: int,
 ) -> State:
     """Stations at these poses in the master's frame, the first of them the master; n unknowns."""
-    offsets = np.zeros((len(R), 2))
-    return State(np.array(R), np.array(t_m), np.array(rotors), offsets, board.copy(), np.zeros(n))
+    offsets, own = np.zeros((len(R), 2)), np.array(rotors)
+    return State(np.array(R), np.array(t_m), own, offsets, board.copy(), np.zeros(3), np.zeros(n))
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, recording
+from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.parts import rms_by
+from mocap_metrology.lighthouse.batch.recording import Recording, recording
 from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
 
 BINS = 12  # of angle and of time

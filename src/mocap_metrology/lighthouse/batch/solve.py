@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, optimize
+from scipy import linalg
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import kernel
@@ -27,7 +27,6 @@ from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 # count only where a board is not seen, as they make every turn smaller: a bias of the stations
 # where single poses are uncertain by degrees, as those of a small board.
 BEND = np.r_[np.full(3, 0.05), np.full(3, 1.0)]
-RATIOS = (0.05, 20.0)  # of common to independent noise that are told from none and from only
 FACTORS = (1e-3, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 NOT_RULED_OUT = 4.0  # of -2 log likelihood: two standard deviations
 LIMIT = 3.5  # of |z|, beyond which a hit loses weight: of good hits 1 in 2000
@@ -110,8 +109,20 @@ def weights(seen: View, residual: np.ndarray, noise: Noise) -> Weights:
 
 
 @dataclass(frozen=True)
+class Equations:
+    """Normal equations of other data than hits, with their own weights: as in `Sums`."""
+
+    band: np.ndarray
+    cross: np.ndarray
+    inner: np.ndarray
+    g: np.ndarray
+    g_inner: np.ndarray
+
+
+@dataclass(frozen=True)
 class Sums:
-    """Normal equations with V = I, what sweeps have in sum, and w e^2 in all."""
+    """Normal equations with V = I, what sweeps have in sum, and w e^2 in all; and those of other
+    data."""
 
     band: np.ndarray
     cross: np.ndarray
@@ -125,6 +136,7 @@ class Sums:
     residual: np.ndarray  # sum(w e) of each sweep
     square: float
     n_hits: int
+    more: Equations | None
 
 
 def linearised(
@@ -134,8 +146,9 @@ def linearised(
     residual: np.ndarray,
     weight: np.ndarray,
     of: Layout,
+    more: Equations | None = None,
 ) -> Sums:
-    """Sums over all hits at the present values."""
+    """Sums over all hits at the present values; more: equations of other data."""
     K, G, m = trajectory.control.size, of.size, seen.sweeps.first.size - 1
     band, cross, inner = np.zeros((SPAN, K)), np.zeros((K, G)), np.zeros((G, G))
     g, g_inner = np.zeros(K), np.zeros(G)
@@ -177,11 +190,12 @@ def linearised(
         np.add.reduceat(weight * residual, low),
         float(weight @ residual**2),
         residual.size,
+        more,
     )
 
 
 def added(parts: Sequence[Sums]) -> Sums:
-    """Sums over several parts of a recording."""
+    """Sums over several parts of a recording; other data count once."""
 
     def all_of(name: str) -> Floats:
         return np.concatenate([getattr(part, name) for part in parts])
@@ -202,6 +216,7 @@ def added(parts: Sequence[Sums]) -> Sums:
         residual=all_of("residual"),
         square=sum(part.square for part in parts),
         n_hits=sum(part.n_hits for part in parts),
+        more=parts[0].more,
     )
 
 
@@ -239,11 +254,28 @@ def _bend(trajectory: Trajectory, noise: float) -> tuple[np.ndarray, np.ndarray]
     return band, g.ravel()
 
 
+def known_of(
+    trajectory: Trajectory, more: Equations | None, noise: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Band and gradient of all that is known of a trajectory beside hits, in units of the variance
+    of a hit."""
+    band, g = _bend(trajectory, noise)
+    if more is not None:
+        band += noise**2 * more.band
+        g += noise**2 * more.g
+    return band, g
+
+
 def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0.0) -> Reduced:
     """The trajectory eliminated; raises LinAlgError where it is not determined."""
-    band, g = _bend(trajectory, noise.hit)
+    variance = noise.hit**2
+    band, g = known_of(trajectory, sums.more, noise.hit)
     band, g = sums.band + band, sums.g + g
     cross, inner, h = sums.cross.copy(), sums.inner.copy(), sums.g_inner.copy()
+    if sums.more is not None:
+        cross += variance * sums.more.cross
+        inner += variance * sums.more.inner
+        h += variance * sums.more.g_inner
     ratio = (noise.sweep / noise.hit) ** 2
     factor = ratio / (1 + ratio * sums.weight)
     kernel.without_offsets(
@@ -259,7 +291,6 @@ def reduced(sums: Sums, trajectory: Trajectory, noise: Noise, damping: float = 0
         h,
     )
     band[0] *= 1 + damping
-    variance = noise.hit**2
     L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
     both = linalg.cho_solve_banded(
         (L, True), np.column_stack([cross, g]), overwrite_b=True, check_finite=False
@@ -275,6 +306,14 @@ def bend_cost(trajectory: Trajectory) -> float:
     return 0.0 if trajectory.still else float(g @ trajectory.control.ravel())
 
 
+def solved(M: np.ndarray, y: np.ndarray) -> Floats:
+    """M^-1 y of a positive definite M, in units in which its diagonal is 1: those of the unknowns
+    differ by many orders of magnitude."""
+    scale = 1 / np.sqrt(np.diag(M))
+    x: Floats = linalg.solve(M * np.outer(scale, scale), (y.T * scale).T, assume_a="pos")
+    return (x.T * scale).T
+
+
 def covariance_of(S: np.ndarray, working: np.ndarray, believed: np.ndarray) -> np.ndarray:
     """Covariance of y estimated with prior standard deviations `working` where `believed` are true:
     with L = diag(1 / working^2) and M = S + L,
@@ -286,7 +325,7 @@ def covariance_of(S: np.ndarray, working: np.ndarray, believed: np.ndarray) -> n
     """
     known = 1 / working**2
     inside = np.where(np.isfinite(believed), believed, 0.0) * known
-    M = linalg.inv(S + np.diag(known))
+    M = solved(S + np.diag(known), np.eye(known.size))
     return M @ (S + np.diag(inside**2)) @ M
 
 
@@ -314,52 +353,3 @@ def supported(
     best = int(np.argmin(found))
     within = [k for k, value in enumerate(found) if value <= found[best] + NOT_RULED_OUT]
     return FACTORS[best], FACTORS[max(within)]
-
-
-def estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise) -> Noise:
-    """Standard deviations of the greatest restricted likelihood (Patterson & Thompson 1971).
-
-    For a ratio r = (sweep / hit)^2 of the variances, with A and g of the trajectory alone,
-
-        Q = sum(w e^2) - sum_m r / (1 + r W_m) (sum_m w e)^2 - g' A^-1 g,
-        -2 log L = (n - p) log Q + sum_m log(1 + r W_m) + log det A,   hit^2 = Q / (n - p),
-
-    p unknowns of the trajectory; those of the border are few beside it and count as known. The
-    ratio is found by bounded search; 0 is tried, too.
-    """
-    bend, bend_g = _bend(trajectory, start.hit)
-    p = int((sums.band[0] > 0).sum())
-    free = max(sums.n_hits - p, 1)
-    empty = np.zeros((sums.g.size, 0)), np.zeros((0, 0)), np.zeros(0)
-    nothing = np.zeros((sums.begin.size, 0))
-
-    def at(ratio: float) -> tuple[float, float]:
-        band, g = sums.band + bend, sums.g + bend_g
-        factor = ratio / (1 + ratio * sums.weight)
-        kernel.without_offsets(
-            sums.begin,
-            factor,
-            sums.of_sweep,
-            nothing,
-            sums.residual,
-            band,
-            empty[0],
-            empty[1],
-            g,
-            empty[2],
-        )
-        L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
-        x = linalg.cho_solve_banded((L, True), g, check_finite=False)
-        Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)
-        log_det = 2 * float(np.log(L[0]).sum())
-        rest = float(np.log1p(ratio * sums.weight).sum())
-        return free * np.log(Q) + rest + log_det, Q / free
-
-    low, high = 2 * np.log(RATIOS)
-    found = optimize.minimize_scalar(
-        lambda x: at(np.exp(x))[0], bounds=(low, high), method="bounded", options={"xatol": 0.05}
-    )
-    ratio = float(np.exp(found.x))
-    ratio = min((0.0, ratio), key=lambda r: at(r)[0])
-    hit = float(np.sqrt(at(ratio)[1]))
-    return Noise(hit, hit * float(np.sqrt(ratio)))

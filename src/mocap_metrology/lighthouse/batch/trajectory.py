@@ -21,6 +21,18 @@ WINDOW_S = 0.1  # of the poses behind a node of F
 FARTHEST_S = 0.25  # from a node: without a pose nearer, the trajectory is not known
 
 
+def cubic(u: np.ndarray) -> np.ndarray:
+    """Weights (n, 4) of the control points of an interval, u from 0 to 1 in it."""
+    return np.column_stack(
+        [
+            (1 - u) ** 3 / 6,
+            (3 * u**3 - 6 * u**2 + 4) / 6,
+            (-3 * u**3 + 3 * u**2 + 3 * u + 1) / 6,
+            u**3 / 6,
+        ]
+    )
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Knots begin_s + i knot_s; control (K, 6): c_i and f_i; nodes of F: node_s (n,) and node_R
@@ -41,6 +53,14 @@ class Trajectory:
         """With `step` (6 K,) added to the control points."""
         return replace(self, control=self.control + step.reshape(-1, 6))
 
+    def halved(self) -> Trajectory:
+        """The same with knots at half the distance."""
+        c = self.control
+        control = np.empty((2 * len(c) - 3, 6))
+        control[::2] = (c[:-1] + c[1:]) / 2
+        control[1::2] = (c[:-2] + 6 * c[1:-1] + c[2:]) / 8
+        return replace(self, knot_s=self.knot_s / 2, control=control)
+
     def basis(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """First control point (n,) at each time, and the weights (n, 4) of it and the next."""
         if self.still:
@@ -49,15 +69,7 @@ class Trajectory:
             return np.zeros(time_s.size, np.int64), weights
         at = (time_s - self.begin_s) / self.knot_s
         first = np.clip(np.floor(at).astype(np.int64), 0, len(self.control) - 4)
-        u = at - first
-        return first, np.column_stack(
-            [
-                (1 - u) ** 3 / 6,
-                (3 * u**3 - 6 * u**2 + 4) / 6,
-                (-3 * u**3 + 3 * u**2 + 3 * u + 1) / 6,
-                u**3 / 6,
-            ]
-        )
+        return first, cubic(at - first)
 
     def reference(self, time_s: np.ndarray) -> np.ndarray:
         """F at these times, (n, 3, 3)."""

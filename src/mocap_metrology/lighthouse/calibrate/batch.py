@@ -20,14 +20,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.batch.estimate import Joint, Recording, determined, estimate
+from mocap_metrology.lighthouse.batch import inertial
+from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import (
     halves,
     residual_ratios,
     rms_by,
     shared_errors,
 )
-from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors
+from mocap_metrology.lighthouse.batch.problem import GROUPS, Priors, State
+from mocap_metrology.lighthouse.batch.recording import Given, Recording, Sensed
 from mocap_metrology.lighthouse.batch.residuals import residual_rows
 from mocap_metrology.lighthouse.batch.trajectory import (
     KNOT_S,
@@ -47,6 +49,7 @@ from mocap_metrology.lighthouse.records import (
     SLAVE,
     Factory,
     Hits,
+    Inertial,
     Measurements,
     Path,
     PoseEstimate,
@@ -68,10 +71,19 @@ Start = tuple[Hits, Trajectory, Pose]
 
 
 @dataclass(frozen=True)
+class Sensors:
+    """Data that are used besides hits: gyroscope and accelerometer of the board, and the way up in
+    the frame of each station (stations, 3), NaN where it is unknown."""
+
+    inertial: Inertial | None = None
+    ups: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
 class Scene:
     """What a calibration is given: cleaned hits, board (n, 3) in m, optics as in
     `reconstruction.optics_of` or `estimated`, and what is known beforehand; known_pose: that of the
-    slave is held."""
+    slave is held; sensors: data besides hits."""
 
     hits: Hits
     board: np.ndarray
@@ -81,6 +93,7 @@ class Scene:
     variant: str
     priors: Priors
     known_pose: bool = False
+    sensors: Sensors = Sensors()
 
     @property
     def title(self) -> str:
@@ -180,7 +193,7 @@ def _path(trajectory: Trajectory, time_s: np.ndarray) -> Path:
 def _details(found: Joint) -> dict[str, object]:
     """Noise in urad, of a hit and of a sweep; offsets of the axes in urad, depths between lasers in
     mm, size of the errors of diodes' places that the recording does not contradict in mm; rms
-    residual over the noise of a hit by station, axis and diode."""
+    residual over the noise of a hit by station, axis and diode; and the sensors of the board."""
     one, of, state = found.recordings[0], found.of, found.state
     depth = of.columns[:, 0, 1]
     place = of.group == GROUPS.index("place")
@@ -191,7 +204,27 @@ def _details(found: Joint) -> dict[str, object]:
         "laser_depth_mm": (1e3 * state.values[depth]).tolist() if (depth >= 0).all() else None,
         "board_position_mm": 1e3 * float(found.believed[place].max()) if place.any() else None,
         "residual_ratios": residual_ratios(one),
+        "inertial": _of_sensors(one.sensors, state),
         "steps": found.rounds,
+    }
+
+
+def _of_sensors(own: Sensed | None, state: State) -> dict[str, object] | None:
+    """Gravity in the frame of the master, and what was estimated of gyroscope and accelerometer;
+    noise: of means over 25 ms, with what the trajectory cannot follow. None without them."""
+    if own is None:
+        return None
+    values = state.values[own.column : own.column + inertial.OWN]
+    return {
+        "gravity_m_s2": state.gravity.tolist(),
+        "gyro_noise_rad_s": float(own.noise[0]),
+        "accel_noise_m_s2": float(own.noise[1]),
+        "gyro_bias_rad_s": values[inertial.BIAS_W].tolist(),
+        "accel_bias_m_s2": values[inertial.BIAS_F].tolist(),
+        "accel_scale": 1 + float(values[inertial.SCALE][0]),
+        "turn_deg": np.degrees(values[inertial.TURN]).tolist(),
+        "place_mm": (1e3 * values[inertial.PLACE]).tolist(),
+        "delay_ms": 1e3 * float(values[inertial.DELAY][0]),
     }
 
 
@@ -254,9 +287,11 @@ def fitted(
 ) -> Joint:
     """One estimate from there, whatever fits badly; sized: as in `estimate`."""
     R, t = [np.eye(3), pose[0]], [np.zeros(3), pose[1]]
-    given = [(hits, trajectory)]
-    priors, held = scene.used_priors, scene.known_pose
-    return estimate(given, R, t, scene.rotors, scene.board, priors, held, sized=sized)
+    given = [Given(hits, trajectory, scene.sensors.inertial)]
+    how = scene.used_priors, scene.known_pose
+    return estimate(
+        given, R, t, scene.rotors, scene.board, *how, sized=sized, ups=scene.sensors.ups
+    )
 
 
 def without_bad_diodes(

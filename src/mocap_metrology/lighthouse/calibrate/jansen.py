@@ -28,7 +28,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
-from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, solved
+from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, Sensors, solved
 from mocap_metrology.lighthouse.calibrate.batch import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.joint_variants import best_joint
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
@@ -78,12 +78,13 @@ def calibrate(
     settings: CalibrationSettings | None = None,
     report: Callable[[str], None] = lambda line: None,
     over: Over = in_turn,
+    sensors: Sensors | None = None,
 ) -> Calibration:
     """Pose of the slave in the master's frame by every requested estimator and optics.
 
     hits: cleaned, of both stations; board (n, 3) in metres; factories: of master and slave, None
     where unknown (then `factory` optics are left out). `report` is called with one line a step;
-    over: how the optics are worked on.
+    over: how the optics are worked on; sensors: what `batch` uses besides hits.
 
     Raises `Refusal` where a station has fewer than `FEWEST_POSES` measurements of four diodes.
     """
@@ -107,7 +108,16 @@ def calibrate(
         auto = name == "factory" and settings.variant == AUTO
         variant = FALLBACK if auto else settings.variant
         own = _Optics(
-            Scene(hits, board, name, factories, settings.lasers_m, variant, settings.priors),
+            Scene(
+                hits,
+                board,
+                name,
+                factories,
+                settings.lasers_m,
+                variant,
+                settings.priors,
+                sensors=sensors or Sensors(),
+            ),
             measured,
             smooth,
         )

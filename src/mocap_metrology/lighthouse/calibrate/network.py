@@ -15,6 +15,7 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
+from mocap_metrology.lighthouse.batch.recording import Given
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory, trajectory_of
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.batch import FEWEST_MOMENTS, Pose, Scene, start
@@ -45,7 +46,9 @@ def by_network(scene: Scene) -> Joint:
     hits = scene.hits.take(trajectory.known(time_s))
     both = [pose[0] for pose in poses], [pose[1] for pose in poses]
     with determined(scene.title):
-        found = estimate([(hits, trajectory)], *both, scene.rotors, scene.board, scene.used_priors)
+        given = [Given(hits, trajectory, scene.sensors.inertial)]
+        priors, ups = scene.used_priors, scene.sensors.ups
+        found = estimate(given, *both, scene.rotors, scene.board, priors, ups=ups)
     return found.sure(scene.title)
 
 

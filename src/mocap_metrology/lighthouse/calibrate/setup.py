@@ -18,6 +18,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, determined, estimate
 from mocap_metrology.lighthouse.batch.parts import predicted
+from mocap_metrology.lighthouse.batch.recording import Given
 from mocap_metrology.lighthouse.calibrate.batch import Scene, joint, pose_of
 from mocap_metrology.lighthouse.calibrate.joint_variants import weighed_by
 from mocap_metrology.lighthouse.calibrate.variants import (
@@ -94,10 +95,13 @@ def _variant(scene: Scene) -> str:
 def _together(scene: Scene, alone: Mapping[str, Joint]) -> Joint:
     """From the estimates of the single recordings, beginning at the most certain pose."""
     sure = min(alone.values(), key=lambda one: float(np.trace(one.pose_covariance()[:3, :3])))
+    own = [one.recordings[0] for one in alone.values()]
+    series = [None if one.sensors is None else one.sensors.windows.series for one in own]
     given = [
-        (one.recordings[0].sweeps.hits, one.recordings[0].trajectory) for one in alone.values()
+        Given(one.sweeps.hits, one.trajectory, of) for one, of in zip(own, series, strict=True)
     ]
     R, t = [np.eye(3), sure.state.R[SLAVE]], [np.zeros(3), sure.state.t_m[SLAVE]]
     with determined(scene.title):
-        found = estimate(given, R, t, scene.rotors, scene.board, scene.used_priors)
+        priors, ups = scene.used_priors, scene.sensors.ups
+        found = estimate(given, R, t, scene.rotors, scene.board, priors, ups=ups)
     return found.sure(scene.title)

@@ -99,8 +99,10 @@ def within_flashes(pulses: Pulses, flashes: list[Flashes]) -> tuple[Pulses, list
             f"{n_out} pulses before or after the stations' flashes ignored, of"
             f" {pulses.duration_s:.4g} s in total: are they old data in the device's memory?",
         )
+    sensors = pulses.inertial
     inside = replace(
         pulses,
+        inertial=sensors and replace(sensors, time_s=sensors.time_s - begin),
         start_s=pulses.start_s[kept] - begin,
         length_s=pulses.length_s[kept],
         diode=pulses.diode[kept],

@@ -1,8 +1,9 @@
 """Recordings of libsurvive (`.rec`, `.rec.gz`), and the solution it stores beside them (`.json`).
 
 One event a line: `seconds object op fields`. Used are `C channel start length`, a pulse in ticks of
-48 MHz whose 32-bit counter wraps every 89.5 s, and `CONFIG`, the object's own description with the
-photodiodes' positions and which channel each is on.
+48 MHz whose 32-bit counter wraps every 89.5 s; `CONFIG`, the object's own description with the
+photodiodes' positions and which channel each is on; and `I mask time`, gyroscope and accelerometer,
+see `inertial`.
 
 libsurvive counts stations the other way round (its lighthouse 0 is the one whose flash comes
 second) and looks along -Z with X to the right and Y up: x = -Z, y = -X, z = Y.
@@ -25,12 +26,13 @@ import numpy as np
 
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.lighthouse.board import check_board
+from mocap_metrology.lighthouse.decode import inertial
+from mocap_metrology.lighthouse.decode.inertial import WRAP, unrolled
 from mocap_metrology.lighthouse.records import Factory, Pulses
 from mocap_metrology.lighthouse.timing import CYCLE_TICKS, TICKS_PER_S
 
 CHUNK = 1 << 22
 LONGEST_LINE = 1 << 26
-WRAP = 1 << 32
 CHANNELS = 1 << 12  # beyond this a channel is damage
 MOST_PULSES = 10_000_000  # of one object: an hour; beyond it the memory of a computer may not do
 MOST_OBJECTS = 1000  # beyond this the names are damage
@@ -51,6 +53,7 @@ class _Seen:
     """Results of one pass over a recording."""
 
     pulses: list[np.ndarray] = field(default_factory=list)  # channel, start, length of the object
+    inertial: list[np.ndarray] = field(default_factory=list)  # rows of `inertial.rows`
     raw: Counter[bytes] = field(default_factory=Counter)  # C lines by object
     configs: dict[str, bytes] = field(default_factory=dict)
     second_generation: bool = False
@@ -61,7 +64,8 @@ class _Seen:
 
 
 def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.ndarray]:
-    """Pulses of one tracked object and the positions of its photodiodes in metres, (n, 3).
+    """Pulses of one tracked object, with its gyroscope and accelerometer where it describes them,
+    and the positions of its photodiodes in metres, (n, 3).
 
     Diodes are numbered as in the object's description; its channelMap gives their channels.
     Raises `Refusal` for what is no such recording, was made with second-generation stations, has
@@ -70,9 +74,12 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses, np.n
     name = Path(path).name
     seen = _scan(path, tracked_object.encode())
     _check(seen, tracked_object, name)
-    board, channels = _description(seen.configs[tracked_object], f"{name}, {tracked_object}")
-    pulses = _pulses(np.concatenate(seen.pulses), channels, len(board), name)
-    return replace(pulses, notes=(*pulses.notes, *_damage(seen))), board
+    config = seen.configs[tracked_object]
+    board, channels = _description(config, f"{name}, {tracked_object}")
+    pulses, begin = _pulses(np.concatenate(seen.pulses), channels, len(board), name)
+    sensors = inertial.series(np.concatenate(seen.inertial), json.loads(config), begin)
+    notes = (*pulses.notes, *_damage(seen))
+    return replace(pulses, inertial=sensors, notes=notes), board
 
 
 def _damage(seen: _Seen) -> Iterator[str]:
@@ -96,6 +103,9 @@ def _scan(path: str | Path, wanted: bytes) -> _Seen:
                 seen.configs.setdefault(name.decode("utf-8", "replace"), text)
         if b" C " in block:
             _add_raw(seen, block, wanted)
+        rows, n_damaged = inertial.rows(block, wanted)
+        seen.inertial.append(rows)
+        seen.unreadable += n_damaged
         if seen.n_pulses > MOST_PULSES or max(len(seen.raw), len(seen.configs)) > MOST_OBJECTS:
             raise Refusal(
                 f"{file}: too long: {seen.n_pulses} pulses of {wanted.decode()} and"
@@ -195,15 +205,17 @@ def _description(text: bytes, where: str) -> tuple[np.ndarray, np.ndarray]:
     return check_board(board, where), channels
 
 
-def _pulses(values: np.ndarray, channels: np.ndarray, n_diodes: int, name: str) -> Pulses:
-    """Pulses by time: the counter unrolled from line to line, lines being a little out of order."""
+def _pulses(
+    values: np.ndarray, channels: np.ndarray, n_diodes: int, name: str
+) -> tuple[Pulses, int]:
+    """Pulses by time, from the counter unrolled from line to line, lines being a little out of
+    order; and the counter at their begin."""
     notes = []
     diode_of = np.full(CHANNELS, -1, np.int16)
     diode_of[channels] = np.arange(n_diodes)
     diode = diode_of[np.minimum(values[:, 0], CHANNELS - 1)]
     diode[values[:, 2] > CYCLE_TICKS] = -1
-    step = (np.diff(values[:, 1], prepend=values[0, 1]) + WRAP // 2) % WRAP - WRAP // 2
-    ticks = np.cumsum(step)
+    ticks = unrolled(values[:, 1], int(values[0, 1]))
     known = diode >= 0
     if not known.all():
         notes.append(
@@ -214,7 +226,8 @@ def _pulses(values: np.ndarray, channels: np.ndarray, n_diodes: int, name: str) 
     if not order.size:
         raise Refusal(f"{name}: no pulse on a channel of the channelMap")
     start, length = ticks[order] - ticks[order[0]], values[order, 2]
-    return Pulses(
+    begin = int(values[0, 1] + ticks[order[0]]) % WRAP
+    pulses = Pulses(
         start_s=start / TICKS_PER_S,
         length_s=length / TICKS_PER_S,
         diode=diode[order],
@@ -223,6 +236,7 @@ def _pulses(values: np.ndarray, channels: np.ndarray, n_diodes: int, name: str) 
         resolution_s=1.0 / TICKS_PER_S,
         notes=tuple(notes),
     )
+    return pulses, begin
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin,
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
 # Streams of random numbers, so that a twin with more noise has the same motion and dropouts.
-NOISE, FAULTS, FLASHES, BITS, RISES = range(1, 6)
+NOISE, FAULTS, FLASHES, BITS, RISES, SENSORS = range(1, 7)
 SAMPLES_PER_S = 2_000_000
 
 
@@ -114,14 +114,14 @@ def truth_json(made: Made) -> dict[str, object]:
 def _stations(twin: LighthouseTwin) -> tuple[Station, ...]:
     """Data that each station transmits; the way up follows from the tilt of the master in the
     room."""
-    up = _up(twin)
+    up = up_of(twin)
     return tuple(
         Station(role, s.id, s.mode, s.factory or Factory(), s.R.T @ up)
         for role, s in zip(ROLES, twin.stations, strict=False)
     )
 
 
-def _up(twin: LighthouseTwin) -> Floats:
+def up_of(twin: LighthouseTwin) -> Floats:
     """The way up in the master's frame, which is tilted in the room."""
     return from_angles(*np.radians([*twin.tilt_deg, 0.0])).T @ [0.0, 0.0, 1.0]
 
@@ -133,7 +133,7 @@ def _cycles(twin: LighthouseTwin, rng: np.random.Generator) -> _Cycles:
     master = (number - twin.start_cycle) * twin.cycle_s
     after = SLAVE_OFFSET_S * (twin.cycle_s / CYCLE_S) + 1e-6 * twin.slave_offset_us
     own = (number & 2) == 0  # cycles of the slave's sweeps
-    stations, up = twin.stations, _up(twin)
+    stations, up = twin.stations, up_of(twin)
     skip = np.array([own, ~own]) if len(stations) == 2 else np.zeros((1, number.size))
     frames = [
         encode_frame(s.factory or Factory(), s.id, s.mode, accel_of(s.R.T @ up)) for s in stations

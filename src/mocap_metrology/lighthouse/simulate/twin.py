@@ -94,6 +94,24 @@ class StationTwin:
 
 
 @dataclass(frozen=True, kw_only=True)
+class InertialTwin:
+    """Gyroscope and accelerometer on the board at `place_m`: samples a second, noise densities in
+    rad/s and m/s^2 per root of 1 Hz, standard deviations of their biases, of the accelerometer's
+    scale, and of the place and orientation on the board; by how much they are late."""
+
+    rate_hz: float = 1000.0
+    gyro_density: float = 1.75e-4
+    accel_density: float = 3e-3
+    gyro_bias_rad_s: float = 0.02
+    accel_bias_m_s2: float = 0.1
+    accel_scale_error: float = 3e-3
+    place_m: Point = ORIGIN
+    place_error_mm: float = 1.0
+    turn_error_deg: float = 0.5
+    delay_ms: float = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class LighthouseTwin:
     """All parameters of a simulated recording; the file of twins describes each key."""
 
@@ -104,6 +122,7 @@ class LighthouseTwin:
     slave: StationTwin | None = None
     motion: MotionTwin
     board: BoardTwin = BoardTwin()
+    inertial: InertialTwin | None = None
     variant: str = "crazyflie"
     tilt_deg: tuple[float, float] = (0.0, 0.0)
     duration_s: float = 8.0

@@ -15,20 +15,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Floats
-from mocap_metrology.lighthouse.batch.bias import pose_blocks, selected_inverse
-from mocap_metrology.lighthouse.batch.estimate import Joint, Recording
-from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobian
+from mocap_metrology.lighthouse.batch.estimate import Joint
+from mocap_metrology.lighthouse.batch.inverse import pose_blocks, selected_inverse
+from mocap_metrology.lighthouse.batch.kernel import (
+    POSE,
+    right_jacobians,
+)
 from mocap_metrology.lighthouse.batch.problem import Priors, layout
-from mocap_metrology.lighthouse.batch.solve import Reduced, covariance_of, linearised, reduced
+from mocap_metrology.lighthouse.batch.recording import Recording
+from mocap_metrology.lighthouse.batch.solve import Reduced, covariance_of, reduced
 from mocap_metrology.lighthouse.rotation import exp
-
-
-@njit
-def _right_jacobians(turns: np.ndarray, out: np.ndarray) -> None:
-    for m in range(len(turns)):
-        right_jacobian(turns[m], out[m])
 
 
 @dataclass(frozen=True)
@@ -52,11 +49,13 @@ def spread(
     recording, so that errors of board and optics in both are the same.
     """
     one, state = found.recordings[0], found.state
-    of = layout(len(state.R), len(state.board), priors)
+    own_of = found.of
+    there = [column >= 0 for column in own_of.inertial]
+    gravity = own_of.gravity >= 0
+    of = layout(len(state.R), len(state.board), priors, inertial=there, gravity=gravity)
     free = np.full(of.size - found.of.size, np.inf)  # the slave's pose, where it was held
     working, believed = np.r_[free, found.working], np.r_[free, found.believed]
-    sums = linearised(one.seen, one.trajectory, state, one.residual, one.weights().hit, of)
-    parts = reduced(sums, one.trajectory, one.noise)
+    parts = reduced(one.sums(state, of, of.inertial[0]), one.trajectory, one.noise)
     S, p, q = parts.S, slice(0, POSE), slice(POSE, None)
     M = np.linalg.inv(S[q, q] + np.diag(1 / working[q] ** 2))
     K = np.vstack([np.eye(POSE), -M @ S[q, p]])
@@ -95,14 +94,9 @@ def _by_unknowns(one: Recording, parts: Reduced, time_s: np.ndarray) -> tuple[Fl
         by -= weights[:, i, None, None] * rows[near[:, i]]
     turn = np.einsum("ni,nia->na", weights, trajectory.control[near, 3:])
     J = np.zeros((time_s.size, 3, 3))
-    _right_jacobians(turn, J)
+    right_jacobians(turn, J)
     J = trajectory.reference(time_s) @ exp(turn) @ J
     by[:, 3:] = J @ by[:, 3:]
     of_hits[:, 3:] = J @ of_hits[:, 3:]
     of_hits[:, :, 3:] = of_hits[:, :, 3:] @ np.swapaxes(J, 1, 2)
     return by, one.noise.hit**2 * of_hits
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    _right_jacobians(np.zeros((1, 3)), np.zeros((1, 3, 3)))

@@ -1,0 +1,326 @@
+"""Gyroscope and accelerometer of a board as residuals of a joint estimate.
+
+J names them as the next step (VIII).
+Between the ends a, b of an interval of the trajectory's knots, m its middle and h half its length,
+
+    e_w = Log(W' M' R_a' R_b M) / 2h,
+    e_f = (1 + s) (M' R_m' ((q_b - 2 q_m + q_a) / h^2 - g) + c) - f,   q = p + R l,
+
+with R, p the board's pose, M the small rotation of the sensors' axes on the board and l their
+place, g gravity. W is the rotation that the gyroscope measured, less its bias; f the mean of the
+accelerometer with the weights of that second difference, a triangle, each sample turned by the
+gyroscope to the middle; s and c are its scale and bias. So both are exact whatever the motion is
+within an interval; what the spline cannot follow counts as noise, which is estimated. Sensors
+filter, so they are late by some ms: that delay is an unknown, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch.inverse import selected_inverse
+from mocap_metrology.lighthouse.batch.kernel import (
+    POSE,
+    SPAN,
+    right_jacobians,
+    rotated,
+)
+from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2, INERTIAL_SD, Layout, State
+from mocap_metrology.lighthouse.batch.solve import LIMIT, Equations
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory, cubic
+from mocap_metrology.lighthouse.records import Inertial
+from mocap_metrology.lighthouse.rotation import exp, log
+
+KNOT_S = 0.025  # a hand's tremor of 10 Hz, which 50 ms hide from angles, is seen by accelerometers
+LONGEST_GAP_S = 0.02  # between samples
+FEWEST = 10  # intervals
+LONGEST_DELAY_S = 0.02
+STEP_S = 5e-3  # of the derivative by the delay: in a shorter one there is more noise than motion
+NEAR = 4 * POSE  # unknowns of the trajectory in an interval
+ENDS = cubic(np.array([0.0, 0.5, 1.0]))  # weights at begin, middle and end of an interval
+SECOND = np.array([1.0, -2.0, 1.0])
+BIAS_W, BIAS_F, SCALE, TURN, PLACE, DELAY = (
+    slice(*ends) for ends in ((0, 3), (3, 6), (6, 7), (7, 10), (10, 13), (13, 14))
+)
+OWN = INERTIAL_SD.size
+# Of the mean over 25 ms, as data sheets of such sensors: 0.01 deg/s and 300 ug per root of 1 Hz.
+# Less is not believed: where few hits are seen, the trajectory can follow the sensors' noise.
+LEAST = np.array([8e-4, 1.5e-2])  # rad/s, m/s^2
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Intervals in which both sensors were recorded: index of each; begin, middle and end (n, 3)
+    in s, and the reference rotations at these."""
+
+    series: Inertial
+    interval: np.ndarray
+    time_s: np.ndarray
+    F: np.ndarray  # (n, 3, 3, 3)
+    still: bool
+
+
+def windows(series: Inertial | None, trajectory: Trajectory) -> Windows | None:
+    """The intervals of a trajectory that the series covers without gaps; None if they are few."""
+    if series is None or not len(series):
+        return None
+    time = series.time_s
+    if trajectory.still:
+        begin = np.arange(time[0], time[-1] - KNOT_S, KNOT_S)
+        length, interval = KNOT_S, np.zeros(begin.size, np.int64)
+    else:
+        length, interval = trajectory.knot_s, np.arange(len(trajectory.control) - 3)
+        begin = trajectory.begin_s + length * interval
+    at = begin[:, None] + length * np.array([0.0, 0.5, 1.0])
+    low = np.searchsorted(time, at[:, 0] - LONGEST_DELAY_S, "right")
+    high = np.searchsorted(time, at[:, 2] + LONGEST_DELAY_S, "left")
+    gaps = np.r_[0, 0, np.cumsum(np.diff(time) > LONGEST_GAP_S)]  # before each sample
+    whole = (low > 0) & (high < time.size)
+    whole &= gaps[np.minimum(high, time.size - 1) + 1] == gaps[np.maximum(low - 1, 0) + 1]
+    for moment in at.T:
+        whole &= trajectory.known(moment)
+    if np.count_nonzero(whole) < FEWEST:
+        return None
+    own = at[whole]
+    F = trajectory.reference(own.ravel()).reshape(-1, 3, 3, 3)
+    return Windows(series, interval[whole], own, F, trajectory.still)
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """e_w in rad/s and e_f in m/s^2, (n, 2, 3), and what their derivatives are made of."""
+
+    e: Floats
+    R: Floats  # (n, 3, 3, 3), at begin, middle, end
+    by_knots: Floats  # likewise: right Jacobians of the trajectory's rotation vectors
+    by_bias: Floats  # (n, 3, 3): of W's rotation vector
+    by_turn: Floats  # (3, 3): of M's
+    by_delay: Floats  # (n, 2, 3)
+    y: Floats  # (n, 3): acceleration less gravity, in axes of the board
+    felt: Floats  # (n, 3): in axes of the sensors, with their bias
+    gain: float  # 1 + s
+    M: Floats
+    place: Floats
+
+
+def residuals(
+    seen: Windows, trajectory: Trajectory, state: State, column: int, near_s: float = 0.0
+) -> Residuals:
+    """At the present values; column: first of the sensors among the unknowns; near_s: a delay near
+    the present one, from which that is linear: samples that enter and leave an interval make the
+    cost rough."""
+    own = state.values[column : column + OWN]
+    M, place = exp(own[TURN]), seen.series.place_m + own[PLACE]
+    h = (seen.time_s[0, 2] - seen.time_s[0, 0]) / 2
+    weights = _weights(seen)
+    near = trajectory.control[seen.interval[:, None] + np.arange(4)]
+    pose = np.einsum("ji,nia->nja", weights, near)
+    v = pose[..., 3:].reshape(-1, 3)
+    R = seen.F @ exp(v).reshape(-1, 3, 3, 3)
+    q = pose[..., :3] + R @ place
+    y = np.einsum("nji,nj->ni", R[:, 1], np.einsum("j,nja->na", SECOND, q) / h**2 - state.gravity)
+    felt, gain = y @ M + own[BIAS_F], 1 + float(own[SCALE][0])
+    back = M.T @ np.swapaxes(R[:, 0], 1, 2) @ R[:, 2] @ M
+
+    def at(delay_s: float) -> tuple[Floats, Floats]:
+        turn, force = sensed(seen, own[BIAS_W], delay_s)
+        rate = log(np.swapaxes(turn, 1, 2) @ back) / (2 * h)
+        return np.stack([rate, gain * felt - force], axis=1), turn
+
+    e, turn = at(near_s)
+    by_delay = (at(near_s + STEP_S)[0] - at(near_s - STEP_S)[0]) / (2 * STEP_S)
+    e += (own[DELAY][0] - near_s) * by_delay
+    by_knots = _right_jacobians(v).reshape(-1, 3, 3, 3)
+    by_bias, by_turn = _right_jacobians(log(turn)), _right_jacobians(own[None, TURN])[0]
+    return Residuals(e, R, by_knots, by_bias, by_turn, by_delay, y, felt, gain, M, place)
+
+
+def delay(state: State, column: int) -> float:
+    """The present delay in s, within what the intervals have samples for."""
+    most = LONGEST_DELAY_S - STEP_S
+    return float(np.clip(state.values[column : column + OWN][DELAY][0], -most, most))
+
+
+def sensed(seen: Windows, bias: Floats, delay_s: float) -> tuple[Floats, Floats]:
+    """W (n, 3, 3) and f (n, 3), if the sensors are late by so much."""
+    turn, force = np.empty((len(seen.F), 3, 3)), np.empty((len(seen.F), 3))
+    own, at = seen.series, seen.time_s + delay_s
+    first = np.searchsorted(own.time_s, at[:, 0], "right")
+    _measured(own.time_s, own.rate_rad_s - bias, own.force_m_s2, at, first, turn, force)
+    return turn, force
+
+
+def _weights(seen: Windows) -> Floats:
+    """Of the control points at begin, middle and end, (3, 4)."""
+    return np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)) if seen.still else ENDS
+
+
+def _right_jacobians(v: np.ndarray) -> Floats:
+    out = np.empty((len(v), 3, 3))
+    right_jacobians(np.ascontiguousarray(v), out)
+    return out
+
+
+def _cross(v: np.ndarray) -> Floats:
+    """Matrices (..., 3, 3) with [v] w = v x w."""
+    out = np.zeros((*v.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., i, j], out[..., j, i] = -v[..., k], v[..., k]
+    return out
+
+
+def derivatives(seen: Windows, found: Residuals) -> tuple[Floats, Floats]:
+    """Of e_w and e_f, by the control points of the interval (n, 6, 24), and by gravity and the
+    sensors' unknowns (n, 6, 3 + OWN)."""
+    n, M, R = len(found.e), found.M, found.R
+    h = (seen.time_s[0, 2] - seen.time_s[0, 0]) / 2
+    at = np.zeros((n, 6, 3, POSE))
+    back = np.swapaxes(R[:, 2], 1, 2) @ R[:, 0]
+    at[:, :3, 0, 3:] = -M.T @ back @ found.by_knots[:, 0] / (2 * h)
+    at[:, :3, 2, 3:] = M.T @ found.by_knots[:, 2] / (2 * h)
+    P = M.T @ np.swapaxes(R[:, 1], 1, 2)
+    for j, factor in enumerate(SECOND / h**2):
+        at[:, 3:, j, :3] = factor * P
+        at[:, 3:, j, 3:] = -factor * P @ R[:, j] @ _cross(found.place) @ found.by_knots[:, j]
+    at[:, 3:, 1, 3:] += M.T @ _cross(found.y) @ found.by_knots[:, 1]
+    near = np.einsum("ji,nrja->nria", _weights(seen), at).reshape(n, 6, NEAR)
+    far = np.zeros((n, 6, 3 + OWN))
+    far[:, 3:, :3] = -P
+    own = far[:, :, 3:]
+    own[:, :3, BIAS_W], own[:, 3:, BIAS_F] = found.by_bias, np.eye(3)
+    own[:, :3, TURN] = (np.eye(3) - M.T @ back @ M) @ found.by_turn / (2 * h)
+    own[:, 3:, TURN] = _cross(found.y @ M) @ found.by_turn
+    own[:, 3:, PLACE] = P @ np.einsum("j,njab->nab", SECOND / h**2, R)
+    near[:, 3:] *= found.gain
+    far[:, 3:] *= found.gain
+    own[:, 3:, SCALE] = found.felt[..., None]
+    own[..., DELAY] = found.by_delay.reshape(n, 6, 1)
+    return near, far
+
+
+def _robust(e: Floats, noise: Floats) -> tuple[Floats, Floats]:
+    """Weights, and costs as those of hits, of residuals (n, 2, 3) with the noise of each sensor."""
+    z = np.abs(e) / noise[:, None]
+    far = np.maximum(z / LIMIT, 1.0)
+    return 1 / far**2, np.where(far > 1, LIMIT**2 * (1 + 2 * np.log(far)), z**2)
+
+
+def cost(found: Residuals, noise: Floats) -> float:
+    """Robust sum of squares."""
+    return float(_robust(found.e, noise)[1].sum())
+
+
+def equations(
+    seen: Windows, found: Residuals, noise: Floats, of: Layout, column: int, size: int
+) -> Equations:
+    """Normal equations; size: unknowns of the trajectory."""
+    near, far = derivatives(seen, found)
+    weight = (_robust(found.e, noise)[0] / noise[:, None] ** 2).reshape(-1, 6)
+    e = found.e.reshape(-1, 6)
+    at = np.r_[of.gravity : of.gravity + 3, column : column + OWN]
+    band, cross = np.zeros((SPAN, size)), np.zeros((size, of.size))
+    inner, g, h = np.zeros((of.size, of.size)), np.zeros(size), np.zeros(of.size)
+    rows = POSE * seen.interval[:, None] + np.arange(NEAR)
+    w_near = np.swapaxes(near * weight[..., None], 1, 2)
+    i, j = np.tril_indices(NEAR)
+    np.add.at(band, (i - j, rows[:, j]), (w_near @ near)[:, i, j])
+    np.add.at(cross, (rows[:, :, None], at), w_near @ far)
+    np.add.at(g, rows, (w_near @ e[..., None])[..., 0])
+    w_far = np.swapaxes(far * weight[..., None], 1, 2)
+    inner[np.ix_(at, at)] = (w_far @ far).sum(axis=0)
+    h[at] = (w_far @ e[..., None]).sum(axis=0)[:, 0]
+    return Equations(band, cross, inner, g, h)
+
+
+def rough_noise(found: Residuals) -> Floats:
+    """Standard deviations of both sensors' residuals by medians."""
+    return np.maximum(MAD_TO_SIGMA * np.median(np.abs(found.e), axis=(0, 2)), LEAST)
+
+
+def noise_of(seen: Windows, found: Residuals, noise: Floats, factor: Floats, hit: float) -> Floats:
+    """Standard deviations of both sensors, one step of the estimate of variance components by
+    Helmert (Foerstner 1979): with weights w, derivatives J and the covariance C of the trajectory,
+    s^2 = sum(w e^2) / sum(w (1 - J C J' / s_before^2)).
+
+    factor: of the trajectory's equations, in units of the variance of a hit.
+    """
+    near, _ = derivatives(seen, found)
+    Z, first = selected_inverse(factor), POSE * seen.interval
+    i, j = np.arange(NEAR)[:, None], np.arange(NEAR)
+    C = Z[np.abs(i - j), first[:, None, None] + np.minimum(i, j)]
+    share = hit**2 * np.einsum("nri,nij,nrj->nr", near, C, near).reshape(-1, 2, 3)
+    weight, _ = _robust(found.e, noise)
+    free = weight * np.clip(1 - weight * share / noise[:, None] ** 2, 0.0, 1.0)
+    square = (weight * found.e**2).sum(axis=(0, 2))
+    return np.maximum(np.sqrt(square / np.maximum(free.sum(axis=(0, 2)), 1.0)), LEAST)
+
+
+def first_gravity(seen: Windows, found: Residuals) -> Floats:
+    """Gravity (3,) in m/s^2 as the accelerometer has it on average, in the master's frame."""
+    force = found.gain * found.felt - found.e[:, 1]
+    up = np.einsum("nij,nj->i", found.R[:, 1], force)
+    return -GRAVITY_M_S2 * up / np.linalg.norm(up)
+
+
+@njit
+def _measured(
+    time: np.ndarray,
+    rate: np.ndarray,
+    force: np.ndarray,
+    windows_s: np.ndarray,
+    first: np.ndarray,
+    turn: np.ndarray,
+    mean: np.ndarray,
+) -> None:
+    """W and f of all intervals, into turn (n, 3, 3) and mean (n, 3); between samples the sensors
+    change linearly. first: first sample after the begin."""
+    w, x = np.empty(3), np.empty(3)
+    for m in range(first.size):
+        a, middle, b = windows_s[m]
+        h, k, s = (b - a) / 2, first[m], a
+        R, half = np.eye(3), np.eye(3)
+        total = np.zeros(3)
+        while s < b:
+            while time[k] <= s:
+                k += 1
+            e = min(time[k], b)
+            if s < middle:
+                e = min(e, middle)
+            u = ((s + e) / 2 - time[k - 1]) / (time[k] - time[k - 1])
+            for i in range(3):
+                w[i] = (rate[k - 1, i] + u * (rate[k, i] - rate[k - 1, i])) * (e - s) / 2
+                x[i] = force[k - 1, i] + u * (force[k, i] - force[k - 1, i])
+            _turn(R, w)
+            weight = (h - abs((s + e) / 2 - middle)) * (e - s) / (h * h)
+            for i in range(3):
+                total[i] += weight * (R[i, 0] * x[0] + R[i, 1] * x[1] + R[i, 2] * x[2])
+            _turn(R, w)
+            s = e
+            if s == middle:
+                half[:] = R
+        turn[m] = R
+        for i in range(3):
+            mean[m, i] = half[0, i] * total[0] + half[1, i] * total[1] + half[2, i] * total[2]
+
+
+@njit
+def _turn(R: np.ndarray, v: np.ndarray) -> None:
+    """R Exp(v), in place."""
+    row = np.empty(3)
+    for i in range(3):
+        rotated(-v, R[i], row)  # R Exp(v) has the rows Exp(-v) r
+        R[i] = row
+
+
+def warm_up() -> None:
+    """Compile the kernels."""
+    time = np.arange(3.0)
+    both = np.zeros((3, 3)), np.zeros((3, 3))
+    at, first = np.array([[0.5, 1.0, 1.5]]), np.ones(1, np.int64)
+    _measured(time, *both, at, first, np.empty((1, 3, 3)), np.empty((1, 3)))
+    right_jacobians(np.zeros((1, 3)), np.empty((1, 3, 3)))

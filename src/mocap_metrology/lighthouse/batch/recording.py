@@ -1,0 +1,131 @@
+"""A recording in a joint estimate: hits, trajectory, sensors of the board, and their noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_metrology.common.hampel import MAD_TO_SIGMA
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.batch import inertial
+from mocap_metrology.lighthouse.batch.inertial import Windows, windows
+from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
+from mocap_metrology.lighthouse.batch.solve import (
+    Equations,
+    Noise,
+    Sums,
+    View,
+    Weights,
+    bend_cost,
+    linearised,
+    residuals,
+    view,
+    weights,
+)
+from mocap_metrology.lighthouse.batch.trajectory import Trajectory
+from mocap_metrology.lighthouse.records import Hits, Inertial
+
+LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
+
+
+@dataclass(frozen=True)
+class Given:
+    """Of a recording: hits of all stations, a trajectory near the board's, sensors on it."""
+
+    hits: Hits
+    trajectory: Trajectory
+    inertial: Inertial | None = None
+
+    def with_knots(self) -> Given:
+        """With the knots that its sensors need."""
+        own = self.trajectory
+        if own.still or own.knot_s <= inertial.KNOT_S or windows(self.inertial, own) is None:
+            return self
+        return replace(self, trajectory=own.halved())
+
+
+@dataclass
+class Sensed:
+    """Gyroscope and accelerometer of a recording in the search: first of their unknowns, residuals,
+    standard deviations of both in rad/s and m/s^2, and a delay near theirs."""
+
+    windows: Windows
+    column: int
+    residual: inertial.Residuals
+    noise: Floats
+    near_s: float = 0.0
+
+
+@dataclass
+class Recording:
+    """A recording in the search: its hits, trajectory, noise, and the hits' residuals in rad; its
+    sensors, where it has any."""
+
+    sweeps: Sweeps
+    trajectory: Trajectory
+    seen: View
+    noise: Noise
+    residual: Floats
+    sensors: Sensed | None = None
+
+    def move(self, step: Floats, state: State) -> None:
+        """Add a step to the control points, and take other values of all else."""
+        self.trajectory = self.trajectory.moved(step)
+        self.renew(state)
+
+    def renew(self, state: State) -> None:
+        """Residuals at these values."""
+        self.residual = residuals(self.seen, self.trajectory, state)
+        if (own := self.sensors) is not None:
+            found = inertial.residuals(own.windows, self.trajectory, state, own.column, own.near_s)
+            self.sensors = replace(own, residual=found)
+
+    def cost(self) -> float:
+        """Robust sum of squares, with that of what is known of the trajectory."""
+        total = float(self.weights().cost.sum()) + bend_cost(self.trajectory)
+        if (own := self.sensors) is not None:
+            total += inertial.cost(own.residual, own.noise)
+        return total
+
+    def more(self, of: Layout, column: int | None = None) -> Equations | None:
+        """Equations of its sensors; column: first of their unknowns, in another layout."""
+        if (own := self.sensors) is None:
+            return None
+        at, size = own.column if column is None else column, self.trajectory.control.size
+        return inertial.equations(own.windows, own.residual, own.noise, of, at, size)
+
+    def sums(self, state: State, of: Layout, column: int | None = None) -> Sums:
+        """Normal equations of its hits and sensors."""
+        hit, more = self.weights().hit, self.more(of, column)
+        return linearised(self.seen, self.trajectory, state, self.residual, hit, of, more)
+
+    def weights(self) -> Weights:
+        """Of the hits, at the present noise."""
+        return weights(self.seen, self.residual, self.noise)
+
+    @property
+    def alone(self) -> Floats:
+        """Residuals without the offset of their sweep, rad."""
+        return self.residual - self.weights().offset[self.sweeps.sweep]
+
+
+def recording(hits: Hits, trajectory: Trajectory, state: State) -> Recording:
+    """Hits of all stations along a trajectory, not yet weighed."""
+    sweeps = by_sweep(hits)
+    seen = view(sweeps, trajectory)
+    off = residuals(seen, trajectory, state)
+    return Recording(sweeps, trajectory, seen, Noise(np.inf, np.inf), off)
+
+
+def _spread(values: np.ndarray) -> float:
+    return max(MAD_TO_SIGMA * float(np.median(np.abs(values))), LEAST_HIT_RAD)
+
+
+def rough(one: Recording) -> Noise:
+    """Noise by medians, model errors included, while the fit is coarse."""
+    low, n = one.sweeps.first[:-1], np.diff(one.sweeps.first)
+    mean = np.add.reduceat(one.residual, low) / n
+    many = (n > 1)[one.sweeps.sweep]
+    inside = one.residual - mean[one.sweeps.sweep]
+    return Noise(_spread(inside[many] if many.any() else one.residual), _spread(mean))

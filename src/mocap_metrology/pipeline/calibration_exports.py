@@ -37,7 +37,9 @@ def frame_of(
     path, both = pose.path, found.paths_of(pose)
     if path is None and both is not None:
         path = both[MASTER]
-    world = world_of(name, Calibrated(stations, poses, board, path), points)
+    felt = (pose.details or {}).get("inertial")
+    up = -np.array(felt["gravity_m_s2"]) if isinstance(felt, Mapping) else None
+    world = world_of(name, Calibrated(stations, poses, board, path, up), points)
     return world, [world.place(one) for one in poses]
 
 

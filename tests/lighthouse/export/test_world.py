@@ -76,6 +76,14 @@ def test_gravity_of_one_station_is_named() -> None:
     assert (world.name, world.why) == ("gravity", "gravity of the slave alone")
 
 
+def test_gravity_by_the_accelerometer_of_the_board_comes_first() -> None:
+    """It is known to tenths of a degree, that of a station to one."""
+    up = np.array([0.1, 0.2, 9.7])
+    world = world_of("gravity", replace(calibrated(), up=up))
+    np.testing.assert_allclose(world.R @ up, [0, 0, np.linalg.norm(up)], atol=1e-12)
+    assert world.name == "gravity" and world.why == ""
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_master_that_looks_along_the_vertical(sign: int) -> None:
     """Its x has no horizontal part, so that of its z, the top of its housing, counts."""

@@ -2,9 +2,10 @@
 
 p_world = R p_master + t
 
-gravity      z up: the mean of the directions that the stations' accelerometers measure; origin
-             at the master, x the horizontal part of the master's x (of its z where the master
-             looks straight up or down)
+gravity      z up: by the accelerometer of the board where it was used, else the mean of the
+             directions that the stations' accelerometers measure; origin at the master, x the
+             horizontal part of the master's x (of its z where the master looks straight up or
+             down)
 master       the master's own frame
 board-start  the board's own frame, where it was at the start of the recording
 points       the frame of places that were measured in the room: of stations, and of diodes
@@ -47,12 +48,14 @@ Pose = tuple[np.ndarray, np.ndarray]  # R (3, 3), t (3,) in metres
 @dataclass(frozen=True)
 class Calibrated:
     """Stations, their poses in the frame of the first, which is the master, and the board: diodes
-    (n, 3) in m, and its path in the master's frame, None where it is not known."""
+    (n, 3) in m, and its path in the master's frame, None where it is not known; up (3,) in that
+    frame, as the board's accelerometer has it."""
 
     stations: Sequence[Station]
     poses: Sequence[Pose]
     board: np.ndarray
     path: Path | None
+    up: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -125,14 +128,17 @@ def _of_gravity(found: Calibrated) -> World:
         if station.gravity is not None and np.linalg.norm(station.gravity) > 0
     ]
     up = np.sum([direction for _, direction in known], axis=0)
-    if not known or np.linalg.norm(up) < LEAST_HORIZONTAL:
+    few = 0 < len(known) < len(found.stations)
+    alone = f"gravity of the {known[0][0].role} alone" if few else ""
+    if found.up is not None:
+        alone, up = "", found.up
+    elif not known or np.linalg.norm(up) < LEAST_HORIZONTAL:
         return World(MASTER, why="no station states the direction of gravity")
     z = up / np.linalg.norm(up)
     # x of the master, or its z where the master looks along the vertical
     ahead = next(a for a in np.eye(3)[[0, 2]] if np.linalg.norm(a - (a @ z) * z) > LEAST_HORIZONTAL)
     x = ahead - (ahead @ z) * z
     x /= np.linalg.norm(x)
-    alone = f"gravity of the {known[0][0].role} alone" if len(known) < len(found.stations) else ""
     return World(GRAVITY, np.stack([x, np.cross(z, x), z]), why=alone)
 
 

@@ -270,6 +270,7 @@ def test_make_takes_names_as_they_are(take: Path) -> None:
          '--rate "100" --unit "m" --accept-truncated --markers="$CHECK_MARKERS"'),
         ("FILE=a BOARD=b.csv",
          '--output="$CHECK_RESULTS" ${CHECK_BOARD:+--board="$CHECK_BOARD"} -- "$CHECK_FILE"'),
+        ("FILE=a BOARD=HMD INERTIAL=use", '--inertial --markers="'),
         ("FILE=a BOARD=b.csv WORLD=master POINTS=p.csv",
          '--world "master" ${CHECK_POINTS:+--world-points="$CHECK_POINTS"} --markers="'),
     ],

@@ -42,7 +42,7 @@ def test_a_failed_figure_leaves_nothing(tmp_path, monkeypatch):
     savefig = type(figure.figure).savefig
 
     def fails_on_png(self, path, format, **options):
-        savefig(self, path, format="svg", **options | {"metadata": None})
+        savefig(self, path, format="svg")
         if format == "png":
             raise OSError("disk full")
 

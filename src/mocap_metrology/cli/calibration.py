@@ -44,7 +44,9 @@ OWN: tuple[PoseEstimator, ...] = ("batch", "paper-lm")
 def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> None:
     """Results of one calibration into the folder, and the verdict on the terminal."""
     kind = given.format or format_of(path)
-    settings = replace(DEFAULTS.lighthouse, estimators=OWN, world=given.world)
+    settings = replace(
+        DEFAULTS.lighthouse, estimators=OWN, world=given.world, inertial=given.inertial
+    )
     points = {"points": given.world_points} if given.world_points else {}
     asked = Asked(name_of(path), str(path.resolve()), kind, given.board)
     with beside(import_matplotlib, _draw_calibration) as second:

@@ -101,6 +101,11 @@ def parser() -> argparse.ArgumentParser:
         "gpio-dump)",
     )
     dumps.add_argument(
+        "--inertial",
+        action="store_true",
+        help="use the gyroscope and the accelerometer of a libsurvive recording, too",
+    )
+    dumps.add_argument(
         "--world",
         choices=WORLDS,
         default=WORLDS[0],

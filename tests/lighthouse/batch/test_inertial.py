@@ -35,6 +35,7 @@ from mocap_metrology.lighthouse.simulate.twin import (
 REAL = "lighthouse/libsurvive_extras/lh1_test_cal.rec.gz"
 DECK = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
 EXACT = Priors(0, 0, 0, 0, 0)
+HITS_S = np.linspace(0.1, 2.8, 100)
 UP = np.array([0.1, -0.2, 1.0]) / np.linalg.norm([0.1, -0.2, 1.0])
 
 
@@ -70,7 +71,7 @@ def test_derivatives(still: bool) -> None:
     trajectory = moving()
     if still:
         trajectory = at_rest(rotation.exp(np.array([0.3, 0.2, 0.1])), np.array([1.0, 2.0, 3.0]))
-    seen = inertial.windows(of_motion(), trajectory)
+    seen = inertial.windows(of_motion(), trajectory, HITS_S)
     assert seen is not None
     state, of = values(trajectory)
     column = of.inertial[0]
@@ -119,7 +120,7 @@ def test_exact_sensors_leave_nothing_of_the_true_motion() -> None:
         of_motion(**none),
         motion_of(MotionTwin(centre_m=(3.0, 0.0, 0.0)), np.zeros((1, 3)), 5),
     )
-    seen = inertial.windows(series, moving())
+    seen = inertial.windows(series, moving(), HITS_S)
     assert seen is not None
     R, p = motion.poses(seen.time_s.ravel())
     R, p = R.reshape(-1, 3, 3, 3), p.reshape(-1, 3, 3)
@@ -138,14 +139,14 @@ def test_intervals_need_samples_throughout() -> None:
         whole,
         **{name: getattr(whole, name)[kept] for name in ("time_s", "rate_rad_s", "force_m_s2")},
     )
-    seen, all_of = inertial.windows(cut, trajectory), inertial.windows(whole, trajectory)
+    seen, all_of = (inertial.windows(one, trajectory, HITS_S) for one in (cut, whole))
     assert seen is not None and all_of is not None
     lost = np.setdiff1d(all_of.interval, seen.interval)
     at = trajectory.begin_s + trajectory.knot_s * lost
     assert 0.93 < at.min() < 0.98 and 1.49 < at.max() < 1.53 and (np.diff(lost) == 1).all()
     late = replace(whole, time_s=whole.time_s + 2.6)
-    assert inertial.windows(late, trajectory) is None
-    assert inertial.windows(None, trajectory) is None
+    assert inertial.windows(late, trajectory, HITS_S) is None
+    assert inertial.windows(None, trajectory, HITS_S) is None
 
 
 def test_halved_knots_are_the_same_curve() -> None:
@@ -179,6 +180,21 @@ def test_gravity_by_the_stations_ways_up() -> None:
     assert not one[3:6].any() and one[of.gravity, of.gravity] > 0
 
 
+def deck(seed: int) -> LighthouseTwin:
+    """Four diodes, with real noise."""
+    return LighthouseTwin(
+        name="deck",
+        seed=seed,
+        master=StationTwin(id=1, mode="b"),
+        slave=StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40)),
+        motion=MotionTwin(centre_m=(3.0, 0.8, 0.2), tremor_mm=0.05, tremor_deg=0.014),
+        board=DECK,
+        duration_s=5.0,
+        common_urad=53.0,
+        independent_urad=49.0,
+    )
+
+
 def test_sensors_of_a_small_board() -> None:
     """Four diodes, 30 x 15 mm, with real noise: in six recordings the squared errors over their
     covariance are of six degrees of freedom (mean within four standard errors), that covariance is
@@ -186,17 +202,7 @@ def test_sensors_of_a_small_board() -> None:
     biases to 2 mrad/s, gravity to 0.8 deg."""
     squares, gains = [], []
     for seed in range(6):
-        twin = LighthouseTwin(
-            name="deck",
-            seed=seed,
-            master=StationTwin(id=1, mode="b"),
-            slave=StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40)),
-            motion=MotionTwin(centre_m=(3.0, 0.8, 0.2), tremor_mm=0.05, tremor_deg=0.014),
-            board=DECK,
-            duration_s=5.0,
-            common_urad=53.0,
-            independent_urad=49.0,
-        )
+        twin = deck(seed)
         made, sensors = simulate(twin), InertialTwin(gyro_bias_rad_s=0.05)
         rng = np.random.default_rng([3, seed])
         series = sensed(made.truth.motion, up_of(twin), sensors, twin.duration_s, rng)
@@ -219,6 +225,31 @@ def test_sensors_of_a_small_board() -> None:
         assert own[inertial.BIAS_W] == pytest.approx(0.05 * rng.standard_normal(3), abs=2e-3)
     assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 6))
     assert min(gains) > 1.2
+
+
+TURNED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+WRONG: dict[str, Callable[[Inertial], Inertial]] = {
+    "axes of another frame": lambda own: replace(
+        own, rate_rad_s=own.rate_rad_s @ TURNED, force_m_s2=own.force_m_s2 @ TURNED
+    ),
+    "forces in g": lambda own: replace(own, force_m_s2=own.force_m_s2 / 9.81),
+    "late by 60 ms": lambda own: replace(own, time_s=own.time_s + 0.06),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_sensors_that_contradict_the_light_are_not_used(case: str) -> None:
+    """The estimate is that of the light alone, and its note says why."""
+    twin = deck(1)
+    made = simulate(twin)
+    series = sensed(
+        made.truth.motion, up_of(twin), InertialTwin(), twin.duration_s, np.random.default_rng(4)
+    )
+    scene = Scene(made.hits, made.truth.board, "ideal", [None] * 2, None, "crazyflie", EXACT)
+    alone, _ = joint(scene)
+    found, note = joint(replace(scene, sensors=Sensors(WRONG[case](series))))
+    assert note.startswith("gyroscope and accelerometer not used: ")
+    np.testing.assert_array_equal(found.state.t_m, alone.state.t_m)
 
 
 @pytest.mark.parametrize("name", ["HMD", "T20"])

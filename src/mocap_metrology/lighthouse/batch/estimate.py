@@ -19,7 +19,6 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.bias import bias_equations
 from mocap_metrology.lighthouse.batch.gravity import first_gravity, gravity_equations
-from mocap_metrology.lighthouse.batch.inertial import windows
 from mocap_metrology.lighthouse.batch.noise import estimated_noise
 from mocap_metrology.lighthouse.batch.problem import (
     GROUPS,
@@ -115,7 +114,7 @@ def estimate(
     determine the poses.
     """
     recordings = [one.with_knots() for one in recordings]
-    seen = [windows(one.inertial, one.trajectory) for one in recordings]
+    seen = [one.windows() for one in recordings]
     by_ups = ups is not None and bool(np.isfinite(ups).all(axis=1).any())
     there = [one is not None for one in seen]
     of = layout(len(R), len(board), priors or Priors(), known_poses, there, by_ups)

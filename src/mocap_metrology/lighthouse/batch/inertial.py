@@ -1,7 +1,7 @@
 """Gyroscope and accelerometer of a board as residuals of a joint estimate.
 
-J names them as the next step (VIII).
-Between the ends a, b of an interval of the trajectory's knots, m its middle and h half its length,
+J VIII expects more of such sensors than of interpolation. Between the ends a, b of an interval of
+the trajectory's knots, m its middle and h half its length,
 
     e_w = Log(W' M' R_a' R_b M) / 2h,
     e_f = (1 + s) (M' R_m' ((q_b - 2 q_m + q_a) / h^2 - g) + c) - f,   q = p + R l,
@@ -48,6 +48,12 @@ BIAS_W, BIAS_F, SCALE, TURN, PLACE, DELAY = (
     slice(*ends) for ends in ((0, 3), (3, 6), (6, 7), (7, 10), (10, 13), (13, 14))
 )
 OWN = INERTIAL_SD.size
+UNKNOWNS = {
+    **{"rate bias": BIAS_W, "force bias": BIAS_F, "scale": SCALE, "orientation": TURN},
+    **{"place": PLACE, "delay": DELAY},
+}
+FARTHEST = 6.0  # standard deviations of an unknown: beyond it they are not as described
+NOISIEST = 50.0  # times `LEAST`: likewise
 # Of the mean over 25 ms, as data sheets of such sensors: 0.01 deg/s and 300 ug per root of 1 Hz.
 # Less is not believed: where few hits are seen, the trajectory can follow the sensors' noise.
 LEAST = np.array([8e-4, 1.5e-2])  # rad/s, m/s^2
@@ -65,13 +71,16 @@ class Windows:
     still: bool
 
 
-def windows(series: Inertial | None, trajectory: Trajectory) -> Windows | None:
-    """The intervals of a trajectory that the series covers without gaps; None if they are few."""
-    if series is None or not len(series):
+def windows(series: Inertial | None, trajectory: Trajectory, hits_s: np.ndarray) -> Windows | None:
+    """The intervals of a trajectory that the series covers without gaps; None if they are few.
+
+    hits_s: times of the hits. What was before and after them is not used of a board at rest.
+    """
+    if series is None or not len(series) or not hits_s.size:
         return None
     time = series.time_s
     if trajectory.still:
-        begin = np.arange(time[0], time[-1] - KNOT_S, KNOT_S)
+        begin = np.arange(hits_s.min(), hits_s.max() - KNOT_S, KNOT_S)
         length, interval = KNOT_S, np.zeros(begin.size, np.int64)
     else:
         length, interval = trajectory.knot_s, np.arange(len(trajectory.control) - 3)
@@ -258,6 +267,18 @@ def noise_of(seen: Windows, found: Residuals, noise: Floats, factor: Floats, hit
     free = weight * np.clip(1 - weight * share / noise[:, None] ** 2, 0.0, 1.0)
     square = (weight * found.e**2).sum(axis=(0, 2))
     return np.maximum(np.sqrt(square / np.maximum(free.sum(axis=(0, 2)), 1.0)), LEAST)
+
+
+def contradiction(values: np.ndarray, column: int, noise: Floats) -> str:
+    """Why the sensors cannot be those of the board as described; empty where they can."""
+    off = np.abs(values[column : column + OWN] / INERTIAL_SD)
+    for name, rows in UNKNOWNS.items():
+        if off[rows].max() > FARTHEST:
+            return f"their {name} would be {off[rows].max():.0f} standard deviations off"
+    if (noise > NOISIEST * LEAST).any():
+        rate, force = noise
+        return f"they differ from the light by {rate:.2g} rad/s and {force:.2g} m/s^2 (rms)"
+    return ""
 
 
 def first_gravity(seen: Windows, found: Residuals) -> Floats:

@@ -37,10 +37,14 @@ class Given:
     trajectory: Trajectory
     inertial: Inertial | None = None
 
+    def windows(self) -> Windows | None:
+        """What is used of its sensors."""
+        return windows(self.inertial, self.trajectory, self.hits.time_s)
+
     def with_knots(self) -> Given:
         """With the knots that its sensors need."""
         own = self.trajectory
-        if own.still or own.knot_s <= inertial.KNOT_S or windows(self.inertial, own) is None:
+        if own.still or own.knot_s <= inertial.KNOT_S or self.windows() is None:
             return self
         return replace(self, trajectory=own.halved())
 

@@ -14,7 +14,7 @@ contradict is left out and named.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -240,7 +240,8 @@ def joint(
             found, note = without_bad_diodes(scene, *(near or start(scene)))
         else:
             hits, trajectory, pose, note = _still_start(scene, still)
-            found = fitted(scene, hits, trajectory, pose)
+            found, _, why = _if_they_agree(scene, lambda own: fitted(own, hits, trajectory, pose))
+            note = "; ".join(filter(None, (note, why)))
     return found.sure(scene.title), note
 
 
@@ -299,7 +300,7 @@ def without_bad_diodes(
 ) -> tuple[Joint, str]:
     """The estimate without diodes whose hits the others contradict, and a note of these."""
     out: list[int] = []
-    found = _renewed(scene, hits, trajectory, pose)
+    found, scene, why = _if_they_agree(scene, lambda own: _renewed(own, hits, trajectory, pose))
     for _ in range(RENEWALS):
         worst = _bad_diode(found)
         if worst is None or np.unique(hits.diode).size <= FEWEST_DIODES:
@@ -308,7 +309,24 @@ def without_bad_diodes(
         hits = hits.take(hits.diode != worst)
         found = _renewed(scene, hits, trajectory, pose)
     named = ", ".join(map(str, sorted(out)))
-    return found, f"diode {named} excluded: the others contradict it" if out else ""
+    note = f"diode {named} excluded: the others contradict it" if out else ""
+    return found, "; ".join(filter(None, (note, why)))
+
+
+def _if_they_agree(scene: Scene, estimate_of: Callable[[Scene], Joint]) -> tuple[Joint, Scene, str]:
+    """The estimate, what it is of, and why that is without the board's sensors where these
+    contradict the light."""
+    found = estimate_of(scene)
+    own = found.recordings[0].sensors
+    if own is None:
+        return found, scene, ""
+    why = inertial.contradiction(found.state.values, own.column, own.noise)
+    if not found.converged:
+        why = f"no convergence in {found.rounds} steps with them"
+    if not why:
+        return found, scene, ""
+    without = replace(scene, sensors=replace(scene.sensors, inertial=None))
+    return estimate_of(without), without, f"gyroscope and accelerometer not used: {why}"
 
 
 def _bad_diode(found: Joint) -> int | None:

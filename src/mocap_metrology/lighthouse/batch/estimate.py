@@ -123,10 +123,10 @@ def estimate(
     for one, its, column in zip(own, seen, of.inertial, strict=True):
         if its is not None:
             felt = inertial.residuals(its, one.trajectory, state, column)
+            one.sensors = Sensed(its, column, felt, inertial.rough_noise(felt))
             if not state.gravity.any():
                 state = replace(state, gravity=inertial.first_gravity(its, felt))
-            felt = inertial.residuals(its, one.trajectory, state, column)
-            one.sensors = Sensed(its, column, felt, inertial.rough_noise(felt))
+                one.renew(state)
     if ups is not None and by_ups and not any(there):
         state = replace(state, gravity=first_gravity(state, ups))
     search = _Search(of, state, own, sized, ups if by_ups else None)
@@ -145,7 +145,7 @@ def with_rotors(found: Joint, rotors: np.ndarray, rounds: int = ROUNDS) -> Joint
     for one in parts:
         one.renew(state)
     search = _Search(found.of, state, parts, sized=True, ups=found.ups)
-    search.refined, search.same_cost = True, SAME_COST
+    search.refined, search.weighed, search.same_cost = True, True, SAME_COST
     return search.run(rounds)
 
 
@@ -163,6 +163,7 @@ class _Search:
         self.of, self.state, self.recordings, self.ups = of, state, recordings, ups
         self.working, self.believed = of.working.copy(), of.sd.copy()
         self.damping, self.refined, self.sized = 0.0, False, sized
+        self.weighed = False  # the sensors' noise remains as it is
         self.factors: list[np.ndarray] = []  # of the recordings' trajectories, in the last step
         held = (of.group != GROUPS.index("pose")).all()
         self.same_cost = SMALL_GAIN if held else 0.0
@@ -239,17 +240,18 @@ class _Search:
     def _weigh_sensors(self) -> None:
         """Noise of the sensors: by medians while the fit is coarse, then with its freedom."""
         for k, one in enumerate(self.recordings):
-            if (own := one.sensors) is None or self.sized:
+            if (own := one.sensors) is None or self.weighed:
                 continue
             near = inertial.delay(self.state, own.column)
             if abs(near - own.near_s) > NEAR_S:
-                one.sensors = own = replace(own, near_s=near)
+                one.sensors = replace(own, near_s=near)
                 one.renew(self.state)
                 own = one.sensors
-            noise = inertial.rough_noise(own.residual)
             if self.refined:
                 hit, factor = one.noise.hit, self.factors[k]
                 noise = inertial.noise_of(own.windows, own.residual, own.noise, factor, hit)
+            else:
+                noise = inertial.rough_noise(own.residual)
             one.sensors = replace(own, noise=noise)
 
     def _small(self, S: Floats, step: Floats, gain: float) -> bool:
@@ -301,6 +303,7 @@ class _Search:
     def _size(self, S: Floats, h: Floats, values: Floats, sums: list[Sums]) -> None:
         """Noise, and priors of `SIZED` groups, as large as the recordings show; S and h at these
         values."""
+        self.weighed = True
         for one, of_one in zip(self.recordings, sums, strict=True):
             one.noise = estimated_noise(of_one, one.trajectory, one.noise)
         for name in SIZED:

@@ -336,12 +336,3 @@ def _turn(R: np.ndarray, v: np.ndarray) -> None:
     for i in range(3):
         rotated(-v, R[i], row)  # R Exp(v) has the rows Exp(-v) r
         R[i] = row
-
-
-def warm_up() -> None:
-    """Compile the kernels."""
-    time = np.arange(3.0)
-    both = np.zeros((3, 3)), np.zeros((3, 3))
-    at, first = np.array([[0.5, 1.0, 1.5]]), np.ones(1, np.int64)
-    _measured(time, *both, at, first, np.empty((1, 3, 3)), np.empty((1, 3)))
-    right_jacobians(np.zeros((1, 3)), np.empty((1, 3, 3)))

@@ -18,10 +18,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.inverse import pose_blocks, selected_inverse
-from mocap_metrology.lighthouse.batch.kernel import (
-    POSE,
-    right_jacobians,
-)
+from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobians
 from mocap_metrology.lighthouse.batch.problem import Priors, layout
 from mocap_metrology.lighthouse.batch.recording import Recording
 from mocap_metrology.lighthouse.batch.solve import Reduced, covariance_of, reduced
@@ -49,9 +46,8 @@ def spread(
     recording, so that errors of board and optics in both are the same.
     """
     one, state = found.recordings[0], found.state
-    own_of = found.of
-    there = [column >= 0 for column in own_of.inertial]
-    gravity = own_of.gravity >= 0
+    there = [column >= 0 for column in found.of.inertial]
+    gravity = found.of.gravity >= 0
     of = layout(len(state.R), len(state.board), priors, inertial=there, gravity=gravity)
     free = np.full(of.size - found.of.size, np.inf)  # the slave's pose, where it was held
     working, believed = np.r_[free, found.working], np.r_[free, found.believed]

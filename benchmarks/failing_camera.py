@@ -41,7 +41,6 @@ from mocap_metrology.noise.twins.take import (
     joint_covariance,
     positions,
     random_facility,
-    wishart_blocks,
 )
 from mocap_metrology.present.cameras.camera_tables import addition_rows, noisy, raised
 
@@ -50,6 +49,22 @@ CAMERAS, LEAST_SCATTER = 10, 0.3
 DURATIONS = {"10 min": 600.0, "9 h": 32400.0}
 SPREADS = (0.05, 0.10, 0.15)
 Subsets = dict[str, list[int]]
+
+
+def wishart_blocks(
+    rng: np.random.Generator, covariance: np.ndarray, dof: float, n_blocks: int
+) -> np.ndarray:
+    """(n_blocks, k, k) estimates of a covariance, each with `dof / n_blocks` degrees of freedom."""
+    each = dof / n_blocks
+    root = np.linalg.cholesky(covariance + 1e-13 * np.trace(covariance) * np.eye(len(covariance)))
+    k = len(covariance)
+    drawn = np.zeros((n_blocks, k, k))
+    low = np.tril_indices(k, -1)
+    drawn[:, low[0], low[1]] = rng.standard_normal((n_blocks, len(low[0])))
+    diagonal = np.sqrt(rng.chisquare(each - np.arange(k), (n_blocks, k)))
+    drawn[:, range(k), range(k)] = diagonal
+    half = root @ drawn  # Bartlett's decomposition
+    return half @ half.transpose(0, 2, 1) / each
 
 
 def chain(numbers: list[int]) -> Subsets:

@@ -22,7 +22,6 @@ from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_run
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
-from mocap_metrology.noise.fit.allan.weighted import weighted
 from mocap_metrology.noise.fit.estimators import panel
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
@@ -53,15 +52,12 @@ def main() -> None:
     m = averaging_factors(FRAMES, 100, 1, 1 / 3)
     curve = allan_curve(series, RATE, m)
     known = (curve.m, curve.variance, RATE, asked)
-    rest = (curve.m, curve.variance, curve.edf, FRAMES, RATE)
     settings = AnnealingSettings()
     steps: dict[str, Callable[[], object]] = {
         "masking of gross outliers (Hampel, 6 sigma)": lambda: hampel(series, 120, 6.0, "mask"),
         "Allan variances with intervals": lambda: allan_curve(series, RATE, m),
         "likelihood, components known, FFT included": lambda: likelihood(series, RATE, asked),
         "likelihood, components chosen": lambda: likelihood(series, RATE),
-        "weighted, components known": lambda: weighted(*rest, asked),
-        "weighted, components chosen": lambda: weighted(*rest),
         "annealing-ant-colony, 10 starts": lambda: (
             annealing_run(*known, settings, 1, duration=FRAMES * TAU0).estimate
         ),

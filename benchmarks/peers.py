@@ -113,15 +113,15 @@ int main(int argc, char **argv) {
 FIT = """
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.fit.allan.weighted import weighted
+from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.estimates import Components
 series = 0.007 * rng.normal(size=n) + 1e-5 * np.cumsum(rng.normal(size=n))
 truth = {"h_0": 2 * 0.007**2 / 120, "h_-2": 2 * 1e-5**2 * 120 / (2 * np.pi) ** 2}
 curve = allan_curve(series, 120.0, averaging_factors(n, 100, 1, 0.1))
 np.save(sys.argv[1], [curve.tau_s, curve.variance])
-given = curve.m, curve.variance, curve.edf, n, 120.0, Components(gauss_markov=0)
-weighted(*given)
-start = time.process_time(); found = weighted(*given); cpu = time.process_time() - start
+given = series, 120.0, Components(gauss_markov=0)
+likelihood(*given)
+start = time.process_time(); found = likelihood(*given).estimate; cpu = time.process_time() - start
 values = {c.parameter: c.value for c in found.coefficients}
 report(cpu, off={name: values[name] / truth[name] - 1 for name in truth})
 """

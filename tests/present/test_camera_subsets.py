@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from figure_data import ODD_TEXT, check, check_saved, every_text
 
+from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose
 from mocap_metrology.noise.twins.take import (
     joint_covariance,
     random_facility,
-    wishart_blocks,
 )
 from mocap_metrology.present.cameras.camera_figure import camera_figure
 from mocap_metrology.present.cameras.camera_tables import (

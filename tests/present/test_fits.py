@@ -23,7 +23,7 @@ from mocap_metrology.present.text.numbers import with_uncertainty
 
 pytestmark = pytest.mark.filterwarnings("error")
 MODEL_Z1 = published_row("T40", 10)["z1"].ordered()
-MAIN, OTHERS = "likelihood", ("weighted", "annealing-ant-colony", "levenberg-marquardt")
+MAIN, OTHERS = "likelihood", ("annealing-ant-colony", "levenberg-marquardt")
 
 
 def figure(model=MODEL_Z1, others=OTHERS, title="t", note="n", **changed):
@@ -206,7 +206,7 @@ def test_other_estimators_are_told_apart() -> None:
     assert len(set(colours)) == len(colours) >= 4
     assert not set(colours) & {how["color"] for how in part_styles(fit)}
     for axes in panels(made, "ef"):
-        assert set(colours[:4]) <= {line.get_color() for line in axes.lines}
+        assert set(colours[: len(OTHERS) + 1]) <= {line.get_color() for line in axes.lines}
     for axes in panels(made, "abcd"):
         assert not set(colours) & {line.get_color() for line in axes.lines} - {GREY}
     assert "beyond on a logarithmic one" in " ".join(every_text(made)).replace("\n", " ")
@@ -256,7 +256,7 @@ def test_model_curves_are_those_of_the_model() -> None:
 
 ODD = {
     "nothing": {},
-    "no main": {"weighted": 1.0},
+    "no main": {"slopes": 1.0},
     "main alone": {MAIN: 1.0},
 }
 

@@ -283,9 +283,7 @@ def test_paper_tables_hold_every_published_number(bad, root) -> None:
     twin = pq.read_schema(results / "recordings/T40-10/trajectories.parquet").metadata
     assert json.loads(twin[b"mocap_metrology"])["form"] == "continuous"
     noise = rows(results / "recordings/T40-10/noise.csv")
-    assert {r["model"] for r in noise if r["estimator"] in ("likelihood", "weighted")} == {
-        "continuous"
-    }
+    assert {r["model"] for r in noise if r["estimator"] == "likelihood"} == {"continuous"}
 
 
 # The default sheet

@@ -201,8 +201,8 @@ class Noise(Section):
     """Estimators of noise coefficients, with `likelihood` among them; `docs/noise.md` describes
     each. `annealing-ant-colony-plain` takes about 10 s a series."""
     mask_sigma: float = Field(DEFAULTS.noise.mask_sigma, ge=3)
-    """`likelihood` and `weighted` use the series as recorded, without the outliers of a Hampel
-    filter with this threshold."""
+    """`likelihood` uses the series as recorded, without the outliers of a Hampel filter with this
+    threshold."""
     criterion: Literal["bic", "aicc"] = DEFAULTS.noise.criterion
     """Criterion that selects the components."""
     max_gauss_markov: int = Field(DEFAULTS.noise.max_gauss_markov, ge=0, le=4)

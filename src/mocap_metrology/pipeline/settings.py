@@ -13,7 +13,6 @@ Action = Literal["replace", "mask", "off"]
 AllanEstimator = Literal["oadev", "mdev", "hdev"]
 NoiseEstimator = Literal[
     "likelihood",
-    "weighted",
     "annealing-ant-colony",
     "annealing-ant-colony-plain",
     "levenberg-marquardt",
@@ -91,7 +90,6 @@ class Diagnosis:
 class Noise:
     estimators: tuple[NoiseEstimator, ...] = (
         "likelihood",
-        "weighted",
         "annealing-ant-colony",
         "levenberg-marquardt",
         "slopes",

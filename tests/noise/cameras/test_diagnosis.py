@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose, moments
 from mocap_metrology.noise.cameras.scaling import law
@@ -14,7 +15,6 @@ from mocap_metrology.noise.twins.take import (
     joint_covariance,
     positions,
     random_facility,
-    wishart_blocks,
 )
 
 CHAIN = {f"{n}": list(range(n)) for n in (2, 3, 4, 5, 6, 8)}

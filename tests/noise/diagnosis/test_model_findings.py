@@ -29,7 +29,7 @@ def test_what_was_detected_is_found_with_its_interval():
         table(Coefficient("h_-2", 2e-7, lower_95=1e-7, upper_95=3e-7), NONE, *WARM)
         + table(Coefficient("drift", -1.2, lower_95=-1.3, upper_95=-1.1), series="y1")
         + table(Coefficient("drift", 9.0, status="misfit"), series="z1")
-        + table(Coefficient("h_-2", 1e-5), estimator="weighted")
+        + table(Coefficient("h_-2", 1e-5), estimator="slopes")
     )
     assert [(f.code, f.series, f.value, f.unit) for f in found] == [
         ("random_walk", "x1", 2e-7, "mm^2 Hz"),

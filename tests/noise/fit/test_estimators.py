@@ -68,13 +68,13 @@ def found(series, cleaned):
 def test_every_estimator_gives_the_white_level(found):
     assert [e.estimator for e in found.estimates] == list(ESTIMATORS)
     assert found.refused == {}
-    near = {"likelihood": 0.01, "weighted": 0.02, "annealing-ant-colony": 0.1}
+    near = {"likelihood": 0.01, "annealing-ant-colony": 0.1}
     for estimate in found.estimates:
         value = estimate.values.get("h_0")
         if estimate.estimator in near:
             assert abs(value / 1e-6 - 1) < near[estimate.estimator], estimate.estimator
     forms = {e.estimator: e.form for e in found.estimates}
-    assert forms["likelihood"] == forms["weighted"] == "sampled"
+    assert forms["likelihood"] == "sampled"
     assert forms["annealing-ant-colony"] == forms["levenberg-marquardt"] == "continuous"
 
 

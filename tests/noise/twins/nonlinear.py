@@ -6,7 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mocap_metrology.noise.twins.take import Facility, project
+from mocap_metrology.noise.twins.take import Facility
+
+
+def project(facility: Facility, points_mm: np.ndarray) -> np.ndarray:
+    """(n, 2) pixels at which the cameras see one point (3,), or each its own (n, 3)."""
+    seen = np.einsum("nij,nj->ni", facility.rotations, points_mm - facility.origins_mm)
+    return facility.focal_px[:, None] * seen[:, :2] / seen[:, 2:]
 
 
 def triangulate(

@@ -11,7 +11,7 @@ import pytest
 import yaml
 from mocap_workflow.faults import Faults
 from mocap_workflow.recording_twins import AnyTwin, recording_twin, take_twin_from_mapping
-from nonlinear import triangulate
+from nonlinear import project, triangulate
 
 from mocap_metrology.noise.cameras.diagnosis import additions, diagnose, moments
 from mocap_metrology.noise.twins.take import (
@@ -22,7 +22,6 @@ from mocap_metrology.noise.twins.take import (
     jacobians,
     joint_covariance,
     motion,
-    project,
     simulate_take,
 )
 

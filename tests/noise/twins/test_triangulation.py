@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nonlinear import triangulate
+from nonlinear import project, triangulate
 
+from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.noise.twins.take import (
     HALL_MM,
     jacobians,
     joint_covariance,
     positions,
-    project,
     random_facility,
-    wishart_blocks,
 )
 
 

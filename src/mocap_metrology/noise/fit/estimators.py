@@ -2,8 +2,8 @@
 
     found = estimate_series(raw, (m, avar), 120, NoiseSettings(), components, seed=1)
 
-`likelihood` and `weighted` get the series as recorded with gross outliers masked; S's estimator and
-its baselines get the Allan variances of the series cleaned as in S.
+`likelihood` gets the series as recorded with gross outliers masked; S's estimator and its baselines
+get the Allan variances of the series cleaned as in S.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from mocap_metrology.noise.fit.allan.annealing import (
     annealing_run,
 )
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
-from mocap_metrology.noise.fit.allan.weighted import Settings, weighted
 from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.fit.spectral.likelihood import (
@@ -36,7 +35,7 @@ from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
 from mocap_metrology.noise.model.components import Form, NoiseModel
 from mocap_metrology.noise.twins.published import printed_row, published_keys
 
-ESTIMATORS = ("likelihood", "weighted", "annealing-ant-colony", "levenberg-marquardt", "slopes")
+ESTIMATORS = ("likelihood", "annealing-ant-colony", "levenberg-marquardt", "slopes")
 
 
 Section = Mapping[str, Any]  # checked where the configuration is read
@@ -58,9 +57,8 @@ class NoiseSettings:
     outliers (samples to each side); criterion, max_gauss_markov, sinusoid: of the choice of order;
     form: of the model the estimators of S fit; gauss_markov: terms they fit where the paper prints
     no panel; n_taus, min_m, max_fraction, min_coverage, confidence: of the Allan variances; curves:
-    kinds of these; frames: form of the recording's, for `likelihood` and `weighted` (a camera's are
-    points); seed: of all draws; subset: type and number of cameras whose panel of Tables A1-A3 S's
-    estimators fit."""
+    kinds of these; frames: form of the recording's, for `likelihood` (a camera's are points); seed:
+    of all draws; subset: type and number of cameras whose panel of Tables A1-A3 they fit."""
 
     estimators: tuple[str, ...] = ESTIMATORS
     mask_sigma: float = 6.0
@@ -186,11 +184,6 @@ def estimate_series(
         kept.append(run.periodogram)
         return _coarse(run.estimate, masked, resolution)
 
-    chosen = Settings(
-        criterion=settings.criterion,
-        max_gauss_markov=settings.max_gauss_markov,
-        sinusoid=settings.sinusoid,
-    )
     fit = (*cleaned, frame_rate_hz, components)
 
     def annealing(how: AnnealingSettings) -> Estimate:
@@ -198,9 +191,6 @@ def estimate_series(
 
     runs: dict[str, Callable[[], Estimate]] = {
         "likelihood": by_likelihood,
-        "weighted": lambda: weighted(
-            curve.m, curve.variance, curve.edf, n, frame_rate_hz, None, chosen, settings.frames
-        ),
         "annealing-ant-colony": lambda: annealing(settings.annealing),
         "annealing-ant-colony-plain": lambda: annealing(settings.annealing.plain),
         "levenberg-marquardt": lambda: levenberg_marquardt(

@@ -95,12 +95,6 @@ def _looking(direction: np.ndarray) -> np.ndarray:
     return np.array([right, np.cross(forward, right), forward])
 
 
-def project(facility: Facility, points_mm: np.ndarray) -> np.ndarray:
-    """(n, 2) pixels at which the cameras see one point (3,), or each its own (n, 3)."""
-    seen = np.einsum("nij,nj->ni", facility.rotations, points_mm - facility.origins_mm)
-    return facility.focal_px[:, None] * seen[:, :2] / seen[:, 2:]
-
-
 def jacobians(facility: Facility, marker: int) -> np.ndarray:
     """(n, 2, 3) pixels per mm: J_i at a marker."""
     rotations = facility.rotations
@@ -142,22 +136,6 @@ def positions(
     """(3, frames) errors of a marker's position from centroid errors (n, 2, frames)."""
     gain = gain_matrices(facility, marker, [subset])[0]
     return np.einsum("idk,kdt->it", gain, centroids_px)
-
-
-def wishart_blocks(
-    rng: np.random.Generator, covariance: np.ndarray, dof: float, n_blocks: int
-) -> np.ndarray:
-    """(n_blocks, k, k) estimates of a covariance, each with `dof / n_blocks` degrees of freedom."""
-    each = dof / n_blocks
-    root = np.linalg.cholesky(covariance + 1e-13 * np.trace(covariance) * np.eye(len(covariance)))
-    k = len(covariance)
-    drawn = np.zeros((n_blocks, k, k))
-    low = np.tril_indices(k, -1)
-    drawn[:, low[0], low[1]] = rng.standard_normal((n_blocks, len(low[0])))
-    diagonal = np.sqrt(rng.chisquare(each - np.arange(k), (n_blocks, k)))
-    drawn[:, range(k), range(k)] = diagonal
-    half = root @ drawn  # Bartlett's decomposition
-    return half @ half.transpose(0, 2, 1) / each
 
 
 @dataclass(frozen=True)

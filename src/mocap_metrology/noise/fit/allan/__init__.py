@@ -1,1 +1,1 @@
-"""Noise coefficients from Allan variances: the estimators of S, and one with full covariance."""
+"""Noise coefficients from Allan variances: the estimators of S."""

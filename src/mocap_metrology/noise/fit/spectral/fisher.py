@@ -77,26 +77,3 @@ def crlb(model: NoiseModel, n: int, frame_rate_hz: float) -> dict[str, float]:
         found["A_s"], found["f_0"] = line_errors(high, psd, n * tau0)
         found["A_s"] *= line.A_s / high if high > 0 else 1.0
     return found
-
-
-def tellable(model: NoiseModel, n: int, frame_rate_hz: float, limit: float = 1.0) -> NoiseModel:
-    """The model without the components that n samples cannot determine.
-
-    The component of the greatest relative bound (of h, q_c or T_c) is removed while it exceeds
-    `limit`, and the bounds are computed afresh. Lines stay.
-    """
-    left = model
-    while True:
-        values, bounds = left.coefficients(), crlb(left, n, frame_rate_hz)
-        relative = {
-            name: bounds[name] / values[name] if values[name] else math.inf
-            for name in bounds
-            if name not in ("A_s", "f_0")
-        }
-        worst = max(relative, key=lambda name: relative[name], default=None)
-        if worst is None or relative[worst] <= limit:
-            return left
-        number = worst[3:]
-        same = {worst} if worst[0] == "h" else {f"q_c{number}", f"T_c{number}"}
-        kept = {k: v for k, v in values.items() if k not in same}
-        left = NoiseModel.from_coefficients(kept, model.form)

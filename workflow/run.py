@@ -11,7 +11,8 @@ import subprocess
 import sys
 
 from mocap_workflow import runs
-from mocap_workflow.faults import Faults, stop
+
+from mocap_metrology.common.faults import Faults, stop
 
 SNAKEMAKE = (sys.executable, "-m", "snakemake")
 

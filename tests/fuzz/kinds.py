@@ -24,11 +24,11 @@ import synthetic  # noqa: E402
 import text_files  # noqa: E402
 import yaml  # noqa: E402
 from mocap_workflow import entries, recording_twins, rows, settings  # noqa: E402
-from mocap_workflow.faults import Faults  # noqa: E402
 from mocap_workflow.recordings import RecordingRow  # noqa: E402
 from sample_files import samples_folder  # noqa: E402
 
 from mocap_metrology.common.errors import Refusal  # noqa: E402
+from mocap_metrology.common.faults import Faults  # noqa: E402
 from mocap_metrology.common.files import read_table, write_table  # noqa: E402
 from mocap_metrology.io.read import FORMATS, labels_of, orientation_of, read_recording  # noqa: E402
 from mocap_metrology.lighthouse.assess.reference import pose_reference  # noqa: E402

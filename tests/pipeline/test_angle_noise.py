@@ -14,8 +14,8 @@ from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.still_angles import still_angles
 from mocap_metrology.pipeline.angle_noise import MOVED, UNKNOWN, write_angle_noise
-from mocap_metrology.pipeline.settings import Allan
 from mocap_metrology.present.calibration.angle_table import HEAD, angle_markdown, angle_rows
+from mocap_metrology.settings import Allan
 
 COMMON, INDEPENDENT, SECONDS = 53e-6, 30e-6, 30.0
 NAMED = {"calibration": "desk", "setup": "room", "source": "twin"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +20,8 @@ from mocap_metrology.lighthouse.simulate.twin import (
 from mocap_metrology.pipeline.calibration import Asked, decoded
 from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
 from mocap_metrology.pipeline.calibration_twin import with_sensors, write_twin
-from mocap_metrology.pipeline.settings import Lighthouse
 from mocap_metrology.pipeline.setup import Member, write_setup
+from mocap_metrology.settings import Lighthouse
 
 SETTINGS = Lighthouse(estimators=("batch", "paper-lm"), optics=("ideal",), world="master")
 FILES = {
@@ -70,7 +69,9 @@ def test_sensors_are_used_where_the_settings_say_so(tmp_path: Path) -> None:
     """`inertial` halves the variance of a small board's calibration, `gravity` changes it, and
     what was found of the sensors is in the pose; without them, or without the setting, nothing."""
     of_board = InertialTwin(place_m=(0.0, 0.02, 0.01))
-    files = calibrated(tmp_path / "with", deck(1, of_board), replace(SETTINGS, inertial=True))
+    files = calibrated(
+        tmp_path / "with", deck(1, of_board), SETTINGS.model_copy(update={"inertial": True})
+    )
     series = inertial_of(read_table(files["inertial"])[0])
     assert series is not None and len(series) == 4000
     assert series.place_m.tolist() == [0.0, 0.02, 0.01]
@@ -89,13 +90,15 @@ def test_sensors_are_used_where_the_settings_say_so(tmp_path: Path) -> None:
     for station in stations:  # as a longer recording transmits it
         station["gravity"] = [0.0, 0.0, 1.0]
     write_json(files["stations"], stations)
-    write_poses(Asked("deck", twin="deck"), replace(SETTINGS, gravity=True), given, files)
+    write_poses(
+        Asked("deck", twin="deck"), SETTINGS.model_copy(update={"gravity": True}), given, files
+    )
     assert chosen(files["pose"])["translation_mm"] != without["translation_mm"]
 
 
 def test_sensors_of_all_recordings_of_a_setup(tmp_path: Path) -> None:
     """Each recording has sensors of its own; one without any is used all the same."""
-    how = replace(SETTINGS, inertial=True)
+    how = SETTINGS.model_copy(update={"inertial": True})
     members = []
     for k, sensors in enumerate((InertialTwin(), InertialTwin(), None)):
         files = calibrated(tmp_path / str(k), deck(k, sensors), how)

@@ -14,9 +14,9 @@ from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.noise.motion.place import by_place
 from mocap_metrology.pipeline.judging import diagnosed, diagnosis_settings
 from mocap_metrology.pipeline.recording import cleaned, write_cleaned
-from mocap_metrology.pipeline.settings import Diagnosis, Gaussian, Hampel, Still
 from mocap_metrology.pipeline.statistics import gaussian_model
 from mocap_metrology.pipeline.tables import Table
+from mocap_metrology.settings import Diagnosis, Gaussian, Hampel, Still
 
 N = 20_000
 ORIGIN = {

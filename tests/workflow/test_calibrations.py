@@ -9,8 +9,9 @@ from mocap_workflow import rows, startup
 from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.entries import TwinsFile
-from mocap_workflow.faults import Faults
 from running import write_sheet
+
+from mocap_metrology.common.faults import Faults
 
 CALIBRATION = {
     "calibration": "s1-1",

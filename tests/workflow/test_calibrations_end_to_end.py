@@ -35,7 +35,7 @@ from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import error, to_angles
 from mocap_metrology.lighthouse.simulate.recording import write_dump
 from mocap_metrology.pipeline.calibration import Asked, checked
-from mocap_metrology.pipeline.settings import Lighthouse
+from mocap_metrology.settings import Lighthouse
 
 
 @pytest.fixture(scope="module")

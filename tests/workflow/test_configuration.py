@@ -11,21 +11,20 @@ from typing import Any
 import pytest
 import yaml
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.configuration import choices_of, fields
-from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.rows import NAME, Cell, SheetRow
-from mocap_workflow.settings import Hampel, Noise, Settings, checked
 from mocap_workflow.startup import any_of, configuration
 from snakemake.io import PeriodicityDetector
 
+from mocap_metrology.common.faults import Faults
+from mocap_metrology.common.sections import choices_of, fields
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
 from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings
 from mocap_metrology.pipeline.calibration import priors_of
-from mocap_metrology.pipeline.settings import Settings as PackageSettings
+from mocap_metrology.settings import Hampel, Noise, Settings, checked
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
@@ -202,10 +201,8 @@ def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     assert plain(DiagnosisSettings()) == config["diagnosis"] | still
     lighthouse = config["lighthouse"] | {"lasers_m": config["lighthouse"]["lasers_mm"]}
     found = plain(CalibrationSettings())
-    assert found.pop("priors") == plain(priors_of(PackageSettings().lighthouse))
+    assert found.pop("priors") == plain(priors_of(Settings().lighthouse))
     assert found == {name: lighthouse[name] for name in found}
-    one_recording = {k: v for k, v in config["lighthouse"].items() if k != "joint"}
-    assert plain(PackageSettings().lighthouse) == one_recording
 
 
 def test_every_key_and_column_is_described_for_users() -> None:

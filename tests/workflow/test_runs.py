@@ -15,9 +15,10 @@ from pathlib import Path
 import psutil
 import pytest
 from mocap_workflow import runs
-from mocap_workflow.faults import Faults
 from running import command, environment
 from snakemake.persistence.file import FilePersistence
+
+from mocap_metrology.common.faults import Faults
 
 PLAIN = command()[3:]
 TABLE = "results/tables/g_noise.csv"  # of a and b, which suffice

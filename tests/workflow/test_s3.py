@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 import small_run
 from mocap_workflow import remote, rows
-from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
 from running import write_sheet
 
+from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.files import sha256
 
 BUCKET = "recordings"

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 from mocap_workflow import rows, sheets
-from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
+
+from mocap_metrology.common.faults import Faults
 
 
 def written(folder: Path, content: bytes) -> list[str] | dict[str, RecordingRow]:

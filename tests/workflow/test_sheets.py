@@ -8,10 +8,11 @@ import pytest
 from mocap_workflow import rows, sheets, startup
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.entries import load_twins
-from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
 from pydantic import ValidationError
 from running import write_sheet
+
+from mocap_metrology.common.faults import Faults
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADER = list(RecordingRow.columns())

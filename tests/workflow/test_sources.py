@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 from mocap_workflow import sources
-from mocap_workflow.faults import Faults
 from mocap_workflow.sources import ALWAYS, Sources, installed
 from running import command, environment, pass_for_computed, planned, write_sheet
+
+from mocap_metrology.common.faults import Faults
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS, PACKAGE = ROOT / "workflow/scripts", ROOT / "src/mocap_metrology"

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from mocap_workflow.faults import Faults
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.startup import recording_twins
+
+from mocap_metrology.common.faults import Faults
 
 TAKE = {"camera_type": "T40", "cameras": 4, "layout_seed": 1, "centroid_px": 0.1}
 

@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BeforeValidator, model_validator
 
+from mocap_metrology.common.faults import Faults, Unfit
 from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.rotor import VARIANTS, check
 from mocap_metrology.lighthouse.simulate import twin as twins
@@ -22,7 +23,6 @@ from mocap_workflow.entries import (
     one_of,
     read_entry,
 )
-from mocap_workflow.faults import Faults, Unfit
 
 Metres = Annotated[float, Number(-20, 20)]
 Degrees = Annotated[float, Number(-180, 180)]

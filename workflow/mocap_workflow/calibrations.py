@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import field_validator
 
-from mocap_workflow.faults import Unfit, unknown
+from mocap_metrology.common.faults import Unfit, unknown
 from mocap_workflow.rows import (
     Cell,
     FileOrNothing,

@@ -15,14 +15,14 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue, models_json_schema
 
+from mocap_metrology.common.sections import choices_of, fields, limits, words_of
+from mocap_metrology.settings import Settings
 from mocap_workflow.calibration_twins import CalibrationTwin, FactoryValues
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.configuration import choices_of, fields, limits, words_of
 from mocap_workflow.entries import Entry, Read, entry_in
 from mocap_workflow.recording_twins import RecordingTwin, SubsetTwin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.rows import SheetRow
-from mocap_workflow.settings import Settings
 
 ROOT = Path(__file__).resolve().parents[2]
 MANUAL = ROOT / "config/README.md"

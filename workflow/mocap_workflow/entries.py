@@ -26,7 +26,7 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from mocap_workflow.faults import Faults, Loc, Unfit, misfits, shown, unknown
+from mocap_metrology.common.faults import Faults, Loc, Unfit, misfits, shown, unknown
 
 YAML = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # every job reads the twins: 0.05 s or 0.4 s
 TwinsFile = dict[str, dict[str, Any]]  # its sections

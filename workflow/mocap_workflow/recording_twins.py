@@ -14,6 +14,7 @@ from pydantic import (
     model_validator,
 )
 
+from mocap_metrology.common.faults import Unfit
 from mocap_metrology.noise.model.components import FORMS, NoiseModel, check_form
 from mocap_metrology.noise.twins import twin as twins
 from mocap_metrology.noise.twins.published import SERIES
@@ -32,7 +33,6 @@ from mocap_workflow.entries import (
     read_entry,
     some_of,
 )
-from mocap_workflow.faults import Unfit
 
 MOST_CAMERAS = 1000
 

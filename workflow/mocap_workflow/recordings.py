@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, field_validator
 
-from mocap_workflow.faults import Unfit, unfit, unknown
+from mocap_metrology.common.faults import Unfit, unfit, unknown
 from mocap_workflow.rows import (
     SIMULATE,
     Cell,

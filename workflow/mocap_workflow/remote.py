@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib.util
 import re
 
-from mocap_workflow.faults import Unfit
+from mocap_metrology.common.faults import Unfit
 
 S3 = "s3://"
 OBJECT = re.compile(r"s3://[A-Za-z0-9][A-Za-z0-9._-]{1,61}[A-Za-z0-9](/[^/<>{}]+)+")

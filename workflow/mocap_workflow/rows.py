@@ -26,9 +26,17 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
+from mocap_metrology.common.faults import (
+    Faults,
+    Unfit,
+    Unmatched,
+    misfits,
+    shortened,
+    shown,
+    unknown,
+)
 from mocap_metrology.common.paths import DRIVE, exists, is_file, of_windows
 from mocap_workflow import remote, sheets
-from mocap_workflow.faults import Faults, Unfit, Unmatched, misfits, shortened, shown, unknown
 
 SIMULATE = "simulate:"
 

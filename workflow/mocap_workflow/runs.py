@@ -29,8 +29,8 @@ from typing import Protocol
 import psutil
 
 from mocap_metrology.common.errors import Damaged
+from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.files import verify
-from mocap_workflow.faults import Faults
 
 RECORD = Path(".snakemake/run.json")
 MARK = "MOCAP_METROLOGY_RUN"  # names the run in the environment of its jobs

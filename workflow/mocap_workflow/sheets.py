@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mocap_metrology.common.faults import Faults, shown, unknown
 from mocap_metrology.common.paths import of_windows
-from mocap_workflow.faults import Faults, shown, unknown
 
 DELIMITERS = ("\t", ";", ",")
 OTHER_DELIMITERS = {"|": "bars", " ": "blanks"}

@@ -12,8 +12,8 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from mocap_metrology.common.faults import Faults
 from mocap_workflow import VERSION
-from mocap_workflow.faults import Faults
 
 ALWAYS = ("step.py", "common", "reference")
 

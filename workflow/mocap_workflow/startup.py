@@ -7,15 +7,15 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
+from mocap_metrology.settings import Settings, checked
 from mocap_workflow import rows
 from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.entries import TwinsFile
-from mocap_workflow.faults import Faults
 from mocap_workflow.recording_twins import AnyTwin, SubsetTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
-from mocap_workflow.settings import Settings, checked
 
 
 def found(value: str | None, root: Path) -> str | None:

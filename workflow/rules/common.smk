@@ -9,7 +9,7 @@ from mocap_metrology.present.text import captions
 from mocap_workflow import entries, given, remote, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.faults import Faults, stop
+from mocap_metrology.common.faults import Faults, stop
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.sources import Sources, installed
 

@@ -4,7 +4,7 @@ from step import step
 
 with step(snakemake):
     from mocap_metrology.pipeline.angle_noise import of_calibration
-    from mocap_metrology.pipeline.settings import Allan
+    from mocap_metrology.settings import Allan
 
     given, settings = snakemake.input, Allan(**snakemake.params.allan)
     of_calibration(snakemake.output[0], given.sweeps, given.pose, settings)

@@ -3,8 +3,8 @@
 from step import step
 
 with step(snakemake):
-    from mocap_metrology.pipeline.settings import Lighthouse
     from mocap_metrology.pipeline.setup import Member, write_setup
+    from mocap_metrology.settings import Lighthouse
 
     given, settings = snakemake.input, Lighthouse(**snakemake.params.lighthouse)
     kinds = given.sweeps, given.stations, given.board, given.pose, given.inertial

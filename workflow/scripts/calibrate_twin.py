@@ -6,7 +6,7 @@ with step(snakemake) as log:
     from mocap_metrology.pipeline.calibration import Asked, decoded
     from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
     from mocap_metrology.pipeline.calibration_twin import with_sensors, write_twin
-    from mocap_metrology.pipeline.settings import Lighthouse
+    from mocap_metrology.settings import Lighthouse
 
     asked, settings = Asked(**snakemake.params.row), Lighthouse(**snakemake.params.lighthouse)
     (twin,) = snakemake.params.twin.values()

@@ -8,7 +8,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import empty_folder, write_json
     from mocap_metrology.pipeline.calibration import Asked, checked
-    from mocap_metrology.pipeline.settings import Lighthouse
+    from mocap_metrology.settings import Lighthouse
 
     asked = Asked(**snakemake.params.row | {"path": snakemake.input.dump})
     settings = Lighthouse(**snakemake.params.lighthouse)

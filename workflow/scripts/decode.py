@@ -5,7 +5,7 @@ from step import step
 with step(snakemake):
     from mocap_metrology.pipeline.calibration import Asked, decoded
     from mocap_metrology.pipeline.calibration_files import write_decoded
-    from mocap_metrology.pipeline.settings import Lighthouse
+    from mocap_metrology.settings import Lighthouse
 
     asked = Asked(**snakemake.params.row | {"path": snakemake.input.dump})
     settings = Lighthouse(**snakemake.params.lighthouse)

@@ -21,6 +21,7 @@ with step(snakemake) as log:
         published_estimate,
     )
     from mocap_metrology.noise.twins.published import published_row
+    from mocap_metrology.settings import Settings
 
     given = snakemake.params
     for path in snakemake.output:
@@ -28,7 +29,7 @@ with step(snakemake) as log:
         subset, twin = given.subsets[recording], given.twins[recording]
         rate = twin.frame_rate_hz
         n = round(twin.duration_s * rate)
-        settings = NoiseSettings.of(given.settings, rate, subset=subset)
+        settings = NoiseSettings.of(Settings(**given.settings), rate, subset=subset)
         m = averaging_factors(n, settings.n_taus, settings.min_m, settings.max_fraction)
         table = []
         for name, model in published_row(*subset).items():

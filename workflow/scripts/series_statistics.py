@@ -9,9 +9,9 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_metadata, read_series, write_csv, write_text
     from mocap_metrology.noise.cameras.covariance import COLUMNS
     from mocap_metrology.pipeline.recording import allan_deviations, write_cleaned
-    from mocap_metrology.pipeline.settings import Allan, Gaussian, Hampel, Spectrum
     from mocap_metrology.pipeline.statistics import gaussian_model, spectra
     from mocap_metrology.pipeline.tables import Table
+    from mocap_metrology.settings import Allan, Gaussian, Hampel, Spectrum
 
     given, output = snakemake.params, snakemake.output
     path = output.clean

@@ -12,6 +12,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.skurowski.coefficients import colour_figure, correlated_figure
     from mocap_metrology.present.skurowski.series_figures import periodic_figure, regression_figure
     from mocap_metrology.present.tables import read_noise
+    from mocap_metrology.settings import Settings
 
     given, titles, series = snakemake.params, gather.TITLES, gather.SERIES
     rows = {row["recording"]: row for row in given.rows}
@@ -29,7 +30,7 @@ with step(snakemake) as log:
     own = (allan["series"] == series) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
     rate = origin["frame_rate_hz"]
     subset = rows[name]["camera_type"], rows[name]["n_cameras"]
-    settings = NoiseSettings.of(given.settings, rate, subset=subset)
+    settings = NoiseSettings.of(Settings(**given.settings), rate, subset=subset)
     run, ordinary = regression(allan["m"][own], allan["avar_mm2"][own], rate, settings, series)
     spectra = {}
     for label, other in gather.largest(rows).items():

@@ -10,10 +10,10 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_metadata, read_series, whole_folder, write_json
     from mocap_metrology.pipeline import figures
     from mocap_metrology.pipeline.judging import Evidence, diagnosed, diagnosis_settings, judged
-    from mocap_metrology.pipeline.settings import Diagnosis, Still, Verdict
     from mocap_metrology.pipeline.tables import Table
     from mocap_metrology.present.tables import read_noise, read_outliers
     from mocap_metrology.present.verdict.words import verdict_lines
+    from mocap_metrology.settings import Diagnosis, Still, Verdict
 
     given, files, folder = snakemake.params, snakemake.input, Path(snakemake.output.json).parent
     name, limits = snakemake.wildcards.recording, Verdict(**given.verdict)

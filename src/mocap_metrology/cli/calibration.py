@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 from mocap_metrology.cli.beside import beside
@@ -15,12 +14,12 @@ from mocap_metrology.pipeline.angle_noise import of_calibration
 from mocap_metrology.pipeline.calibration import Asked, checked
 from mocap_metrology.pipeline.calibration_exports import FORMATS
 from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
-from mocap_metrology.pipeline.settings import DEFAULTS, PoseEstimator
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import pose_rows
 from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import import_matplotlib, save
+from mocap_metrology.settings import Allan, Lighthouse, PoseEstimator
 
 TABLES = {
     "pulses": "pulses.parquet",
@@ -44,9 +43,7 @@ OWN: tuple[PoseEstimator, ...] = ("batch", "paper-lm")
 def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> None:
     """Results of one calibration into the folder, and the verdict on the terminal."""
     kind = given.format or format_of(path)
-    settings = replace(
-        DEFAULTS.lighthouse, estimators=OWN, world=given.world, inertial=given.inertial
-    )
+    settings = Lighthouse(estimators=OWN, world=given.world, inertial=given.inertial)
     points = {"points": given.world_points} if given.world_points else {}
     asked = Asked(name_of(path), str(path.resolve()), kind, given.board)
     with beside(import_matplotlib, _draw_calibration) as second:
@@ -63,7 +60,7 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
             tell("2/3 poses of the board and of the base stations")
             with ThreadPoolExecutor(given.threads) as pool:
                 write_poses(asked, settings, files | points, files, pool.map)
-            of_calibration(files["allan"], files["sweeps"], files["pose"], DEFAULTS.allan)
+            of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
             tell_result(_verdict(read_calibration(files, asked.calibration, None)))
             tell("3/3 figures")
             second.call(files, asked.calibration, part / PICTURES[0])

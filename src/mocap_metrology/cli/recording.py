@@ -19,12 +19,12 @@ from mocap_metrology.io.read import labels_of
 from mocap_metrology.pipeline.checking import Asked, examine, refused
 from mocap_metrology.pipeline.one_recording import N_STEPS, PICTURES, WRITTEN, analyse
 from mocap_metrology.pipeline.progress import Progress
-from mocap_metrology.pipeline.settings import DEFAULTS
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.words import verdict_lines
+from mocap_metrology.settings import Noise, Settings
 
 # One estimator of noise decides the verdict; the others are for comparison
-SETTINGS = replace(DEFAULTS, noise=replace(DEFAULTS.noise, estimators=("likelihood",)))
+SETTINGS = Settings(noise=Noise(estimators=("likelihood",)))
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8  # of glibc's malloc.h
 LARGEST = 1 << 29  # bytes of an array, and of what is kept
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from mocap_metrology import settings as of
 from mocap_metrology.common.files import Metadata, read_table, versions, write_table
 from mocap_metrology.common.types import Columns, Row
 from mocap_metrology.lighthouse.records import Hits, hits_of
@@ -17,7 +18,6 @@ from mocap_metrology.lighthouse.timing import CYCLE_S
 from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve, interval
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.series import ALLAN, allan_columns, joined
-from mocap_metrology.pipeline import settings as of
 
 MOVED = "the board moved: its angles show motion, not noise"
 UNKNOWN = "no pose of the board: whether it was at rest is not known"
@@ -56,7 +56,7 @@ def write_angle_noise(
         for own in still_angles(hits):
             parts += _curves(own, settings)
             rotors.append(_rotor(own, resolution_s))
-    more: Metadata = {"allan": asdict(settings), "rotors": rotors}
+    more: Metadata = {"allan": settings.model_dump(), "rotors": rotors}
     if not still:
         more["reason"] = UNKNOWN if still is None else MOVED
     elif not parts:

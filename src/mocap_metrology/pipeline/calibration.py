@@ -23,7 +23,7 @@ from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.lighthouse.decode.chain import Cleaning, Decoded, decode
 from mocap_metrology.lighthouse.export.world import read_points
 from mocap_metrology.lighthouse.records import Station, inertial_of
-from mocap_metrology.pipeline.settings import Lighthouse
+from mocap_metrology.settings import Lighthouse
 
 log = logging.getLogger(__name__)
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -36,9 +35,9 @@ from mocap_metrology.pipeline.calibration import (
     truths_of,
 )
 from mocap_metrology.pipeline.calibration_exports import frame_of, write_exports
-from mocap_metrology.pipeline.settings import Lighthouse
 from mocap_metrology.pipeline.tracking import write_track
 from mocap_metrology.present.text.calibration import pose_document, reason
+from mocap_metrology.settings import Lighthouse
 
 log = logging.getLogger(__name__)
 Paths = Mapping[str, str]
@@ -52,7 +51,7 @@ def write_decoded(asked: Asked, found: Decoded, settings: Lighthouse, files: Pat
         "source": asked.twin or Path(str(asked.path)).name,  # wherever the file was
         "twin": asked.twin,
         "sha256": None if asked.twin else sha256(str(asked.path)),
-        "lighthouse": asdict(settings),
+        "lighthouse": settings.of_one(),
         "duration_s": found.duration_s,
         "resolution_s": found.pulses.resolution_s if found.pulses else None,
         "notes": found.notes,
@@ -114,7 +113,7 @@ def write_poses(
     verdict = {"word": result.verdict.word, "reason": reason(result.verdict)}
     log.info("%s", verdict)
     same = ("recording", "source", "twin", "sha256", "duration_s")
-    origin = {key: origin[key] for key in same} | {"lighthouse": asdict(settings)}
+    origin = {key: origin[key] for key in same} | {"lighthouse": settings.of_one()}
     origin["versions"] = versions("numpy", "scipy", "numba")
     write_table(files["poses"], records.pose_columns(found.paths), origin)
     earlier = given.get("tracked_with")

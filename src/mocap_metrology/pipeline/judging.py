@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypedDict
 
 import numpy as np
 
+from mocap_metrology import settings as of
 from mocap_metrology.common.files import Metadata
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
@@ -24,7 +25,6 @@ from mocap_metrology.noise.diagnosis.recording import (
 )
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.motion.movement import Movement
-from mocap_metrology.pipeline import settings as of
 from mocap_metrology.pipeline.tables import Series, Table
 from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
@@ -78,7 +78,7 @@ def diagnosis_settings(
     diagnosis: of.Diagnosis, still: of.Still, horizon_s: float
 ) -> DiagnosisSettings:
     return DiagnosisSettings(
-        **asdict(diagnosis), still_range_mm=still.range_mm, horizon_s=horizon_s
+        **diagnosis.model_dump(), still_range_mm=still.range_mm, horizon_s=horizon_s
     )
 
 
@@ -113,7 +113,7 @@ def judged(
 ) -> Row:
     """Contents of verdict.json. named: what it begins with; confidence: of intervals."""
     origin = evidence.origin
-    limits = asdict(settings)
+    limits = settings.model_dump()
     span = Span(
         origin["frame_rate_hz"],
         limits.pop("horizon_s"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
 
@@ -13,7 +12,6 @@ from mocap_metrology.common.files import write_csv, write_json
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.recording import OutlierRow
 from mocap_metrology.noise.fit.estimates import NoiseRow
-from mocap_metrology.noise.fit.estimators import NoiseSections
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.pipeline import figures, judging
 from mocap_metrology.pipeline.checking import Examined
@@ -27,10 +25,10 @@ from mocap_metrology.pipeline.recording import (
     cleaned,
     noise_coefficients,
 )
-from mocap_metrology.pipeline.settings import Settings
 from mocap_metrology.pipeline.statistics import spectra
 from mocap_metrology.pipeline.tables import Table
 from mocap_metrology.present.tables import read_noise, read_outliers
+from mocap_metrology.settings import Settings
 
 N_STEPS = 7
 GROUP = "check"  # of a recording without a sheet
@@ -127,9 +125,9 @@ class _Steps:
         allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan, over)
         allan.write(self.folder / "allan.parquet")
         self.progress.step("noise model")
-        given, outliers = noise_sections(settings), self.filtered.outliers
+        outliers = self.filtered.outliers
         self.found = noise_coefficients(
-            self.raw, allan.columns, given, over=over, outliers=outliers
+            self.raw, allan.columns, settings, over=over, outliers=outliers
         )
         write_csv(self.folder / "noise.csv", self.found.rows)
         self.found.allan.write(self.folder / "allan_masked.parquet")
@@ -173,14 +171,3 @@ class _Steps:
         document = judging.judged(evidence, named, *how)
         write_json(self.folder / "verdict.json", document)
         return document
-
-
-def noise_sections(settings: Settings) -> NoiseSections:
-    """The settings that `noise_coefficients` needs."""
-    return {
-        "noise": asdict(settings.noise),
-        "annealing": asdict(settings.annealing),
-        "allan": asdict(settings.allan),
-        "hampel": asdict(settings.hampel),
-        "seed": settings.seed,
-    }

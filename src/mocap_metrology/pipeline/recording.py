@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
 
+from mocap_metrology import settings as of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import Metadata, versions, write_series
 from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, taken_at_most, white_level_kept
@@ -23,7 +24,6 @@ from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.fit import estimates
 from mocap_metrology.noise.fit.estimators import (
-    NoiseSections,
     NoiseSettings,
     SeriesNoise,
     estimate_series,
@@ -36,7 +36,6 @@ from mocap_metrology.noise.series import (
     joined,
     periodogram_columns,
 )
-from mocap_metrology.pipeline import settings as of
 from mocap_metrology.pipeline.tables import Series, Table
 
 log = logging.getLogger(__name__)
@@ -84,7 +83,7 @@ def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row
 
 
 def _clean_origin(raw: Table, settings: of.Hampel) -> Metadata:
-    own = {"hampel": asdict(settings), "window_frames": 2 * _half_window(raw, settings) + 1}
+    own = {"hampel": settings.model_dump(), "window_frames": 2 * _half_window(raw, settings) + 1}
     return raw.origin | own | {"versions": versions("numpy", "numba", "pyarrow")}
 
 
@@ -152,7 +151,7 @@ def allan_deviations(
         ]
 
     parts = [part for found in over(curves, series) for part in found]
-    origin = origin | {"allan": asdict(settings)}
+    origin = origin | {"allan": settings.model_dump()}
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     return Table(joined(parts, ALLAN), origin)
 
@@ -170,7 +169,7 @@ class NoiseTables:
 def noise_coefficients(
     raw: Table,
     allan: Mapping[str, np.ndarray],
-    sections: NoiseSections,
+    settings: of.Settings,
     subset: tuple[str, int] | None = None,
     over: Over = in_turn,
     outliers: Mapping[str, np.ndarray] | None = None,
@@ -183,13 +182,13 @@ def noise_coefficients(
     """
     origin = raw.origin
     rate, step, recording = origin["frame_rate_hz"], origin["resolution_mm"], origin["recording"]
-    settings = NoiseSettings.of(sections, rate, origin.get("form", "sampled"), subset)
+    how = NoiseSettings.of(settings, rate, origin.get("form", "sampled"), subset)
 
-    known = outliers if outliers and _same_window(sections, settings, rate) else {}
+    known = outliers if outliers and _same_window(settings.hampel, how, rate) else {}
 
     def curve(name: str, values: np.ndarray, kind: str = "oadev") -> Columns:
         return allan_columns(
-            name, masked_curve(values, rate, settings, step, kind, known.get(name))[1], kind
+            name, masked_curve(values, rate, how, step, kind, known.get(name))[1], kind
         )
 
     def estimated(one: Series) -> tuple[str, list[Columns], SeriesNoise | str]:
@@ -197,13 +196,11 @@ def noise_coefficients(
         name, values = one
         own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
         given = allan["m"][own], allan["avar_mm2"][own]
-        curves = [curve(name, values, kind) for kind in settings.curves if kind != "oadev"]
-        seed = crc32(f"{recording} {name}".encode()) + settings.seed
-        asked = settings.components(name)
+        curves = [curve(name, values, kind) for kind in how.curves if kind != "oadev"]
+        seed = crc32(f"{recording} {name}".encode()) + how.seed
+        asked = how.components(name)
         try:
-            found = estimate_series(
-                values, given, rate, settings, asked, seed, step, known.get(name)
-            )
+            found = estimate_series(values, given, rate, how, asked, seed, step, known.get(name))
         except Refusal as refusal:
             return name, [*curves, curve(name, values)], str(refusal)
         return name, [*curves, allan_columns(name, found.curve)], found
@@ -214,13 +211,13 @@ def noise_coefficients(
         curves += own
         if isinstance(found, str):
             refused.setdefault(found, []).append(name)
-            rows += estimates.refused_rows(name, settings.estimators, found)
+            rows += estimates.refused_rows(name, how.estimators, found)
             continue
         rows += _rows(name, found)
         periodograms.append(periodogram_columns(name, found.periodogram))
     for why, names in refused.items():
         log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
-    origin = origin | {key: sections[key] for key in ("noise", "allan", "seed")}
+    origin = origin | settings.model_dump(include={"noise", "allan", "seed"})
     origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
     return NoiseTables(
         rows,
@@ -229,11 +226,10 @@ def noise_coefficients(
     )
 
 
-def _same_window(sections: NoiseSections, settings: NoiseSettings, rate: float) -> bool:
+def _same_window(hampel: of.Hampel, how: NoiseSettings, rate: float) -> bool:
     """Whether the samples of the mask are among the outliers of the filter before."""
-    hampel = sections["hampel"]
-    same = round(hampel["half_window_s"] * rate) == settings.half_window
-    return same and hampel["action"] != "off" and hampel["n_sigma"] <= settings.mask_sigma
+    same = round(hampel.half_window_s * rate) == how.half_window
+    return same and hampel.action != "off" and hampel.n_sigma <= how.mask_sigma
 
 
 def _rows(name: str, found: SeriesNoise) -> list[Row]:

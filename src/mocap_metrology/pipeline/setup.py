@@ -25,8 +25,8 @@ from mocap_metrology.lighthouse.calibrate.static import median_angles
 from mocap_metrology.lighthouse.decode.factory_file import stations_from_json
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Station
 from mocap_metrology.pipeline.calibration import calibration_settings, sensors_of
-from mocap_metrology.pipeline.settings import Lighthouse
 from mocap_metrology.present.text.calibration import pose_document
+from mocap_metrology.settings import Lighthouse
 
 log = logging.getLogger(__name__)
 
@@ -65,7 +65,7 @@ def write_setup(setup: str, members: Sequence[Member], settings: Lighthouse, out
     document["recordings"] = [one.name for one in members]
     document["origin"] = {
         "recording": setup,
-        "lighthouse": asdict(settings),
+        "lighthouse": settings.of_one(),
         "versions": versions("numpy", "scipy", "numba"),
     }
     log.info("%s", document["verdict"])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mocap_metrology import settings as of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import Metadata, versions
 from mocap_metrology.common.parallel import Over, in_turn
@@ -16,7 +16,6 @@ from mocap_metrology.common.types import Columns, Row
 from mocap_metrology.noise.fit.spectral.welch import welch
 from mocap_metrology.noise.gaussian.two_markers import gaussian_rows
 from mocap_metrology.noise.series import joined
-from mocap_metrology.pipeline import settings as of
 from mocap_metrology.pipeline.tables import Series, Table
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ def spectra(
     def density(one: Series) -> Columns | None:
         name, values = one
         try:
-            found = welch(values, origin["frame_rate_hz"], **asdict(settings))
+            found = welch(values, origin["frame_rate_hz"], **settings.model_dump())
         except Refusal as refusal:  # the other series are whole enough
             log.warning("%s: %s", name, refusal)
             return None
@@ -49,7 +48,10 @@ def spectra(
         }
 
     parts = [part for part in over(density, series) if part]
-    origin = origin | {"psd": asdict(settings), "versions": versions("numpy", "scipy", "pyarrow")}
+    origin = origin | {
+        "psd": settings.model_dump(),
+        "versions": versions("numpy", "scipy", "pyarrow"),
+    }
     return Table(joined(parts, PSD), origin)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
-from mocap_workflow.faults import Faults
 
+from mocap_metrology.common.faults import Faults
 from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.recording import simulate
 

@@ -42,6 +42,7 @@ from mocap_metrology.noise.series import (
     periodogram_columns,
 )
 from mocap_metrology.noise.twins.published import printed_row, published_keys, published_row
+from mocap_metrology.settings import Settings
 
 RATE, N = 120.0, 1 << 17
 TRUTH = NoiseModel((PowerLaw(-2, 4e-9), PowerLaw(0, 1e-6), GaussMarkov(0.02, 0.3)))
@@ -214,13 +215,13 @@ def test_classes(T_c, name):
 def test_settings_come_from_the_configuration(root):
     import yaml
 
-    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    config = Settings(**yaml.safe_load((root / "config/config.yaml").read_text()))
     found = NoiseSettings.of(config, 120.0, subset=["T40", 10])
     assert found.half_window == 120
     default = NoiseSettings()
     for name in ("estimators", "mask_sigma", "criterion", "max_gauss_markov", "form", "n_taus"):
         assert getattr(found, name) == getattr(default, name), name
     assert found.annealing == default.annealing
-    assert (found.seed, found.subset) == (config["seed"], ("T40", 10))
+    assert (found.seed, found.subset) == (config.seed, ("T40", 10))
     assert found.components("x1") == panel("T40", 10, "x1")
     assert found.components("L_1_3") == default.components()

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from mocap_workflow.faults import Faults
 from mocap_workflow.recording_twins import recording_twin, twin_from_mapping
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.faults import Faults
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import (
     Cross,

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from mocap_workflow.faults import Faults
 from mocap_workflow.recording_twins import AnyTwin, recording_twin, take_twin_from_mapping
 from nonlinear import project, triangulate
 
+from mocap_metrology.common.faults import Faults
 from mocap_metrology.noise.cameras.diagnosis import additions, diagnose, moments
 from mocap_metrology.noise.twins.take import (
     Take,

@@ -8,9 +8,8 @@ get the Allan variances of the series cleaned as in S.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, TypedDict
 
 import numpy as np
 
@@ -34,21 +33,9 @@ from mocap_metrology.noise.fit.spectral.likelihood import (
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
 from mocap_metrology.noise.model.components import Form, NoiseModel
 from mocap_metrology.noise.twins.published import printed_row, published_keys
+from mocap_metrology.settings import Settings
 
 ESTIMATORS = ("likelihood", "annealing-ant-colony", "levenberg-marquardt", "slopes")
-
-
-Section = Mapping[str, Any]  # checked where the configuration is read
-
-
-class NoiseSections(TypedDict):
-    """The sections of the configuration on the estimation of noise, and the seed."""
-
-    noise: Section
-    annealing: Section
-    allan: Section
-    hampel: Section
-    seed: int
 
 
 @dataclass(frozen=True)
@@ -82,26 +69,22 @@ class NoiseSettings:
     @classmethod
     def of(
         cls,
-        sections: NoiseSections,
+        settings: Settings,
         frame_rate_hz: float,
         frames: Form = "sampled",
         subset: tuple[str, int] | None = None,
     ) -> NoiseSettings:
         """Out of the configuration; frames: of the recording, `form` in its metadata where it has
         one."""
-        noise, allan = sections["noise"], sections["allan"]
-        half_window_s = sections["hampel"]["half_window_s"]
-        same = ("mask_sigma", "criterion", "max_gauss_markov", "sinusoid", "form", "gauss_markov")
-        averaging = ("n_taus", "min_m", "max_fraction", "min_coverage", "confidence")
+        averaging = settings.allan.model_dump(exclude={"estimators"})
         return cls(
-            estimators=tuple(noise["estimators"]),
-            half_window=max(round(half_window_s * frame_rate_hz), SHORT_WINDOW),
-            **{name: noise[name] for name in same},
-            **{name: allan[name] for name in averaging},
-            curves=tuple(allan["estimators"]),
-            annealing=AnnealingSettings(**sections["annealing"]),
+            half_window=max(round(settings.hampel.half_window_s * frame_rate_hz), SHORT_WINDOW),
+            **settings.noise.model_dump(),
+            **averaging,
+            curves=settings.allan.estimators,
+            annealing=AnnealingSettings(**settings.annealing.model_dump()),
             frames=frames,
-            seed=sections["seed"],
+            seed=settings.seed,
             subset=subset and (subset[0], subset[1]),
         )
 

@@ -24,7 +24,7 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
-from mocap_workflow.faults import Loc, meant, misfits, shown, unknown
+from mocap_metrology.common.faults import Loc, meant, misfits, shown, unknown
 
 WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 UNITS = {"s": "seconds", "mm": "mm", "m": "m", "hz": "Hz", "mrad": "mrad"}

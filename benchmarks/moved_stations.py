@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mocap_metrology.calibration.files import write_board
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.summary import summary
@@ -32,7 +33,6 @@ from mocap_metrology.lighthouse.records import Factory, Station
 from mocap_metrology.lighthouse.rotation import exp, to_angles
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, StationTwin
-from mocap_metrology.pipeline.calibration_files import write_board
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.lighthouse_recordings import hand

@@ -8,9 +8,9 @@ from pathlib import Path
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 
+from mocap_metrology.calibration.files import write_board
 from mocap_metrology.cli import calibration, main
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
-from mocap_metrology.pipeline.calibration_files import write_board
 
 
 def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, capsys) -> None:

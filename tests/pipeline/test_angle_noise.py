@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocap_metrology.calibration.angle_noise import MOVED, UNKNOWN, write_angle_noise
 from mocap_metrology.common.files import read_table
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.still_angles import still_angles
-from mocap_metrology.pipeline.angle_noise import MOVED, UNKNOWN, write_angle_noise
 from mocap_metrology.present.calibration.angle_table import HEAD, angle_markdown, angle_rows
 from mocap_metrology.settings import Allan
 

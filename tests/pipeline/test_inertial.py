@@ -8,6 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocap_metrology.calibration.decode import Entry, decoded
+from mocap_metrology.calibration.files import write_decoded, write_poses
+from mocap_metrology.calibration.setup import Member, write_setup
+from mocap_metrology.calibration.twin import with_sensors, write_twin
 from mocap_metrology.common.files import read_table, write_json
 from mocap_metrology.lighthouse.records import inertial_of
 from mocap_metrology.lighthouse.simulate.twin import (
@@ -17,10 +21,6 @@ from mocap_metrology.lighthouse.simulate.twin import (
     MotionTwin,
     StationTwin,
 )
-from mocap_metrology.pipeline.calibration import Asked, decoded
-from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
-from mocap_metrology.pipeline.calibration_twin import with_sensors, write_twin
-from mocap_metrology.pipeline.setup import Member, write_setup
 from mocap_metrology.settings import Lighthouse
 
 SETTINGS = Lighthouse(estimators=("batch", "paper-lm"), optics=("ideal",), world="master")
@@ -50,7 +50,7 @@ def calibrated(folder: Path, twin: LighthouseTwin, settings: Lighthouse) -> dict
     """Files of a calibration of the twin."""
     folder.mkdir(exist_ok=True)
     files = {name: str(folder / file) for name, file in FILES.items()}
-    asked = Asked("deck", twin="deck")
+    asked = Entry("deck", twin="deck")
     write_twin(twin, 0, files)
     found = decoded(asked, files | {"board": files["twin_board"]}, settings)
     write_decoded(asked, with_sensors(found, twin, 0), settings, files)
@@ -81,7 +81,7 @@ def test_sensors_are_used_where_the_settings_say_so(tmp_path: Path) -> None:
     assert np.linalg.norm(found["gravity_m_s2"]) == pytest.approx(9.81, abs=0.1)
 
     given = {name: files[name] for name in ("sweeps", "inertial", "stations", "board", "truth")}
-    write_poses(Asked("deck", twin="deck"), SETTINGS, given, files)
+    write_poses(Entry("deck", twin="deck"), SETTINGS, given, files)
     without = chosen(files["pose"])
     assert without["details"]["inertial"] is None
     variance = [np.trace(np.array(one["covariance"])[:3, :3]) for one in (used, without)]
@@ -91,7 +91,7 @@ def test_sensors_are_used_where_the_settings_say_so(tmp_path: Path) -> None:
         station["gravity"] = [0.0, 0.0, 1.0]
     write_json(files["stations"], stations)
     write_poses(
-        Asked("deck", twin="deck"), SETTINGS.model_copy(update={"gravity": True}), given, files
+        Entry("deck", twin="deck"), SETTINGS.model_copy(update={"gravity": True}), given, files
     )
     assert chosen(files["pose"])["translation_mm"] != without["translation_mm"]
 

@@ -12,10 +12,9 @@ from mocap_metrology.common.files import open_table, write_table
 from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.noise.motion.place import by_place
-from mocap_metrology.pipeline.judging import diagnosed, diagnosis_settings
-from mocap_metrology.pipeline.recording import cleaned, write_cleaned
-from mocap_metrology.pipeline.statistics import gaussian_model
-from mocap_metrology.pipeline.tables import Table
+from mocap_metrology.recording.noise import cleaned, gaussian_model, write_cleaned
+from mocap_metrology.recording.table import Table
+from mocap_metrology.recording.verdict import diagnosed, diagnosis_settings
 from mocap_metrology.settings import Diagnosis, Gaussian, Hampel, Still
 
 N = 20_000

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocap_metrology.calibration.decode import Entry as CalibrationEntry
+from mocap_metrology.calibration.decode import reference_of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.pipeline.calibration import Asked as AskedOfCalibration
-from mocap_metrology.pipeline.calibration import reference_of
-from mocap_metrology.pipeline.checking import Asked, read_checked, refused
-from mocap_metrology.pipeline.reading import trajectories
+from mocap_metrology.recording.check import Entry, read_checked, refused
+from mocap_metrology.recording.clean import trajectories
 
 HOW = 2.0, 3600.0, False
 NAMED = {"recording": "A", "source": "measured", "twin": None}
@@ -29,13 +29,13 @@ def take(tmp_path: Path) -> Path:
 
 def test_metres_are_refused_until_the_sheet_states_them(take: Path) -> None:
     with pytest.raises(Refusal) as caught:
-        read_checked(Asked([str(take)], ["A", "B"]), *HOW)
+        read_checked(Entry([str(take)], ["A", "B"]), *HOW)
     check = refused(caught.value, "write accept", "column unit of the sheet")
     assert not check["ok"]
     assert check["why"].endswith(
         "so they may be in metres: state the unit, m or mm (column unit of the sheet)"
     )
-    check, recording = read_checked(Asked([str(take)], ["A", "B"], unit="m"), *HOW)
+    check, recording = read_checked(Entry([str(take)], ["A", "B"], unit="m"), *HOW)
     assert (check["unit"], check["unit_source"], check["warnings"]) == ("m", "given", [])
     made = trajectories(recording, NAMED)
     assert (made.origin["file_units"], made.origin["unit_source"]) == ("m", "given")
@@ -45,7 +45,7 @@ def test_metres_are_refused_until_the_sheet_states_them(take: Path) -> None:
 def test_an_assumed_unit_is_warned_of(tmp_path: Path) -> None:
     positions = np.random.default_rng(3).normal(300, 0.05, (500, 1, 3))
     write_c3d(tmp_path / "take.c3d", ["A"], 100, [positions], 500, units="")
-    check, recording = read_checked(Asked([str(tmp_path / "take.c3d")], ["A"]), *HOW)
+    check, recording = read_checked(Entry([str(tmp_path / "take.c3d")], ["A"]), *HOW)
     assert check["warnings"] == [
         "the file names no unit, so its coordinates are assumed to be in mm"
     ]
@@ -64,6 +64,6 @@ def test_a_reference_in_metres_names_its_own_column(tmp_path: Path) -> None:
     labels = {"reference_labels_master": ["A", "B", "C"], "reference_labels_slave": list("DEF")}
     given = str(path), str(tmp_path / "mount.csv")
     with pytest.raises(Refusal, match=r"m or mm \(column reference_unit of the sheet\)$"):
-        reference_of(AskedOfCalibration(**labels), *given)
-    found = reference_of(AskedOfCalibration(**labels, reference_unit="m"), *given)
+        reference_of(CalibrationEntry(**labels), *given)
+    found = reference_of(CalibrationEntry(**labels, reference_unit="m"), *given)
     assert found is not None and np.allclose(found.t_m, [2, 0, 0], atol=1e-6)

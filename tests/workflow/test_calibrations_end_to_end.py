@@ -30,11 +30,11 @@ from laboratory import (
 from running import finished, write_sheet
 from sample_files import samples_folder
 
+from mocap_metrology.calibration.decode import Entry, checked
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import error, to_angles
 from mocap_metrology.lighthouse.simulate.recording import write_dump
-from mocap_metrology.pipeline.calibration import Asked, checked
 from mocap_metrology.settings import Lighthouse
 
 
@@ -102,7 +102,7 @@ def test_bad_input_is_refused_by_the_check(run, monkeypatch, name: str) -> None:
     row = bad_rows()[name]
     files = {"dump": row["path"], "board": row["board"]}
     with pytest.raises(Refusal, match=re.escape(REFUSED[name][1])) as refusal:
-        checked(Asked(name, **row), files, Lighthouse())
+        checked(Entry(name, **row), files, Lighthouse())
     assert "\n" not in str(refusal.value)
 
 

@@ -15,10 +15,10 @@ import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 from running import write_sheet
 
+from mocap_metrology.calibration.files import write_board
 from mocap_metrology.common.files import read_table
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
-from mocap_metrology.pipeline.calibration_files import write_board
 
 # The file as it was given, and whether ezc3d was asked: the workflow asks before, in its check
 APART = ("source", "path", "second_opinion")

@@ -16,6 +16,7 @@ from mocap_workflow.rows import NAME, Cell, SheetRow
 from mocap_workflow.startup import any_of, configuration
 from snakemake.io import PeriodicityDetector
 
+from mocap_metrology.calibration.decode import priors_of
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.sections import choices_of, fields
 from mocap_metrology.lighthouse.calibrate import pnp
@@ -23,7 +24,6 @@ from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
 from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings
-from mocap_metrology.pipeline.calibration import priors_of
 from mocap_metrology.settings import Hampel, Noise, Settings, checked
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from operator import attrgetter
+from pathlib import Path
 from typing import Generic, TypeVar
 
 import pandas as pd
 
+from mocap_metrology.common.paths import exists
 from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_workflow.calibration_twins import CalibrationTwin
@@ -43,12 +46,35 @@ class Sheet(Generic[OfSheet]):
         return ["group", "source"]
 
     @property
+    def simulated(self) -> str:
+        """Regular expression of the names of its twins."""
+        return any_of(name for name, row in self.rows.items() if row.twin)
+
+    @property
+    def measured(self) -> str:
+        """Regular expression of all other names."""
+        return any_of(name for name, row in self.rows.items() if not row.twin)
+
+    @property
     def groups(self) -> list[str]:
         """In the order of their first rows."""
         return list(dict.fromkeys(row.group for row in self.rows.values()))
 
 
+def any_of(names: Iterable[str]) -> str:
+    """Regular expression of exactly these names; of nothing when there is none."""
+    return "|".join(re.escape(name) for name in dict.fromkeys(names)) or "(?!)"
+
+
 paths = attrgetter("paths")
+POSITION = 16  # bytes of a position in most files: four float32, or three texts
+
+
+def most_frames(row: RecordingRow) -> float:
+    """Frames of a measured recording if its files held the chosen markers only; of a file that is
+    not on this computer none."""
+    size = sum(Path(path).stat().st_size for path in row.paths if exists(path))
+    return size / POSITION / max(len(row.markers), 1)
 
 
 def covariates(row: RecordingRow) -> list[str]:
@@ -158,6 +184,12 @@ def form(row: RecordingRow, twins: Twins) -> str | None:
     return twins[row.twin].form if row.twin else None
 
 
+def origin_of_twin(row: RecordingRow, twins: Twins) -> dict[str, object]:
+    """What the tables of a twin are marked with."""
+    columns = {name: getattr(row, name) for name in ("recording", "source", "twin", "pairs")}
+    return columns | {"form": form(row, twins)}
+
+
 def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:
     """The subset of a recording of the first paper; None for any other recording."""
     return subset(row) if row.group == "skurowski2019" else None
@@ -249,6 +281,17 @@ def files(row: RecordingRow | CalibrationRow) -> list[str]:
     if isinstance(row, RecordingRow):
         return [*([] if row.twin else row.paths), *covariates(row)]
     return [*([] if row.twin else decoded_files(row)), *compared_files(row)]
+
+
+def batches(rows: Iterable[CalibrationRow]) -> list[list[CalibrationRow]]:
+    """Twins that one job simulates and calibrates: those of a setup together, but for what is
+    compared or tracked with another, perhaps of the same setup."""
+    found: dict[tuple[str, ...], list[CalibrationRow]] = {}
+    for row in rows:
+        if row.twin:
+            single = (row.name,) if row.check_against or row.tracked_with else ()
+            found.setdefault((row.group, row.setup, *single), []).append(row)
+    return list(found.values())
 
 
 def shown(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:

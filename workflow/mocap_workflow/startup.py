@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -134,8 +133,3 @@ def calibration_twins(
     if faults:
         raise Faults(faults)
     return twins
-
-
-def any_of(names: Iterable[str]) -> str:
-    """Regular expression of exactly these names; of nothing when there is none."""
-    return "|".join(re.escape(name) for name in dict.fromkeys(names)) or "(?!)"

@@ -1,11 +1,16 @@
-# What calibrations ask of other rows. Functions only: rules are in other files.
+# A calibration is two jobs: sweeps, pose. Twins are simulated and calibrated a setup a job.
 
+LABELS = ("reference_labels_master", "reference_labels_slave", "reference_unit")
+ENTRIES = ("calibration", "twin", "format", "board", *LABELS, "tracked_with")
+# Whether recordings of a setup are joined changes none of them.
+LIGHTHOUSE = {name: value for name, value in config["lighthouse"].items() if name != "joint"}
+FOLDER = "<results>/calibrations/{calibration}"
 OF_SETUP = f"{OF_GROUP} and setup == '{{setup}}'"
 
 
-def stations_to_track_with(wildcards):
+def stations_for(row):
     """pose.json of the calibration that the row's board is tracked with, unless it is refused."""
-    other = CALIBRATIONS.rows[wildcards.calibration].tracked_with_row
+    other = row.tracked_with_row
     if other is None or not is_accepted(CALIBRATIONS.rows[other]):
         return {}
     return {"tracked_with": f"{config['results']}/calibrations/{other}/pose.json"}
@@ -15,13 +20,6 @@ def at_rest(rows):
     """Calibrations whose board may be at rest; of twins it is known."""
     still = {name for name, twin in CALIBRATION_TWINS.items() if twin.motion.pattern == "still"}
     return [row for row in rows if row.twin is None or row.twin in still]
-
-
-def noise_of_angles(wildcards):
-    """allan.parquet of the row, if its board may be at rest."""
-    folder = f"{config['results']}/calibrations/{wildcards.calibration}"
-    found = at_rest([CALIBRATIONS.rows[wildcards.calibration]])
-    return {"allan": f"{folder}/allan.parquet"} if found else {}
 
 
 def setups(query=OF_GROUP):
@@ -37,3 +35,276 @@ def poses_of_setups(query=OF_GROUP):
         f"{config['results']}/setups/{group}/{setup}/pose.json"
         for group, setup, _ in every(wildcards)
     ]
+
+
+def against(rows):
+    """Calibration, name and path of all that the sheet compares these with."""
+    every = [(row.name, selection.compared_with(row) | stations_for(row)) for row in rows]
+    return [(name, key, located(path)) for name, of in every for key, path in of.items()]
+
+
+def tables(files):
+    """Outputs by name, of the rule's calibration."""
+    return {name: f"{FOLDER}/{file}" for name, file in files.items()}
+
+
+# A refusal is a result: this rule succeeds, check.json states the reason, and tables are empty.
+checkpoint sweeps:
+    input:
+        unpack(files(selection.decoded_from)),
+    output:
+        **tables(DECODED),
+        check=f"{FOLDER}/check.json",
+    log:
+        "<logs>/sweeps/{calibration}.log",
+    benchmark:
+        "<benchmarks>/sweeps/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.measured,
+    resources:
+        mem_mb=memory(1500),
+        runtime=minutes(30),
+    params:
+        code=source("sweeps.py", "io", "lighthouse", "calibration", "present/text"),
+        contents=contents(selection.decoded_files),
+        row=columns("calibration", "twin", "path", "sha256", "format", "board"),
+        lighthouse=LIGHTHOUSE,
+    message:
+        "{wildcards.calibration}: checking and decoding"
+    script:
+        "../scripts/sweeps.py"
+
+
+rule pose:
+    input:
+        unpack(files(selection.compared_with)),
+        unpack(of_row(stations_for)),
+        **tables(DECODED),
+    output:
+        report(
+            f"{FOLDER}/calibration.svg",
+            caption="../report/caption.rst",
+            category="6 Calibrations",
+            labels={"result": "{calibration}: paths, residuals, pose, verdict"},
+        ),
+        report(
+            f"{FOLDER}/track.svg",
+            caption="../report/caption.rst",
+            category="6 Calibrations",
+            labels={"result": "{calibration}: tracked receiver"},
+        ),
+        f"{FOLDER}/calibration.png",
+        f"{FOLDER}/track.png",
+        **tables(ESTIMATED),
+        allan=f"{FOLDER}/allan.parquet",
+    log:
+        "<logs>/pose/{calibration}.log",
+    benchmark:
+        "<benchmarks>/pose/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.measured,
+    priority: 5
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(30),
+    params:
+        code=source("pose.py", "io", "lighthouse", "noise", "calibration", "present"),
+        caption=captions.CALIBRATION_EITHER,
+        contents=contents(selection.compared_files),
+        row=columns(*ENTRIES),
+        lighthouse=LIGHTHOUSE,
+        allan=config["allan"],
+    message:
+        "{wildcards.calibration}: calibrating"
+    script:
+        "../scripts/pose.py"
+
+
+for BATCH in selection.batches(CALIBRATIONS.rows.values()):
+
+    rule:
+        name:
+            f"calibration_twins_{BATCH[0].name}"
+        input:
+            lambda wildcards, rows=BATCH: [path for *_, path in against(rows)],
+        output:
+            collect(
+                "<results>/calibrations/{row.name}/{file}",
+                row=BATCH,
+                file=[*TWIN.values(), *DECODED.values(), *ESTIMATED.values()],
+            ),
+            collect("<results>/calibrations/{row.name}/allan.parquet", row=at_rest(BATCH)),
+        log:
+            f"<logs>/calibration_twins/{BATCH[0].name}.log",
+        benchmark:
+            f"<benchmarks>/calibration_twins/{BATCH[0].name}.tsv"
+        resources:
+            mem_mb=memory(1000),
+            runtime=minutes(30),
+        params:
+            code=source(
+                "calibration_twins.py", "io", "lighthouse", "noise", "calibration", "present/text"
+            ),
+            contents=[list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
+            rows=[{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
+            at_rest=selection.names(at_rest(BATCH)),
+            against=lambda wildcards, rows=BATCH: [one[:2] for one in against(rows)],
+            twins={row.twin: CALIBRATION_TWINS[row.twin].made(row.twin) for row in BATCH},
+            lighthouse=LIGHTHOUSE,
+            allan=config["allan"],
+            seed=config["seed"],
+            folder=f"{config['results']}/calibrations",
+        message:
+            f"Setup {BATCH[0].setup}: simulating and calibrating {len(BATCH)} recordings"
+        script:
+            "../scripts/calibration_twins.py"
+
+
+# Of a twin on demand, or of the first of its setup.
+rule calibration_figures:
+    input:
+        **tables(DECODED | ESTIMATED),
+    output:
+        f"{FOLDER}/calibration.png",
+        f"{FOLDER}/track.png",
+        report(
+            f"{FOLDER}/calibration.svg",
+            caption="../report/caption.rst",
+            category="6 Calibrations",
+            labels={"result": "{calibration}: paths, residuals, pose, verdict"},
+        ),
+        report(
+            f"{FOLDER}/track.svg",
+            caption="../report/caption.rst",
+            category="6 Calibrations",
+            labels={"result": "{calibration}: tracked receiver"},
+        ),
+    log:
+        "<logs>/calibration_figures/{calibration}.log",
+    benchmark:
+        "<benchmarks>/calibration_figures/{calibration}.tsv"
+    wildcard_constraints:
+        calibration=CALIBRATIONS.simulated,
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(10),
+    params:
+        code=source("calibration_figures.py", "lighthouse", "calibration", "present"),
+        caption=captions.CALIBRATION_EITHER,
+        twin=cell("twin"),
+    message:
+        "{wildcards.calibration}: figures"
+    script:
+        "../scripts/calibration_figures.py"
+
+
+# All recordings of a setup in one estimate.
+rule calibrate_setup:
+    input:
+        sweeps=collect(
+            "<results>/calibrations/{row.calibration}/sweeps.parquet",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+        inertial=collect(
+            "<results>/calibrations/{row.calibration}/inertial.parquet",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+        stations=collect(
+            "<results>/calibrations/{row.calibration}/stations.json",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+        board=collect(
+            "<results>/calibrations/{row.calibration}/board.csv",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+        pose=collect(
+            "<results>/calibrations/{row.calibration}/pose.json",
+            row=accepted_calibrations(query=OF_SETUP),
+        ),
+    output:
+        "<results>/setups/{group}/{setup}/pose.json",
+    log:
+        "<logs>/calibrate_setup/{group}/{setup}.log",
+    benchmark:
+        "<benchmarks>/calibrate_setup/{group}/{setup}.tsv"
+    resources:
+        mem_mb=memory(1500),
+        runtime=minutes(30),
+    params:
+        code=source("calibrate_setup.py", "io", "lighthouse", "calibration", "present/text"),
+        names=accepted_calibrations(selection.names, OF_SETUP),
+        lighthouse=LIGHTHOUSE,
+    message:
+        "Setup {wildcards.setup} of {wildcards.group}: all recordings in one estimate"
+    script:
+        "../scripts/calibrate_setup.py"
+
+
+rule calibration_tables:
+    input:
+        checks=checks(CALIBRATIONS, OF_GROUP),
+        poses=collect(
+            "<results>/calibrations/{row.calibration}/pose.json", row=accepted_calibrations()
+        ),
+        tracks=collect(
+            "<results>/calibrations/{row.calibration}/track.parquet", row=accepted_calibrations()
+        ),
+        allan=collect(
+            "<results>/calibrations/{row.calibration}/allan.parquet",
+            row=accepted_calibrations(at_rest),
+        ),
+        setups=poses_of_setups(),
+    output:
+        multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
+        multiext("<results>/tables/{group}_track", ".csv", ".md"),
+        multiext("<results>/tables/{group}_angles", ".csv", ".md"),
+    log:
+        "<logs>/calibration_tables/{group}.log",
+    benchmark:
+        "<benchmarks>/calibration_tables/{group}.tsv"
+    localrule: True
+    resources:
+        mem_mb=memory(500),
+        runtime=minutes(10),
+    params:
+        code=source("calibration_tables.py", "calibration_records.py", "lighthouse", "present"),
+        rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
+        at_rest=columns("calibration", "setup", "source", of=accepted_calibrations(at_rest)),
+        setups=setups(),
+    message:
+        "{wildcards.group}: tables of calibrations"
+    script:
+        "../scripts/calibration_tables.py"
+
+
+promise(
+    calibrations=together(
+        collect(
+            "<results>/calibrations/{row.calibration}/{file}",
+            row=EVERY_CALIBRATION,
+            file=[*DECODED.values(), *ESTIMATED.values()],
+        ),
+        collect(
+            "<results>/calibrations/{row.calibration}/{file}",
+            row=accepted_calibrations(query=SIMULATED),
+            file=TWIN.values(),
+        ),
+        collect(
+            "<results>/calibrations/{row.calibration}/allan.parquet",
+            row=accepted_calibrations(at_rest, EVERY),
+        ),
+        poses_of_setups(EVERY),
+    ),
+    tables=collect(
+        "<results>/tables/{group}_{table}.{kind}",
+        table=("calibrations", "track", "angles"),
+        group=groups(sheet=CALIBRATIONS),
+        kind=TABLE,
+    ),
+    figures=collect(
+        "<results>/calibrations/{row.calibration}/{figure}.{kind}",
+        figure=("calibration", "track"),
+        row=accepted_calibrations(selection.shown, EVERY),
+        kind=FIGURE,
+    ),
+)

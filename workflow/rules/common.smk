@@ -5,6 +5,7 @@ from functools import cache, partial
 from math import ceil
 from pathlib import Path
 
+from mocap_metrology.calibration.tables import DECODED, ESTIMATED, TWIN
 from mocap_metrology.present.text import captions
 from mocap_workflow import entries, given, remote, runs, selection, startup
 from mocap_workflow import report as reporting
@@ -54,8 +55,8 @@ CALIBRATIONS = selection.Sheet(CalibrationRow, calibrations)
 # `source("allan.py", "noise")` in the params of a rule: its scripts, and all packages they import.
 source = Sources(ROOT / "workflow/scripts", package, ROOT / "requirements/requirements.txt")
 
-# How noise is estimated, for the rules that fit a model (`NoiseSettings.of`).
-NOISE_SETTINGS = {name: config[name] for name in ("noise", "annealing", "allan", "hampel", "seed")}
+# What determines the estimates of noise.
+NOISE = ("noise", "annealing", "allan", "hampel", "seed")
 
 
 pathvars:
@@ -65,10 +66,10 @@ pathvars:
 
 
 wildcard_constraints:
-    recording=startup.any_of(RECORDINGS.rows),
-    calibration=startup.any_of(CALIBRATIONS.rows),
-    setup=startup.any_of({row.setup for row in CALIBRATIONS.rows.values()}),
-    group=startup.any_of([*RECORDINGS.groups, *CALIBRATIONS.groups]),
+    recording=selection.any_of(RECORDINGS.rows),
+    calibration=selection.any_of(CALIBRATIONS.rows),
+    setup=selection.any_of({row.setup for row in CALIBRATIONS.rows.values()}),
+    group=selection.any_of([*RECORDINGS.groups, *CALIBRATIONS.groups]),
     target="all|recordings|calibrations|tables|figures",
 
 
@@ -101,14 +102,6 @@ def memory(mb, arrays=0):
     return of
 
 
-def n_frames(row):
-    """Frames of a recording; of a real one as its check counted them."""
-    if row.twin is None:
-        return verdict("recording", row.name).get("n_frames", 0)
-    twin = TWINS[row.twin]
-    return twin.duration_s * twin.frame_rate_hz
-
-
 SLOWEST = 10  # times the measured seconds: processors differ, and others use them too
 
 
@@ -117,15 +110,25 @@ def minutes(count, seconds=0):
     times markers (measured: docs/scale.md)."""
 
     def of(wildcards, attempt):
-        millions = positions(RECORDINGS.rows[wildcards.recording]) / 1e6 if seconds else 0
+        row = RECORDINGS.rows[wildcards.recording] if seconds else None
+        millions = n_frames(row) * max(len(row.markers), 2) / 1e6 if row else 0
         return attempt * ceil(count + SLOWEST * seconds * millions / 60)
 
     return of
 
 
-def positions(row):
-    """Frames times markers of a recording; a twin has two."""
-    return n_frames(row) * (2 if row.twin else max(len(row.markers), 1))
+def n_frames(row):
+    """Frames of a recording, known before it is read: of a measured one by the size of its files."""
+    if row.twin is None:
+        return selection.most_frames(row)
+    twin = TWINS[row.twin]
+    return twin.duration_s * twin.frame_rate_hz
+
+
+def settings(*sections, **keys):
+    """Sections of the configuration, or of some only these keys, for `Settings` in a script."""
+    some = {name: {key: config[name][key] for key in keys[name]} for name in keys}
+    return {name: config[name] for name in sections} | some
 
 
 # Values of the rule's own row of a sheet.
@@ -164,22 +167,15 @@ def files(ask):
     return of_row(of)
 
 
-# The files of a recording, and its check, which a twin does not need.
-MEASURED_FILES = files(selection.paths)
-FILES = branch(
-    cell("twin"), then=["<results>/recordings/{recording}/twin.c3d"], otherwise=MEASURED_FILES
-)
-CHECK = branch(cell("twin"), otherwise=["<results>/recordings/{recording}/check.json"])
-
-
 # Acceptance. A refusal is a result: a check always succeeds, and check.json states the reason.
 
 
 @cache
 def verdict(kind, name):
     """check.json of a real recording or calibration: `ok`, `why`, `warnings`."""
-    check = getattr(checkpoints, f"check_{kind}").get(**{kind: name})
-    return json.loads(Path(check.output[0]).read_text(encoding="utf-8"))
+    first = {"recording": "clean", "calibration": "sweeps"}[kind]
+    job = getattr(checkpoints, first).get(**{kind: name})
+    return json.loads(Path(job.output.check).read_text(encoding="utf-8"))
 
 
 def is_accepted(row):
@@ -291,7 +287,15 @@ def column_of_twins(setting, of):
     return lambda wildcards: selection.twin_values(of(wildcards), TWINS, setting)
 
 
-# Targets. A rule `<subject>_results` in the file of each subject lists its outputs by target.
+# Targets. Every file of rules names its outputs by target.
+
+PROMISED = {target: [] for target in ("recordings", "calibrations", "tables", "figures", "pages")}
+
+
+def promise(**outputs):
+    """Add outputs to targets: lists, or functions of the wildcards that return them."""
+    for target, files in outputs.items():
+        PROMISED[target].append(files)
 
 
 def together(*parts):
@@ -311,10 +315,8 @@ def collect_outputs(*outputs, **wildcards):
 
 
 def results_of(*targets):
-    """Function of the wildcards: what all subjects name for these targets."""
-    return lambda wildcards: together(
-        *(subject.input.get(target, []) for target in targets for subject in SUBJECTS)
-    )(wildcards)
+    """Function of the wildcards: what has been promised for these targets."""
+    return lambda wildcards: together(*(part for t in targets for part in PROMISED[t]))(wildcards)
 
 
 def gate(target):

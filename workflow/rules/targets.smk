@@ -6,7 +6,7 @@ TARGETS = {
     "calibrations": results_of("calibrations"),
     "tables": results_of("tables"),
     "figures": results_of("figures"),
-    "all": results_of("recordings", "calibrations", "tables", "figures", "report"),
+    "all": results_of("recordings", "calibrations", "tables", "figures", "pages"),
 }
 
 

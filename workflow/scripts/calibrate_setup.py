@@ -3,7 +3,7 @@
 from step import step
 
 with step(snakemake):
-    from mocap_metrology.pipeline.setup import Member, write_setup
+    from mocap_metrology.calibration.setup import Member, write_setup
     from mocap_metrology.settings import Lighthouse
 
     given, settings = snakemake.input, Lighthouse(**snakemake.params.lighthouse)

@@ -8,13 +8,13 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import write_json
+    from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.present import tables
     from mocap_metrology.present.cameras import camera_tables as cameras
     from mocap_metrology.present.cameras.camera_figure import camera_figure
     from mocap_metrology.present.cameras.take import Take, levels_of, of_take, one_frame
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
-    from mocap_metrology.present.tables import read_noise
 
     given, settings, group = snakemake.params, snakemake.params.cameras, snakemake.wildcards.group
     of = {row["recording"]: row for row in given.rows}

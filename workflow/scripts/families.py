@@ -6,12 +6,12 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.present.groups.adev import family_figure
     from mocap_metrology.present.groups.coefficients import coefficients_figure, correlated_figure
     from mocap_metrology.present.groups.members import family_of
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
-    from mocap_metrology.present.tables import read_noise
 
     given, group = snakemake.input, snakemake.wildcards.group
     rows = {row["recording"]: row for row in snakemake.params.rows}

@@ -8,6 +8,7 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
     from mocap_metrology.present.skurowski import gather
@@ -40,7 +41,7 @@ with step(snakemake) as log:
         expected = tables.read(path)["series"].tolist()
         summary += group_tables.allan_summary(name, source[name], allan[name][0], expected)
     write("allan", summary, "Allan deviations", group_tables.ALLAN)
-    found = dict(zip(source, map(tables.read_noise, snakemake.input.noise), strict=True))
+    found = dict(zip(source, map(read_noise, snakemake.input.noise), strict=True))
     noise = group_tables.noise_table(found, source)
     caption = f"{group_tables.CAPTION} {sentence}"
     text = group_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)

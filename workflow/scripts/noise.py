@@ -1,17 +1,14 @@
-"""trajectories.parquet, allan.parquet -> noise.csv: coefficients of the noise of every series."""
+"""clean.parquet, trajectories.parquet -> psd, Allan deviations, Gaussian model, covariance of fast
+noise, coefficients of the noise of every series."""
 
 from step import step
 
 with step(snakemake):
-    from mocap_metrology.common.files import read_table, write_csv
-    from mocap_metrology.pipeline.recording import noise_coefficients
-    from mocap_metrology.pipeline.tables import Table
+    from pathlib import Path
+
+    from mocap_metrology.recording.noise import noise
+    from mocap_metrology.recording.results import Results
     from mocap_metrology.settings import Settings
 
-    given = snakemake.params
-    allan, _ = read_table(snakemake.input.allan)
-    raw = Table.open(snakemake.input.raw)
-    found = noise_coefficients(raw, allan, Settings(**given.settings), given.subset or None)
-    write_csv(snakemake.output.noise, found.rows)
-    found.allan.write(snakemake.output.allan)
-    found.periodogram.write(snakemake.output.periodogram)
+    results = Results(Path(snakemake.output.noise).parent)
+    noise(results, Settings(**snakemake.params.settings), snakemake.params.subset or None)

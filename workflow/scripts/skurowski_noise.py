@@ -5,10 +5,10 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
+    from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.present import tables
     from mocap_metrology.present.skurowski import appendix, appendix_text
     from mocap_metrology.present.skurowski.appendix_text import table_a_markdown
-    from mocap_metrology.present.tables import read_noise
 
     rows = {row["recording"]: row for row in snakemake.params.rows}
     noise = dict(zip(rows, map(read_noise, snakemake.input.noise), strict=True))

@@ -6,12 +6,12 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import read_metadata, read_table
+    from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.noise.fit.estimators import NoiseSettings, regression
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import appendix, gather
     from mocap_metrology.present.skurowski.coefficients import colour_figure, correlated_figure
     from mocap_metrology.present.skurowski.series_figures import periodic_figure, regression_figure
-    from mocap_metrology.present.tables import read_noise
     from mocap_metrology.settings import Settings
 
     given, titles, series = snakemake.params, gather.TITLES, gather.SERIES

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from mocap_metrology.calibration.angle_noise import of_calibration
+from mocap_metrology.calibration.decode import Entry, checked
+from mocap_metrology.calibration.exports import FORMATS
+from mocap_metrology.calibration.files import write_decoded, write_poses
 from mocap_metrology.cli.beside import beside
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.files import read_table, write_json
-from mocap_metrology.pipeline.angle_noise import of_calibration
-from mocap_metrology.pipeline.calibration import Asked, checked
-from mocap_metrology.pipeline.calibration_exports import FORMATS
-from mocap_metrology.pipeline.calibration_files import write_decoded, write_poses
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import pose_rows
@@ -45,28 +45,28 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
     kind = given.format or format_of(path)
     settings = Lighthouse(estimators=OWN, world=given.world, inertial=given.inertial)
     points = {"points": given.world_points} if given.world_points else {}
-    asked = Asked(name_of(path), str(path.resolve()), kind, given.board)
+    entry = Entry(name_of(path), str(path.resolve()), kind, given.board)
     with beside(import_matplotlib, _draw_calibration) as second:
         tell("1/3 pulses, base stations, sweeps")
         check, decoded = checked(
-            asked, {"dump": str(path), "board": given.board} | points, settings
+            entry, {"dump": str(path), "board": given.board} | points, settings
         )
         for words in (*check["notes"], *check["warnings"]):
             tell(words)
         with replaced(folder, ("check.json", *TABLES.values(), *PICTURES)) as part:
             files = {name: str(part / file) for name, file in TABLES.items()}
             write_json(part / "check.json", check)
-            write_decoded(asked, decoded, settings, files)
+            write_decoded(entry, decoded, settings, files)
             tell("2/3 poses of the board and of the base stations")
             with ThreadPoolExecutor(given.threads) as pool:
-                write_poses(asked, settings, files | points, files, pool.map)
+                write_poses(entry, settings, files | points, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
-            tell_result(_verdict(read_calibration(files, asked.calibration, None)))
+            tell_result(_verdict(read_calibration(files, entry.calibration, None)))
             tell("3/3 figures")
-            second.call(files, asked.calibration, part / PICTURES[0])
+            second.call(files, entry.calibration, part / PICTURES[0])
             tracked = read_table(files["track"]), read_table(files["allan"])
             save(
-                track_figure(asked.calibration, None, *tracked[0], *tracked[1]), part / PICTURES[2]
+                track_figure(entry.calibration, None, *tracked[0], *tracked[1]), part / PICTURES[2]
             )
             second.wait()
     exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"

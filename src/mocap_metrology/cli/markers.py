@@ -10,20 +10,20 @@ from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.io.labels import in_words
 from mocap_metrology.io.read import labels_of, marker_labels, read_recording
 from mocap_metrology.noise.gaussian.two_markers import median_drift
-from mocap_metrology.pipeline.checking import Asked
 from mocap_metrology.present.text.numbers import mm
+from mocap_metrology.recording.check import Entry
 
 FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
 WANTED = 2  # with two there is a distance
 
 
-def chosen(asked: Asked, limit_mm: float) -> tuple[list[str], str]:
+def chosen(entry: Entry, limit_mm: float) -> tuple[list[str], str]:
     """Markers of a file, and why these."""
-    (path,) = asked.paths
-    labels = marker_labels(path, asked.accept_truncated)
-    found, why = choose(labels, lambda label: _movement(asked, label), limit_mm)
+    (path,) = entry.paths
+    labels = marker_labels(path, entry.accept_truncated)
+    found, why = choose(labels, lambda label: _movement(entry, label), limit_mm)
     if not found:
-        every = in_words(labels_of(path, asked.accept_truncated), 60)
+        every = in_words(labels_of(path, entry.accept_truncated), 60)
         name = path.rpartition("/")[2]
         raise Refusal(
             f"{name}: no marker is seen in half of the frames; name markers of these: {every}"
@@ -55,12 +55,12 @@ def choose(
     return least, f"those that move least, {moves}: no two are at rest"
 
 
-def _movement(asked: Asked, label: str) -> float | None:
+def _movement(entry: Entry, label: str) -> float | None:
     """Range of a marker's one-second medians in mm; None if it is hardly seen, or has a coordinate
     that is zero throughout, which no marker has that is measured."""
-    how = asked.frame_rate_hz, False, asked.accept_truncated, asked.unit
+    how = entry.frame_rate_hz, False, entry.accept_truncated, entry.unit
     try:
-        found = read_recording(asked.paths, [label], *how)
+        found = read_recording(entry.paths, [label], *how)
     except Unseen:
         return None
     position = found.position_mm[0]

@@ -13,14 +13,14 @@ from pathlib import Path
 from mocap_metrology.cli.markers import chosen
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.files import write_json
 from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.read import labels_of
-from mocap_metrology.pipeline.checking import Asked, examine, refused
-from mocap_metrology.pipeline.one_recording import N_STEPS, PICTURES, WRITTEN, analyse
-from mocap_metrology.pipeline.progress import Progress
+from mocap_metrology.io.recording import Recording
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.words import verdict_lines
+from mocap_metrology.recording.analyse import FILES, N_STEPS, PICTURES, analyse
+from mocap_metrology.recording.check import Check, Entry, refused
+from mocap_metrology.recording.progress import Shown
 from mocap_metrology.settings import Noise, Settings
 
 # One estimator of noise decides the verdict; the others are for comparison
@@ -32,25 +32,25 @@ LARGEST = 1 << 29  # bytes of an array, and of what is kept
 def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None:
     """Results of one recording into the folder, and the verdict on the terminal."""
     keep_freed_memory()
-    progress = Progress(sys.stderr, N_STEPS, given.threads or processors())
+    progress = Shown(sys.stderr, N_STEPS, given.threads or processors())
     logging.getLogger("mocap_metrology").addHandler(progress)
-    limits = SETTINGS.still.range_mm, SETTINGS.verdict.horizon_s, SETTINGS.second_opinion
     try:
-        asked = _asked(path, given)
-        found = examine(asked, *limits, progress.over)
+        entry = _entry(path, given)
+        with replaced(folder, FILES) as part:
+            verdict = analyse(entry, name_of(path), part, SETTINGS, _tell, progress)
     except Refusal as refusal:
         raise Refusal(_why(refusal)) from None
-    check, take = found.check, found.recording
-    n_frames, rate = take.position_mm.shape[2], take.frame_rate_hz
-    labels = ", ".join(take.labels)
+    pictures = (f"  {folder / f'{name}.png'}" for name in PICTURES)
+    tell_result([*verdict_lines(verdict), "", "Figures:", *pictures])
+
+
+def _tell(check: Check, recording: Recording) -> None:
+    """What is analysed, and what to beware of."""
+    n_frames, rate = recording.position_mm.shape[2], recording.frame_rate_hz
+    labels = ", ".join(recording.labels)
     tell(f"{labels}: {n_frames} frames at {rate:g} Hz, {duration_words(n_frames / rate)}")
     for words in check["warnings"]:
         tell(words)
-    with replaced(folder, ("check.json", *WRITTEN)) as part:
-        write_json(part / "check.json", check)
-        verdict = analyse(found, name_of(path), part, SETTINGS, progress)
-    pictures = (f"  {folder / f'{name}.png'}" for name in PICTURES)
-    tell_result([*verdict_lines(verdict), "", "Figures:", *pictures])
 
 
 def keep_freed_memory() -> None:
@@ -69,16 +69,16 @@ def processors() -> int:
     return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
-def _asked(path: Path, given: argparse.Namespace) -> Asked:
+def _entry(path: Path, given: argparse.Namespace) -> Entry:
     """With the named markers, or a choice of markers, which is reported."""
     named = [part.strip() for text in given.markers for part in text.split(";") if part.strip()]
-    asked = Asked([str(path)], named, given.rate, given.accept_truncated, given.unit)
+    entry = Entry([str(path)], named, given.rate, given.accept_truncated, given.unit)
     if named:
-        find_points(labels_of(path, asked.accept_truncated), named, path.name)
-        return asked
-    found, why = chosen(asked, SETTINGS.still.range_mm)
+        find_points(labels_of(path, entry.accept_truncated), named, path.name)
+        return entry
+    found, why = chosen(entry, SETTINGS.still.range_mm)
     tell(f"Markers: {', '.join(found)} ({why}); name others with --markers, in make MARKERS=")
-    return replace(asked, markers=found)
+    return replace(entry, markers=found)
 
 
 def _why(refusal: Refusal) -> str:

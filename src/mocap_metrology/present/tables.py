@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeGuard
 
@@ -20,12 +19,6 @@ if TYPE_CHECKING:
 Row = dict[str, Any]  # of a table: numbers, words, gaps
 Record = Mapping[str, Any]  # a row as read from CSV, or what a JSON file holds
 BESIDE = ("regenerated", "expected")  # columns with the decimals of `published`
-NOISE_NUMBERS = (  # columns of noise.csv
-    *("value", "std_error", "crlb", "lower_68", "upper_68", "lower_95", "upper_95"),
-)
-OUTLIER_NUMBERS = (  # columns of outliers.csv
-    *("n_frames", "n_valid", "share", "share_of_clean_gaussian_noise"),
-)
 RESIDUALS = ("residual", "published_residual")  # differences, and no values of the quantity
 DIGITS = 5  # significant ones of a number to read
 SMALL, LARGE = 1e-4, 1e6  # beyond these a number is written with a power of ten
@@ -42,25 +35,6 @@ def read(path: str | Path) -> pd.DataFrame:
     import pandas as pd
 
     return pd.read_csv(path, keep_default_na=False, na_values=[""])
-
-
-def read_noise(path: str | Path) -> list[Row]:
-    """Rows of a noise.csv with numbers as numbers; NaN where a number is missing."""
-    return [row | {"detected": row["detected"] == "True"} for row in _rows(path, NOISE_NUMBERS)]
-
-
-def read_outliers(path: str | Path) -> list[Row]:
-    """Rows of an outliers.csv, likewise."""
-    return _rows(path, OUTLIER_NUMBERS)
-
-
-def _rows(path: str | Path, numbers: Collection[str]) -> list[Row]:
-    """Rows of a CSV file, without pandas, which takes longer to import than this to read."""
-    with Path(path).open(encoding="utf-8", newline="") as file:
-        return [
-            {name: float(cell or "nan") if name in numbers else cell for name, cell in row.items()}
-            for row in csv.DictReader(file)
-        ]
 
 
 def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> None:

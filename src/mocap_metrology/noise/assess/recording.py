@@ -17,10 +17,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypedDict
+from pathlib import Path
+from typing import TypedDict, cast
 
 import numpy as np
 
+from mocap_metrology.common.files import read_csv
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.assess import checks
 from mocap_metrology.noise.assess.checks import (
@@ -52,6 +54,12 @@ class OutlierRow(TypedDict):
     n_valid: float
     share: float
     share_of_clean_gaussian_noise: float
+
+
+def read_outliers(path: str | Path) -> list[OutlierRow]:
+    """Rows of an outliers.csv."""
+    numbers = set(OutlierRow.__annotations__) - {"series"}
+    return cast(list[OutlierRow], read_csv(path, numbers))
 
 
 @dataclass(frozen=True)

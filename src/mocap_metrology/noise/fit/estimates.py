@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from pathlib import Path
+from typing import TypedDict, cast
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import read_csv
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.components import (
     ALPHAS,
@@ -103,6 +105,15 @@ class NoiseRow(TypedDict, total=False):
     detected: bool
     status: str
     note: str
+
+
+NUMBERS = ("value", "std_error", "crlb", "lower_68", "upper_68", "lower_95", "upper_95")
+
+
+def read_noise(path: str | Path) -> list[NoiseRow]:
+    """Rows of a noise.csv; NaN where a number is missing."""
+    rows = read_csv(path, NUMBERS)
+    return [cast(NoiseRow, row | {"detected": row["detected"] == "True"}) for row in rows]
 
 
 @dataclass(frozen=True)

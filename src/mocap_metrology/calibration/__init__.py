@@ -1,0 +1,1 @@
+"""The steps of a calibration, tables in, tables out."""

@@ -1,0 +1,1 @@
+"""The steps of a recording, tables in, tables out: `steps` has each once."""

@@ -1,0 +1,65 @@
+"""A recording from its file to the verdict in one process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from mocap_metrology.common.files import Metadata
+from mocap_metrology.common.types import Row
+from mocap_metrology.io.recording import Recording
+from mocap_metrology.recording import figures
+from mocap_metrology.recording.check import Check, Entry
+from mocap_metrology.recording.clean import clean
+from mocap_metrology.recording.noise import noise
+from mocap_metrology.recording.progress import Progress
+from mocap_metrology.recording.verdict import diagnose, verdict
+from mocap_metrology.settings import Settings
+
+N_STEPS = 7  # lines of progress
+GROUP = "check"  # of a recording without a sheet
+PICTURES = ("verdict", "adev", "trajectory", "diagnosis")
+FILES = (
+    *("check.json", "trajectories.parquet", "clean.parquet", "outliers.csv"),
+    *("allan.parquet", "psd.parquet", "gaussian.csv", "covariance.csv"),
+    *("noise.csv", "allan_masked.parquet", "periodogram.parquet", "verdict.json"),
+    *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
+    *(f"{figure}.{kind}" for figure in PICTURES for kind in ("svg", "png")),
+)
+
+
+def analyse(
+    entry: Entry,
+    name: str,
+    folder: Path,
+    settings: Settings,
+    tell: Callable[[Check, Recording], None],
+    progress: Progress,
+) -> Mapping[str, Any]:
+    """All steps of one measured recording, with its figures; contents of verdict.json.
+
+    A thread runs the steps, those of `progress` work on the series, and this one draws meanwhile:
+    matplotlib is for one thread only.
+    """
+    origin: Metadata = {"recording": name, "source": "measured", "twin": None}
+    named: Row = {"recording": name, "group": GROUP}
+    named |= {"twin": None, "camera_type": "", "n_cameras": None}
+    thread = ThreadPoolExecutor(1)
+    try:
+        results = clean(entry, origin, settings, folder, tell=tell, progress=progress)
+        fitted = thread.submit(noise, results, settings, progress=progress)
+        diagnosis = thread.submit(diagnose, results, settings, progress)
+        document = thread.submit(verdict, results, named, settings, progress)
+        figures.draw_trajectory(results)
+        fitted.result()
+        figures.draw_allan(results)
+        figures.draw_diagnosis(diagnosis.result(), results, settings)
+        document.result()
+        progress.step("figures")
+        figures.draw_verdict(document.result(), folder)
+    finally:
+        thread.shutdown(wait=False, cancel_futures=True)
+        progress.end()
+    return document.result()

@@ -1,0 +1,220 @@
+"""First step of a recording: its coordinates as they are analysed, and cleaned."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from mocap_metrology import settings as of
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import Metadata, versions, write_csv, write_json, write_series
+from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, white_level_kept
+from mocap_metrology.common.large import is_large
+from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.types import Row
+from mocap_metrology.io.recording import Recording
+from mocap_metrology.noise.diagnosis.export import filled_frames
+from mocap_metrology.noise.motion.movement import Movement
+from mocap_metrology.noise.series import coordinate_names, pair_numbers
+from mocap_metrology.recording.check import Check, Entry, examine, read, refused
+from mocap_metrology.recording.progress import CALM, Progress
+from mocap_metrology.recording.results import Results
+from mocap_metrology.recording.table import Series, Table
+from mocap_metrology.settings import Settings
+
+log = logging.getLogger(__name__)
+OUTLIERS = (  # columns of outliers.csv
+    *("series", "action", "n_sigma", "window_frames", "n_frames", "n_valid", "n_outliers", "share"),
+    *("share_of_clean_gaussian_noise", "white_level_kept", "resolution_mm", "resolution_kind"),
+)
+
+
+def clean(
+    entry: Entry,
+    origin: Metadata,
+    settings: Settings,
+    folder: Path,
+    *,
+    tell: Callable[[Check, Recording], None] | None = None,
+    progress: Progress = CALM,
+) -> Results:
+    """Read, examine and clean a recording: check.json, trajectories.parquet, clean.parquet,
+    outliers.csv.
+
+    origin: `recording`, `source`, `twin`, `pairs`, of a twin also `form`; a twin needs no check.
+    tell: is called when the recording has been examined. Raises `Refusal` for a recording that
+    cannot be used; then nothing has been written.
+    """
+    results, over, is_twin = Results(folder), progress.over, bool(origin["twin"])
+    recording = read(entry, settings.second_opinion and not is_twin)
+    movements: Mapping[str, Mapping[str, Movement]] = {}
+    if not is_twin:
+        check, movements = examine(entry, recording, settings, over)
+        write_json(folder / "check.json", check)
+        if tell:
+            tell(check, recording)
+    progress.step("gap-filled frames and outliers")
+    raw = trajectories(recording, origin, over)
+    del recording  # its positions are those of the table, which may be read from the disk again
+    for number, label in enumerate(raw.origin["labels"], start=1):
+        if movements and not raw.origin["n_filled_frames"][label]:
+            results.movements |= {f"{axis}{number}": m for axis, m in movements[label].items()}
+    if is_large(len(raw.columns), raw.frame.size):
+        raw.write(folder / "trajectories.parquet")
+        del raw
+        report = write_cleaned(results.raw, settings.hampel, folder / "clean.parquet")
+    else:
+        results.raw = raw
+        progress.later(raw.write, folder / "trajectories.parquet")
+        filtered = cleaned(raw, settings.hampel, over)
+        results.clean, results.outliers, report = filtered.table, filtered.outliers, filtered.report
+        progress.later(filtered.table.write, folder / "clean.parquet")
+    write_csv(folder / "outliers.csv", report, OUTLIERS)
+    return results
+
+
+def refuse(refusal: Refusal, entry: Entry, origin: Metadata, folder: Path) -> None:
+    """check.json of a recording that cannot be used, with the reason; tables without rows."""
+    columns = 'write "accept" in column truncated of the sheet', "column unit of the sheet"
+    write_json(folder / "check.json", refused(refusal, *columns))
+    names = [f"{name}_mm" for name in coordinate_names(len(entry.markers))]
+    frame = {"frame": np.empty(0, np.int32)}
+    table = Table(frame | dict.fromkeys(names, np.empty(0, np.float32)), origin)
+    table.write(folder / "trajectories.parquet")
+    table.write(folder / "clean.parquet")
+    write_csv(folder / "outliers.csv", [], OUTLIERS)
+
+
+def trajectories(
+    recording: Recording,
+    named: Metadata,
+    over: Over = in_turn,
+) -> Table:
+    """Chosen markers in mm, one row a frame, gaps as NaN; what an interpolation filled is a gap.
+
+    named: `recording`, `source` (`twin` or `measured`), `twin` (its name, or None), `pairs` of
+    labels (default: the first two); of a twin also `form`: frames of a camera are points, its
+    exposure is far shorter than a frame. Changes the positions of `recording` in place.
+    """
+    filled = filled_frames(recording.position_mm, recording.resolution_mm, over)
+    for label, own, mask in zip(recording.labels, recording.position_mm, filled, strict=True):
+        own[:, mask] = np.nan  # no measurement
+        if mask.any():
+            log.warning("%s: %d frames are gap-filled and left out", label, mask.sum())
+    coordinates = recording.position_mm.reshape(-1, recording.position_mm.shape[2])
+    names = [f"{name}_mm" for name in coordinate_names(len(recording.labels))]
+    columns = {"frame": np.arange(coordinates.shape[1], dtype=np.int32)}
+    origin = named | {
+        "unit": "mm",
+        "labels": recording.labels,
+        "pairs": pair_numbers(recording.labels, named.get("pairs")),
+        "frame_rate_hz": recording.frame_rate_hz,
+        "resolution_mm": recording.resolution_mm,
+        "resolution_kind": recording.resolution_kind,
+        "file_units": recording.units,
+        "unit_source": recording.unit_source,
+        "file_encoding": recording.encoding,
+        "n_gap_frames": recording.n_gap_frames,
+        "n_invalid": recording.n_invalid,
+        "n_filled_frames": dict(zip(recording.labels, filled.sum(axis=1).tolist(), strict=True)),
+        "segments": [asdict(segment) for segment in recording.segments],
+        "notes": recording.notes,
+        "versions": versions("numpy", "pyarrow"),
+    }
+    few_values = tuple(names) if recording.resolution_kind == "int16" else ()
+    return Table(columns | dict(zip(names, coordinates, strict=True)), origin, few_values)
+
+
+class CleanSeries(NamedTuple):
+    """name without unit; values (n,), outliers replaced; outlier: (n,); row of outliers.csv."""
+
+    name: str
+    values: np.ndarray
+    outlier: np.ndarray
+    row: Row
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """table: of clean.parquet; report: rows of outliers.csv; outliers: of each series, (n,)."""
+
+    table: Table
+    report: list[Row]
+    outliers: dict[str, np.ndarray]
+
+
+def cleaned(raw: Table, settings: of.Hampel, over: Over = in_turn) -> Cleaned:
+    """Every series, distances included, through the Hampel filter."""
+    columns, report, outliers = {"frame": raw.frame}, [], {}
+    for name, values, outliers[name], row in _filtered(raw, settings, over):
+        columns[f"{name}_mm"] = values
+        report.append(row)
+    return Cleaned(Table(columns, _clean_origin(raw, settings)), report, outliers)
+
+
+def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row]:
+    """As `cleaned`, written one series at a time to `path`; returns the report."""
+    report = []
+
+    def columns() -> Iterator[Series]:
+        yield "frame", raw.frame
+        for one in _filtered(raw, settings, in_turn):
+            report.append(one.row)
+            yield f"{one.name}_mm", one.values
+
+    write_series(path, columns(), _clean_origin(raw, settings))
+    return report
+
+
+def _clean_origin(raw: Table, settings: of.Hampel) -> Metadata:
+    own = {"hampel": settings.model_dump(), "window_frames": 2 * _half_window(raw, settings) + 1}
+    return raw.origin | own | {"versions": versions("numpy", "numba", "pyarrow")}
+
+
+def _half_window(raw: Table, settings: of.Hampel) -> int:
+    return max(round(settings.half_window_s * raw.origin["frame_rate_hz"]), 1)
+
+
+def _filtered(raw: Table, settings: of.Hampel, over: Over) -> Iterable[CleanSeries]:
+    """Every series; coordinates in their own type."""
+    origin, half_window = raw.origin, _half_window(raw, settings)
+    share_of_noise, kept = white_level_kept(settings.n_sigma, half_window, settings.action)
+    if half_window < SHORT_WINDOW and settings.action != "off":
+        log.warning(
+            "the window holds %d frames, so the filter replaces many good samples too; "
+            "raise hampel.half_window_s to %g or more",
+            2 * half_window + 1,
+            SHORT_WINDOW / origin["frame_rate_hz"],
+        )
+    given = raw.coordinates
+    kind = next(iter(given.values())).dtype
+
+    def filtered(one: Series) -> CleanSeries:
+        name, values = one
+        result = hampel(
+            values, half_window, settings.n_sigma, settings.action, origin["resolution_mm"]
+        )
+        log.info("%s: %.3f %% outliers", name, 100 * result.share)
+        row: Row = {
+            "series": name,
+            "action": settings.action,
+            "n_sigma": settings.n_sigma,
+            "window_frames": 2 * half_window + 1,
+            "n_frames": values.size,
+            "n_valid": result.n_valid,
+            "n_outliers": int(result.outlier.sum()),
+            "share": result.share,
+            "share_of_clean_gaussian_noise": share_of_noise,
+            "white_level_kept": kept,
+            "resolution_mm": origin["resolution_mm"],
+            "resolution_kind": origin["resolution_kind"],
+        }
+        found = result.values.astype(kind if name in given else float)
+        return CleanSeries(name, found, result.outlier, row)
+
+    return over(filtered, raw.with_distances())

@@ -1,0 +1,227 @@
+"""Second step of a recording: spectra, moments, Allan deviations and noise coefficients."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+
+from mocap_metrology import settings as of
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.files import Metadata, versions, write_csv
+from mocap_metrology.common.hampel import taken_at_most
+from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.types import Columns, Row
+from mocap_metrology.noise.allan.confidence import allan_curve
+from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.cameras.covariance import COLUMNS as COVARIANCE
+from mocap_metrology.noise.cameras.covariance import CovarianceRow, covariance_rows
+from mocap_metrology.noise.fit import estimates
+from mocap_metrology.noise.fit.estimators import (
+    NoiseSettings,
+    SeriesNoise,
+    estimate_series,
+    masked_curve,
+)
+from mocap_metrology.noise.fit.spectral.welch import welch
+from mocap_metrology.noise.gaussian.two_markers import gaussian_rows
+from mocap_metrology.noise.series import (
+    ALLAN,
+    PERIODOGRAM,
+    allan_columns,
+    joined,
+    periodogram_columns,
+)
+from mocap_metrology.recording.progress import CALM, Progress
+from mocap_metrology.recording.results import Results
+from mocap_metrology.recording.table import Series, Table
+from mocap_metrology.settings import Settings
+
+log = logging.getLogger(__name__)
+PSD = ("series", "f_hz", "psd_mm2_hz", "n_segments", "n_bridged")
+
+
+def noise(
+    results: Results,
+    settings: Settings,
+    subset: tuple[str, int] | None = None,
+    progress: Progress = CALM,
+) -> None:
+    """Statistics and noise of a cleaned recording: psd.parquet, allan.parquet, gaussian.csv,
+    covariance.csv, noise.csv, allan_masked.parquet, periodogram.parquet.
+
+    subset: type and number of cameras of the paper's tables, whose panel S's estimators then fit.
+    """
+    folder, over, filtered = results.folder, progress.over, results.clean
+    progress.step("power spectral densities, Gaussian model")
+    results.psd = spectra(filtered.in_mm(), filtered.origin, settings.psd, over)
+    results.psd.write(folder / "psd.parquet")
+    rows, covariance = gaussian_model(filtered, settings.gaussian)
+    write_csv(folder / "gaussian.csv", rows)
+    write_csv(folder / "covariance.csv", covariance, COVARIANCE)
+    progress.step("Allan deviations")
+    allan = allan_deviations(filtered.in_mm(), filtered.origin, settings.allan, over)
+    allan.write(folder / "allan.parquet")
+    progress.step("noise model")
+    outliers = results.outliers
+    tables = noise_coefficients(results.raw, allan.columns, settings, subset, over, outliers)
+    write_csv(folder / "noise.csv", tables.rows)
+    tables.periodogram.write(folder / "periodogram.parquet")
+    tables.allan.write(folder / "allan_masked.parquet")
+    results.allan_masked = tables.allan
+
+
+def spectra(
+    series: Iterable[Series], origin: Metadata, settings: of.Spectrum, over: Over = in_turn
+) -> Table:
+    """Welch's power spectral density of every series: psd.parquet."""
+
+    def density(one: Series) -> Columns | None:
+        name, values = one
+        try:
+            found = welch(values, origin["frame_rate_hz"], **settings.model_dump())
+        except Refusal as refusal:  # the other series are whole enough
+            log.warning("%s: %s", name, refusal)
+            return None
+        log.info("%s: %d segments of %d frames", name, found.n_segments, found.segment)
+        count = found.f_hz.size
+        return {
+            "series": np.full(count, name, dtype=object),
+            "f_hz": found.f_hz,
+            "psd_mm2_hz": found.psd,
+            "n_segments": np.full(count, found.n_segments, dtype=np.int64),
+            "n_bridged": np.full(count, found.n_bridged, dtype=np.int64),
+        }
+
+    parts = [part for part in over(density, series) if part]
+    origin = origin | {
+        "psd": settings.model_dump(),
+        "versions": versions("numpy", "scipy", "pyarrow"),
+    }
+    return Table(joined(parts, PSD), origin)
+
+
+def gaussian_model(clean: Table, settings: of.Gaussian) -> tuple[list[Row], list[CovarianceRow]]:
+    """The simple Gaussian model of every pair (S Table 4): gaussian.csv; and the covariance of fast
+    noise between coordinates: covariance.csv."""
+    series, origin = clean.coordinates, clean.origin
+    labels, rate = origin["labels"], origin["frame_rate_hz"]
+    rows = gaussian_rows(series, labels, clean.pairs, rate, settings.n_bins)
+    named = [{"recording": origin["recording"]} | row for row in rows]
+    return named, covariance_rows(series, len(labels), rate)
+
+
+def allan_deviations(
+    series: Iterable[Series], origin: Metadata, settings: of.Allan, over: Over = in_turn
+) -> Table:
+    """Allan deviations, with intervals, of series cleaned as in S: allan.parquet."""
+    rate, given = origin["frame_rate_hz"], origin["hampel"]
+    taken = taken_at_most(given["n_sigma"], origin["window_frames"] // 2, given["action"])
+
+    def curves(one: Series) -> list[Columns]:
+        name, values = one
+        m = averaging_factors(values.size, settings.n_taus, settings.min_m, settings.max_fraction)
+        how = (settings.confidence, settings.min_coverage)
+        log.info("%s: %d averaging factors", name, m.size)
+        return [
+            allan_columns(
+                name, allan_curve(values, rate, m, kind, *how).with_upper_raised(taken), kind
+            )
+            for kind in settings.estimators
+        ]
+
+    parts = [part for found in over(curves, series) for part in found]
+    origin = origin | {"allan": settings.model_dump()}
+    origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
+    return Table(joined(parts, ALLAN), origin)
+
+
+@dataclass(frozen=True)
+class NoiseTables:
+    """rows: of noise.csv; allan: Allan deviations of the masked series; periodogram: what the
+    likelihood was fitted to."""
+
+    rows: list[Row]
+    allan: Table
+    periodogram: Table
+
+
+def noise_coefficients(
+    raw: Table,
+    allan: Mapping[str, np.ndarray],
+    settings: Settings,
+    subset: tuple[str, int] | None = None,
+    over: Over = in_turn,
+    outliers: Mapping[str, np.ndarray] | None = None,
+) -> NoiseTables:
+    """Coefficients of the noise of every series, by every estimator: noise.csv and what was fitted.
+
+    raw: coordinates as recorded; allan: of the cleaned ones; subset: of the paper's tables, whose
+    panels S's estimators then fit. outliers: of `cleaned` with the same raw coordinates, which
+    saves looking for the grosser ones among all samples.
+    """
+    origin = raw.origin
+    rate, step, recording = origin["frame_rate_hz"], origin["resolution_mm"], origin["recording"]
+    how = NoiseSettings.of(settings, rate, origin.get("form", "sampled"), subset)
+
+    known = outliers if outliers and _same_window(settings.hampel, how, rate) else {}
+
+    def curve(name: str, values: np.ndarray, kind: str = "oadev") -> Columns:
+        return allan_columns(
+            name, masked_curve(values, rate, how, step, kind, known.get(name))[1], kind
+        )
+
+    def estimated(one: Series) -> tuple[str, list[Columns], SeriesNoise | str]:
+        """Its curves besides the first, and the noise or why there is none."""
+        name, values = one
+        own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
+        given = allan["m"][own], allan["avar_mm2"][own]
+        curves = [curve(name, values, kind) for kind in how.curves if kind != "oadev"]
+        seed = crc32(f"{recording} {name}".encode()) + how.seed
+        asked = how.components(name)
+        try:
+            found = estimate_series(values, given, rate, how, asked, seed, step, known.get(name))
+        except Refusal as refusal:
+            return name, [*curves, curve(name, values)], str(refusal)
+        return name, [*curves, allan_columns(name, found.curve)], found
+
+    rows, curves, periodograms = [], [], []
+    refused: dict[str, list[str]] = {}
+    for name, own, found in over(estimated, raw.with_distances()):
+        curves += own
+        if isinstance(found, str):
+            refused.setdefault(found, []).append(name)
+            rows += estimates.refused_rows(name, how.estimators, found)
+            continue
+        rows += _rows(name, found)
+        periodograms.append(periodogram_columns(name, found.periodogram))
+    for why, names in refused.items():
+        log.warning("%s: no noise coefficients: %s", ", ".join(names), why)
+    origin = origin | settings.model_dump(include={"noise", "allan", "seed"})
+    origin["versions"] = versions("numpy", "scipy", "numba", "pyarrow")
+    return NoiseTables(
+        rows,
+        Table(joined(curves, ALLAN), origin),
+        Table(joined(periodograms, PERIODOGRAM), origin),
+    )
+
+
+def _same_window(hampel: of.Hampel, how: NoiseSettings, rate: float) -> bool:
+    """Whether the samples of the mask are among the outliers of the filter before."""
+    same = round(hampel.half_window_s * rate) == how.half_window
+    return same and hampel.action != "off" and hampel.n_sigma <= how.mask_sigma
+
+
+def _rows(name: str, found: SeriesNoise) -> list[Row]:
+    """Rows of noise.csv of one series."""
+    rows = []
+    for estimate in found.estimates:
+        rows += estimates.rows(name, estimate)
+        log.info("%s %s: cost %.6g %s", name, estimate.estimator, estimate.cost, estimate.note)
+    for estimator, why in found.refused.items():
+        log.warning("%s: %s: %s", name, estimator, why)
+        rows += estimates.refused_rows(name, (estimator,), why)
+    return rows

@@ -1,0 +1,165 @@
+"""Last step of a recording: what is wrong with it, and whether it is good enough."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypedDict
+
+import numpy as np
+
+from mocap_metrology.common.files import Metadata, write_json
+from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.common.types import Row
+from mocap_metrology.noise.assess.checks import Thresholds
+from mocap_metrology.noise.assess.recording import Inputs, OutlierRow, assess_recording
+from mocap_metrology.noise.assess.uncertainty import Span
+from mocap_metrology.noise.diagnosis.findings import Finding, FindingRow, findings_of
+from mocap_metrology.noise.diagnosis.recording import (
+    Diagnosis,
+    DiagnosisSettings,
+    Recording,
+)
+from mocap_metrology.noise.diagnosis.recording import diagnose as diagnose_series
+from mocap_metrology.noise.fit.estimates import NoiseRow
+from mocap_metrology.noise.motion.movement import Movement
+from mocap_metrology.present.diagnosis.tables import write_diagnosis
+from mocap_metrology.present.text.diagnosis import sentences
+from mocap_metrology.present.text.sentence import Sentence
+from mocap_metrology.present.verdict.document import verdict_document
+from mocap_metrology.recording.progress import CALM, Progress
+from mocap_metrology.recording.results import Results
+from mocap_metrology.recording.table import Series, Table
+from mocap_metrology.settings import Settings
+
+
+def diagnose(results: Results, settings: Settings, progress: Progress = CALM) -> Diagnosed:
+    """Disturbances of a recording: diagnosis.json, events.csv, periodic.csv, filters.csv."""
+    progress.step("events, periodic disturbances, filters")
+    raw, over = results.raw, progress.over
+    diagnosis = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
+    diagnosis.write(results.folder, raw.origin["recording"], raw.origin["source"])
+    return diagnosis
+
+
+def verdict(
+    results: Results, named: Row, settings: Settings, progress: Progress = CALM
+) -> Mapping[str, Any]:
+    """verdict.json of a diagnosed recording; returns its contents. named: what it begins with."""
+    progress.step("verdict")
+    folder, filtered = results.folder, results.clean
+    evidence = Evidence(
+        filtered.in_mm(),
+        filtered.origin,
+        results.allan_masked.columns,
+        results.noise,
+        results.outlier_rows,
+        json.loads((folder / "diagnosis.json").read_text(encoding="utf-8")),
+        results.check["warnings"],
+    )
+    write_json(folder / "verdict.json", judged(evidence, named, settings, progress.over))
+    document: Mapping[str, Any] = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
+    return document
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """A recording, what was found in it, as codes and numbers, and in words."""
+
+    recording: Recording
+    found: Diagnosis
+    findings: Sequence[Finding]
+    sentences: Sequence[Sentence]
+
+    def write(self, folder: Path, name: str, source: str) -> None:
+        """diagnosis.json, events.csv, periodic.csv, filters.csv."""
+        write_diagnosis(
+            folder, name, source, self.recording, self.found, self.findings, self.sentences
+        )
+
+
+def diagnosed(
+    raw: Table,
+    psd: Table,
+    noise: Sequence[NoiseRow],
+    settings: Settings,
+    over: Over = in_turn,
+    movements: Mapping[str, Movement] | None = None,
+) -> Diagnosed:
+    """Events, lines, resolution and filters of a recording; noise: rows of noise.csv; movements: of
+    coordinates, where they are known already."""
+    origin = raw.origin
+    recording = Recording(
+        raw.coordinates,
+        origin["labels"],
+        raw.pairs,
+        origin["frame_rate_hz"],
+        origin["resolution_mm"],
+        origin["resolution_kind"],
+        origin["n_filled_frames"],
+        movements or {},
+    )
+    how = DiagnosisSettings(
+        **settings.diagnosis.model_dump(),
+        still_range_mm=settings.still.range_mm,
+        horizon_s=settings.verdict.horizon_s,
+    )
+    found = diagnose_series(recording, noise, psd.columns, how, psd.origin["psd"], over)
+    findings = findings_of(recording, found, noise)
+    return Diagnosed(recording, found, findings, sentences(recording, found, noise, how))
+
+
+class DiagnosisDocument(TypedDict):
+    """The part of diagnosis.json that a verdict needs."""
+
+    findings: list[FindingRow]
+    sentences: list[Row]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Evidence of a verdict. series: cleaned; origin: of clean.parquet; allan: columns of
+    allan_masked.parquet; noise, outliers: rows of the CSV files; diagnosis: contents of
+    diagnosis.json; warnings: of check.json."""
+
+    series: Iterable[Series]
+    origin: Metadata
+    allan: Mapping[str, np.ndarray]
+    noise: Sequence[NoiseRow]
+    outliers: Sequence[OutlierRow]
+    diagnosis: DiagnosisDocument
+    warnings: Sequence[str] = ()
+
+
+def judged(
+    evidence: Evidence,
+    named: Row,
+    settings: Settings,
+    over: Over = in_turn,
+) -> Row:
+    """Contents of verdict.json. named: what it begins with."""
+    origin = evidence.origin
+    limits = settings.verdict.model_dump()
+    span = Span(
+        origin["frame_rate_hz"],
+        limits.pop("horizon_s"),
+        limits.pop("window_s"),
+        settings.allan.confidence,
+        origin["resolution_mm"],
+    )
+    inputs = Inputs(
+        evidence.series,
+        origin["labels"],
+        evidence.noise,
+        evidence.allan,
+        evidence.outliers,
+        [Finding.of(row) for row in evidence.diagnosis["findings"]],
+    )
+    found = assess_recording(inputs, span, Thresholds(**limits), over)
+    document = named | verdict_document(found, origin["source"])
+    document["warnings"] = list(evidence.warnings)
+    document["findings"] = evidence.diagnosis["findings"]
+    document["sentences"] = evidence.diagnosis["sentences"]
+    return document

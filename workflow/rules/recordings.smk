@@ -1,0 +1,181 @@
+# A recording is three jobs: clean, noise, verdict. Parquet between them is the cache: a changed
+# setting of the noise reads no recording, a changed caption fits no noise.
+
+CLEANED = [
+    "<results>/recordings/{recording}/trajectories.parquet",
+    "<results>/recordings/{recording}/clean.parquet",
+    "<results>/recordings/{recording}/outliers.csv",
+]
+MEASURED_FILES = files(selection.paths)
+ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit")
+
+
+# A refusal is a result: this rule succeeds, check.json states the reason, and tables are empty.
+checkpoint clean:
+    input:
+        MEASURED_FILES,
+    output:
+        check="<results>/recordings/{recording}/check.json",
+        trajectories=CLEANED[0],
+        clean=CLEANED[1],
+        outliers=CLEANED[2],
+    log:
+        "<logs>/clean/{recording}.log",
+    benchmark:
+        "<benchmarks>/clean/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.measured,
+    priority: 10
+    resources:
+        mem_mb=memory(4000, arrays=9),
+        runtime=minutes(30, seconds=2.5),
+    params:
+        code=source("clean.py", "io", "noise", "recording", "present/text"),
+        contents=contents(selection.paths),
+        # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
+        paths=cell("paths"),
+        entry=columns(*ENTRY, "sha256"),
+        origin=columns("recording", "source", "twin", "pairs"),
+        settings=settings("hampel", "still", "second_opinion", verdict=["horizon_s"]),
+    message:
+        "{wildcards.recording}: reading, checking and cleaning"
+    script:
+        "../scripts/clean.py"
+
+
+# A twin needs no check, so it is known to be accepted before anything runs.
+rule clean_twin:
+    output:
+        truth="<results>/recordings/{recording}/truth.json",
+        trajectories=CLEANED[0],
+        clean=CLEANED[1],
+        outliers=CLEANED[2],
+    log:
+        "<logs>/clean/{recording}.log",
+    benchmark:
+        "<benchmarks>/clean/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.simulated,
+    resources:
+        mem_mb=memory(1000, arrays=9),
+        runtime=minutes(30, seconds=2.5),
+    params:
+        code=source("clean.py", "io", "noise", "recording", "present/text"),
+        entry=columns(*ENTRY),
+        origin=of_row(partial(selection.origin_of_twin, twins=TWINS)),
+        twin=twin_of(TWINS),
+        settings=settings("hampel", "seed"),
+    message:
+        "{wildcards.recording}: simulating and cleaning"
+    script:
+        "../scripts/clean.py"
+
+
+# Priority, because it is the longest job of a recording and should not run last and alone.
+rule noise:
+    input:
+        CLEANED,
+    output:
+        allan="<results>/recordings/{recording}/allan.parquet",
+        psd="<results>/recordings/{recording}/psd.parquet",
+        gaussian="<results>/recordings/{recording}/gaussian.csv",
+        covariance="<results>/recordings/{recording}/covariance.csv",
+        noise="<results>/recordings/{recording}/noise.csv",
+        masked="<results>/recordings/{recording}/allan_masked.parquet",
+        periodogram="<results>/recordings/{recording}/periodogram.parquet",
+    log:
+        "<logs>/noise/{recording}.log",
+    benchmark:
+        "<benchmarks>/noise/{recording}.tsv"
+    priority: 5
+    resources:
+        mem_mb=memory(1000, arrays=9),
+        runtime=minutes(120, seconds=5),
+    params:
+        code=source("noise.py", "noise", "recording"),
+        subset=of_row(selection.subset_of_paper),
+        settings=settings("psd", "gaussian", *NOISE),
+    message:
+        "{wildcards.recording}: Allan deviations, spectrum, noise coefficients"
+    script:
+        "../scripts/noise.py"
+
+
+rule verdict:
+    input:
+        CLEANED,
+        rules.noise.output,
+    output:
+        report(
+            "<results>/recordings/{recording}/verdict.svg",
+            caption="../report/caption.rst",
+            category="5 Recordings",
+            subcategory="{recording}",
+            labels={"result": "verdict: uncertainties, limits, causes"},
+        ),
+        # On the page of the recording only: in the report they would be three quarters of it
+        collect(
+            "<results>/recordings/{{recording}}/{file}",
+            file=[
+                *("verdict.png", "adev.svg", "adev.png", "trajectory.svg", "trajectory.png"),
+                *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
+                *("diagnosis.svg", "diagnosis.png"),
+            ],
+        ),
+        json="<results>/recordings/{recording}/verdict.json",
+        fits=directory("<results>/recordings/{recording}/fit"),
+    log:
+        "<logs>/verdict/{recording}.log",
+    benchmark:
+        "<benchmarks>/verdict/{recording}.tsv"
+    resources:
+        mem_mb=memory(1000, arrays=9),
+        runtime=minutes(30, seconds=3.5),
+    params:
+        code=source("verdict.py", "noise", "recording", "present"),
+        captions=[captions.VERDICT, captions.DIAGNOSIS],
+        row=columns("recording", "group", "twin", "camera_type", "n_cameras"),
+        settings=settings("diagnosis", "still", "verdict", allan=["confidence"]),
+        fits=config["fit_figures"],
+    message:
+        "{wildcards.recording}: diagnosis, verdict and figures"
+    script:
+        "../scripts/verdict.py"
+
+
+# On demand: snakemake results/recordings/<recording>/fits
+rule fits:
+    input:
+        rules.noise.output,
+        noise="<results>/recordings/{recording}/noise.csv",
+    output:
+        directory("<results>/recordings/{recording}/fits"),
+    log:
+        "<logs>/fits/{recording}.log",
+    benchmark:
+        "<benchmarks>/fits/{recording}.tsv"
+    resources:
+        mem_mb=memory(1000),
+        runtime=minutes(30),
+    params:
+        code=source("fits.py", "noise", "recording", "present"),
+    message:
+        "{wildcards.recording}: fits of the noise model to every series"
+    script:
+        "../scripts/fits.py"
+
+
+promise(
+    recordings=together(
+        collect(
+            "<results>/recordings/{row.recording}/truth.json",
+            row=accepted(query=SIMULATED),
+        ),
+        collect_outputs(
+            CLEANED,
+            rules.noise.output,
+            rules.verdict.output,
+            recording=accepted(selection.names, EVERY),
+        ),
+    ),
+)

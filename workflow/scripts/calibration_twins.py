@@ -1,0 +1,22 @@
+"""Simulate Lighthouse twins of one setup as dumps; decode and calibrate each."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.calibration.decode import Entry
+    from mocap_metrology.calibration.steps import simulate
+    from mocap_metrology.settings import Allan, Lighthouse
+
+    given, settings = snakemake.params, Lighthouse(**snakemake.params.lighthouse)
+    against = {row["calibration"]: {} for row in given.rows}
+    for (name, key), path in zip(given.against, snakemake.input, strict=True):
+        against[name][key] = path
+    for row in given.rows:
+        twin, folder = given.twins[row["twin"]], Path(given.folder) / row["calibration"]
+        folder.mkdir(parents=True, exist_ok=True)
+        allan = Allan(**given.allan) if row["calibration"] in given.at_rest else None
+        how = given.seed, against[row["calibration"]], settings, allan, folder
+        document = simulate(Entry(**row), twin, *how)
+        log.info("%s: %s", twin.name, document["verdict"]["word"])

@@ -1,0 +1,30 @@
+"""Recording, measured or simulated -> trajectories.parquet, clean.parquet, outliers.csv; check.json
+states whether a measured one can be used, truth.json what a simulated one is made of."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.files import empty_folder
+    from mocap_metrology.recording.check import Entry
+    from mocap_metrology.recording.clean import clean, refuse
+    from mocap_metrology.settings import Settings
+
+    given, folder = snakemake.params, Path(snakemake.output.clean).parent
+    origin, settings = dict(given.origin), Settings(**given.settings)
+    if origin["twin"]:
+        from mocap_metrology.recording.twin import simulated
+
+        (twin,) = given.twin.values()
+        with simulated(twin, settings.seed, folder) as path:
+            clean(Entry([str(path)], **given.entry), origin, settings, folder)
+    else:
+        entry = Entry(list(snakemake.input), **given.entry)
+        try:
+            clean(entry, origin, settings, folder)
+        except Refusal as refusal:
+            log.info("%s", refusal)
+            empty_folder(folder)  # results of an earlier input
+            refuse(refusal, entry, origin, folder)

@@ -1,0 +1,21 @@
+"""Recording -> pulses, stations, sweeps; check.json states whether it can be used."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.calibration.decode import Entry
+    from mocap_metrology.calibration.steps import refuse, sweeps
+    from mocap_metrology.common.errors import Refusal
+    from mocap_metrology.common.files import empty_folder
+    from mocap_metrology.settings import Lighthouse
+
+    given, folder = snakemake.params, Path(snakemake.output.check).parent
+    entry = Entry(**given.row | {"path": snakemake.input.dump})
+    try:
+        sweeps(entry, dict(snakemake.input.items()), Lighthouse(**given.lighthouse), folder)
+    except Refusal as refusal:
+        log.info("%s", refusal)
+        empty_folder(folder)  # results of an earlier input
+        refuse(refusal, folder)

@@ -22,7 +22,7 @@ run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES) $(if $(FOLDER),--config $(FOLDER))
 
 # A run with refusals ends with status 1, and the report lists them; it cannot list results missing after a crash.
-report: warm  ## run, then write the report: $(RESULTS)/report.html (quick: make report ARGS="--profile profiles/quick")
+report: warm  ## run, then write the report: results/report.html (quick: make report ARGS="--profile profiles/quick")
 	@status=0; $(RUN) python workflow/run.py --cores $(CORES) $(WITH) || status=$$?; \
 	$(RUN) python workflow/write_report.py $(RESULTS)/report.html $(WITH) || exit 1; exit $$status
 
@@ -84,7 +84,7 @@ lint: env  ## check style, spelling and types of code and workflow
 	@$(RUN) sh -ec 'ruff check .; ruff format --check .; codespell; \
 		snakefmt --check Snakefile workflow; python workflow/lint.py; mypy'
 
-crate: env  ## pack a finished run as a Workflow Run RO-Crate: $(RESULTS)/crate.zip
+crate: env  ## pack a finished run as a Workflow Run RO-Crate: results/crate.zip
 	@$(RUN) python workflow/write_crate.py $(RESULTS)
 
 hooks: env  ## check style and spelling before each commit from now on

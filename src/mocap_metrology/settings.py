@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
@@ -28,6 +29,7 @@ SimplexOptics = Literal["ideal", "factory"]
 WorldFrame = Literal["gravity", "master", "board-start", "points"]
 
 Sheet = Annotated[str | None, Words("the path of a sheet, or nothing", "a path or nothing")]
+Limit = Annotated[float | None, Words("a number of mm > 0, or nothing", "> 0, or nothing")]
 Share = Annotated[float, Words("a share from 0 to 1")]
 Frequency = Annotated[float, Field(gt=0, le=1e6)]
 SERIES = r"^([xyz][1-9][0-9]*|L|L_[1-9][0-9]*_[1-9][0-9]*)$"  # coordinate of a marker, distance
@@ -95,11 +97,11 @@ class Verdict(Section):
     usable_mm: float = Field(0.25, gt=0)
     """The verdict is `usable` up to this uncertainty, and `bad` above. No `usable_` limit may be
     below its `good_` limit."""
-    good_drift_mm: float = Field(0.35, gt=0)
-    """Limit of `good` for the drift over the horizon. A drift by d scatters by d/√12 about its
-    mean: 0.1 mm."""
-    usable_drift_mm: float = Field(0.85, gt=0)
-    """Limit of `usable` for the drift: a scatter of 0.25 mm."""
+    good_drift_mm: Limit = Field(None, gt=0)
+    """Limit of `good` for the drift over the horizon. Nothing: √12 times `good_mm`, because a drift
+    by d scatters by d/√12 about its mean."""
+    usable_drift_mm: Limit = Field(None, gt=0)
+    """Limit of `usable` for the drift. Nothing: √12 times `usable_mm`."""
     good_missing: Share = Field(0.01, ge=0, le=1)
     """Limit of `good` for the share of missing frames."""
     usable_missing: Share = Field(0.1, ge=0, le=1)
@@ -118,6 +120,12 @@ class Verdict(Section):
     misfit: Word = "usable"
     """The best verdict if the noise of a coordinate fits no model. A marker that moves
     (`still.range_mm`) is `bad`, whatever its noise."""
+
+    @property
+    def drift_mm(self) -> tuple[float, float]:
+        """Limits of good and of usable for the drift over the horizon."""
+        good = self.good_drift_mm or math.sqrt(12) * self.good_mm
+        return good, self.usable_drift_mm or math.sqrt(12) * self.usable_mm
 
 
 class Compare(Section):
@@ -474,7 +482,8 @@ def checked(config: Mapping[str, object]) -> Settings:
         settings = Settings.model_validate(config, context=WHOLE)
     except ValidationError as error:
         raise Faults(faults(error, Settings, config)) from None
-    limits, lines = settings.verdict.model_dump(), []
+    drift = dict(zip(("good_drift_mm", "usable_drift_mm"), settings.verdict.drift_mm, strict=True))
+    limits, lines = settings.verdict.model_dump() | drift, []
     for key, good in limits.items():
         other = key.replace("good_", "usable_")
         if other != key and other in limits and good > limits[other]:

@@ -21,7 +21,6 @@ from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.sections import choices_of, fields
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
-from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
 from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings
 from mocap_metrology.settings import Hampel, Noise, Settings, checked
@@ -193,8 +192,6 @@ def plain(settings: Any) -> dict[str, Any]:
 def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     config = Settings().model_dump(mode="json")
     moving = config["still"]["range_mm"]
-    limits = {k: v for k, v in config["verdict"].items() if k not in ("horizon_s", "window_s")}
-    assert plain(Thresholds()) == limits
     annealing = plain(AnnealingSettings())
     assert {key: annealing[key] for key in config["annealing"]} == config["annealing"]
     still = {"still_range_mm": moving, "horizon_s": config["verdict"]["horizon_s"]}

@@ -47,8 +47,30 @@ def shortened(text: str, most: int = 300) -> str:
 def meant(word: str, known: Iterable[str]) -> str | None:
     """The known word that `word` was probably meant to be."""
     folded = {str(name).casefold(): name for name in known}
-    close = difflib.get_close_matches(str(word).strip().casefold(), list(folded), n=1, cutoff=0.6)
-    return folded[close[0]] if close else None
+    near = nearest(str(word).strip().casefold(), folded)
+    return folded[near[0]] if near else None
+
+
+def nearest(word: str, known: Iterable[str], most: int = 3) -> list[str]:
+    """The words to which the fewest edits lead (a letter inserted, removed, replaced, or two
+    neighbours exchanged), of those that resemble `word`."""
+    close = difflib.get_close_matches(word, list(known), n=10, cutoff=0.6)
+    edits = {other: _edits(word, other) for other in close}
+    return [other for other in close if edits[other] == min(edits.values())][:most]
+
+
+def _edits(first: str, second: str) -> int:
+    """Optimal string alignment distance."""
+    rows = [list(range(len(second) + 1))]
+    for i, letter in enumerate(first, start=1):
+        row = [i]
+        for j, other in enumerate(second, start=1):
+            cost = min(rows[-1][j] + 1, row[-1] + 1, rows[-1][j - 1] + (letter != other))
+            if i > 1 < j and letter == second[j - 2] and first[i - 2] == other:
+                cost = min(cost, rows[-2][j - 2] + 1)
+            row.append(cost)
+        rows.append(row)
+    return rows[-1][-1]
 
 
 def unknown(word: str, known: Iterable[str]) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Sequence
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.faults import nearest
 
 
 def complete_labels(labels: Sequence[str], n_points: int) -> tuple[str, ...]:
@@ -110,8 +110,8 @@ def suggestion(wrong: str, labels: Sequence[str]) -> str:
         return f"the letter case differs: did you mean {same}?"
     if len(parts) > 1 and any(part in known for part in parts):
         return 'separate labels with ";"'
-    close = difflib.get_close_matches(wrong.casefold(), list(folded), n=1, cutoff=0.6)
-    return f"did you mean {folded[close[0]]}?" if close else ""
+    near = list(dict.fromkeys(folded[name] for name in nearest(wrong.casefold(), folded)))
+    return f"did you mean {' or '.join(near)}?" if near else ""
 
 
 def _bare(label: str) -> str:

@@ -13,7 +13,6 @@ import numpy as np
 from mocap_metrology.common.files import Metadata, write_json
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
-from mocap_metrology.noise.assess.checks import Thresholds
 from mocap_metrology.noise.assess.recording import Inputs, OutlierRow, assess_recording
 from mocap_metrology.noise.assess.uncertainty import Span
 from mocap_metrology.noise.diagnosis.findings import Finding, FindingRow, findings_of
@@ -141,11 +140,10 @@ def judged(
 ) -> Row:
     """Contents of verdict.json. named: what it begins with."""
     origin = evidence.origin
-    limits = settings.verdict.model_dump()
     span = Span(
         origin["frame_rate_hz"],
-        limits.pop("horizon_s"),
-        limits.pop("window_s"),
+        settings.verdict.horizon_s,
+        settings.verdict.window_s,
         settings.allan.confidence,
         origin["resolution_mm"],
     )
@@ -157,7 +155,7 @@ def judged(
         evidence.outliers,
         [Finding.of(row) for row in evidence.diagnosis["findings"]],
     )
-    found = assess_recording(inputs, span, Thresholds(**limits), over)
+    found = assess_recording(inputs, span, settings.verdict, over)
     document = named | verdict_document(found, origin["source"])
     document["warnings"] = list(evidence.warnings)
     document["findings"] = evidence.diagnosis["findings"]

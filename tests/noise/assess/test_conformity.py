@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from mocap_metrology.noise.assess.checks import Code, Facts, Thresholds
+from mocap_metrology.noise.assess.checks import Code, Facts
 from mocap_metrology.noise.assess.recording import Verdict, verdict
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
 from mocap_metrology.noise.diagnosis.findings import Finding
+from mocap_metrology.settings import Verdict as Limits
 
-LIMITS = Thresholds()
+LIMITS = Limits()
 FINE = SeriesNumbers(
     "ok", frame_mm=0.02, frame_lower_mm=0.019, frame_upper_mm=0.021, drift_mm_per_h=0.01
 )
@@ -45,8 +46,8 @@ def test_good_says_by_what_number() -> None:
 SIDES = {
     "good_mm": ({"frame_mm": 0.1}, {"frame_mm": 0.1001}, "good", "usable"),
     "usable_mm": ({"frame_mm": 0.25}, {"frame_mm": 0.2501}, "usable", "bad"),
-    "good_drift_mm": ({"drift_mm_per_h": -0.35}, {"drift_mm_per_h": -0.351}, "good", "usable"),
-    "usable_drift_mm": ({"drift_mm_per_h": 0.85}, {"drift_mm_per_h": 0.851}, "usable", "bad"),
+    "good_drift_mm": ({"drift_mm_per_h": -0.346}, {"drift_mm_per_h": -0.347}, "good", "usable"),
+    "usable_drift_mm": ({"drift_mm_per_h": 0.866}, {"drift_mm_per_h": 0.867}, "usable", "bad"),
     "good_missing": (
         *({"facts": {"missing": {"y1": 0.01}}}, {"facts": {"missing": {"y1": 0.0101}}}),
         *("good", "usable"),
@@ -82,17 +83,25 @@ def test_both_sides_of_a_threshold(threshold: str) -> None:
     found = judged(**beyond)
     assert found.word == worse
     assert found.decided_by.threshold == f"verdict.{threshold}"
-    assert found.decided_by.limit == ("ok" if threshold == "misfit" else getattr(LIMITS, threshold))
+    drift = dict(zip(("good_drift_mm", "usable_drift_mm"), LIMITS.drift_mm, strict=True))
+    limits = LIMITS.model_dump() | drift | {"misfit": "ok"}
+    assert found.decided_by.limit == limits[threshold]
+
+
+def test_limits_of_the_drift_follow_those_of_a_frame() -> None:
+    """A uniform distribution of width d has a standard deviation of d / sqrt(12)."""
+    assert Limits(good_mm=1.0, usable_mm=2.0).drift_mm == (math.sqrt(12), 2 * math.sqrt(12))
+    assert Limits(good_mm=1.0, good_drift_mm=0.5).drift_mm[0] == 0.5
 
 
 def test_every_threshold_has_its_sides() -> None:
-    assert set(SIDES) == {field.name for field in fields(Thresholds)}
+    assert set(SIDES) == {*Limits.model_fields} - {"horizon_s", "window_s"}
 
 
 def test_the_word_for_a_misfit_is_a_choice() -> None:
     series = {"x1": replace(FINE, status="misfit")}
     for word in ("good", "usable", "bad"):
-        assert verdict(series, FACTS, replace(LIMITS, misfit=word)).word == word
+        assert verdict(series, FACTS, Limits(misfit=word)).word == word
 
 
 def test_what_else_is_wrong_stands_beside() -> None:
@@ -285,7 +294,7 @@ def test_filtered_data_are_no_reference() -> None:
 
 
 def test_filled_frames_count_as_missing() -> None:
-    found = judged({"missing": {"y1": 0.008}, "findings": found_of("gap_filled", y1=0.004)})
+    found = judged({"missing": {"y1": 0.012}, "findings": found_of("gap_filled", y1=0.004)})
     assert (found.word, found.decided_by.threshold) == ("usable", "verdict.good_missing")
     assert found.decided_by.code is Code.MISSING_OR_FILLED
     assert (found.decided_by.series, found.decided_by.value) == ("y1", pytest.approx(0.012))

@@ -8,37 +8,18 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Literal
 
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
 from mocap_metrology.noise.diagnosis.findings import Finding
+from mocap_metrology.settings import Verdict as Limits
+from mocap_metrology.settings import Word
 
 COORDINATE = re.compile(r"[xyz][1-9]\d*")
 SHORT = 0.9  # a recording of less than this of the horizon does not reach it
 LEAST_FRAMES, LEAST_S = 100, 1.0  # to judge by: their standard deviation is known to 7 %
 
-Word = Literal["good", "usable", "bad"]
 WORDS: tuple[Word, ...] = ("good", "usable", "bad")
 Series = Mapping[str, SeriesNumbers]
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Named as in the configuration: `good_x` is the most (of durations and markers the least)
-    that is good, `usable_x` that is usable. misfit: the best word with a noise model that does not
-    fit. Shares of missing frames and of outliers are of all frames of a coordinate."""
-
-    good_mm: float = 0.1
-    usable_mm: float = 0.25
-    good_drift_mm: float = 0.35
-    usable_drift_mm: float = 0.85
-    good_missing: float = 0.01
-    usable_missing: float = 0.1
-    good_outliers: float = 0.01
-    usable_outliers: float = 0.05
-    good_duration_s: float = 60.0
-    good_markers: int = 2
-    misfit: Word = "usable"
 
 
 @dataclass(frozen=True)
@@ -166,7 +147,7 @@ def measured(coordinates: Series, facts: Facts) -> Series:
     return {k: v for k, v in coordinates.items() if k not in constant}
 
 
-def uncertainty(series: Series, facts: Facts, limits: Thresholds) -> Check:
+def uncertainty(series: Series, facts: Facts, limits: Limits) -> Check:
     """Of one frame in the worst coordinate."""
     key, limit = "verdict.usable_mm", limits.usable_mm
     constant = tuple(k for k, v in series.items() if v.status == "constant")
@@ -186,7 +167,7 @@ def uncertainty(series: Series, facts: Facts, limits: Thresholds) -> Check:
     )
 
 
-def upper_end(series: Series, facts: Facts, limits: Thresholds, main: Check) -> Check:
+def upper_end(series: Series, facts: Facts, limits: Limits, main: Check) -> Check:
     """In a recording shorter than the horizon a good value may be luck: slow wander has one degree
     of freedom or two there. Then the upper end of the interval counts (a longer one has seen
     the whole horizon, and the value decides)."""
@@ -198,7 +179,7 @@ def upper_end(series: Series, facts: Facts, limits: Thresholds, main: Check) -> 
     return Check(Code.UPPER_END, word, value, limit, "mm", key, name, over_s=over)
 
 
-def movement(series: Series, coordinates: Series, facts: Facts, limits: Thresholds) -> Check:
+def movement(series: Series, coordinates: Series, facts: Facts, limits: Limits) -> Check:
     """Of the findings: what noise does not explain. A distance still tells of noise unless a frame
     of it is less certain than the largest usable drift: then it moves, too."""
     moving = facts.found("moves")
@@ -211,7 +192,7 @@ def movement(series: Series, coordinates: Series, facts: Facts, limits: Threshol
         if k not in moving and math.isfinite(v.frame_mm) and v.status != "constant"
     }
     distances = [k for k in still if not COORDINATE.fullmatch(k)]
-    distances = [k for k in distances if still[k].frame_mm <= limits.usable_drift_mm]
+    distances = [k for k in distances if still[k].frame_mm <= limits.drift_mm[1]]
     distance = min(distances, key=lambda k: still[k].frame_mm, default="")
     others = dict.fromkeys(facts.label(k) for k in still if COORDINATE.fullmatch(k))
     word: Word = "bad" if moved else "good"
@@ -225,7 +206,7 @@ def movement(series: Series, coordinates: Series, facts: Facts, limits: Threshol
     )
 
 
-def resolution(coordinates: Series, facts: Facts, limits: Thresholds) -> Check:
+def resolution(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     """Never better than usable: where in a step a marker is decides on all numbers below a step,
     and the step is all that is known of them."""
     coarse = {k: v for k, v in facts.found("resolution_limited").items() if k in coordinates}
@@ -246,16 +227,14 @@ def low_pass(coordinates: Series, facts: Facts) -> Check:
     return Check(Code.LOW_PASS, word, value, math.nan, "Hz", series=name, names=names)
 
 
-def missing(coordinates: Series, facts: Facts, limits: Thresholds) -> Check:
-    """Frames without a sample, and those that an interpolation filled."""
-    filled = facts.found("gap_filled")
-    shares = {k: v + filled.get(k, 0.0) for k, v in facts.missing.items()}
-    code = Code.MISSING_OR_FILLED if filled else Code.MISSING
+def missing(coordinates: Series, facts: Facts, limits: Limits) -> Check:
+    """Frames without a sample; those that an interpolation filled are among them."""
+    code = Code.MISSING_OR_FILLED if facts.found("gap_filled") else Code.MISSING
     bounds = limits.good_missing, limits.usable_missing
-    return _share(code, coordinates, shares, bounds, "missing")
+    return _share(code, coordinates, facts.missing, bounds, "missing")
 
 
-def outliers(coordinates: Series, facts: Facts, limits: Thresholds) -> Check:
+def outliers(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     """Beyond what clean noise and chance make."""
     bounds = limits.good_outliers, limits.usable_outliers
     return _share(Code.OUTLIERS, coordinates, facts.outliers, bounds, "outliers")
@@ -274,7 +253,7 @@ def _share(
     return Check(code, word, value, limit, "", threshold, name)
 
 
-def drift(coordinates: Series, facts: Facts, limits: Thresholds) -> Check:
+def drift(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     """Over the horizon, and never beyond the recording: slopes over seconds are no evidence on
     hours."""
     hours = facts.horizon_s / 3600
@@ -282,13 +261,13 @@ def drift(coordinates: Series, facts: Facts, limits: Thresholds) -> Check:
     word: Word = "good"
     key, limit = "", math.nan
     if name:
-        word, key, limit = _graded(value, limits.good_drift_mm, limits.usable_drift_mm, "drift_mm")
+        word, key, limit = _graded(value, *limits.drift_mm, "drift_mm")
     straight = name in facts.found("drift") or name not in facts.found("random_walk")
     code = Code.DRIFT if straight else Code.RANDOM_WALK
     return Check(code, word, value, limit, "mm", key, name, over_s=facts.horizon_s)
 
 
-def model(coordinates: Series, limits: Thresholds) -> Check:
+def model(coordinates: Series, limits: Limits) -> Check:
     """Whether the noise has a model that describes it."""
     found = {k: v for k, v in coordinates.items() if v.status not in ("ok", "constant")}
     return ModelCheck(
@@ -306,14 +285,14 @@ def model(coordinates: Series, limits: Thresholds) -> Check:
     )
 
 
-def duration(facts: Facts, limits: Thresholds) -> Check:
+def duration(facts: Facts, limits: Limits) -> Check:
     """Whether it is long enough to show how the system wanders."""
     least, value = limits.good_duration_s, facts.duration_s
     word: Word = "good" if value >= least else "usable"
     return Check(Code.DURATION, word, value, least, "s", "verdict.good_duration_s")
 
 
-def markers(facts: Facts, limits: Thresholds) -> Check:
+def markers(facts: Facts, limits: Limits) -> Check:
     """Without two there is no distance, which does not depend on where the cameras are."""
     least, value = limits.good_markers, facts.n_markers
     word: Word = "good" if value >= least else "usable"

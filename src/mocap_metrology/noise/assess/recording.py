@@ -33,13 +33,13 @@ from mocap_metrology.noise.assess.checks import (
     Facts,
     MovementCheck,
     Series,
-    Thresholds,
     Word,
 )
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span, assess_series
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import LONG_S
+from mocap_metrology.settings import Verdict as Limits
 
 OF_MOVING = (Code.MISSING, Code.MISSING_OR_FILLED)  # what else counts where every marker moves
 RULE = (4, 10)  # times better than the device under test [S 2.2]
@@ -98,17 +98,17 @@ class Assessment:
 
     facts: Facts
     span: Span
-    limits: Thresholds
+    limits: Limits
     verdict: Verdict
     series: Mapping[str, SeriesNumbers]
 
 
 def assess_recording(
-    inputs: Inputs, span: Span, limits: Thresholds | None = None, over: Over = in_turn
+    inputs: Inputs, span: Span, limits: Limits | None = None, over: Over = in_turn
 ) -> Assessment:
     """Numbers of every series and the verdict. Of a recording of less than a minute no drift per
     hour is told, though the verdict goes by what it was."""
-    limits = limits or Thresholds()
+    limits = limits or Limits()
 
     def assessed(one: tuple[str, np.ndarray]) -> tuple[str, SeriesNumbers, int]:
         name, values = one
@@ -138,14 +138,14 @@ def assess_recording(
     return Assessment(facts, span, limits, word, numbers)
 
 
-def verdict(series: Series, facts: Facts, limits: Thresholds | None = None) -> Verdict:
+def verdict(series: Series, facts: Facts, limits: Limits | None = None) -> Verdict:
     """Verdict on numbers of every series (`assess.uncertainty`), keyed by name.
 
     Coordinates decide, distances do not: their noise is that of two coordinates. Movement is told
     first: an uncertainty of what moves is none, and nothing may be held against it. Before it what
     leaves nothing to judge by: a recording that is too short, or gaps.
     """
-    limits = limits or Thresholds()
+    limits = limits or Limits()
     coordinates = {k: v for k, v in series.items() if COORDINATE.fullmatch(k)}
     main = checks.uncertainty(checks.measured(coordinates, facts), facts, limits)
     found = _checks(series, coordinates, facts, limits, main)
@@ -166,7 +166,7 @@ def verdict(series: Series, facts: Facts, limits: Thresholds | None = None) -> V
 
 
 def _checks(
-    series: Series, coordinates: Series, facts: Facts, limits: Thresholds, main: Check
+    series: Series, coordinates: Series, facts: Facts, limits: Limits, main: Check
 ) -> list[Check]:
     """All checks, in the order of reports if equally bad."""
     moving = checks.movement(series, coordinates, facts, limits)

@@ -278,8 +278,10 @@ def _blanked(series: np.ndarray, away: np.ndarray) -> np.ndarray:
 
 
 def _missing(recording: Recording) -> dict[str, float]:
+    """Share of frames without a sample by marker; those that were gap-filled are not counted."""
+    filled = {k: n / recording.n_frames for k, n in recording.n_filled.items()}
     return {
-        label: float(np.isnan(recording.coordinates[f"x{k}"]).mean())
+        label: max(np.isnan(recording.coordinates[f"x{k}"]).mean() - filled.get(label, 0.0), 0.0)
         for k, label in enumerate(recording.labels, start=1)
     }
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
+
 from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, Left
@@ -23,9 +25,11 @@ from mocap_metrology.noise.series import AXES
 from mocap_metrology.present.text.drift import slow_movement, under_the_noise
 from mocap_metrology.present.text.movement import movement_words
 from mocap_metrology.present.text.numbers import (
+    at_most,
     duration_words,
     mm,
     moment,
+    number,
     percent,
     span,
 )
@@ -92,14 +96,15 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
         return [Sentence("event", "info", (), words, {"n_events": None, "n_windows": 0})]
     if not found.events:
         return [_no_event(found, recording, settings)]
-    order = sorted(found.events, key=lambda e: -(e.size_mm if e.size_mm == e.size_mm else 0))
+    order = sorted(found.events, key=lambda e: (not e.matters, -np.nan_to_num(e.size_mm)))
     told = [_event(e, recording) for e in order[:NAMED_EVENTS]]
     if len(order) > NAMED_EVENTS:
         words = (
-            f"{len(order)} events in {duration_words(recording.duration_s)}; only the largest "
-            f"{NAMED_EVENTS} are reported. The recording was disturbed."
+            f"{len(order)} events in {duration_words(recording.duration_s)}; the {NAMED_EVENTS} "
+            "most important are listed. The recording was disturbed."
         )
-        told.insert(0, Sentence("event", "warning", (), words, {"n_events": len(order)}))
+        listed = severity(all(event.matters for event in order[:NAMED_EVENTS]))
+        told.insert(0, Sentence("event", listed, (), words, {"n_events": len(order)}))
     return told
 
 
@@ -165,11 +170,12 @@ def _periodic(lines: Sequence[Found], recording: Recording) -> list[Sentence]:
     if not found:
         words = "No periodic disturbance was detected in any series."
         return [Sentence("periodic", "info", (), words, {"n_lines": 0})]
-    told = [_disturbance(one, recording) for one in found]
-    if len(told) > NAMED_LINES:
-        words = f"{len(told)} periodic disturbances; only the largest {NAMED_LINES} are reported."
-        many = Sentence("periodic", "warning", (), words, {"n_lines": len(told)})
-        return [many, *told[:NAMED_LINES]]
+    found = sorted(found, key=lambda one: not one.matters)
+    told = [_disturbance(one, recording) for one in found[:NAMED_LINES]]
+    if len(found) > NAMED_LINES:
+        words = f"{len(found)} periodic disturbances; the {NAMED_LINES} most important are listed."
+        listed = severity(all(one.matters for one in found[:NAMED_LINES]))
+        told.insert(0, Sentence("periodic", listed, (), words, {"n_lines": len(found)}))
     return told
 
 
@@ -225,9 +231,8 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     }[worst.word]
     words = (
         f"Resolution: the steps of the file are {mm(worst.step_mm)} ({worst.kind}). They "
-        f"contribute at most {percent(worst.share)} of the Allan variance at one frame "
-        f"({worst.series}), {meaning}; an export in steps of {COARSE_STEP_MM:g} mm would "
-        f"contribute {percent(coarse) if math.isfinite(coarse) else 'all of it'}."
+        f"contribute {at_most(worst.share)} of the Allan variance at one frame ({worst.series}), "
+        f"{meaning}; {_coarse_words(coarse)}."
     )
     numbers = {
         "step_mm": worst.step_mm, "word": worst.word, "share": {r.series: r.share for r in known},
@@ -235,6 +240,17 @@ def _resolution(found: Sequence[Resolution]) -> list[Sentence]:
     }  # fmt: skip
     names = tuple(r.series for r in known)
     return [Sentence("resolution", severity(worst.word != "fine"), names, words, numbers)]
+
+
+def _coarse_words(share: float) -> str:
+    """What an export in coarse steps would do, by the variance of their rounding over that of a
+    frame as it is."""
+    steps = f"an export in steps of {COARSE_STEP_MM:g} mm would"
+    if not math.isfinite(share):
+        return f"{steps} hide all of it"
+    if share > 1:
+        return f"{steps} add {number(share, 0 if share >= 10 else 1)} times that variance"
+    return f"{steps} contribute {percent(share)}"
 
 
 def _filters(filtered: Sequence[Filtered]) -> list[Sentence]:
@@ -288,7 +304,7 @@ def _outliers(found: Diagnosis, recording: Recording, n_sigma: float) -> list[Se
 def _gaps(missing: dict[str, float]) -> list[Sentence]:
     name = max(missing, key=lambda k: missing[k])
     if not missing[name]:
-        return [Sentence("gaps", "info", (), "No frame deviates missing.", {"share": missing})]
+        return [Sentence("gaps", "info", (), "No frame is missing.", {"share": missing})]
     words = f"Marker {name} is missing in {percent(missing[name])} of the frames."
     return [Sentence("gaps", severity(missing[name] > MANY_GAPS), (), words, {"share": missing})]
 

@@ -164,7 +164,15 @@ def percent(share: float, digits: int = 3, sign: bool = False) -> str:
     """`3.12 %` of 0.0312, `−2.1 %`, or `less than 0.001 %`."""
     if not sign and share < 1e-5:
         return "less than 0.001 %"
+    if abs(share) >= LARGE / 100:
+        return f"{number(100 * share, sign=sign)} %"
     return f"{'+' if sign and share > 0 else ''}{_short(100 * share, digits)} %"
+
+
+def at_most(share: float) -> str:
+    """`at most 3.12 %`, or `less than 0.001 %`."""
+    text = percent(share)
+    return text if text.startswith("less") else f"at most {text}"
 
 
 def span(values: Iterable[float], shown: Callable[[float], str]) -> str:
@@ -186,13 +194,14 @@ def duration_words(seconds: float) -> str:
 
 
 def moment(seconds: float) -> str:
-    """`98.5 s`, `4 min 58.5 s`, `4 h 29 min 58.5 s`."""
+    """`98.5 s`, `4 min 58.5 s`, `4 h 29 min 58.5 s`, `4 h 30 min`."""
     tenths = round(10 * seconds)
     if tenths < 10 * MINUTES_FROM_S:
         return f"{tenths / 10:.1f} s"
     minutes, rest = divmod(tenths, 600)
     hours, minutes = divmod(minutes, 60)
-    return f"{f'{hours} h ' if hours else ''}{minutes} min {rest / 10:.1f} s"
+    parts = f"{hours} h" * bool(hours), f"{minutes} min", f"{rest / 10:.1f} s" * bool(rest)
+    return " ".join(filter(None, parts))
 
 
 def power_of_ten(exponent: int) -> str:

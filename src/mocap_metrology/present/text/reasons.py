@@ -41,7 +41,7 @@ SHARES = {
     Code.OUTLIERS: "outliers, more than clean noise and chance explain",
 }
 KEPT = {
-    "good": "the limit for good is",
+    "good": "within the limit for good,",
     "usable": "the limit for good is",
     "bad": "the limit for usable is",
 }

@@ -25,11 +25,12 @@ class Sources:
         self.scripts, self.package, self.lock = scripts, package, lock
 
     def __call__(self, *names: str) -> str:
-        """Hexadecimal hash of scripts (`noise.py`) and of folders of the package (`noise`) with all
-        below them; what every script needs and the lock file of a checkout are part of it."""
+        """Hexadecimal hash of scripts (`noise.py`), of folders of the package (`noise`) with all
+        below them, and of its files (`present/text/movement.py`); what every script needs and the
+        lock file of a checkout are part of it."""
         total = hashlib.sha256(self.lock.read_bytes() if self.lock.is_file() else b"")
         for name in sorted({*ALWAYS, *names}):
-            of = self.scripts if name.endswith(".py") else self.package
+            of = self.scripts if name.endswith(".py") and "/" not in name else self.package
             total.update(f"{name}\0{content(of / name)}\0".encode())
         return total.hexdigest()[:16]
 

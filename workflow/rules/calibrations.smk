@@ -65,7 +65,15 @@ checkpoint sweeps:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source("sweeps.py", "io", "lighthouse", "calibration", "present/text"),
+        code=source(
+            "sweeps.py",
+            "io",
+            "lighthouse",
+            "noise",
+            "calibration",
+            "present/text/calibration.py",
+            "present/text/numbers.py",
+        ),
         contents=contents(selection.decoded_files),
         row=columns("calibration", "twin", "path", "sha256", "format", "board"),
         lighthouse=LIGHTHOUSE,
@@ -120,11 +128,11 @@ rule pose:
         "../scripts/pose.py"
 
 
-for BATCH in selection.batches(CALIBRATIONS.rows.values()):
+for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), start=1):
 
     rule:
         name:
-            f"calibration_twins_{BATCH[0].name}"
+            f"calibration_twins_{NUMBER}"
         input:
             lambda wildcards, rows=BATCH: [path for *_, path in against(rows)],
         output:
@@ -143,7 +151,13 @@ for BATCH in selection.batches(CALIBRATIONS.rows.values()):
             runtime=minutes(30),
         params:
             code=source(
-                "calibration_twins.py", "io", "lighthouse", "noise", "calibration", "present/text"
+                "calibration_twins.py",
+                "io",
+                "lighthouse",
+                "noise",
+                "calibration",
+                "present/text/calibration.py",
+                "present/text/numbers.py",
             ),
             contents=[list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
             rows=[{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
@@ -231,7 +245,14 @@ rule calibrate_setup:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source("calibrate_setup.py", "io", "lighthouse", "calibration", "present/text"),
+        code=source(
+            "calibrate_setup.py",
+            "io",
+            "lighthouse",
+            "calibration",
+            "present/text/calibration.py",
+            "present/text/numbers.py",
+        ),
         names=accepted_calibrations(selection.names, OF_SETUP),
         lighthouse=LIGHTHOUSE,
     message:

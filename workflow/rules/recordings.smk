@@ -30,7 +30,14 @@ checkpoint clean:
         mem_mb=memory(4000, arrays=9),
         runtime=minutes(30, seconds=2.5),
     params:
-        code=source("clean.py", "io", "noise", "recording", "present/text"),
+        code=source(
+            "clean.py",
+            "io",
+            "noise",
+            "recording",
+            "present/text/movement.py",
+            "present/text/numbers.py",
+        ),
         contents=contents(selection.paths),
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         paths=cell("paths"),
@@ -60,7 +67,14 @@ rule clean_twin:
         mem_mb=memory(1000, arrays=9),
         runtime=minutes(30, seconds=2.5),
     params:
-        code=source("clean.py", "io", "noise", "recording", "present/text"),
+        code=source(
+            "clean.py",
+            "io",
+            "noise",
+            "recording",
+            "present/text/movement.py",
+            "present/text/numbers.py",
+        ),
         entry=columns(*ENTRY),
         origin=of_row(partial(selection.origin_of_twin, twins=TWINS)),
         twin=twin_of(TWINS),

@@ -45,7 +45,8 @@ def parser() -> argparse.ArgumentParser:
     """The command line."""
     whole = argparse.ArgumentParser(
         prog="mocap-metrology",
-        description="How precise is an optical tracking system, and what disturbs it? Answers from its own recordings.",
+        description="How precise is an optical tracking system, and what disturbs it? The answer "
+        "comes from its own recordings.",
     )
     commands = whole.add_subparsers(required=True, metavar="command")
     one = commands.add_parser(

@@ -21,8 +21,9 @@ BELOW = {  # what each part may import of the others
     "lighthouse": {"common", "settings"},
     "papers": NUMBERS,
     "present": NUMBERS | {"papers"},
-    "pipeline": NUMBERS | {"papers", "io", "present"},
-    "cli": NUMBERS | {"io", "present", "pipeline"},
+    "recording": NUMBERS | {"io", "present"},
+    "calibration": NUMBERS | {"io", "present"},
+    "cli": NUMBERS | {"io", "present", "recording", "calibration"},
 }
 
 

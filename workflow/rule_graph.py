@@ -81,7 +81,8 @@ def shortest(edges: set[tuple[str, str]]) -> list[tuple[str, str]]:
 def rules_of(mermaid: str) -> tuple[set[str], list[tuple[str, str]]]:
     """The rules to draw of a graph of Snakemake's, and the edges from the rule that makes a file to
     the one that reads it."""
-    names = dict(re.findall(r"^\s*(id\d+)\[(\w+)\]", mermaid, re.M))
+    named = re.findall(r"^\s*(id\d+)\[(\w+)\]", mermaid, re.M)
+    names = {node: re.sub(r"_\d+$", "", name) for node, name in named}  # one of a loop of rules
     found = {(names[a], names[b]) for a, b in re.findall(r"(id\d+) --> (id\d+)", mermaid)}
     edges = shortest({edge for edge in found if not LAST & set(edge)})
     return set(names.values()) - LAST, edges

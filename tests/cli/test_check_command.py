@@ -176,7 +176,7 @@ def test_what_crashed_is_said_and_where_its_traceback_is(take: Path, monkeypatch
     def broken(*_: object) -> None:
         raise IndexError("index 118 is out of bounds")
 
-    monkeypatch.setattr("mocap_metrology.cli.recording.examine", broken)
+    monkeypatch.setattr("mocap_metrology.recording.clean.examine", broken)
     kept = take.parent / "kept"
     assert main.main(["check", str(take), "--markers", "Head", "--output", str(kept)]) == 1
     said = capsys.readouterr().err.splitlines()

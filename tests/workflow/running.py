@@ -67,18 +67,19 @@ def planned(output: str) -> Counter:
 
 def pass_for_computed(run: Callable[..., Any], *arguments: str) -> None:
     """Let everything that a run with these arguments makes pass for computed: Snakemake marks empty
-    files as its results."""
-    for line in run("--summary", *arguments).stdout.splitlines():
-        path, *others = line.split("\t")
-        if len(others) < 4 or path == "output_file" or Path(path).exists():
-            continue
-        if not Path(path).suffix:  # a folder
-            Path(path).mkdir(parents=True)
-        else:
-            Path(path).parent.mkdir(parents=True, exist_ok=True)
-            Path(path).write_text("{}\n" if path.endswith(".json") else "")
-    marked = run("--touch", "--forceall", "--cores", "1", *arguments)
-    assert marked.returncode == 0, marked.stdout
+    files as its results, then those that checkpoints ask for."""
+    for _ in range(2):
+        for line in run("--summary", *arguments).stdout.splitlines():
+            path, *others = line.split("\t")
+            if len(others) < 4 or path == "output_file" or Path(path).exists():
+                continue
+            if not Path(path).suffix:  # a folder
+                Path(path).mkdir(parents=True)
+            else:
+                Path(path).parent.mkdir(parents=True, exist_ok=True)
+                Path(path).write_text("{}\n" if path.endswith(".json") else "")
+        marked = run("--touch", "--forceall", "--cores", "1", *arguments)
+        assert marked.returncode == 0, marked.stdout
 
 
 def finished(output: str) -> Counter:

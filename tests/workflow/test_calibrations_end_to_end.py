@@ -114,7 +114,8 @@ def test_bad_input_is_one_clear_line_and_no_pose(run, name: str) -> None:
     assert len(lines) == 1, out.stdout
     assert REFUSED[name][1] in lines[0], lines[0]
     left = [path.name for path in (results / f"calibrations/{name}").iterdir()]
-    assert left == ["check.json"]
+    tables = {"pulses.parquet", "inertial.parquet", "sweeps.parquet", "stations.json", "board.csv"}
+    assert set(left) == {"check.json", *tables}
 
 
 def test_nobody_else_is_refused_and_nothing_is_half_written(run) -> None:
@@ -258,7 +259,7 @@ def test_a_reference_of_other_stations_is_refused_when_calibrating(run) -> None:
     """Only then both are known. The recording itself is all right, so the run goes on, with a
     warning; pose.json says why there is no pose in it, and the last step names it again."""
     results, out, _ = run
-    lines = said(out.stdout, "warning: calibrate stranger: ")
+    lines = said(out.stdout, "warning: pose stranger: ")
     last = said(out.stdout, "calibration stranger failed: ")
     assert (len(lines), len(last)) == (1, 1), out.stdout
     told = pose(results, "stranger")

@@ -83,7 +83,7 @@ def test_a_recording(tmp_path: Path, root: Path, snakemake: Callable) -> None:
     assert done.returncode == 0, done.stdout
     check(tmp_path, "take.c3d", "--markers", "A", "B", "--output", "one")
     assert_same(tmp_path / "one", own, 13)
-    for name in ("verdict", "adev", "psd", "trajectory", "diagnosis"):
+    for name in ("verdict", "adev", "trajectory", "diagnosis"):
         for kind in ("svg", "png"):
             file = f"{name}.{kind}"
             assert (tmp_path / "one" / file).read_bytes() == (own / file).read_bytes(), file

@@ -13,7 +13,8 @@ import yaml
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.rows import NAME, Cell, SheetRow
-from mocap_workflow.startup import any_of, configuration
+from mocap_workflow.selection import any_of
+from mocap_workflow.startup import configuration
 from snakemake.io import PeriodicityDetector
 
 from mocap_metrology.calibration.decode import priors_of

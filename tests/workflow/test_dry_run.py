@@ -11,7 +11,7 @@ from running import finished, planned, side_by_side
 def test_both_entries_list_the_same_jobs_and_quick_outlives_other_settings(
     toy: Path, root: Path, snakemake
 ) -> None:
-    expected = {"check_recording": 3, "gate": 1}
+    expected = {"clean": 3, "gate": 1}
     (toy / "config/quick.yaml").write_text((root / "config/quick.yaml").read_text())
     with (toy / "workflow/Snakefile").open("a") as stream:
         stream.write('\nprint("duration", config["duration_s"], config["hampel"])\n')
@@ -37,7 +37,7 @@ def test_no_rows_are_nothing_to_do_and_a_folder_without_configuration_gets_the_p
         lambda: snakemake(elsewhere, "-n", *entry),
         lambda: snakemake(elsewhere, *entry, *empty),
     )
-    assert planned(done.stdout)["check_recording"] == 3, done.stdout
+    assert planned(done.stdout)["clean"] == 3, done.stdout
     assert nothing.returncode == 0
     assert finished(nothing.stdout) == {"default": 1}
     assert not (elsewhere / "results").exists()

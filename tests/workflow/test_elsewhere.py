@@ -63,7 +63,7 @@ def test_in_another_directory(tmp_path: Path, root: Path, snakemake) -> None:
     elsewhere = folder_with_sheet(tmp_path / "elsewhere")
     settings = ("--config", "recordings=sheet.tsv", "calibrations=")
     done = snakemake(root, "-n", "--directory", str(elsewhere), *settings)
-    assert planned(done.stdout) == {"check_recording": 1, "gate": 1, "default": 1}, done.stdout
+    assert planned(done.stdout) == {"clean": 1, "gate": 1, "default": 1}, done.stdout
 
 
 def test_the_environment_of_a_checkout_that_differs_is_refused(tmp_path: Path) -> None:

@@ -245,7 +245,9 @@ def test_nothing_half_written_or_outdated_is_left(bad) -> None:
     results, refused, _, _ = bad
     assert not list(results.rglob(".part-*"))
     for name in refused:
-        assert [p.name for p in (results / "recordings" / name).iterdir()] == ["check.json"]
+        left = {path.name for path in (results / "recordings" / name).iterdir()}
+        tables = {"trajectories.parquet", "clean.parquet", "outliers.csv"}
+        assert left == {"check.json", *tables}, name
     assert not list(results.rglob("twin.c3d"))  # raw twins are temporary
     assert (results / "recordings/T40-10/truth.json").exists()
 
@@ -290,13 +292,11 @@ def test_paper_tables_hold_every_published_number(bad, root) -> None:
 
 
 def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
-    """One job a twin of a calibration, and one figure a setup: the dumps of one look alike."""
+    """One job and one figure for the twins of a setup: the dumps of one look alike."""
     own = write_shipped(tmp_path)
     out = snakemake(root, "-n", "--config", *own, f"results={tmp_path}/results")
     sheet, calibrations = shipped("recordings"), shipped("calibrations")
-    per_recording = (
-        *("simulate_recording", "trajectories", "series_statistics", "noise", "verdict"),
-    )
+    per_recording = ("clean_twin", "noise", "verdict")
     once = (
         *("skurowski_tables", "skurowski_noise", "skurowski_noise_figures", "claims"),
         *("expected_noise", "calibration_tables", "jansen_tables", "jansen_figures"),
@@ -304,8 +304,9 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     )
     expected = dict.fromkeys(per_recording, len(sheet)) | dict.fromkeys(once, 1)
     expected |= dict.fromkeys(("group_tables", "summary"), len({row["group"] for row in sheet}))
-    expected |= {"calibrate_twin": len(calibrations)}
-    expected |= {"calibration_figures": len({row["setup"] for row in calibrations})}
+    setups = {row["setup"] for row in calibrations}
+    expected |= {f"calibration_twins_{k}": 1 for k in range(1, len(setups) + 1)}
+    expected |= {"calibration_figures": len(setups)}
     paper = [(r["camera_type"], r["n_cameras"]) for r in sheet if r["group"] == "skurowski2019"]
     found = planned(out.stdout)
     assert {rule: found[rule] for rule in expected} == expected, out.stdout
@@ -313,8 +314,8 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     assert {(row["camera_type"], row["n_cameras"]) for row in cited} <= set(paper)
     others = {rule: count for rule, count in found.items() if rule not in expected}
     assert all(count <= 2 for count in others.values()), others  # none for each recording
-    checks = {"check_recording", "check_calibration", "decode", "calibrate"}
-    assert not checks & set(found)  # twins need none
+    assert not {"clean", "sweeps", "pose"} & set(found)  # twins need no check
+    assert sum(found.values()) <= 200
 
 
 def test_no_more_than_two_raw_twins_at_once(root, tmp_path, snakemake) -> None:
@@ -323,7 +324,9 @@ def test_no_more_than_two_raw_twins_at_once(root, tmp_path, snakemake) -> None:
     chosen = [x for x in lines if x.split("\t")[0] == "recording" or x.startswith("Bonita-")][:5]
     (tmp_path / "sheet.tsv").write_text("\n".join(chosen) + "\n")
     names = [line.split("\t")[0] for line in chosen[1:]]
-    with watching(lambda: len(list(tmp_path.glob("results/recordings/*/twin.c3d")))) as most:
+    with watching(
+        lambda: len(list(tmp_path.glob("results/recordings/*/.part-*/twin.c3d")))
+    ) as most:
         out = snakemake(
             root,
             *("--cores", "2"),

@@ -20,9 +20,8 @@ def test_refusal_rerun_mending_and_a_new_row(toy: Path, snakemake) -> None:
     assert lines.count("recording b refused: it is bad") == 1
     assert lines.count("warning: recording c: marker A moves") == 1
     assert finished(first.stdout) == {
-        "simulate_recording": 1,
-        "check_recording": 3,
-        "trajectories": 3,
+        "clean": 3,
+        "clean_twin": 1,
         "noise": 3,
         "group_table": 3,
     }
@@ -31,7 +30,6 @@ def test_refusal_rerun_mending_and_a_new_row(toy: Path, snakemake) -> None:
     assert (tables / "h_noise.csv").read_text() == "c moves\n"
     assert (tables / "t_noise.csv").read_text() == "T\n"
     assert not old.exists()
-    assert not (toy / "results/recordings/t/twin.c3d").exists()
 
     again = snakemake(toy, "--cores", "2")
     assert again.returncode == 1
@@ -44,9 +42,8 @@ def test_refusal_rerun_mending_and_a_new_row(toy: Path, snakemake) -> None:
     mended = snakemake(toy, "--cores", "2")
     assert mended.returncode == 0, mended.stdout
     assert finished(mended.stdout) == {
-        "check_recording": 1,  # b
-        "simulate_recording": 1,  # u
-        "trajectories": 2,
+        "clean": 1,  # b
+        "clean_twin": 1,  # u
         "noise": 2,
         "group_table": 2,  # g and t, not h
         "gate": 1,

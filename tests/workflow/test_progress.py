@@ -218,8 +218,8 @@ def test_a_crash_is_said_once_and_last(root: Path, toy: Path) -> None:
     done = subprocess.run(call, stdout=subprocess.PIPE, check=False, timeout=900, **how)
     lines = done.stdout.splitlines()
     assert done.returncode == 1
-    assert lines[-3].startswith("check_recording b crashed: UnicodeDecodeError: ")
-    assert lines[-2] == "  log: results/logs/check_recording/b.log"
+    assert lines[-3].startswith("clean b crashed: UnicodeDecodeError: ")
+    assert lines[-2] == "  log: results/logs/clean/b.log"
     assert re.fullmatch(r"\d+ of \d+ jobs done; what failed is above", lines[-1])
     assert done.stdout.count("UnicodeDecodeError") == 1
     assert not [words for words in OF_SNAKEMAKE if words in done.stdout]

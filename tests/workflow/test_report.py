@@ -146,7 +146,7 @@ def test_pages_and_provenance(made) -> None:
     assert (twin["name"], twin["source"], twin["seed"]) == ("short", "twin", 110)
     assert (calibration["name"], calibration["seed"]) == ("pair", 1011)
     rules = {row["rule"]: row["jobs"] for row in found["run_times"]}
-    assert rules["noise"] == rules["calibrate_twin"] == 1
+    assert rules["noise"] == rules["calibration_twins"] == 1
     for name in ("provenance.json", "provenance.html", "summary.html", "report_front.html"):
         text = (results / name).read_text()
         assert str(folder) not in text, name

@@ -20,9 +20,6 @@ CALIBRATIONS = [
     | {"path": "simulate:sim-1-1", "format": "gpio-dump"}
 ]
 LAST = {"report_pages", "detail_pages", "summary_page", "provenance", "gate", "default"}
-AFTER_READING = {
-    *("series_statistics", "noise", "verdict", "summary", "group_tables", "families"),
-}
 
 
 def sheets(folder: Path, file: Path, changed: dict[str, dict[str, str]]) -> list[str]:
@@ -69,7 +66,7 @@ def test_a_source_with_an_older_date_is_computed_anew(computed, root, snakemake)
     file.write_text("another recording")
     os.utime(file, ns=(0, 0))
     try:
-        assert plan() == {"check_recording"}  # on which the others depend
+        assert plan() == {"clean"}  # on which the others depend
     finally:
         file.write_text("")
         os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
@@ -88,7 +85,7 @@ def test_a_changed_cell_computes_anew_what_reads_its_column(computed, root, snak
     expected = {
         "words": {"group_tables"},  # which has a column of comments
         "group": {"verdict", "summary", "group_tables"},
-        "pairs": {"trajectories"} | AFTER_READING,
+        "pairs": {"clean"},
     }
 
     def plan(name: str) -> str:

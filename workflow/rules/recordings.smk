@@ -88,7 +88,7 @@ rule clean_twin:
 # Priority, because it is the longest job of a recording and should not run last and alone.
 rule noise:
     input:
-        CLEANED,
+        CLEANED[:2],
     output:
         allan="<results>/recordings/{recording}/allan.parquet",
         psd="<results>/recordings/{recording}/psd.parquet",

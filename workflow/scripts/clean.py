@@ -1,12 +1,11 @@
 """Recording, measured or simulated -> trajectories.parquet, clean.parquet, outliers.csv; check.json
 states whether a measured one can be used, truth.json what a simulated one is made of."""
 
-from step import step
+from step import refusal_of, step
 
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import empty_folder
     from mocap_metrology.recording.check import Entry
     from mocap_metrology.recording.clean import clean, refuse
@@ -24,7 +23,8 @@ with step(snakemake) as log:
         entry = Entry(list(snakemake.input), **given.entry)
         try:
             clean(entry, origin, settings, folder)
-        except Refusal as refusal:
+        except Exception as error:
+            refusal = refusal_of(error, snakemake.log[0])
             log.info("%s", refusal)
             empty_folder(folder)  # results of an earlier input
             refuse(refusal, entry, origin, folder)

@@ -24,6 +24,7 @@ from typing import Any
 
 RESULT = logging.INFO + 5
 LATER = "MOCAP_METROLOGY_REASONS_LATER"  # set by a run that itself reports why steps fail
+OF_THE_END = {"of_the_end": True}  # of what the run itself reports
 CLEARED = "\r\x1b[K"  # clears the progress bar, on a terminal
 
 logging.addLevelName(RESULT, "RESULT")
@@ -32,6 +33,21 @@ signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a job without a trac
 # One thread, so that no result depends on --cores; read by the libraries when they are imported.
 for _pool in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA"):
     os.environ[f"{_pool}_NUM_THREADS"] = "1"
+
+
+def refusal_of(error: Exception, log: str) -> Exception:
+    """What check.json states of a row whose check failed: a `Refusal` as it is; of an unforeseen
+    exception a refusal that names the log with its traceback, so that the other rows go on. What
+    the computer lacks (memory, disk) is no fault of the row and is raised again."""
+    from mocap_metrology.common.errors import Refusal, one_line
+
+    if isinstance(error, Refusal):
+        return error
+    if isinstance(error, MemoryError | OSError):
+        raise error
+    logging.getLogger("mocap_metrology").error("unforeseen", exc_info=error, extra=OF_THE_END)
+    what = one_line(f"{type(error).__name__}: {error}")
+    return Refusal(f"its check crashed: {what} (traceback: {log})")
 
 
 @contextmanager
@@ -62,14 +78,14 @@ def step(snakemake: Any, prefix: str | None = None) -> Iterator[logging.Logger]:
                 damaged.path.unlink(missing_ok=True)
                 remedy = "it was removed;"
             words = f"{damaged.path} is damaged: {damaged.what}; {remedy} run again to make it anew"
-            log.error("%s", words, extra={"of_the_end": True})
+            log.error("%s", words, extra=OF_THE_END)
             sys.exit(1)
         except Refusal as refusal:
-            log.error("%s", refusal, extra={"of_the_end": True})
+            log.error("%s", refusal, extra=OF_THE_END)
             sys.exit(1)
         except Exception as error:
             what = one_line(f"{type(error).__name__}: {error}")
-            log.error("%s (see %s)", what, path, exc_info=True, extra={"of_the_end": True})
+            log.error("%s (see %s)", what, path, exc_info=True, extra=OF_THE_END)
             sys.exit(1)
 
 

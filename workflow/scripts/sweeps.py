@@ -1,13 +1,12 @@
 """Recording -> pulses, stations, sweeps; check.json states whether it can be used."""
 
-from step import step
+from step import refusal_of, step
 
 with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.calibration.decode import Entry
     from mocap_metrology.calibration.steps import refuse, sweeps
-    from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import empty_folder
     from mocap_metrology.settings import Lighthouse
 
@@ -15,7 +14,8 @@ with step(snakemake) as log:
     entry = Entry(**given.row | {"path": snakemake.input.dump})
     try:
         sweeps(entry, dict(snakemake.input.items()), Lighthouse(**given.lighthouse), folder)
-    except Refusal as refusal:
+    except Exception as error:
+        refusal = refusal_of(error, snakemake.log[0])
         log.info("%s", refusal)
         empty_folder(folder)  # results of an earlier input
         refuse(refusal, folder)

@@ -22,12 +22,14 @@ with step(snakemake) as log:
         time.sleep(0.1)
         if time.monotonic() > until:
             raise TimeoutError("no file go")
-    if snakemake.rule == "check_recording":
+    if snakemake.rule == "clean":
         check = {"ok": "bad" not in text, "why": "it is bad", "warnings": []}
         if "moves" in text:
             check["warnings"] = ["marker A moves"]
         if not check["ok"]:
             for old in output.parent.glob("*.*"):
                 old.unlink()
-        text = json.dumps(check) + "\n"
+            text = ""
+        output.write_text(json.dumps(check) + "\n")
+        output = Path(snakemake.output.trajectories)
     output.write_text(text)

@@ -1,46 +1,35 @@
 # The shape of the real rules, with files of text.
-rule simulate_recording:
-    output:
-        temp("<results>/recordings/{recording}/twin.c3d"),
-    log:
-        "<logs>/simulate_recording/{recording}.log",
-    benchmark:
-        "<benchmarks>/simulate_recording/{recording}.tsv"
-    params:
-        code=source("toy.py"),
-        twin=cell("twin"),
-    script:
-        "../scripts/toy.py"
-
-
-checkpoint check_recording:
+checkpoint clean:
     input:
-        files=FILES,
+        files=files(selection.paths),
     output:
-        "<results>/recordings/{recording}/check.json",
+        check="<results>/recordings/{recording}/check.json",
+        trajectories="<results>/recordings/{recording}/trajectories.parquet",
     log:
-        "<logs>/check_recording/{recording}.log",
+        "<logs>/clean/{recording}.log",
     benchmark:
-        "<benchmarks>/check_recording/{recording}.tsv"
-    params:
-        code=source("toy.py"),
-    script:
-        "../scripts/toy.py"
-
-
-rule trajectories:
-    input:
-        files=FILES,
-        check=CHECK,
-    output:
-        "<results>/recordings/{recording}/trajectories.parquet",
-    log:
-        "<logs>/trajectories/{recording}.log",
-    benchmark:
-        "<benchmarks>/trajectories/{recording}.tsv"
+        "<benchmarks>/clean/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.measured,
     priority: 10
     params:
         code=source("toy.py"),
+    script:
+        "../scripts/toy.py"
+
+
+rule clean_twin:
+    output:
+        trajectories="<results>/recordings/{recording}/trajectories.parquet",
+    log:
+        "<logs>/clean/{recording}.log",
+    benchmark:
+        "<benchmarks>/clean/{recording}.tsv"
+    wildcard_constraints:
+        recording=RECORDINGS.simulated,
+    params:
+        code=source("toy.py"),
+        twin=cell("twin"),
     script:
         "../scripts/toy.py"
 
@@ -76,7 +65,7 @@ rule group_table:
         "../scripts/toy.py"
 
 
-rule toy_results:
-    input:
-        recordings=collect("<results>/recordings/{row.recording}/noise.csv", row=EVERY_RECORDING),
-        tables=collect("<results>/tables/{group}_noise.csv", group=groups()),
+promise(
+    recordings=collect("<results>/recordings/{row.recording}/noise.csv", row=EVERY_RECORDING),
+    tables=collect("<results>/tables/{group}_noise.csv", group=groups()),
+)

@@ -192,16 +192,21 @@ def _by_time(layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float
     if not there.all():
         line = line_of(layout, int(np.argmin(there)))
         raise Refusal(f"{layout.name}: line {line} has no time, as other lines have")
+    duration = float(time[-1] - time[0])
+    if not duration > 0:
+        raise Refusal(
+            f"{layout.name}: its times do not increase: {time[0]:.10g} s in line "
+            f"{line_of(layout, 0)}, {time[-1]:.10g} s in line {line_of(layout, rows.n - 1)}"
+        )
     rounding = 10.0 ** -_time_decimals(layout, rows)
     found = np.diff(time) * rate
     if rows.frame is None and rate * rounding < 0.25:
         steps = np.maximum(np.round(found), 1).astype(np.int64)
     off = np.abs(found - steps) > 0.5 + rate * rounding
-    duration = float(time[-1] - time[0])
-    mean = float(steps.sum()) / duration if duration > 0 else 0.0
+    mean = float(steps.sum()) / duration
     typical = np.median(steps) != 1 and rows.frame is None
     if off.mean() > 0.5 or typical:
-        raise _rates_differ(layout, rate, len(steps) / duration if duration > 0 else 0.0)
+        raise _rates_differ(layout, rate, len(steps) / duration)
     if off.any():
         row = int(np.argmax(off))
         raise Refusal(

@@ -12,10 +12,11 @@ from mocap_metrology.common.files import open_table, write_table
 from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.noise.motion.place import by_place
-from mocap_metrology.recording.noise import cleaned, gaussian_model, write_cleaned
+from mocap_metrology.recording.clean import cleaned, write_cleaned
+from mocap_metrology.recording.noise import gaussian_model
 from mocap_metrology.recording.table import Table
-from mocap_metrology.recording.verdict import diagnosed, diagnosis_settings
-from mocap_metrology.settings import Diagnosis, Gaussian, Hampel, Still
+from mocap_metrology.recording.verdict import diagnosed
+from mocap_metrology.settings import Gaussian, Hampel, Settings
 
 N = 20_000
 ORIGIN = {
@@ -62,7 +63,7 @@ def test_diagnosis(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         disturbed[f"{axis}2_mm"][12_000:12_040] = disturbed[f"{axis}2_mm"][12_000]
     origin = ORIGIN | {"n_filled_frames": {}}
     Table(disturbed, origin).write(raw)
-    settings = diagnosis_settings(Diagnosis(), Still(), 3600.0)
+    settings = Settings()
     no_psd = Table({"series": np.empty(0, object)}, {"psd": {}})
     expected = diagnosed(Table.read(raw), no_psd, [], settings)
     assert expected.found.events

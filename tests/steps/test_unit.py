@@ -11,10 +11,11 @@ from mocap_metrology.calibration.decode import Entry as CalibrationEntry
 from mocap_metrology.calibration.decode import reference_of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.recording.check import Entry, read_checked, refused
+from mocap_metrology.recording.check import Entry, examine, read, refused
 from mocap_metrology.recording.clean import trajectories
+from mocap_metrology.settings import Settings
 
-HOW = 2.0, 3600.0, False
+SETTINGS = Settings()
 NAMED = {"recording": "A", "source": "measured", "twin": None}
 
 
@@ -29,13 +30,15 @@ def take(tmp_path: Path) -> Path:
 
 def test_metres_are_refused_until_the_sheet_states_them(take: Path) -> None:
     with pytest.raises(Refusal) as caught:
-        read_checked(Entry([str(take)], ["A", "B"]), *HOW)
+        read(Entry([str(take)], ["A", "B"]), False)
     check = refused(caught.value, "write accept", "column unit of the sheet")
     assert not check["ok"]
     assert check["why"].endswith(
         "so they may be in metres: state the unit, m or mm (column unit of the sheet)"
     )
-    check, recording = read_checked(Entry([str(take)], ["A", "B"], unit="m"), *HOW)
+    entry = Entry([str(take)], ["A", "B"], unit="m")
+    recording = read(entry, False)
+    check, _ = examine(entry, recording, SETTINGS)
     assert (check["unit"], check["unit_source"], check["warnings"]) == ("m", "given", [])
     made = trajectories(recording, NAMED)
     assert (made.origin["file_units"], made.origin["unit_source"]) == ("m", "given")
@@ -45,7 +48,9 @@ def test_metres_are_refused_until_the_sheet_states_them(take: Path) -> None:
 def test_an_assumed_unit_is_warned_of(tmp_path: Path) -> None:
     positions = np.random.default_rng(3).normal(300, 0.05, (500, 1, 3))
     write_c3d(tmp_path / "take.c3d", ["A"], 100, [positions], 500, units="")
-    check, recording = read_checked(Entry([str(tmp_path / "take.c3d")], ["A"]), *HOW)
+    entry = Entry([str(tmp_path / "take.c3d")], ["A"])
+    recording = read(entry, False)
+    check, _ = examine(entry, recording, SETTINGS)
     assert check["warnings"] == [
         "the file names no unit, so its coordinates are assumed to be in mm"
     ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import getpass
 import os
 import subprocess
 import sys
@@ -76,11 +75,37 @@ def test_edit_of_a_called_helper_is_seen_where_no_cache_can_be_kept(tmp_path, de
     """As written in the package, each decorator leaves the cache to the project's rule."""
     package = copy_of_decorator(tmp_path, decorator.replace("REORDER", "True"))
     (package / ".compiled").touch()  # files where the folders would be
-    (tmp_path / f"mocap-metrology-{getpass.getuser()}").touch()
+    (tmp_path / "mocap-metrology").touch()
     for factor, expected in ((2.0, "21.0"), (3.25, "33.5")):
         (package / "helper.py").write_text(HELPER.format(factor=factor))
-        assert result(tmp_path, TMPDIR=str(tmp_path)) == expected
+        assert result(tmp_path, XDG_CACHE_HOME=str(tmp_path)) == expected
     assert not list(tmp_path.rglob("*.nbi"))
+
+
+@pytest.mark.parametrize("fault", ["", "writable", "parent", "link", "temporary"])
+def test_code_of_others_is_not_run(tmp_path, fault):
+    """Who may write to a cache of numba may run code as whoever loads it. Where the package has
+    none of its own, it is in the user's folder of caches, and nowhere under a shared one."""
+    package = copy_of_decorator(tmp_path)
+    (package / "helper.py").write_text(HELPER.format(factor=2.0))
+    (package / ".compiled").touch()
+    caches = tmp_path / "caches/mocap-metrology"
+    if fault == "link":
+        (tmp_path / "theirs").mkdir()
+        caches.parent.mkdir()
+        caches.symlink_to(tmp_path / "theirs")
+    elif fault == "temporary":  # of earlier versions
+        caches.parent.touch()
+    elif fault:
+        caches.mkdir(parents=True)
+        caches.chmod(0o777 if fault == "writable" else 0o775)
+    environment = {"XDG_CACHE_HOME": str(caches.parent), "TMPDIR": str(tmp_path)}
+    assert result(tmp_path, **environment) == "21.0"
+    stored = list(tmp_path.rglob("*.nbi"))
+    assert bool(stored) == (not fault)
+    assert all(caches in path.parents for path in stored)
+    if stored:
+        assert {path.stat().st_mode & 0o777 for path in (caches, *caches.glob("*"))} == {0o700}
 
 
 def test_a_kernel_cannot_choose_a_cache_of_its_own():

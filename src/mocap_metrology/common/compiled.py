@@ -4,8 +4,9 @@ numba's own file cache watches only the file of the function that is called: a c
 edited in another file still runs as old machine code. Here the cache folder is named by the
 hash of every source file of the package that imports this decorator, so an edit of any kernel
 starts a new one; kernels take constants only from such files. It lies beside the package; where
-that cannot be written, in a per-user temporary folder; where that cannot either, nothing is cached
-and every process compiles for itself.
+that cannot be written, in the user's folder of caches; where that cannot either, nothing is cached
+and every process compiles for itself. A cache is run as code (numba unpickles it), so one that
+others own or may write to is not used.
 
 `python -m mocap_metrology.common.compiled`, called by `make`, compiles every kernel once.
 """
@@ -13,12 +14,13 @@ and every process compiles for itself.
 from __future__ import annotations
 
 import fcntl
-import getpass
 import hashlib
 import importlib
 import os
 import pkgutil
 import shutil
+import stat
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -41,27 +43,42 @@ def sources_hash(package: Path = PACKAGE) -> str:
     return digest.hexdigest()[:16]
 
 
-def _writable(folder: Path) -> bool:
+def _usable(folder: Path) -> bool:
+    """Whether the folder can be written by this user and by nobody else; made if it is missing."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        if not all(_private(path) for path in (folder, folder.parent)):
+            return False
         with tempfile.TemporaryFile(dir=folder):
             return True
     except OSError:
         return False
 
 
+def _private(folder: Path) -> bool:
+    """A folder, and no link to one, of this user that no group and no other may write to."""
+    found = folder.lstat()
+    others = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not others
+
+
 def _candidates() -> list[Path]:
+    """Folders of caches: beside the package, then of the user (XDG Base Directory, macOS)."""
     try:
-        user = getpass.getuser()
-    except (KeyError, OSError):  # no entry for this uid, as in some containers
-        user = str(os.getuid())
-    return [PACKAGE / ".compiled", Path(tempfile.gettempdir()) / f"mocap-metrology-{user}"]
+        home = Path.home()
+    except RuntimeError:  # no entry for this uid, as in some containers
+        return [PACKAGE / ".compiled"]
+    default = home / ("Library/Caches" if sys.platform == "darwin" else ".cache")
+    caches = Path(os.environ.get("XDG_CACHE_HOME") or default)
+    own = [caches / "mocap-metrology"] if caches.is_absolute() else []
+    return [PACKAGE / ".compiled", *own]
 
 
 def cache_folder() -> Path | None:
-    """Folder of the compiled kernels of these sources, or None where nothing can be written."""
+    """Folder of the compiled kernels of these sources, or None where no safe one can be written."""
     name = sources_hash()
-    return next((c / name for c in _candidates() if _writable(c / name)), None)
+    return next((c / name for c in _candidates() if _usable(c / name)), None)
 
 
 def prune(keep: Path | None) -> None:

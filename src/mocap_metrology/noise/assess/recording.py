@@ -33,13 +33,13 @@ from mocap_metrology.noise.assess.checks import (
     Facts,
     MovementCheck,
     Series,
-    Word,
 )
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span, assess_series
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import LONG_S
 from mocap_metrology.settings import Verdict as Limits
+from mocap_metrology.settings import Word
 
 OF_MOVING = (Code.MISSING, Code.MISSING_OR_FILLED)  # what else counts where every marker moves
 RULE = (4, 10)  # times better than the device under test [S 2.2]

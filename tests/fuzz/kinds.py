@@ -23,10 +23,11 @@ import make_c3d  # noqa: E402
 import synthetic  # noqa: E402
 import text_files  # noqa: E402
 import yaml  # noqa: E402
-from mocap_workflow import entries, recording_twins, rows, settings  # noqa: E402
+from mocap_workflow import entries, recording_twins, rows  # noqa: E402
 from mocap_workflow.recordings import RecordingRow  # noqa: E402
 from sample_files import samples_folder  # noqa: E402
 
+from mocap_metrology import settings  # noqa: E402
 from mocap_metrology.common.errors import Refusal  # noqa: E402
 from mocap_metrology.common.faults import Faults  # noqa: E402
 from mocap_metrology.common.files import read_table, write_table  # noqa: E402
@@ -107,7 +108,7 @@ def _c3d(name: str, base: bytes, labels: tuple[str, ...]) -> Kind:
         base,
         lambda path: positions([path], labels),
         lambda raw: strict_c3d.read(raw, labels),
-        lambda raw, rng: mutate.binary(raw, rng, front),
+        lambda raw, rng: mutate.c3d(raw, rng, front),
     )
 
 

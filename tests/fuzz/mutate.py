@@ -102,6 +102,69 @@ def _small_word(out: bytearray, rng: Rng, end: int) -> None:
     out[at : at + 2] = (word % 65536).to_bytes(2, "little")
 
 
+def c3d(content: bytes, rng: Rng, front: int) -> tuple[bytes, str]:
+    """A damaged C3D file: in two of five cases its structure contradicts itself."""
+    if rng.random() < 0.6:
+        return binary(content, rng, front)
+    out = bytearray(content)
+    damage = STRUCTURE[int(rng.integers(len(STRUCTURE)))]
+    damage(out, rng)
+    return bytes(out), damage.__name__.strip("_")
+
+
+def _header_word(out: bytearray, rng: Rng) -> None:
+    """Points, analog values, first and last frame, scale, start of the data, rate of the header."""
+    at = 2 * int(rng.choice([1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]))
+    other = (bytes(2), b"\x01\x00", b"\xff\xff", rng.bytes(2), bytes([out[at] ^ 1, out[at + 1]]))
+    out[at : at + 2] = other[int(rng.integers(len(other)))]
+
+
+def _records(section: bytes, order: str) -> dict[tuple[int, str], bytes]:
+    """Records of the parameter section by group number (negative of a group) and name."""
+    found, at = {}, 4
+    while at + 2 < len(section) and section[at]:
+        length, number = (int(v) for v in np.frombuffer(section[at : at + 2], np.int8))
+        pointer = at + 2 + abs(length)
+        after = pointer + int.from_bytes(section[pointer : pointer + 2], order)
+        found[number, section[at + 2 : pointer].decode("latin-1")] = section[at:after]
+        if after <= pointer:
+            break
+        at = after
+    return found
+
+
+def _inserted(out: bytearray, rng: Rng, group: bool) -> None:
+    """A parameter of POINT a second time, with other values: beside the first, or in a second group
+    of the same name. The padding of the section makes room."""
+    start = (out[0] - 1) * 512
+    stop = start + 512 * out[start + 2]
+    order = "big" if out[start + 3] == 86 else "little"
+    records = _records(bytes(out[start:stop]), order)
+    number, point = next((k, v) for (k, name), v in records.items() if k < 0 and name == "POINT")
+    own = [v for (k, _), v in records.items() if k == -number]
+    copy = bytearray(own[int(rng.integers(len(own)))])
+    name = min(copy[0], 256 - copy[0])  # its length, negative where the record is locked
+    place = 2 + name + 4 + copy[2 + name + 3]  # of the first value
+    copy[min(place + int(rng.integers(4)), len(copy) - 2)] ^= 1 << int(rng.integers(7))
+    new = bytes(copy)
+    if group:
+        other = min(k for k, _ in records) - 1
+        copy[1] = -other
+        new = point[:1] + bytes([other % 256]) + point[2:] + bytes(copy)
+    if not any(out[stop - len(new) : stop]):
+        del out[stop - len(new) : stop]
+        out[start + 4 : start + 4] = new
+
+
+def _second_group(out: bytearray, rng: Rng) -> None:
+    _inserted(out, rng, True)
+
+
+def _second_parameter(out: bytearray, rng: Rng) -> None:
+    _inserted(out, rng, False)
+
+
+STRUCTURE = (_header_word, _second_group, _second_parameter)
 BINARY = (_bit, _bits, _byte, _block, _cut, _lost, _added, _doubled, _moved, _as_text, _small_word)
 SHARES = np.array([30, 8, 14, 8, 8, 5, 5, 3, 3, 8, 8]) / 100
 
@@ -193,5 +256,18 @@ def _blanks(lines: list[bytes], k: int, rng: Rng) -> None:
         lines[i] = lines[i].rstrip(b"\r") + (b"" if i == len(lines) - 1 else b"\r")
 
 
-TEXT = (_digit, _number, _cell_lost, _cells_swapped, _junk, _line_lost, _line_doubled,
+def _column(lines: list[bytes], k: int, rng: Rng) -> None:
+    """Frame numbers or times (one of the first two columns of numbers): all zero, all equal, in
+    reverse order, or not numbers."""
+    rows = [i for i, line in enumerate(lines) if len(_cells(line)[0]) > 5]
+    rows = [i for i in rows if lines[i][:1].isdigit() and _cells(lines[i])[1] != b" "]
+    column, way = int(rng.integers(2)), int(rng.integers(4))
+    cells = [_cells(lines[i]) for i in rows]
+    values = [row[column] for row, _ in cells]
+    made = ([b"0"] * len(rows), values[:1] * len(rows), values[::-1], [b"nan"] * len(rows))[way]
+    for i, (row, mark), value in zip(rows, cells, made, strict=True):
+        lines[i] = mark.join([*row[:column], value, *row[column + 1 :]])
+
+
+TEXT = (_column, _digit, _number, _cell_lost, _cells_swapped, _junk, _line_lost, _line_doubled,
         _lines_swapped, _line_cut, _cut_here, _joined, _letter_case, _blanks)  # fmt: skip

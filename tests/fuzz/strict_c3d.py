@@ -88,11 +88,16 @@ class File:
                 dims = list(self.raw[place + 2 : place + 2 + n])
                 values = place + 2 + n
                 place = values + math.prod(dims) * abs(kind)
-                found.setdefault((number, name), (kind, dims, values))
+                own = found.setdefault((number, name), (kind, dims, values))
+                size = place - values
+                need(own[:2] == (kind, dims))
+                need(self.raw[own[2] : own[2] + size] == self.raw[values:place])
             need(place < after and place + 1 + self.raw[place] <= after)
             if last:
                 break
             at = after
+        used = [name for number, name in groups.items() if any(g == number for g, _ in found)]
+        need(len(set(used)) == len(used))
         return {(groups[g], name): value for (g, name), value in found.items() if g in groups}
 
     def number(self, name: str, group: str = "POINT") -> float | None:

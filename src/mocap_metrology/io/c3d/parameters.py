@@ -165,12 +165,22 @@ def read_parameters(section: bytes, processor: int, file: str) -> Parameters:
                 raise Refusal(f"{file}: damaged: the groups {both} have the number {-number}")
         elif number > 0:
             parameter = _parameter(section, body, end, name, processor, file)
-            found.setdefault((number, name), parameter)
+            if found.setdefault((number, name), parameter) != parameter:
+                raise Refusal(
+                    f"{file}: damaged: parameter {name!r} stands twice in one group, with "
+                    "different values; expected once"
+                )
         else:
             raise Refusal(f"{file}: damaged: parameter {name!r} belongs to group 0")
         if last:
             break
         at = end
+    used = [name for number, name in groups.items() if any(own == number for own, _ in found)]
+    for name in used:
+        if used.count(name) > 1:
+            raise Refusal(
+                f"{file}: damaged: {used.count(name)} groups are named {name!r}; expected one"
+            )
     named = {(groups[number], name): p for (number, name), p in found.items() if number in groups}
     return Parameters(named)
 

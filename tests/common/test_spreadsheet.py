@@ -63,10 +63,13 @@ def test_a_cell_that_is_no_number_keeps_its_comma() -> None:
     assert rows("") == []
 
 
-@pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "@SUM(1)", "+1+1", "-2+3+cmd", "\t=1"])
+@pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "@SUM(1)", "+1+1", "-2+3+cmd"])
 def test_no_text_of_a_result_is_a_formula(tmp_path: Path, cell: str) -> None:
     write_csv(tmp_path / "a.csv", [{"camera_type": cell, "value": -1.5, "text": "-1.5e-3"}])
     with (tmp_path / "a.csv").open(newline="") as stream:
         (row,) = csv.DictReader(stream)
     assert row == {"camera_type": f"'{cell}", "value": "-1.5", "text": "-1.5e-3"}
+    assert as_text("x;=1+cmd|A0") == "x;'=1+cmd|A0"  # where semicolons separate cells
+    assert as_text("a\t=1") == "a\\t'=1" and as_text("1;-2.5;+3e4") == "1;-2.5;+3e4"
+    assert as_text("\x1b[2J\u202e") == r"\x1b[2J\u202e"
     assert as_text("T40") == "T40" and as_text("-") == "-" and as_text(float("nan")) == ""

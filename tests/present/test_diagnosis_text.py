@@ -212,8 +212,8 @@ def test_what_is_left_of_an_event():
 @pytest.mark.parametrize(
     ("seconds", "text"),
     [
-        (9059.97, "2 h 31 min 0.0 s"),
-        (599.97, "10 min 0.0 s"),
+        (9059.97, "2 h 31 min"),
+        (599.97, "10 min"),
         (150.24, "150.2 s"),
         (3661.0, "1 h 1 min 1.0 s"),
     ],

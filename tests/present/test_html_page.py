@@ -11,6 +11,7 @@ import pytest
 from markupsafe import Markup
 from matplotlib.figure import Figure as Drawing
 
+from mocap_metrology.common.errors import printable
 from mocap_metrology.present import tables
 from mocap_metrology.present.pages import details, document, site
 
@@ -67,7 +68,7 @@ def test_a_table_of_markdown_comes_back_whole() -> None:
     read = Reader(page)
     expected = [["name", "sign", "value", "n"]]
     for row in rows:
-        sign = row["sign"].replace("T_c1", "Tc1").replace("&amp;", "&")  # a subscript, an entity
+        sign = row["sign"].replace("T_c1", "Tc1")  # a subscript
         value = tables.readable(row["value"]).replace("-", "−")
         expected.append([row["name"], sign, value, f"{row['n']}".replace("-", "−")])
     assert read.tables == [expected]
@@ -78,6 +79,27 @@ def test_a_table_of_markdown_comes_back_whole() -> None:
     assert "A caption &lt;of&gt; these." in page
 
 
+HOSTILE = [
+    *("![i](http://127.0.0.1:9/i.png)", "[x](javascript:alert(1))", "<http://127.0.0.1:9/>"),
+    *("<img src=http://127.0.0.1:9/ onerror=alert(1)>", "</script><script>alert(1)</script>"),
+    *("&lt;b&gt;", "`x`](http://127.0.0.1:9/)", "|</td><iframe src=//127.0.0.1:9/>", "\\![i](a)"),
+    *("[r]: http://127.0.0.1:9/", "# T", "\x1b[2J\u202eX", "*x* _y_ __z__"),
+]
+
+
+def test_what_a_user_wrote_is_text(tmp_path: Path) -> None:
+    """In a cell, a title and a caption: nothing is loaded, linked or run, and it is read as it was
+    written, but for letters that control a terminal."""
+    rows = [{"name": words, "comment": words} for words in HOSTILE]
+    for words in HOSTILE:
+        page = document.page(tables.markdown(rows, f"g: {words}", words), "t", True)
+        read = Reader(page)
+        assert read.images == [] and read.elements.count("script") == 1
+        assert not {"iframe", "object", "embed", "link"} & set(read.elements)
+        assert [link["href"] for link in read.links] == ["../summary.html", "../tables/t.csv"]
+        assert [row[0] for row in read.tables[0][1:]] == [printable(words) for words in HOSTILE]
+
+
 def test_a_page_asks_no_host_for_anything() -> None:
     page = document.page("# T\n\n| a |\n|---|\n| 1 |\n", "t", False)
     assert not re.search(r"https?:|//[a-z]|@import|url\(", page.partition("<body")[0])
@@ -86,11 +108,11 @@ def test_a_page_asks_no_host_for_anything() -> None:
 
 def test_headings_lists_bold_and_code() -> None:
     text = "# T, Table I: x\n\nOne\ntwo.\n\n## Part\n\n* a `+`\n* **b** c\n\n"
-    text += "| a |\n|---|\n| **1** |\n"
+    text += "| a |\n|---|\n| **1** |\n"  # cells are text
     first, table = document.parts_of(text)
     assert "<h1>T, Table I: x</h1>" in first and "<h2>Part</h2>" in first
     assert "<code>+</code>" in first and "<strong>b</strong> c" in first
-    assert table.rows == [[Markup("<strong>1</strong>")]]
+    assert table.rows == [[Markup("**1**")]]
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ SENTENCES = [
     (
         Check(Code.FRAME, "good", 0.026, 0.1, "mm", **FRAME),
         "One frame of y1 is uncertain by 26.00 (25.50…26.41) µm about the mean of an hour; "
-        "the limit for good is 0.1 mm.",
+        "within the limit for good, 0.1 mm.",
     ),
     (
         Check(Code.FRAME, "good", 0.026, 0.026, "mm", **FRAME | {"over_s": 120.0}, asked_s=3600.0),

@@ -7,11 +7,12 @@ import csv
 import re
 from collections.abc import Sequence
 
-from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.errors import Refusal, printable
 
 NUMBER = re.compile(r"\s*[+-]?\d*,\d*([eE][+-]?\d+)?\s*", re.ASCII)
 
-FORMULA = re.compile(r"[=@\t\r]|[+-](?![\d.]*([eE][+-]?\d+)?$)")  # a number is none
+# At the start of a cell, or behind what may separate cells too; a number is none
+FORMULA = re.compile(r"(^|[;\t\r\n]\s*)(?=[=@\t\r]|[+-](?![\d.]*([eE][+-]?\d+)?($|;)))")
 
 
 def delimiter(header: str) -> str:
@@ -32,10 +33,11 @@ def number(cell: str) -> float:
 
 
 def as_text(value: object) -> object:
-    """A value as CSV has it: text that a spreadsheet would run as a formula begins with `'`, which
-    a spreadsheet takes for text; NaN and None are empty."""
+    """A value as CSV has it: before what a spreadsheet would run as a formula, in the whole cell or
+    in the parts into which it may split it, stands `'`, which it takes for text. Letters that
+    control a terminal are written as their codes; NaN and None are empty."""
     if isinstance(value, str):
-        return f"'{value}" if FORMULA.match(value) else value
+        return printable(FORMULA.sub(r"\1'", value))
     return "" if value is None or value != value else value
 
 

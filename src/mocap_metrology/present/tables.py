@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
+from mocap_metrology.common.errors import printable
 from mocap_metrology.common.files import write_csv, write_text
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
 
@@ -26,6 +27,9 @@ LEAST_P = 1e-6  # a probability below this is as good as none
 NOTHING = 1e-9  # a percentage, or a number published as 0, below this is an error of rounding
 # What S Table 4 prints with four decimals
 FOUR_DECIMALS = re.compile(r"(mu|sigma)_(1|2|L|e|A1|A2|B|C)_mm|rho_12")
+# What would be markup in Markdown: cells are text, some of it a user's
+MARKUP = re.compile(r"[\\|`*\[\]]|<(?=[A-Za-z/!?])|&(?=[#A-Za-z])|(?<![^\W_])_")
+ESCAPED = re.compile(r"\\([\\|`*\[\]<&_])")
 PROBABILITY = re.compile(r"(.+_)?p")
 
 
@@ -100,7 +104,12 @@ def _text(value: object) -> str:
         return ""
     if isinstance(value, (float, np.floating)):
         return readable(float(value))
-    return str(value).replace("|", "\\|").replace("\n", " ")
+    return MARKUP.sub(r"\\\g<0>", printable(" ".join(str(value).split("\n"))))
+
+
+def plain(cell: str) -> str:
+    """The text of a cell of a Markdown table, as it was before it was written."""
+    return ESCAPED.sub(r"\1", cell)
 
 
 def source_sentence(sources: Mapping[str, str], duration_s: float | None = None) -> str:

@@ -124,10 +124,11 @@ def _labels(fields: dict[str, list[str]], of_bodies: bool, file: str) -> tuple[s
         labels.pop()
     if not labels:
         raise Refusal(f"{file}: {name} is missing or empty, so no {what} has a label")
-    if number_of in fields:
-        n = count(fields[number_of][0], number_of, file)
-        if n != len(labels):
-            raise Refusal(f"{file}: {name} are {len(labels)}, {number_of} states {n}")
+    if number_of not in fields:
+        raise Refusal(f"{file}: {number_of} is missing, so {name} cannot be checked")
+    n = count(fields[number_of][0], number_of, file)
+    if n != len(labels):
+        raise Refusal(f"{file}: {name} are {len(labels)}, {number_of} states {n}")
     return named(labels)
 
 

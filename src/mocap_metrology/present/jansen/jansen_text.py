@@ -123,7 +123,7 @@ def _summary(rows: Sequence[Row], last: str) -> list[str]:
     own = [row for row in rows if row["setup"] == last]
     published = {row["quantity"]: row["published"] for row in own}
     table = [["estimator", "stage", "optics", *HEAD, "mirrored", "n"]]
-    table.append(["**published**", "", "", *(significant(published.get(q)) for q in QUANTITIES)])
+    table.append(["published", "", "", *(significant(published.get(q)) for q in QUANTITIES)])
     table[-1] += ["", ""]
     for variant, of_it in _grouped(own, _variant):
         cells = {row["quantity"]: _with_ratio(row) for row in of_it}

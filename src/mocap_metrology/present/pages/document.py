@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from mocap_metrology.present.pages.comparison import Comparison
 from mocap_metrology.present.pages.site import Table, render, table, typeset
+from mocap_metrology.present.tables import plain
 
 # Of tables with many columns: those that are seen at first
 IMPORTANT = (
@@ -69,8 +70,10 @@ def page(
 
 
 def parts_of(text: str) -> list[Markup | Table]:
-    """HTML of a Markdown text, and its tables for the template that shows them."""
+    """HTML of a Markdown text, and its tables for the template that shows them. Cells are text, as
+    a user's words may be in them; nothing in the text leads or loads from elsewhere."""
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
+    reader.disable(["image", "link", "autolink", "reference"])
     parts: list[Markup | Table] = []
     within: list[Token] = []
     for token in reader.parse(text):
@@ -79,7 +82,7 @@ def parts_of(text: str) -> list[Markup | Table]:
             within = []
         within.append(token)
         if token.type == "table_close":
-            parts.append(_table(reader, within))
+            parts.append(_table(within))
             within = []
     return [*parts, *_html(reader, within)]
 
@@ -95,20 +98,16 @@ def typeset_html(html: str) -> Markup:
     return Markup("".join(p if k % 2 else str(typeset(Markup(p))) for k, p in enumerate(parts)))
 
 
-def _table(reader: MarkdownIt, tokens: list[Token]) -> Table:
+def _table(tokens: list[Token]) -> Table:
     cells = [token for token in tokens if token.type in ("inline", "tr_open")]
-    rows: list[list[str | Markup]] = []
+    rows: list[list[str]] = []
     for token in cells:
         if token.type == "tr_open":
             rows.append([])
         else:
-            within = token.children or []
-            plain = all(child.type == "text" for child in within)
-            shown = "".join(child.content for child in within)
-            rows[-1].append(shown if plain else typeset_html(reader.renderInline(token.content)))
+            rows[-1].append(plain(token.content))
     head, *body = rows
     for above, row in pairwise(body):  # rows may be sorted, so that none leans on the one above
         row[0] = row[0] or above[0]
-    names = [re.sub(r"<[^>]+>", "", str(name)) for name in head]
-    first = [name for name in names if name in IMPORTANT] if len(names) > MANY else []
-    return table(names, body, first=first if len(first) > 2 else ())
+    first = [name for name in head if name in IMPORTANT] if len(head) > MANY else []
+    return table(head, body, first=first if len(first) > 2 else ())

@@ -13,6 +13,7 @@ from functools import lru_cache
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from mocap_metrology.common.errors import printable
 from mocap_metrology.present.plot.figure import UNKNOWN_WORD, VERDICT_WORDS
 
 WORDS = VERDICT_WORDS | {  # of verdicts, and of claims
@@ -58,6 +59,7 @@ def environment() -> Environment:
         loader=PackageLoader("mocap_metrology.present", "html"),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=lambda value: _printable(value) if isinstance(value, str) else value,
         trim_blocks=True,
     )
     made.globals |= {"words": WORDS, "word": word, "link": link}
@@ -81,12 +83,19 @@ def word(text: str, count: int | None = None) -> Markup:
 
 def link(address: str, text: str) -> Markup:
     """A name that leads to an address, or just the name where there is none."""
-    return Markup('<a href="{}">{}</a>').format(address, text) if address else escape(text)
+    shown = _printable(text)
+    return Markup('<a href="{}">{}</a>').format(address, shown) if address else escape(shown)
+
+
+def _printable(text: str) -> str:
+    """Text without letters that control a terminal or turn the direction of others; markup as it
+    is."""
+    return text if isinstance(text, Markup) else printable(text)
 
 
 def typeset(text: str) -> Markup:
     """Text with powers and coefficients of units; names may break at `_`, lists behind `;`."""
-    return Markup("".join(map(_typeset, CODE.split(str(escape(text))))))
+    return Markup("".join(map(_typeset, CODE.split(str(escape(_printable(text)))))))
 
 
 def _typeset(html: str) -> str:

@@ -22,12 +22,21 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io import n3d
 from mocap_metrology.io.c3d.computed import computed_points
 from mocap_metrology.io.c3d.read import read_c3d
 from mocap_metrology.io.c3d.structure import Structure, inspect
 from mocap_metrology.io.labels import find_points, no_markers, numbered
 from mocap_metrology.io.recording import Header, Recording
-from mocap_metrology.io.text import motive, nexus, poses, qualisys, trc
+from mocap_metrology.io.text import (
+    first_principles,
+    motive,
+    nexus,
+    poses,
+    qualisys,
+    table,
+    trc,
+)
 from mocap_metrology.io.text.layout import Layout, check_text, lines
 from mocap_metrology.io.text.read import read_text
 from mocap_metrology.io.units import Unit
@@ -79,22 +88,40 @@ def _readable(path: Path) -> Iterator[None]:
 
 
 def _csv_layout(path: Path) -> Layout:
-    """Motive by the names in line 1, Nexus by its section Trajectories."""
-    check_text(path, "a Motive or Vicon Nexus export")
-    first = next((line.text for line in lines(path) if line.text.strip()), "")
-    if first.lstrip('"').startswith(motive.START):
+    """Motive by the names in line 1, Nexus by its section Trajectories, First Principles by its
+    first line; else columns with names."""
+    check_text(path, "a CSV export (Motive, Nexus, First Principles) or columns with names")
+    first = next((line.text for line in lines(path) if line.text.strip()), "").lstrip('"')
+    if first.startswith(motive.START):
         return motive.layout(path)
+    if first.startswith(first_principles.START):
+        return first_principles.layout(path)
     if nexus.section(path) is not None:
         return nexus.layout(path)
     nexus.refuse_old(path)
-    raise Refusal(
-        f"{path.name}: is neither a Motive export, whose line 1 starts with Format Version, nor a"
-        " Vicon Nexus export with a section Trajectories"
-    )
+    try:
+        return table.layout(path)
+    except Refusal as refusal:
+        raise Refusal(
+            f"{refusal} (it is no export of Motive, whose line 1 starts with Format Version, of"
+            " Vicon Nexus, with a section Trajectories, or of First Principles)"
+        ) from None
+
+
+def _tsv_layout(path: Path) -> Layout:
+    """First Principles by its first line, Qualisys by a name in capitals, else columns with
+    names."""
+    check_text(path, "a TSV export (Qualisys, First Principles) or columns with names")
+    cells = next(line for line in lines(path) if line.text.strip()).cells("\t")
+    if cells[0].startswith(first_principles.START):
+        return first_principles.layout(path)
+    if qualisys.FIELD.fullmatch(cells[0]):
+        return qualisys.layout(path)
+    return table.layout(path)
 
 
 def _txt_layout(path: Path) -> Layout:
-    """Poses; an old Vicon export is named."""
+    """Poses, or columns with names; an old Vicon export is named."""
     check_text(path, poses.WHAT)
     nexus.refuse_old(path)
     return poses.layout(path)
@@ -104,8 +131,11 @@ C3D = Format(inspect, read_c3d)
 FORMATS = {
     ".trc": text_format(trc.layout),
     ".csv": text_format(_csv_layout),
-    ".tsv": text_format(qualisys.layout),
+    ".tsv": text_format(_tsv_layout),
     ".txt": text_format(_txt_layout),
+    ".tum": text_format(table.layout),
+    ".xls": text_format(first_principles.layout),
+    ".n3d": Format(n3d.header, n3d.read_n3d),
 }
 
 

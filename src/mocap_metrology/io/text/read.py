@@ -192,7 +192,7 @@ def _by_time(layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float
     if not there.all():
         line = line_of(layout, int(np.argmin(there)))
         raise Refusal(f"{layout.name}: line {line} has no time, as other lines have")
-    rounding = 10.0 ** -_time_decimals(layout, rows)
+    rounding = layout.second * 10.0 ** -_time_decimals(layout, rows)
     found = np.diff(time) * rate
     if rows.frame is None and rate * rounding < 0.25:
         steps = np.maximum(np.round(found), 1).astype(np.int64)

@@ -1,0 +1,213 @@
+"""Tables with a name over each column: markers or poses, as text or CSV.
+
+The names are the last line before the numbers, with or without #, or the last two, where axes
+stand under labels (`A,A,A` or `A,,` over `X,Y,Z`), a line of units below or not. Names that the
+user states hold in place of them. Rows are separated by tabs, semicolons, commas or spaces.
+`columns` has the grammar of the names. Nothing is told by its place: numbers without names are
+refused.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Collection, Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.header import number
+from mocap_metrology.io.text.columns import SECONDS, Columns, find_columns
+from mocap_metrology.io.text.layout import (
+    NULLS,
+    Layout,
+    Line,
+    cells_of,
+    check_text,
+    lines,
+    named,
+    rate,
+    without_padding,
+)
+from mocap_metrology.io.units import METRE, MM
+
+WHAT = "a table with a name over each column"
+DELIMITERS = ("\t", ";", ",", " ")
+MOST_LINES = 60  # before the numbers
+MOST_TITLES = 4  # of them without #
+ROWS = 10_000  # rows that give the frame rate
+SLOWEST_HZ = 1.0  # slower than any system: times in another unit than s
+AXES = ("x", "y", "z")
+UNITS = {*MM, *SECONDS, "-"}
+FREQUENCY = re.compile(r"Freq:\s*([0-9.]+)")
+REQUESTED = "{:g} Hz is the rate that was requested; rows have no time"
+SWAPPED = ["x", "y", "z", "w", "j", "i", "k"]
+HOW = (
+    "name its columns in a line above them, or in column columns of the sheet, as in"
+    " t x y z qx qy qz qw or A_x A_y A_z B_x B_y B_z"
+)
+
+
+def layout(path: Path, stated: str | None = None) -> Layout:
+    """Read the names of the columns, or take those of `stated`, and the frame rate by the times.
+
+    Refuses numbers without names, and names that are not as many as the columns.
+    """
+    check_text(path, WHAT)
+    head, first, delimiter = _head(path)
+    cells = first.cells(delimiter)
+    notes: tuple[str, ...] = ()
+    if stated is not None:
+        where = f"{path.name}: columns as given"
+        names = re.split(r"[\s,;]+", stated.strip(" \t,;"))
+    else:
+        names, line = _names(head, delimiter, len(cells), path.name)
+        where = f"{path.name}: line {line}"
+        if names == SWAPPED and (told := _frequency(head)):
+            names = ["x", "y", "z", "w", "i", "j", "k"]
+            notes += ("its header names the quaternion w j i k, its writer means w i j k",)
+    if not names:
+        raise Refusal(f"{path.name}: line {first.number} has numbers without names: {HOW}")
+    if len(names) != len(cells) and not (len(names) == len(cells) - 1 and not cells[-1]):
+        raise Refusal(
+            f"{where}: {len(names)} names of columns, but {len(cells)} cells in line {first.number}"
+        )
+    rows = [line.cells(delimiter) for line in islice(_rows(path, first), ROWS)]
+    if not names[0]:  # what a table of pandas is indexed by
+        whole = all(number(row[0]) == int(number(row[0]) or 0) for row in rows)
+        names = ["frame" if whole else "time", *names[1:]]
+    found = find_columns(names, where)
+    if found is None:
+        raise Refusal(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}")
+    told = _frequency(head)
+    measured = _rate(path, first, found, names, rows) if found.time is not None else 0.0
+    if told and not measured:
+        notes += (REQUESTED.format(told),)
+    return Layout(
+        path=path,
+        encoding="pose text" if found.rotations else "table of markers",
+        labels=named(found.labels),
+        columns=found.positions,
+        frame_rate_hz=measured or told,
+        unit=METRE if told and found.unit.source == "unknown" else found.unit,
+        delimiter=delimiter,
+        data_line=first.number,
+        data_offset=first.start,
+        n_columns=len(names),
+        frame_column=found.frame,
+        time_column=found.time,
+        second=found.second,
+        full_rows=delimiter == " ",
+        notes=notes,
+        rotations=found.rotations,
+    )
+
+
+def _head(path: Path) -> tuple[list[Line], Line, str]:
+    """Lines that are not empty before the first row of numbers, this row, what separates it."""
+    head: list[Line] = []
+    for line in islice(lines(path), MOST_LINES):
+        for delimiter in DELIMITERS:
+            cells = line.cells(delimiter)
+            numbers = [cell for cell in cells if number(cell) is not None]
+            if (
+                len(cells) > 2
+                and numbers
+                and all(c in NULLS or number(c) is not None for c in cells)
+            ):
+                return head, line, delimiter
+        if line.text.strip(" \t,;"):
+            head.append(line)
+    raise Refusal(f"{path.name}: has no frames: no row of three or more numbers in its first lines")
+
+
+def _rows(path: Path, first: Line) -> Iterator[Line]:
+    """Rows of numbers that are not empty."""
+    return (line for line in lines(path, first.start, first.number) if line.text.strip(" \t,;"))
+
+
+def _frequency(head: Sequence[Line]) -> float:
+    """The rate in Hz that a comment of the Vive recordings names; 0 without."""
+    found = FREQUENCY.search(" ".join(line.text for line in head if line.text.startswith("#")))
+    return rate(found[1]) if found else 0.0
+
+
+def _names(head: Sequence[Line], delimiter: str, n_cells: int, file: str) -> tuple[list[str], int]:
+    """A name for each column, none where there are none, and the line of the last."""
+    plain = [line for line in head if line.text[0] not in "#%"]
+    if len(plain) > MOST_TITLES:
+        raise Refusal(f"{file}: {len(plain)} lines before its numbers, which are not understood")
+    if not plain:
+        for line in reversed(head):
+            text = line.text.strip("#% \t").split("Freq:")[0]
+            for cells in (_cells(text, delimiter), text.split()):
+                if len(cells) in (n_cells, n_cells - 1):
+                    return cells, line.number
+        return [], 0
+    rows = [_cells(line.text, delimiter) for line in plain]
+    if short := next((k for k, row in enumerate(rows) if len(row) < 3 and n_cells > 3), None):
+        raise Refusal(f"{file}: line {plain[short].number} is not understood before a table")
+    width = max(map(len, rows))
+    rows = [row + [""] * (width - len(row)) for row in rows]
+    units = rows.pop() if len(rows) > 1 and _all_in(rows[-1], UNITS) else [""] * width
+    index = rows.pop() if len(rows) > 2 and not any(rows[-1][1:]) else [""] * width
+    names = rows.pop()
+    if rows and sum(cell.lower() in AXES for cell in names) > 2:
+        label = ""
+        for k, over in enumerate(rows[-1]):
+            label = over or label
+            if names[k].lower() in AXES:
+                names[k] = f"{label} {names[k]}".strip()
+            else:
+                names[k] = names[k] or over
+    names[0] = index[0] or names[0]
+    names = [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=True)]
+    while names and not names[-1]:
+        names.pop()
+    return names, plain[-1].number
+
+
+def _all_in(cells: Sequence[str], known: Collection[str]) -> bool:
+    """Whether there are cells, and all of them are known."""
+    told = [cell.strip("[]()").lower() for cell in cells if cell]
+    return bool(told) and all(cell in known for cell in told)
+
+
+def _cells(text: str, delimiter: str) -> list[str]:
+    """Cells of a line of names, without quotes and brackets of units."""
+    if delimiter == " ":
+        return text.split()
+    if text.count('"') % 2 == 0:
+        text = without_padding(text, delimiter)
+        return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter), [])]
+    return cells_of(text, delimiter)
+
+
+def _rate(
+    path: Path, first: Line, found: Columns, names: Sequence[str], rows: Sequence[Sequence[str]]
+) -> float:
+    """Frame rate in Hz by the times of the first rows; a longer step is one of missing frames."""
+    place = found.time or 0
+    times = [number(row[place]) if place < len(row) else None for row in rows]
+    time = np.array([math.nan if t is None else t for t in times]) * found.second
+    steps = np.diff(time)
+    if not len(steps) or not np.isfinite(time).all():
+        return 0.0  # the row is refused when it is read
+    if (steps <= 0).any():
+        row = int(np.argmax(steps <= 0))
+        line = next(islice(_rows(path, first), row + 1, None))
+        raise Refusal(
+            f"{path.name}: line {line.number}: time {rows[row + 1][place]} follows"
+            f" {rows[row][place]}, expected a larger one"
+        )
+    frames = np.maximum(np.round(steps / np.median(steps)), 1).sum()
+    hz = float(f"{frames / (time[-1] - time[0]):.6g}")
+    if hz < SLOWEST_HZ and not re.search(r"[\[(_]\s*s", names[place]):
+        raise Refusal(
+            f"{path.name}: its times in s would be a frame rate of {hz:g} Hz: name their unit, as"
+            f" in {names[place]}_ms or {names[place]}_s"
+        )
+    return hz

@@ -32,6 +32,7 @@ rule orientation:
         contents=contents(selection.paths),
         cluster=cell("cluster"),
         accept_truncated=cell("accept_truncated"),
+        names=cell("columns"),
         allan=config["allan"],
         hampel=config["hampel"],
         mask_sigma=config["noise"]["mask_sigma"],

@@ -17,7 +17,9 @@ checkpoint check_recording:
     params:
         code=source("check.py", "io", "noise", "pipeline", "present/text"),
         contents=contents(selection.paths),
-        row=columns("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated", "unit"),
+        row=columns(
+            *("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated", "unit", "columns")
+        ),
         second_opinion=config["second_opinion"],
         still=config["still"],
         horizon_s=config["verdict"]["horizon_s"],
@@ -48,7 +50,7 @@ rule trajectories:
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         row=columns(
             *("recording", "twin", "source", "paths", "markers", "pairs"),
-            *("frame_rate_hz", "accept_truncated", "unit"),
+            *("frame_rate_hz", "accept_truncated", "unit", "columns"),
         ),
         form=of_row(partial(selection.form, twins=TWINS)),
     message:

@@ -16,6 +16,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import write_json
 from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.read import labels_of
+from mocap_metrology.io.text.table import HOW
 from mocap_metrology.pipeline.checking import Asked, examine, refused
 from mocap_metrology.pipeline.one_recording import N_STEPS, PICTURES, WRITTEN, analyse
 from mocap_metrology.pipeline.progress import Progress
@@ -72,9 +73,16 @@ def processors() -> int:
 def _asked(path: Path, given: argparse.Namespace) -> Asked:
     """With the named markers, or a choice of markers, which is reported."""
     named = [part.strip() for text in given.markers for part in text.split(";") if part.strip()]
-    asked = Asked([str(path)], named, given.rate, given.accept_truncated, given.unit)
+    asked = Asked(
+        [str(path)],
+        named,
+        given.rate,
+        given.accept_truncated,
+        given.unit,
+        columns=given.columns,
+    )
     if named:
-        find_points(labels_of(path, asked.accept_truncated), named, path.name)
+        find_points(labels_of(path, asked.accept_truncated, asked.columns), named, path.name)
         return asked
     found, why = chosen(asked, SETTINGS.still.range_mm)
     tell(f"Markers: {', '.join(found)} ({why}); name others with --markers, in make MARKERS=")
@@ -89,4 +97,5 @@ def _why(refusal: Refusal) -> str:
         "add --accept-truncated, in make TRUNCATED=accept",
         "--unit m or mm, in make UNIT=m or mm",
     )["why"]
-    return f"{why}{rate}"
+    names = ', here --columns "t x y z", in make NAMES="t x y z"' if HOW in why else ""
+    return f"{why}{rate}{names}"

@@ -41,7 +41,6 @@ SIGNATURES = (  # how a file begins, after a byte order mark
     (b"HIERARCHY", "a BVH file (angles of a skeleton)"),
     (b"Kaydara FBX", "an FBX file (animation)"),
     (b"; FBX", "an FBX file (animation)"),
-    (b":version", "an ASF file (a skeleton)"),
     (b"#!OML:ASF", "an AMC file (angles of a skeleton)"),
     (b"{", "a JSON file"),
 )
@@ -49,6 +48,7 @@ INSIDE = (  # text within the first kilobytes
     (b"<mvnx", "an MVNX file (Xsens)"),
     (b"<svg", "an SVG picture"),
     (b":FULLY-SPECIFIED", "an AMC file (angles of a skeleton)"),
+    (b":version 1", "an ASF file (a skeleton)"),
     (b"endheader", "a MOT or STO file of OpenSim (angles, forces)"),
     (b"<html", "an HTML page"),
     (b"<?xml", "an XML file"),
@@ -112,18 +112,20 @@ def other_kind(block: bytes, suffix: str = "") -> str | None:
     return found or next(inside, None) or SUFFIXES.get(suffix.lower())
 
 
-def refuse_other(path: Path, block: bytes, expected: str) -> None:
+def refuse_other(path: Path, block: bytes, expected: str, read: str = READ) -> None:
     """Refuse a file that begins with `block` if it is of a known kind that is not read here."""
     looks = other_kind(block, path.suffix)
-    if looks is None and block[1:2] == b"\x50" and b"\0" in block and path.suffix:
-        looks = "a C3D file: give it the suffix .c3d"
+    if looks is None and block[1:2] == b"\x50" and b"\0" in block:
+        looks = "a C3D file (suffix .c3d)"
     if looks is not None:
-        raise not_read(path.name, expected, looks)
+        raise not_read(path.name, expected, looks, read)
 
 
-def not_read(file: str, expected: str, looks: str) -> Refusal:
-    """The refusal of a file that is something else, with what is read."""
-    return Refusal(f"{file}: is not {expected}: it looks like {looks}; {READ}")
+def not_read(file: str, expected: str, looks: str, read: str = READ) -> Refusal:
+    """The refusal of a file that is something else, and what is read instead, if anything is."""
+    return Refusal(
+        "; ".join(filter(None, [f"{file}: is not {expected}: it looks like {looks}", read]))
+    )
 
 
 def number(text: str) -> float | None:

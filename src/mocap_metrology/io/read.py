@@ -99,13 +99,7 @@ def _csv_layout(path: Path) -> Layout:
     if nexus.section(path) is not None:
         return nexus.layout(path)
     nexus.refuse_old(path)
-    try:
-        return table.layout(path)
-    except Refusal as refusal:
-        raise Refusal(
-            f"{refusal} (it is no export of Motive, whose line 1 starts with Format Version, of"
-            " Vicon Nexus, with a section Trajectories, or of First Principles)"
-        ) from None
+    return table.layout(path)
 
 
 def _tsv_layout(path: Path) -> Layout:
@@ -138,9 +132,16 @@ FORMATS = {
     ".n3d": Format(n3d.header, n3d.read_n3d),
 }
 
+TABLES = (".csv", ".tsv", ".txt", ".tum")
 
-def format_of(path: Path) -> Format:
-    """The format of a file by its suffix; C3D where no other has it."""
+
+def format_of(path: Path, columns: str | None = None) -> Format:
+    """The format of a file by its suffix, C3D where no other has it; a table whose columns have the
+    names `columns`, where these are stated."""
+    if columns and path.suffix.lower() not in TABLES:
+        raise Refusal(f"{path.name}: names of columns are for {', '.join(TABLES)} alone")
+    if columns:
+        return text_format(partial(table.layout, stated=columns))
     return FORMATS.get(path.suffix.lower(), C3D)
 
 
@@ -151,48 +152,56 @@ def read_recording(
     second_opinion: bool = True,
     accept_truncated: bool = False,
     unit: Unit | None = None,
+    columns: str | None = None,
 ) -> Recording:
     """Positions of `markers` in one file or in the segments of one take, of one format.
 
     `frame_rate_hz` may give the rate more exactly than the files (within 0.1 %), or where they have
     none. `second_opinion` lets ezc3d read the same C3D files, where it can, and compares.
     `accept_truncated` takes what a cut-off file holds. `unit` is that of the coordinates, where the
-    files name none or a wrong one.
+    files name none or a wrong one. `columns`: names of the columns of a table that has none or
+    wrong ones, as `t x y z qx qy qz qw`.
     Refuses what cannot be read with certainty; the message starts with the file's name.
     """
     files = [Path(path) for path in paths]
     suffixes = list(dict.fromkeys(path.suffix.lower() for path in files))
     formats = {format_of(path) for path in files}
-    if len(formats) > 1:
+    if len(formats) > 1 and not columns:
         given = ", ".join(suffixes)
         raise Refusal(f"{files[0].name}: segments of one take differ in format: {given}")
-    read = next(iter(formats), C3D).read
+    read = format_of(files[0], columns).read if files else C3D.read
     return read(files, markers, frame_rate_hz, second_opinion, accept_truncated, unit)
 
 
-def labels_of(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:
+def labels_of(
+    path: str | Path, accept_truncated: bool = False, columns: str | None = None
+) -> tuple[str, ...]:
     """Labels of a file, in its order; of solved bodies only where there is no marker."""
-    header = _header(path, accept_truncated)
+    header = _header(path, accept_truncated, columns)
     markers = tuple(one for k, one in enumerate(header.labels) if k not in header.bodies)
     return markers or header.labels
 
 
-def marker_labels(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:
+def marker_labels(
+    path: str | Path, accept_truncated: bool = False, columns: str | None = None
+) -> tuple[str, ...]:
     """Those of `labels_of` that are markers, as they are chosen (`A#1` where one stands twice): no
     angle, force, moment, power, nor another point that a model computed."""
-    header = _header(path, accept_truncated)
+    header = _header(path, accept_truncated, columns)
     out = no_markers(header.labels) | header.bodies
     if isinstance(header, Structure):
         out |= computed_points(header)
     return tuple(label for k, label in enumerate(numbered(header.labels)) if k not in out)
 
 
-def bodies_of(path: str | Path, markers: Sequence[str] | None = None) -> tuple[str, ...]:
+def bodies_of(
+    path: str | Path, markers: Sequence[str] | None = None, columns: str | None = None
+) -> tuple[str, ...]:
     """Labels of a file, or those of the chosen `markers` as they were asked for, that have an
     orientation beside their position."""
-    if format_of(Path(path)).orientation is None:
+    if format_of(Path(path), columns).orientation is None:
         return ()
-    header = _header(path)
+    header = _header(path, columns=columns)
     if markers is None:
         return tuple(header.labels[k] for k in sorted(header.bodies))
     places = find_points(header.labels, markers, header.name)
@@ -204,14 +213,15 @@ def orientation_of(
     marker: str,
     frame_rate_hz: float | None = None,
     accept_truncated: bool = False,
+    columns: str | None = None,
 ) -> Orientations:
     """Unit quaternions x, y, z, w (4, n) of one body, in the frames of `read_recording`."""
     files = [Path(path) for path in paths]
-    read = format_of(files[0]).orientation
+    read = format_of(files[0], columns).orientation
     if read is None:
         raise Refusal(f"{files[0].name}: contains no orientations")
     return read(files, marker, frame_rate_hz, accept_truncated)
 
 
-def _header(path: str | Path, accept_truncated: bool = False) -> Header:
-    return format_of(Path(path)).header(Path(path), accept_truncated)
+def _header(path: str | Path, accept_truncated: bool = False, columns: str | None = None) -> Header:
+    return format_of(Path(path), columns).header(Path(path), accept_truncated)

@@ -35,8 +35,8 @@ class Check(TypedDict):
 
 @dataclass(frozen=True)
 class Asked:
-    """Entries of a recording: files in order, labels of markers, and what the files lack;
-    sha256: of each file, where it is known."""
+    """Entries of a recording: files in order, labels of markers, and what the files lack,
+    with names of their columns; sha256: of each file, where it is known."""
 
     paths: Sequence[str]
     markers: Sequence[str]
@@ -44,6 +44,7 @@ class Asked:
     accept_truncated: bool = False
     unit: Unit | None = None
     sha256: Sequence[str] = ()
+    columns: str | None = None
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,7 @@ def examine(
         second_opinion,
         asked.accept_truncated,
         asked.unit,
+        asked.columns,
     )
     rate = recording.frame_rate_hz
     of_markers = movements(
@@ -112,7 +114,7 @@ def examine(
         "unit_source": recording.unit_source,
         "moving": bool(moving),
         "n_frames": n_frames,
-        "bodies": bodies_of(asked.paths[0], asked.markers),
+        "bodies": bodies_of(asked.paths[0], asked.markers, asked.columns),
     }
     return Examined(check, recording, of_markers)
 

@@ -134,7 +134,7 @@ def _parameter_start(block: bytes, size: int, file: str) -> int:
 
 def _recognise(block: bytes, file: str) -> None:
     """Refuse what is not a C3D file, by its first block."""
-    looks = None if block[1:2] == b"\x50" else other_kind(block, Path(file).suffix)
+    looks = other_kind(block, "" if block[1:2] == b"\x50" else Path(file).suffix)
     if looks is None and all(byte >= 32 or byte in b"\t\r\n" for byte in block):
         looks = "text"
     elif looks is None and not any(block):

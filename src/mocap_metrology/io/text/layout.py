@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.header import not_read, number, refuse_other, regular_size
+from mocap_metrology.io.header import READ, not_read, number, refuse_other, regular_size
 from mocap_metrology.io.labels import complete_labels
 from mocap_metrology.io.units import LengthUnit
 
@@ -135,16 +135,17 @@ def decoded(raw: bytes) -> str:
         return raw.decode("latin-1")
 
 
-def check_text(path: Path, expected: str) -> None:
-    """Refuse what is no text file: nothing, a folder, another format, another encoding."""
+def check_text(path: Path, expected: str, read: str = READ) -> None:
+    """Refuse what is no text file: nothing, a folder, another format (`read`: what to name instead),
+    another encoding."""
     size = regular_size(path, expected)
     with path.open("rb") as stream:
         block = stream.read(4096)
     if block[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise Refusal(f"{path.name}: is UTF-16 text, expected UTF-8: save it as UTF-8")
-    refuse_other(path, block, expected)
+    refuse_other(path, block, expected, read)
     if any(byte < 32 and byte not in b"\t\r\n\f" for byte in block):
-        raise not_read(path.name, expected, "a binary format")
+        raise not_read(path.name, expected, "a binary format", read)
     if not block.removeprefix(BOM).strip() and size <= 4096:
         raise Refusal(f"{path.name}: contains only white space, expected {expected}")
     if b"\r" in block and b"\n" not in block and len(block.split(b"\r")) > 2:

@@ -33,9 +33,9 @@ NO_LENGTH = LengthUnit("", 1.0, "given")
 PARTS = 4  # series of three numbers: the position, and up to nine numbers of a rotation
 
 
-def layout(path: Path, stated: str | None = None) -> Layout:
+def layout(path: Path) -> Layout:
     """Read the first lines of a text of poses; the position of a matrix is that of one marker,
-    `tracker`. Columns with names, or with those of `stated`, are a table."""
+    `tracker`. Columns with names are a table."""
     check_text(path, WHAT)
     head = []
     for line in itertools.islice(lines(path), 20):
@@ -47,8 +47,8 @@ def layout(path: Path, stated: str | None = None) -> Layout:
         raise Refusal(f"{path.name}: has no frames: nothing follows the comment")
     cells = line.cells(" ")
     names = [word for text in head for word in text.split() if word in ("x", "qx", "tx")]
-    if stated is not None or names or len(cells) != 12 or number(cells[0]) is None:
-        return table.layout(path, stated)
+    if names or len(cells) != 12 or number(cells[0]) is None:
+        return table.layout(path)
     found = table.FREQUENCY.search(" ".join(head))
     told = rate(found[1]) if found else 0.0
     return Layout(

@@ -10,7 +10,6 @@ refused.
 from __future__ import annotations
 
 import csv
-import math
 import re
 from collections.abc import Collection, Iterator, Sequence
 from itertools import islice
@@ -19,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.header import number
+from mocap_metrology.io.header import READ, number
 from mocap_metrology.io.text.columns import SECONDS, Columns, find_columns
 from mocap_metrology.io.text.layout import (
     NULLS,
@@ -45,10 +44,14 @@ UNITS = {*MM, *SECONDS, "-"}
 FREQUENCY = re.compile(r"Freq:\s*([0-9.]+)")
 REQUESTED = "{:g} Hz is the rate that was requested; rows have no time"
 SWAPPED = ["x", "y", "z", "w", "j", "i", "k"]
-HOW = (
-    "name its columns in a line above them, or in column columns of the sheet, as in"
-    " t x y z qx qy qz qw or A_x A_y A_z B_x B_y B_z"
-)
+HOW = "name its columns in a line above them, or state them, as t x y z qx qy qz qw"
+
+
+class NoTable(Refusal):
+    """A file whose lines are no table with a name over each column, and what is read instead."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(f"{why}; {READ}")
 
 
 def layout(path: Path, stated: str | None = None) -> Layout:
@@ -70,9 +73,9 @@ def layout(path: Path, stated: str | None = None) -> Layout:
             names = ["x", "y", "z", "w", "i", "j", "k"]
             notes += ("its header names the quaternion w j i k, its writer means w i j k",)
     if not names:
-        raise Refusal(f"{path.name}: line {first.number} has numbers without names: {HOW}")
+        raise NoTable(f"{path.name}: line {first.number} has numbers without names: {HOW}")
     if len(names) != len(cells) and not (len(names) == len(cells) - 1 and not cells[-1]):
-        raise Refusal(
+        raise NoTable(
             f"{where}: {len(names)} names of columns, but {len(cells)} cells in line {first.number}"
         )
     rows = [line.cells(delimiter) for line in islice(_rows(path, first), ROWS)]
@@ -81,7 +84,7 @@ def layout(path: Path, stated: str | None = None) -> Layout:
         names = ["frame" if whole else "time", *names[1:]]
     found = find_columns(names, where)
     if found is None:
-        raise Refusal(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}")
+        raise NoTable(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}")
     told = _frequency(head)
     measured = _rate(path, first, found, names, rows) if found.time is not None else 0.0
     if told and not measured:
@@ -112,16 +115,13 @@ def _head(path: Path) -> tuple[list[Line], Line, str]:
     for line in islice(lines(path), MOST_LINES):
         for delimiter in DELIMITERS:
             cells = line.cells(delimiter)
-            numbers = [cell for cell in cells if number(cell) is not None]
-            if (
-                len(cells) > 2
-                and numbers
-                and all(c in NULLS or number(c) is not None for c in cells)
-            ):
+            n_numbers = sum(number(cell) is not None for cell in cells)
+            n_words = sum(cell not in NULLS for cell in cells) - n_numbers
+            if len(cells) > 2 and n_numbers > n_words:
                 return head, line, delimiter
         if line.text.strip(" \t,;"):
             head.append(line)
-    raise Refusal(f"{path.name}: has no frames: no row of three or more numbers in its first lines")
+    raise NoTable(f"{path.name}: has no frames: no row of three or more numbers in its first lines")
 
 
 def _rows(path: Path, first: Line) -> Iterator[Line]:
@@ -139,7 +139,7 @@ def _names(head: Sequence[Line], delimiter: str, n_cells: int, file: str) -> tup
     """A name for each column, none where there are none, and the line of the last."""
     plain = [line for line in head if line.text[0] not in "#%"]
     if len(plain) > MOST_TITLES:
-        raise Refusal(f"{file}: {len(plain)} lines before its numbers, which are not understood")
+        raise NoTable(f"{file}: {len(plain)} lines before its numbers, which are not understood")
     if not plain:
         for line in reversed(head):
             text = line.text.strip("#% \t").split("Freq:")[0]
@@ -149,7 +149,7 @@ def _names(head: Sequence[Line], delimiter: str, n_cells: int, file: str) -> tup
         return [], 0
     rows = [_cells(line.text, delimiter) for line in plain]
     if short := next((k for k, row in enumerate(rows) if len(row) < 3 and n_cells > 3), None):
-        raise Refusal(f"{file}: line {plain[short].number} is not understood before a table")
+        raise NoTable(f"{file}: line {plain[short].number} is not understood before a table")
     width = max(map(len, rows))
     rows = [row + [""] * (width - len(row)) for row in rows]
     units = rows.pop() if len(rows) > 1 and _all_in(rows[-1], UNITS) else [""] * width
@@ -192,10 +192,16 @@ def _rate(
     """Frame rate in Hz by the times of the first rows; a longer step is one of missing frames."""
     place = found.time or 0
     times = [number(row[place]) if place < len(row) else None for row in rows]
-    time = np.array([math.nan if t is None else t for t in times]) * found.second
+    if None in times:
+        row = times.index(None)
+        line = next(islice(_rows(path, first), row, None))
+        cell = rows[row][place][:30] if place < len(rows[row]) else ""
+        where = f"{path.name}: line {line.number}, column {place + 1}"
+        raise Refusal(f"{where}: {cell!r} is not a number, expected a time")
+    time = np.array(times, float) * found.second
     steps = np.diff(time)
-    if not len(steps) or not np.isfinite(time).all():
-        return 0.0  # the row is refused when it is read
+    if not len(steps):
+        return 0.0
     if (steps <= 0).any():
         row = int(np.argmax(steps <= 0))
         line = next(islice(_rows(path, first), row + 1, None))

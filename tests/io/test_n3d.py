@@ -52,7 +52,7 @@ def test_segments_are_joined_as_given(tmp_path):
 
 def test_a_file_that_is_cut_off(tmp_path):
     path = write(tmp_path, n3d()[:-60])
-    with pytest.raises(Truncated, match="a.n3d: cut off: 48 of the 50 frames"):
+    with pytest.raises(Truncated, match=r"a\.n3d: cut off: 48 of the 50 frames"):
         read_recording([path], ["Marker_1"])
     assert read_recording([path], ["Marker_1"], accept_truncated=True).position_mm.shape[2] == 48
 
@@ -74,4 +74,4 @@ def test_a_file_that_is_cut_off(tmp_path):
 def test_refused(tmp_path, content, said):
     with pytest.raises(Refusal) as caught:
         read_recording([write(tmp_path, content)], ["Marker_1"])
-    assert f"a.n3d: {said}" in str(caught.value) or said in str(caught.value)
+    assert said in str(caught.value) and str(caught.value).startswith("a.n3d: ")

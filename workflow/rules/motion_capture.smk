@@ -18,7 +18,7 @@ checkpoint check_recording:
         code=source("check.py", "io", "noise", "pipeline", "present/text"),
         contents=contents(selection.paths),
         row=columns(
-            *("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated", "unit", "columns")
+            *("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
         ),
         second_opinion=config["second_opinion"],
         still=config["still"],
@@ -50,7 +50,7 @@ rule trajectories:
         # Paths, too: of the inputs Snakemake compares the set alone, and here their order counts
         row=columns(
             *("recording", "twin", "source", "paths", "markers", "pairs"),
-            *("frame_rate_hz", "accept_truncated", "unit", "columns"),
+            *("frame_rate_hz", "accept_truncated", "unit", "column_names"),
         ),
         form=of_row(partial(selection.form, twins=TWINS)),
     message:

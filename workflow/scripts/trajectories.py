@@ -9,12 +9,12 @@ with step(snakemake) as log:
     row, paths = snakemake.params.row, list(snakemake.input.files)
     recording = read_recording(
         paths,
-        row["markers"] or labels_of(paths[0], row["accept_truncated"], row["columns"]),
+        row["markers"] or labels_of(paths[0], row["accept_truncated"], row["column_names"]),
         row["frame_rate_hz"],
         second_opinion=False,  # requested by check_recording
         accept_truncated=row["accept_truncated"],
         unit=row["unit"],
-        columns=row["columns"],
+        columns=row["column_names"],
     )
     log.info("%s: %d frames", recording.encoding, recording.position_mm.shape[2])
     named = {key: row[key] for key in ("recording", "source", "twin")}

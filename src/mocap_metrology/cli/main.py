@@ -16,12 +16,14 @@ EXAMPLES = """examples:
   mocap-metrology check take.c3d
   mocap-metrology check take.c3d --markers LTOE RTOE
   mocap-metrology check poses.txt --rate 100 --unit m
+  mocap-metrology check tum.txt --columns "t x y z qx qy qz qw" --unit m --markers tracker
   mocap-metrology check dump.bin --board board.csv
 
 A recording has markers at rest, for a minute or better an hour: C3D, TRC, CSV of Motive, Vicon
-Nexus or First Principles, TSV of Qualisys, N3D, or columns with names (markers, poses). With --board the file is a sweep dump of a board
-of photodiodes before two Lighthouse base stations. The results of an earlier check in the same
-folder are replaced. Exit status: 0 with a verdict, whatever it is, and its results; 1 otherwise."""
+Nexus or First Principles, TSV of Qualisys, N3D, or columns with names (markers, poses). With
+--board the file is a sweep dump of a board of photodiodes before two Lighthouse base stations. The
+results of an earlier check in the same folder are replaced. Exit status: 0 with a verdict, whatever
+it is, and its results; 1 otherwise."""
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
 FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
 WORLDS = ("gravity", "master", "board-start")
@@ -87,7 +89,7 @@ def parser() -> argparse.ArgumentParser:
     markers.add_argument(
         "--columns",
         metavar="NAMES",
-        help='names of the columns of a table that has none or wrong ones, as "t x y z qx qy qz qw"',
+        help='names of the columns of a table without such, as "t x y z qx qy qz qw"',
     )
     markers.add_argument(
         "--accept-truncated",

@@ -20,10 +20,10 @@ WANTED = 2  # with two there is a distance
 def chosen(asked: Asked, limit_mm: float) -> tuple[list[str], str]:
     """Markers of a file, and why these."""
     (path,) = asked.paths
-    labels = marker_labels(path, asked.accept_truncated, asked.columns)
+    labels = marker_labels(path, asked.accept_truncated, asked.column_names)
     found, why = choose(labels, lambda label: _movement(asked, label), limit_mm)
     if not found:
-        every = in_words(labels_of(path, asked.accept_truncated, asked.columns), 60)
+        every = in_words(labels_of(path, asked.accept_truncated, asked.column_names), 60)
         name = path.rpartition("/")[2]
         raise Refusal(
             f"{name}: no marker is seen in half of the frames; name markers of these: {every}"
@@ -58,7 +58,7 @@ def choose(
 def _movement(asked: Asked, label: str) -> float | None:
     """Range of a marker's one-second medians in mm; None if it is hardly seen, or has a coordinate
     that is zero throughout, which no marker has that is measured."""
-    how = asked.frame_rate_hz, False, asked.accept_truncated, asked.unit, asked.columns
+    how = asked.frame_rate_hz, False, asked.accept_truncated, asked.unit, asked.column_names
     try:
         found = read_recording(asked.paths, [label], *how)
     except Unseen:

@@ -79,10 +79,10 @@ def _asked(path: Path, given: argparse.Namespace) -> Asked:
         given.rate,
         given.accept_truncated,
         given.unit,
-        columns=given.columns,
+        column_names=given.columns,
     )
     if named:
-        find_points(labels_of(path, asked.accept_truncated, asked.columns), named, path.name)
+        find_points(labels_of(path, asked.accept_truncated, asked.column_names), named, path.name)
         return asked
     found, why = chosen(asked, SETTINGS.still.range_mm)
     tell(f"Markers: {', '.join(found)} ({why}); name others with --markers, in make MARKERS=")

@@ -44,7 +44,7 @@ class Asked:
     accept_truncated: bool = False
     unit: Unit | None = None
     sha256: Sequence[str] = ()
-    columns: str | None = None
+    column_names: str | None = None
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def examine(
         second_opinion,
         asked.accept_truncated,
         asked.unit,
-        asked.columns,
+        asked.column_names,
     )
     rate = recording.frame_rate_hz
     of_markers = movements(
@@ -114,7 +114,7 @@ def examine(
         "unit_source": recording.unit_source,
         "moving": bool(moving),
         "n_frames": n_frames,
-        "bodies": bodies_of(asked.paths[0], asked.markers, asked.columns),
+        "bodies": bodies_of(asked.paths[0], asked.markers, asked.column_names),
     }
     return Examined(check, recording, of_markers)
 

@@ -27,7 +27,7 @@ DURATION = re.compile(r"(t|time|time_?stamp)_(s|ms|us|ns)", re.I)
 INDEX = re.compile(r"(.*)\[([0-3])\]")
 BARE = {"x": ("", "x"), "y": ("", "y"), "z": ("", "z")}
 BARE |= {"w": ("q", "w"), "i": ("q", "x"), "j": ("q", "y"), "k": ("q", "z")}
-SHORT = re.compile(r"([ptq])([wxyz])", re.I)
+SHORT = re.compile(r"((?:.*[ _.:-])?[ptq])([wxyz])", re.I)
 LABEL_FIRST = re.compile(
     r"(.*?)[ _.:-]+([wxyz])|(.*(?:pos|position|quat|quaternion|orientation))([wxyz])", re.I
 )

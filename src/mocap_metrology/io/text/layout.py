@@ -136,8 +136,8 @@ def decoded(raw: bytes) -> str:
 
 
 def check_text(path: Path, expected: str, read: str = READ) -> None:
-    """Refuse what is no text file: nothing, a folder, another format (`read`: what to name instead),
-    another encoding."""
+    """Refuse what is no text file: nothing, a folder, another format, another encoding. `read`:
+    what to name instead."""
     size = regular_size(path, expected)
     with path.open("rb") as stream:
         block = stream.read(4096)

@@ -18,7 +18,15 @@ checkpoint check_recording:
         code=source("check.py", "io", "noise", "pipeline", "present/text"),
         contents=contents(selection.paths),
         row=columns(
-            *("paths", "sha256", "markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
+            *(
+                "paths",
+                "sha256",
+                "markers",
+                "frame_rate_hz",
+                "accept_truncated",
+                "unit",
+                "column_names",
+            )
         ),
         second_opinion=config["second_opinion"],
         still=config["still"],

@@ -78,7 +78,7 @@ class TestMarkers:
     @pytest.mark.parametrize(
         "head",
         ["Frame,A,,,B,,\n,X,Y,Z,X,Y,Z", ",A,A,A,B,B,B\nFrame,X,Y,Z,X,Y,Z\n,mm,mm,mm,mm,mm,mm",
-         "# exported today\nFrame,A x,A y,A z,B x,B y,B z"],
+         "sep=,\nFrame,A_x,A_y,A_z,B_x,B_y,B_z", "# exported today\nFrame,A x,A y,A z,B x,B y,B z"],
     )  # fmt: skip
     def test_rows_of_a_header(self, tmp_path, head):
         values = np.c_[np.arange(N), TAKE.reshape(N, -1)]
@@ -138,6 +138,8 @@ class TestMarkers:
         ("old", "new", "said"),
         [
             ("B_z", "A_z", "line 1: columns 4 and 7 are both 'A_z'"),
+            ("B_z", "time", "line 1: columns 1 and 7 are both 'time'"),
+            ("time", "by hand\ntime", "line 1 is not understood before a table"),
             ("B_z", "B_q", "line 1: 'B' has the columns x, y, but not z"),
             (",B_z", "", "line 1: 6 names of columns, but 7 cells in line 2"),
             ("time,A_x,A_y,A_z,B_x,B_y,B_z\n", "", "line 1 has numbers without names"),
@@ -165,6 +167,8 @@ class TestMarkers:
             make(tmp_path, "s.csv", slow), unit="mm"
         )
         cut = make(tmp_path, "c.csv", text[:-30])
+        in_time = make(tmp_path, "t.csv", text[: text.rindex("0.390000") + 3])
+        assert "t.csv: cut off: line 41 ends after 1 of 7 cells" in refusal(in_time, unit="mm")
         assert "c.csv: cut off: line 41 ends after" in refusal(cut, unit="mm")
         assert read(cut, unit="mm", accept_truncated=True).position_mm.shape[2] == N - 1
 

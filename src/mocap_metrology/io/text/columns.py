@@ -70,6 +70,8 @@ def find_columns(names: Sequence[str], where: str) -> Columns | None:
     second = 1.0
     for place, name in enumerate(names):
         bare, unit = _unit_of(name)
+        if (TIME.fullmatch(bare) or FRAME.fullmatch(bare)) and name in names[:place]:
+            raise _twice(where, names.index(name), place, name)
         if TIME.fullmatch(bare) and unit.lower() in SECONDS:
             if time is None:
                 time, second = place, SECONDS[unit.lower()]
@@ -79,8 +81,7 @@ def find_columns(names: Sequence[str], where: str) -> Columns | None:
             label, axis = found
             group = groups.setdefault(label, {})
             if axis in group:
-                twice = f"columns {group[axis] + 1} and {place + 1} are both {name[:40]!r}"
-                raise Refusal(f"{where}: {twice}")
+                raise _twice(where, group[axis], place, name)
             group[axis] = place
             units += [unit] if unit else []
     positions, turns = _kinds(groups, where)
@@ -103,6 +104,10 @@ def find_columns(names: Sequence[str], where: str) -> Columns | None:
         time,
         second,
     )
+
+
+def _twice(where: str, first: int, second: int, name: str) -> Refusal:
+    return Refusal(f"{where}: columns {first + 1} and {second + 1} are both {name[:40]!r}")
 
 
 def _unit_of(name: str) -> tuple[str, str]:

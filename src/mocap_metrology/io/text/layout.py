@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -110,6 +111,18 @@ def without_padding(line: str, delimiter: str) -> str:
     the start of a cell that has no quotes."""
     blank = BLANKS.replace(delimiter, "")
     return re.sub(rf'{re.escape(delimiter)}[{blank}]+(?=")', delimiter, line)
+
+
+def quoted_cells(line: str, delimiter: str) -> list[str]:
+    """The cells of a line of names, stripped; a name with a delimiter in it is in quotes, which
+    come in pairs."""
+    try:
+        if delimiter != " " and line.count('"') % 2 == 0:
+            text = without_padding(line, delimiter)
+            return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter), [])]
+    except csv.Error:  # a cell beyond the reader's limit
+        pass
+    return [cell.strip('"') for cell in cells_of(line, delimiter)]
 
 
 def lines(path: Path, start: int = 0, number: int = 1) -> Iterator[Line]:

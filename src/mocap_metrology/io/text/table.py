@@ -9,7 +9,6 @@ refused.
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Collection, Iterator, Sequence
 from itertools import islice
@@ -24,12 +23,11 @@ from mocap_metrology.io.text.layout import (
     NULLS,
     Layout,
     Line,
-    cells_of,
     check_text,
     lines,
     named,
+    quoted_cells,
     rate,
-    without_padding,
 )
 from mocap_metrology.io.units import METRE, MM
 
@@ -43,7 +41,7 @@ AXES = ("x", "y", "z")
 UNITS = {*MM, *SECONDS, "-"}
 FREQUENCY = re.compile(r"Freq:\s*([0-9.]+)")
 REQUESTED = "{:g} Hz is the rate that was requested; rows have no time"
-SWAPPED = ["x", "y", "z", "w", "j", "i", "k"]
+SWAPPED, MEANT = list("xyzwjik"), list("xyzwijk")
 HOW = "name its columns in a line above them, or state them, as t x y z qx qy qz qw"
 
 
@@ -62,16 +60,11 @@ def layout(path: Path, stated: str | None = None) -> Layout:
     check_text(path, WHAT)
     head, first, delimiter = _head(path)
     cells = first.cells(delimiter)
-    notes: tuple[str, ...] = ()
-    if stated is not None:
-        where = f"{path.name}: columns as given"
-        names = re.split(r"[\s,;]+", stated.strip(" \t,;"))
+    if stated is None:
+        names, number_of = _names(head, delimiter, len(cells), path.name)
+        where = f"{path.name}: line {number_of}"
     else:
-        names, line = _names(head, delimiter, len(cells), path.name)
-        where = f"{path.name}: line {line}"
-        if names == SWAPPED and (told := _frequency(head)):
-            names = ["x", "y", "z", "w", "i", "j", "k"]
-            notes += ("its header names the quaternion w j i k, its writer means w i j k",)
+        names, where = re.split(r"[\s,;]+", stated.strip(" \t,;")), f"{path.name}: columns as given"
     if not names:
         raise NoTable(f"{path.name}: line {first.number} has numbers without names: {HOW}")
     if len(names) != len(cells) and not (len(names) == len(cells) - 1 and not cells[-1]):
@@ -79,16 +72,21 @@ def layout(path: Path, stated: str | None = None) -> Layout:
             f"{where}: {len(names)} names of columns, but {len(cells)} cells in line {first.number}"
         )
     rows = [line.cells(delimiter) for line in islice(_rows(path, first), ROWS)]
+    if len(rows) > 1 and len(rows[-1]) < len(names):  # cut off, as is found when it is read
+        rows.pop()
     if not names[0]:  # what a table of pandas is indexed by
         whole = all(number(row[0]) == int(number(row[0]) or 0) for row in rows)
         names = ["frame" if whole else "time", *names[1:]]
+    told, notes = _frequency(head), []
+    if told and stated is None and names == SWAPPED:
+        names = MEANT
+        notes.append("its header names the quaternion w j i k, its writer means w i j k")
     found = find_columns(names, where)
     if found is None:
         raise NoTable(f"{where}: no columns x, y, z of a marker in {', '.join(names)[:200]}")
-    told = _frequency(head)
     measured = _rate(path, first, found, names, rows) if found.time is not None else 0.0
     if told and not measured:
-        notes += (REQUESTED.format(told),)
+        notes.append(REQUESTED.format(told))
     return Layout(
         path=path,
         encoding="pose text" if found.rotations else "table of markers",
@@ -104,7 +102,7 @@ def layout(path: Path, stated: str | None = None) -> Layout:
         time_column=found.time,
         second=found.second,
         full_rows=delimiter == " ",
-        notes=notes,
+        notes=tuple(notes),
         rotations=found.rotations,
     )
 
@@ -119,7 +117,7 @@ def _head(path: Path) -> tuple[list[Line], Line, str]:
             n_words = sum(cell not in NULLS for cell in cells) - n_numbers
             if len(cells) > 2 and n_numbers > n_words:
                 return head, line, delimiter
-        if line.text.strip(" \t,;"):
+        if line.text.strip(" \t,;") and not line.text.startswith("sep="):  # Excel's
             head.append(line)
     raise NoTable(f"{path.name}: has no frames: no row of three or more numbers in its first lines")
 
@@ -141,15 +139,26 @@ def _names(head: Sequence[Line], delimiter: str, n_cells: int, file: str) -> tup
     if len(plain) > MOST_TITLES:
         raise NoTable(f"{file}: {len(plain)} lines before its numbers, which are not understood")
     if not plain:
-        for line in reversed(head):
-            text = line.text.strip("#% \t").split("Freq:")[0]
-            for cells in (_cells(text, delimiter), text.split()):
-                if len(cells) in (n_cells, n_cells - 1):
-                    return cells, line.number
-        return [], 0
-    rows = [_cells(line.text, delimiter) for line in plain]
-    if short := next((k for k, row in enumerate(rows) if len(row) < 3 and n_cells > 3), None):
-        raise NoTable(f"{file}: line {plain[short].number} is not understood before a table")
+        return _commented(head, delimiter, n_cells)
+    rows = [quoted_cells(line.text, delimiter) for line in plain]
+    short = [line for line, row in zip(plain, rows, strict=True) if len(row) < 3]
+    if short:
+        raise NoTable(f"{file}: line {short[0].number} is not understood before a table")
+    return _titles(rows), plain[-1].number
+
+
+def _commented(head: Sequence[Line], delimiter: str, n_cells: int) -> tuple[list[str], int]:
+    """The last comment with a word or a cell for each column, and its line."""
+    for line in reversed(head):
+        text = line.text.strip("#% \t").split("Freq:")[0]
+        for cells in (quoted_cells(text, delimiter), text.split()):
+            if len(cells) in (n_cells, n_cells - 1):
+                return cells, line.number
+    return [], 0
+
+
+def _titles(rows: list[list[str]]) -> list[str]:
+    """One name for each column of lines of names: labels, axes below them, units below these."""
     width = max(map(len, rows))
     rows = [row + [""] * (width - len(row)) for row in rows]
     units = rows.pop() if len(rows) > 1 and _all_in(rows[-1], UNITS) else [""] * width
@@ -167,23 +176,13 @@ def _names(head: Sequence[Line], delimiter: str, n_cells: int, file: str) -> tup
     names = [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=True)]
     while names and not names[-1]:
         names.pop()
-    return names, plain[-1].number
+    return names
 
 
 def _all_in(cells: Sequence[str], known: Collection[str]) -> bool:
     """Whether there are cells, and all of them are known."""
     told = [cell.strip("[]()").lower() for cell in cells if cell]
     return bool(told) and all(cell in known for cell in told)
-
-
-def _cells(text: str, delimiter: str) -> list[str]:
-    """Cells of a line of names, without quotes and brackets of units."""
-    if delimiter == " ":
-        return text.split()
-    if text.count('"') % 2 == 0:
-        text = without_padding(text, delimiter)
-        return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter), [])]
-    return cells_of(text, delimiter)
 
 
 def _rate(

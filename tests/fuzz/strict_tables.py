@@ -19,18 +19,18 @@ def table(raw: bytes, labels: Sequence[str]) -> Values:
     lines = [line for line in lines_of(raw) if line.strip(" \t,;")]
     names = [cell.strip() for cell in lines[0].split(",")]
     rows = [line.split(",") for line in lines[1:]]
-    need(names[0] == "time" and len(rows) > 1)
-    every = _labels([name.removesuffix(" [mm]") for name in names[1:]])
-    need(all(name.endswith(" [mm]") for name in names[1:]) and len(rows[0]) == len(names))
+    need(names[0] == "time" and len(rows) > 1 and len(rows[0]) == len(names))
+    every, rows = _in_order([name.removesuffix(" [mm]") for name in names[1:]], rows)
+    need(all(name.endswith(" [mm]") for name in names[1:]))
     return series(rows, labels, every, _rate([number(row[0]) for row in rows]), 1.0, False, True)
 
 
 def first_principles(raw: bytes, labels: Sequence[str]) -> Values:
     lines = lines_of(raw)
     said = dict(line.split(": ") for line in lines[:3])
-    need(lines[4].startswith("Frame\t"))
-    every = _labels(lines[4].rstrip("\t").split("\t")[1:])
+    need(lines[0].startswith("Number of frames") and lines[4].startswith("Frame\t"))
     rows = [line.split("\t") for line in lines[5:] if line.strip()]
+    every, rows = _in_order(lines[4].rstrip("\t").split("\t")[1:], rows)
     rows = [["" if _missing(cell) else cell for cell in row] for row in rows]
     rate, mm = number(said.get("Frequency", "")), unit_mm(said.get("Units", ""))
     found = series(rows, labels, every, rate, mm, True, False)
@@ -51,14 +51,20 @@ def n3d(raw: bytes, labels: Sequence[str]) -> Values:
     return {"position_mm": found, "rate": rate, "unit_assumed": False}
 
 
-def _labels(names: Sequence[str]) -> list[str]:
-    """Of three columns each, in order."""
+def _in_order(
+    names: Sequence[str], rows: Sequence[Sequence[str]]
+) -> tuple[list[str], list[list[str]]]:
+    """Labels, and the rows with x, y, z of each label side by side after their first cell."""
     parts = [NAME.fullmatch(name) for name in names]
-    need(len(names) % 3 == 0 and all(parts))
+    need(all(parts))
     told = [(part[1], part[2]) for part in parts if part]
-    need([axis for _, axis in told] == list("xyz") * (len(names) // 3))
-    need(all(told[i][0] == told[i - i % 3][0] for i in range(len(told))))
-    return [label for label, _ in told[::3]]
+    labels = list(dict.fromkeys(label for label, _ in told))
+    order = [(label, axis) for label in labels for axis in "xyz"]
+    need(sorted(told) == sorted(order))
+    need(all(len(row) < len(names) + 100 for row in rows))
+    full = [[*row, *[""] * len(names)] for row in rows]
+    need(all(not any(cell.strip() for cell in row[len(names) + 1 :]) for row in rows))
+    return labels, [[row[0], *(row[1 + told.index(one)] for one in order)] for row in full]
 
 
 def _rate(times: Sequence[float]) -> float:

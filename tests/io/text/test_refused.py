@@ -220,6 +220,13 @@ class TestRows:
         assert str(caught.value) == refusal(tmp_path / name)
 
 
+def test_types_of_motive_below_the_other_rows_of_its_header(tmp_path):
+    lines = PLAIN["m.csv"].split("\r\n")
+    lines[2], lines[5] = lines[5], lines[2]
+    said = refusal(make(tmp_path, "m.csv", "\r\n".join(lines)))
+    assert said == "m.csv: no row of types (Marker, Rigid Body, ...) in the header"
+
+
 def test_time_that_jumps(tmp_path):
     text = TRC
     for i in range(10, 20):

@@ -279,7 +279,8 @@ def test_make_takes_names_as_they_are(take: Path) -> None:
     ("arguments", "call"),
     [
         ("FILE=a MARKERS=A;B RATE=100 UNIT=m TRUNCATED=accept RESULTS=out",
-         '--rate "100" --unit "m" --accept-truncated --markers="$CHECK_MARKERS"'),
+         '--rate "100" --unit "m" --accept-truncated --markers="$CHECK_MARKERS"'
+         ' ${CHECK_NAMES:+--columns="$CHECK_NAMES"}'),
         ("FILE=a BOARD=b.csv",
          '--output="$CHECK_RESULTS" ${CHECK_BOARD:+--board="$CHECK_BOARD"} -- "$CHECK_FILE"'),
         ("FILE=a BOARD=HMD INERTIAL=use", '--inertial --markers="'),

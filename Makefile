@@ -30,16 +30,17 @@ report: warm  ## run, then write the report: results/report.html (quick: make re
 # RESULTS has a default of its own, which is that of whole runs.
 export CHECK_FILE := $(value FILE)
 export CHECK_MARKERS := $(value MARKERS)
+export CHECK_NAMES := $(value NAMES)
 export CHECK_BOARD := $(value BOARD)
 export CHECK_POINTS := $(value POINTS)
 export CHECK_RESULTS := $(if $(filter command,$(origin RESULTS)),$(value RESULTS))
-check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [UNIT=mm] [TRUNCATED=accept] [RESULTS=folder]; of a sweep dump: make check FILE=dump.bin BOARD=board.csv [WORLD=gravity|master|board-start] [POINTS=room.csv] [INERTIAL=use]
+check: env  ## the verdict on one file: make check FILE=take.c3d [MARKERS="A;B"] [RATE=100] [UNIT=mm] [NAMES="t x y z"] [TRUNCATED=accept] [RESULTS=folder]; of a sweep dump: make check FILE=dump.bin BOARD=board.csv [WORLD=gravity|master|board-start] [POINTS=room.csv] [INERTIAL=use]
 	@test -n "$$CHECK_FILE" || { echo 'make check needs a file: make check FILE=take.c3d' >&2; exit 1; }
 	@$(RUN) python -m mocap_metrology check --threads "$(CORES)" \
 		$(if $(WORLD),--world "$(WORLD)") $${CHECK_POINTS:+--world-points="$$CHECK_POINTS"} \
 		$(if $(filter use,$(INERTIAL)),--inertial) $(if $(RATE),--rate "$(RATE)") \
 		$(if $(UNIT),--unit "$(UNIT)") $(if $(filter accept,$(TRUNCATED)),--accept-truncated) \
-		--markers="$$CHECK_MARKERS" --output="$$CHECK_RESULTS" $${CHECK_BOARD:+--board="$$CHECK_BOARD"} \
+		--markers="$$CHECK_MARKERS" $${CHECK_NAMES:+--columns="$$CHECK_NAMES"} --output="$$CHECK_RESULTS" $${CHECK_BOARD:+--board="$$CHECK_BOARD"} \
 		-- "$$CHECK_FILE"
 
 env: .venv/.ready  ## set up only: .venv/ with pinned, hashed, byte-compiled requirements

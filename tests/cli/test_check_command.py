@@ -14,6 +14,8 @@ import pytest
 
 from mocap_metrology.cli import main, markers, results
 from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.io.header import READ
+from mocap_metrology.io.text.table import HOW
 
 ROOT = Path(__file__).resolve().parents[2]
 RATE, SECONDS, SIGMA = 50.0, 70, 0.02
@@ -88,11 +90,21 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path) -> None:
     (take.parent / "dump.bin").write_bytes(b"\0" * 64)
     (take.parent / "file").touch()
     name = take.name
+    rows = "\n".join(f"{k / 100},1000.5,2000.5,3000.25" for k in range(20)) + "\n"
+    (take.parent / "nameless.csv").write_text(rows)
     cases = {
+        ("nameless.csv",): (
+            f"nameless.csv: line 1 has numbers without names: {HOW}; {READ}, here --columns"
+            ' "t x y z", in make NAMES="t x y z"'
+        ),
+        ("nameless.csv", "--columns", "t A_x A_y A_z"): (
+            "nameless.csv: no column names the unit of its coordinates: state it, m or mm"
+            " (--unit m or mm, in make UNIT=m or mm)"
+        ),
         ("none.c3d",): "none.c3d: no such file; expected a recording, as take.c3d",
         ("folder.c3d",): "folder.c3d: is not a file; expected a recording, as take.c3d",
         ("dump.bin",): "dump.bin: a dump needs --board board.csv, the places of its photodiodes",
-        (text.name,): "words.c3d: is not a C3D file: it looks like text",
+        (text.name,): "words.c3d: is not a C3D file: it looks like text; " + READ,
         (name, "--markers", "Haed"): f"{name}: no marker 'Haed'; did you mean Head?",
         (name, "--markers", "Head,Toe"): (
             f'{name}: no marker \'Head,Toe\'; separate the labels with ";": "Head;Toe"'
@@ -267,7 +279,8 @@ def test_make_takes_names_as_they_are(take: Path) -> None:
     ("arguments", "call"),
     [
         ("FILE=a MARKERS=A;B RATE=100 UNIT=m TRUNCATED=accept RESULTS=out",
-         '--rate "100" --unit "m" --accept-truncated --markers="$CHECK_MARKERS"'),
+         '--rate "100" --unit "m" --accept-truncated --markers="$CHECK_MARKERS"'
+         ' ${CHECK_NAMES:+--columns="$CHECK_NAMES"}'),
         ("FILE=a BOARD=b.csv",
          '--output="$CHECK_RESULTS" ${CHECK_BOARD:+--board="$CHECK_BOARD"} -- "$CHECK_FILE"'),
         ("FILE=a BOARD=HMD INERTIAL=use", '--inertial --markers="'),

@@ -39,7 +39,7 @@ from mocap_metrology.lighthouse.decode.chain import decode  # noqa: E402
 from mocap_metrology.lighthouse.decode.dump import read_dump  # noqa: E402
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive  # noqa: E402
 
-from . import kinds_beside, mutate, strict_c3d, strict_text  # noqa: E402
+from . import kinds_beside, mutate, strict_c3d, strict_tables, strict_text  # noqa: E402
 from .kind import Kind  # noqa: E402
 from .strict_c3d import Values  # noqa: E402
 
@@ -121,10 +121,20 @@ def of_text() -> Iterator[Kind]:
         "motive": ("a.csv", text_files.motive(LABELS, 100, take), strict_text.motive),
         "nexus": ("a.csv", text_files.nexus(LABELS, 100, take), strict_text.nexus),
         "qualisys": ("a.tsv", text_files.qualisys(LABELS, 100, take), strict_text.qualisys),
+        "table": ("a.csv", text_files.table(LABELS, 100, take), strict_tables.table),
+        "first principles": (
+            "a.tsv",
+            text_files.first_principles(LABELS, 50, take),
+            strict_tables.first_principles,
+        ),
     }
     for name, (file, text, strict) in made.items():
         yield Kind(f"text {name}", file, text.encode(), lambda path: positions([path]),
                    partial(strict, labels=LABELS), mutate.text)  # fmt: skip
+    stored, names = np.nan_to_num(take, nan=-3.697314e28), ("Marker_1", "Marker_2")
+    yield Kind("text n3d", "a.n3d", text_files.n3d(stored, 100),
+               lambda path: positions([path], names), partial(strict_tables.n3d, labels=names),
+               partial(mutate.binary, front=256))  # fmt: skip
     rng = np.random.default_rng(3)
     places = rng.normal([0.3, 0.4, 1.5], 1e-4, (40, 3))
     lines = [f"1 0 0 {x:.6f} 0 1 0 {y:.6f} 0 0 1 {z:.6f}" for x, y, z in places]
@@ -290,7 +300,8 @@ def of_workflow(folder: Path) -> Iterator[Kind]:
 
 
 UNREAD = ("1123x01EMG.c3d", "badParameterOffset.c3d", "phasespace_sample.c3d", "Optotrak.c3d",
-          "MyCube.c3d", "analogs.csv", "markers_without_header.csv", "imu_test.trc")  # fmt: skip
+          "MyCube.c3d", "analogs.csv", "markers_without_header.csv", "imu_test.trc",
+          "20200918_Exp1_laserData.csv", "20201001_Exp1_laserData.csv")  # fmt: skip
 
 
 def real_files() -> list[Path]:

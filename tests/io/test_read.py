@@ -62,5 +62,8 @@ def test_what_has_no_other_suffix_is_read_as_c3d(tmp_path):
     write_c3d(path, ["A", "B"], 100, [POSITIONS], 50)
     assert labels_of(path) == ("A", "B") and bodies_of(path) == ()
     assert read_recording([path], ["A"]).encoding == "Intel float"
-    with pytest.raises(Refusal, match=r"^take\.xyz: is not a C3D file: it looks like text$"):
+    with pytest.raises(
+        Refusal,
+        match=r"^take\.xyz: is not a C3D file: it looks like text; what is read: C3D, TRC, ",
+    ):
         labels_of(write(path, 0, 50))

@@ -1,4 +1,4 @@
-"""A recording as TRC and as C3D through the workflow itself: the same deviations, to rounding."""
+"""A recording as C3D, TRC and a table without names through the workflow: the same deviations."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from running import write_sheet
 from mocap_metrology.common.files import sha256
 
 HEADER = ["recording", "path", "markers", "group", "pairs", "frame_rate_hz", "truncated", "sha256"]
+HEADER += ["unit", "column_names"]
 C3D = "kineticstoolkit/kinematics_racing_static.c3d"
 MARKERS = ["WheelchairFront", "WheelchairRearR"]
 
@@ -46,6 +47,9 @@ def both(samples, tmp_path_factory, root, snakemake):
     source = samples / "c3d" / C3D
     write_trc(folder / "take.trc", source)
     text = (folder / "take.trc").read_bytes()
+    rows = text.decode().splitlines()[6:]
+    (folder / "rows.csv").write_text("\n".join([*rows, ""]).replace("\t", ","))
+    names = " ".join(["frame", "time", *(f"{name}_{axis}" for name in MARKERS for axis in "xyz")])
     (folder / "cut.trc").write_bytes(text[: len(text) // 2])
     common = {"markers": ";".join(MARKERS), "group": "g"}
     sheet = write_sheet(
@@ -55,10 +59,13 @@ def both(samples, tmp_path_factory, root, snakemake):
         common
         | {"recording": "trc", "path": "take.trc", "frame_rate_hz": "69.9"}
         | {"sha256": sha256(folder / "take.trc")},
+        common
+        | {"recording": "table", "path": "rows.csv", "unit": "mm", "column_names": names}
+        | {"frame_rate_hz": "69.9"},
         common | {"recording": "cut", "path": "cut.trc", "frame_rate_hz": "69.9"},
     )
     results = folder / "results"
-    wanted = [results / f"recordings/{name}/allan.parquet" for name in ("c3d", "trc")]
+    wanted = [results / f"recordings/{name}/allan.parquet" for name in ("c3d", "trc", "table")]
     out = snakemake(
         root,
         *("--cores", "2", *wanted, results / "recordings/cut/check.json", "--config"),
@@ -71,10 +78,11 @@ def test_the_same_deviations(both) -> None:
     """Six decimals of a millimetre: 3e-7 mm of rounding beside noise of 1e-2 mm."""
     results, out = both
     assert out.returncode == 0, out.stdout
-    theirs, ours = (
+    theirs, ours, named = (
         pq.read_table(results / f"recordings/{name}/allan.parquet").to_pandas()
-        for name in ("c3d", "trc")
+        for name in ("c3d", "trc", "table")
     )
+    assert named.equals(ours)
     assert len(ours) > 100 and set(ours["series"]) == {*["x1", "y1", "z1", "x2", "y2", "z2", "L"]}
     assert ours[["series", "estimator", "m"]].equals(theirs[["series", "estimator", "m"]])
     np.testing.assert_allclose(ours["adev_mm"], theirs["adev_mm"], rtol=1e-4)

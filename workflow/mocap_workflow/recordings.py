@@ -76,7 +76,7 @@ class RecordingRow(SheetRow):
         tuple[str, ...],
         Cell(
             ".+",
-            "a C3D file or text (.trc, .csv, .tsv, .txt), several segments "
+            "a C3D file, N3D or text (.trc, .csv, .tsv, .txt), several segments "
             'separated by ";", or simulate:<twin>',
         ),
         each_once('files separated by ";"'),
@@ -124,6 +124,11 @@ class RecordingRow(SheetRow):
     """Unit of the coordinates, `mm` or `m`, where the file names none or a wrong one. A file whose
     coordinates all lie within 20 mm of the origin, or beyond 100 m, is refused until it is stated.
     """
+    column_names: Annotated[
+        str | None, Cell(".*[xX].*", "names of columns such as t x y z, or nothing")
+    ] = None
+    """Names of the columns of a table (`.csv`, `.tsv`, `.txt`) that has none or wrong ones, in
+    their order: `t x y z qx qy qz qw` for TUM, `A_x A_y A_z B_x B_y B_z` for markers."""
     accept_truncated: Annotated[
         bool, Cell("accept", "accept or nothing"), BeforeValidator(bool)
     ] = Field(default=False, alias="truncated")

@@ -287,6 +287,7 @@ rule orientation:
         contents=contents(selection.paths),
         cluster=cell("cluster"),
         accept_truncated=cell("accept_truncated"),
+        names=cell("column_names"),
         allan=config["allan"],
         hampel=config["hampel"],
         mask_sigma=config["noise"]["mask_sigma"],

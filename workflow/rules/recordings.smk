@@ -7,7 +7,7 @@ CLEANED = [
     "<results>/recordings/{recording}/outliers.csv",
 ]
 MEASURED_FILES = files(selection.paths)
-ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit")
+ENTRY = ("markers", "frame_rate_hz", "accept_truncated", "unit", "column_names")
 
 
 # A refusal is a result: this rule succeeds, check.json states the reason, and tables are empty.

@@ -35,8 +35,9 @@ with step(snakemake) as log:
             found = of_cluster([[in_parts(columns, f"{a}{k}_mm") for a in "xyz"] for k in markers])
         else:
             paths = list(snakemake.input.poses)
-            body = bodies_of(paths[0], origin["labels"])[0]
-            told = origin["frame_rate_hz"], snakemake.params.accept_truncated
+            names = snakemake.params.names
+            body = bodies_of(paths[0], origin["labels"], names)[0]
+            told = origin["frame_rate_hz"], snakemake.params.accept_truncated, names
             found = of_poses(orientation_of(paths, body, *told))
     except Refusal as refusal:
         refused, found = str(refusal), unknown(n_frames)

@@ -16,12 +16,14 @@ EXAMPLES = """examples:
   mocap-metrology check take.c3d
   mocap-metrology check take.c3d --markers LTOE RTOE
   mocap-metrology check poses.txt --rate 100 --unit m
+  mocap-metrology check tum.txt --columns "t x y z qx qy qz qw" --unit m --markers tracker
   mocap-metrology check dump.bin --board board.csv
 
-A recording has markers at rest, for a minute or better an hour: C3D, TRC, CSV of Motive
-or Vicon Nexus, TSV of Qualisys, or poses as text. With --board the file is a sweep dump of a board
-of photodiodes before two Lighthouse base stations. The results of an earlier check in the same
-folder are replaced. Exit status: 0 with a verdict, whatever it is, and its results; 1 otherwise."""
+A recording has markers at rest, for a minute or better an hour: C3D, TRC, CSV of Motive, Vicon
+Nexus or First Principles, TSV of Qualisys, N3D, or columns with names (markers, poses). With
+--board the file is a sweep dump of a board of photodiodes before two Lighthouse base stations. The
+results of an earlier check in the same folder are replaced. Exit status: 0 with a verdict, whatever
+it is, and its results; 1 otherwise."""
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
 FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
 WORLDS = ("gravity", "master", "board-start")
@@ -57,7 +59,9 @@ def parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    one.add_argument("file", help="a recording (.c3d .trc .csv .tsv .txt), or a dump with --board")
+    one.add_argument(
+        "file", help="a recording (.c3d .trc .csv .tsv .txt .n3d), or a dump with --board"
+    )
     one.add_argument(
         "--output", metavar="DIR", help="folder of the results (default: results/check/FILE)"
     )
@@ -82,6 +86,11 @@ def parser() -> argparse.ArgumentParser:
         "--unit",
         choices=("mm", "m"),
         help="unit of the coordinates, where the file names none or a wrong one",
+    )
+    markers.add_argument(
+        "--columns",
+        metavar="NAMES",
+        help='names of the columns of a table without such, as "t x y z qx qy qz qw"',
     )
     markers.add_argument(
         "--accept-truncated",

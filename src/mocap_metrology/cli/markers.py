@@ -20,10 +20,10 @@ WANTED = 2  # with two there is a distance
 def chosen(entry: Entry, limit_mm: float) -> tuple[list[str], str]:
     """Markers of a file, and why these."""
     (path,) = entry.paths
-    labels = marker_labels(path, entry.accept_truncated)
+    labels = marker_labels(path, entry.accept_truncated, entry.column_names)
     found, why = choose(labels, lambda label: _movement(entry, label), limit_mm)
     if not found:
-        every = in_words(labels_of(path, entry.accept_truncated), 60)
+        every = in_words(labels_of(path, entry.accept_truncated, entry.column_names), 60)
         name = path.rpartition("/")[2]
         raise Refusal(
             f"{name}: no marker is seen in half of the frames; name markers of these: {every}"
@@ -58,7 +58,7 @@ def choose(
 def _movement(entry: Entry, label: str) -> float | None:
     """Range of a marker's one-second medians in mm; None if it is hardly seen, or has a coordinate
     that is zero throughout, which no marker has that is measured."""
-    how = entry.frame_rate_hz, False, entry.accept_truncated, entry.unit
+    how = entry.frame_rate_hz, False, entry.accept_truncated, entry.unit, entry.column_names
     try:
         found = read_recording(entry.paths, [label], *how)
     except Unseen:

@@ -16,6 +16,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.read import labels_of
 from mocap_metrology.io.recording import Recording
+from mocap_metrology.io.text.table import HOW
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.words import verdict_lines
 from mocap_metrology.recording.analyse import FILES, N_STEPS, PICTURES, analyse
@@ -72,9 +73,16 @@ def processors() -> int:
 def _entry(path: Path, given: argparse.Namespace) -> Entry:
     """With the named markers, or a choice of markers, which is reported."""
     named = [part.strip() for text in given.markers for part in text.split(";") if part.strip()]
-    entry = Entry([str(path)], named, given.rate, given.accept_truncated, given.unit)
+    entry = Entry(
+        [str(path)],
+        named,
+        given.rate,
+        given.accept_truncated,
+        given.unit,
+        column_names=given.columns,
+    )
     if named:
-        find_points(labels_of(path, entry.accept_truncated), named, path.name)
+        find_points(labels_of(path, entry.accept_truncated, entry.column_names), named, path.name)
         return entry
     found, why = chosen(entry, SETTINGS.still.range_mm)
     tell(f"Markers: {', '.join(found)} ({why}); name others with --markers, in make MARKERS=")
@@ -89,4 +97,5 @@ def _why(refusal: Refusal) -> str:
         "add --accept-truncated, in make TRUNCATED=accept",
         "--unit m or mm, in make UNIT=m or mm",
     )["why"]
-    return f"{why}{rate}"
+    names = ', here --columns "t x y z", in make NAMES="t x y z"' if HOW in why else ""
+    return f"{why}{rate}{names}"

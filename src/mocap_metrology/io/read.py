@@ -22,12 +22,21 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io import n3d
 from mocap_metrology.io.c3d.computed import computed_points
 from mocap_metrology.io.c3d.read import read_c3d
 from mocap_metrology.io.c3d.structure import Structure, inspect
 from mocap_metrology.io.labels import find_points, no_markers, numbered
 from mocap_metrology.io.recording import Header, Recording
-from mocap_metrology.io.text import motive, nexus, poses, qualisys, trc
+from mocap_metrology.io.text import (
+    first_principles,
+    motive,
+    nexus,
+    poses,
+    qualisys,
+    table,
+    trc,
+)
 from mocap_metrology.io.text.layout import Layout, check_text, lines
 from mocap_metrology.io.text.read import read_text
 from mocap_metrology.io.units import Unit
@@ -79,22 +88,34 @@ def _readable(path: Path) -> Iterator[None]:
 
 
 def _csv_layout(path: Path) -> Layout:
-    """Motive by the names in line 1, Nexus by its section Trajectories."""
-    check_text(path, "a Motive or Vicon Nexus export")
-    first = next((line.text for line in lines(path) if line.text.strip()), "")
-    if first.lstrip('"').startswith(motive.START):
+    """Motive by the names in line 1, Nexus by its section Trajectories, First Principles by its
+    first line; else columns with names."""
+    check_text(path, "a CSV export (Motive, Nexus, First Principles) or columns with names")
+    first = next((line.text for line in lines(path) if line.text.strip()), "").lstrip('"')
+    if first.startswith(motive.START):
         return motive.layout(path)
+    if first.startswith(first_principles.START):
+        return first_principles.layout(path)
     if nexus.section(path) is not None:
         return nexus.layout(path)
     nexus.refuse_old(path)
-    raise Refusal(
-        f"{path.name}: is neither a Motive export, whose line 1 starts with Format Version, nor a"
-        " Vicon Nexus export with a section Trajectories"
-    )
+    return table.layout(path)
+
+
+def _tsv_layout(path: Path) -> Layout:
+    """First Principles by its first line, Qualisys by a name in capitals, else columns with
+    names."""
+    check_text(path, "a TSV export (Qualisys, First Principles) or columns with names")
+    cells = next(line for line in lines(path) if line.text.strip()).cells("\t")
+    if cells[0].startswith(first_principles.START):
+        return first_principles.layout(path)
+    if qualisys.FIELD.fullmatch(cells[0]):
+        return qualisys.layout(path)
+    return table.layout(path)
 
 
 def _txt_layout(path: Path) -> Layout:
-    """Poses; an old Vicon export is named."""
+    """Poses, or columns with names; an old Vicon export is named."""
     check_text(path, poses.WHAT)
     nexus.refuse_old(path)
     return poses.layout(path)
@@ -104,13 +125,23 @@ C3D = Format(inspect, read_c3d)
 FORMATS = {
     ".trc": text_format(trc.layout),
     ".csv": text_format(_csv_layout),
-    ".tsv": text_format(qualisys.layout),
+    ".tsv": text_format(_tsv_layout),
     ".txt": text_format(_txt_layout),
+    ".tum": text_format(table.layout),
+    ".xls": text_format(first_principles.layout),
+    ".n3d": Format(n3d.header, n3d.read_n3d),
 }
 
+TABLES = (".csv", ".tsv", ".txt", ".tum")
 
-def format_of(path: Path) -> Format:
-    """The format of a file by its suffix; C3D where no other has it."""
+
+def format_of(path: Path, columns: str | None = None) -> Format:
+    """The format of a file by its suffix, C3D where no other has it; a table whose columns have the
+    names `columns`, where these are stated."""
+    if columns and path.suffix.lower() not in TABLES:
+        raise Refusal(f"{path.name}: names of columns are for {', '.join(TABLES)} alone")
+    if columns:
+        return text_format(partial(table.layout, stated=columns))
     return FORMATS.get(path.suffix.lower(), C3D)
 
 
@@ -121,48 +152,56 @@ def read_recording(
     second_opinion: bool = True,
     accept_truncated: bool = False,
     unit: Unit | None = None,
+    columns: str | None = None,
 ) -> Recording:
     """Positions of `markers` in one file or in the segments of one take, of one format.
 
     `frame_rate_hz` may give the rate more exactly than the files (within 0.1 %), or where they have
     none. `second_opinion` lets ezc3d read the same C3D files, where it can, and compares.
     `accept_truncated` takes what a cut-off file holds. `unit` is that of the coordinates, where the
-    files name none or a wrong one.
+    files name none or a wrong one. `columns`: names of the columns of a table that has none or
+    wrong ones, as `t x y z qx qy qz qw`.
     Refuses what cannot be read with certainty; the message starts with the file's name.
     """
     files = [Path(path) for path in paths]
     suffixes = list(dict.fromkeys(path.suffix.lower() for path in files))
     formats = {format_of(path) for path in files}
-    if len(formats) > 1:
+    if len(formats) > 1 and not columns:
         given = ", ".join(suffixes)
         raise Refusal(f"{files[0].name}: segments of one take differ in format: {given}")
-    read = next(iter(formats), C3D).read
+    read = format_of(files[0], columns).read if files else C3D.read
     return read(files, markers, frame_rate_hz, second_opinion, accept_truncated, unit)
 
 
-def labels_of(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:
+def labels_of(
+    path: str | Path, accept_truncated: bool = False, columns: str | None = None
+) -> tuple[str, ...]:
     """Labels of a file, in its order; of solved bodies only where there is no marker."""
-    header = _header(path, accept_truncated)
+    header = _header(path, accept_truncated, columns)
     markers = tuple(one for k, one in enumerate(header.labels) if k not in header.bodies)
     return markers or header.labels
 
 
-def marker_labels(path: str | Path, accept_truncated: bool = False) -> tuple[str, ...]:
+def marker_labels(
+    path: str | Path, accept_truncated: bool = False, columns: str | None = None
+) -> tuple[str, ...]:
     """Those of `labels_of` that are markers, as they are chosen (`A#1` where one stands twice): no
     angle, force, moment, power, nor another point that a model computed."""
-    header = _header(path, accept_truncated)
+    header = _header(path, accept_truncated, columns)
     out = no_markers(header.labels) | header.bodies
     if isinstance(header, Structure):
         out |= computed_points(header)
     return tuple(label for k, label in enumerate(numbered(header.labels)) if k not in out)
 
 
-def bodies_of(path: str | Path, markers: Sequence[str] | None = None) -> tuple[str, ...]:
+def bodies_of(
+    path: str | Path, markers: Sequence[str] | None = None, columns: str | None = None
+) -> tuple[str, ...]:
     """Labels of a file, or those of the chosen `markers` as they were asked for, that have an
     orientation beside their position."""
-    if format_of(Path(path)).orientation is None:
+    if format_of(Path(path), columns).orientation is None:
         return ()
-    header = _header(path)
+    header = _header(path, columns=columns)
     if markers is None:
         return tuple(header.labels[k] for k in sorted(header.bodies))
     places = find_points(header.labels, markers, header.name)
@@ -174,14 +213,15 @@ def orientation_of(
     marker: str,
     frame_rate_hz: float | None = None,
     accept_truncated: bool = False,
+    columns: str | None = None,
 ) -> Orientations:
     """Unit quaternions x, y, z, w (4, n) of one body, in the frames of `read_recording`."""
     files = [Path(path) for path in paths]
-    read = format_of(files[0]).orientation
+    read = format_of(files[0], columns).orientation
     if read is None:
         raise Refusal(f"{files[0].name}: contains no orientations")
     return read(files, marker, frame_rate_hz, accept_truncated)
 
 
-def _header(path: str | Path, accept_truncated: bool = False) -> Header:
-    return format_of(Path(path)).header(Path(path), accept_truncated)
+def _header(path: str | Path, accept_truncated: bool = False, columns: str | None = None) -> Header:
+    return format_of(Path(path), columns).header(Path(path), accept_truncated)

@@ -40,7 +40,7 @@ class Check(TypedDict):
 @dataclass(frozen=True)
 class Entry:
     """What a user states of a recording: files in order, labels of markers, and what the files
-    lack; sha256: of each file, where it is known."""
+    lack, with names of their columns; sha256: of each file, where it is known."""
 
     paths: Sequence[str]
     markers: Sequence[str]
@@ -48,6 +48,7 @@ class Entry:
     accept_truncated: bool = False
     unit: Unit | None = None
     sha256: Sequence[str] = ()
+    column_names: str | None = None
 
 
 def read(entry: Entry, second_opinion: bool) -> Recording:
@@ -58,11 +59,12 @@ def read(entry: Entry, second_opinion: bool) -> Recording:
             raise Refusal(f"{Path(path).name}: SHA-256 is {sha256(path)}; expected {expected}")
     return read_recording(
         entry.paths,
-        entry.markers or labels_of(entry.paths[0], entry.accept_truncated),
+        entry.markers or labels_of(entry.paths[0], entry.accept_truncated, entry.column_names),
         entry.frame_rate_hz,
         second_opinion,
         entry.accept_truncated,
         entry.unit,
+        entry.column_names,
     )
 
 
@@ -94,7 +96,7 @@ def examine(
         "unit_source": recording.unit_source,
         "moving": bool(moving),
         "n_frames": n_frames,
-        "bodies": bodies_of(entry.paths[0], entry.markers),
+        "bodies": bodies_of(entry.paths[0], entry.markers, entry.column_names),
     }
     return check, of_markers
 

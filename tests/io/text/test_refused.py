@@ -26,7 +26,9 @@ from text_files import (
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.write import write_c3d
+from mocap_metrology.io.header import READ
 from mocap_metrology.io.read import labels_of, read_recording
+from mocap_metrology.io.text.table import HOW
 
 NO_RATE = "has no frame rate; give it in column frame_rate_hz"
 NO_UNIT = ", expected one of mm, cm, m, millimetre, centimetre, metre"
@@ -36,10 +38,7 @@ NO_LENGTH = (
     "with the header, or add Length Units,Meters (or what Units was set to)"
 )
 SHIFTED = ", expected labels over X: a label with a comma must be in quotes"
-NEITHER = (
-    "is neither a Motive export, whose line 1 starts with Format Version, nor a Vicon Nexus export"
-    " with a section Trajectories"
-)
+NEITHER = f" lines before its numbers, which are not understood; {READ}"
 HEADERS = [
     (
         "a.trc",
@@ -67,7 +66,7 @@ HEADERS = [
         "Nr\tTime",
         "line 4 is 'Nr\\tTime\\tA\\t\\t\\tB\\t\\t\\t', expected Frame#, Time and labels",
     ),
-    ("m.csv", "Format Version", "Version", NEITHER),
+    ("m.csv", "Format Version", "Version", "6" + NEITHER),
     ("m.csv", "Frame,Time", "Bild,Zeit", "no row Frame, Time ... within 10 rows of its header"),
     (
         "m.csv",
@@ -95,7 +94,7 @@ HEADERS = [
     ),
     ("a.tsv", "FREQUENCY\t100", "FREQUENCY\tEXT", NO_RATE),
     ("a.tsv", "FRAMES\t20", "FRAMES\t25", "cut off: 20 of the 25 frames that NO_OF_FRAMES states"),
-    ("n.csv", "Trajectories", "Devices", NEITHER),
+    ("n.csv", "Trajectories", "Devices", "5" + NEITHER),
     ("n.csv", "\r\n100\r\n", "\r\n\r\n", NO_RATE),
     ("n.csv", ",,A,,,B", ",,A, left,,,B", "line 3: 'left' in cell 4 stands over Y" + SHIFTED),
     (
@@ -185,18 +184,25 @@ class TestRows:
         assert said == f"{name}: marker 'B' is valid in no frame of 20 (20 {reason})"
 
     def test_other_files(self, tmp_path, name):
-        expected = {"a.trc": "a TRC file", "a.tsv": "a Qualisys export (TSV with its header)"}
-        what = expected.get(name, "a Motive or Vicon Nexus export")
+        expected = {
+            "a.trc": "a TRC file",
+            "a.tsv": "a TSV export (Qualisys, First Principles) or columns with names",
+        }
+        others = "a CSV export (Motive, Nexus, First Principles) or columns with names"
+        what = expected.get(name, others)
         write_c3d(tmp_path / "x.c3d", LABELS, 100, [TAKE], len(TAKE))
         for content, why in (
             (b"", f"is empty, expected {what}"),
             (b"\r\n \r\n", f"contains only white space, expected {what}"),
             (
                 b"PK\x03\x04..",
-                f"is not {what}: it looks like a ZIP archive (or an office document)",
+                f"is not {what}: it looks like a ZIP archive (or an office document); {READ}",
             ),
-            ((tmp_path / "x.c3d").read_bytes(), f"is not {what}: it looks like a C3D file"),
-            (b"abc\0def", f"is not {what}: it looks like a binary format"),
+            (
+                (tmp_path / "x.c3d").read_bytes(),
+                f"is not {what}: it looks like a C3D file (suffix .c3d); {READ}",
+            ),
+            (b"abc\0def", f"is not {what}: it looks like a binary format; {READ}"),
             (PLAIN[name].encode("utf-16"), "is UTF-16 text, expected UTF-8: save it as UTF-8"),
             (
                 PLAIN[name].replace("\r\n", "\n").replace("\n", "\r").encode(),
@@ -212,6 +218,13 @@ class TestRows:
         with pytest.raises(Refusal) as caught:
             labels_of(tmp_path / name)
         assert str(caught.value) == refusal(tmp_path / name)
+
+
+def test_types_of_motive_below_the_other_rows_of_its_header(tmp_path):
+    lines = PLAIN["m.csv"].split("\r\n")
+    lines[2], lines[5] = lines[5], lines[2]
+    said = refusal(make(tmp_path, "m.csv", "\r\n".join(lines)))
+    assert said == "m.csv: no row of types (Marker, Rigid Body, ...) in the header"
 
 
 def test_time_that_jumps(tmp_path):
@@ -251,7 +264,7 @@ def test_poses(tmp_path):
     rows = "1 0 0 1.5 0 1 0 2.5 0 0 1 3.5\n" * 5
     for text, why in (
         ("# Freq: 250\n", "has no frames: nothing follows the comment"),
-        ("1 2 3\n", "is not a text of poses (12 numbers a line): line 1 is '1 2 3'"),
+        ("1 2 3\n", f"line 1 has numbers without names: {HOW}; {READ}"),
         (rows, "has no frame rate; give it in column frame_rate_hz"),
         ("# Freq: 250\n" + rows + rows[:26] + "x" + rows[27:],
          "line 7, column 12: 'x.5' is not a number"),

@@ -5,6 +5,7 @@ Positions (n_frames, n_labels, 3) in the file's unit, NaN = not measured.
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -106,7 +107,34 @@ def nexus(labels, rate, positions, digits=5, first=1, before="", after="") -> st
     return before + "\r\n".join(lines) + "\r\n" + after
 
 
+def table(labels, rate, positions, digits=5) -> str:
+    """Columns with names: the time, then A_x [mm] ... of each label."""
+    names = [f"{label}_{axis} [mm]" for label in labels for axis in "xyz"]
+    rows = enumerate(triples(positions, digits))
+    lines = [",".join(["time", *names])]
+    lines += [",".join([f"{i / rate:.5f}", *cells]) for i, cells in rows]
+    return "\n".join([*lines, ""])
+
+
+def first_principles(labels, rate, positions, digits=9, gap="") -> str:
+    lines = [f"Number of frames: {len(positions)}", f"Frequency: {rate:g}", "Units: mm", ""]
+    lines.append("\t".join(["Frame", *(f"{label} {axis}" for label in labels for axis in "xyz")]))
+    for i, cells in enumerate(triples(positions, digits, gap), start=1):
+        lines.append("\t".join([str(i), *cells, ""]))
+    return "\r\n".join([*lines, ""])
+
+
+def n3d(positions, rate, mark=32, numbers=3, frames=None) -> bytes:
+    """Positions in mm as float32, below a header of 256 bytes."""
+    n, k = positions.shape[:2]
+    head = struct.pack("<Bhhif", mark, k, numbers, n if frames is None else frames, rate)
+    head += b"user".ljust(60) + b"system".ljust(60) + b"test".ljust(30)
+    head += struct.pack("<h8s2s8s", 0, b"11:22:33", b"\0\0", b"02/20/19")
+    return head.ljust(256, b"\0") + positions.astype("<f4").tobytes()
+
+
 WRITERS = {".trc": trc, ".motive.csv": motive, ".tsv": qualisys, ".nexus.csv": nexus}
+WRITERS |= {".table.csv": table, ".fp.tsv": first_principles}
 
 
 def make(folder: Path, name: str, content: str, encoding: str = "utf-8") -> Path:

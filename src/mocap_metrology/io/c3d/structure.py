@@ -31,7 +31,7 @@ from mocap_metrology.io.c3d.parameters import (
     read_parameters,
     unsigned,
 )
-from mocap_metrology.io.header import other_kind, regular_size
+from mocap_metrology.io.header import not_read, other_kind, regular_size
 from mocap_metrology.io.labels import complete_labels
 from mocap_metrology.io.units import LengthUnit, read_unit
 
@@ -134,7 +134,7 @@ def _parameter_start(block: bytes, size: int, file: str) -> int:
 
 def _recognise(block: bytes, file: str) -> None:
     """Refuse what is not a C3D file, by its first block."""
-    looks = other_kind(block)
+    looks = other_kind(block, "" if block[1:2] == b"\x50" else Path(file).suffix)
     if looks is None and all(byte >= 32 or byte in b"\t\r\n" for byte in block):
         looks = "text"
     elif looks is None and not any(block):
@@ -142,7 +142,7 @@ def _recognise(block: bytes, file: str) -> None:
     elif looks is None and block[1:2] != b"\x50":
         looks = f"another binary format (bytes {block[:2].hex(' ')}, expected a second byte of 50)"
     if looks is not None:
-        raise Refusal(f"{file}: is not a C3D file: it looks like {looks}")
+        raise not_read(file, "a C3D file", looks)
     if len(block) < BLOCK:
         raise Refusal(f"{file}: cut off: {len(block)} bytes, the header alone has {BLOCK}")
 

@@ -22,7 +22,7 @@ def read_covariate(path: str | Path) -> tuple[str, np.ndarray, np.ndarray]:
     """
     path = Path(path)
     try:
-        check_text(path, WHAT)
+        check_text(path, WHAT, read="")
         told = [line for line in lines(path) if line.text.strip()]
         between = delimiter(told[0].text) if told else ","
         records = [(line.number, _cells(line.text, between)) for line in told]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import csv
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.header import number, other_kind, regular_size
+from mocap_metrology.io.header import READ, not_read, number, refuse_other, regular_size
 from mocap_metrology.io.labels import complete_labels
 from mocap_metrology.io.units import LengthUnit
 
@@ -37,10 +39,12 @@ class Layout:
 
     `columns`: places (from 0) of x, y, z of each label; `frame_column`, `time_column` (s) where
     there are such. `data_line` (from 1) and `data_offset` (bytes): where the numbers start.
+    `second`: of the unit of the times.
     `declared`: name and value of the field that counts frames; `declared_too_few`: whether it is
     known to be below the number of rows at times. `frame_rate_hz` 0: not told.
     `ends_blank`: an empty line ends the numbers. `full_rows`: every row has a number, or
-    NaN, in all columns. `zero_is_gap`: x = y = z = 0 is no measurement;
+    NaN, in all columns. `missing_below`: a smaller number is no measurement, nor is
+    x = y = z = 0 with `zero_is_gap`;
     `zero_note`: what to say where there are such. `remarks`: what to say of a label, by its place,
     once it is chosen. `rotations`: orientations of labels that are bodies, by their place.
     """
@@ -61,6 +65,8 @@ class Layout:
     declared_too_few: bool = False
     ends_blank: bool = False
     full_rows: bool = False
+    second: float = 1.0
+    missing_below: float = -math.inf
     zero_is_gap: bool = False
     zero_note: str = ""
     notes: tuple[str, ...] = ()
@@ -107,6 +113,18 @@ def without_padding(line: str, delimiter: str) -> str:
     return re.sub(rf'{re.escape(delimiter)}[{blank}]+(?=")', delimiter, line)
 
 
+def quoted_cells(line: str, delimiter: str) -> list[str]:
+    """The cells of a line of names, stripped; a name with a delimiter in it is in quotes, which
+    come in pairs."""
+    try:
+        if delimiter != " " and line.count('"') % 2 == 0:
+            text = without_padding(line, delimiter)
+            return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter), [])]
+    except csv.Error:  # a cell beyond the reader's limit
+        pass
+    return [cell.strip('"') for cell in cells_of(line, delimiter)]
+
+
 def lines(path: Path, start: int = 0, number: int = 1) -> Iterator[Line]:
     """Lines from byte `start` on, the first being line `number`; UTF-8, else Latin-1."""
     with path.open("rb") as stream:
@@ -130,20 +148,17 @@ def decoded(raw: bytes) -> str:
         return raw.decode("latin-1")
 
 
-def check_text(path: Path, expected: str) -> None:
-    """Refuse what is no text file: nothing, a folder, another format, another encoding."""
+def check_text(path: Path, expected: str, read: str = READ) -> None:
+    """Refuse what is no text file: nothing, a folder, another format, another encoding. `read`:
+    what to name instead."""
     size = regular_size(path, expected)
     with path.open("rb") as stream:
         block = stream.read(4096)
-    looks = other_kind(block)
     if block[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise Refusal(f"{path.name}: is UTF-16 text, expected UTF-8: save it as UTF-8")
-    if looks is None and block[1:2] == b"\x50" and b"\0" in block:
-        looks = "a C3D file"
-    if looks is None and any(byte < 32 and byte not in b"\t\r\n\f" for byte in block):
-        looks = "a binary format"
-    if looks is not None:
-        raise Refusal(f"{path.name}: is not {expected}: it looks like {looks}")
+    refuse_other(path, block, expected, read)
+    if any(byte < 32 and byte not in b"\t\r\n\f" for byte in block):
+        raise not_read(path.name, expected, "a binary format", read)
     if not block.removeprefix(BOM).strip() and size <= 4096:
         raise Refusal(f"{path.name}: contains only white space, expected {expected}")
     if b"\r" in block and b"\n" not in block and len(block.split(b"\r")) > 2:

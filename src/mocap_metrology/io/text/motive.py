@@ -182,7 +182,7 @@ def _columns(rows: list[list[str]], file: str) -> _Columns:
     above = [[*row, *[""] * width][:width] for row in rows[:-1]]
     known = (*MEASURED, *EXPECTED, *BODIES)
     types = next((row for row in above if any(c.lower() in known for c in row)), None)
-    if types is None or len(above) < 3:
+    if types is None or types is above[-1] or len(above) < 3:
         raise Refusal(f"{file}: no row of types (Marker, Rigid Body, ...) in the header")
     names = next((r for r in above if r[1] == "Name"), above[above.index(types) + 1])
     lower = ([cell.lower() for cell in row] for row in (types, above[-1]))

@@ -8,7 +8,6 @@ one; an empty cell is a gap.
 
 from __future__ import annotations
 
-import csv
 import itertools
 import mmap
 import re
@@ -22,9 +21,9 @@ from mocap_metrology.io.text.layout import (
     check_text,
     lines,
     named,
+    quoted_cells,
     rate,
     triples,
-    without_padding,
 )
 from mocap_metrology.io.units import read_unit
 
@@ -86,7 +85,7 @@ def layout(path: Path) -> Layout:
     if len(head) < 5:
         raise Refusal(f"{path.name}: cut off: within the head of the section Trajectories")
     delimiter = _delimiter(head[3], path.name)
-    axes, names, units = (_cells(head[i], delimiter) for i in (3, 2, 4))
+    axes, names, units = (quoted_cells(head[i].text, delimiter) for i in (3, 2, 4))
     _check_names(names, axes, f"{path.name}: line {head[2].number}")
     columns, labels = _markers(axes, names)
     if not labels:
@@ -118,17 +117,6 @@ def _delimiter(line: Line, file: str) -> str:
             f"{file}: line {line.number} is {text[:30]!r}, expected Frame, Sub Frame, X, Y, Z ..."
         )
     return text[5]
-
-
-def _cells(line: Line, delimiter: str) -> list[str]:
-    """Its cells, stripped; a label with a delimiter in it is in quotes, which come in pairs."""
-    try:
-        if line.text.count('"') % 2 == 0:
-            text = without_padding(line.text, delimiter)
-            return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter), [])]
-    except csv.Error:  # a cell beyond the reader's limit
-        pass
-    return [cell.strip('"') for cell in line.cells(delimiter)]
 
 
 def _check_names(names: list[str], axes: list[str], where: str) -> None:

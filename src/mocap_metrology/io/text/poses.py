@@ -9,7 +9,6 @@ There is no time stamp.
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,13 +18,14 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import number
 from mocap_metrology.io.labels import find_points
+from mocap_metrology.io.text import table
+from mocap_metrology.io.text.columns import BODY_LABEL
 from mocap_metrology.io.text.layout import Layout, RotationColumns, check_text, lines, rate
 from mocap_metrology.io.text.read import read_text
 from mocap_metrology.io.text.rows import Floats
 from mocap_metrology.io.units import METRE, LengthUnit
 
-WHAT = "a text of poses (12 numbers a line)"
-LABEL = "tracker"
+WHAT = "a text of poses (12 numbers a line) or a table with a name over each column"
 POSITION = (3, 7, 11)
 MATRIX = (0, 1, 2, 4, 5, 6, 8, 9, 10)
 ORTHOGONAL = 1e-3  # how far R R^T, or the length of a quaternion, may be from 1
@@ -34,27 +34,27 @@ PARTS = 4  # series of three numbers: the position, and up to nine numbers of a 
 
 
 def layout(path: Path) -> Layout:
-    """Read the first lines of a text of poses; the position is that of one marker, `tracker`."""
+    """Read the first lines of a text of poses; the position of a matrix is that of one marker,
+    `tracker`. Columns with names are a table."""
     check_text(path, WHAT)
-    comment, told = "", 0.0
+    head = []
     for line in itertools.islice(lines(path), 20):
         if line.text.startswith("#"):
-            comment += line.text
+            head.append(line.text)
         elif line.text.strip():
             break
     else:
         raise Refusal(f"{path.name}: has no frames: nothing follows the comment")
     cells = line.cells(" ")
-    if len(cells) != 12 or number(cells[0]) is None:
-        start = line.text[:30]
-        raise Refusal(f"{path.name}: is not {WHAT}: line {line.number} is {start!r}")
-    if found := re.search(r"Freq:\s*([0-9.]+)", comment):
-        told = rate(found[1])
-    notes = (f"{told:g} Hz is the rate that was requested; rows have no time",) if told else ()
+    names = [word for text in head for word in text.split() if word in ("x", "qx", "tx")]
+    if names or len(cells) != 12 or number(cells[0]) is None:
+        return table.layout(path)
+    found = table.FREQUENCY.search(" ".join(head))
+    told = rate(found[1]) if found else 0.0
     return Layout(
         path=path,
         encoding="pose text",
-        labels=(LABEL,),
+        labels=(BODY_LABEL,),
         columns=(POSITION,),
         frame_rate_hz=told,
         unit=METRE,
@@ -63,7 +63,7 @@ def layout(path: Path) -> Layout:
         data_offset=line.start,
         n_columns=12,
         full_rows=True,
-        notes=notes,
+        notes=(table.REQUESTED.format(told),) if told else (),
         rotations={0: RotationColumns(MATRIX, "matrix")},
     )
 

@@ -198,7 +198,7 @@ def _by_time(layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float
             f"{layout.name}: its times do not increase: {time[0]:.10g} s in line "
             f"{line_of(layout, 0)}, {time[-1]:.10g} s in line {line_of(layout, rows.n - 1)}"
         )
-    rounding = 10.0 ** -_time_decimals(layout, rows)
+    rounding = layout.second * 10.0 ** -_time_decimals(layout, rows)
     found = np.diff(time) * rate
     if rows.frame is None and rate * rounding < 0.25:
         steps = np.maximum(np.round(found), 1).astype(np.int64)

@@ -72,7 +72,7 @@ def read_rows(layout: Layout, points: Sequence[int], accept_truncated: bool) -> 
     if layout.frame_column is not None:
         rows.frame = leading_values[0]
     if layout.time_column is not None:
-        rows.time = leading_values[-1]
+        rows.time = leading_values[-1] * layout.second
     return rows
 
 
@@ -299,6 +299,7 @@ def _mark_invalid(layout: Layout, points: Sequence[int], rows: Rows) -> None:
     """Which positions of the last block are measured; the others become NaN and are counted."""
     for k, point in enumerate(points):
         three = rows.blocks[-1][3 * k : 3 * k + 3]
+        three[three < layout.missing_below] = np.nan
         missing = np.isnan(three)
         empty = missing.all(axis=0)
         part = missing.any(axis=0) & ~empty

@@ -1,0 +1,71 @@
+"""N3D files, written here after the layout that public readers agree on (see the module)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from text_files import n3d
+
+from mocap_metrology.common.errors import Refusal, Truncated
+from mocap_metrology.io.read import bodies_of, labels_of, read_recording
+
+MISSING = np.frombuffer(bytes([0xEE] * 4), "<f4")[0]  # as one of the readers has it
+TAKE = np.random.default_rng(3).normal([300, -500, -2500], 0.05, (50, 4, 3)).astype("<f4")
+
+
+def write(folder, content: bytes, name="a.n3d"):
+    (folder / name).write_bytes(content)
+    return folder / name
+
+
+def test_positions_gaps_rate_and_labels(tmp_path):
+    take = TAKE.copy()
+    take[4:7, 1] = MISSING
+    take[9, 2] = 0
+    path = write(tmp_path, n3d(take, 100))
+    assert pytest.approx(-3.697314e28) == MISSING
+    assert labels_of(path) == ("Marker_1", "Marker_2", "Marker_3", "Marker_4")
+    assert bodies_of(path) == ()
+    recording = read_recording([path], ["Marker_2", "Marker_3"])
+    take[4:7, 1] = take[9, 2] = np.nan
+    assert np.array_equal(recording.position_mm, take[:, 1:3].transpose(1, 2, 0), equal_nan=True)
+    assert recording.n_invalid[0] == {"missing": 3, "zero": 0, "not_finite": 0}
+    assert recording.n_invalid[1]["zero"] == 1
+    assert (recording.frame_rate_hz, recording.units, recording.encoding) == (100, "mm", "N3D")
+    assert recording.resolution_mm == pytest.approx(2.0**-12)  # of float32 between 2048 and 4096
+
+
+def test_segments_are_joined_as_given(tmp_path):
+    paths = [
+        write(tmp_path, n3d(TAKE[:20], 100), "1.n3d"),
+        write(tmp_path, n3d(TAKE[20:], 100), "2.n3d"),
+    ]
+    recording = read_recording(paths, ["Marker_1"])
+    assert np.array_equal(recording.position_mm[0], TAKE[:, 0].T)
+
+
+def test_a_file_that_is_cut_off(tmp_path):
+    path = write(tmp_path, n3d(TAKE, 100)[:-60])
+    with pytest.raises(Truncated, match=r"a\.n3d: cut off: 48 of the 50 frames"):
+        read_recording([path], ["Marker_1"])
+    assert read_recording([path], ["Marker_1"], accept_truncated=True).position_mm.shape[2] == 48
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (n3d(TAKE, 100)[:200], "cut off: 200 bytes, the header alone has 256"),
+        (n3d(TAKE, 100) + b"more", "4 bytes follow the 50 frames of its header"),
+        (n3d(TAKE, 100, mark=1), "is not an N3D file: its first byte is 1"),
+        (n3d(TAKE, float("nan")), "50 frames, nan Hz"),
+        (n3d(TAKE, 0), "50 frames, 0 Hz"),
+        (n3d(TAKE, 100, frames=-5), "-5 frames"),
+        (n3d(TAKE[:, :3], 100, numbers=4), "has 4 numbers a marker, expected 3"),
+        (b"", "is empty, expected an N3D file"),
+        (b"PK\x03\x04", "is not an N3D file: it looks like a ZIP archive"),
+    ],
+)
+def test_refused(tmp_path, content, said):
+    with pytest.raises(Refusal) as caught:
+        read_recording([write(tmp_path, content)], ["Marker_1"])
+    assert said in str(caught.value) and str(caught.value).startswith("a.n3d: ")

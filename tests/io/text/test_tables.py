@@ -1,0 +1,270 @@
+"""Columns with names: markers and poses of programs that have no format of their own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+from text_files import LABELS, make, read, refusal, still
+
+from mocap_metrology.common.errors import UnknownUnit
+from mocap_metrology.io.read import bodies_of, labels_of, marker_labels, orientation_of
+
+TAKE = still()
+EXPECTED = TAKE.transpose(1, 2, 0)
+N = len(TAKE)
+TIME = np.round(np.arange(N) / 100, 6)
+
+
+def table(names, values, mark=",", digits=6) -> str:
+    rows = [mark.join("" if np.isnan(v) else f"{v:.{digits}f}" for v in row) for row in values]
+    return "\n".join([*([names] if names else []), *rows, ""])
+
+
+def markers(pattern: str, take=TAKE, time="time", **keys) -> str:
+    mark = keys.get("mark", ",")
+    names = [pattern.format(label, axis) for label in LABELS for axis in "xyz"]
+    return table(mark.join([time, *names]), np.c_[TIME, take.reshape(N, -1)], **keys)
+
+
+class TestMarkers:
+    @pytest.mark.parametrize(
+        "pattern",
+        ["{0}_{1}", "{0}.{1}", "{0} {1}", "{0}:{1}", "{0}-{1}", "{1}_{0}", "{0}_{1}_mm",
+         "{0}_{1} [mm]", '"{0}_{1}"'],
+    )  # fmt: skip
+    def test_names_and_the_rate_by_the_times(self, tmp_path, pattern):
+        path = make(tmp_path, "a.csv", markers(pattern))
+        recording = read(path, unit="mm")
+        assert labels_of(path) == marker_labels(path) == LABELS and bodies_of(path) == ()
+        assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
+        assert recording.frame_rate_hz == 100 and recording.encoding == "table of markers"
+
+    @pytest.mark.parametrize("mark", [",", ";", "\t", " "])
+    @pytest.mark.parametrize(("encoding", "ends"), [("utf-8-sig", "\r\n"), ("latin-1", "\n")])
+    def test_separators_line_ends_and_encodings(self, tmp_path, mark, encoding, ends):
+        text = markers("{0}_{1}", mark=mark).replace("\n", ends)
+        for suffix in (".csv", ".txt", ".tsv"):
+            recording = read(make(tmp_path, f"a{suffix}", text, encoding), unit="mm")
+            assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
+
+    @pytest.mark.parametrize("mark", [";", "\t", " "])
+    def test_decimal_commas(self, tmp_path, mark):
+        text = markers("{0}_{1}", mark=mark).replace(".", ",")
+        recording = read(make(tmp_path, "a.csv", text), unit="mm")
+        assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
+        assert recording.frame_rate_hz == 100
+
+    def test_the_order_is_that_of_the_names(self, tmp_path):
+        names = "B_z,time,A_y,A_x,B_x,A_z,B_y"
+        order = [TAKE[:, 1, 2], TIME, TAKE[:, 0, 1], TAKE[:, 0, 0], TAKE[:, 1, 0], TAKE[:, 0, 2],
+                 TAKE[:, 1, 1]]  # fmt: skip
+        path = make(tmp_path, "a.csv", table(names, np.transpose(order)))
+        assert np.allclose(read(path, unit="mm").position_mm, EXPECTED, atol=1e-9, rtol=0)
+
+    @pytest.mark.parametrize("index", [None, "time", "Frame"])
+    def test_as_pandas_writes_axes_under_labels(self, tmp_path, index):
+        columns = pd.MultiIndex.from_product([LABELS, list("xyz")])
+        frame = pd.DataFrame(TAKE.reshape(N, -1), columns=columns)
+        frame.index = np.arange(N) if index == "Frame" else TIME
+        frame.index.name = index
+        frame.to_csv(path := tmp_path / "a.csv")
+        recording = read(path, unit="mm", frame_rate_hz=100)
+        assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
+
+    @pytest.mark.parametrize(
+        "head",
+        ["Frame,A,,,B,,\n,X,Y,Z,X,Y,Z", ",A,A,A,B,B,B\nFrame,X,Y,Z,X,Y,Z\n,mm,mm,mm,mm,mm,mm",
+         "sep=,\nFrame,A_x,A_y,A_z,B_x,B_y,B_z", "# exported today\nFrame,A x,A y,A z,B x,B y,B z"],
+    )  # fmt: skip
+    def test_rows_of_a_header(self, tmp_path, head):
+        values = np.c_[np.arange(N), TAKE.reshape(N, -1)]
+        text = table(head, values).replace(".000000,", ",", N)
+        recording = read(make(tmp_path, "a.csv", text), unit="mm", frame_rate_hz=50)
+        assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
+        assert (recording.frame_rate_hz, recording.units) == (50, "mm")
+
+    def test_as_kineticstoolkit_writes(self, samples, tmp_path):
+        """A real recording: homogeneous coordinates in m, the index is the time without a name."""
+        ezc3d = pytest.importorskip("ezc3d")
+        source = samples / "c3d/kineticstoolkit/kinematics_racing_static.c3d"
+        file = ezc3d.c3d(str(source))
+        points = file["data"]["points"].transpose(2, 1, 0)
+        points = points[:, np.isfinite(points).all(axis=(0, 2))][:, :4]
+        rate = float(file["parameters"]["POINT"]["RATE"]["value"][0])
+        names = [f"M{k}[{i}]" for k in range(4) for i in range(4)]
+        index = np.arange(len(points)) / rate
+        pd.DataFrame(points.reshape(len(points), 16), index, names).to_csv(tmp_path / "a.csv")
+        recording = read(tmp_path / "a.csv", ["M0", "M3"], unit="m")
+        expected = points[:, [0, 3], :3].transpose(1, 2, 0) * 1000
+        assert labels_of(tmp_path / "a.csv") == ("M0", "M1", "M2", "M3")
+        assert np.allclose(recording.position_mm, expected, rtol=1e-12)
+        assert recording.frame_rate_hz == pytest.approx(rate, rel=1e-5)
+
+    def test_gaps_missing_rows_and_columns_that_are_no_positions(self, tmp_path):
+        take = TAKE.copy()
+        take[3:6, 1] = np.nan
+        lines = markers("{0}_{1}", take).splitlines()
+        lines = [f"{line},{'temperature' if k == 0 else 'warm'}" for k, line in enumerate(lines)]
+        text = "\n".join(lines[:11] + lines[13:] + [""]).replace(",,,", ",NaN,nan,")
+        recording = read(make(tmp_path, "a.csv", text), unit="mm")
+        take[10:12] = np.nan
+        assert np.allclose(
+            recording.position_mm, take.transpose(1, 2, 0), atol=1e-9, rtol=0, equal_nan=True
+        )
+        assert recording.n_gap_frames == 2
+
+    def test_units_are_those_of_the_names_or_given(self, tmp_path):
+        path = make(tmp_path, "m.csv", markers("{0}_{1}_m", TAKE / 1000, digits=9))
+        assert np.allclose(read(path).position_mm, EXPECTED, atol=1e-5)
+        path = make(tmp_path, "a.csv", markers("{0}_{1}"))
+        with pytest.raises(UnknownUnit, match=r"a\.csv: no column names the unit"):
+            read(path)
+        mixed = markers("{0}_{1}_mm").replace("B_x_mm", "B_x_m")
+        assert "unit of the columns differ" in refusal(make(tmp_path, "b.csv", mixed))
+
+    @pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
+    def test_units_of_time(self, tmp_path, unit, factor):
+        values = np.c_[TIME * factor + 1.4e9 * factor, TAKE.reshape(N, -1)]
+        names = ",".join([f"timestamp [{unit}]", *(f"{a}_{b}" for a in LABELS for b in "xyz")])
+        recording = read(make(tmp_path, "a.csv", table(names, values)), unit="mm")
+        assert recording.frame_rate_hz == pytest.approx(100, rel=1e-5)
+        assert recording.n_gap_frames == 0
+
+    @pytest.mark.parametrize(
+        ("old", "new", "said"),
+        [
+            ("B_z", "A_z", "line 1: columns 4 and 7 are both 'A_z'"),
+            ("B_z", "time", "line 1: columns 1 and 7 are both 'time'"),
+            ("time", "by hand\ntime", "line 1 is not understood before a table"),
+            ("B_z", "B_q", "line 1: 'B' has the columns x, y, but not z"),
+            (",B_z", "", "line 1: 6 names of columns, but 7 cells in line 2"),
+            ("time,A_x,A_y,A_z,B_x,B_y,B_z\n", "", "line 1 has numbers without names"),
+            ("A_x,A_y,A_z,B_x,B_y,B_z", "a,b,c,d,e,f", "line 1: no columns x, y, z of a marker"),
+            ("\n0.010000,", "\n0.000000,", "line 3: time 0.000000 follows 0.000000"),
+            ("\n0.390000,", "\n0.380000,", "line 41: time 0.380000 follows 0.380000"),
+            ("time", "frame", "line 3: expected a whole frame number, 0.01"),
+            ("\n0.050000,", "\nfive,", "line 7, column 1: 'five' is not a number, expected a time"),
+        ],
+    )
+    def test_refused(self, tmp_path, old, new, said):
+        text = markers("{0}_{1}").replace(old, new, 1)
+        rate = {"frame_rate_hz": 100.0} if new == "frame" else {}
+        assert f"a.csv: {said}" in refusal(make(tmp_path, "a.csv", text), unit="mm", **rate)
+
+    def test_constant_times_slow_times_cut_off(self, tmp_path):
+        text = markers("{0}_{1}")
+        zeros = "\n".join(  # as a spreadsheet has it
+            line if k == 0 else "0," + line.partition(",")[2]
+            for k, line in enumerate(text.split("\n"))
+        )
+        assert "line 3: time 0 follows 0" in refusal(make(tmp_path, "z.csv", zeros[:-2]), unit="mm")
+        slow = table(text.split("\n")[0], np.c_[TIME * 1e4, TAKE.reshape(N, -1)])
+        assert "frame rate of 0.01 Hz: name their unit, as in time_ms" in refusal(
+            make(tmp_path, "s.csv", slow), unit="mm"
+        )
+        cut = make(tmp_path, "c.csv", text[:-30])
+        in_time = make(tmp_path, "t.csv", text[: text.rindex("0.390000") + 3])
+        assert "t.csv: cut off: line 41 ends after 1 of 7 cells" in refusal(in_time, unit="mm")
+        assert "c.csv: cut off: line 41 ends after" in refusal(cut, unit="mm")
+        assert read(cut, unit="mm", accept_truncated=True).position_mm.shape[2] == N - 1
+
+
+TURNS = Rotation.random(N, np.random.default_rng(5))
+QUATERNION = TURNS.as_quat()
+POSITION = TAKE[:, 0] / 1000
+
+
+def pose_text(names, mark=" ", digits=9):
+    """Each column by its name; x y z first, then the quaternion."""
+    known = dict(zip("xyz", POSITION.T, strict=True))
+    known |= dict(zip(("qx", "qy", "qz", "qw"), QUATERNION.T, strict=True)) | {"t": TIME}
+    return [known[name] for name in names]
+
+
+ORDERS = [
+    ("# timestamp tx ty tz qx qy qz qw", "t x y z qx qy qz qw", " ", ".txt"),
+    ("# timestamp tx ty tz qx qy qz qw", "t x y z qx qy qz qw", " ", ".tum"),
+    ("x y z w i j k", "x y z qw qx qy qz", " ", ".txt"),
+    ("x,y,z,i,j,k,w", "x y z qx qy qz qw", ",", ".csv"),
+    ("time,px,py,pz,qw,qx,qy,qz", "t x y z qw qx qy qz", ",", ".csv"),
+    ("#timestamp [s],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],"
+     "q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []",
+     "t x y z qw qx qy qz", ",", ".csv"),
+    ("%time,field.pose.position.x,field.pose.position.y,field.pose.position.z,"
+     "field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,"
+     "field.pose.orientation.w", "t x y z qx qy qz qw", ",", ".csv"),
+    ("t\tpos_x\tpos_y\tpos_z\tquat_w\tquat_x\tquat_y\tquat_z", "t x y z qw qx qy qz", "\t", ".tsv"),
+]  # fmt: skip
+
+
+class TestPoses:
+    @pytest.mark.parametrize(("header", "order", "mark", "suffix"), ORDERS)
+    def test_the_order_is_that_of_the_header(self, tmp_path, header, order, mark, suffix):
+        values = np.transpose(pose_text(order.split()))
+        path = make(tmp_path, f"a{suffix}", table(header, values, mark, 9))
+        (label,) = labels_of(path)
+        assert bodies_of(path) == (label,)
+        rate = None if "t" in order.split() else 100.0
+        recording = read(path, [label], unit="m", frame_rate_hz=rate)
+        assert np.allclose(recording.position_mm[0].T, 1000 * POSITION, atol=1e-5)
+        assert recording.frame_rate_hz == 100
+        ours = Rotation.from_quat(orientation_of([path], label, rate).T)
+        assert (ours * TURNS.inv()).magnitude().max() < 1e-7
+
+    @pytest.mark.parametrize("suffix", [".txt", ".csv", ".tum"])
+    def test_an_order_that_is_stated(self, tmp_path, suffix):
+        order = "t x y z qw qx qy qz"
+        values = np.transpose(pose_text(order.split()))
+        wrong = "# t x y z qx qy qz qw" if suffix == ".tum" else ""
+        path = make(tmp_path, f"a{suffix}", table(wrong, values, " ", 9))
+        assert bodies_of(path, columns=order) == labels_of(path, columns=order) == ("tracker",)
+        assert read(path, ["tracker"], unit="m", columns=order).frame_rate_hz == 100
+        ours = Rotation.from_quat(orientation_of([path], "tracker", columns=order).T)
+        assert (ours * TURNS.inv()).magnitude().max() < 1e-7
+        assert f"a{suffix}: columns as given: 7 names of columns, but 8 cells" in refusal(
+            path, ["tracker"], unit="m", columns=order[2:]
+        )
+
+    @pytest.mark.parametrize("of_turn", ["{}_q{}", "{}.q.{}", "{} orientation {}"])
+    def test_several_bodies(self, tmp_path, of_turn):
+        names = ["time", *(f"{body}_{axis}" for body in "ab" for axis in "xyz")]
+        names += [of_turn.format(body, axis) for body in "ba" for axis in "wxyz"]
+        order = "t x y z x y z qx qy qz qw qw qx qy qz"
+        values = np.transpose(pose_text(order.split()))
+        path = make(tmp_path, "a.csv", table(",".join(names), values, digits=9))
+        assert bodies_of(path) == ("a", "b")
+        ours = Rotation.from_quat(orientation_of([path], "a").T)
+        assert (ours * TURNS.inv()).magnitude().max() < 1e-7
+
+    @pytest.mark.parametrize(
+        ("header", "said"),
+        [
+            ("", "line 1 has numbers without names: name its columns"),
+            ("x,y,z,q1,q2,q3,q4", "line 1 has numbers without names"),
+            ("x,y,z,qx,qy,qz,q", "'q' has the columns x, y, z, but not w"),
+            ("x,y,qx,qy,qz,qw,z2", "there are x, y, but not z"),
+        ],
+    )
+    def test_no_order_is_guessed(self, tmp_path, header, said):
+        values = np.transpose(pose_text(["x", "y", "z", "qx", "qy", "qz", "qw"]))
+        path = make(tmp_path, "a.csv", table(header, values, digits=9))
+        if header.startswith("x,y,z,q1"):  # positions alone: the quaternion has no order
+            assert bodies_of(path) == ()
+        else:
+            assert said in refusal(path, ["tracker"], unit="m", frame_rate_hz=100.0)
+
+    def test_a_real_recording_of_a_still_tracker(self, samples):
+        path = samples / "metrology/vive_accuracy/20200918_Exp1/measurementPoint1.txt"
+        values = np.loadtxt(path)
+        recording = read(path, ["tracker"])
+        assert np.array_equal(recording.position_mm[0], 1000 * values[:, :3].T)
+        assert recording.frame_rate_hz == 250
+        turned = Rotation.from_quat(orientation_of([path], "tracker").T)
+        upward = turned.inv().apply([0.0, 1.0, 0.0])  # by the matrices of 2020-10-01: -z of it
+        matrix = np.loadtxt(samples / "static_vive_pose/20201001_Exp1_measurementPoint1.txt")
+        assert upward @ matrix[:, 4:7].mean(axis=0) == pytest.approx(1, abs=0.02)
+        assert math.isclose(np.linalg.norm(upward[0]), 1, rel_tol=1e-9)

@@ -143,8 +143,9 @@ def _read_segment(
     else:
         resolution = Resolution(mm_per_step(structure), "int16")
         for label, position, count in zip(choice.labels, out, counts, strict=True):
-            count["saturated"] = n = _exclude_saturated(position, resolution.step_mm)
+            n = _exclude_saturated(position, resolution.step_mm)
             if n:
+                count["saturated"] = n
                 notes.append(
                     f"{structure.name}: {label}: {n} frames at the limit of 16-bit integers "
                     "(saturated), taken as missing"

@@ -44,6 +44,23 @@ class TestProcessors:
         wanted = "agrees" if processor != "MIPS" else "not asked (ezc3d does not read MIPS files)"
         assert recording.segments[0].second_opinion == wanted
 
+    def test_int16_at_its_limit_is_no_measurement(self, tmp_path):
+        """A count saturates at -2^15 and 2^15 - 1 (two's complement): the position is beyond it."""
+        steps = np.random.default_rng(2).integers(-100, 100, (N, 2, 4))
+        steps[..., 3] = 0
+        steps[:40, 0, 0], steps[40:60, 0, 2] = 32767, -32768
+        steps[:, 1, 1] = 32766  # one step below
+        recording = read(build(tmp_path / "a.c3d", steps, scale=0.25), second_opinion=True)
+        lost = np.isnan(recording.position_mm).all(axis=1)
+        assert np.flatnonzero(lost[0]).tolist() == list(range(60)) and not lost[1].any()
+        assert [n.get("saturated") for n in recording.n_invalid] == [60, None]
+        assert [note for note in recording.notes if "saturated" in note] == [
+            "a.c3d: M1: 60 frames at the limit of 16-bit integers (saturated), taken as missing"
+        ]
+        steps[:, 0, 0] = 32767
+        with pytest.raises(Unseen):
+            read(build(tmp_path / "b.c3d", steps, scale=0.25))
+
     def test_dec_numbers(self):
         # 1.0 is 0x4080 0000 in F_floating (VAX Architecture Reference Manual): stored 80 40 00 00.
         known = np.frombuffer(bytes.fromhex("80400000 80c00000 49410fdb"), "<u4")

@@ -49,7 +49,7 @@ def read_c3d(
     """Positions of `markers` in one C3D file or in the segments of one take.
 
     Arguments as of `io.read.read_recording`. `n_invalid` by `negative_residual`, `zero`,
-    `not_finite`.
+    `not_finite`, of integers also `saturated`.
     """
     if not paths:
         raise Refusal("no C3D file is given")
@@ -142,7 +142,26 @@ def _read_segment(
         resolution = float_resolution(out, structure.unit.mm)
     else:
         resolution = Resolution(mm_per_step(structure), "int16")
+        for label, position, count in zip(choice.labels, out, counts, strict=True):
+            n = _exclude_saturated(position, resolution.step_mm)
+            if n:
+                count["saturated"] = n
+                notes.append(
+                    f"{structure.name}: {label}: {n} frames at the limit of 16-bit integers "
+                    "(saturated), taken as missing"
+                )
     return Contents(counts, resolution, opinion, notes)
+
+
+def _exclude_saturated(position: Array, step_mm: float) -> int:
+    """Make positions (3, n_frames) NaN where a stored coordinate is at the limit of its range, as
+    whatever lies beyond is stored so, too. Returns their number. (To ezc3d they are valid, so this
+    follows its second opinion.)"""
+    limits = np.iinfo(np.int16)
+    beyond = (position <= limits.min * step_mm) | (position >= limits.max * step_mm)
+    saturated = beyond.any(axis=0)
+    position[:, saturated] = np.nan
+    return int(np.count_nonzero(saturated))
 
 
 def mm_per_step(structure: Structure) -> float:

@@ -14,7 +14,7 @@ HOST = """
 configfile: "{root}/config/config.yaml"
 
 
-config |= {{"results": "mocap", "recordings": "sheet.tsv", "calibrations": None}}
+config |= {{"results": "{results}", "recordings": "{sheet}", "calibrations": None}}
 
 
 module mocap:
@@ -31,7 +31,7 @@ rule all:
     default_target: True
     input:
         "own.txt",
-        "mocap/gate/recordings.json",
+        "{results}/{target}",
 
 
 rule own:
@@ -40,6 +40,11 @@ rule own:
     shell:
         "touch {{output}}"
 """
+
+
+def host_of(target: str, root: Path = ROOT, results: str = "mocap", sheet="sheet.tsv") -> str:
+    """Snakefile of a workflow that uses this one, for one of its results."""
+    return HOST.format(root=root, results=results, sheet=sheet, target=target)
 
 
 def folder_with_sheet(folder: Path) -> Path:
@@ -52,7 +57,7 @@ def folder_with_sheet(folder: Path) -> Path:
 def test_as_a_module_of_another_workflow(tmp_path: Path, snakemake) -> None:
     folder_with_sheet(tmp_path)
     (tmp_path / "profiles").symlink_to(ROOT / "profiles")
-    (tmp_path / "Snakefile").write_text(HOST.format(root=ROOT))
+    (tmp_path / "Snakefile").write_text(host_of("gate/recordings.json"))
     done = snakemake(tmp_path, "--cores", "1")
     assert "recording wrong refused: wrong.c3d: is not a C3D file" in done.stdout
     assert (tmp_path / "own.txt").is_file()
@@ -67,7 +72,7 @@ def test_the_plan_of_a_recording_that_was_not_checked_yet(
     for folder in (host, own):
         folder_with_sheet(folder)
     (host / "profiles").symlink_to(ROOT / "profiles")
-    text = HOST.format(root=ROOT).replace("gate/recordings.json", "recordings/wrong/verdict.json")
+    text = host_of("recordings/wrong/verdict.json")
     (host / "Snakefile").write_text(text)
     settings = ("--config", "recordings=sheet.tsv", "calibrations=")
     named = ("results/recordings/wrong/verdict.json", "--directory", str(own), *settings)

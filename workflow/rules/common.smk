@@ -2,11 +2,10 @@
 import json
 import operator
 from functools import cache, partial
-from math import ceil
 from pathlib import Path
 
 from mocap_metrology.present.text import captions
-from mocap_workflow import entries, given, remote, runs, selection, startup
+from mocap_workflow import entries, given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.faults import Faults, stop
@@ -34,9 +33,8 @@ except Faults as faults:
 
 # Marks this process for workflow/run.py, which clears the remains of a killed run.
 runs.ends_with_process()
-runs.clear_unfinished(Path(config["results"]))
+runs.claims(workflow, Path(config["results"]))
 reporting.without_markup()
-runs.clear_damaged(Path(config["results"]).glob("*/*/check.json"))
 
 
 onstart:
@@ -89,43 +87,9 @@ SUBSET = ("recording", "twin", "camera_type", "n_cameras")
 TABLE, FIGURE = ("csv", "md"), ("svg", "png")
 
 
-def memory(mb, arrays=0):
-    """`mem_mb` of a job: a base, and so many arrays with a number for each frame of the recording
-    (measured: docs/scale.md). More at each attempt, where the profile has failed jobs tried again.
-    """
-
-    def of(wildcards, attempt):
-        frames = n_frames(RECORDINGS.rows[wildcards.recording]) if arrays else 0
-        return attempt * round(mb + 8e-6 * arrays * frames)
-
-    return of
-
-
-def n_frames(row):
-    """Frames of a recording; of a real one as its check counted them."""
-    if row.twin is None:
-        return verdict("recording", row.name).get("n_frames", 0)
-    twin = TWINS[row.twin]
-    return twin.duration_s * twin.frame_rate_hz
-
-
-SLOWEST = 10  # times the measured seconds: processors differ, and others use them too
-
-
-def minutes(count, seconds=0):
-    """`runtime` of a job, likewise: a base, and seconds for a million positions, which are frames
-    times markers (measured: docs/scale.md)."""
-
-    def of(wildcards, attempt):
-        millions = positions(RECORDINGS.rows[wildcards.recording]) / 1e6 if seconds else 0
-        return attempt * ceil(count + SLOWEST * seconds * millions / 60)
-
-    return of
-
-
-def positions(row):
-    """Frames times markers of a recording; a twin has two."""
-    return n_frames(row) * (2 if row.twin else max(len(row.markers), 1))
+# `mem_mb` and `runtime` of a job.
+NEEDS = needs.Needs(recordings, TWINS)
+memory, minutes = NEEDS.memory, NEEDS.minutes
 
 
 # Values of the rule's own row of a sheet.

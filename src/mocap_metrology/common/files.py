@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 Metadata = dict[str, Any]  # of a table, as JSON holds it
 METADATA_KEY = b"mocap_metrology"
+RUN = "MOCAP_METROLOGY_RUN"  # in the environment: mark of the run of the workflow
 CHECKSUM = "user.mocap_metrology.sha256"  # extended attribute of a file
 ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
 
@@ -41,11 +42,13 @@ def whole(path: str | Path) -> Iterator[Path]:
     """Yield a name beside `path` to write to; on success it replaces `path`, on failure it is
     removed.
 
-    The name is unique, so a killed job leaves at most a `.part-*` file and never half a result.
+    The name is unique, so a killed job leaves at most a `.part-*` file and never half a result. It
+    begins with the mark of the run, by which the next run knows it.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".part-{uuid.uuid4().hex[:12]}-{path.name}")
+    prefix = part_prefix(os.environ.get(RUN, ""))
+    part = path.with_name(f"{prefix}{uuid.uuid4().hex[:12]}-{path.name}")
     try:
         yield part
         _sign(part)
@@ -53,6 +56,11 @@ def whole(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(FileNotFoundError):
             part.unlink()
+
+
+def part_prefix(run: str) -> str:
+    """With what the names of unfinished files of a run begin."""
+    return f".part-{run[:12]}-" if run else ".part-"
 
 
 @contextmanager

@@ -51,8 +51,8 @@ def runner(folder: Path, root: Path, snakemake):
     """A call that makes the results, and others that it is given."""
     settings = ("--config", "recordings=sheet.tsv", "calibrations=", "results=results", QUICK)
 
-    def run(*arguments: str):
-        where = ("--directory", str(folder), "--cores", "2", *settings)
+    def run(*arguments: str, options: tuple[str, ...] = ()):
+        where = ("--directory", str(folder), "--cores", "2", *options, *settings)
         return snakemake(root, *where, "--", *MADE, *arguments)
 
     return run
@@ -95,6 +95,11 @@ def test_a_damaged_text_and_a_damaged_check_are_made_again(tmp_path: Path, compu
     assert f"group_tables g: {OWN}outliers.csv is damaged: " in failed.stdout
     assert not path.exists()
     check.write_bytes(check.read_bytes()[:-20])
+    plan = run(TABLE, options=("-n",))  # clears nothing
+    assert plan.returncode == 1
+    assert f"{OWN}check.json is damaged; the next run makes it anew" in plan.stdout
+    assert "Traceback" not in plan.stdout
+    assert check.exists()
     again = run(f"{OWN}check.json", TABLE)
     assert again.returncode == 0, again.stdout
     assert "check.json is damaged: its content is not what was written" in again.stdout

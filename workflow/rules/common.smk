@@ -4,6 +4,8 @@ import operator
 from functools import cache, partial
 from pathlib import Path
 
+from snakemake.exceptions import WorkflowError
+
 from mocap_metrology.present.text import captions
 from mocap_workflow import entries, given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
@@ -143,7 +145,10 @@ CHECK = branch(cell("twin"), otherwise=["<results>/recordings/{recording}/check.
 def verdict(kind, name):
     """check.json of a real recording or calibration: `ok`, `why`, `warnings`."""
     check = getattr(checkpoints, f"check_{kind}").get(**{kind: name})
-    return json.loads(Path(check.output[0]).read_text(encoding="utf-8"))
+    try:
+        return json.loads(Path(check.output[0]).read_text(encoding="utf-8"))
+    except ValueError:
+        raise WorkflowError(f"{check.output[0]} is damaged; the next run makes it anew") from None
 
 
 def is_accepted(row):

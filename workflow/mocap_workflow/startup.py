@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.paths import exists
 from mocap_workflow import rows
 from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
@@ -23,6 +24,22 @@ def found(value: str | None, root: Path) -> str | None:
     if value is None or exists(value) or not exists(root / value):
         return value
     return str(root / value)
+
+
+def check_files(paths: Iterable[str | Path]) -> None:
+    """Refuse files of the configuration that Snakemake would read with the last of two equal keys,
+    or not to the end."""
+    faults = []
+    for path in paths:
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+            (load_json if text.lstrip().startswith("{") else load_yaml)(text)
+        except OSError as error:
+            faults.append(f"{path}: {error.strerror}; expected a configuration")
+        except ValueError as error:
+            faults.append(f"{path}: {error}; expected YAML or JSON")
+    if faults:
+        raise Faults(faults)
 
 
 def configuration(config: Mapping[str, object], root: Path) -> Settings:

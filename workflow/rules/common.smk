@@ -18,7 +18,14 @@ ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
 
 
 # A working folder without a config of its own gets the project's.
-configfile: "config/config.yaml" if Path("config/config.yaml").is_file() else f"{ROOT}/config/config.yaml"
+OWN = "config/config.yaml" if Path("config/config.yaml").is_file() else f"{ROOT}/config/config.yaml"
+try:
+    startup.check_files([*workflow.configfiles, OWN])
+except Faults as faults:
+    stop(faults)
+
+
+configfile: OWN
 
 
 try:

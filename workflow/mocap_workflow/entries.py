@@ -45,7 +45,7 @@ def load_twins(path: str | None) -> TwinsFile:
     except (OSError, UnicodeDecodeError) as error:
         raise Faults([f"{path}: {error}; expected the file of twins"]) from None
     except ValueError as error:
-        raise Faults([f"{path}: {error}; expected YAML"]) from None
+        raise Faults([f"{path}: no readable YAML: {error}"]) from None
     if not isinstance(content, dict) or not isinstance(content.get("twins"), dict):
         raise Faults([f"{path}: no section twins; expected twins: with a name for each"])
     faults = [

@@ -37,7 +37,7 @@ def check_files(paths: Iterable[str | Path]) -> None:
         except OSError as error:
             faults.append(f"{path}: {error.strerror}; expected a configuration")
         except ValueError as error:
-            faults.append(f"{path}: {error}; expected YAML or JSON")
+            faults.append(f"{path}: no readable YAML or JSON: {error}")
     if faults:
         raise Faults(faults)
 
@@ -71,6 +71,7 @@ def sheets(
         faults += _tracked_in_turn(calibrations)
     except Faults as found:
         faults += found.lines
+    faults += _spelled_otherwise([*recordings.values(), *calibrations.values()])
     if faults:
         raise Faults(faults)
     return recordings, calibrations
@@ -85,6 +86,23 @@ def _tracked_in_turn(rows: Mapping[str, CalibrationRow]) -> list[str]:
         for name, row in rows.items()
         if (other := row.tracked_with_row) and rows[other].tracked_with
     ]
+
+
+def _spelled_otherwise(rows: Iterable[RecordingRow | CalibrationRow]) -> list[str]:
+    """Rows whose group or setup differs from that of an earlier row in upper and lower case alone:
+    to some file systems, their results would be the same files."""
+    first: dict[tuple[str, str], tuple[str, RecordingRow | CalibrationRow]] = {}
+    faults = []
+    for row in rows:
+        named = (("group", row.group), ("setup", getattr(row, "setup", "")))
+        for column, value in named:
+            known, other = first.setdefault((column, value.casefold()), (value, row))
+            if value != known:
+                faults.append(
+                    f'{row.KIND}s, {row.KIND} "{row.name}", column {column}: "{value}"; '
+                    f'expected "{known}" as of {other.KIND} "{other.name}", or another name'
+                )
+    return faults
 
 
 def recording_twins(

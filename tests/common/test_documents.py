@@ -23,7 +23,10 @@ def repeated(first: str, later: str) -> str:
     [
         (repeated("[x]", "[{}]"), "line 7: too much"),
         (repeated("{k: 1}", "{{<<: [{}]}}"), "line 7: too much"),
-        ("\n".join(["a0: &a0 [x]", *(f"a{k}: &a{k} [*a{k - 1}]" for k in range(1, 5000))]), "too m"),
+        (
+            "\n".join(["a0: &a0 [x]", *(f"a{k}: &a{k} [*a{k - 1}]" for k in range(1, 5000))]),
+            "too m",
+        ),
         ("a: &a [*a]", "line 1: too much"),
         ("[" * 100_000, "line 1: nested 101 deep"),
         ("".join(" " * k + "a:\n" for k in range(2000)), "nested 101 deep"),

@@ -17,7 +17,9 @@ import pytest
 STORE = Path("/etc/ssl/certs")  # of Linux
 CA = "openssl req -x509 -newkey rsa:2048 -nodes -keyout ca.key -out ca.pem -subj /CN=proxy -days 2"
 KEY = "openssl req -newkey rsa:2048 -nodes -keyout key.pem -out key.csr -subj /CN=localhost"
-SIGN = "openssl x509 -req -in key.csr -CA ca.pem -CAkey ca.key -CAcreateserial -out cert.pem -days 2"
+SIGN = (
+    "openssl x509 -req -in key.csr -CA ca.pem -CAkey ca.key -CAcreateserial -out cert.pem -days 2"
+)
 SIGN += " -extfile names"
 PROBES = {
     "uv": "echo toy | $(CLEAN) {bin}/uv pip compile --quiet --no-cache --index-url {url} -",

@@ -17,8 +17,8 @@ import pytest
 from mocap_workflow import runs
 from mocap_workflow.faults import Faults
 from running import command, environment
-from test_elsewhere import host_of
 from snakemake.persistence.file import FilePersistence
+from test_elsewhere import host_of
 
 from mocap_metrology.common.files import part_prefix
 

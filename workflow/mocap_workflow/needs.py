@@ -1,8 +1,8 @@
 """`mem_mb` and `runtime` of a job, by the size of its recording (measured: docs/scale.md).
 
-They are more at each attempt, where the profile has failed jobs tried again. The size is that of the
-files or the length of the twin, and not what a check counted: Snakemake asks for the memory of a
-job before the check of its recording is done.
+They are more at each attempt, where the profile has failed jobs tried again. The size is that of
+the files or the length of the twin, and not what a check counted: Snakemake asks for the memory of
+a job before the check of its recording is done.
 """
 
 from __future__ import annotations

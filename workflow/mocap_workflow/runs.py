@@ -100,7 +100,7 @@ def began(record: Path = RECORD) -> None:
 def _write(record: Path) -> None:
     """Record this process, and mark the jobs that it will start."""
     process, host = psutil.Process(), socket.gethostname()
-    run = Run(host, process.pid, process.create_time(), OWN_MARK, os.getcwd())
+    run = Run(host, process.pid, process.create_time(), OWN_MARK, str(Path.cwd()))
     os.environ[MARK] = run.mark
     record.parent.mkdir(parents=True, exist_ok=True)
     part = record.with_suffix(f".{run.pid}")
@@ -196,8 +196,8 @@ class Workflow(Protocol):
 
 def claims(workflow: Workflow, results: Path) -> None:
     """Have Snakemake claim the folder of results before it plans what it will do there, and before
-    `--unlock` and `--delete-all-output`. A dry run, a job and what only shows something (`--summary`, `--report`) claim and
-    clear nothing."""
+    `--unlock` and `--delete-all-output`. A dry run, a job and what only shows something
+    (`--summary`, `--report`) claim and clear nothing."""
 
     def claimed(action: Callable[..., Any], unlocks: bool) -> Callable[..., Any]:
         @wraps(action)

@@ -71,7 +71,7 @@ def _expect_shallow(events: Iterable[yaml.Event]) -> None:
 
 
 def _line(part: yaml.Event | yaml.Node) -> str:
-    return f"line {part.start_mark.line + 1}: "
+    return f"line {part.start_mark.line + 1}: " if part.start_mark else ""
 
 
 def _size(node: yaml.Node, known: dict[int, tuple[int, int]]) -> tuple[int, int]:

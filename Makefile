@@ -10,9 +10,12 @@ FOLDER := $(if $(filter command,$(origin RESULTS)),results=$(RESULTS))
 WITH = $(if $(FOLDER),$(if $(filter --config,$(ARGS)),$(patsubst --config,--config $(FOLDER),$(ARGS)),$(ARGS) --config $(FOLDER)),$(ARGS))
 BIN := .venv/bin
 LOCK := requirements/requirements.txt
+# The certificates of the system, or those of SSL_CERT_FILE: behind a proxy that inspects TLS, its own is there.
+CERTS = $(shell $(PYTHON) -c 'import ssl; p = ssl.get_default_verify_paths(); print(p.cafile or p.capath or "")' 2>/dev/null)
 # Settings of the machine's pip and python must not leak into a locked environment.
-CLEAN := env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL -u PYTHONPATH \
-	-u VIRTUAL_ENV PIP_CONFIG_FILE=/dev/null PIP_DISABLE_PIP_VERSION_CHECK=1
+CLEAN = env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL -u PYTHONPATH \
+	-u VIRTUAL_ENV PIP_CONFIG_FILE=/dev/null PIP_DISABLE_PIP_VERSION_CHECK=1 \
+	UV_SYSTEM_CERTS="$${UV_SYSTEM_CERTS:-1}" PIP_CERT="$${PIP_CERT:-$${REQUESTS_CA_BUNDLE:-$(CERTS)}}"
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run

@@ -121,10 +121,17 @@ def fill_disk(folder: Path, chance: random.Random, within_s: float) -> bool:
 
 
 def start_twice(folder: Path, chance: random.Random, within_s: float) -> bool:
-    """A second run of the same folder is refused while the first works."""
+    """A second run of the same folder, or into its results from another one, is refused while the
+    first works."""
+    other = folder
+    if chance.random() < 0.5:
+        other = write_inputs(folder / "elsewhere")
+        (folder / "results").mkdir(exist_ok=True)
+        (other / "results").unlink(missing_ok=True)
+        (other / "results").symlink_to(folder / "results")
     run = start(folder)
     struck = works(run, chance.uniform(0, within_s / 2))
-    second = start(folder)
+    second = start(other)
     for _ in range(round(ENOUGH_S / PAUSE_S)):
         statuses = [one.poll() for one in (run, second)]
         if statuses != [None, None]:

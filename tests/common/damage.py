@@ -70,7 +70,8 @@ def outcomes(path: Path, n: int, seed: int, checksum: bool = True) -> Counter[tu
     """Kind and outcome of `n` damaged copies of a file, counted."""
     counts: Counter[tuple[str, str]] = Counter()
     with tempfile.TemporaryDirectory(dir=path.parent) as folder:
-        copy = Path(shutil.copy2(path, folder))  # with its checksum
+        (Path(folder) / path.parent.name).mkdir()
+        copy = Path(shutil.copy2(path, Path(folder) / path.parent.name))  # with its checksum
         if not checksum and has_checksum(copy):
             os.removexattr(copy, CHECKSUM)
         expected = content(copy)

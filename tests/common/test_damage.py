@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ from damage import has_checksum, outcomes
 
 from mocap_metrology.common.errors import Damaged, Refusal
 from mocap_metrology.common.files import (
+    open_table,
     read_metadata,
     read_table,
     verify,
@@ -51,6 +54,36 @@ def test_no_damage_is_silent(tmp_path: Path, name: str) -> None:
     by_outcome = {outcome for _, outcome in found}
     assert by_outcome <= {"found", "harmless"}, found
     assert sum(n for (_, outcome), n in found.items() if outcome == "found") > 0.9 * MUTANTS
+
+
+@pytest.mark.parametrize("name", ["noise.csv", "pose.json", "clean.parquet"])
+def test_a_sound_file_in_the_place_of_another_is_found(tmp_path: Path, name: str) -> None:
+    """Of another recording, or another of the same one; a folder of results may be moved."""
+    path = tmp_path / "results/recordings/a" / name
+    write(path)
+    if not os.listxattr(path):
+        pytest.skip("this file system keeps no extended attributes")
+    moved = (tmp_path / "results").rename(tmp_path / "moved") / "recordings/a" / name
+    verify(moved)
+    for other in (moved.parents[1] / "b" / name, moved.with_name(f"other{moved.suffix}")):
+        other.parent.mkdir(exist_ok=True)
+        shutil.copy2(moved, other)
+        with pytest.raises(Damaged, match=f"it was written as a/{name}"):
+            verify(other)
+
+
+def test_a_table_without_attributes_is_known_by_its_origin(tmp_path: Path) -> None:
+    path, other = (tmp_path / f"recordings/{name}/clean.parquet" for name in "ab")
+    write_table(path, {"frame": np.arange(3)}, {"recording": "a"})
+    other.parent.mkdir()
+    other.write_bytes(path.read_bytes())
+    for read in (read_table, read_metadata, open_table):
+        read(path)
+        with pytest.raises(Damaged, match="it is of a;"):
+            read(other)
+    elsewhere = tmp_path / "mine.parquet"
+    elsewhere.write_bytes(path.read_bytes())
+    assert read_metadata(elsewhere) == {"recording": "a"}
 
 
 @pytest.mark.parametrize("name", ["noise.csv", "pose.json"])

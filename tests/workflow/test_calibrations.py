@@ -47,6 +47,28 @@ def test_a_right_calibration_becomes_values_of_their_types(folder: Path) -> None
     assert row.reference_labels_master == ("a", "b", "c")
 
 
+def test_groups_and_setups_that_differ_in_case_alone_are_refused(folder: Path) -> None:
+    """Also between the sheets, as pages of groups are made of both."""
+    rows_of = [("s1-1", "Hall", "s1"), ("s1-2", "hall", "S1"), ("s1-3", "Hall", "s1")]
+    cells = [
+        CALIBRATION | {"calibration": name, "group": group, "setup": setup}
+        for name, group, setup in rows_of
+    ]
+    path = write_sheet(folder, list(CalibrationRow.columns()), *cells)
+    calibrations = str(Path(path).rename(folder / "calibrations.tsv"))
+    row = {"recording": "A", "path": "a.c3d", "markers": "M", "group": "HALL"}
+    recordings = write_sheet(folder, list(row), row)
+    with pytest.raises(Faults) as caught:
+        startup.sheets({"recordings": recordings, "calibrations": calibrations}, [])
+    assert caught.value.lines[1:3] == [
+        'calibrations, calibration "s1-2", column group: "hall"; '
+        'expected "HALL" as of recording "A", or another name',
+        'calibrations, calibration "s1-2", column setup: "S1"; '
+        'expected "s1" as of calibration "s1-1", or another name',
+    ]
+    assert len(caught.value.lines) == 4  # group of s1-1 and s1-3
+
+
 @pytest.mark.parametrize(
     ("cells", "expected"),
     [

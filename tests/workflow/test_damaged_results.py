@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from running import write_sheet
 
+from mocap_metrology.common.files import read_table, write_table
 from mocap_metrology.io.c3d.write import write_c3d
 
 HEADER = ["recording", "path", "markers", "group"]
@@ -51,8 +52,8 @@ def runner(folder: Path, root: Path, snakemake):
     """A call that makes the results, and others that it is given."""
     settings = ("--config", "recordings=sheet.tsv", "calibrations=", "results=results", QUICK)
 
-    def run(*arguments: str):
-        where = ("--directory", str(folder), "--cores", "2", *settings)
+    def run(*arguments: str, options: tuple[str, ...] = ()):
+        where = ("--directory", str(folder), "--cores", "2", *options, *settings)
         return snakemake(root, *where, "--", *MADE, *arguments)
 
     return run
@@ -95,7 +96,27 @@ def test_a_damaged_text_and_a_damaged_check_are_made_again(tmp_path: Path, compu
     assert f"group_tables g: {OWN}outliers.csv is damaged: " in failed.stdout
     assert not path.exists()
     check.write_bytes(check.read_bytes()[:-20])
+    plan = run(TABLE, options=("-n",))  # clears nothing
+    assert plan.returncode == 1
+    assert f"{OWN}check.json is damaged; the next run makes it anew" in plan.stdout
+    assert check.exists()
     again = run(f"{OWN}check.json", TABLE)
     assert again.returncode == 0, again.stdout
     assert "check.json is damaged: its content is not what was written" in again.stdout
+    assert contents(tmp_path) == expected
+
+
+def test_a_sound_table_of_another_recording_is_made_again(tmp_path: Path, computed) -> None:
+    run, expected = computed
+    columns, origin = read_table(tmp_path / OWN / "trajectories.parquet")
+    strange = tmp_path / "results/recordings/strange/trajectories.parquet"
+    write_table(strange, columns, origin | {"recording": "strange"})
+    own = tmp_path / OWN / "trajectories.parquet"
+    own.write_bytes(strange.read_bytes())
+    (tmp_path / OWN / "allan.parquet").unlink()
+    failed = run()
+    assert failed.returncode == 1
+    assert f"{OWN}trajectories.parquet is damaged: it is of strange; " in failed.stdout
+    again = run()
+    assert again.returncode == 0, again.stdout
     assert contents(tmp_path) == expected

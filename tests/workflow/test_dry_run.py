@@ -50,10 +50,15 @@ def test_wrong_input_is_lines_and_status_1(toy: Path, snakemake) -> None:
     (toy / "config/dumps.tsv").write_text("calibration\tsetup\n")
     wrong = ("recording=x", "seed=-1")
     named = ("recordings=config/mine.tsv", "calibrations=config/dumps.tsv")
-    settings, sheets = side_by_side(
+    (toy / "config/mine.yaml").write_text("seed: 1\nnoise: {}\nseed: 2\n")
+    settings, sheets, twice = side_by_side(
         lambda: snakemake(toy, "-n", "--config", *wrong),
         lambda: snakemake(toy, "-n", "--config", *named),
+        lambda: snakemake(toy, "-n", "--configfile", "config/mine.yaml"),
     )
+    assert twice.returncode == 1
+    line = "no readable YAML or JSON: line 3: key seed is repeated; expected once"
+    assert twice.stdout.splitlines()[-1].endswith(f"config/mine.yaml: {line}")
     assert settings.returncode == 1
     assert settings.stdout.splitlines()[-2:] == [
         "config, key recording: unknown; did you mean recordings?",

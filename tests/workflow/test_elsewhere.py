@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from running import command, environment, planned
+from running import command, environment, planned, side_by_side
 
 ROOT = Path(__file__).resolve().parents[2]
 SHEET = "recording\tpath\tmarkers\tgroup\nwrong\twrong.c3d\tA;B\tlab\n"
@@ -14,7 +14,7 @@ HOST = """
 configfile: "{root}/config/config.yaml"
 
 
-config |= {{"results": "mocap", "recordings": "sheet.tsv", "calibrations": None}}
+config |= {{"results": "{results}", "recordings": "{sheet}", "calibrations": None}}
 
 
 module mocap:
@@ -31,7 +31,7 @@ rule all:
     default_target: True
     input:
         "own.txt",
-        "mocap/gate/recordings.json",
+        "{results}/{target}",
 
 
 rule own:
@@ -40,6 +40,11 @@ rule own:
     shell:
         "touch {{output}}"
 """
+
+
+def host_of(target: str, root: Path = ROOT, results: str = "mocap", sheet="sheet.tsv") -> str:
+    """Snakefile of a workflow that uses this one, for one of its results."""
+    return HOST.format(root=root, results=results, sheet=sheet, target=target)
 
 
 def folder_with_sheet(folder: Path) -> Path:
@@ -52,11 +57,33 @@ def folder_with_sheet(folder: Path) -> Path:
 def test_as_a_module_of_another_workflow(tmp_path: Path, snakemake) -> None:
     folder_with_sheet(tmp_path)
     (tmp_path / "profiles").symlink_to(ROOT / "profiles")
-    (tmp_path / "Snakefile").write_text(HOST.format(root=ROOT))
+    (tmp_path / "Snakefile").write_text(host_of("gate/recordings.json"))
     done = snakemake(tmp_path, "--cores", "1")
     assert "recording wrong refused: wrong.c3d: is not a C3D file" in done.stdout
     assert (tmp_path / "own.txt").is_file()
     assert (tmp_path / "mocap/recordings/wrong/check.json").is_file()
+
+
+def test_the_plan_of_a_recording_that_was_not_checked_yet(
+    tmp_path: Path, root: Path, snakemake
+) -> None:
+    """Of its verdict, by name here, and as an input of another workflow's rule."""
+    host, own = tmp_path / "host", tmp_path / "own"
+    for folder in (host, own):
+        folder_with_sheet(folder)
+    (host / "profiles").symlink_to(ROOT / "profiles")
+    text = host_of("recordings/wrong/verdict.json")
+    (host / "Snakefile").write_text(text)
+    settings = ("--config", "recordings=sheet.tsv", "calibrations=")
+    named = ("results/recordings/wrong/verdict.json", "--directory", str(own), *settings)
+    plans = side_by_side(
+        lambda: snakemake(root, "-n", *named), lambda: snakemake(host, "-n", "--cores", "1")
+    )
+    jobs = ("check_recording", "trajectories", "series_statistics", "noise", "verdict")
+    assert [plan.returncode for plan in plans] == [0, 0], plans[0].stdout + plans[1].stdout
+    here, there = (planned(plan.stdout) for plan in plans)
+    assert here == dict.fromkeys(jobs, 1), plans[0].stdout
+    assert there == {f"mocap_{job}": 1 for job in jobs} | {"own": 1, "all": 1}, plans[1].stdout
 
 
 def test_in_another_directory(tmp_path: Path, root: Path, snakemake) -> None:

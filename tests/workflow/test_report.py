@@ -78,6 +78,13 @@ SHOWN = """(() => {
   const there = html ? window.loaded === result.data_uri : shown?.naturalWidth > 0;
   return shown?.src === result.data_uri && there;
 })()"""
+# Left and top edge of the title in its page, as scrolled to the top, and its width
+TITLE = """(() => {
+  const title = document.querySelector(".prose h1"), page = title.closest(".overflow-auto");
+  page.scrollTo(0, 0);
+  const {left, top, right} = title.getBoundingClientRect();
+  return [left - page.getBoundingClientRect().left, top, right - left];
+})()"""
 LINKS = "[...document.querySelectorAll('.mm a')].map(a => [a.textContent, a.getAttribute('href')])"
 
 
@@ -98,9 +105,16 @@ def test_opens_without_error_or_network(made, tmp_path) -> None:
         seen.open(page.as_uri(), f"{READY} && {LINKS}.length")
         links = dict(seen.evaluate(LINKS))
         menu = seen.until("document.querySelector('nav').innerText").split("\n")
+        titles = []
+        for width, height in ((1400, 900), (400, 800)):
+            seen.size(width, height)
+            titles.append(seen.evaluate(TITLE))
     assert seen.errors == []
     assert {url.partition(":")[0] for url in seen.requests} == {"data", "file"}
     assert {url for url in seen.requests if url.startswith("file")} == {page.as_uri()}
+    for left, top, _ in titles:  # beside the menu, and not above or left of what can be reached
+        assert 0 <= left < 30 and 0 <= top < 60
+    assert titles[0][2] > 1000 and titles[1][2] > 300
     for words in ("How good is", "hall: recordings", "hall: calibrations", "wrong", "refused"):
         assert words in front
     assert links["short"] == "details/recordings/short.html"

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import math
+import os
 import re
+from pathlib import Path
 from types import SimpleNamespace
+
+from mocap_workflow.needs import Needs
 
 
 def rules(root) -> dict[str, str]:
@@ -25,29 +28,23 @@ def test_every_rule_says_what_it_needs_and_where_it_tells(root) -> None:
         assert "threads:" not in body, f"{name}: one thread, so that --cores changes no byte"
 
 
-def test_memory_and_time_grow_with_a_recording(root) -> None:
+def test_memory_and_time_grow_with_a_recording(tmp_path: Path) -> None:
     """With its frames, and time with its markers, too; and at each attempt."""
-    text = (root / "workflow/rules/common.smk").read_text(encoding="utf-8")
-    code = text[text.index("def memory(") : text.index("def settings(")]
-    rows = {
-        "short": SimpleNamespace(name="short", twin=None, markers=["A", "B"]),
-        "long": SimpleNamespace(name="long", twin=None, markers=["A", "B"]),
-        "many": SimpleNamespace(name="many", twin=None, markers=list("ABCDEFGHIJ")),
-        "made": SimpleNamespace(name="made", twin="T", markers=[]),
-    }
-    frames = {"short": 1200, "long": 38_880_000, "many": 38_880_000}
-    given = {
-        "ceil": math.ceil,
-        "RECORDINGS": SimpleNamespace(rows=rows),
-        "TWINS": {"T": SimpleNamespace(duration_s=324_000.0, frame_rate_hz=120.0)},
-        "selection": SimpleNamespace(most_frames=lambda row: frames[row.name]),
-        "config": {},
-    }
-    exec(code, given)
+    frames = {"short": (1200, "AB"), "long": (38_880_000, "AB"), "many": (38_880_000, "ABCDEFGHIJ")}
+    rows = {"made": SimpleNamespace(twin="T"), "distant": SimpleNamespace(twin=None, markers="A")}
+    for name, (count, markers) in frames.items():
+        paths = [tmp_path / f"{name}{part}" for part in range(2)]
+        for path in paths:  # of frames of whole numbers, the smallest there are
+            path.touch()
+            os.truncate(path, count // 2 * len(markers) * 8)
+        rows[name] = SimpleNamespace(twin=None, markers=markers, paths=[*map(str, paths)])
+    rows["distant"].paths = ["s3://lab/a.c3d"]
+    twin = SimpleNamespace(duration_s=324_000.0, frame_rate_hz=120.0)
+    needs = Needs(rows, {"T": twin})
     need = {
         name: [
             of(SimpleNamespace(recording=name), attempt)
-            for of in (given["memory"](1000, arrays=10), given["minutes"](30, seconds=2))
+            for of in (needs.memory(1000, arrays=10), needs.minutes(30, seconds=2))
             for attempt in (1, 2)
         ]
         for name in rows
@@ -56,4 +53,5 @@ def test_memory_and_time_grow_with_a_recording(root) -> None:
     assert need["long"] == [4110, 8220, 56, 112]
     assert need["many"] == [4110, 8220, 160, 320]
     assert need["made"] == need["long"]
-    assert given["minutes"](10)(SimpleNamespace(), 2) == 20
+    assert need["distant"] == [1000, 2000, 30, 60]
+    assert needs.minutes(10)(SimpleNamespace(), 2) == 20

@@ -17,8 +17,10 @@ import pytest
 from mocap_workflow import runs
 from running import command, environment
 from snakemake.persistence.file import FilePersistence
+from test_elsewhere import host_of
 
 from mocap_metrology.common.faults import Faults
+from mocap_metrology.common.files import part_prefix
 
 PLAIN = command()[3:]
 TABLE = "results/tables/g_noise.csv"  # of a and b, which suffice
@@ -46,7 +48,7 @@ def sleeper() -> Iterator[subprocess.Popen]:
 
 def write(record: Path, **other) -> None:
     """A run of this host whose process is gone, or with other values."""
-    gone = runs.Run(socket.gethostname(), 2**22 + 1, 1.0, OWN)
+    gone = runs.Run(socket.gethostname(), 2**22 + 1, 1.0, OWN, str(record.parent))
     record.write_text(json.dumps(dataclasses.asdict(gone) | other))
 
 
@@ -202,34 +204,139 @@ def test_of_two_runs_at_once_after_a_kill_one_is_refused(toy: Path, root: Path) 
     assert not record.exists()
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a long name " * 30 + ".csv", "fit"])
-def test_unfinished_results_are_removed_by_the_marks_of_snakemake(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+@pytest.fixture
+def left(tmp_path: Path) -> tuple[Path, dict[str, Path]]:
+    """Folder of results, by a link, in which a run of another folder was killed; files by name."""
+    killed, results = tmp_path / "killed", tmp_path / "disk/results"
+    (results / "recordings").mkdir(parents=True)
+    (killed / "results").parent.mkdir()
+    (killed / "results").symlink_to(results)
+    marks = FilePersistence(path=killed / ".snakemake")
+    write(results / runs.CLAIM, folder=str(killed))
+    write(killed / runs.RECORD, folder=str(killed))
+    files = {
+        "part": results / f"recordings/{part_prefix(OWN)}0-allan.parquet",
+        "long": results / ("recordings/" + "a long name " * 18 + ".csv"),
+        "unfinished": results / "recordings/a.csv",
+        "finished": results / "recordings/b.csv",
+        "own": results / "recordings/.part-list",
+        "of another run": results / f"recordings/{part_prefix('another run')}0-psd.parquet",
+        "outside": tmp_path / "recording.c3d",
+    }
+    for path in files.values():
+        path.write_text("half")
+    for name in ("long", "unfinished"):
+        marks._mark_incomplete(f"results/recordings/{files[name].name}", None)
+    marks._mark_incomplete(str(files["outside"]), None)
+    return killed / "results", files
+
+
+def there(files: dict[str, Path]) -> set[str]:
+    return {name for name, path in files.items() if path.exists()}
+
+
+def test_what_the_record_of_a_killed_run_names_is_cleared_and_nothing_else(
+    left, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    results, files = left
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    runs.claim(Path("../disk/results"))
+    assert there(files) == files.keys() - {"part", "long", "unfinished"}
+    assert "cleared what a killed run" in capsys.readouterr().err
+    own = runs.read(results / runs.CLAIM)
+    assert (own.pid, own.folder) == (os.getpid(), str(tmp_path / "elsewhere"))
+    runs.claim(results)  # as a workflow that uses this one twice
+    runs.ended(results / runs.CLAIM)
+    assert not (results / runs.CLAIM).exists()
+
+
+@pytest.mark.parametrize("of", ["alive", "elsewhere"])
+def test_results_of_another_run_are_not_touched(
+    left, sleeper: subprocess.Popen, monkeypatch: pytest.MonkeyPatch, of: str
+) -> None:
+    results, files = left
+    monkeypatch.chdir(results.parents[1])
+    if of == "alive":
+        process = psutil.Process(sleeper.pid)
+        other = {"pid": process.pid, "began_s": process.create_time()}
+    else:
+        other = {"host": "elsewhere"}
+    write(results / runs.CLAIM, **other)
+    before = (results / runs.CLAIM).read_text()
+    with pytest.raises(Faults, match=f"^{results}: .* is active here .*; expected none"):
+        runs.claim(results)
+    assert (results / runs.CLAIM).read_text() == before
+    assert there(files) == files.keys()
+    assert sleeper.poll() is None
+
+
+def test_unlock_clears_what_a_run_of_another_host_left(left) -> None:
+    results, files = left
+    write(results / runs.CLAIM, host="elsewhere", folder=str(results.parent))
+    write(results.parent / runs.RECORD, host="elsewhere", folder=str(results.parent))
+    runs.claim(results, unlocks=True)
+    assert there(files) == files.keys() - {"part", "long", "unfinished"}
+    runs.ended(results / runs.CLAIM)
+
+
+def test_marks_in_a_folder_that_is_locked_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    results, marks = Path("results/recordings"), FilePersistence(path=tmp_path / ".snakemake")
-    results.mkdir(parents=True)
-    unfinished, finished = results / name[:200], results / "finished.csv"
-    foreign = tmp_path / "recording.c3d"
-    if "." in name:
-        unfinished.write_text("half")
-    else:
-        unfinished.mkdir()
-        (unfinished / "z1.svg").write_text("half")
-    for path in (finished, foreign, results / ".part-0-allan.parquet"):
-        path.write_text("whole")
-    for path in (str(unfinished), str(foreign), str(results / "not begun.csv")):
+    results, marks = Path("results"), FilePersistence(path=tmp_path / ".snakemake")
+    (results / "fit").mkdir(parents=True)
+    (results / "fit/z1.svg").write_text("half")
+    for path in ("results/fit", "results/not begun.csv"):
         marks._mark_incomplete(path, None)
     lock = tmp_path / ".snakemake/locks/0.output.lock"
     lock.write_text("")
-    assert not runs.clear_unfinished(Path("results"))
-    assert unfinished.exists()
+    assert not runs.clear_unfinished(results)
     lock.unlink()
-    assert unfinished in runs.clear_unfinished(Path("results"))
-    assert [path.name for path in results.iterdir()] == ["finished.csv"]
-    assert foreign.read_text() == "whole"
-    assert not marks._filter_incomplete_keys([str(unfinished)])
-    assert not runs.clear_unfinished(Path("results"))
+    assert tmp_path / "results/fit" in runs.clear_unfinished(results)
+    assert not list(results.iterdir())
+    assert not marks._filter_incomplete_keys(["results/fit"])
+    assert not runs.clear_unfinished(results)
+
+
+def test_of_two_runs_from_two_folders_the_second_is_refused(
+    toy: Path, tmp_path_factory: pytest.TempPathFactory, root: Path, snakemake
+) -> None:
+    """With other words for the folder of results; also of another workflow that uses this one. A
+    dry run is not refused, and none of them touches anything."""
+    (toy / "config/a.c3d").write_text("a waits: wait\n")
+    other = tmp_path_factory.mktemp("other")
+    for name in ("profiles", "config"):
+        (other / name).symlink_to(toy / name)
+    (other / "linked").symlink_to(toy / "results")
+    where = {"results": str(toy / "results"), "sheet": "config/recordings.tsv"}
+    (other / "Snakefile").write_text(host_of("tables/g_noise.csv", toy, **where))
+    entry = ("-s", str(toy / "Snakefile"), "--cores", "1", "linked/tables/g_noise.csv")
+    second = lambda *how: snakemake(other, *entry, "--config", "results=linked", *how)  # noqa: E731
+    start = [sys.executable, str(root / "workflow/run.py"), *PLAIN, "--cores", "2", TABLE]
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    first = subprocess.Popen(start, cwd=toy, env=environment(), **silent)
+    try:
+        until = time.monotonic() + 600
+        while not (toy / "waiting").exists() and time.monotonic() < until:
+            assert first.poll() is None
+            time.sleep(0.1)
+        parts = [toy / f"results/.part-{name}" for name in ("mine", "0123456789ab-0-a.csv")]
+        for path in parts:
+            path.write_text("mine")
+        dry, *refused = second("-n"), second(), snakemake(other, "--cores", "1"), second("--unlock")
+        assert dry.returncode == 0, dry.stdout
+        for run in refused:
+            assert run.returncode == 1
+            lines = [line for line in run.stdout.splitlines() if "another run" in line]
+            assert len(lines) == 1 and f"(process {first.pid} in {toy})" in lines[0], run.stdout
+        assert (toy / "results/recordings/a/noise.csv").read_text() == "half\n"
+    finally:
+        (toy / "go").touch()
+        assert first.wait(900) == 0
+    assert (toy / TABLE).read_text() == "a waits: wait\nb is good\n"
+    assert all(path.read_text() == "mine" for path in parts)
+    assert not (toy / "results" / runs.CLAIM).exists()
 
 
 def test_a_deleted_result_is_made_again(toy: Path, snakemake) -> None:

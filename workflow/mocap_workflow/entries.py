@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
-import yaml
 from pydantic import (
     BaseModel,
     BeforeValidator,
@@ -26,9 +25,9 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
+from mocap_metrology.common.documents import load_yaml
 from mocap_metrology.common.faults import Faults, Loc, Unfit, misfits, shown, unknown
 
-YAML = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # every job reads the twins: 0.05 s or 0.4 s
 TwinsFile = dict[str, dict[str, Any]]  # its sections
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
@@ -40,13 +39,13 @@ def load_twins(path: str | None) -> TwinsFile:
     if path is None:
         return {section: {} for section in sections}
     try:
-        content = yaml.load(Path(path).read_text(encoding="utf-8"), YAML)
+        content = load_yaml(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise Faults([f"{path}: no such file; expected the file of twins"]) from None
     except (OSError, UnicodeDecodeError) as error:
         raise Faults([f"{path}: {error}; expected the file of twins"]) from None
-    except yaml.YAMLError as error:
-        raise Faults([f"{path}: not YAML ({error})"]) from None
+    except ValueError as error:
+        raise Faults([f"{path}: no readable YAML: {error}"]) from None
     if not isinstance(content, dict) or not isinstance(content.get("twins"), dict):
         raise Faults([f"{path}: no section twins; expected twins: with a name for each"])
     faults = [

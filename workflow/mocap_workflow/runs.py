@@ -1,9 +1,11 @@
-"""What a killed run left in a folder: its jobs, its lock, and results that were not finished.
+"""One run at a time in a folder of results, and what a killed run left: its jobs, its lock, and
+results that were not finished.
 
-Snakemake's lock is a file, so it outlives a killed run and refuses the next. A run writes down who
-it is, `make` before Snakemake takes the lock, and takes that away when it ends: where the record
-stays and its process is gone, the run was killed. Processes of another host are not seen from
-here: there Snakemake's lock has the last word.
+A run writes down who it is and removes this record when it ends: where the record stays and its
+process is gone, the run was killed. There are two records. That of the folder of results refuses a
+second run, from whatever folder it is started. That of the working folder is for Snakemake's lock,
+a file there which outlives a killed run and refuses the next. Processes of another host are not
+seen from here: there `snakemake --unlock` has the last word.
 """
 
 from __future__ import annotations
@@ -23,17 +25,21 @@ import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
+from functools import wraps
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import psutil
 
 from mocap_metrology.common.errors import Damaged
-from mocap_metrology.common.faults import Faults
-from mocap_metrology.common.files import verify
+from mocap_metrology.common.faults import Faults, stop
+from mocap_metrology.common.files import RUN as MARK  # names the run in the environment of its jobs
+from mocap_metrology.common.files import part_prefix, verify
 
-RECORD = Path(".snakemake/run.json")
-MARK = "MOCAP_METROLOGY_RUN"  # names the run in the environment of its jobs
+RECORD = Path(".snakemake/run.json")  # in the working folder
+CLAIM = ".run.json"  # in the folder of results
+OWN_MARK = uuid.uuid4().hex
+CLAIMED: set[Path] = set()  # records of this process in folders of results
 PLACE = "MOCAP_METROLOGY_RECORD"  # path of the record, whatever folder Snakemake works in
 SAME_S = 2.0  # what two readings of the start of one process may differ by, as the clock is set
 HEARD = threading.Event()  # Ctrl-C
@@ -42,12 +48,14 @@ PATIENCE_S = 10.0  # for a job to end after the signal
 
 @dataclass(frozen=True)
 class Run:
-    """Host and process of a run, when that began (s since 1970), and the mark of its jobs."""
+    """Host and process of a run, when that began (s since 1970), the mark of its jobs, and its
+    working folder."""
 
     host: str
     pid: int
     began_s: float
     mark: str
+    folder: str
 
     def here(self) -> bool:
         return self.host == socket.gethostname()
@@ -84,14 +92,20 @@ def began(record: Path = RECORD) -> None:
     other = read(record)
     if other is not None and other.alive():
         return
-    process = psutil.Process()
-    run = Run(socket.gethostname(), process.pid, process.create_time(), uuid.uuid4().hex)
-    os.environ |= {MARK: run.mark, PLACE: str(record.absolute())}
+    os.environ[PLACE] = str(record.absolute())
+    _write(record)
+    ends_with_process(record)
+
+
+def _write(record: Path) -> None:
+    """Record this process, and mark the jobs that it will start."""
+    process, host = psutil.Process(), socket.gethostname()
+    run = Run(host, process.pid, process.create_time(), OWN_MARK, str(Path.cwd()))
+    os.environ[MARK] = run.mark
     record.parent.mkdir(parents=True, exist_ok=True)
     part = record.with_suffix(f".{run.pid}")
     part.write_text(json.dumps(asdict(run)), encoding="utf-8")
     part.replace(record)
-    ends_with_process(record)
 
 
 def ends_with_process(record: Path = RECORD) -> None:
@@ -168,30 +182,117 @@ def clear_damaged(checks: Iterable[Path]) -> None:
             print(f"{path} is damaged: {damaged.what}; it is made anew", file=sys.stderr)
 
 
-def clear_unfinished(results: Path, snakemake: Path = RECORD.parent) -> list[Path]:
-    """Remove what jobs of a killed run were about to write; returns their results, now absent.
+class Workflow(Protocol):
+    """What is touched of Snakemake's."""
+
+    execute: Callable[..., Any]
+    delete_output: Callable[..., Any]
+    unlock: Callable[..., Any]
+    output_settings: Any
+
+    @property
+    def is_main_process(self) -> bool: ...
+
+
+def claims(workflow: Workflow, results: Path) -> None:
+    """Have Snakemake claim the folder of results before it plans what it will do there, and before
+    `--unlock` and `--delete-all-output`. A dry run, a job and what only shows something
+    (`--summary`, `--report`) claim and clear nothing."""
+
+    def claimed(action: Callable[..., Any], unlocks: bool) -> Callable[..., Any]:
+        @wraps(action)
+        def act(*args: Any, **kwargs: Any) -> Any:
+            if workflow.is_main_process and not workflow.output_settings.dryrun:
+                try:
+                    claim(results, unlocks)
+                except Faults as faults:
+                    stop(faults)
+                clear_damaged(results.glob("*/*/check.json"))
+            return action(*args, **kwargs)
+
+        return act
+
+    workflow.execute = claimed(workflow.execute, unlocks=False)
+    workflow.delete_output = claimed(workflow.delete_output, unlocks=False)
+    workflow.unlock = claimed(workflow.unlock, unlocks=True)
+
+
+def claim(results: Path, unlocks: bool = False) -> None:
+    """Record that this process alone writes to `results`, and clear what a killed run left there;
+    `Faults`, and nothing is touched, if another run is active there or may be. `unlocks`: the user
+    states that no run of another host is."""
+    record, new = results.absolute() / CLAIM, not results.exists()
+    with alone(record):
+        other = read(record)
+        if other is not None and other.pid == os.getpid() and other.alive():
+            return
+        if other is not None:
+            _expect_dead(results, other, unlocks)
+            _end(other)
+        left = clear_unfinished(results, other)
+        with contextlib.suppress(OSError):  # read-only: Snakemake will report it
+            _write(record)
+            CLAIMED.add(record)
+            atexit.register(_leave, record, new)
+    if other is not None and left:
+        words = f"cleared what a killed run (process {other.pid} in {other.folder}) left"
+        print(f"{results}: {words}", file=sys.stderr)
+
+
+def _expect_dead(results: Path, other: Run, unlocks: bool) -> None:
+    who = f"process {other.pid} in {other.folder}"
+    if other.alive():
+        raise Faults([f"{results}: another run is active here ({who}); expected none"])
+    if not (other.here() or unlocks):
+        what = f"a run of host {other.host} ({who}) is active here or was killed"
+        raise Faults([f"{results}: {what}; expected none; if it was killed: snakemake --unlock"])
+
+
+def _leave(record: Path, new: bool) -> None:
+    """Remove the record of this process, and the folder if it is new and nothing was written."""
+    ended(record)
+    with contextlib.suppress(OSError):
+        if new:
+            record.parent.rmdir()
+
+
+def clear_unfinished(results: Path, dead: Run | None = None) -> list[Path]:
+    """Remove what jobs of a killed run were about to write; returns what is absent now.
+
+    That is what Snakemake has marked as unfinished, in this working folder and in that of the
+    `dead` run, and the `.part-*` files that bear the mark of that run.
 
     Call it before Snakemake builds its graph. Snakemake looks for the marks of unfinished jobs when
     it has built the graph for the first time, and then lacks all jobs behind a checkpoint: their
     results would pass for finished. Where the marks lie is a private part of Snakemake (9.27: the
-    folder `incomplete`, the path in base64). Nothing is removed while the folder is locked, as jobs
-    may be at work.
+    folder `incomplete`, the path in base64). Marks in a folder that is locked stay, as jobs may be
+    at work.
     """
-    run, locks = read(snakemake / RECORD.name), snakemake / "locks"
-    other = run is not None and run.pid != os.getpid() and (run.alive() or not run.here())
-    if other or (locks.is_dir() and any(locks.iterdir())):
-        return []
-    unfinished = []
+    unfinished: list[Path] = []
+    folders = {Path.cwd(), *([Path(dead.folder)] if dead else [])}
     with contextlib.suppress(OSError):  # read-only: Snakemake will report it
-        for mark in _files(snakemake / "incomplete"):
-            path = _marked(mark.relative_to(snakemake / "incomplete"))
-            if path is not None and results.resolve() in path.resolve().parents:
-                unfinished.append(path)
-                _remove(path)
-                mark.unlink()
-        for part in results.rglob(".part-*"):
+        for folder in folders:
+            if not _at_rest(folder, dead):
+                continue
+            marks = folder / RECORD.parent / "incomplete"
+            for mark in _files(marks):
+                path = _marked(mark.relative_to(marks))
+                if path is not None and results.resolve() in (folder / path).resolve().parents:
+                    unfinished.append(folder / path)
+                    _remove(folder / path)
+                    mark.unlink()
+        for part in results.rglob(f"{part_prefix(dead.mark)}*") if dead else ():
+            unfinished.append(part)
             _remove(part)
     return unfinished
+
+
+def _at_rest(folder: Path, dead: Run | None) -> bool:
+    """Whether no run is at work in a working folder, besides one that is known to be dead."""
+    run, locks = read(folder / RECORD), folder / RECORD.parent / "locks"
+    if run is not None and run.pid != os.getpid():
+        return run == dead or (run.here() and not run.alive())
+    return not (locks.is_dir() and any(locks.iterdir()))
 
 
 def _files(folder: Path) -> list[Path]:
@@ -240,7 +341,7 @@ def _interrupted(record: Path) -> None:
 def ends_as_interrupted(record: Path = RECORD) -> None:
     """End by Ctrl-C, if it was that: what called this run, a shell or make, then ends too."""
     if HEARD.is_set():
-        for path in {record.absolute(), Path(os.environ.get(PLACE, record)).absolute()}:
+        for path in {record.absolute(), Path(os.environ.get(PLACE, record)).absolute(), *CLAIMED}:
             ended(path)
         sys.stdout.flush()
         sys.stderr.flush()

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from operator import attrgetter
-from pathlib import Path
 from typing import Generic, TypeVar
 
 import pandas as pd
 
-from mocap_metrology.common.paths import exists
 from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_workflow.calibration_twins import CalibrationTwin
@@ -67,14 +65,6 @@ def any_of(names: Iterable[str]) -> str:
 
 
 paths = attrgetter("paths")
-POSITION = 16  # bytes of a position in most files: four float32, or three texts
-
-
-def most_frames(row: RecordingRow) -> float:
-    """Frames of a measured recording if its files held the chosen markers only; of a file that is
-    not on this computer none."""
-    size = sum(Path(path).stat().st_size for path in row.paths if exists(path))
-    return size / POSITION / max(len(row.markers), 1)
 
 
 def covariates(row: RecordingRow) -> list[str]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
 from mocap_metrology.settings import Settings, checked
@@ -22,6 +23,22 @@ def found(value: str | None, root: Path) -> str | None:
     if value is None or exists(value) or not exists(root / value):
         return value
     return str(root / value)
+
+
+def check_files(paths: Iterable[str | Path]) -> None:
+    """Refuse files of the configuration that Snakemake would read with the last of two equal keys,
+    or not to the end."""
+    faults = []
+    for path in paths:
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+            (load_json if text.lstrip().startswith("{") else load_yaml)(text)
+        except OSError as error:
+            faults.append(f"{path}: {error.strerror}; expected a configuration")
+        except ValueError as error:
+            faults.append(f"{path}: no readable YAML or JSON: {error}")
+    if faults:
+        raise Faults(faults)
 
 
 def configuration(config: Mapping[str, object], root: Path) -> Settings:
@@ -53,6 +70,7 @@ def sheets(
         faults += _tracked_in_turn(calibrations)
     except Faults as found:
         faults += found.lines
+    faults += _spelled_otherwise([*recordings.values(), *calibrations.values()])
     if faults:
         raise Faults(faults)
     return recordings, calibrations
@@ -67,6 +85,23 @@ def _tracked_in_turn(rows: Mapping[str, CalibrationRow]) -> list[str]:
         for name, row in rows.items()
         if (other := row.tracked_with_row) and rows[other].tracked_with
     ]
+
+
+def _spelled_otherwise(rows: Iterable[RecordingRow | CalibrationRow]) -> list[str]:
+    """Rows whose group or setup differs from that of an earlier row in upper and lower case alone:
+    to some file systems, their results would be the same files."""
+    first: dict[tuple[str, str], tuple[str, RecordingRow | CalibrationRow]] = {}
+    faults = []
+    for row in rows:
+        named = (("group", row.group), ("setup", getattr(row, "setup", "")))
+        for column, value in named:
+            known, other = first.setdefault((column, value.casefold()), (value, row))
+            if value != known:
+                faults.append(
+                    f'{row.KIND}s, {row.KIND} "{row.name}", column {column}: "{value}"; '
+                    f'expected "{known}" as of {other.KIND} "{other.name}", or another name'
+                )
+    return faults
 
 
 def recording_twins(

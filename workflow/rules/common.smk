@@ -2,12 +2,13 @@
 import json
 import operator
 from functools import cache, partial
-from math import ceil
 from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
 
 from mocap_metrology.calibration.tables import DECODED, ESTIMATED, TWIN
 from mocap_metrology.present.text import captions
-from mocap_workflow import entries, given, remote, runs, selection, startup
+from mocap_workflow import entries, given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_metrology.common.faults import Faults, stop
@@ -18,7 +19,14 @@ ROOT = Path(str(workflow.current_basedir)).resolve().parents[1]
 
 
 # A working folder without a config of its own gets the project's.
-configfile: "config/config.yaml" if Path("config/config.yaml").is_file() else f"{ROOT}/config/config.yaml"
+OWN = "config/config.yaml" if Path("config/config.yaml").is_file() else f"{ROOT}/config/config.yaml"
+try:
+    startup.check_files([*workflow.configfiles, OWN])
+except Faults as faults:
+    stop(faults)
+
+
+configfile: OWN
 
 
 try:
@@ -35,9 +43,8 @@ except Faults as faults:
 
 # Marks this process for workflow/run.py, which clears the remains of a killed run.
 runs.ends_with_process()
-runs.clear_unfinished(Path(config["results"]))
+runs.claims(workflow, Path(config["results"]))
 reporting.without_markup()
-runs.clear_damaged(Path(config["results"]).glob("*/*/check.json"))
 
 
 onstart:
@@ -90,45 +97,15 @@ SUBSET = ("recording", "twin", "camera_type", "n_cameras")
 TABLE, FIGURE = ("csv", "md"), ("svg", "png")
 
 
-def memory(mb, arrays=0):
-    """`mem_mb` of a job: a base, and so many arrays with a number for each frame of the recording
-    (measured: docs/scale.md). More at each attempt, where the profile has failed jobs tried again.
-    """
-
-    def of(wildcards, attempt):
-        frames = n_frames(RECORDINGS.rows[wildcards.recording]) if arrays else 0
-        return attempt * round(mb + 8e-6 * arrays * frames)
-
-    return of
-
-
-SLOWEST = 10  # times the measured seconds: processors differ, and others use them too
-
-
-def minutes(count, seconds=0):
-    """`runtime` of a job, likewise: a base, and seconds for a million positions, which are frames
-    times markers (measured: docs/scale.md)."""
-
-    def of(wildcards, attempt):
-        row = RECORDINGS.rows[wildcards.recording] if seconds else None
-        millions = n_frames(row) * max(len(row.markers), 2) / 1e6 if row else 0
-        return attempt * ceil(count + SLOWEST * seconds * millions / 60)
-
-    return of
-
-
-def n_frames(row):
-    """Frames of a recording, known before it is read: of a measured one by the size of its files."""
-    if row.twin is None:
-        return selection.most_frames(row)
-    twin = TWINS[row.twin]
-    return twin.duration_s * twin.frame_rate_hz
-
-
 def settings(*sections, **keys):
     """Sections of the configuration, or of some only these keys, for `Settings` in a script."""
     some = {name: {key: config[name][key] for key in keys[name]} for name in keys}
     return {name: config[name] for name in sections} | some
+
+
+# `mem_mb` and `runtime` of a job.
+NEEDS = needs.Needs(recordings, TWINS)
+memory, minutes = NEEDS.memory, NEEDS.minutes
 
 
 # Values of the rule's own row of a sheet.
@@ -175,7 +152,10 @@ def verdict(kind, name):
     """check.json of a real recording or calibration: `ok`, `why`, `warnings`."""
     first = {"recording": "clean", "calibration": "sweeps"}[kind]
     job = getattr(checkpoints, first).get(**{kind: name})
-    return json.loads(Path(job.output.check).read_text(encoding="utf-8"))
+    try:
+        return json.loads(Path(job.output.check).read_text(encoding="utf-8"))
+    except ValueError:
+        raise WorkflowError(f"{job.output.check} is damaged; the next run makes it anew") from None
 
 
 def is_accepted(row):

@@ -32,7 +32,10 @@ if TYPE_CHECKING:
 
 Metadata = dict[str, Any]  # of a table, as JSON holds it
 METADATA_KEY = b"mocap_metrology"
-CHECKSUM = "user.mocap_metrology.sha256"  # extended attribute of a file
+RUN = "MOCAP_METROLOGY_RUN"  # in the environment: mark of the run of the workflow
+CHECKSUM = "user.mocap_metrology.sha256"  # extended attributes of a file
+PLACE = "user.mocap_metrology.place"
+OF_ONE = ("recordings", "calibrations")  # folders with a folder for each
 ROW_GROUP = 262_144  # 36 min at 120 Hz: one column of one group reads in 1.5 ms
 
 
@@ -41,18 +44,25 @@ def whole(path: str | Path) -> Iterator[Path]:
     """Yield a name beside `path` to write to; on success it replaces `path`, on failure it is
     removed.
 
-    The name is unique, so a killed job leaves at most a `.part-*` file and never half a result.
+    The name is unique, so a killed job leaves at most a `.part-*` file and never half a result. It
+    begins with the mark of the run, by which the next run knows it.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".part-{uuid.uuid4().hex[:12]}-{path.name}")
+    prefix = part_prefix(os.environ.get(RUN, ""))
+    part = path.with_name(f"{prefix}{uuid.uuid4().hex[:12]}-{path.name}")
     try:
         yield part
-        _sign(part)
+        _sign(part, path)
         part.replace(path)
     finally:
         with suppress(FileNotFoundError):
             part.unlink()
+
+
+def part_prefix(run: str) -> str:
+    """With what the names of unfinished files of a run begin."""
+    return f".part-{run[:12]}-" if run else ".part-"
 
 
 @contextmanager
@@ -93,28 +103,44 @@ def write_text(path: str | Path, text: str) -> None:
         part.write_text(text, encoding="utf-8")
 
 
-def _sign(path: Path) -> None:
-    """Store the checksum of a file as an extended attribute, where the file system has these: CSV
-    has no place for one. Parquet has its own."""
-    if path.is_file() and path.suffix != ".parquet":
+def _sign(part: Path, path: Path) -> None:
+    """Store the checksum of a file and its place as extended attributes, where the file system has
+    these: CSV has no place for them. Parquet has a checksum of its own."""
+    if part.is_file():
         with suppress(OSError, AttributeError):  # AttributeError: not on this operating system
-            os.setxattr(path, CHECKSUM, sha256(path).encode())
+            if part.suffix != ".parquet":
+                os.setxattr(part, CHECKSUM, sha256(part).encode())
+            if not path.parent.name.startswith(".part-"):  # a folder that gets its name later
+                os.setxattr(part, PLACE, _place(path))
+
+
+def _attribute(path: Path, name: str) -> bytes:
+    with suppress(OSError, AttributeError):
+        return os.getxattr(path, name)
+    return b""
+
+
+def _place(path: Path) -> bytes:
+    """Name of a file with that of its folder."""
+    return "/".join(path.absolute().parts[-2:]).encode()
 
 
 def verify(path: str | Path) -> None:
-    """Raise `Damaged` for a file of `whole` that is not as it was written, `Missing` for none.
+    """Raise `Damaged` for a file of `whole` that is not as it was written, or not where; `Missing`
+    for none.
 
     Where a file has no checksum, as after a copy that leaves attributes behind, CSV and JSON are
     examined for cuts and zeros, so digits that changed and whole rows that are missing go unseen.
     A Parquet file is examined when it is read, see `parquet`.
     """
-    path, written = Path(path), b""
+    path = Path(path)
     if not path.exists():
         raise Missing(path)
+    place, written = _attribute(path, PLACE), _attribute(path, CHECKSUM)
+    if place not in (b"", _place(path)):
+        raise Damaged(path, f"it was written as {os.fsdecode(place)}")
     if not path.is_file() or path.suffix == ".parquet":
         return
-    with suppress(OSError, AttributeError):
-        written = os.getxattr(path, CHECKSUM)
     if written:
         if sha256(path).encode() != written:
             raise Damaged(path, "its content is not what was written")
@@ -244,7 +270,7 @@ def read_table(path: str | Path, columns: Sequence[str] | None = None) -> tuple[
     """Read a table of `write_table`: columns as arrays, and the metadata."""
     with parquet.reading(path) as file:
         table = parquet.rows(file, path, columns)
-        metadata = _metadata(file)
+        metadata = _metadata(file, path)
     arrays = {
         name: to_numpy(table[name]) if table.num_rows else np.array([])
         for name in columns or table.column_names
@@ -255,18 +281,23 @@ def read_table(path: str | Path, columns: Sequence[str] | None = None) -> tuple[
 def read_metadata(path: str | Path) -> Metadata:
     """The metadata alone, without reading a column."""
     with parquet.reading(path) as file:
-        return _metadata(file)
+        return _metadata(file, path)
 
 
-def _metadata(file: pq.ParquetFile) -> Metadata:
-    return json.loads((file.schema_arrow.metadata or {}).get(METADATA_KEY, b"{}"))
+def _metadata(file: pq.ParquetFile, path: str | Path) -> Metadata:
+    """Metadata of a table; `Damaged` where it is of another recording than its folder."""
+    found = json.loads((file.schema_arrow.metadata or {}).get(METADATA_KEY, b"{}"))
+    kind, name = ("", "", *Path(path).absolute().parts)[-3:-1]
+    if kind in OF_ONE and found.get("recording", name) != name:
+        raise Damaged(path, f"it is of {found['recording']}")
+    return found
 
 
 def open_table(path: str | Path) -> tuple[Mapping[str, np.ndarray], Metadata]:
     """As `read_table`; each column of a large table is read whenever it is asked for: of 90 hours
     of two markers at 120 Hz all would be 1.2 GB together."""
     with parquet.reading(path) as file:
-        names, metadata = file.schema_arrow.names, _metadata(file)
+        names, metadata = file.schema_arrow.names, _metadata(file, path)
         large = is_large(len(names), file.metadata.num_rows)
     if not large:
         return read_table(path)

@@ -162,7 +162,7 @@ def test_every_way_to_write_a_number_in_yaml(tmp_path: Path, written: str) -> No
         ("  1:\n    sweeps", "  4:\n    sweeps", "calibs of station 4"),
         ("curve: 0.0019111", "curve: 0.2119111", "second-generation"),
         ("geos:", "\tgeos:", "no YAML"),
-        ("geos:", "  geos:", "calibs of station geos"),
+        ("geos:", "  geos:", "key 0 is repeated"),
     ],
 )
 def test_bad_configurations_of_a_crazyflie(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
+from mocap_metrology.common.documents import load_json
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
@@ -224,7 +224,7 @@ def read_pose_json(path: str | Path) -> PoseFile:
     """A pose.json as written by this project. Raises `Refusal` for anything else."""
     path = Path(path)
     try:
-        given: PoseFile = json.loads(path.read_text(encoding="utf-8"))
+        given: PoseFile = load_json(path.read_text(encoding="utf-8"))
     except (OSError, *UNREADABLE) as error:
         raise Refusal(f"{path.name}: cannot be read ({error}); expected a pose.json") from None
     try:

@@ -10,7 +10,6 @@ Stations are known by the id in their flashes: poses of different ones are never
 
 from __future__ import annotations
 
-import json
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -20,6 +19,7 @@ from typing import SupportsInt
 
 import numpy as np
 
+from mocap_metrology.common.documents import load_json
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse import rotation
@@ -154,7 +154,7 @@ def pose_reference(path: str | Path) -> Reference:
 
 def _of_json(text: str, name: str) -> object:
     try:
-        return json.loads(text)
+        return load_json(text)
     except UNREADABLE as error:
         raise Refusal(f"{name}: cannot be read as JSON ({error}); expected a pose file") from None
 

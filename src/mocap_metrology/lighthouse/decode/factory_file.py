@@ -20,7 +20,6 @@ the room, {0: {origin: [x, y, z], rotation: [[...], [...], [...]]}, 1: ...}, are
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -28,6 +27,7 @@ from typing import Any
 
 import numpy as np
 
+from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.spreadsheet import number
 from mocap_metrology.lighthouse.decode.libsurvive import read_solution
@@ -57,7 +57,7 @@ def read_factory(path: str | Path) -> list[Station]:
     if '"lighthouse' in text:
         return _of_libsurvive(path)
     try:
-        given = json.loads(text)
+        given = load_json(text)
     except UNREADABLE as error:
         raise Refusal(
             f"{name}: no JSON ({error}); expected stations.json, libsurvive's companion file"
@@ -160,13 +160,10 @@ def is_crazyflie(text: str) -> bool:
 
 def _crazyflie(text: str, name: str) -> Mapping[str, Any]:
     """The system configuration of first-generation stations in a text."""
-    import yaml
-
     try:
-        given = yaml.safe_load(text)
-    except (yaml.YAMLError, *UNREADABLE) as error:
-        reason = " ".join(str(error).split())
-        raise Refusal(f"{name}: no YAML ({reason}); expected {CRAZYFLIE_TYPE}") from None
+        given = load_yaml(text)
+    except UNREADABLE as error:
+        raise Refusal(f"{name}: no YAML ({error}); expected {CRAZYFLIE_TYPE}") from None
     if not isinstance(given, Mapping) or given.get("type") != CRAZYFLIE_TYPE:
         raise Refusal(
             f"{name}: no {CRAZYFLIE_TYPE}; expected its type, version, systemType and calibs"

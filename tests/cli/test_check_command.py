@@ -310,3 +310,37 @@ def test_processors_are_counted_where_there_is_no_affinity(monkeypatch) -> None:
     monkeypatch.delattr(os, "sched_getaffinity")
     monkeypatch.setattr(os, "cpu_count", lambda: 7)
     assert recording.processors() == 7
+
+
+@pytest.mark.parametrize(
+    ("labels", "words"),
+    [
+        (["*0", "*1"], "Markers: *0, *1 (the first two at rest; no marker of the file has a label"),
+        (["Unlabeled 7", "A;B"], "Markers: Unlabeled 7 (all at rest; no marker of the file has a"),
+        (["LKneeAngles", "RHipPower"], "all its points were computed by a model, not measured"),
+        (["A", "LKneeAngles"], "Markers: A (all at rest);"),
+    ],
+)
+def test_points_that_are_no_markers_are_named_for_what_they_are(
+    tmp_path: Path, capsys, labels: list[str], words: str
+) -> None:
+    n = round(RATE * 20)
+    position = np.random.default_rng(5).normal(300, SIGMA, (n, 2, 3))
+    write_c3d(tmp_path / "take.c3d", labels, RATE, [position], n)
+    arguments = ["check", str(tmp_path / "take.c3d"), "--output", str(tmp_path / "results")]
+    status = main.main(arguments)
+    assert words in capsys.readouterr().err
+    assert status == ("computed" in words)
+
+
+def test_a_file_of_rigid_bodies_alone_is_judged(tmp_path: Path, capsys) -> None:
+    """Rotation matrix and position in metres, as a tracker writes them (`Freq:`)."""
+    rng = np.random.default_rng(3)
+    places = rng.normal([0.3, 0.4, 1.5], 2e-5, (2000, 3))
+    rows = [f"1 0 0 {x:.6f} 0 1 0 {y:.6f} 0 0 1 {z:.6f}" for x, y, z in places]
+    (tmp_path / "drone.txt").write_text("\n".join(["# Freq: 100", *rows, ""]))
+    arguments = ["check", str(tmp_path / "drone.txt"), "--output", str(tmp_path / "results")]
+    assert main.main(arguments) == 0
+    assert "tracker (all at rest; they are rigid bodies, whose" in capsys.readouterr().err
+    verdict = json.loads((tmp_path / "results/verdict.json").read_text())
+    assert verdict["series"]["x1"]["sigma_frame_mm"] == pytest.approx(0.02, rel=0.1)

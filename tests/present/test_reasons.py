@@ -33,7 +33,8 @@ SENTENCES = [
     (
         Check(Code.FRAME, "good", 0.026, 0.026, "mm", **FRAME | {"over_s": 120.0}, asked_s=3600.0),
         "One frame of y1 is uncertain by 26.00 (25.50…26.41) µm about the mean of 2 min; "
-        "within the limit for good, 26 µm (the interval includes the limit); a recording of 2 min gives no "
+        "within the limit for good, 26 µm (the interval includes the limit); a recording of "
+        "2 min gives no "
         "information about an hour.",
     ),
     (

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.io.labels import in_words
-from mocap_metrology.io.read import labels_of, marker_labels, read_recording
+from mocap_metrology.io.read import Kind, points_by_kind, read_recording
 from mocap_metrology.noise.gaussian.two_markers import median_drift
 from mocap_metrology.present.text.numbers import mm
 from mocap_metrology.recording.check import Entry
 
+# What is judged, the first kind of which the file has points, and what to say of it
+KINDS: dict[Kind, str] = {
+    "marker": "",
+    "unlabelled": "; no marker of the file has a label, so a trajectory may be of several",
+    "body": "; they are rigid bodies, whose positions the software solved from several markers",
+}
 FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
 WANTED = 2  # with two there is a distance
 
@@ -20,15 +27,20 @@ WANTED = 2  # with two there is a distance
 def chosen(entry: Entry, limit_mm: float) -> tuple[list[str], str]:
     """Markers of a file, and why these."""
     (path,) = entry.paths
-    labels = marker_labels(path, entry.accept_truncated, entry.column_names)
-    found, why = choose(labels, lambda label: _movement(entry, label), limit_mm)
-    if not found:
-        every = in_words(labels_of(path, entry.accept_truncated, entry.column_names), 60)
-        name = path.rpartition("/")[2]
-        raise Refusal(
-            f"{name}: no marker is seen in half of the frames; name markers of these: {every}"
+    points = points_by_kind(path, entry.accept_truncated, entry.column_names)
+    for kind in (kind for kind in KINDS if kind in points):
+        labels = [label for label in points[kind] if ";" not in label]  # which separates them
+        found, why = choose(labels, lambda label: _movement(entry, label), limit_mm)
+        if found:
+            return found, why + KINDS[kind]
+    every = in_words([label for labels in points.values() for label in labels], 60)
+    if KINDS.keys() & points.keys():
+        why = "no marker or body is seen in half of the frames; name markers of these"
+    else:
+        why = (
+            "all its points were computed by a model, not measured; to use them all the same, name"
         )
-    return found, why
+    raise Refusal(f"{Path(path).name}: {why}: {every}")
 
 
 def choose(

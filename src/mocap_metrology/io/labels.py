@@ -38,18 +38,19 @@ def numbered(labels: Sequence[str]) -> list[str]:
     return found
 
 
-def no_markers(labels: Sequence[str]) -> frozenset[int]:
-    """Places (from 0) of labels that name no marker: computed quantities and points, axes of
-    segments, trajectories without a name, and what cannot be named in a list (`;`)."""
+def is_unlabelled(label: str) -> bool:
+    """Whether a label is one that software gives to a trajectory without a name."""
+    return label.startswith(("*", "Unlabeled", "Unlabelled", "Unidentified"))
+
+
+def computed_labels(labels: Sequence[str]) -> frozenset[int]:
+    """Places (from 0) of labels of computed quantities and points, and of axes of segments."""
     known = set(labels)
     segments = {label[:-1] for label in known if all(label[:-1] + end in known for end in SEGMENT)}
     return frozenset(
         place
         for place, label in enumerate(labels)
-        if COMPUTED.search(label)
-        or label[:-1] in segments
-        or label.startswith(("*", "Unlabeled"))
-        or ";" in label
+        if COMPUTED.search(label) or label[:-1] in segments
     )
 
 

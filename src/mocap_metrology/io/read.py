@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +27,7 @@ from mocap_metrology.io import n3d
 from mocap_metrology.io.c3d.computed import computed_points
 from mocap_metrology.io.c3d.read import read_c3d
 from mocap_metrology.io.c3d.structure import Structure, inspect
-from mocap_metrology.io.labels import find_points, no_markers, numbered
+from mocap_metrology.io.labels import computed_labels, find_points, is_unlabelled, numbered
 from mocap_metrology.io.recording import Header, Recording
 from mocap_metrology.io.text import (
     first_principles,
@@ -182,16 +183,25 @@ def labels_of(
     return markers or header.labels
 
 
-def marker_labels(
+Kind = Literal["marker", "unlabelled", "body", "computed"]
+
+
+def points_by_kind(
     path: str | Path, accept_truncated: bool = False, columns: str | None = None
-) -> tuple[str, ...]:
-    """Those of `labels_of` that are markers, as they are chosen (`A#1` where one stands twice): no
-    angle, force, moment, power, nor another point that a model computed."""
+) -> dict[Kind, tuple[str, ...]]:
+    """Labels of a file as points are chosen (`A#1` where one stands twice) by what they are, in
+    this order: markers, trajectories that nobody labelled, solved bodies, and what a model computed
+    (angles, forces, moments, powers, axes of segments)."""
     header = _header(path, accept_truncated, columns)
-    out = no_markers(header.labels) | header.bodies
+    computed = computed_labels(header.labels)
     if isinstance(header, Structure):
-        out |= computed_points(header)
-    return tuple(label for k, label in enumerate(numbered(header.labels)) if k not in out)
+        computed |= computed_points(header)
+    found: dict[Kind, list[str]] = {"marker": [], "unlabelled": [], "body": [], "computed": []}
+    for k, label in enumerate(numbered(header.labels)):
+        kind: Kind = "unlabelled" if is_unlabelled(label) else "marker"
+        kind = "body" if k in header.bodies else "computed" if k in computed else kind
+        found[kind].append(label)
+    return {kind: tuple(labels) for kind, labels in found.items() if labels}
 
 
 def bodies_of(

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from text_files import LABELS, make, read, refusal, still
 
 from mocap_metrology.common.errors import UnknownUnit
-from mocap_metrology.io.read import bodies_of, labels_of, marker_labels, orientation_of
+from mocap_metrology.io.read import bodies_of, labels_of, orientation_of, points_by_kind
 
 TAKE = still()
 EXPECTED = TAKE.transpose(1, 2, 0)
@@ -39,7 +39,7 @@ class TestMarkers:
     def test_names_and_the_rate_by_the_times(self, tmp_path, pattern):
         path = make(tmp_path, "a.csv", markers(pattern))
         recording = read(path, unit="mm")
-        assert labels_of(path) == marker_labels(path) == LABELS and bodies_of(path) == ()
+        assert labels_of(path) == points_by_kind(path)["marker"] == LABELS and bodies_of(path) == ()
         assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
         assert recording.frame_rate_hz == 100 and recording.encoding == "table of markers"
 

@@ -482,8 +482,9 @@ def checked(config: Mapping[str, object]) -> Settings:
         settings = Settings.model_validate(config, context=WHOLE)
     except ValidationError as error:
         raise Faults(faults(error, Settings, config)) from None
+    limits, lines = settings.verdict.model_dump(), []
     drift = dict(zip(("good_drift_mm", "usable_drift_mm"), settings.verdict.drift_mm, strict=True))
-    limits, lines = settings.verdict.model_dump() | drift, []
+    limits |= drift if any(limits[key] for key in drift) else dict.fromkeys(drift, 0.0)
     for key, good in limits.items():
         other = key.replace("good_", "usable_")
         if other != key and other in limits and good > limits[other]:

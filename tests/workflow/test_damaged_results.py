@@ -88,12 +88,12 @@ def test_a_damaged_table_is_made_again(tmp_path: Path, computed) -> None:
 def test_a_damaged_text_and_a_damaged_check_are_made_again(tmp_path: Path, computed) -> None:
     """The check at once: Snakemake reads it for its plan."""
     run, expected = computed
-    path, check = tmp_path / OWN / "outliers.csv", tmp_path / OWN / "check.json"
+    path, check = tmp_path / OWN / "gaussian.csv", tmp_path / OWN / "check.json"
     path.write_text("\n".join(path.read_text().splitlines()[:-1]))
     (tmp_path / TABLE).unlink()
     failed = run(TABLE)
     assert failed.returncode == 1
-    assert f"group_tables g: {OWN}outliers.csv is damaged: " in failed.stdout
+    assert f"group_tables g: {OWN}gaussian.csv is damaged: " in failed.stdout
     assert not path.exists()
     check.write_bytes(check.read_bytes()[:-20])
     plan = run(TABLE, options=("-n",))  # clears nothing

@@ -79,7 +79,7 @@ def test_the_plan_of_a_recording_that_was_not_checked_yet(
     plans = side_by_side(
         lambda: snakemake(root, "-n", *named), lambda: snakemake(host, "-n", "--cores", "1")
     )
-    jobs = ("check_recording", "trajectories", "series_statistics", "noise", "verdict")
+    jobs = ("clean", "noise", "verdict")
     assert [plan.returncode for plan in plans] == [0, 0], plans[0].stdout + plans[1].stdout
     here, there = (planned(plan.stdout) for plan in plans)
     assert here == dict.fromkeys(jobs, 1), plans[0].stdout

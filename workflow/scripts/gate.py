@@ -9,7 +9,8 @@ with step(snakemake, prefix="") as log:
 
     from mocap_metrology.common.files import write_json
 
-    verdicts = [Path(p) for p in snakemake.input.results if Path(p).name == "verdict.json"]
+    results = list(map(Path, dict.fromkeys(snakemake.input.results)))
+    verdicts = [path for path in results if path.name == "verdict.json"]
     for path in verdicts if len(verdicts) <= 10 else ():  # more are in the tables
         found = json.loads(path.read_text(encoding="utf-8"))
         log.log(RESULT, "recording %s is %s: %s", path.parent.name, found["word"], found["reason"])
@@ -21,14 +22,14 @@ with step(snakemake, prefix="") as log:
             log.warning("%s: %s", what, warning)
         if not check["ok"]:
             refused.append(f"{what} refused: {check['why']}")
-    for path in map(Path, snakemake.input.results):
+    for path in results:
         if path.name != "pose.json":
             continue
         verdict = json.loads(path.read_text(encoding="utf-8"))["verdict"]
         if verdict["word"] == "failed":
             refused.append(f"calibration {path.parent.name} failed: {verdict['reason']}")
-    for path in snakemake.input.results:
-        if Path(path).name == "summary.html":
+    for path in results:
+        if path.name == "summary.html":
             log.log(RESULT, "see %s", path)
     for line in refused:
         log.error("%s", line)

@@ -274,19 +274,21 @@ def check_byte_order(hits: Hits, board: np.ndarray, name: str) -> None:
     misfit, misfit_swapped = (
         float(np.quantile([rms for rms, _ in fits], CALM)) for fits in (as_read, swapped)
     )
-    where = f"{name}: a big-endian dump:"
     if misfit > MISFIT_RAD and misfit_swapped < BETTER * misfit:
         raise Refusal(
-            f"{where} the sweeps fit the board to {1e3 * misfit:.1f} mrad as read, to"
-            f" {1e3 * misfit_swapped:.1f} mrad with the bytes swapped; expected little-endian words"
+            f"{name}: the sweeps fit the board to {1e3 * misfit:.1f} mrad as read, to"
+            f" {1e3 * misfit_swapped:.1f} mrad with the bytes swapped; expected little-endian"
+            " words, and a board file in the order of the diodes"
         )
     if np.ptp(board[:, 0]) < 1e-6 and BETTER * misfit_swapped < misfit:
         behind = _share_from_behind(hits, sweeps, as_read)
         behind_swapped = _share_from_behind(hits, sweeps, swapped)
         if behind > AGREE and behind_swapped < 1 - AGREE:
             raise Refusal(
-                f"{where} the stations see the board's mirror image as read, and its front (+x)"
-                " with the bytes swapped; expected little-endian words, and a board that faces +x"
+                f"{name}: the stations see the mirror image of the board: in the board file a"
+                " coordinate has the wrong sign, two columns are exchanged or the diodes are in"
+                " another order, or the words of the dump are big-endian; expected a board that"
+                " faces +x, and little-endian words"
             )
 
 

@@ -17,10 +17,10 @@ import re
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from io import BufferedReader
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 
@@ -32,6 +32,10 @@ from mocap_metrology.lighthouse.records import Factory, Pulses
 from mocap_metrology.lighthouse.timing import CYCLE_TICKS, TICKS_PER_S
 
 CHUNK = 1 << 22
+OF_SECOND_GENERATION = (
+    "recorded with second-generation (V2) base stations (B, W or Y lines); expected "
+    "first-generation (V1) ones, whose pulses are C lines"
+)
 LONGEST_LINE = 1 << 26
 CHANNELS = 1 << 12  # beyond this a channel is damage
 MOST_PULSES = 10_000_000  # of one object: an hour; beyond it the memory of a computer may not do
@@ -45,7 +49,8 @@ SECOND_GENERATION = re.compile(rb"^[-+.\de]+ +\S+ +[BWY] +\d", re.M)
 PROCESSED = re.compile(rb"^[-+.\de]+ +(\S+) +(?:A|S|[LR] [XY]) +-?\d", re.M)
 EVENT = re.compile(rb"^[-+.\de]+ +\S+ +\S", re.M)
 ANY_C = re.compile(rb"^[-+.\de]+ +\S+ +C(?=\s)", re.M)
-EMPTY = re.compile(rb"^\r?$", re.M)
+MOST_UNREADABLE = 1_000_000  # lines, where fewer can be read
+MOST_BYTES = 1 << 33  # unpacked: some hours
 
 
 @dataclass
@@ -58,7 +63,7 @@ class _Seen:
     configs: dict[str, bytes] = field(default_factory=dict)
     second_generation: bool = False
     processed: bool = False
-    events: bool = False
+    events: int = 0  # lines
     n_pulses: int = 0  # of the object
     unreadable: int = 0  # lines
 
@@ -96,8 +101,13 @@ def _scan(path: str | Path, wanted: bytes) -> _Seen:
     seen, file = _Seen(), Path(path).name
     for block in _blocks(path):
         n_events = len(EVENT.findall(block))
-        seen.events = seen.events or n_events > 0
-        seen.unreadable += block.count(b"\n") + 1 - len(EMPTY.findall(block)) - n_events
+        seen.events += n_events
+        seen.unreadable += block.count(b"\n") + bool(block) - n_events
+        if seen.unreadable > max(MOST_UNREADABLE, seen.events):
+            raise Refusal(
+                f"{file}: {seen.unreadable} of its first {seen.unreadable + seen.events} lines do "
+                "not read `seconds object event ...`; expected a libsurvive recording"
+            )
         if b" CONFIG " in block:
             for name, text in CONFIG.findall(block):
                 seen.configs.setdefault(name.decode("utf-8", "replace"), text)
@@ -130,20 +140,26 @@ def _add_raw(seen: _Seen, block: bytes, wanted: bytes) -> None:
 
 
 def _blocks(path: str | Path) -> Iterator[bytes]:
-    """The text in pieces of whole lines; a last line without end was cut off, and is left out."""
-    name, rest = Path(path).name, b""
+    """The text in pieces of whole lines without empty ones; a last line without end was cut off,
+    and is left out."""
+    name, rest, size = Path(path).name, b"", 0
     try:
         with _opened(path) as stream:
             while piece := stream.read(CHUNK):
+                size += len(piece)
                 if len(rest) > LONGEST_LINE:
                     raise Refusal(f"{name}: no lines; expected a libsurvive recording")
+                if size > MOST_BYTES:
+                    raise Refusal(f"{name}: too long; expected at most {MOST_BYTES} bytes of text")
                 head, line_end, tail = piece.rpartition(b"\n")
                 if line_end:
-                    yield rest + head
+                    yield _without_empty_lines(rest + head)
                     rest = tail
                 else:
                     rest += piece
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        if SECOND_GENERATION.search(head := _readable(path)) and not ANY_C.search(head):
+            raise Refusal(f"{name}: {OF_SECOND_GENERATION}") from None
         raise Refusal(
             f"{name}: its gzip stream is damaged ({error}); expected a complete file"
         ) from None
@@ -152,8 +168,24 @@ def _blocks(path: str | Path) -> Iterator[bytes]:
         raise Refusal(f"{name}: cannot be read ({reason}); expected a recording") from None
 
 
+def _without_empty_lines(block: bytes) -> bytes:
+    block = block.replace(b"\r\n", b"\n")
+    while b"\n\n" in block:
+        block = block.replace(b"\n\n", b"\n")
+    return block.strip(b"\r\n")
+
+
+def _readable(path: str | Path) -> bytes:
+    """The first MiB at most of what a damaged gzip stream yields."""
+    found = b""
+    with suppress(EOFError, gzip.BadGzipFile, zlib.error), _opened(path) as stream:
+        while len(found) < 1 << 20 and (piece := stream.read1(1 << 16)):
+            found += piece
+    return found
+
+
 @contextmanager
-def _opened(path: str | Path) -> Iterator[IO[bytes] | gzip.GzipFile]:
+def _opened(path: str | Path) -> Iterator[BufferedReader | gzip.GzipFile]:
     """The file, unpacked where its first bytes are those of gzip, whatever its name."""
     with Path(path).open("rb") as raw:
         packed = raw.read(2) == b"\x1f\x8b"
@@ -170,10 +202,7 @@ def _check(seen: _Seen, tracked_object: str, name: str) -> None:
     if not seen.events:
         raise Refusal(f"{name}: no line reads `seconds object event ...`; expected libsurvive's")
     if not seen.raw and seen.second_generation:
-        raise Refusal(
-            f"{name}: recorded with second-generation (V2) base stations (B, W or Y lines);"
-            " expected first-generation (V1) ones, whose pulses are C lines"
-        )
+        raise Refusal(f"{name}: {OF_SECOND_GENERATION}")
     if not seen.raw:
         only = "only processed angles (A, L, R or S lines)" if seen.processed else "no light"
         raise Refusal(

@@ -33,7 +33,7 @@ KINDS = {
     "markers": ("Ten minutes at 120 Hz", "Markers"),
     "recordings": ("Two markers, ten minutes each", "Recordings"),
 }
-RULES = ("noise", "series_statistics", "verdict")  # the most expensive ones
+RULES = ("clean", "noise", "verdict")  # the most expensive ones
 TOTAL = "all jobs"
 LABELS = {"cpu_s": "Processor time (s)", "gb": "Resident memory (GB)"}
 LOOK = {

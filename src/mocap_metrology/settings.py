@@ -465,7 +465,8 @@ class Settings(Section):
         tuple[Annotated[str, Field(pattern=SERIES)], ...] | None,
         Words("nothing, or a list of series such as z1, L, L_1_3, or []", "a list of series"),
     ] = None
-    """Series whose fits are drawn, `fit/<series>.svg`, where a recording has them. Nothing: all."""
+    """Series whose fits are drawn, `fit/<series>.svg`, where a recording has them. Nothing: the one
+    that decided the verdict, and L. `snakemake results/recordings/<name>/fits` draws all."""
     second_opinion: bool = True
     """Whether C3D files that are short enough are also read by ezc3d."""
     gaussian: Gaussian = Gaussian()

@@ -100,6 +100,18 @@ def test_lines_say_word_reason_and_numbers_once() -> None:
     assert not any("No event" in line for line in lines)
 
 
+def test_what_a_reason_states_is_no_finding_again() -> None:
+    """Alone of its kind; of several, such as two markers with filled frames, all are listed."""
+    cap = {"quantity": "share of missing frames", "reason": "6 % of the frames of x1 are missing."}
+    filled = {"severity": "warning", "words": "6 % of A are gap-filled.", "kind": "filled"}
+    for count in (1, 2):
+        found = contents() | {"caps": [cap], "sentences": [*SENTENCES, *[filled] * count]}
+        lines = verdict_lines(found)
+        assert lines.count(cap["reason"]) == 1
+        assert lines.count(f"  {filled['words']}") == (0 if count == 1 else 2)
+        assert "  Marker A moves." in lines
+
+
 def test_numbers_of_series_are_told_as_markers_in_words_and_picture() -> None:
     found = contents(2) | {"labels": ["RFT1", "Head"]}
     said = "Markers: 1 = RFT1, 2 = Head."

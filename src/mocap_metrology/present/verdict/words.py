@@ -116,12 +116,35 @@ def verdict_lines(found: Found) -> list[str]:
         *_aligned(_table(found["series"])),
     ]
     lines += _measured(found)
-    findings = [words for words in warnings_of(found) if not _told(words, found)]
+    findings = [words for words in _not_stated(found) if not _told(words, found)]
     if findings:
         lines += ["", "Findings:", *(f"  {words}" for words in findings)]
     said = {words.casefold().rstrip(".") for words in findings}
     warnings = [w for w in found["warnings"] if w.casefold().rstrip(".") not in said]
     return [*lines, *(f"warning: {words}" for words in warnings)]
+
+
+# Kinds of findings that a check of the verdict states as well
+STATED = {
+    "share of missing frames": ("filled", "gaps"),
+    "low-pass filter of the export": ("low_pass",),
+    "share of outliers": ("outliers",),
+    "step of the file": ("resolution",),
+}
+
+
+def _not_stated(found: Found) -> list[str]:
+    """Warnings of the diagnosis without those that are alone of their kind and that the reasons
+    of the verdict state already."""
+    checks = [found["decided_by"], *found["caps"]]
+    stated = [kind for check in checks for kind in STATED.get(check["quantity"], ())]
+    warned = [item for item in found["sentences"] if item["severity"] != "info"]
+    kinds = [item["kind"] for item in warned]
+    return [
+        item["words"]
+        for item in warned
+        if item["kind"] not in stated or kinds.count(item["kind"]) > 1
+    ]
 
 
 def _measured(found: Found) -> list[str]:

@@ -19,7 +19,7 @@ CLEAN = env -u PYTHONDONTWRITEBYTECODE -u PIP_FIND_LINKS -u PIP_EXTRA_INDEX_URL 
 RUN := env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH PATH="$(CURDIR)/$(BIN):$$PATH"
 
 .DEFAULT_GOAL := run
-.PHONY: run check report env warm test fuzz test-everywhere test-interrupted test-cluster study lint crate hooks peers s3 benchmark accuracy lock samples site pictures docs graph clean help
+.PHONY: run check report env warm test fuzz mutants test-everywhere test-interrupted test-cluster study lint crate hooks peers s3 benchmark accuracy lock samples site pictures docs graph clean help
 
 run: warm  ## set up, then regenerate every table and figure (the default)
 	@$(RUN) python workflow/run.py --cores $(CORES) $(if $(FOLDER),--config $(FOLDER))
@@ -80,6 +80,9 @@ test-cluster: warm  ## run the workflow on a SLURM cluster of this computer, wit
 
 fuzz: warm  ## damage inputs of every kind and judge what is read (ARGS="--seed 2"; 10 minutes)
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m tests.fuzz --workers $(CORES) $(ARGS)
+
+mutants: warm  ## change single lines of the package and list the changes that no test notices (ARGS="--seed 1 --number 300"; hours)
+	@$(RUN) python -m tests.mutants --workers $(CORES) $(ARGS)
 
 study: warm  ## run the long Monte Carlo studies
 	@$(RUN) OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m pytest -m study

@@ -97,6 +97,27 @@ def test_without_checksums_cuts_and_zeros_are_found(tmp_path: Path, name: str) -
     assert not any(outcome.startswith("other") for _, outcome in found)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "why"),
+    [
+        ("a.csv", "a,b\n1,2\n3,4\n", None),
+        ("a.csv", "a,b\n1,2\n3\n", "equal length"),
+        ("a.csv", "a,b\n1,2,3\n4,5,6\n", "equal length"),
+        ("a.csv", "a,b\n1,2", "end is missing"),
+        ("a.csv", "a,b\n\0,2\n", "zeros"),
+        ("a.json", "{\n", "Expecting"),
+    ],
+)
+def test_a_table_without_a_checksum_is_examined(tmp_path: Path, name, text, why) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    if why is None:
+        verify(path)
+    else:
+        with pytest.raises(Damaged, match=why):
+            verify(path)
+
+
 def test_metadata_are_protected(tmp_path: Path) -> None:
     """Pages have checksums of Parquet's own; a frame rate stands in the footer."""
     path = tmp_path / "clean.parquet"

@@ -21,6 +21,7 @@ from text_files import (
     refusal,
     row,
     spoilt,
+    still,
     trc,
 )
 
@@ -258,6 +259,19 @@ def test_the_rate_of_the_sheet(tmp_path):
     assert refusal(path, frame_rate_hz=60.0) == (
         "a.tsv: its frame rate is 60 Hz, by its time column 100 Hz; they may differ by 0.1 %"
     )
+
+
+@pytest.mark.parametrize(("percent", "differ"), [(0.08, False), (0.12, True)])
+def test_rates_may_differ_by_a_tenth_of_a_per_cent(tmp_path, percent, differ):
+    """Of the header and of the times, which are written to a microsecond."""
+    for sign in (-1, 1):
+        rate = 100 * (1 + sign * percent / 100)
+        text = trc(LABELS, rate, still(400)).replace(f"{rate:.2f}\t", "100.00\t")
+        path = make(tmp_path, "a.trc", text)
+        if differ:
+            assert refusal(path).endswith(f"time column {rate:.6g} Hz; they may differ by 0.1 %")
+        else:
+            assert read(path).frame_rate_hz == 100
 
 
 def test_poses(tmp_path):

@@ -24,6 +24,8 @@ from mocap_metrology.lighthouse.decode.ootx import (
     encode_frame,
     frame_bits,
     frame_of,
+    template,
+    voted_frame,
 )
 from mocap_metrology.lighthouse.records import Clock, Factory, Flashes, Station
 from mocap_metrology.lighthouse.timing import CYCLE_S
@@ -150,6 +152,17 @@ def test_a_misread_rotor_is_a_hole() -> None:
     code = np.minimum(flashes.code + late, 7).astype(np.int8)
     flashes = Flashes(0, flashes.clock, flashes.cycle, flashes.time_s, flashes.length_s, code)
     assert same(decode_station(flashes), factory)
+
+
+def test_a_tenth_of_the_fixed_bits_may_be_misread() -> None:
+    """Sync, stuffing, length and padding are known: their votes tell whether these are frames."""
+    sent = encode_frame(a_factory(np.random.default_rng(7)), 8, "A")
+    fixed = np.flatnonzero(np.tile(template(33)[0], 5))
+    for share, read in ((0.08, 1), (0.12, 0)):
+        bits = np.tile(sent, 5).astype(np.int8)
+        wrong = np.random.default_rng(8).permutation(fixed)[: round(share * fixed.size)]
+        bits[wrong] ^= 1
+        assert len(voted_frame(bits, "")[0]) == read
 
 
 def test_random_bits_give_nothing() -> None:

@@ -70,6 +70,15 @@ def test_dof_agrees_with_greenhall_and_riley_at_long_tau():
     assert equivalent_dof(-2, m, n - 1) == pytest.approx(walk, rel=0.08)
 
 
+@pytest.mark.parametrize("estimator", ["oadev", "mdev", "hdev"])
+@pytest.mark.parametrize("alpha", [2, 1, 0, -1, -2])
+def test_dof_of_long_series_is_that_of_the_whole_sum(alpha, estimator):
+    """The sum over a thousand lags stands for that over all, to 0.4 %."""
+    for m, n in ((700, 20_000), (3000, 20_000), (5000, 200_000)):
+        whole = equivalent_dof(alpha, m, n, estimator, max_terms=10**6)
+        assert equivalent_dof(alpha, m, n, estimator) == pytest.approx(whole, rel=0.004)
+
+
 def test_dof_of_one_term_is_one():
     assert equivalent_dof(0, 100, 200) == pytest.approx(1.0)
     assert np.isnan(equivalent_dof(0, 100, 199))
@@ -172,6 +181,24 @@ def test_exponent_is_kept_where_too_few_means_remain():
     m = averaging_factors(3000)
     exponents = noise_exponents(series, m)
     assert set(exponents[m > 100]) == {exponents[m <= 100][-1]} == {0}
+
+
+def test_identification_needs_thirty_means():
+    """Of a random walk [Riley & Greenhall 2004]: with 29 no exponent is known, and 0 is taken."""
+    walk = power_law(np.random.default_rng(5), 3000, -2)
+    found = {n: noise_exponents(walk[:n], np.array([10]))[0] for n in (290, 299, 300, 310)}
+    assert found == {290: 0, 299: 0, 300: -2, 310: -2}
+
+
+def test_exponent_departs_where_chance_does_not_explain_it():
+    """Down to 40 window means: flicker noise is taken for another in at most 25 % of 300 series
+    at any of 15 taus, and the walk that white noise ends in is found in 95 % or more."""
+    m = averaging_factors(4000, 12, max_fraction=1 / 40)
+    flicker = power_law(np.random.default_rng(9), 4000, -1, runs=300)
+    assert np.mean([(noise_exponents(series, m) != -1).any() for series in flicker]) <= 0.25
+    white, walk = np.random.default_rng(10).normal(size=(2, 300, 4000))
+    found = [noise_exponents(s, m) for s in white + 0.1 * np.cumsum(walk, axis=1)]
+    assert np.mean([(f[0], f[-1]) == (0, -2) for f in found]) >= 0.95
 
 
 def test_five_per_cent_of_gaps_stay_inside_the_interval():

@@ -121,9 +121,9 @@ SHORT = {"duration_s": 120.0, "horizon_s": 120.0, "asked_s": 3600.0}
 def test_a_short_recording_says_what_is_not_known() -> None:
     decided = judged(SHORT).decided_by
     assert (decided.over_s, decided.asked_s) == (120.0, 3600.0)
-    for reached in (3300.0, 3600.0):
+    for reached in (3200.0, 3300.0, 3600.0):  # nine tenths of it are enough
         long = judged({**SHORT, "horizon_s": reached}).decided_by
-        assert (long.over_s, math.isnan(long.asked_s)) == (reached, True)
+        assert (long.over_s, math.isnan(long.asked_s)) == (reached, reached > 3240)
 
 
 @pytest.mark.parametrize(("upper", "word"), [(0.1, "good"), (0.1001, "usable")])

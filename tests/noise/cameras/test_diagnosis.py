@@ -8,7 +8,14 @@ from scipy.signal import lfilter
 
 from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose, moments
+from mocap_metrology.noise.cameras.diagnosis import (
+    N_BLOCKS,
+    Estimate,
+    Moments,
+    additions,
+    diagnose,
+    moments,
+)
 from mocap_metrology.noise.cameras.scaling import law
 from mocap_metrology.noise.twins.published import published_row, published_subsets
 from mocap_metrology.noise.twins.take import (
@@ -62,6 +69,15 @@ def test_intervals_hold_the_truth() -> None:
         held += list((np.abs(ratio - np.log(known)) < 2.09 * error)[1:])
         assert (lower <= upper).all() and told.together.all()
     assert np.mean(held) > 0.85  # a median of estimates is in all of them
+
+
+@pytest.mark.parametrize(("share", "t"), [(0.9, 1.729), (0.95, 2.093), (0.99, 2.861)])
+def test_intervals_are_those_of_student(share: float, t: float) -> None:
+    """Printed table, 19 degrees of freedom: of 20 blocks one is for the mean."""
+    lower, upper = Estimate(np.array([0.1]), np.array([0.2])).interval(share)
+    assert np.log([lower[0], upper[0]]) == pytest.approx([0.1 - 0.2 * t, 0.1 + 0.2 * t], abs=1e-4)
+    (p,) = Estimate(np.array([0.2 * t]), np.array([0.2])).p_value()
+    assert p == pytest.approx((1 - share) / 2, rel=2e-3)
 
 
 def recordings(bad: int, extra: float, seed: int) -> tuple[dict, np.ndarray]:

@@ -62,6 +62,17 @@ def test_ratio_is_fishers() -> None:
     assert ratio.p[0] == pytest.approx(2 * f.sf(4.0))
 
 
+def test_a_variance_of_less_than_two_degrees_of_freedom_gives_no_ratio() -> None:
+    """The mean of Fisher's F does not exist there."""
+    tau = np.array([1.0, 2.0, 3.0])
+    new = Curve(tau, np.ones(3), np.array([40.0, 2.0, 1.9]))
+    for ratio in (
+        adev_ratio(new, Curve(tau, np.ones(3), np.full(3, 50.0)), tau),
+        adev_ratio(Curve(tau, np.ones(3), np.full(3, 50.0)), new, tau),
+    ):
+        assert np.isfinite(ratio.value).tolist() == [True, True, False]
+
+
 def test_unchanged_series_are_rarely_called_changed() -> None:
     """alpha = 0.05 without a margin: at most 5 % of 400 pairs, plus three standard errors."""
     rng = np.random.default_rng(2)

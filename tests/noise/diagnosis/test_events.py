@@ -7,7 +7,8 @@ import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
-from mocap_metrology.noise.diagnosis.levels import blocks, compare
+from mocap_metrology.noise.diagnosis.events import Event, inside_events, with_sides
+from mocap_metrology.noise.diagnosis.levels import Blocks, blocks, compare
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
 from mocap_metrology.noise.series import all_series
@@ -151,6 +152,17 @@ def test_the_bound_holds_in_the_tail():
     for level in (2.0, 4.0, 6.0):
         assert np.mean(x > level) <= np.exp(-level)
     assert np.mean(x > 2.0) > 1e-4  # and is not empty
+
+
+def test_a_second_on_either_side_of_a_burst_is_no_part_of_the_sides():
+    """In which it dies away: its noise is neither that of before nor that of after."""
+    burst = Event(10.0, 2.0, "burst", ("x1",), "x1", 1.0, 0.0, 0.0, 9.0, 0.1)
+    start = np.arange(80) * 0.5
+    loud = (start >= 9) & (start < 13)
+    np.testing.assert_array_equal(inside_events([burst], 80, 0.5), loud)
+    levels = {"x1": Blocks(np.zeros(80), np.where(loud, 100.0, 1.0), 0.5)}
+    (sides,) = with_sides(burst, levels, np.zeros(80, bool), 300.0).sides
+    assert (sides.fast_before, sides.fast_after) == (1.0, 1.0)
 
 
 def test_short_and_constant_series_have_no_windows():

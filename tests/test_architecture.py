@@ -18,7 +18,8 @@ BELOW = {
     "io": {"common"},
     "noise": {"common"},
     "lighthouse": {"common"},
-    "present": {"common", "noise", "lighthouse"},
+    "papers": {"common", "noise", "lighthouse"},
+    "present": {"common", "noise", "lighthouse", "papers"},
     "pipeline": {"common", "io", "noise", "lighthouse", "present"},
     "cli": {"common", "io", "noise", "present", "pipeline"},
 }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.noise.model.components import Form, NoiseModel, PowerLaw
-from mocap_metrology.present.fits.parts import drawn_m, model_avar
+from mocap_metrology.present.fits.model import drawn_m, total_avar
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.decimate import log_bins
 from mocap_metrology.present.plot.figure import (
@@ -79,7 +79,7 @@ def regression_figure(
     axes.plot(tau, adev, ls="", label="data", **DATA)
     for text, how in names.items():
         axes.plot([], [], label=text, **how)
-    fitted = [(np.sqrt(model_avar(x, m, frame_rate_hz, form)), how) for x, how in models]
+    fitted = [(np.sqrt(total_avar(x.components, m, frame_rate_hz, form)), how) for x, how in models]
     _residuals(below, (tau, adev), fitted)
     panel_title(axes, "Allan deviation", f"model: {form}")
     axes.set_ylabel("Allan deviation (mm)")
@@ -100,7 +100,7 @@ def smooth_adev(
     parts = (c for c in model.components if not isinstance(c, PowerLaw))
     laws = NoiseModel(tuple(c for c in model.components if isinstance(c, PowerLaw)))
     whole = drawn_m(int(np.ceil(m.max())))
-    of_laws = np.log(np.maximum(model_avar(laws, whole, frame_rate_hz, form), 1e-300))
+    of_laws = np.log(np.maximum(total_avar(laws.components, whole, frame_rate_hz, form), 1e-300))
     broad = np.exp(np.interp(np.log(m), np.log(whole), of_laws))
     return np.asarray(np.sqrt(sum((c.avar(m, frame_rate_hz, form) for c in parts), broad)))
 

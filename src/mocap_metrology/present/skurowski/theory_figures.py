@@ -10,12 +10,8 @@ import numpy as np
 
 from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.twins.published import (
-    FRAME_RATE_HZ,
-    published_gaussian,
-    published_keys,
-    published_row,
-)
+from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.papers.white_noise import white_roots
 from mocap_metrology.present.plot.curves import Limits
 from mocap_metrology.present.plot.figure import (
     GREY,
@@ -32,12 +28,13 @@ from mocap_metrology.present.plot.figure import (
     new_figure,
     styled,
 )
+from mocap_metrology.present.skurowski.densities import SETS, normal
 from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.captions import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-PAPER = "Skurowski & Pawlyta 2019"
 TITLE_1 = f"{PAPER}, Figure 1: Gaussian model of two markers"
 TITLE_2 = f"{PAPER}, Figure 2: standard error of the mean of N"
 SOURCE_1 = "Source: computed from Table 4 of the paper, row T40."
@@ -49,13 +46,6 @@ LENGTHS = {
     r"$\sigma_A$ = {:.1f} µm, as marker 1": ("sigma_A1_mm", LOOKS["x"]),
     r"$\sigma_A$ = {:.1f} µm, as marker 2": ("sigma_A2_mm", LOOKS["z"]),
 }
-KINDS = dict(zip(("T40", "Bonita", "Vantage"), LOOKS.values(), strict=True))
-
-
-def normal(x: np.ndarray, sigma: float) -> np.ndarray:
-    """Density of N(0, sigma)."""
-    density: np.ndarray = np.exp(-0.5 * (x / sigma) ** 2) / (sigma * np.sqrt(2 * np.pi))
-    return density
 
 
 @styled()
@@ -121,32 +111,6 @@ def _wand(axes: Axes, row: Mapping[str, float]) -> None:
         axes.text(place, 0.8, name, ha="center", va="bottom", size=SMALL_PT, color=GREY)
 
 
-def white_level(model: NoiseModel) -> float:
-    """h_0 and, in mm^2/Hz too, 2 (q_c T_c)^2 of correlated noise with T_c below a frame: the level
-    that its density has at low frequencies."""
-    level = 0.0
-    for part in model.components:
-        if isinstance(part, GaussMarkov) and part.T_c < 1 / FRAME_RATE_HZ:
-            level += 2 * (part.q_c * part.T_c) ** 2
-        elif isinstance(part, PowerLaw) and part.alpha == 0:
-            level += part.h
-    return level
-
-
-def white_roots() -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Camera type -> numbers of cameras and root of `white_level`, mm/sqrt(Hz), geometric mean over
-    the six coordinates; without Vantage's ten."""
-    found = {}
-    for kind in KINDS:
-        counts = sorted(n for k, n in published_keys() if k == kind and (k, n) != ("Vantage", 10))
-        roots = []
-        for n in counts:
-            h_0 = [white_level(model) for s, model in published_row(kind, n).items() if s != "L"]
-            roots.append(float(np.exp(np.mean(np.log(h_0)) / 2)))
-        found[kind] = np.array(counts), np.array(roots)
-    return found
-
-
 @styled()
 def standard_error_figure(title: str = TITLE_2) -> Picture:
     """S Figure 2, with the printed white noise beside the law."""
@@ -161,7 +125,7 @@ def standard_error_figure(title: str = TITLE_2) -> Picture:
         if fit is None:
             continue
         text = f"{kind}: exponent {fit.exponent:.2f} ± {fit.exponent_error:.2f}".replace("-", "−")
-        how = KINDS[kind].line(ls="", markersize=4.2, label=text)
+        how = SETS[kind].line(ls="", markersize=4.2, label=text)
         axes.plot(cameras + shift, roots / fit.one, **how)
     axes.set(xlim=(0.5, MOST_N + 0.5), xticks=range(1, MOST_N + 1))
     axes.set_ylim(0, 1.05 * axes.get_ylim()[1])

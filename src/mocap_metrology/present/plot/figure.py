@@ -235,6 +235,16 @@ def ratio_axis(axes: Axes, limits: tuple[float, float]) -> None:
     axes.yaxis.set_major_formatter("{x:g}")
 
 
+def room_for(values: Sequence[float], close: float) -> list[float]:
+    """Of ascending values those that have room for a label on a logarithmic axis, the largest
+    first: no two with a ratio of `close` or more."""
+    shown = [values[-1]]
+    for value in values[-2::-1]:
+        if value < close * shown[-1]:
+            shown.append(value)
+    return shown
+
+
 def letters(axes: Iterable[Axes]) -> None:
     """(a), (b), (c) before the titles of the panels, in this order."""
     for letter, one in zip("abcdefghijklmnopqrstuvwxyz", axes, strict=False):

@@ -22,6 +22,7 @@ from mocap_metrology.present.plot.figure import (
     legend_below,
     log_axis,
     new_figure,
+    room_for,
     short,
     styled,
 )
@@ -125,7 +126,7 @@ def scaling_figure(
         for letter, axes in (("a", upper), ("b", lower)):
             axes.set_title(f"({letter}) {short(kind, 16) or 'cameras'}")
             axes.tick_params(which="both", labelleft=axes.get_subplotspec().is_first_col())
-    ticks = _ticks(sorted(set(n)))
+    ticks = room_for(sorted(set(n)), CLOSE)
     above[0].set_xticks(ticks, [f"{k:g}" for k in ticks])
     above[0].set_xticks([], minor=True)
     labels = "Number of cameras", f"Covariance ({unit})"
@@ -148,15 +149,6 @@ def _label(axes: Axes, kinds: set[str], law: str) -> None:
     for kind, (text, how) in EXTRA.items():
         if kind in kinds:
             axes.plot([], [], label=text, color=GREY, **how)
-
-
-def _ticks(counts: Sequence[float]) -> list[float]:
-    """Numbers of cameras that have room for a label, the largest first."""
-    shown = [counts[-1]]
-    for count in counts[-2::-1]:
-        if count < CLOSE * shown[-1]:
-            shown.append(count)
-    return shown
 
 
 def _deviations(

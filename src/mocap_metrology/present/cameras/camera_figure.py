@@ -70,7 +70,7 @@ def camera_figure(
     n_blocks, columns = -(-len(kinds) // MOST), min(len(kinds), MOST)
     body = new_figure(title, source, REST_MM + n_blocks * sum(heights))
     levels = {kind: _levels(of) for kind, of in sigma_mm.items()}
-    limits = log_limits([of.drop(columns=["n", "label"]) for of in levels.values()])
+    limits = log_limits([of.drop(columns=["n", "label"]).to_numpy() for of in levels.values()])
     for k, part in enumerate(body.subfigures(n_blocks, squeeze=False)[:, 0]):
         shown = kinds[k * MOST : (k + 1) * MOST]
         grid = part.subplots(len(heights), columns, squeeze=False, height_ratios=heights)
@@ -80,18 +80,18 @@ def camera_figure(
             _noise_panel(top, levels[kind], up, limits)
             panel_title(top, short(kind, NAME))
             loud = {row["added"] for row in noisy(own, settings["noisy"])}
-            for axes, steps, limit, of_bad, words in zip(
+            worst["bad"] = worst.set_index(["from", "to"]).index.isin(up)
+            added["bad"] = added["added"].isin(loud)
+            for axes, steps, limit, words in zip(
                 panels,
                 (worst, added),
                 (1 + settings["rise"], settings["noisy"]),
-                (worst.set_index(["from", "to"]).index.isin(up), added["added"].isin(loud)),
                 ("no addition of cameras", "frames are not shared"),
                 strict=False,
             ):
                 ratio_axis(axes, _ratio_limits(steps["value"]))
-                pick = steps["camera_type"] == kind
-                room = ROOM_FOR_ID // columns
-                _factor_panel(axes, steps[pick].assign(bad=of_bad[pick]), limit, words, room)
+                own_steps = steps[steps["camera_type"] == kind]
+                _factor_panel(axes, own_steps, limit, words, ROOM_FOR_ID // columns)
         _name_rows(grid, shown)
     last = list(grid[:, : len(shown)].flat)
     last[1].axvspan(np.nan, np.nan, label="raised or noisy", **RAISED)
@@ -153,7 +153,7 @@ def _noise_panel(
         how |= {"markerfacecolor": LOOKS[axis].colour if marker == 1 else "white"}
         axes.plot(x, levels[name], **how)
     if not nested:
-        _slot_axis(axes, levels["label"])
+        _slot_axis(axes, levels["label"].tolist())
         axes.set_xlabel("Cameras left out (−), or their number")
         return
     n = x.to_numpy()
@@ -191,8 +191,8 @@ def _factor_panel(axes: Axes, steps: pd.DataFrame, limit: float, nothing: str, r
     axes.axhline(limit, label="limit", **LIMIT)
     for k in np.flatnonzero(first["bad"]):
         axes.axvspan(k - 0.5, k + 0.5, **RAISED)
-    names = first[["added", "from"]].itertuples(index=False)
-    _slot_axis(axes, [_added(*name, room=len(first) <= room) for name in names])
+    names = zip(first["added"], first["from"], strict=True)
+    _slot_axis(axes, [_added(ids, smaller, len(first) <= room) for ids, smaller in names])
 
 
 def _ratio_limits(values: pd.Series) -> Limits:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ import pandas as pd
 from mocap_metrology.noise.allan.confidence import interval
 from mocap_metrology.noise.changes.compare import DAYS_A_MONTH, adev_ratio
 from mocap_metrology.present.changes.compare import Columns, curve_of, series_of
-from mocap_metrology.present.plot.curves import ADEV_AXES, facets, log_limits, looks_of
+from mocap_metrology.present.plot.curves import ADEV_AXES, facets, groups_of, log_limits, looks_of
 from mocap_metrology.present.plot.figure import (
     BAND,
     GREY,
@@ -84,7 +84,7 @@ def compare_figure(
             ratio_axis(axes, limits)
             axes.axhline(1, color=INK, lw=0.6, zorder=1)
             axes.axhspan(1 / (1 + margin), 1 + margin, color=MARGIN, lw=0, zorder=0)
-            for name, own in of_it[of_it["series"].isin(names)].groupby("series", sort=False):
+            for name, own in groups_of(of_it[of_it["series"].isin(names)], "series"):
                 ends = (own[end].clip(limits[0] / 2, limits[1] * 2) for end in ("lower", "upper"))
                 axes.fill_between(own["tau_s"], *ends, color=looks[name].colour, **BAND)
                 how = looks[name].line(marker="", lw=1.1, label=_called(name))
@@ -101,7 +101,7 @@ def compare_figure(
 
 
 def _grid(
-    title: str, source: str, n_rows: int, series: Sequence[str]
+    title: str, source: str, n_rows: int, series: Iterable[str]
 ) -> tuple[SubFigure, np.ndarray, dict[str, list[str]]]:
     """The body of a figure, its axes (`n_rows` rows of panels, named inside), series by panel."""
     panels = facets(series, MOST_MARKERS) or {"": []}

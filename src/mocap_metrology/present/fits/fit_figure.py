@@ -63,13 +63,12 @@ DASHES = (
     (0, (3, 1.2)),
     (0, (5, 1.2, 1.2, 1.2, 1.2, 1.2)),
 )
-OTHERS: tuple[Keywords, ...] = tuple(  # other estimators: none of the components' colours
-    {"color": colour, "lw": 1.0, "ls": dashes}
-    for colour, dashes in (
-        *(("#23733d", "-"), ("#8a6500", (0, (4, 1.2)))),
-        *(("#a8308e", (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))), ("#6b6b6b", (0, (1.5, 1.5)))),
-        ("#7a4f33", (0, (9, 1.2))),
-    )
+OTHERS: tuple[Keywords, ...] = (  # other estimators: none of the components' colours
+    {"color": "#23733d", "lw": 1.0, "ls": "-"},
+    {"color": "#8a6500", "lw": 1.0, "ls": (0, (4, 1.2))},
+    {"color": "#a8308e", "lw": 1.0, "ls": (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))},
+    {"color": "#6b6b6b", "lw": 1.0, "ls": (0, (1.5, 1.5))},
+    {"color": "#7a4f33", "lw": 1.0, "ls": (0, (9, 1.2))},
 )
 
 
@@ -105,11 +104,14 @@ def fit_figure(
     points = pd.DataFrame({name: np.asarray(allan[name], float) for name in names})
     points = points[np.isfinite(points["adev_mm"]) & (points["adev_mm"] > 0)]
     spectrum = spectrum_of(periodogram)
-    rows = ["ab", "cd", "ef"] if others else ["ab", "cd"]
-    heights = ROWS_MM[: len(rows)]
+    heights = ROWS_MM if others else ROWS_MM[:2]
     body = new_figure(title, source, 34.0 + sum(heights) + 1.9 * len(fit.parts))
-    panels = body.subplot_mosaic("\n".join(rows), height_ratios=heights)
-    _share(panels)
+    grid = body.subplots(len(heights), 2, sharex="col", height_ratios=heights)
+    panels = dict(zip("abcdef", grid.flat, strict=False))
+    for axes in grid.flat:
+        axes.yaxis.set_label_coords(LABEL_AT, 0.5)
+    for axes, label in zip(grid[-1], ("Averaging time τ (s)", "Frequency (Hz)"), strict=True):
+        axes.set_xlabel(label)
     _allan_panel(panels["a"], points, fit, frame_rate_hz, f"{100 * confidence:.3g} % interval")
     _psd_panel(panels["b"], spectrum, fit, frame_rate_hz, confidence)
     _allan_residuals(panels["c"], points, [(fit, DATA)] if fit.parts else [], frame_rate_hz)
@@ -124,19 +126,6 @@ def fit_figure(
     legend_below(body, [panels[name] for name in "ab"], columns=2)
     caption = _caption(fit, bool(others), bool(estimates.get(main)), lines_subtracted)
     return Picture(body, f"{caption} {remarks}".strip())
-
-
-def _share(panels: Mapping[str, Axes]) -> None:
-    """One x axis a column, its label below the last panel; labels of y in line."""
-    for column, label in (("ace", "Averaging time τ (s)"), ("bdf", "Frequency (Hz)")):
-        own = [panels[name] for name in column if name in panels]
-        own[-1].set_xlabel(label)
-        for axes in own[1:]:
-            axes.sharex(own[0])
-        for axes in own[:-1]:
-            axes.tick_params(labelbottom=False)
-    for axes in panels.values():
-        axes.yaxis.set_label_coords(LABEL_AT, 0.5)
 
 
 def part_styles(fit: Fit) -> list[Keywords]:
@@ -187,8 +176,8 @@ def _allan_panel(axes: Axes, points: pd.DataFrame, fit: Fit, rate: float, band: 
     if points.empty:
         say(axes, NOTHING)
     axes.plot(tau, adev, zorder=3, label="data", **DATA)
-    ends = (_clip(points[f"adev_{end}_mm"], limits) for end in ("lower", "upper"))
-    axes.fill_between(tau, *ends, label=band, **BAND)
+    ends = [_clip(points[f"adev_{end}_mm"], limits) for end in ("lower", "upper")]
+    axes.fill_between(tau, ends[0], ends[1], label=band, **BAND)
     m = drawn_m(int(points["m"].max()) if len(points) else 2)
     if fit.parts:
         model = np.sqrt(_fit_avar(fit, m, rate))

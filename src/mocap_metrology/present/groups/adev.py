@@ -20,6 +20,7 @@ from mocap_metrology.present.plot.curves import (
     curves_picture,
     draw_curves,
     family_ends,
+    groups_of,
     markers_every,
     slope_fan,
 )
@@ -73,7 +74,7 @@ def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> 
         panel_title(above[k], short(title))
         below[k].set_ylim(extent)
         below[k].locator_params(axis="y", nbins=5)
-        for order, (name, own) in enumerate(found[k].groupby("curve", sort=False)):
+        for order, (name, own) in enumerate(groups_of(found[k], "curve")):
             every = markers_every(len(own), order)
             below[k].plot(own["x"], own["ratio"], **looks[name].line(markevery=every))
         for axes in (above[k], below[k]):

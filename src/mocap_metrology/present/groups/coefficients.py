@@ -13,7 +13,7 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, limit_class
 from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.groups.members import RECORDING, Family, left_out, shown_series
-from mocap_metrology.present.plot.curves import log_limits
+from mocap_metrology.present.plot.curves import groups_of, log_limits
 from mocap_metrology.present.plot.figure import (
     FAINT,
     OTHER_LOOKS,
@@ -160,14 +160,14 @@ def _scatter(axes: Axes, terms: pd.DataFrame, family: Family) -> None:
     across, (low, high) = (log_limits([terms[name]], 2.0) for name in ("T_c", "q_c"))
     log_axes(axes, (across, (low / 4, high * 2)))
     slots.shade_classes(axes, across)
-    for label, own in terms.groupby("group", sort=False):
+    for label, own in groups_of(terms, "group"):
         look = family.looks.get(label, ANY)
         how: Keywords = {"ls": "", "marker": look.marker, "markersize": 3.4, "mew": 0, "alpha": 0.9}
         how |= {"color": look.colour, "elinewidth": 0.4}
         how |= {"label": short(family.said(label))} if family.looks else {}
         for name, which in (("T_c", "xerr"), ("q_c", "yerr")):
-            low = own[f"{name}_lower"].clip(lower=own[name] / 1e3)  # zero is not on this axis
-            how[which] = np.nan_to_num([own[name] - low, own[f"{name}_upper"] - own[name]])
+            ends = own[f"{name}_lower"].clip(lower=own[name] / 1e3)  # zero is not on this axis
+            how |= {which: np.nan_to_num([own[name] - ends, own[f"{name}_upper"] - own[name]])}
         axes.errorbar(own["T_c"], own["q_c"], **how)
     axes.fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
     panel_title(axes, "Amplitude against correlation time", f"{len(terms)} terms")

@@ -198,7 +198,7 @@ def draw(
                 how: Keywords = {"ls": "", "ms": 3.4, "mew": 0, "clip_on": False}
                 axes.plot(x[own & which], at[own & which], marker=sign, color=colour, **how)
     for (style, colour), own in marks[inside].groupby(["style", colours[inside]], sort=False):
-        how = {"ls": ""} | STYLES[style] | {"color": colour}
+        how = {"ls": ""} | STYLES[str(style)] | {"color": colour}
         if coloured and style == VALUE:
             how |= {"marker": looks[own["series"].iloc[0]].marker, "ms": 4.2, "mew": 0}
         axes.plot(x[own.index], y[own.index], **how)

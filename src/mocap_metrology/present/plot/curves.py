@@ -87,6 +87,11 @@ def facets(series: Iterable[str], most: int = MOST_MARKERS) -> dict[str, list[st
     return {title: own for title, own in panels.items() if own}
 
 
+def groups_of(frame: pd.DataFrame, column: str) -> list[tuple[str, pd.DataFrame]]:
+    """Name and rows of each group of a column of names, in order of appearance."""
+    return [(str(name), rows) for name, rows in frame.groupby(column, sort=False)]
+
+
 def looks_of(series: Iterable[str]) -> dict[str, Look]:
     """The look of each series: of its coordinate, or the next of the others."""
     names = list(dict.fromkeys(series))
@@ -197,16 +202,16 @@ def draw_curves(
         return
     own = looks_of(curves["curve"]) if looks is None else looks
     curves = curves if "thin" in curves else curves.assign(thin="")
-    for order, (name, rows) in enumerate(curves.groupby("curve", sort=False)):
+    for order, (name, rows) in enumerate(groups_of(curves, "curve")):
         look = own[name]
         main, others = rows[rows["thin"] == ""], rows[rows["thin"] != ""]
         if main[["lower", "upper"]].notna().all(axis=1).any():
-            ends = (
-                main[end].clip(y_limits[0] / 10, y_limits[1] * 10) for end in ("lower", "upper")
+            low, high = (
+                main[["lower", "upper"]].clip(y_limits[0] / 10, y_limits[1] * 10).to_numpy().T
             )
-            axes.fill_between(main["x"], *ends, where=main["y"] > 0, color=look.colour, **BAND)
+            axes.fill_between(main["x"], low, high, where=main["y"] > 0, color=look.colour, **BAND)
             axes.fill([], [], color=GREY, alpha=0.3, lw=0, label=band)
-        for other, part in others.groupby("thin", sort=False):
+        for other, part in groups_of(others, "thin"):
             how: Keywords = {"ls": THIN[other], "lw": 0.8, "alpha": 0.7}
             axes.plot(part["x"], positive(part["y"]), color=look.colour, **how)
             axes.plot([], [], color=GREY, label=other, **how)
@@ -231,7 +236,7 @@ def family_ends(curves: pd.DataFrame) -> tuple[str, str]:
 def _draw_family(axes: Axes, curves: pd.DataFrame) -> None:
     """All in grey, the lowest, the highest, and the median where half of them have a value."""
     curves = curves.assign(y=positive(curves["y"]))
-    named = dict(list(curves.groupby("curve", sort=False)))
+    named = dict(groups_of(curves, "curve"))
     how: Keywords = {"color": "#9a9a9a", "lw": 0.5, "rasterized": len(named) > MOST_VECTORS}
     for k, rows in enumerate(named.values()):
         axes.plot(rows["x"], rows["y"], label=None if k else f"one of {len(named)}", **how)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -148,7 +148,7 @@ def draw(
     def place(values: pd.Series | np.ndarray) -> np.ndarray:
         return np.asarray(scale * np.clip(values, *limits) + offset)
 
-    def line(rows: pd.DataFrame, label: str, **how: object) -> None:
+    def line(rows: pd.DataFrame, label: str, **how: Any) -> None:
         time, known = (rows["first"] + rows["stop"]) / 2 * per_frame, rows["n_valid"] > 0
         axes.plot(time, place(rows["mean"]), label=label, **how)
         alone = known & ~known.shift(fill_value=False) & ~known.shift(-1, fill_value=False)

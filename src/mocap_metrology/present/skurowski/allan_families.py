@@ -139,7 +139,7 @@ def _draw_slice(
         if series == "x1" and np.isfinite(at.iloc[-1]):
             n = np.linspace(at.index[0], at.index[-1])
             axes.plot(n, at.iloc[-1] * np.sqrt(n[-1] / n), **LAW, zorder=1)
-        if series == "x1" and drop in at.index:
+        if series == "x1" and drop is not None and drop in at.index:
             axes.axvspan(drop - 0.35, drop + 0.35, zorder=0, **DROP)
 
 

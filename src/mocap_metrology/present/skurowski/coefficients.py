@@ -122,8 +122,9 @@ def _coefficients(
 def _linear_axis(axes: Axes, marks: pd.DataFrame) -> None:
     """From zero up to nine tenths of the positive numbers, in units of a power of ten."""
     numbers = marks[marks["style"].isin([slots.PUBLISHED, slots.PALE, slots.S_VALUE, slots.VALUE])]
-    top = numbers["value"][numbers["value"] > 0].quantile(HELD) * 1.12
-    axes.set_ylim((-0.08 * top, top) if top > 0 else (-0.08, 1.0))
+    greatest = numbers["value"][numbers["value"] > 0].quantile(HELD) * 1.12
+    top = float(greatest) if greatest > 0 else 1.0
+    axes.set_ylim(-0.08 * top, top)
     axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
     axes.yaxis.get_offset_text().set(fontsize=SMALL_PT - 0.5, color=GREY)
     axes.locator_params(axis="y", nbins=4)
@@ -188,7 +189,7 @@ def _scatter(axes: Axes, terms: pd.DataFrame, *, hollow: bool) -> None:
     standard error."""
     pale = (terms["T_c_style"] == slots.PALE) | (terms["q_c_style"] == slots.PALE)
     for (kind, faint), own in terms.groupby(["camera_type", pale], sort=False):
-        look = SETS[kind]
+        look = SETS[str(kind)]
         how: Keywords = {"mfc": "none", "mew": 0.7, "ms": 3.6} if hollow else {"mew": 0, "ms": 3.0}
         how |= {"alpha": PALE if faint else 1.0, "color": look.colour, "marker": look.marker}
         axes.plot(own["T_c"], own["q_c"], ls="", **how)

@@ -10,7 +10,13 @@ import pandas as pd
 
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.shock import Shock, find_shock
-from mocap_metrology.present.plot.curves import ADEV_AXES, adev_curves, curve_limits, draw_curves
+from mocap_metrology.present.plot.curves import (
+    ADEV_AXES,
+    adev_curves,
+    curve_limits,
+    draw_curves,
+    groups_of,
+)
 from mocap_metrology.present.plot.figure import (
     GREY,
     LOOKS,
@@ -91,7 +97,7 @@ def crump_figure(
     half = 1.08 * max(traces["raw"].abs().max(), 1e3 * LEAST_MM)
     body = new_figure(title, source, 118.0)
     grid = body.subplot_mosaic([[series, "L"] for series in AXES], width_ratios=(5, 4))
-    for series, own in traces.groupby("series", sort=False):
+    for series, own in groups_of(traces, "series"):
         axes = grid[series]
         axes.set(xlim=(-BEFORE_S, AFTER_S), ylim=(-half, half), ylabel=f"{series} (µm)")
         axes.plot(own["time_s"], own["raw"], **RAW)

@@ -133,8 +133,8 @@ def _distances(
             axes.plot(x, normal(x - mu, sigma), color=look.colour, **PRINTED)
     if any(name in published for name in distance):
         axes.plot([], [], color=GREY, label="normal, Table 4", **PRINTED)
-    peaks = [float(np.max(line.get_ydata())) for line in axes.lines if len(line.get_ydata())]
-    log_axis(axes, "y", (LEAST_DENSITY, 2 * max(peaks, default=1.0)))
+    peaks = [float(np.max(line.get_ydata(), initial=0)) for line in axes.lines]
+    log_axis(axes, "y", (LEAST_DENSITY, 2 * max(peaks, default=1.0) or 1.0))
 
 
 def _mean_limits(means: Sequence[Mean]) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from mocap_metrology.noise.cameras.scaling import Scaling, fit_scaling
-from mocap_metrology.present.plot.curves import label_outer, log_limits
+from mocap_metrology.present.plot.curves import groups_of, label_outer, log_limits
 from mocap_metrology.present.plot.figure import (
     GREY,
     INK,
@@ -165,7 +165,7 @@ def _deviations(
             text = f"{name}  {power * fit.exponent:.2f}{more}".replace("-", "−")
             line = {"color": how["color"], "ls": DASHES[name], "lw": 0.9}
             axes.plot(curve, fit.law(curve) ** power, label=text, **line)
-        for kind, points in own.groupby("kind"):
+        for kind, points in groups_of(own, "kind"):
             look = {"color": how["color"], **EXTRA[kind][1]} if kind in EXTRA else how | {"ls": ""}
             axes.plot(points["n"], points["value"] ** power, **look)
     if any(laws.values()):
@@ -189,6 +189,6 @@ def _covariance_axis(axes: Axes, values: pd.Series) -> None:
 
 
 def _covariances(axes: Axes, frame: pd.DataFrame, per_mm2: float) -> None:
-    for kind, own in frame.groupby("kind", sort=False):
+    for kind, own in groups_of(frame, "kind"):
         how = {"color": INK, **EXTRA[kind][1]} if kind in EXTRA else COVARIANCE
         axes.plot(own["n"], own["value"] * per_mm2, **how)

@@ -209,6 +209,9 @@ def test_figure_has_a_panel_for_each_question(tmp_path, subsets: dict) -> None:
     noise = ("camera_noise", "camera_noise_lower_95", "camera_noise_upper_95")
     known = {(r["from"], r["to"]): tuple(r[k] for k in noise) for r in rows if r["camera_noise"]}
     assert np.allclose(bars(of_camera), sorted(known.values()))
+    up = len({(row["from"], row["to"]) for row in raised(rows)})
+    shaded = [patch for patch in of_rise.patches if patch.get_facecolor()[3] < 1]
+    assert len(shaded) == up + 1  # and one for the legend
     check_saved(picture, tmp_path / "cameras")
 
 

@@ -128,7 +128,7 @@ def test_figures_of_odd_recordings(factor) -> None:
         [Comparison(ODD_TEXT, "old_" * 20, new, old), short], 0.05, 0.95, ODD_TEXT, ODD_TEXT
     )
     check(picture)
-    assert len(picture.figure.axes) == 4  # all markers in one panel, and the distances
+    assert len(picture.figure.axes) == 8  # a column a coordinate, and the distance
     apart = columns(factor, 0.02, series=("x1",)), columns(1.0, series=("y1",))
     check(compare_figure([Comparison("a", "b", *apart)], 0.05, 0.95, "title", "source"))
 

@@ -47,7 +47,7 @@ rule skurowski_theory:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("skurowski_theory.py", "noise", "present"),
+        code=source("skurowski_theory.py", "noise", "papers", "present"),
         caption=captions.of_skurowski(1, 2, 3),
     message:
         "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
@@ -158,7 +158,7 @@ rule skurowski_noise:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("skurowski_noise.py", "noise", "present"),
+        code=source("skurowski_noise.py", "noise", "papers", "present"),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
     message:
         "Tables A1-A3 of Skurowski & Pawlyta 2019"
@@ -184,7 +184,7 @@ rule skurowski_noise_figures:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source("skurowski_noise_figures.py", "noise", "present"),
+        code=source("skurowski_noise_figures.py", "noise", "papers", "present"),
         caption=captions.of_skurowski(6, 14, 15, 16, 17),
         rows=columns(*SUBSET, of=OF_SKUROWSKI),
         settings=settings(*NOISE),

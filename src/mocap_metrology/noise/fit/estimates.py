@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypedDict, cast
+from typing import Any, TypedDict, cast
 
 import numpy as np
 
@@ -144,6 +144,14 @@ class Estimate:
 def correlation_class(T_c: float) -> str:
     """Class of a correlation time (s) after S 4.6: `short`, `medium`, `long`, or `unclassed`."""
     return next((name for name, low, high in CLASSES if low <= T_c < high), "unclassed")
+
+
+def limit_class(row: Mapping[str, Any]) -> str | None:
+    """Class of T_c (S 4.6) that a limit of q_c is for, from its note (`class long: ...`)."""
+    note = str(row.get("note") or "")
+    if row["status"] != "not_detected" or not note.startswith("class "):
+        return None
+    return note.split(":")[0].removeprefix("class ")
 
 
 def rows(series: str, estimate: Estimate) -> list[Row]:

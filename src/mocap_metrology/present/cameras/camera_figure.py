@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
-from mocap_metrology.present.cameras.camera_tables import LARGEST, NOISE, noisy, raised
+from mocap_metrology.present.cameras.camera_tables import COLUMNS, LARGEST, NOISE, noisy, raised
 from mocap_metrology.present.plot.curves import Limits, log_limits
 from mocap_metrology.present.plot.figure import (
     FAINT,
@@ -22,6 +23,7 @@ from mocap_metrology.present.plot.figure import (
     new_figure,
     panel_title,
     ratio_axis,
+    room_for,
     say,
     short,
     styled,
@@ -61,31 +63,49 @@ def camera_figure(
     is `without` and the deviation at one frame of each coordinate; settings: limits `rise`
     and `noisy`; source: the line at the foot; remarks: what the caption adds.
     """
-    kinds = list(sigma_mm)
-    heights = [NOISE_MM, RISE_MM]
-    heights += [CAMERA_MM] if any(row["camera_noise"] is not None for row in rows) else []
-    n_blocks = -(-len(kinds) // MOST)
-    columns = min(len(kinds), MOST)
-    room = ROOM_FOR_ID // columns
+    kinds, table = list(sigma_mm), pd.DataFrame(rows, columns=COLUMNS)
+    worst = _steps(table[table["from"] != ""], LARGEST)
+    added = _steps(table[table["tau_s"] == table["tau_s"].min()], NOISE)
+    heights = [NOISE_MM, RISE_MM] + ([CAMERA_MM] if len(added) else [])
+    n_blocks, columns = -(-len(kinds) // MOST), min(len(kinds), MOST)
     body = new_figure(title, source, REST_MM + n_blocks * sum(heights))
-    levels = log_limits([_values(of)[1] for of in sigma_mm.values()], least_decades=1.0)
-    factors = [_factor_limits(rows, LARGEST[0]), _factor_limits(rows, NOISE[0])]
-    last: list[Axes] = []
+    levels = {kind: _levels(of) for kind, of in sigma_mm.items()}
+    limits = log_limits([of.drop(columns=["n", "label"]).to_numpy() for of in levels.values()])
     for k, part in enumerate(body.subfigures(n_blocks, squeeze=False)[:, 0]):
         shown = kinds[k * MOST : (k + 1) * MOST]
         grid = part.subplots(len(heights), columns, squeeze=False, height_ratios=heights)
-        for kind, column in zip(shown, grid.T, strict=False):
+        for kind, (top, *panels) in zip(shown, grid.T, strict=False):
             own = [row for row in rows if row["camera_type"] == kind]
-            _noise_panel(column[0], sigma_mm[kind], raised(own), levels)
-            panel_title(column[0], short(kind, NAME))
-            _rise_panel(column[1], own, settings["rise"], factors[0], room)
-            if len(heights) > 2:
-                _camera_panel(column[2], own, settings["noisy"], factors[1], room)
+            up = {(row["from"], row["to"]) for row in raised(own)}
+            _noise_panel(top, levels[kind], up, limits)
+            panel_title(top, short(kind, NAME))
+            loud = {row["added"] for row in noisy(own, settings["noisy"])}
+            worst["bad"] = worst.set_index(["from", "to"]).index.isin(up)
+            added["bad"] = added["added"].isin(loud)
+            for axes, steps, limit, words in zip(
+                panels,
+                (worst, added),
+                (1 + settings["rise"], settings["noisy"]),
+                ("no addition of cameras", "frames are not shared"),
+                strict=False,
+            ):
+                ratio_axis(axes, _ratio_limits(steps["value"]))
+                own_steps = steps[steps["camera_type"] == kind]
+                _factor_panel(axes, own_steps, limit, words, ROOM_FOR_ID // columns)
         _name_rows(grid, shown)
-        last = list(grid[:, : len(shown)].flat)
+    last = list(grid[:, : len(shown)].flat)
     last[1].axvspan(np.nan, np.nan, label="raised or noisy", **RAISED)
     legend_below(part, last, 5)
     return Picture(body, f"{captions.CAMERAS} {remarks}")
+
+
+def _steps(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
+    """One row an addition and averaging time, of the worst marker: `value`, `lower`, `upper`."""
+    names = dict(zip(keys, ("value", "lower", "upper"), strict=False))
+    steps = table[table[keys[0]].notna()].rename(columns=names)
+    steps[["value", "lower", "upper"]] = steps[["value", "lower", "upper"]].astype(float)
+    steps = steps.sort_values("value", ascending=False, kind="stable")
+    return steps.drop_duplicates(["camera_type", "from", "to", "tau_s"]).sort_index()
 
 
 def _name_rows(grid: np.ndarray, shown: Sequence[str]) -> None:
@@ -104,129 +124,80 @@ def _name_rows(grid: np.ndarray, shown: Sequence[str]) -> None:
             axes.axis("off")
 
 
-def _values(levels: Levels) -> tuple[list[str], np.ndarray]:
-    """Series, and their deviations (series, recording), recordings by number of cameras."""
-    series = list(dict.fromkeys(s for found in levels.values() for s in found if coordinate_of(s)))
-    names = sorted(levels, key=lambda name: levels[name]["n"])
-    values = [[levels[name].get(s, np.nan) for name in names] for s in series]
-    return series, np.array(values, dtype=np.float64).reshape(len(series), len(names))
+def _levels(levels: Levels) -> pd.DataFrame:
+    """A row a recording, by the number `n` of cameras: its `label` (`−5` if it lacks camera 5, else
+    the number) and its deviations, a column a coordinate."""
+    table = pd.DataFrame.from_dict(dict(levels), orient="index")
+    names = [
+        "\n".join(f"−{i}" for i in ids) if 0 < len(ids) <= 2 else str(n)
+        for ids, n in zip(table["without"], table["n"], strict=True)
+    ]
+    series = [name for name in table if coordinate_of(str(name))]
+    return table.assign(label=names)[["n", "label", *series]].sort_values("n", kind="stable")
 
 
-def _noise_panel(axes: Axes, levels: Levels, up: Sequence[Row], limits: Limits) -> None:
+def _noise_panel(
+    axes: Axes, levels: pd.DataFrame, up: Collection[tuple[str, str]], limits: Limits
+) -> None:
     """Against the number of cameras; or, where recordings have equally many, side by side."""
-    names = sorted(levels, key=lambda name: levels[name]["n"])
-    n = np.array([levels[name]["n"] for name in names], dtype=np.float64)
-    nested = np.unique(n).size == n.size
-    x = n if nested else np.arange(n.size, dtype=np.float64)
-    at = dict(zip(names, x.tolist(), strict=True))
+    nested = levels["n"].is_unique
+    x = levels["n"].astype(float) if nested else pd.Series(range(len(levels)), levels.index)
     log_axis(axes, "y", limits)
     axes.grid(visible=False)
-    for row in up:
-        ends = (at[row["from"]], at[row["to"]]) if nested else (at[row["from"]], at[row["from"]])
-        axes.axvspan(ends[0] - 0.5 * (not nested), ends[1] + 0.5 * (not nested), **RAISED)
-    for level in np.geomspace(*limits, 9) if nested else ():
-        axes.plot(n, level * (n[0] / n) ** 0.5, zorder=0.5, **LAW)
-    for name, y in zip(*_values(levels), strict=True):
+    for smaller, larger in up:
+        ends = (x[smaller], x[larger]) if nested else (x[smaller] - 0.5, x[smaller] + 0.5)
+        axes.axvspan(*ends, **RAISED)
+    for name in levels.columns.drop(["n", "label"]):
         axis, marker = coordinate_of(name) or ("x", 1)
-        how = LOOKS[axis].line(lw=0.9, label=axis)
+        how = LOOKS[axis].line(lw=0.9, label=axis) | ({} if nested else {"ls": ""})
         how |= {"markerfacecolor": LOOKS[axis].colour if marker == 1 else "white"}
-        axes.plot(x, y, **how | ({} if nested else {"ls": ""}))
-    if nested:
-        axes.plot([], [], label="1/√n (S Eq. 3)", **LAW)
-        _count_axis(axes, n)
-    else:
-        _slot_axis(axes, [_without(**levels[name]) for name in names])
+        axes.plot(x, levels[name], **how)
+    if not nested:
+        _slot_axis(axes, levels["label"].tolist())
         axes.set_xlabel("Cameras left out (−), or their number")
-
-
-def _without(n: int, without: Sequence[int | str], **_levels: float) -> str:
-    """`−5` of a subset that lacks camera 5; of others, the number of cameras."""
-    return "\n".join(f"−{i}" for i in without) if 0 < len(without) <= 2 else f"{n}"
-
-
-def _count_axis(axes: Axes, counts: np.ndarray) -> None:
-    """A logarithmic axis of numbers of cameras, labels where there is room, the largest first."""
-    pad = float(counts[-1] / counts[0]) ** 0.06
-    axes.set(xscale="log", xlim=(counts[0] / pad, counts[-1] * pad), xlabel="Number of cameras")
-    shown = [counts[-1]]
-    for count in counts[-2::-1]:
-        if count < CLOSE * shown[-1]:
-            shown.append(count)
-    axes.set_xticks(shown, [f"{count:g}" for count in shown])
+        return
+    n = x.to_numpy()
+    for level in np.geomspace(*limits, 9):
+        axes.plot(n, level * (n[0] / n) ** 0.5, zorder=0.5, **LAW)
+    axes.plot([], [], label="1/√n (S Eq. 3)", **LAW)
+    pad = float(n[-1] / n[0]) ** 0.06
+    axes.set(xscale="log", xlim=(n[0] / pad, n[-1] * pad), xlabel="Number of cameras")
+    ticks = room_for(n.tolist(), CLOSE)
+    axes.set_xticks(ticks, [f"{count:g}" for count in ticks])
     axes.set_xticks([], minor=True)
 
 
-def _rise_panel(axes: Axes, rows: Sequence[Row], rise: float, limits: Limits, room: int) -> None:
-    """Factor of the worst marker with each addition, at up to three averaging times."""
-    own = [row for row in rows if row["from"]]
-    steps = list(dict.fromkeys((row["from"], row["to"]) for row in own))
-    bad = {(row["from"], row["to"]) for row in raised(rows)}
-    ratio_axis(axes, limits)
-    axes.set_xlabel("Ids of the cameras added")
-    if not own:
+def _factor_panel(axes: Axes, steps: pd.DataFrame, limit: float, nothing: str, room: int) -> None:
+    """Factors of each addition, at up to three averaging times, with intervals whose ends are wider
+    than the points, so that short ones show; the `bad` ones shaded."""
+    axes.set_xlabel("Ids of the cameras" + (" added" if "addition" in nothing else ""))
+    if steps.empty:
         axes.set_xticks([])
-        say(axes, "no addition of cameras")
+        say(axes, nothing)
         return
-    taus = sorted({row["tau_s"] for row in own})[: len(TAU_LOOKS)]
-    for j, (tau, look) in enumerate(zip(taus, TAU_LOOKS, strict=False)):
-        x = np.arange(len(steps)) + (j - (len(taus) - 1) / 2) * 0.24
-        worst = [_worst(own, step, tau) for step in steps]
-        _bars(axes, x, worst, LARGEST, look, "one frame" if j == 0 else f"{tau:.2g} s")
-    _limits(axes, 1 + rise, [k for k, step in enumerate(steps) if step in bad])
-    named = {step: next(r for r in own if (r["from"], r["to"]) == step) for step in steps}
-    _slot_axis(axes, [_added(named[step], len(steps) <= room) for step in steps])
-
-
-def _camera_panel(axes: Axes, rows: Sequence[Row], limit: float, limits: Limits, room: int) -> None:
-    """Noise of each added camera at one frame."""
-    shortest = min((row["tau_s"] for row in rows), default=0.0)
-    own = [row for row in rows if row["tau_s"] == shortest and row["camera_noise"] is not None]
-    first = list({(row["from"], row["to"]): row for row in reversed(own)}.values())[::-1]
-    bad = {row["added"] for row in noisy(rows, limit)}
-    ratio_axis(axes, limits)
-    axes.set_xlabel("Ids of the cameras")
-    if not first:
-        axes.set_xticks([])
-        say(axes, "frames are not shared")
-        return
-    _bars(axes, np.arange(len(first)), first, NOISE, TAU_LOOKS[0], "one frame")
-    _limits(axes, limit, [k for k, row in enumerate(first) if row["added"] in bad])
-    _slot_axis(axes, [_added(row, len(first) <= room) for row in first])
-
-
-def _limits(axes: Axes, limit: float, bad: Sequence[int]) -> None:
+    first = steps.drop_duplicates(["from", "to"])
+    place = {(a, b): k for k, (a, b) in enumerate(zip(first["from"], first["to"], strict=True))}
+    taus = sorted(steps["tau_s"].unique())[: len(TAU_LOOKS)]
+    for j, (tau, (marker, colour)) in enumerate(zip(taus, TAU_LOOKS, strict=False)):
+        own = steps[steps["tau_s"] == tau]
+        at = [place[step] for step in zip(own["from"], own["to"], strict=True)]
+        x = np.array(at) + (j - (len(taus) - 1) / 2) * 0.24
+        reach = np.nan_to_num([own["value"] - own["lower"], own["upper"] - own["value"]])
+        how: Keywords = {"ls": "", "marker": marker, "color": colour, "markersize": 2.6}
+        how |= {"elinewidth": 0.9, "capsize": 3.2, "capthick": 0.7}
+        label = "one frame" if j == 0 else f"{tau:.2g} s"
+        axes.errorbar(x, own["value"], yerr=reach, label=label, **how)
     axes.axhline(1, color=GREY, lw=0.8)
     axes.axhline(limit, label="limit", **LIMIT)
-    for k in bad:
+    for k in np.flatnonzero(first["bad"]):
         axes.axvspan(k - 0.5, k + 0.5, **RAISED)
+    names = zip(first["added"], first["from"], strict=True)
+    _slot_axis(axes, [_added(ids, smaller, len(first) <= room) for ids, smaller in names])
 
 
-def _worst(rows: Sequence[Row], step: tuple[str, str], tau: float) -> Row:
-    own = [r for r in rows if (r["from"], r["to"]) == step and r["tau_s"] == tau]
-    return max(own, key=lambda r: r["largest_factor"])
-
-
-def _bars(
-    axes: Axes,
-    x: np.ndarray,
-    rows: Sequence[Row],
-    keys: Sequence[str],
-    look: tuple[str, str],
-    text: str,
-) -> None:
-    """Factors with intervals whose ends are wider than the points, so that short ones show."""
-    value, low, high = (np.array([row[key] for row in rows], dtype=np.float64) for key in keys[:3])
-    how: Keywords = {"ls": "", "marker": look[0], "color": look[1], "markersize": 2.6}
-    reach = np.nan_to_num([value - low, high - value])
-    axes.errorbar(
-        x, value, yerr=reach, elinewidth=0.9, capsize=3.2, capthick=0.7, label=text, **how
-    )
-
-
-def _factor_limits(rows: Sequence[Row], key: str) -> Limits:
+def _ratio_limits(values: pd.Series) -> Limits:
     """From what the estimates need; intervals may leave the panel."""
-    values = [row[key] for row in rows if row[key] is not None and (row["from"] or key == NOISE[0])]
-    return min([0.8, *(v / 1.12 for v in values)]), max([1.25, *(v * 1.12 for v in values)])
+    return min([0.8, *(values / 1.12)]), max([1.25, *(values * 1.12)])
 
 
 def _slot_axis(axes: Axes, labels: Sequence[str]) -> None:
@@ -236,11 +207,11 @@ def _slot_axis(axes: Axes, labels: Sequence[str]) -> None:
     axes.grid(visible=False, axis="x")
 
 
-def _added(row: Row, room: bool) -> str:
+def _added(added: str, smaller: str, room: bool) -> str:
     """Ids, one a line, of two at most, with the word `id` where there is room; of more, their
     number in words."""
-    ids = row["added"].split(";")
+    ids = added.split(";")
     if len(ids) <= 2:
         return "\n".join(f"{'id ' * room}{short(i)}" for i in ids)
     count = WORDS[len(ids)] if len(ids) < len(WORDS) else str(len(ids))
-    return f"{count}\nmore" if row["from"] else f"first\n{count}"
+    return f"{count}\nmore" if smaller else f"first\n{count}"

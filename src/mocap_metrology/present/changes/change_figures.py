@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.noise.allan.confidence import interval
-from mocap_metrology.noise.changes.compare import DAYS_A_MONTH, Curve, Ratio, adev_ratio
+from mocap_metrology.noise.changes.compare import DAYS_A_MONTH, adev_ratio
 from mocap_metrology.present.changes.compare import Columns, curve_of, series_of
-from mocap_metrology.present.plot.curves import Limits, log_limits
+from mocap_metrology.present.plot.curves import ADEV_AXES, facets, groups_of, log_limits, looks_of
 from mocap_metrology.present.plot.figure import (
     BAND,
     GREY,
     INK,
-    LOOKS,
-    OTHER_LOOKS,
     SMALL_PT,
     Keywords,
-    Look,
     Picture,
     coordinate_of,
     legend_below,
@@ -36,10 +34,10 @@ from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import SubFigure
 
 MOST = 6  # comparisons on a page; more are in the table
+MOST_MARKERS = 2  # with a column each
 CLEAR = ("worse", "better")  # words of a trend that is drawn
 TIMES_S = (1.0, 100.0)  # averaging times of a trend beside a single frame; all are in the table
 ROW_MM, REST_MM = 44.0, 28.0
@@ -70,38 +68,43 @@ def compare_figure(
     """Ratios over averaging time, a row a comparison (the last `MOST` of them), a column a marker
     or the distances. Above 1 the recording is noisier; the band is the margin within which a change
     counts as none. source: the line at the foot; remarks: what the caption adds."""
+    from matplotlib.ticker import LogLocator
+
     shown = comparisons[-MOST:]
     if len(shown) < len(comparisons):
         remarks += f" The last {MOST} of {len(comparisons)} comparisons; all are in the table."
-    found = [_ratios(comparison, confidence) for comparison in shown]
-    panels = panels_of(list(dict.fromkeys(series for ratios in found for series in ratios)))
-    looks = looks_of(panels)
-    every = [ratio for ratios in found for ratio in ratios.values()]
-    limits = _ratio_limits(every, margin)
-    body, grid = _grid(title, source, len(shown), panels)
-    for row, comparison, ratios in zip(grid, shown, found, strict=True):
+    ratios = [_ratios(comparison, confidence) for comparison in shown]
+    every = pd.concat(ratios)
+    looks, limits = looks_of(every["series"]), _ratio_limits(every["value"], margin)
+    body, grid, panels = _grid(title, source, len(shown), every["series"])
+    for row, comparison, of_it in zip(grid, shown, ratios, strict=True):
         panel_title(row[0], f"{short(comparison.recording)} / {short(comparison.reference)}")
         row[0].set_ylabel("Ratio of\nAllan deviations")
-        for axes, series in zip(row, panels.values(), strict=True):
+        for axes, names in zip(row, panels.values(), strict=True):
             ratio_axis(axes, limits)
             axes.axhline(1, color=INK, lw=0.6, zorder=1)
-            for name in (name for name in series if name in ratios):
-                _draw_ratio(axes, ratios[name], looks[name], name)
             axes.axhspan(1 / (1 + margin), 1 + margin, color=MARGIN, lw=0, zorder=0)
-    log_axis(grid[0, 0], "x", log_limits([ratio.tau_s for ratio in every]))
+            for name, own in groups_of(of_it[of_it["series"].isin(names)], "series"):
+                ends = (own[end].clip(limits[0] / 2, limits[1] * 2) for end in ("lower", "upper"))
+                axes.fill_between(own["tau_s"], *ends, color=looks[name].colour, **BAND)
+                how = looks[name].line(marker="", lw=1.1, label=_called(name))
+                axes.plot(own["tau_s"], own["value"], **how)
+    log_axis(grid[0, 0], "x", log_limits([every["tau_s"]]))
+    grid[0, 0].xaxis.set_major_locator(LogLocator(numticks=4))  # panels are narrow
     last = grid[-1, -1]
     last.fill([], [], color=GREY, label=f"{100 * confidence:.3g} % interval", **BAND)
     last.fill([], [], color=MARGIN, lw=0, label=f"no change: within {100 * margin:.3g} %")
     for axes in grid[-1]:
-        axes.set_xlabel(r"Averaging time $\tau$ (s)")
+        axes.set_xlabel(ADEV_AXES[0])
     legend_below(body, grid.flat)
     return Picture(body, f"{captions.COMPARE} {remarks}")
 
 
 def _grid(
-    title: str, source: str, n_rows: int, panels: Mapping[str, Sequence[str]]
-) -> tuple[SubFigure, np.ndarray]:
-    """The body of a figure and its axes: `n_rows` rows of these panels, which are named inside."""
+    title: str, source: str, n_rows: int, series: Iterable[str]
+) -> tuple[SubFigure, np.ndarray, dict[str, list[str]]]:
+    """The body of a figure, its axes (`n_rows` rows of panels, named inside), series by panel."""
+    panels = facets(series, MOST_MARKERS) or {"": []}
     body = new_figure(title, source, REST_MM + n_rows * ROW_MM)
     grid = body.subplots(n_rows, len(panels), sharex=True, sharey="row", squeeze=False)
     how: Keywords = {"va": "top", "size": SMALL_PT, "color": GREY}
@@ -109,63 +112,33 @@ def _grid(
     for row in grid:
         for axes, name in zip(row, panels, strict=True):
             axes.text(0.02, 0.96, name, transform=axes.transAxes, **how)
-    return body, grid
-
-
-def _ratios(comparison: Comparison, confidence: float) -> dict[str, Ratio]:
-    found = {}
-    both = [s for s in series_of(comparison.new) if s in series_of(comparison.old)]
-    for series in both:
-        new, old = (curve_of(c, series).usable() for c in (comparison.new, comparison.old))
-        if not (new.tau_s.size and old.tau_s.size):
-            continue
-        low = max(new.tau_s[0], old.tau_s[0])
-        high = min(new.tau_s[-1], old.tau_s[-1])
-        if high > low:
-            found[series] = adev_ratio(new, old, np.geomspace(low, high, N_TAUS), confidence)
-    return found
-
-
-def panels_of(series: Sequence[str]) -> dict[str, list[str]]:
-    """Names and series of the panels of a row: two markers and the distances, or all markers."""
-    markers: dict[str, list[str]] = {}
-    for name in series:
-        place = coordinate_of(name)
-        markers.setdefault(f"Marker {place[1]}" if place else "Distances", []).append(name)
-    if len(markers) <= 3:
-        return markers or {"": []}
-    distances = markers.pop("Distances", [])
-    return {"Markers": [s for own in markers.values() for s in own], "Distances": distances}
-
-
-def looks_of(panels: Mapping[str, Sequence[str]]) -> dict[str, Look]:
-    """The look of each series: of its coordinate, or the next of the others."""
-    names = [name for own in panels.values() for name in own]
-    others = [name for name in names if not coordinate_of(name)]
-    looks = {name: OTHER_LOOKS[k % len(OTHER_LOOKS)] for k, name in enumerate(others)}
-    return {name: looks.get(name) or LOOKS[name[0]] for name in names}
+    return body, grid, panels
 
 
 def _called(name: str) -> str:
     return name[0] if coordinate_of(name) else short(name)
 
 
-def _ratio_limits(ratios: Sequence[Ratio], margin: float) -> Limits:
+def _ratios(comparison: Comparison, confidence: float) -> pd.DataFrame:
+    """`series`, `tau_s`, `value`, `lower`, `upper` of each series that both have."""
+    parts = [pd.DataFrame(columns=["series", "tau_s", "value", "lower", "upper"], dtype=float)]
+    for series in (s for s in series_of(comparison.new) if s in series_of(comparison.old)):
+        new, old = (curve_of(c, series).usable() for c in (comparison.new, comparison.old))
+        ends = [(c.tau_s[0], c.tau_s[-1]) for c in (new, old) if c.tau_s.size]
+        low, high = max((e[0] for e in ends), default=0), min((e[1] for e in ends), default=0)
+        if len(ends) == 2 and high > low:
+            ratio = adev_ratio(new, old, np.geomspace(low, high, N_TAUS), confidence)
+            keys = ("tau_s", "value", "lower", "upper")
+            parts.append(pd.DataFrame({k: getattr(ratio, k) for k in keys}).assign(series=series))
+    return pd.concat(parts[1:] or parts)
+
+
+def _ratio_limits(values: pd.Series, margin: float) -> tuple[float, float]:
     """About the ratios themselves, 1 and its margin; wide intervals at long tau may leave."""
-    values = np.concatenate([ratio.value for ratio in ratios] or [np.ones(1)])
-    values = np.log(values[np.isfinite(values)])
-    reach = max(np.abs(values).max(initial=0.0) * 1.25, 3 * np.log1p(margin))
-    low = min(values.min(initial=0.0) * 1.25, -0.3 * reach)
-    high = max(values.max(initial=0.0) * 1.25, 0.3 * reach)
+    logs = 1.25 * np.log([v for v in values if v > 0 and np.isfinite(v)])
+    reach = max(np.abs(logs).max(initial=0.0), 3 * np.log1p(margin))
+    low, high = min(logs.min(initial=0.0), -0.3 * reach), max(logs.max(initial=0.0), 0.3 * reach)
     return float(np.exp(low)), float(np.exp(high))
-
-
-def _draw_ratio(axes: Axes, ratio: Ratio, look: Look, name: str) -> None:
-    bottom, top = axes.get_ylim()
-    low, high = (np.clip(v, bottom / 2, top * 2) for v in (ratio.lower, ratio.upper))
-    axes.fill_between(ratio.tau_s, low, high, color=look.colour, **BAND)
-    how = look.line(marker="", lw=1.1, label=_called(name))
-    axes.plot(ratio.tau_s, ratio.value, **how)
 
 
 @styled()
@@ -184,42 +157,47 @@ def trend_figure(
 
     names in order of `dates` (ISO); rows: of `compare.trend_rows`.
     """
-    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
+    series = list(dict.fromkeys(row["series"] for row in rows))
     taus = _shown(sorted({float(row["tau_s"]) for row in rows}))
-    panels = panels_of(list(dict.fromkeys(row["series"] for row in rows)))
-    looks = looks_of(panels)
-    curves = {s: [curve_of(allan[name], s).usable().at(taus) for name in names] for s in looks}
-    days = np.array([date2num(datetime.fromisoformat(date)) for date in dates])
-    body, grid = _grid(title, source, len(taus), panels)
+    points, looks = _dated(names, dates, allan, series, taus), looks_of(series)
+    trends = {
+        (row["tau_s"], row["series"]): row["percent_per_month"]
+        for row in rows
+        if row["tau_s"] in taus and row["word"] in CLEAR
+    }
+    body, grid, panels = _grid(title, source, len(taus), series)
     grid[0, 0].margins(x=0.06)
     locator = AutoDateLocator(minticks=2, maxticks=5)
     grid[0, 0].xaxis.set_major_locator(locator)
     grid[0, 0].xaxis.set_major_formatter(ConciseDateFormatter(locator))
-    for k, (tau, panel_axes) in enumerate(zip(taus, grid, strict=True)):
-        at_tau = {s: _at(own, k) for s, own in curves.items()}
-        trends = {
-            row["series"]: row["percent_per_month"]
-            for row in rows
-            if row["tau_s"] == tau and row["word"] in CLEAR
-        }
-        every = [values for adev, band in at_tau.values() for values in (adev, band)]
-        log_axis(panel_axes[0], "y", log_limits(every, 0.3))
-        for axes, series in zip(panel_axes, panels.values(), strict=True):
-            shift = 0.012 * max(np.ptp(days), 1e-9)
-            for order, one in enumerate(series):
-                at = days + (order - (len(series) - 1) / 2) * shift
-                _draw_dated(axes, at, at_tau[one], looks[one], one)
-                if one in trends:
-                    _draw_trend(axes, at, at_tau[one][0], looks[one], trends[one])
-        name = f"One frame ({1000 * tau:.3g} ms)" if k == 0 else f"Averaged over {tau:.3g} s"
-        panel_title(panel_axes[0], name)
-        panel_axes[0].set_ylabel("Allan deviation (µm)")
+    beside = 0.012 * max(np.ptp(points["day"]), 1e-9)  # series side by side
+    for tau, row in zip(taus, grid, strict=True):
+        at_tau = points[points["tau_s"] == tau]
+        log_axis(row[0], "y", log_limits([at_tau[["adev", "lower", "upper"]]], 0.3))
+        for axes, own in zip(row, panels.values(), strict=True):
+            for order, name in enumerate(own):
+                one = at_tau[at_tau["series"] == name]
+                x = one["day"] + (order - (len(own) - 1) / 2) * beside
+                ends = [one["adev"] - one["lower"], one["upper"] - one["adev"]]
+                how = looks[name].line(ls="", elinewidth=0.8, label=_called(name))
+                axes.errorbar(x, one["adev"], yerr=ends, **how)
+                if (tau, name) in trends:
+                    slope = np.log1p(trends[tau, name] / 100) / DAYS_A_MONTH
+                    level = np.mean(np.log(one["adev"]) - slope * one["day"])
+                    line = looks[name].line(marker="", lw=1.0)
+                    axes.plot(x, np.exp(level + slope * one["day"]), **line)
+        single = tau == taus[0]
+        panel_title(
+            row[0], f"One frame ({1000 * tau:.3g} ms)" if single else f"Averaged over {tau:.3g} s"
+        )
+        row[0].set_ylabel("Allan deviation (µm)")
     for axes in grid[-1]:
         axes.set_xlabel("Date (series side by side)")
     last = grid[-1, -1]
     last.plot([], [], color=GREY, ls="", marker="|", markersize=9, label="68 % interval")
-    if any(row["tau_s"] in taus and row["word"] in CLEAR for row in rows):
+    if trends:
         last.plot([], [], color=GREY, label="trend, where clear")
     legend_below(body, grid.flat)
     return Picture(body, f"{captions.TREND} {remarks}")
@@ -231,27 +209,24 @@ def _shown(taus: Sequence[float]) -> np.ndarray:
     return np.array(list(dict.fromkeys(chosen)))
 
 
-def _at(curves: Sequence[Curve], k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Deviations of the recordings at the k-th tau (n,), and their intervals (2, n), in µm."""
-    adev, edf = (np.array([getattr(c, name)[k] for c in curves]) for name in ("adev", "edf"))
-    low, high = np.full((2, adev.size), np.nan)
-    known = np.isfinite(adev)
-    low[known], high[known] = interval(adev[known] ** 2, edf[known], CONFIDENCE)
-    return 1000 * adev, 1000 * np.stack([low, high])
+def _dated(
+    names: Sequence[str],
+    dates: Sequence[str],
+    allan: Mapping[str, Columns],
+    series: Sequence[str],
+    taus: np.ndarray,
+) -> pd.DataFrame:
+    """`series`, `tau_s`, `day` (of matplotlib), `adev` with its interval `lower`, `upper` in µm."""
+    from matplotlib.dates import date2num
 
-
-def _draw_dated(
-    axes: Axes, days: np.ndarray, values: tuple[np.ndarray, np.ndarray], look: Look, name: str
-) -> None:
-    adev, band = values
-    how = look.line(ls="", elinewidth=0.8, label=_called(name))
-    axes.errorbar(days, adev, yerr=np.abs(band - adev), **how)
-
-
-def _draw_trend(
-    axes: Axes, days: np.ndarray, adev: np.ndarray, look: Look, percent_per_month: float
-) -> None:
-    slope = np.log1p(percent_per_month / 100) / DAYS_A_MONTH
-    known = np.isfinite(adev)
-    level = np.mean(np.log(adev[known]) - slope * days[known])
-    axes.plot(days, np.exp(level + slope * days), **look.line(marker="", lw=1.0))
+    parts = []
+    for one in series:
+        for name, date in zip(names, dates, strict=True):
+            curve = curve_of(allan[name], one).usable().at(taus)
+            values = {"tau_s": taus, "adev": curve.adev, "edf": curve.edf}
+            day = date2num(datetime.fromisoformat(date))
+            parts.append(pd.DataFrame(values).assign(series=one, day=day))
+    points = pd.concat(parts).dropna(subset="adev")
+    low, high = interval(points["adev"].to_numpy() ** 2, points["edf"].to_numpy(), CONFIDENCE)
+    points = points.assign(lower=low, upper=high)
+    return points.assign(**{k: 1000 * points[k] for k in ("adev", "lower", "upper")})

@@ -6,24 +6,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import pandas as pd
 
-from mocap_metrology.present.groups.members import (
-    CAMERAS,
-    MOST_BANDS,
-    Family,
-    curve_of,
-    left_out,
-    shown_series,
-)
+from mocap_metrology.present.groups.members import CAMERAS, Family, left_out, shown_series
 from mocap_metrology.present.plot.curves import (
+    ADEV_AXES,
     ALLAN_SLOPES,
-    Curve,
+    MOST_SINGLE,
     Limits,
-    Panel,
+    Looks,
+    adev_curves,
+    curve_limits,
     curves_picture,
-    draw_panel,
+    draw_curves,
     family_ends,
-    log_limits,
+    groups_of,
     markers_every,
     slope_fan,
 )
@@ -38,52 +35,55 @@ from mocap_metrology.present.plot.figure import (
     short,
     styled,
 )
-from mocap_metrology.present.recording.recording_figures import (
-    ALLAN_DECADES,
-    FARTHEST_BAND,
-)
 from mocap_metrology.present.text import captions
 
 COLUMNS = 3
 ROW_MM = 66.0  # a panel with its ratios
-WITHIN, PAD = (0.5, 99.5), 0.06  # percentiles of the ratios that their axis holds, and beyond them
+WITHIN, PAD = (0.005, 0.995), 0.06  # quantiles of the ratios that their axis holds, and beyond them
+MOST_BANDS = 3  # curves in a panel up to which their intervals are drawn
 LEAST_RANGE = 0.1
-AXES = r"Averaging time $\tau$ (s)", "Allan deviation (mm)"
 Allan = Mapping[str, Mapping[str, np.ndarray]]  # columns of allan_masked.parquet by recording
+Panels = Mapping[str, pd.DataFrame]
 
 
-def ratio_picture(
-    panels: Sequence[Panel], limits: tuple[Limits, Limits], texts: tuple[str, str, str]
-) -> Picture:
+def series_curves(
+    allan: Allan, series: str, labels: Mapping[str, str], band: bool = True
+) -> pd.DataFrame:
+    """Curves of one series of several recordings by the overlapping Allan deviation; labels: name
+    of the curve by recording."""
+    curves = [adev_curves(allan[name], {series: label}, band) for name, label in labels.items()]
+    frame = pd.concat(curves, ignore_index=True)
+    return frame[frame["thin"] == ""]
+
+
+def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> Picture:
     """A panel a series, and under it the curves of that panel divided by its first curve.
 
-    panels: of curves with looks, the smallest subset first; limits: of averaging time in s and
-    Allan deviation in mm; texts: title, source line and caption. The ratio is computed where both
-    have the averaging time. Call it within `styled`.
+    panels: curves by title, the smallest subset first; texts: title, source line and caption. The
+    ratio is computed where both have the averaging time. Call it within `styled`.
     """
-    rows = -(-len(panels) // COLUMNS)
+    rows, limits = -(-len(panels) // COLUMNS), curve_limits(pd.concat(panels.values()))
     body = new_figure(*texts[:2], 24.0 + rows * ROW_MM)
     grid = body.subplots(2 * rows, COLUMNS, sharex=True, squeeze=False, height_ratios=(5, 3) * rows)
     above, below = grid[::2].ravel(), grid[1::2].ravel()
-    found = [ratios(panel.curves) for panel in panels]
-    extent = _extent([ratio for of_panel in found for _, ratio in of_panel.values()])
-    for k, panel in enumerate(panels):
+    found = [ratios(curves) for curves in panels.values()]
+    extent = _extent(pd.concat(found)["ratio"])
+    for k, (title, curves) in enumerate(panels.items()):
         log_axes(above[k], limits)
-        draw_panel(above[k], panel, limits[1])
-        panel_title(above[k], short(panel.title))
+        draw_curves(above[k], curves, limits[1], looks)
+        panel_title(above[k], short(title))
         below[k].set_ylim(extent)
         below[k].locator_params(axis="y", nbins=5)
-        for order, (name, (x, ratio)) in enumerate(found[k].items()):
-            every = markers_every(x.size, order)
-            below[k].plot(x, ratio, **panel.look(name).line(markevery=every))
-        first = k % COLUMNS == 0
+        for order, (name, own) in enumerate(groups_of(found[k], "curve")):
+            every = markers_every(len(own), order)
+            below[k].plot(own["x"], own["ratio"], **looks[name].line(markevery=every))
         for axes in (above[k], below[k]):
-            axes.tick_params(labelleft=first, which="both")
-        if first:
-            above[k].set_ylabel(AXES[1])
-            below[k].set_ylabel(f"Ratio to\n{short(next(iter(found[k]), ''))}")
+            axes.tick_params(labelleft=k % COLUMNS == 0, which="both")
+        if k % COLUMNS == 0:
+            above[k].set_ylabel(ADEV_AXES[1])
+            below[k].set_ylabel(f"Ratio to\n{short(curves['curve'].iloc[0])}")
         if k + COLUMNS >= len(panels):
-            below[k].set_xlabel(AXES[0])
+            below[k].set_xlabel(ADEV_AXES[0])
             below[k].tick_params(labelbottom=True)
     for axes in (*above[len(panels) :], *below[len(panels) :]):
         axes.axis("off")
@@ -94,26 +94,20 @@ def ratio_picture(
     return Picture(body, texts[2])
 
 
-def ratios(curves: Sequence[Curve]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Averaging times and ratio to the first curve, by name of the curve."""
-    if not curves:
-        return {}
-    first, found = curves[0], {}
-    for curve in curves:
-        x, own, reference = np.intersect1d(curve.x, first.x, return_indices=True)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = curve.y[own] / first.y[reference]
-        found[curve.name] = x, np.where(np.isfinite(ratio) & (ratio > 0), ratio, np.nan)
-    return found
+def ratios(curves: pd.DataFrame) -> pd.DataFrame:
+    """`curve`, `x` and `ratio` to the first curve, where both have that x and are positive."""
+    first = curves[curves["curve"] == curves["curve"].iloc[0]].set_index("x")["y"]
+    ratio = curves["y"] / curves["x"].map(first)
+    both = curves.assign(ratio=ratio.where(np.isfinite(ratio) & (ratio > 0)))
+    return both.loc[both["x"].isin(first.index), ["curve", "x", "ratio"]]
 
 
-def _extent(values: Sequence[np.ndarray]) -> Limits:
+def _extent(ratio: pd.Series) -> Limits:
     """Limits of the linear axis of ratios, with 1 inside."""
-    known = np.concatenate([v[np.isfinite(v)] for v in values] or [np.ones(1)])
-    low, high = np.percentile(known, WITHIN) if known.size else (1.0, 1.0)
+    low, high = (float(np.nan_to_num(ratio.quantile(share), nan=1.0)) for share in WITHIN)
     low, high = min(low, 1.0), max(high, 1.0)
     room = max(high - low, LEAST_RANGE) * PAD
-    return max(float(low - room), 0.0), float(high + room)
+    return max(low - room, 0.0), high + room
 
 
 @styled()
@@ -138,31 +132,22 @@ def family_figure(
     band = len(family.labels) <= MOST_BANDS and not subsets
     labels = {name: family.said(label) for name, label in family.labels.items()}
     looks = {family.said(label): look for label, look in family.looks.items()}
-    panels = [
-        Panel(
-            series,
-            [
-                curve_of(allan[name], series, label, band)
-                for name, label in labels.items()
-                if series in expected[name]
-            ],
-            looks,
-        )
-        for series in shown
-    ]
+    panels = {}
+    for series in shown:
+        own = {name: label for name, label in labels.items() if series in expected[name]}
+        panels[series] = series_curves(allan, series, own, band)
+    words = f"{left_out(others)} {remarks}"
     if subsets:
-        limits = adev_limits([curve for panel in panels for curve in panel.curves])
-        caption = f"{captions.ADEV} {captions.ADEV_RATIOS} {left_out(others)} {remarks}"
-        return ratio_picture(panels, limits, (title, source, caption))
-    caption = f"{captions.ADEV} {_ends(panels)} {left_out(others)} {remarks}"
-    return panels_picture(panels, (title, source, caption), confidence)
-
-
-def _ends(panels: Sequence[Panel]) -> str:
-    """Lowest and highest recording of each panel, if there are too many to distinguish."""
-    found = [(panel.title, family_ends(panel.curves)) for panel in panels if panel.family]
-    names = [f"{title}: {ends[0].name} and {ends[1].name}" for title, ends in found if ends]
-    return captions.ADEV_ENDS.format(names="; ".join(names)) if names else ""
+        caption = f"{captions.ADEV} {captions.ADEV_RATIOS} {words}"
+        return ratio_picture(panels, looks, (title, source, caption))
+    names = [
+        f"{series}: {' and '.join(family_ends(curves))}"
+        for series, curves in ({} if looks else panels).items()
+        if curves["curve"].nunique() > MOST_SINGLE and (curves["y"] > 0).any()
+    ]
+    note = captions.ADEV_ENDS.format(names="; ".join(names)) if names else ""
+    texts = title, source, f"{captions.ADEV} {note} {words}"
+    return panels_picture(panels, looks or None, texts, confidence)
 
 
 @styled()
@@ -175,33 +160,17 @@ def compared_figure(
     """Named recordings with given looks, a panel a series, with intervals of that confidence;
     allan: columns of allan_masked.parquet and look, by the name in the legend; texts: title,
     source line and caption."""
+    columns = {name: table for name, (table, _) in allan.items()}
+    panels = {one: series_curves(columns, one, {name: name for name in allan}) for one in series}
     looks = {name: look for name, (_, look) in allan.items()}
-    panels = [
-        Panel(one, [curve_of(columns, one, n, True) for n, (columns, _) in allan.items()], looks)
-        for one in series
-    ]
-    picture = panels_picture(panels, texts, confidence)
+    picture = panels_picture(panels, looks, texts, confidence)
     letters(picture.body.axes[: len(panels)])
     return picture
 
 
 def panels_picture(
-    panels: Sequence[Panel], texts: tuple[str, str, str], confidence: float | None = None
+    panels: Panels, looks: Looks | None, texts: tuple[str, str, str], confidence: float | None
 ) -> Picture:
     """The figure of such panels on common axes, with the slopes beside; call it within `styled`."""
-    limits = adev_limits([curve for panel in panels for curve in panel.curves])
     band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
-    return curves_picture(panels, AXES, limits, ALLAN_SLOPES, texts, band)
-
-
-def adev_limits(curves: Sequence[Curve]) -> tuple[Limits, Limits]:
-    """Limits of averaging time and deviation round the curves and their intervals."""
-    bands = [
-        np.clip(bound, curve.y / FARTHEST_BAND, curve.y * FARTHEST_BAND)
-        for curve in curves
-        for bound in curve.band or ()
-    ]
-    return (
-        log_limits([curve.x for curve in curves]),
-        log_limits([curve.y for curve in curves] + bands, 1.0, ALLAN_DECADES),
-    )
+    return curves_picture(panels, ADEV_AXES, ALLAN_SLOPES, texts, band, looks=looks)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, unit_key
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, limit_class
 from mocap_metrology.noise.model.components import ALPHAS
-from mocap_metrology.present.fits.parts import limit_class
 from mocap_metrology.present.groups import slots
-from mocap_metrology.present.groups.members import Family, left_out, shown_series
-from mocap_metrology.present.plot.curves import log_limits
+from mocap_metrology.present.groups.members import RECORDING, Family, left_out, shown_series
+from mocap_metrology.present.plot.curves import groups_of, log_limits
 from mocap_metrology.present.plot.figure import (
     FAINT,
     OTHER_LOOKS,
@@ -30,7 +31,7 @@ from mocap_metrology.present.plot.figure import (
     styled,
     words_picture,
 )
-from mocap_metrology.present.tables import Record, Row
+from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import mathtext, unit
 
@@ -45,40 +46,40 @@ NO_MODEL = (
 )
 NO_TERM = "Correlated noise was not detected in any recording."
 MOST_COLUMNS = 8  # of a legend
-MOST_SLOTS = 260  # across a panel; with more recordings only the distance is shown
+MOST_FULL = 8  # recordings with a slot a series; of more only the distance, ordered by its noise
 ANY = Look(OTHER_LOOKS[2].colour, "-", "o")  # where there are too many recordings to distinguish
 Noise = Mapping[str, Sequence[Record]]  # rows of noise.csv by recording
-Term = tuple[str, dict[str, Row]]  # label of its recording, rows of T_c and q_c
 
 
-def group_rows(family: Family, noise: Noise) -> list[Row]:
-    """Estimates of the default estimator as `slots.draw` needs them; the published part is empty,
-    and `n_cameras` is the label of the recording."""
-    empty = dict.fromkeys(("published", "regenerated", "supported"))
-    return [
-        empty
-        | {"n_cameras": label, "series": row["series"], "parameter": row["parameter"]}
-        | {DEFAULT_ESTIMATOR: _known(row["value"]), "limit_class": limit_class(row)}
-        | {f"{DEFAULT_ESTIMATOR}_{end}": _known(row[end]) for end in ("lower_95", "upper_95")}
+def marks_of(family: Family, noise: Noise) -> pd.DataFrame:
+    """Estimates of the default estimator; `group` is the label of the recording."""
+    columns = ("value", "lower_95", "upper_95")
+    marks = [
+        {"group": label} | slots.estimate_mark(row, [row[k] for k in columns], limit_class(row))
         for name, label in family.labels.items()
         for row in noise[name]
         if row["estimator"] == DEFAULT_ESTIMATOR and row["status"] != "refused"
     ]
+    return slots.frame_of(marks)
 
 
-def _known(value: float) -> float | None:
-    return None if np.isnan(value) else float(value)
-
-
-def series_of(noise: Noise, n_groups: int) -> tuple[list[str], list[str]]:
-    """Series that have a slot in each group, and the others: with very many recordings only the
-    first distance, or else the first series, has one."""
-    names = list(dict.fromkeys(row["series"] for rows in noise.values() for row in rows))
+def _shown(family: Family, marks: pd.DataFrame) -> tuple[Family, pd.DataFrame, list[str], str]:
+    """Recordings in their order, marks and series that are drawn, and what the caption says of
+    both: of many recordings the distance (or the first series) alone, ordered by its white noise,
+    the noisiest first."""
+    names = list(dict.fromkeys(marks["series"]))
     shown, others = shown_series(names)
-    if n_groups * (len(shown) + slots.EMPTY_SLOTS) > MOST_SLOTS:
+    words = [captions.SLOTS.format(order=", ".join(shown)), left_out(others)]
+    if len(family.labels) > MOST_FULL:
         shown = [name for name in shown if not coordinate_of(name)][:1] or shown[:1]
-        others = [name for name in names if name not in shown]
-    return shown, others
+        words = [captions.ONE_SERIES.format(series=", ".join(shown))]
+        if family.by == RECORDING:
+            h_0 = marks[(marks["coefficient"] == "h_0") & marks["series"].isin(shown)]
+            level = h_0.set_index("group")["value"].to_dict()
+            order = sorted(family.labels.items(), key=lambda item: -level.get(item[1], 0.0))
+            family = replace(family, labels=dict(order))
+            words.append(captions.NOISIEST_FIRST)
+    return family, marks[marks["series"].isin(shown)], shown, " ".join(filter(None, words))
 
 
 @styled()
@@ -88,21 +89,17 @@ def coefficients_figure(
     """Coefficients h_-2 ... h_2 of every recording by the likelihood estimator, with intervals: a
     group a recording or number of cameras, a slot a series. source: the line at the foot; remarks:
     what the caption adds."""
-    shown, others = series_of(noise, len(family.labels))
-    rows = [row for row in group_rows(family, noise) if row["series"] in shown]
-    if not rows:
+    family, marks, shown, words = _shown(family, marks_of(family, noise))
+    if marks.empty:
         return words_picture(NO_MODEL, title, source)
     body = new_figure(title, source, REST_MM + len(ALPHAS) * ROW_MM + _names_mm(family))
     panels = body.subplots(len(ALPHAS), sharex=True)
     for axes, alpha in zip(panels, ALPHAS, strict=True):
-        draw_slots(axes, rows, f"h_{alpha}", shown, family)
+        _panel(axes, marks, f"h_{alpha}", shown, family)
     panels[-1].set_xlabel(family.by)
-    slots.label_series(panels[0], shown)
-    slots.label_intervals(panels[0])
-    slots.label_limits(panels[0])
+    slots.label_marks(panels[0], marks[marks["coefficient"].str.startswith("h_")], shown)
     legend_below(body, panels, MOST_COLUMNS)
-    order = captions.SLOTS.format(order=", ".join(shown))
-    return Picture(body, f"{captions.COEFFICIENTS} {order} {left_out(others)} {remarks}")
+    return Picture(body, f"{captions.COEFFICIENTS} {words} {remarks}")
 
 
 def _names_mm(family: Family) -> float:
@@ -111,28 +108,17 @@ def _names_mm(family: Family) -> float:
     return NAME_MM * max(map(len, labels)) if slots.upright(labels) else 0.0
 
 
-def draw_slots(
-    axes: Axes, rows: Sequence[Row], name: str, shown: Sequence[str], family: Family
+def _panel(
+    axes: Axes, marks: pd.DataFrame, name: str, shown: Sequence[str], family: Family
 ) -> None:
     """The panel of one coefficient (h_0, T_c, ...) on an axis of groups."""
-    of_it = [row for row in rows if unit_key(row["parameter"]) == name]
-    groups = list(family.labels.values())
+    own, groups = marks[marks["coefficient"] == name], list(family.labels.values())
     slots.group_axis(axes, groups)
-    slots.floor_axis(axes, slots.floor_limits(of_it) if of_it else (1e-3, 1.0))
-    slots.draw(axes, of_it, groups, slots.raised, shown, coloured=True)
+    slots.floor_axis(axes, own)
+    slots.draw(axes, own, groups, shown, slots.FLOOR, coloured=True)
     axes.set_ylabel(f"{mathtext(name)} ({unit(name)})")
-    if not of_it:
+    if own.empty:
         say(axes, "not detected in any recording")
-
-
-def terms_of(rows: Sequence[Row]) -> list[Term]:
-    """Gauss-Markov terms with both numbers, out of `group_rows`."""
-    found: dict[tuple[str, str, str], dict[str, Row]] = {}
-    for row in rows:
-        if row["parameter"][1:3] == "_c" and row[DEFAULT_ESTIMATOR] is not None:
-            key = row["n_cameras"], row["series"], row["parameter"][3:]
-            found.setdefault(key, {})[row["parameter"][:3]] = row
-    return [(key[0], term) for key, term in found.items() if len(term) == 2]
 
 
 @styled()
@@ -142,67 +128,47 @@ def correlated_figure(
     """Gauss-Markov terms of every recording by the likelihood estimator, with 95 % intervals: (a)
     T_c and (b) q_c by recording or number of cameras, (c) q_c against T_c, the classes of S 4.6
     shaded; where no recording has such a term, the limits of q_c alone."""
-    shown, others = series_of(noise, len(family.labels))
-    every = [row for row in group_rows(family, noise) if row["series"] in shown]
-    if not every:
+    family, marks, shown, words = _shown(family, marks_of(family, noise))
+    if marks.empty:
         return words_picture(NO_MODEL, title, source)
-    rows = [row for row in every if row["parameter"][1:3] == "_c"]
-    if not rows:
+    marks = marks[marks["coefficient"].isin(["T_c", "q_c"])]
+    if marks.empty:
         return words_picture(NO_TERM, title, source)
-    terms = terms_of(rows)
-    names = ("T_c", "q_c") if terms else ("q_c",)
-    above = 12.0 + len(names) * ROW_MM + _names_mm(family)
-    heights = [above, SCATTER_MM] if terms else [above]
+    terms = slots.terms_of(marks)
+    names = ["q_c"] if terms.empty else ["T_c", "q_c"]
+    heights = [12.0 + len(names) * ROW_MM + _names_mm(family)] + [SCATTER_MM] * (len(names) - 1)
     body = new_figure(title, source, sum(heights) + 18.0)
     parts = body.subfigures(len(heights), height_ratios=heights, squeeze=False)[:, 0]
     panels = parts[0].subplots(len(names), sharex=True, squeeze=False)[:, 0]
     for axes, name in zip(panels, names, strict=True):
-        draw_slots(axes, rows, name, shown, family)
+        _panel(axes, marks, name, shown, family)
         panel_title(axes, {"T_c": "Correlation time", "q_c": "Amplitude"}[name])
     panels[-1].set_xlabel(family.by)
-    slots.label_series(panels[0], shown)
-    slots.label_limits(panels[0], classes=True)
-    if terms:
-        slots.label_intervals(panels[0])
+    slots.label_marks(panels[0], marks, shown)
+    if len(terms):
         scatter = parts[1].subplots()
         _scatter(scatter, terms, family)
         legend_below(parts[1], [scatter])
         letters([*panels, scatter])
     legend_below(parts[0], panels, MOST_COLUMNS)
-    found = captions.CORRELATED if terms else f"{NO_TERM} {captions.CORRELATED_LIMITS}"
-    order = captions.SLOTS.format(order=", ".join(shown))
-    return Picture(body, f"{found} {order} {left_out(others)} {remarks}")
+    caption = captions.CORRELATED if len(terms) else f"{NO_TERM} {captions.CORRELATED_LIMITS}"
+    return Picture(body, f"{caption} {words} {remarks}")
 
 
-def _scatter(axes: Axes, terms: Sequence[Term], family: Family) -> None:
+def _scatter(axes: Axes, terms: pd.DataFrame, family: Family) -> None:
     """q_c against T_c, a look a recording, with bars as long as the intervals that are known."""
-    values = [
-        np.array([term[name][DEFAULT_ESTIMATOR] for _, term in terms], dtype=np.float64)
-        for name in ("T_c", "q_c")
-    ]
-    across, (low, high) = (log_limits([v], 2.0) for v in values)
+    across, (low, high) = (log_limits([terms[name]], 2.0) for name in ("T_c", "q_c"))
     log_axes(axes, (across, (low / 4, high * 2)))
     slots.shade_classes(axes, across)
-    for label, look in family.looks.items() or (("", ANY),):
-        own = [k for k, (of, _) in enumerate(terms) if label in ("", of)]
-        if own:
-            text = short(family.said(label)) if label else None
-            _draw_terms(axes, [terms[k][1] for k in own], look, text)
+    for label, own in groups_of(terms, "group"):
+        look = family.looks.get(label, ANY)
+        how: Keywords = {"ls": "", "marker": look.marker, "markersize": 3.4, "mew": 0, "alpha": 0.9}
+        how |= {"color": look.colour, "elinewidth": 0.4}
+        how |= {"label": short(family.said(label))} if family.looks else {}
+        for name, which in (("T_c", "xerr"), ("q_c", "yerr")):
+            ends = own[f"{name}_lower"].clip(lower=own[name] / 1e3)  # zero is not on this axis
+            how |= {which: np.nan_to_num([own[name] - ends, own[f"{name}_upper"] - own[name]])}
+        axes.errorbar(own["T_c"], own["q_c"], **how)
     axes.fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
     panel_title(axes, "Amplitude against correlation time", f"{len(terms)} terms")
     axes.set(xlabel="$T_c$ (s)", ylabel=f"$q_c$ ({unit('q_c')})")
-
-
-def _draw_terms(axes: Axes, terms: Sequence[dict[str, Row]], look: Look, text: str | None) -> None:
-    (x, x_bars), (y, y_bars) = (_bars([term[name] for term in terms]) for name in ("T_c", "q_c"))
-    how: Keywords = {"ls": "", "marker": look.marker, "markersize": 3.4, "mew": 0, "alpha": 0.9}
-    how |= {"color": look.colour, "elinewidth": 0.4, "label": text}
-    axes.errorbar(x, y, yerr=y_bars, xerr=x_bars, **how)
-
-
-def _bars(rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:
-    """Estimates (n,) and how far their intervals reach (2, n), 0 where unknown."""
-    keys = (DEFAULT_ESTIMATOR, *(f"{DEFAULT_ESTIMATOR}_{end}_95" for end in ("lower", "upper")))
-    value, low, high = (np.array([row[key] for row in rows], dtype=np.float64) for key in keys)
-    known = np.isfinite(low) & np.isfinite(high)
-    return value, np.where(known, [value - np.maximum(low, 1e-30), high - value], 0.0)

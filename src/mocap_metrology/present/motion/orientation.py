@@ -9,11 +9,10 @@ import numpy as np
 
 from mocap_metrology.noise.motion.orientation import AXES, Orientation
 from mocap_metrology.present.plot.curves import (
+    ADEV_AXES,
     ALLAN_SLOPES,
-    Curve,
-    Panel,
+    adev_curves,
     curves_picture,
-    log_limits,
 )
 from mocap_metrology.present.plot.figure import LOOKS, Picture, styled, words_picture
 from mocap_metrology.present.recording.recording_figures import source_words
@@ -88,34 +87,27 @@ def orientation_figure(
     """Allan deviation of the three components of the rotation vector, with intervals; or the words
     why there is none (`refused`)."""
     title = f"{origin['recording']}: Allan deviation of orientation"
-    where = source_words(origin)
+    source = f"Source: {source_words(origin)}."
     if refused:
-        return words_picture(refused, title, f"Source: {where}.")
-    curves = []
-    for axis in AXES:
-        pick = allan["series"] == axis
-        tau, adev, low, high = (
-            np.asarray(allan[k][pick], dtype=float)
-            for k in ("tau_s", "adev_rad", "adev_lower_rad", "adev_upper_rad")
-        )
-        curves.append(Curve(axis, tau, 1e6 * adev, (1e6 * low, 1e6 * high)))
-    told = [captions.ORIENTATION]
+        return words_picture(refused, title, source)
+    words = [captions.ORIENTATION]
     residual = _rms(found.residual_mm)
     if residual is not None:
-        told.append(
+        words.append(
             f"Cluster: {', '.join(cluster)} (Kabsch, frame by frame). The markers are "
             f"{found.spread_mm:.0f} mm from their centre (rms) and {1000 * residual:.3g} µm off a "
             "rigid body (rms)."
         )
     if found.range_rad > TURNS_RAD:
         degrees = np.degrees(found.range_rad)
-        told.append(f"It turns by {degrees:.3g} degrees: the figure shows motion, not noise.")
-    bands = [edge for curve in curves for edge in curve.band or ()]
+        words.append(f"It turns by {degrees:.3g} degrees: the figure shows motion, not noise.")
+    curves = adev_curves(allan, {axis: axis for axis in AXES}, unit="rad")
+    curves[["y", "lower", "upper"]] *= 1e6
     return curves_picture(
-        [Panel("Orientation", curves, {f"r{axis}": look for axis, look in LOOKS.items()})],
-        ("Averaging time τ (s)", "Allan deviation (µrad)"),
-        (log_limits([c.x for c in curves]), log_limits([c.y for c in curves] + bands, 1.0, 6.0)),
+        {"Orientation": curves},
+        (ADEV_AXES[0], "Allan deviation (µrad)"),
         ALLAN_SLOPES,
-        (title, f"Source: {where}.", " ".join(told)),
+        (title, source, " ".join(words)),
         f"{100 * origin['allan']['confidence']:.3g} % interval",
+        looks={f"r{axis}": look for axis, look in LOOKS.items()},
     )

@@ -14,9 +14,10 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
 
 from mocap_metrology.common.files import whole
 from mocap_metrology.present.text.numbers import power_of_ten
@@ -37,9 +38,9 @@ LONGEST_WORD, LONGEST_NAME = 55, 28  # characters: of a line, of an entry of a l
 SMALL_PT = 7.5
 ENTRY_MM, LETTER_MM = 12.0, 1.5  # of a legend: sample and space, and a letter of the text
 MOST_MINOR = 2.5  # decades of an axis with ticks between them,
-LABELLED_MINOR = {"x": 1.2, "y": 2.2}  # and with labels at 2 and 5 too
+LABELLED = {"x": 1.2, "y": 2.2}  # and with labels at 2 and 5 too
+LEAST_DECADES = 0.8  # from which ticks are at 1, 2 and 5
 MOST_DECADES = 6  # labelled
-NEARLY_LINEAR, FEW_DECADES = 3.0, 300.0  # spans of ratios with ticks in even steps, at 1, 2, 5
 NEAR_ONE = 5e-4, 5e3  # limits of an axis whose numbers are written out
 
 INK, GREY, FAINT = "#222222", "#6b6b6b", "#d4d4d4"
@@ -183,39 +184,26 @@ def log_axes(axes: Axes, limits: tuple[tuple[float, float], tuple[float, float]]
 
 def log_axis(axes: Axes, which: Literal["x", "y"], limits: tuple[float, float]) -> None:
     """One axis logarithmic, two labels at least: at decades, at 2 and 5 too where there are few of
-    them, at every tick where there is none. Numbers are written out where all are near 1."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
+    them, in even steps within less than one. Numbers are written out where all are near 1."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
     axes.set(**{f"{which}scale": "log", f"{which}lim": limits})
     axis = axes.xaxis if which == "x" else axes.yaxis
     written_out = limits[0] > NEAR_ONE[0] and limits[1] < NEAR_ONE[1]
-    decades, more = (count_inside(limits, factors) for factors in ((1,), (2, 5)))
-    span = math.log10(limits[1] / limits[0])
-    text = FuncFormatter(lambda value, _: log_label(value, written_out))
-    axis.set_major_formatter(text)  # mathematics is slow
-    if span > MOST_MINOR:
-        axis.set_major_locator(LogLocator(numticks=MOST_DECADES))  # ticks are artists, and slow
+    low, high = np.log10(limits)
+    few = math.floor(high) - math.ceil(low) < 1 or high - low <= LABELLED[which]
+    decades = LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,), numticks=MOST_DECADES)
+    steps = MaxNLocator(4, steps=[1, 2, 5, 10], min_n_ticks=2)
+    axis.set_major_locator(steps if high - low < LEAST_DECADES else decades)
+    axis.set_major_formatter(FuncFormatter(lambda value, _: log_label(value, written_out)))
+    axis.set_minor_formatter(NullFormatter())
+    if high - low > MOST_MINOR or high - low < LEAST_DECADES:  # ticks are artists, and slow
         axis.set_minor_locator(NullLocator())
-    elif decades + more < 2:
-        axis.set_minor_formatter(text)
-    elif decades < 2 or span <= LABELLED_MINOR[which]:
-        axis.set_minor_formatter(
-            FuncFormatter(lambda value, at: text(value, at) if f"{value:e}"[0] in "25" else "")
-        )
-    else:
-        axis.set_minor_formatter(NullFormatter())
-
-
-def count_inside(limits: tuple[float, float], factors: Sequence[int]) -> int:
-    """How many of these multiples of powers of ten lie within limits."""
-    low, high = (math.floor(math.log10(limit)) for limit in limits)
-    ticks = (f * 10.0**k for k in range(low, high + 1) for f in factors)
-    return sum(limits[0] <= tick <= limits[1] for tick in ticks)
 
 
 def log_label(value: float, written_out: bool) -> str:
     """0.005, or 5×10⁻³ and 10⁻²."""
-    if written_out:
+    if written_out or value <= 0:
         return f"{value:g}"
     exponent = math.floor(math.log10(value) + 1e-9)
     digits = f"{value / 10.0**exponent:.4g}"
@@ -223,16 +211,18 @@ def log_label(value: float, written_out: bool) -> str:
 
 
 def ratio_axis(axes: Axes, limits: tuple[float, float]) -> None:
-    """The y axis logarithmic, for ratios: round numbers written out, few decades or less."""
-    from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
+    """The y axis logarithmic, for ratios."""
+    log_axis(axes, "y", limits)
 
-    axes.set(yscale="log", ylim=limits)
-    span = limits[1] / limits[0]
-    near = MaxNLocator(4, steps=[1, 2, 5, 10])
-    far = LogLocator(subs=(1.0, 2.0, 5.0) if span < FEW_DECADES else (1.0,))
-    axes.yaxis.set_major_locator(near if span < NEARLY_LINEAR else far)
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter("{x:g}")
+
+def room_for(values: Sequence[float], close: float) -> list[float]:
+    """Of ascending values those that have room for a label on a logarithmic axis, the largest
+    first: no two with a ratio of `close` or more."""
+    shown = [values[-1]]
+    for value in values[-2::-1]:
+        if value < close * shown[-1]:
+            shown.append(value)
+    return shown
 
 
 def letters(axes: Iterable[Axes]) -> None:
@@ -255,20 +245,12 @@ def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int 
         for handle, text in zip(*one.get_legend_handles_labels(), strict=True):
             found.setdefault(text, handle)
     if found:
-        columns = next(k for k in range(columns, 0, -1) if k == 1 or _fit(list(found), k))
+        widths = [ENTRY_MM + LETTER_MM * len(re.sub(r"[$\\_{}]", "", text)) for text in found]
+        columns = min(columns, len(found))  # filled one after the other, the first ones longer
+        while columns > 1 and sum(map(max, np.array_split(widths, columns))) > WIDTH_MM:
+            columns -= 1
         where: Keywords = {"loc": "outside lower left", "ncols": columns}
         figure.legend(list(found.values()), list(found), **where)
-
-
-def _fit(texts: Sequence[str], columns: int) -> bool:
-    """Whether a legend of so many columns is narrower than the page, by the number of letters."""
-    long, more = divmod(len(texts), columns)
-    ends = [k * long + min(k, more) for k in range(columns + 1)]
-    longest = (
-        max((len(re.sub(r"[$\\_{}]", "", t)) for t in texts[a:b]), default=0)
-        for a, b in pairwise(ends)
-    )
-    return sum(ENTRY_MM + LETTER_MM * n for n in longest) <= WIDTH_MM
 
 
 def words_picture(words: str, title: str, source: str) -> Picture:

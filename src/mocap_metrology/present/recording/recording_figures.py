@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.present.plot.curves import (
+    ADEV_AXES,
     ALLAN_SLOPES,
     PSD_SLOPES,
-    Curve,
-    arrange,
+    adev_curves,
+    curve_limits,
     curves_picture,
-    log_limits,
+    facets,
 )
 from mocap_metrology.present.plot.decimate import log_bins
 from mocap_metrology.present.plot.figure import Picture, styled
@@ -47,10 +49,8 @@ def step_words(resolution_mm: float, kind: str) -> str:
 
 
 LEAST_STEP_MM = 1e-9  # as of float64; smaller sizes in mm are written as 0
-ESTIMATORS = ("oadev", "mdev", "hdev")
 BINS_PER_DECADE = 40  # of a power spectrum; 0.4 mm each where two panels share a row
-ALLAN_DECADES, PSD_DECADES = 7, 14  # shown at most: below is rounding
-FARTHEST_BAND = 4.0  # an interval counts for the limits up to so many times the deviation
+PSD_DECADES = (2.0, 14.0)  # shown at least and at most
 
 
 @styled()
@@ -71,41 +71,21 @@ def allan_figure(
     at the foot; `remarks`: what the caption adds; `expected`: series that should be there, one that
     is not is drawn as without valid samples; `confidence` (0 ... 1) of the interval.
     """
-    curves = _allan_curves(columns, expected)
-    bands = [
-        np.clip(bound, curve.y / FARTHEST_BAND, curve.y * FARTHEST_BAND)
-        for curve in curves
-        for bound in curve.band or ()
-    ]
+    names = [*np.asarray(columns["series"]).astype(str).tolist(), *expected]
+    curves = adev_curves(columns, {name: name for name in names})
     return curves_picture(
-        arrange(curves),
-        (r"Averaging time $\tau$ (s)", "Allan deviation (mm)"),
-        (
-            log_limits([c.x for c in curves]),
-            log_limits([c.y for c in curves] + bands, 1.0, ALLAN_DECADES),
-        ),
+        by_panel(curves),
+        ADEV_AXES,
         ALLAN_SLOPES,
         (title, source, f"{captions.ADEV} {remarks}"),
         "interval" if confidence is None else f"{100 * confidence:.3g} % interval",
     )
 
 
-def _allan_curves(columns: Mapping[str, np.ndarray], expected: Sequence[str]) -> list[Curve]:
-    """A curve a series, of the first estimator there is; the others beside it."""
-    names = np.asarray(columns["series"]).astype(str)
-    estimator = np.asarray(columns["estimator"]).astype(str)
-    present = [e for e in ESTIMATORS if np.any(estimator == e)] or ["oadev"]
-    tau, adev, lower, upper = (
-        np.asarray(columns[key], dtype=np.float64)
-        for key in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
-    )
-    curves = []
-    for name in _in_order(names, expected):
-        rows = {e: np.flatnonzero((names == name) & (estimator == e)) for e in present}
-        main = rows[present[0]]
-        extra = tuple((e, tau[rows[e]], adev[rows[e]]) for e in present[1:])
-        curves.append(Curve(name, tau[main], adev[main], (lower[main], upper[main]), extra=extra))
-    return curves
+def by_panel(curves: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Curves of series by the title of their panel."""
+    panels = facets(curves["curve"]).items()
+    return {title: curves[curves["curve"].isin(names)] for title, names in panels}
 
 
 @styled()
@@ -123,28 +103,20 @@ def psd_figure(
     series. 40 bins a decade: the line is the median of a bin, the band reaches to its greatest
     value, so a narrow line shows as high as it is. The rest as in `allan_figure`.
     """
-    names = np.asarray(columns["series"]).astype(str)
-    f_hz, psd = (np.asarray(columns[key], dtype=np.float64) for key in ("f_hz", "psd_mm2_hz"))
-    curves = []
-    for name in _in_order(names, expected):
-        rows = names == name
-        bins = log_bins(f_hz[rows], psd[rows], BINS_PER_DECADE)
-        band = bins.median, bins.high
-        curves.append(Curve(name, bins.centre, bins.median, band, outlined=True))
-    highs = [curve.band[1] for curve in curves if curve.band]
+    parts = [pd.DataFrame({"curve": [], "x": [], "y": [], "lower": [], "upper": []})]
+    series = np.asarray(columns["series"]).astype(str)
+    for name in dict.fromkeys([*series.tolist(), *expected]):
+        f_hz, psd = (np.asarray(columns[key])[series == name] for key in ("f_hz", "psd_mm2_hz"))
+        bins = log_bins(f_hz, psd, BINS_PER_DECADE)
+        rows = {"x": bins.centre, "y": bins.median, "lower": bins.median, "upper": bins.high}
+        parts.append(pd.DataFrame(rows if bins.centre.size else {key: [np.nan] for key in rows}))
+        parts[-1].insert(0, "curve", name)
+    curves = pd.concat(parts[1:] or parts)
     return curves_picture(
-        arrange(curves),
+        by_panel(curves),
         ("Frequency (Hz)", "Power spectral density (mm²/Hz)"),
-        (
-            log_limits([c.x for c in curves]),
-            log_limits([c.y for c in curves] + highs, 2.0, PSD_DECADES),
-        ),
         PSD_SLOPES,
         (title, source, f"{captions.PSD} {remarks}"),
         "median to greatest value",
+        limits=curve_limits(curves, PSD_DECADES, np.inf),
     )
-
-
-def _in_order(names: np.ndarray, expected: Sequence[str]) -> list[str]:
-    """Distinct series in order of appearance, then those expected that are missing."""
-    return list(dict.fromkeys([*names.tolist(), *expected]))

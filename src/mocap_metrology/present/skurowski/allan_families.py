@@ -6,15 +6,23 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.present.groups.adev import (
-    AXES,
-    adev_limits,
+    Allan,
     compared_figure,
     panels_picture,
+    series_curves,
 )
-from mocap_metrology.present.groups.members import count_looks, curve_of
-from mocap_metrology.present.plot.curves import Curve, Limits, Panel, draw_panel, log_limits
+from mocap_metrology.present.groups.members import Rows, count_looks
+from mocap_metrology.present.plot.curves import (
+    ADEV_AXES,
+    Limits,
+    curve_limits,
+    draw_curves,
+    log_limits,
+    positive,
+)
 from mocap_metrology.present.plot.figure import (
     FAINT,
     GREY,
@@ -31,9 +39,10 @@ from mocap_metrology.present.plot.figure import (
     styled,
 )
 from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
-from mocap_metrology.present.skurowski.gather import PAPER
+from mocap_metrology.present.skurowski.densities import SETS
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.captions import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,84 +55,6 @@ CAMERA_LIMITS = 1.4, 10.6
 LAW: Keywords = {"color": GREY, "lw": 0.8, "ls": (0, (1.2, 1.2)), "label": r"$\propto 1/\sqrt{n}$"}
 DROP: Keywords = {"color": FAINT, "alpha": 0.8, "lw": 0, "label": "notably better suited (S 4.3)"}
 SLICE_LOOKS = {"x1": LOOKS["x"], "x2": LOOKS["y"], "L": OTHER_LOOKS[0]}
-Subsets = Mapping[int, Mapping[str, np.ndarray]]  # columns of allan.parquet by number of cameras
-
-
-@styled()
-def subsets_figure(
-    types: Mapping[str, Subsets], title: str, source: str, remarks: str = ""
-) -> Picture:
-    """Allan deviations of x1, x2 and L by number of cameras, and at one averaging time against it.
-
-    types: columns of allan.parquet by camera type and number of cameras; source: the line at the
-    foot; remarks: what the caption adds. The column of the number that S calls notably better
-    suited is shaded.
-    """
-    types = {name: subsets for name, subsets in types.items() if subsets}
-    caption = f"{captions.SKUROWSKI[12]} {remarks}"
-    counts = count_looks([n for subsets in types.values() for n in subsets])
-    looks = {f"{n} cameras": look for n, look in counts.items()}
-    body = new_figure(title, source, 34.0 + max(len(types), 1) * ROW_MM)
-    grid = body.subplots(max(len(types), 1), 4, sharey="row", sharex="col", squeeze=False)
-    if not types:
-        say(grid[0, 0], "no recording of such a subset")
-    for name, look in looks.items():  # in this order in the legend
-        grid[0, 0].plot([], [], label=name, **look.line())
-    families = {name: _families(subsets) for name, subsets in types.items()}
-    taus = log_limits([c.x for of in families.values() for f in of.values() for c in f])
-    for row, (name, of_type) in zip(grid, families.items(), strict=False):
-        limits = taus, adev_limits([curve for curves in of_type.values() for curve in curves])[1]
-        for axes, (series, curves) in zip(row, of_type.items(), strict=False):
-            log_axes(axes, limits)
-            draw_panel(axes, Panel(series, curves, looks), limits[1])
-            axes.set_title(f"{name}: {series}")
-        _draw_slice(row[3], of_type, limits[1], DROPS.get(name))
-        row[3].set_title(rf"{name}: $\tau$ = {SLICE_S:g} s")
-        row[0].set_ylabel(AXES[1])
-    for axes, label in zip(grid[-1], (*3 * (r"$\tau$ (s)",), "Cameras n"), strict=True):
-        axes.set_xlabel(label)
-    legend_below(body, grid.flat, columns=6)
-    return Picture(body, caption)
-
-
-def _families(subsets: Subsets) -> dict[str, list[Curve]]:
-    """Curves of each series, in the order of the number of cameras."""
-    return {
-        series: [curve_of(subsets[n], series, f"{n} cameras", False) for n in sorted(subsets)]
-        for series in SERIES
-    }
-
-
-def at_tau(curve: Curve, tau_s: float) -> float:
-    """Deviation at an averaging time, between two computed ones along the line in the figure; NaN
-    beyond them."""
-    known = np.isfinite(curve.y) & (curve.y > 0)
-    if not known.any():
-        return np.nan
-    x, y = np.log(curve.x[known]), np.log(curve.y[known])
-    return float(np.exp(np.interp(np.log(tau_s), x, y, left=np.nan, right=np.nan)))
-
-
-def _draw_slice(
-    axes: Axes, families: Mapping[str, Sequence[Curve]], limits: Limits, drop: int | None
-) -> None:
-    """Deviation at one averaging time against the number of cameras."""
-    from matplotlib.ticker import MultipleLocator
-
-    counts = np.array([int(curve.name.split()[0]) for curve in families[SERIES[0]]])
-    log_axis(axes, "y", limits)
-    axes.set_xlim(*CAMERA_LIMITS)
-    axes.xaxis.set_major_locator(MultipleLocator(2))
-    for series, curves in families.items():
-        values = np.array([at_tau(curve, SLICE_S) for curve in curves])
-        axes.plot(counts, values, label=series, **SLICE_LOOKS[series].line())
-        if series == "x1" and np.isfinite(values[-1]):
-            n = np.linspace(counts[0], counts[-1])
-            axes.plot(n, values[-1] * np.sqrt(n[-1] / n), **LAW, zorder=1)
-    if drop is not None and drop in counts:
-        axes.axvspan(drop - 0.35, drop + 0.35, zorder=0, **DROP)
-
-
 TITLES = {
     7: f"{PAPER}, Figure 7: a seismic crump",
     8: f"{PAPER}, Figure 8: Vantage with and without the failing camera",
@@ -132,14 +63,84 @@ TITLES = {
     "A1": f"{PAPER}, Figure A1: z1 after the failing camera was replaced",
 }
 TYPES = ("T40", "Bonita", "Vantage")
-TYPE_LOOKS = dict(zip((*TYPES, "All"), (*LOOKS.values(), OTHER_LOOKS[0]), strict=True))
 SERIES_A1 = "z1"
 ALL_NOTE = (
     "No coefficients were published of all cameras: their twin is T40-10 with x1 and x2 scaled to "
     "Table 4, y and z as they are."
 )
-Rows = Mapping[str, Record]
-Allan = Mapping[str, Mapping[str, np.ndarray]]  # columns of allan.parquet by recording
+
+
+@styled()
+def subsets_figure(
+    types: Mapping[str, Mapping[int, Mapping[str, np.ndarray]]],
+    title: str,
+    source: str,
+    remarks: str = "",
+) -> Picture:
+    """Allan deviations of x1, x2 and L by number of cameras, and at one averaging time against it.
+
+    types: columns of allan.parquet by camera type and number of cameras; source: the line at the
+    foot; remarks: what the caption adds. The column of the number that S calls notably better
+    suited is shaded.
+    """
+    types = {name: subsets for name, subsets in types.items() if subsets}
+    counts = count_looks([n for subsets in types.values() for n in subsets])
+    looks = {f"{n} cameras": look for n, look in counts.items()}
+    body = new_figure(title, source, 34.0 + max(len(types), 1) * ROW_MM)
+    grid = body.subplots(max(len(types), 1), 4, sharey="row", sharex="col", squeeze=False)
+    if not types:
+        say(grid[0, 0], "no recording of such a subset")
+    for name, look in looks.items():  # in this order in the legend
+        grid[0, 0].plot([], [], label=name, **look.line())
+    curves = {kind: _curves(subsets) for kind, subsets in types.items()}
+    taus = log_limits([of[s]["x"] for of in curves.values() for s in SERIES])
+    for row, (kind, of_kind) in zip(grid, curves.items(), strict=False):
+        limits = taus, curve_limits(pd.concat(of_kind.values()))[1]
+        for axes, series in zip(row, SERIES, strict=False):
+            log_axes(axes, limits)
+            draw_curves(axes, of_kind[series], limits[1], looks)
+            axes.set_title(f"{kind}: {series}")
+        _draw_slice(row[3], of_kind, limits[1], DROPS.get(kind))
+        row[3].set_title(rf"{kind}: $\tau$ = {SLICE_S:g} s")
+        row[0].set_ylabel(ADEV_AXES[1])
+    for axes, label in zip(grid[-1], (*3 * (r"$\tau$ (s)",), "Cameras n"), strict=True):
+        axes.set_xlabel(label)
+    legend_below(body, grid.flat, columns=6)
+    return Picture(body, f"{captions.SKUROWSKI[12]} {remarks}")
+
+
+def _curves(subsets: Mapping[int, Mapping[str, np.ndarray]]) -> dict[str, pd.DataFrame]:
+    """Curves of each series, in the order of the number of cameras `n`."""
+    allan = {str(n): subsets[n] for n in sorted(subsets)}
+    labels = {n: f"{n} cameras" for n in allan}
+    curves = {series: series_curves(allan, series, labels, False) for series in SERIES}
+    return {s: c.assign(n=c["curve"].str.split().str[0].astype(int)) for s, c in curves.items()}
+
+
+def at_tau(curve: pd.DataFrame, tau_s: float) -> float:
+    """Deviation at an averaging time, between two computed ones along the line in the figure; NaN
+    beyond them."""
+    known = curve[np.isfinite(positive(curve["y"]))]
+    if known.empty:
+        return np.nan
+    x, y = np.log(known["x"]), np.log(known["y"])
+    return float(np.exp(np.interp(np.log(tau_s), x, y, left=np.nan, right=np.nan)))
+
+
+def _draw_slice(
+    axes: Axes, curves: Mapping[str, pd.DataFrame], limits: Limits, drop: int | None
+) -> None:
+    """Deviation at one averaging time against the number of cameras."""
+    log_axis(axes, "y", limits)
+    axes.set(xlim=CAMERA_LIMITS, xticks=range(2, 11, 2))
+    for series, own in curves.items():
+        at = pd.Series({n: at_tau(curve, SLICE_S) for n, curve in own.groupby("n")})
+        axes.plot(at.index, at, label=series, **SLICE_LOOKS[series].line())
+        if series == "x1" and np.isfinite(at.iloc[-1]):
+            n = np.linspace(at.index[0], at.index[-1])
+            axes.plot(n, at.iloc[-1] * np.sqrt(n[-1] / n), **LAW, zorder=1)
+        if series == "x1" and drop is not None and drop in at.index:
+            axes.axvspan(drop - 0.35, drop + 0.35, zorder=0, **DROP)
 
 
 def subsets_of(rows: Rows) -> dict[str, dict[int, str]]:
@@ -187,9 +188,7 @@ def types_of(rows: Rows) -> dict[str, str]:
 def types_figure(rows: Rows, allan: Allan, source: str, remarks: str, confidence: float) -> Picture:
     """S Figure 13: all sound cameras of each type, and of all types."""
     names = types_of(rows)
-    shown = {
-        f"{kind} ({TABLE_4[kind]})": (allan[name], TYPE_LOOKS[kind]) for kind, name in names.items()
-    }
+    shown = {f"{kind} ({TABLE_4[kind]})": (allan[name], SETS[kind]) for kind, name in names.items()}
     caption = f"{captions.SKUROWSKI[13]} {_remark(rows, names.get('All'))} {remarks}"
     return compared_figure(shown, SERIES, (TITLES[13], source, caption), confidence)
 
@@ -209,22 +208,20 @@ def repaired_figure(
     rows: of the repaired recordings; others: of those named in their `compare_with`; allan: of all
     of them.
     """
-    looks = {
-        _label(row): TYPE_LOOKS.get(row["camera_type"], OTHER_LOOKS[1]) for row in rows.values()
-    }
-    after = {_label(row): name for name, row in rows.items()}
+    looks = {_label(row): SETS.get(row["camera_type"], OTHER_LOOKS[1]) for row in rows.values()}
+    after = {name: _label(row) for name, row in rows.items()}
     before = {
-        _label(row): row["compare_with"] for row in rows.values() if row["compare_with"] in others
+        row["compare_with"]: _label(row) for row in rows.values() if row["compare_with"] in others
     }
-    panels = [
-        Panel(title, [curve_of(allan[n], SERIES_A1, k, True) for k, n in names.items()], looks)
-        for title, names in (("Before the repair", before), ("After the repair", after))
-        if names
-    ]
+    panels = {
+        title: series_curves(allan, SERIES_A1, labels)
+        for title, labels in (("Before the repair", before), ("After the repair", after))
+        if labels
+    }
     comments = [f"{name}: {row['comment']}." for name, row in rows.items() if row["comment"]]
     comments.append(_remark(rows, standing_for(rows, "All", TABLE_4["All"])))
     caption = f"{captions.SKUROWSKI['A1']} {' '.join(comments)} {remarks}"
-    picture = panels_picture(panels, (TITLES["A1"], source, caption), confidence)
+    picture = panels_picture(panels, looks, (TITLES["A1"], source, caption), confidence)
     letters(picture.body.axes[: len(panels)])
     return picture
 

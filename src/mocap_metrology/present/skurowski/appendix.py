@@ -10,6 +10,7 @@ from mocap_metrology.noise.fit.estimates import (
     PLAIN_ESTIMATOR,
     S_ESTIMATOR,
     correlation_class,
+    limit_class,
     unit_key,
     unit_of,
 )
@@ -20,7 +21,7 @@ from mocap_metrology.noise.twins.published import (
     published_notes,
     published_row,
 )
-from mocap_metrology.present.fits.parts import LIMIT, by_estimator, limit_class, partners
+from mocap_metrology.papers.matching import LIMIT, by_estimator, partners
 from mocap_metrology.present.skurowski.camera_tables import standing_for
 from mocap_metrology.present.tables import Record, Row, source_of
 

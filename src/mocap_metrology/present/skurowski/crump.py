@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.shock import Shock, find_shock
-from mocap_metrology.present.groups.adev import AXES as ADEV_AXES
-from mocap_metrology.present.groups.adev import adev_limits
-from mocap_metrology.present.groups.members import curve_of
-from mocap_metrology.present.plot.curves import Curve, Panel, draw_panel
+from mocap_metrology.present.plot.curves import (
+    ADEV_AXES,
+    adev_curves,
+    curve_limits,
+    draw_curves,
+    groups_of,
+)
 from mocap_metrology.present.plot.figure import (
     GREY,
     LOOKS,
@@ -28,18 +31,14 @@ from mocap_metrology.present.plot.figure import (
 )
 from mocap_metrology.present.text import captions
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 BEFORE_S, AFTER_S = 5.0, 25.0  # shown round the shock
 AXES = ("x1", "y1", "z1")
 RECORDED, CLEANED, CUT = "(b) as recorded", "(b) after the Hampel filter", "(b) shock cut out"
 RAW: Keywords = {"color": GREY, "lw": 0.5, "label": "(a) as recorded"}
-CLEAN: Keywords = {
-    "color": LOOKS["x"].colour, "lw": 0.6, "label": "(a) after the Hampel filter"
-}  # fmt: skip
+CLEAN: Keywords = {"color": LOOKS["x"].colour, "lw": 0.6, "label": "(a) after the Hampel filter"}
 CURVES = {RECORDED: LOOKS["y"], CLEANED: LOOKS["x"], CUT: LOOKS["z"]}
 OTHER = Look(OTHER_LOOKS[0].colour, (0, (1.2, 1.2)), "D")
+LEAST_MM = 5e-4  # of half the axis
 Series = Mapping[str, np.ndarray]
 
 
@@ -54,23 +53,26 @@ class Shaken:
     frame_rate_hz: float
     min_coverage: float = 0.5
 
-    def curves(self, shock: Shock | None, series: str = "L") -> list[Curve]:
+    def curves(self, shock: Shock | None, series: str = "L") -> pd.DataFrame:
         """Allan deviation of one series as recorded, after cleaning, and after cleaning without
         the frames of the shock."""
-        cleaned = curve_of(self.allan, series, CLEANED, False)
+        cleaned = adev_curves(self.allan, {series: CLEANED}, band=False)
+        cleaned = cleaned[cleaned["thin"] == ""]
         own = (self.allan["series"] == series) & (self.allan["estimator"] == "oadev")
         m = self.allan["m"][own].astype(np.int64)
-        cut = np.array(self.clean[series], dtype=np.float64)
+        values = {RECORDED: self.raw[series]}
         if shock is not None:
+            cut = np.array(self.clean[series], dtype=np.float64)
             cut[shock.start : shock.stop] = np.nan
-        found = [Curve(RECORDED, cleaned.x, self._adev(self.raw[series], m)), cleaned]
-        return [*found, Curve(CUT, cleaned.x, self._adev(cut, m))] if shock else found
-
-    def _adev(self, values: np.ndarray, m: np.ndarray) -> np.ndarray:
-        adev: np.ndarray = np.sqrt(
-            allan_variance(values, m, min_coverage=self.min_coverage).variance
-        )
-        return adev
+            values[CUT] = cut
+        others = [
+            cleaned.assign(
+                curve=name,
+                y=np.sqrt(allan_variance(of, m, min_coverage=self.min_coverage).variance),
+            )
+            for name, of in values.items()
+        ]
+        return pd.concat([others[0], cleaned, *others[1:]], ignore_index=True)
 
 
 @styled()
@@ -89,21 +91,41 @@ def crump_figure(
     curves, looks = given.curves(shock), dict(CURVES)
     if other is not None:
         name = f"(b) {other[0]}"
-        curves.append(curve_of(other[1], "L", name, False))
+        curves = pd.concat([curves, adev_curves(other[1], {"L": name}, band=False)])
         looks[name] = OTHER
+    traces = _traces(given, 0 if shock is None else shock.onset)
+    half = 1.08 * max(traces["raw"].abs().max(), 1e3 * LEAST_MM)
     body = new_figure(title, source, 118.0)
     grid = body.subplot_mosaic([[series, "L"] for series in AXES], width_ratios=(5, 4))
-    for series in AXES:
-        _trace(grid[series], given, series, 0 if shock is None else shock.onset)
-        grid[series].label_outer()
+    for series, own in groups_of(traces, "series"):
+        axes = grid[series]
+        axes.set(xlim=(-BEFORE_S, AFTER_S), ylim=(-half, half), ylabel=f"{series} (µm)")
+        axes.plot(own["time_s"], own["raw"], **RAW)
+        axes.plot(own["time_s"], own["clean"], **CLEAN)
+        axes.label_outer()
     grid["x1"].set_title("(a) Marker 1")
     grid["z1"].set_xlabel("Time from the shock (s)")
-    limits = adev_limits(curves)
+    limits = curve_limits(curves)
     log_axes(grid["L"], limits)
-    draw_panel(grid["L"], Panel("", curves, looks), limits[1])
+    draw_curves(grid["L"], curves, limits[1], looks)
     grid["L"].set(title="(b) Distance L", xlabel=ADEV_AXES[0], ylabel=ADEV_AXES[1])
     legend_below(body, [grid["x1"], grid["L"]], columns=3)
     return Picture(body, f"{captions.SKUROWSKI[7]} {_remark(given, shock)} {remarks}")
+
+
+def _traces(given: Shaken, at: int) -> pd.DataFrame:
+    """`series`, `time_s` from frame `at`, `raw` and `clean` in µm about the median of the raw."""
+    rate, parts = given.frame_rate_hz, []
+    first = max(at - round(BEFORE_S * rate), 0)
+    part = slice(first, at + round(AFTER_S * rate))
+    for series in AXES:
+        raw = np.asarray(given.raw[series][part], dtype=np.float64)
+        middle = float(np.nanmedian(raw)) if np.isfinite(raw).any() else 0.0
+        clean = np.asarray(given.clean[series][part], dtype=np.float64)
+        rows = {"series": series, "time_s": (np.arange(raw.size) + first - at) / rate}
+        rows |= {"raw": 1e3 * (raw - middle), "clean": 1e3 * (clean - middle)}
+        parts.append(pd.DataFrame(rows))
+    return pd.concat(parts)
 
 
 def guessed(crumps: Sequence[Mapping[str, float]]) -> str:
@@ -127,24 +149,3 @@ def _remark(given: Shaken, shock: Shock | None) -> str:
         f"the Hampel filter replaces {np.count_nonzero(found)} of {np.size(found)} coordinates "
         "of marker 1: an oscillation is not a single outlier."
     )
-
-
-def _half_range(given: Shaken, part: slice) -> float:
-    """Greatest deviation from the median that the three coordinates show there, in mm."""
-    shown = [given.raw[series][part] for series in AXES]
-    off = [np.abs(values - np.nanmedian(values)) for values in shown if np.isfinite(values).any()]
-    return max((float(np.nanmax(values)) for values in off), default=1e-3)
-
-
-def _trace(axes: Axes, given: Shaken, series: str, at: int) -> None:
-    """One coordinate about its median, raw behind cleaned, time from frame `at`."""
-    rate = given.frame_rate_hz
-    first = max(at - round(BEFORE_S * rate), 0)
-    part = slice(first, at + round(AFTER_S * rate))
-    raw, clean = given.raw[series][part], given.clean[series][part]
-    middle = float(np.nanmedian(raw)) if np.isfinite(raw).any() else 0.0
-    t = (np.arange(raw.size) + first - at) / rate
-    half = 1.08e3 * max(_half_range(given, part), 5e-4)
-    axes.set(xlim=(-BEFORE_S, AFTER_S), ylim=(-half, half), ylabel=f"{series} (µm)")
-    axes.plot(t, 1e3 * (raw - middle), **RAW)
-    axes.plot(t, 1e3 * (clean - middle), **CLEAN)

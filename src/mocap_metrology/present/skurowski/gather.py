@@ -14,9 +14,9 @@ from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_fo
 from mocap_metrology.present.skurowski.densities import Mean
 from mocap_metrology.present.skurowski.scaling import Subset
 from mocap_metrology.present.tables import Record, Row, source_of
+from mocap_metrology.present.text.captions import PAPER
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words
 
-PAPER = "Skurowski & Pawlyta 2019"
 TITLES = {
     6: f"{PAPER}, Figure 6: weighted and ordinary least squares",
     14: f"{PAPER}, Figure 14: colour noise coefficients, logarithmic",

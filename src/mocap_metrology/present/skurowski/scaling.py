@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.noise.cameras.scaling import Scaling, fit_scaling
-from mocap_metrology.present.plot.curves import Limits, log_limits
+from mocap_metrology.present.plot.curves import groups_of, label_outer, log_limits
 from mocap_metrology.present.plot.figure import (
     GREY,
     INK,
@@ -21,10 +22,11 @@ from mocap_metrology.present.plot.figure import (
     legend_below,
     log_axis,
     new_figure,
+    room_for,
     short,
     styled,
 )
-from mocap_metrology.present.skurowski.theory_figures import PAPER
+from mocap_metrology.present.text.captions import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,21 +35,26 @@ TITLE_11 = f"{PAPER}, Figure 11: spread over the number of cameras"
 COLUMNS = 3
 SQUARE_MM_FROM = 0.1  # covariances, mm²: smaller ones are shown in µm²
 DECADES_FROM = 50.0  # range of covariances from which their axis is logarithmic
-TEXT_SHARE, LINE_SHARE = 0.36, 0.07  # of the height of a panel: of the exponents, of a line
-LABEL_SHARE = 0.09  # of the width of a panel, from one number of cameras to the next
+CLOSE = 0.83  # of the next larger number of cameras, from which its label would touch
 SERIES: dict[str, Keywords] = {
     "marker 1": {"color": LOOKS["x"].colour, "marker": "o"},
     "marker 2": {"color": LOOKS["z"].colour, "marker": "^", "markerfacecolor": "white"},
     "distance": {"color": INK, "marker": "D"},
 }
 COLUMN_OF = {"marker 1": "sigma_1_mm", "marker 2": "sigma_2_mm", "distance": "sigma_L_mm"}
+SIGMA_12 = "sigma_12_mm2"
 DASHES = {"marker 1": "-", "marker 2": (0, (5, 1.6)), "distance": (0, (1.2, 1.2))}
 COVARIANCE: Keywords = {"color": "#4d4d4d", "marker": "X", "markersize": 4.6, "mew": 0.4, "ls": ""}
-BAR: Keywords = {"marker": "_", "markersize": 7.0, "mew": 1.1, "ls": ""}
-STAR: Keywords = {"marker": "*", "markersize": 8.0, "mew": 0.8, "mfc": "none", "ls": ""}
-KINDS = "row", "expected", "published"
-Text = tuple[str, str]  # and its colour
-LABELS = dict(zip(KINDS[1:], ("on average, by the coefficients", "Table 4"), strict=True))
+EXTRA: dict[str, tuple[str, Keywords]] = {
+    "expected": (
+        "on average, by the coefficients",
+        {"marker": "_", "markersize": 7.0, "mew": 1.1, "ls": "", "alpha": 0.75},
+    ),
+    "published": (
+        "Table 4",
+        {"marker": "*", "markersize": 8.0, "mew": 0.8, "mfc": "none", "ls": ""},
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -64,19 +71,28 @@ class Subset:
     fitted: bool = True
 
 
+def frame_of(subsets: Sequence[Subset]) -> pd.DataFrame:
+    """A row a number: `camera_type`, `n`, `fitted`, `kind` (row, expected, published), `column`,
+    `value`."""
+    rows = [
+        (s.camera_type, s.n_cameras, s.fitted, kind, column, float(value))
+        for s in subsets
+        for kind in ("row", *EXTRA)
+        for column in (*COLUMN_OF.values(), SIGMA_12)
+        if (value := getattr(s, kind).get(column)) is not None
+    ]
+    names = ["camera_type", "n", "fitted", "kind", "column", "value"]
+    return pd.DataFrame(rows, columns=names).sort_values("n", kind="stable").dropna()
+
+
 def fits(subsets: Sequence[Subset]) -> dict[str, Scaling | None]:
     """The law fitted to every series of the subsets of one camera type."""
-    own = [subset for subset in subsets if subset.fitted]
+    frame = frame_of(subsets)
+    frame = frame[frame["fitted"] & (frame["kind"] == "row")]
     return {
-        name: fit_scaling(
-            np.array([subset.n_cameras for subset in own]), _values(own, "row", column)
-        )
+        name: fit_scaling(*frame.loc[frame["column"] == column, ["n", "value"]].to_numpy(float).T)
         for name, column in COLUMN_OF.items()
     }
-
-
-def _values(subsets: Sequence[Subset], kind: str, column: str) -> np.ndarray:
-    return np.array([float(getattr(s, kind).get(column, math.nan)) for s in subsets])
 
 
 @styled()
@@ -88,147 +104,91 @@ def scaling_figure(
 
     texts: title, source line and caption.
     """
+    frame, power = frame_of(subsets), 1 + variances
     kinds = list(dict.fromkeys(subset.camera_type for subset in subsets)) or [""]
     rows, columns = -(-len(kinds) // COLUMNS), min(len(kinds), COLUMNS)
     body = new_figure(texts[0], texts[1], 32.0 + 98.0 * rows)
     grid = body.subplots(2 * rows, columns, sharex=True, squeeze=False, height_ratios=(3, 2) * rows)
     above, below = grid[::2].ravel(), grid[1::2].ravel()
-    power, unit = 1 + variances, _covariance_unit(subsets)
-    y, x = _limits(subsets, power), [subset.n_cameras for subset in subsets] or [1]
-    log_axis(grid[0, 0], "x", (min(x) / 1.2, max(x) * 1.2))
-    exponents = []
-    for k, kind in enumerate(kinds):
-        own = sorted((s for s in subsets if s.camera_type == kind), key=lambda s: s.n_cameras)
-        log_axis(above[k], "y", y)
-        exponents.append(_deviations(above[k], own, power))
-        above[k].set_title(f"(a) {short(kind, 16) or 'cameras'}")
-        _covariances(below[k], own, subsets, unit[1])
-        below[k].set_title(f"(b) {short(kind, 16) or 'cameras'}")
-        above[k].tick_params(which="both", labelleft=k % columns == 0)
-        below[k].tick_params(which="both", labelleft=k % columns == 0)
-        if k % columns == 0:
-            above[k].set_ylabel("Variance (mm²)" if variances else "Standard deviation (mm)")
-            below[k].set_ylabel(f"Covariance ({unit[0]})")
-        if k + columns >= len(kinds):
-            below[k].set_xlabel("Number of cameras")
-            below[k].tick_params(labelbottom=True)
-    _camera_axis(grid[0, 0], sorted(set(x)))
-    _write_exponents(list(above[: len(kinds)]), exponents)
+    n = frame["n"].to_numpy(float) if len(frame) else np.ones(1)
+    log_axis(grid[0, 0], "x", (n.min() / 1.2, n.max() * 1.2))
+    covariances = frame[frame["column"] == SIGMA_12]
+    large = covariances["value"].abs().max() >= SQUARE_MM_FROM
+    unit, per_mm2 = ("mm²", 1.0) if large else ("µm²", 1e6)
+    limits = log_limits([frame.loc[frame["column"] != SIGMA_12, "value"] ** power])
+    for kind, upper, lower in zip(kinds, above, below, strict=False):
+        of_kind = [subset for subset in subsets if subset.camera_type == kind]
+        own, law = frame[frame["camera_type"] == kind], fits(of_kind)
+        log_axis(upper, "y", limits)
+        _deviations(upper, own, law, power)
+        _covariance_axis(lower, covariances["value"] * per_mm2)
+        _covariances(lower, own[own["column"] == SIGMA_12], per_mm2)
+        for letter, axes in (("a", upper), ("b", lower)):
+            axes.set_title(f"({letter}) {short(kind, 16) or 'cameras'}")
+            axes.tick_params(which="both", labelleft=axes.get_subplotspec().is_first_col())
+    ticks = room_for(sorted(set(n)), CLOSE)
+    above[0].set_xticks(ticks, [f"{k:g}" for k in ticks])
+    above[0].set_xticks([], minor=True)
+    labels = "Number of cameras", f"Covariance ({unit})"
+    label_outer(below.reshape(rows, columns), len(kinds), labels)
+    for axes in above[: len(kinds) : columns]:
+        axes.set_ylabel("Variance (mm²)" if variances else "Standard deviation (mm)")
     for axes in (*above[len(kinds) :], *below[len(kinds) :]):
         axes.axis("off")
-    _label(above[0], subsets, r"$\sigma^2/n$" if variances else r"$\sigma/\sqrt{n}$")
-    legend_below(body, [above[0]])
+    _label(below[0], set(frame["kind"]), r"$\sigma^2/n$" if variances else r"$\sigma/\sqrt{n}$")
+    legend_below(body, [below[0]])
     return Picture(body, texts[2])
 
 
-def _label(axes: Axes, subsets: Sequence[Subset], law: str) -> None:
-    """Entries of the legend."""
+def _label(axes: Axes, kinds: set[str], law: str) -> None:
+    """Entries of the legend below."""
     for name, how in SERIES.items():
         axes.plot([], [], label=name, ls="", **how)
     axes.plot([], [], label="covariance", **COVARIANCE)
     axes.plot([], [], label=law, color=GREY, lw=1.0)
-    for (kind, text), how in zip(LABELS.items(), (BAR, STAR), strict=True):
-        if any(getattr(subset, kind) for subset in subsets):
+    for kind, (text, how) in EXTRA.items():
+        if kind in kinds:
             axes.plot([], [], label=text, color=GREY, **how)
 
 
-def _limits(subsets: Sequence[Subset], power: int) -> Limits:
-    """Of the standard deviations, or of their squares."""
-    return log_limits(
-        _values(subsets, kind, column) ** power for kind in KINDS for column in COLUMN_OF.values()
-    )
-
-
-def _covariance_unit(subsets: Sequence[Subset]) -> tuple[str, float]:
-    """Unit of all covariances, and how many of it are in 1 mm²."""
-    values = _covariances_of(subsets)
-    return ("mm²", 1.0) if np.abs(values).max(initial=0) >= SQUARE_MM_FROM else ("µm²", 1e6)
-
-
-def _covariances_of(subsets: Sequence[Subset]) -> np.ndarray:
-    """All of them that are known, mm²."""
-    values = np.concatenate([_values(subsets, kind, "sigma_12_mm2") for kind in KINDS])
-    return values[np.isfinite(values)]
-
-
-def _camera_axis(axes: Axes, counts: Sequence[int]) -> None:
-    """A label at every number of cameras that there is room for."""
-    from matplotlib.ticker import NullLocator
-
-    low, high = axes.get_xlim()
-    room = LABEL_SHARE * math.log(high / low)
-    shown: list[int] = []
-    for n in reversed(counts):
-        if not shown or math.log(shown[-1] / n) > room:
-            shown.append(n)
-    axes.set_xticks(shown, [str(n) for n in shown])
-    axes.xaxis.set_minor_locator(NullLocator())
-
-
-def _deviations(axes: Axes, subsets: Sequence[Subset], power: int) -> list[Text]:
-    """Standard deviations to that power with the law fitted to them; the exponents of n."""
-    n = np.array([subset.n_cameras for subset in subsets], float)
+def _deviations(
+    axes: Axes, frame: pd.DataFrame, laws: Mapping[str, Scaling | None], power: int
+) -> None:
+    """Standard deviations to that power with the law fitted to them; a legend of the exponents."""
     curve = np.geomspace(*axes.get_xlim(), 50)
-    lines = [("exponent of n", GREY)]
-    for name, fit in fits(subsets).items():
-        how = SERIES[name]
-        values = [_values(subsets, kind, COLUMN_OF[name]) ** power for kind in KINDS]
+    for name, column in COLUMN_OF.items():
+        how, fit = SERIES[name], laws[name]
+        own = frame[frame["column"] == column]
         if fit is not None:
-            axes.plot(curve, fit.law(curve) ** power, color=how["color"], ls=DASHES[name], lw=0.9)
             error = power * fit.exponent_error
             more = "" if math.isnan(error) else f" ± {error:.2f}"
             text = f"{name}  {power * fit.exponent:.2f}{more}".replace("-", "−")
-            lines.append((text, how["color"]))
-        axes.plot(n, values[1], color=how["color"], alpha=0.75, **BAR)
-        axes.plot(n, values[2], color=how["color"], **STAR)
-        axes.plot(n, values[0], ls="", **how)
-    return lines if len(lines) > 1 else []
+            line = {"color": how["color"], "ls": DASHES[name], "lw": 0.9}
+            axes.plot(curve, fit.law(curve) ** power, label=text, **line)
+        for kind, points in groups_of(own, "kind"):
+            look = {"color": how["color"], **EXTRA[kind][1]} if kind in EXTRA else how | {"ls": ""}
+            axes.plot(points["n"], points["value"] ** power, **look)
+    if any(laws.values()):
+        legend = axes.legend(title="exponent of n", loc="best", handlelength=1.6, fontsize=SMALL_PT)
+        legend.get_title().set(fontsize=SMALL_PT, color=GREY)
 
 
-def _write_exponents(panels: Sequence[Axes], of_panels: Sequence[Sequence[Text]]) -> None:
-    """In the upper right or the lower left corner, as numbers fall to the right; where both are
-    occupied, all axes are extended."""
-    crowded = [_free(axes)[0] for axes in panels if max(_free(axes)) < TEXT_SHARE]
-    if crowded:
-        low, high = panels[0].get_ylim()
-        higher = (high / low) ** ((1 - min(crowded)) / (1 - TEXT_SHARE))
-        for axes in panels:
-            axes.set_ylim(low, low * higher)
-    for axes, lines in zip(panels, of_panels, strict=True):
-        top = np.argmax(_free(axes)) == 0
-        x, ha, va = (0.97, "right", "top") if top else (0.03, "left", "bottom")
-        for k, (text, colour) in enumerate(lines):
-            y = 0.96 - LINE_SHARE * k if top else 0.04 + LINE_SHARE * (len(lines) - 1 - k)
-            place: Keywords = {"transform": axes.transAxes, "ha": ha, "va": va, "size": SMALL_PT}
-            axes.text(x, y, text, color=colour, **place)
-
-
-def _free(axes: Axes) -> tuple[float, float]:
-    """Shares of the height that are free in the upper right and in the lower left corner."""
-    points = np.concatenate([line.get_xydata() for line in axes.lines] or [np.zeros((0, 2))])
-    points = points[np.isfinite(points).all(axis=1) & (points > 0).all(axis=1)]
-    x, y = axes.transAxes.inverted().transform(axes.transData.transform(points)).T
-    return 1 - float(y[x > 0.4].max(initial=0)), float(y[x < 0.6].min(initial=1))
-
-
-def _covariances(
-    axes: Axes, subsets: Sequence[Subset], every: Sequence[Subset], per_mm2: float
-) -> None:
-    """On an axis for all types. Where they differ by decades, and one would flatten all others, it
-    is logarithmic to both sides and linear near zero."""
-    known = per_mm2 * _covariances_of(every)
-    sizes = np.abs(known[known != 0])
-    low, high = known.min(initial=0), known.max(initial=0)
-    near = 10.0 ** np.floor(np.log10(np.quantile(sizes, 0.25))) if sizes.size else 1.0
-    if sizes.max(initial=0) > DECADES_FROM * near:
+def _covariance_axis(axes: Axes, values: pd.Series) -> None:
+    """An axis for all types. Where they differ by decades, and one would flatten all others, it is
+    logarithmic to both sides and linear near zero."""
+    sizes = values.abs()[values != 0]
+    low, high = min([0.0, *values]), max([0.0, *values])
+    near = 10.0 ** np.floor(np.log10(sizes.quantile(0.25))) if len(sizes) else 1.0
+    if len(sizes) and sizes.max() > DECADES_FROM * near:
         axes.set_yscale("symlog", linthresh=near)
         axes.set_ylim(min(2 * low, -near), max(2 * high, near))
     else:
         room = 0.1 * (high - low) or 1.0
         axes.set_ylim(low - room, high + room)
-    n = np.array([subset.n_cameras for subset in subsets], float)
-    values = [per_mm2 * _values(subsets, kind, "sigma_12_mm2") for kind in KINDS]
     axes.axhline(0, color=GREY, lw=0.7)
-    axes.plot(n, values[0], **COVARIANCE)
-    axes.plot(n, values[1], color=INK, alpha=0.75, **BAR)
-    axes.plot(n, values[2], color=GREY, **STAR)
+
+
+def _covariances(axes: Axes, frame: pd.DataFrame, per_mm2: float) -> None:
+    for kind, own in groups_of(frame, "kind"):
+        how = {"color": INK, **EXTRA[kind][1]} if kind in EXTRA else COVARIANCE
+        axes.plot(own["n"], own["value"] * per_mm2, **how)

@@ -10,12 +10,8 @@ import numpy as np
 
 from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.twins.published import (
-    FRAME_RATE_HZ,
-    published_gaussian,
-    published_keys,
-    published_row,
-)
+from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.papers.white_noise import white_roots
 from mocap_metrology.present.plot.curves import Limits
 from mocap_metrology.present.plot.figure import (
     GREY,
@@ -32,73 +28,64 @@ from mocap_metrology.present.plot.figure import (
     new_figure,
     styled,
 )
+from mocap_metrology.present.skurowski.densities import SETS, normal
 from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.captions import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-PAPER = "Skurowski & Pawlyta 2019"
 TITLE_1 = f"{PAPER}, Figure 1: Gaussian model of two markers"
 TITLE_2 = f"{PAPER}, Figure 2: standard error of the mean of N"
+TITLE_3 = f"{PAPER}, Figure 3: parts of an Allan deviation and their slopes"
 SOURCE_1 = "Source: computed from Table 4 of the paper, row T40."
 SOURCE_2 = "Source: computed from Equation 3 and Tables A1-A3 of the paper."
+SOURCE_3 = "Source: computed from noise models."
 MOST_N = 12
-LENGTHS = {
-    r"$\sigma_C$ = {:.1f} µm, correlated": ("sigma_C_mm", OTHER_LOOKS[0]),
-    r"$\sigma_B$ = {:.1f} µm, independent": ("sigma_B_mm", LOOKS["y"]),
-    r"$\sigma_A$ = {:.1f} µm, as marker 1": ("sigma_A1_mm", LOOKS["x"]),
-    r"$\sigma_A$ = {:.1f} µm, as marker 2": ("sigma_A2_mm", LOOKS["z"]),
-}
-KINDS = dict(zip(("T40", "Bonita", "Vantage"), LOOKS.values(), strict=True))
-
-
-def normal(x: np.ndarray, sigma: float) -> np.ndarray:
-    """Density of N(0, sigma)."""
-    density: np.ndarray = np.exp(-0.5 * (x / sigma) ** 2) / (sigma * np.sqrt(2 * np.pi))
-    return density
+LENGTHS = (
+    (r"$\sigma_C$ = {:.1f} µm, correlated", "sigma_C_mm", OTHER_LOOKS[0]),
+    (r"$\sigma_B$ = {:.1f} µm, independent", "sigma_B_mm", LOOKS["y"]),
+    (r"$\sigma_A$ = {:.1f} µm, as marker 1", "sigma_A1_mm", LOOKS["x"]),
+    (r"$\sigma_A$ = {:.1f} µm, as marker 2", "sigma_A2_mm", LOOKS["z"]),
+)
+RATE_HZ = 1000.0
+TAU = np.geomspace(1e-3, 1e5, 2401)
+MM_PT = 72 / 25.4  # points in a millimetre
+LINE = Sinusoid(0.12, 3.0)
+RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
 
 @styled()
 def model_figure(row: Mapping[str, float] | None = None, title: str = TITLE_1) -> Picture:
     """S Figure 1 of a row of Table 4 (default T40): where the markers are, and the densities."""
     row = published_gaussian("T40") if row is None else row
-    of = {k: 1000 * row[f"sigma_{k}_mm"] for k in (1, 2)}
-    lengths = {name.format(1000 * row[k]): (1000 * row[k], v) for name, (k, v) in LENGTHS.items()}
-    curves = {
-        "Marker 2": {"": (of[2], LOOKS["x"])},
-        "Marker 1": {"": (of[1], LOOKS["x"])},
-        "Distance": lengths,
-    }
-    sigmas = [sigma for of_panel in curves.values() for sigma, _ in of_panel.values()]
+    panels = {
+        f"Marker {k}": ((rf"$\sigma_{k}$ = {{:.1f}} µm", f"sigma_{k}_mm", LOOKS["x"]),)
+        for k in (2, 1)
+    } | {"Distance": LENGTHS}
+    sigmas = [1000 * row[column] for parts in panels.values() for _, column, _ in parts]
     reach = 3.3 * max(sigmas)
     body = new_figure(title, SOURCE_1, 100.0)
-    grid = body.subplot_mosaic([["wand"] * 3, list(curves)], height_ratios=(1, 3))
+    grid = body.subplot_mosaic([["wand"] * 3, list(panels)], height_ratios=(1, 3))
     _wand(grid["wand"], row)
     x = np.linspace(-reach, reach, 601)
-    for name, of_panel in curves.items():
-        axes = grid[name]
-        for text, (sigma, look) in of_panel.items():
-            how: Keywords = {"label": text} if text else {}
-            axes.plot(x, normal(x, sigma), color=look.colour, ls=look.dashes, **how)
+    for name, parts in panels.items():
+        axes, symbol = grid[name], name[-1] if name[-1].isdigit() else "e"
+        words = [rf"$\mu_{symbol}$ = {row[f'mu_{symbol}_mm']:.4f} mm"]
+        for text, column, look in parts:
+            sigma = 1000 * row[column]
+            (line,) = axes.plot(x, normal(x, sigma), color=look.colour, ls=look.dashes)
+            if len(parts) > 1:
+                line.set_label(text.format(sigma))
+            else:
+                words.append(text.format(sigma))
+        how: Keywords = {"transform": axes.transAxes, "va": "top", "ha": "right", "color": GREY}
+        axes.text(0.97, 0.96, "\n".join(words), size=SMALL_PT, **how)
         axes.set(xlim=(-reach, reach), ylim=(0, 1.3 * normal(np.zeros(1), min(sigmas))[0]))
-        axes.set_title(name)
-        symbol = name[-1] if name[-1].isdigit() else "e"
-        left = rf"$x_{symbol}$" if symbol != "e" else "$L$"
-        axes.set_xlabel(rf"{left} − $\mu_{symbol}$ (µm)")
-        lines = [rf"$\mu_{symbol}$ = {row[f'mu_{symbol}_mm']:.4f} mm"]
-        if symbol != "e":
-            lines.append(rf"$\sigma_{symbol}$ = {of[int(symbol)]:.1f} µm")
-        place: Keywords = {
-            "transform": axes.transAxes,
-            "va": "top",
-            "ha": "right",
-            "size": SMALL_PT,
-        }
-        axes.text(0.97, 0.96, "\n".join(lines), color=GREY, **place)
-        axes.label_outer()
+        left = "$L$" if symbol == "e" else rf"$x_{symbol}$"
+        axes.set(title=name, xlabel=rf"{left} − $\mu_{symbol}$ (µm)")
+        axes.tick_params(labelleft=name == "Marker 2")
     grid["Marker 2"].set_ylabel("Density (1/µm)")
-    for name in ("Marker 1", "Distance"):
-        grid[name].tick_params(labelleft=False)
     legend_below(body, grid.values())
     return Picture(body, captions.SKUROWSKI[1])
 
@@ -121,32 +108,6 @@ def _wand(axes: Axes, row: Mapping[str, float]) -> None:
         axes.text(place, 0.8, name, ha="center", va="bottom", size=SMALL_PT, color=GREY)
 
 
-def white_level(model: NoiseModel) -> float:
-    """h_0 and, in mm^2/Hz too, 2 (q_c T_c)^2 of correlated noise with T_c below a frame: the level
-    that its density has at low frequencies."""
-    level = 0.0
-    for part in model.components:
-        if isinstance(part, GaussMarkov) and part.T_c < 1 / FRAME_RATE_HZ:
-            level += 2 * (part.q_c * part.T_c) ** 2
-        elif isinstance(part, PowerLaw) and part.alpha == 0:
-            level += part.h
-    return level
-
-
-def white_roots() -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Camera type -> numbers of cameras and root of `white_level`, mm/sqrt(Hz), geometric mean over
-    the six coordinates; without Vantage's ten."""
-    found = {}
-    for kind in KINDS:
-        counts = sorted(n for k, n in published_keys() if k == kind and (k, n) != ("Vantage", 10))
-        roots = []
-        for n in counts:
-            h_0 = [white_level(model) for s, model in published_row(kind, n).items() if s != "L"]
-            roots.append(float(np.exp(np.mean(np.log(h_0)) / 2)))
-        found[kind] = np.array(counts), np.array(roots)
-    return found
-
-
 @styled()
 def standard_error_figure(title: str = TITLE_2) -> Picture:
     """S Figure 2, with the printed white noise beside the law."""
@@ -161,23 +122,13 @@ def standard_error_figure(title: str = TITLE_2) -> Picture:
         if fit is None:
             continue
         text = f"{kind}: exponent {fit.exponent:.2f} ± {fit.exponent_error:.2f}".replace("-", "−")
-        how = KINDS[kind].line(ls="", markersize=4.2, label=text)
+        how = SETS[kind].line(ls="", markersize=4.2, label=text)
         axes.plot(cameras + shift, roots / fit.one, **how)
     axes.set(xlim=(0.5, MOST_N + 0.5), xticks=range(1, MOST_N + 1))
     axes.set_ylim(0, 1.05 * axes.get_ylim()[1])
     axes.set(xlabel="Number of observations N, or of cameras", ylabel=r"Standard error ($\sigma$)")
     legend_below(body, [axes])
     return Picture(body, captions.SKUROWSKI[2])
-
-
-TITLE_3 = f"{PAPER}, Figure 3: parts of an Allan deviation and their slopes"
-SOURCE_3 = "Source: computed from noise models."
-RATE_HZ = 1000.0
-TAU0 = 1 / RATE_HZ
-TAU = np.geomspace(1e-3, 1e5, 2401)
-MM_PT = 72 / 25.4  # points in a millimetre
-LINE = Sinusoid(0.12, 3.0)
-RESOLVED = 6.0  # periods of a sinusoid up to which its bumps are drawn one by one
 
 
 class Part(NamedTuple):
@@ -196,15 +147,12 @@ POWER_LAWS = (
     Part("flicker", PowerLaw(-1, 7.2e-5), LOOKS["z"], [(1.8e2, (0.0, 4.0))]),
     Part("random walk", PowerLaw(-2, 4.8e-9), LOOKS["y"], [(3e4, (-3.0, 3.5))]),
 )
+BUMP = GaussMarkov(4e-3, 60.0)
+BUMP_AT = [(0.06, (-3.0, 2.5)), (1.5e3, (2.5, 3.0))]
 OTHERS = (
     Part("white", PowerLaw(0, 2e-5), LOOKS["x"], [(4e-3, (3.0, 3.0))]),
     Part("sinusoid", LINE, OTHER_LOOKS[1], [(1e-2, (-3.5, 2.0)), (0.9, (3.5, 3.0))]),
-    Part(
-        "correlated (Gauss-Markov)",
-        GaussMarkov(4e-3, 60.0),
-        OTHER_LOOKS[0],
-        [(0.06, (-3.0, 2.5)), (1.5e3, (2.5, 3.0))],
-    ),
+    Part("correlated (Gauss-Markov)", BUMP, OTHER_LOOKS[0], BUMP_AT),
     Part("random walk", PowerLaw(-2, 2e-11), LOOKS["y"], [(4.5e4, (-3.0, 3.0))]),
 )
 
@@ -213,9 +161,9 @@ def deviation(components: Sequence[PowerLaw | GaussMarkov | Sinusoid]) -> np.nda
     """ADEV over TAU of a sum, continuous form; of a sinusoid past RESOLVED periods its mean over
     them, 3/8 of what the bumps reach."""
     broad = tuple(c for c in components if not isinstance(c, Sinusoid))
-    avar = NoiseModel(broad).avar(TAU / TAU0, RATE_HZ, "continuous")
+    avar = NoiseModel(broad).avar(TAU * RATE_HZ, RATE_HZ, "continuous")
     for line in (c for c in components if isinstance(c, Sinusoid)):
-        exact = line.avar(TAU / TAU0, RATE_HZ, "continuous")
+        exact = line.avar(TAU * RATE_HZ, RATE_HZ, "continuous")
         avar = avar + np.where(line.f_0 * TAU > RESOLVED, 3 / 8 * envelope(line) ** 2, exact)
     adev: np.ndarray = np.sqrt(avar)
     return adev

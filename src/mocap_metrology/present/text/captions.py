@@ -67,6 +67,8 @@ CORRELATED_LIMITS = (
     "likelihood estimator did not detect, each for one class of its correlation time T_c (S 4.6): "
     "s short, m medium, ℓ long."
 )
+ONE_SERIES = "Series {series}; the table holds the others."
+NOISIEST_FIRST = "Recordings are ordered by the white noise h₀ of that series, the greatest first."
 SLOTS = "In each group from left to right: {order}."
 DIAGNOSIS = (
     "Above, the dynamic Allan deviation over time, events marked; below it the largest event "
@@ -140,13 +142,11 @@ PSD = (
 TRAJECTORY = (
     "Every coordinate and distance about its mean, against time. Grey: raw samples; light blue: "
     "after outliers were cleaned. Where there are more samples than columns of pixels, a column "
-    "shows the range of its samples and the dark line their mean. A few samples far from the "
+    "shows the range of its samples and the dark line their mean. Red: outliers more than 6 "
+    "standard deviations of one frame from the mean of their column; smaller ones, which noise "
+    "alone leaves beyond the limit of the filter, are only counted. A few samples far from the "
     "rest lie beyond the axis: triangles at its edge mark where they are, and the number beside "
     "the panel is the largest of them."
-)
-FEWER_OUTLIERS = (
-    "There are too many outliers to draw: only the largest of each stretch of time and the "
-    "largest of all are shown."
 )
 FIT = (
     "(a) Allan deviation and (b) power spectral density of one series, with the fitted noise model "
@@ -155,7 +155,9 @@ FIT = (
     "spectrum over its standard deviation, the square root of 2/dof; shaded are 1 and 2 sigma."
 )
 OTHER_FITS = "(e) and (f): the same of other estimators, residuals and spectra of their models."
-GAUSS_MARKOV = "GM: Gauss-Markov component, its number under its peak; classes of T_c after S 4.6:"
+GAUSS_MARKOV = (
+    "GM: Gauss-Markov component, its number under its peak, the class of T_c after S 4.6."
+)
 SCALING = (
     "(a) Standard deviations of the cleaned coordinates along the line between the markers (of a "
     "single marker, along x) and of their distance against the number of cameras, (b) covariances "
@@ -163,7 +165,7 @@ SCALING = (
     "mean of their logarithms; in each panel the exponent of n with its standard error if it is "
     "free (−0.5 by the law)."
 )
-# Figures of Skurowski & Pawlyta 2019
+PAPER = "Skurowski & Pawlyta 2019"  # whose figures these are
 SKUROWSKI: dict[int | str, str] = {
     1: (
         "Computed from the numbers printed in Table 4, row T40: normal densities of x of either "
@@ -234,7 +236,7 @@ SKUROWSKI: dict[int | str, str] = {
     ),
     14: (
         "Coefficients of power-law noise by the number of cameras, logarithmic: (a) T40, (b) "
-        "Bonita, (c) Vantage. In each group from left to right: x1, y1, z1, x2, y2, z2, L; the "
+        "Bonita, (c) Vantage. At each number from left to right: x1, y1, z1, x2, y2, z2, L; the "
         "numbers of one series are in one line. Grey circles: published numbers below the "
         "least standard error that the length of the recording allows. A cross marks an end of "
         "the range searched by annealing-ant-colony, which is not an estimate. Bars are 95 % "
@@ -249,12 +251,13 @@ SKUROWSKI: dict[int | str, str] = {
         "panel are not drawn."
     ),
     16: (
-        "Correlated noise: (a) correlation time T_c and amplitude q_c by the number of cameras, "
-        "symbols as in Figure 14; an upper limit of q_c applies to one class of T_c and is drawn "
-        "as its letter: s short, m medium, ℓ long. In the grey band: less than 10⁻⁷ mm/√s. (b) "
-        "q_c against T_c, the classes of section 4.6 shaded; published terms below their least "
-        "standard error are pale. Dashed: ends of the range of T_c that annealing-ant-colony "
-        "searched, where terms accumulate if no T_c within the range fits."
+        "Correlated noise of (a) T40, (b) Bonita, (c) Vantage: correlation time T_c and amplitude "
+        "q_c by the number of cameras, symbols as in Figure 14; an upper limit of q_c applies to "
+        "one class of T_c and is drawn as its letter: s short, m medium, ℓ long. In the grey "
+        "band: less than 10⁻⁷ mm/√s. (d) to (f) q_c against T_c by source, the classes of "
+        "section 4.6 shaded; published terms below their least standard error are pale. Dashed: "
+        "ends of the range of T_c that annealing-ant-colony searched, where terms accumulate if "
+        "no T_c within the range fits."
     ),
     17: (
         "Power spectral density of z1 by the largest set of each camera type, its number of "

@@ -14,7 +14,14 @@ from mocap_metrology.noise.allan.variance import allan_variance, averaging_facto
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.present.skurowski.allan_families import guess_a1
-from mocap_metrology.present.skurowski.crump import Shaken, crump_figure, find_shock, guessed
+from mocap_metrology.present.skurowski.crump import (
+    CUT,
+    RECORDED,
+    Shaken,
+    crump_figure,
+    find_shock,
+    guessed,
+)
 
 pytestmark = pytest.mark.filterwarnings("error")
 RATE, SECONDS = 120.0, 300.0
@@ -89,7 +96,8 @@ def test_cut_out_leaves_the_deviation_without_a_shock(shaken, quiet) -> None:
     """Same noise with and without: 4 % of it is cut, so 2 to 8 % remain between the two."""
     series, _ = shaken
     given = Shaken(series, series, columns(series), RATE)
-    recorded, _, cut = given.curves(find_shock(coordinates(series), RATE))
+    curves = given.curves(find_shock(coordinates(series), RATE)).groupby("curve")
+    recorded, cut = (curves.get_group(name).reset_index() for name in (RECORDED, CUT))
     without = columns(quiet)["adev_mm"]
     short = recorded.x < 3
     assert np.abs(cut.y / without - 1)[short].max() < 0.08

@@ -11,7 +11,7 @@ from noise_data import RATE, TAU0, assert_texts_apart
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
-from mocap_metrology.present.groups.adev import family_figure, ratios
+from mocap_metrology.present.groups.adev import family_figure, ratios, series_curves
 from mocap_metrology.present.groups.members import count_looks, family_of, shown_series
 from mocap_metrology.present.skurowski import allan_families as paper
 from mocap_metrology.present.skurowski.allan_families import DROPS, at_tau, subsets_figure
@@ -97,8 +97,8 @@ def test_below_each_panel_stands_the_ratio_to_the_smallest_subset() -> None:
             assert np.allclose(ratio, exact, rtol=1e-12)
     shorter = {k: v[:-3] for k, v in given["T40-2"].items()}  # L lacks its longest times
     of = {"2": shorter, "3": given["T40-3"]}
-    found = ratios([paper.curve_of(g, "L", k, False) for k, g in of.items()])
-    assert found["3"][0].size == M.size - 3 and np.allclose(found["2"][1], 1)
+    found = ratios(series_curves(of, "L", {"2": "2", "3": "3"})).groupby("curve")["ratio"]
+    assert len(found.get_group("3")) == M.size - 3 and np.allclose(found.get_group("2"), 1)
 
 
 def test_few_recordings_have_intervals_and_other_estimators_are_left_out() -> None:
@@ -170,7 +170,7 @@ def test_subsets_of_some_types(kinds) -> None:
 
 def test_a_deviation_between_two_averaging_times() -> None:
     given = published("T40", 10)
-    curve = paper.curve_of(given, "x1", "", False)
+    curve = series_curves({"": given}, "x1", {"": ""})
     assert at_tau(curve, M[20] * TAU0) == pytest.approx(adev("T40", 10, "x1")[20])
     assert np.isnan(at_tau(curve, 1e-3)) and np.isnan(at_tau(curve, 1e5))
 

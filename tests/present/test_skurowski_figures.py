@@ -9,7 +9,7 @@ from mocap_workflow.recording_twins import twin_from_mapping
 from noise_data import assert_texts_apart
 
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
-from mocap_metrology.noise.twins.published import published_gaussian, published_row
+from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.present.skurowski import gather
 from mocap_metrology.present.skurowski import theory_figures as slopes
 from mocap_metrology.present.skurowski.densities import Mean, distances_figure, locations_figure
@@ -20,12 +20,7 @@ from mocap_metrology.present.skurowski.scaling import (
     fits,
     scaling_figure,
 )
-from mocap_metrology.present.skurowski.theory_figures import (
-    model_figure,
-    standard_error_figure,
-    white_level,
-    white_roots,
-)
+from mocap_metrology.present.skurowski.theory_figures import model_figure, standard_error_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -77,15 +72,6 @@ def test_figure_1_shows_the_densities_of_table_4() -> None:
             assert np.trapezoid(y, x) == pytest.approx(1, abs=5e-3)
             width = np.sqrt(np.trapezoid(y * x**2, x))
             assert width == pytest.approx(1000 * row[name], rel=0.02)
-
-
-def test_white_noise_of_a_component_below_a_frame_is_counted() -> None:
-    """T40 y1 with 2 cameras: T_c 2 ms; h_0 alone is 58 times below that with 3 cameras."""
-    two, three = (white_level(published_row("T40", n)["y1"]) for n in (2, 3))
-    assert 0.2 < two / three < 5
-    x = published_row("T40", 10)["x1"]
-    assert white_level(x) == x.coefficients()["h_0"]
-    assert 10 not in white_roots()["Vantage"][0]
 
 
 def test_slopes_written_in_figure_3_are_those_of_the_curves() -> None:
@@ -187,7 +173,7 @@ def test_the_law_is_fitted_to_what_follows_it(tmp_path) -> None:
         assert sorted(points(axes, "*")[:, 1]) == pytest.approx(
             sorted(printed[f"sigma_{k}_mm"] ** power for k in ("1", "2", "L"))
         )
-        assert text in every_text(figure)
+        assert text in [t.get_text() for t in axes.get_legend().get_texts()]
 
 
 def test_notes_say_how_long_twins_are() -> None:
@@ -224,25 +210,8 @@ def test_covariances_share_a_unit() -> None:
     below = [axes for axes in figure.body.axes if axes.get_ylabel().startswith("Covariance")]
     assert [axes.get_ylabel() for axes in below] == ["Covariance (µm²)"]
     drawn = points(below[0], COVARIANCE["marker"])
-    assert drawn[:, 1] == pytest.approx(-1e6 * 0.1**2 / drawn[:, 0])
+    assert len(drawn) == 3 and drawn[:, 1] == pytest.approx(-1e6 * 0.1**2 / drawn[:, 0])
     assert "exponent of n" in every_text(figure)
-
-
-@pytest.mark.parametrize("factor", [1.0, 30.0])
-def test_exponents_are_written_where_no_number_is(factor) -> None:
-    """Two types of which one is far above the other, and two alike."""
-    rows = sheet((10, 8, 6, 5, 4, 3, 2))
-    numbers = gaussian(rows)
-    for name in (name for name in rows if name.startswith("Bonita")):
-        numbers[name] = {k: v if k == "axis" else factor * v for k, v in numbers[name].items()}
-    figure = scaling_figure(gather.subsets_of_group(rows, numbers), ("t", "s", "c"))
-    check(figure)
-    for axes in figure.body.axes[:2]:
-        assert len(axes.texts) == 4
-        drawn = np.concatenate([line.get_xydata() for line in axes.lines])
-        places = axes.transData.transform(drawn[np.isfinite(drawn).all(axis=1)])
-        for text in axes.texts:
-            assert not text.get_window_extent().count_contains(places), text.get_text()
 
 
 def test_one_large_covariance_does_not_flatten_the_others() -> None:

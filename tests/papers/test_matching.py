@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mocap_metrology.present.fits.parts import LIMIT, correlation_times, pair, partners
+from mocap_metrology.papers.matching import LIMIT, correlation_times, pair, partners
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,330 @@
+"""Figures of coefficients: every number stands where its recording and series are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from family_data import row as sheet_row
+from figure_data import ODD_TEXT, check, check_saved, every_text
+from noise_data import assert_texts_apart, bounds, group, noise_rows
+
+from mocap_metrology.noise.fit.estimates import correlation_class, refused_rows
+from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
+from mocap_metrology.noise.twins.published import SERIES, published_row
+from mocap_metrology.present.groups import slots
+from mocap_metrology.present.groups.coefficients import coefficients_figure
+from mocap_metrology.present.groups.coefficients import correlated_figure as group_correlated
+from mocap_metrology.present.groups.members import family_of
+from mocap_metrology.present.skurowski.appendix import TABLES, table_a
+from mocap_metrology.present.skurowski.coefficients import (
+    TYPES,
+    colour_figure,
+    correlated_figure,
+    marks_of,
+    searched_ends,
+)
+
+pytestmark = pytest.mark.filterwarnings("error")
+NUMBERS = (10, 5, 2)
+UPPER = "likelihood_upper_95"
+
+
+def table_rows(keys=None):
+    sheet, noise, expected, crlb = group(keys)
+    kinds = TABLES if keys is None else dict.fromkeys(kind for kind, _ in keys)
+    return [
+        row for kind in kinds
+        for row in table_a(kind, sheet, noise, expected, bounds(crlb, kind))
+        if keys is None or (kind, row["n_cameras"]) in keys
+    ]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return table_rows()
+
+
+def drawn(axes, *styles: str, marker=None) -> np.ndarray:
+    """(k, 2) points of a panel drawn in a style, or with a marker, sorted."""
+    markers = [marker] if marker is not None else [slots.STYLES[s]["marker"] for s in styles]
+    sizes = {slots.STYLES[s]["ms"] for s in styles} or {3.4}
+    found = [
+        line.get_xydata()
+        for line in axes.lines
+        if line.get_marker() in markers
+        and line.get_markersize() in sizes
+        and line.get_ls() == "None"
+    ]
+    points = np.concatenate(found) if found else np.zeros((0, 2))
+    return points[np.lexsort(points.T)]
+
+
+def places(own: pd.DataFrame, column: str, groups) -> np.ndarray:
+    """Where the numbers of a panel should stand, from the rows of a table alone."""
+    x = own["n_cameras"].map(list(groups).index) + (own["series"].map(SERIES.index) - 3) / 8.6
+    points = np.column_stack([x, own[column].astype(float)])
+    points = points[np.isfinite(points[:, 1])]
+    return points[np.lexsort(points.T)]
+
+
+@pytest.mark.parametrize("logarithmic", [True, False])
+def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None:
+    made = colour_figure(rows, "t", "s", "n", logarithmic=logarithmic)
+    grid = np.array(made.body.axes).reshape(5, 3)
+    table = pd.DataFrame(rows)
+    for (j, k), axes in np.ndenumerate(grid):
+        own = table[(table["parameter"] == f"h_{ALPHAS[j]}") & (table["camera_type"] == TYPES[k])]
+        assert len(own) == 49 + 7 * (TYPES[k] == "Vantage")
+        groups, top = sorted(own["n_cameras"].unique()), axes.get_ylim()[1]
+        ticks = [t.get_text() for t in grid[4, k].get_xticklabels()]
+        assert ticks == [str(n) for n in groups]
+        above = 0
+        for column, styles in (
+            ("published", (slots.PUBLISHED, slots.PALE)),
+            ("regenerated", (slots.S_VALUE,)),
+            ("likelihood", (slots.VALUE,)),
+        ):
+            expected = places(own, column, groups)
+            if logarithmic:
+                expected[expected[:, 1] < slots.FLOOR, 1] = slots.in_band()
+                expected = expected[np.lexsort(expected.T)]
+            above += (expected[:, 1] > top).sum()
+            shown = expected[expected[:, 1] <= top]
+            assert np.allclose(drawn(axes, *styles), shown, rtol=1e-12, atol=0), (j, k, column)
+        arrows = drawn(axes, marker=slots.UP)
+        assert np.all(arrows[:, 1] == top) and len(arrows) >= above
+        assert (above > 0) == (not logarithmic)
+        limits = own.loc[own["likelihood_status"] == "not_detected", UPPER]
+        assert np.allclose(drawn(axes, slots.LIMIT)[:, 1], np.sort(limits[limits <= top]))
+    assert {"(a) T40", "(b) Bonita", "(c) Vantage"} <= set(every_text(made))
+    check_saved(made, tmp_path / "f")
+    assert_texts_apart(made)
+
+
+def test_correlated_terms(rows, tmp_path) -> None:
+    made = correlated_figure(rows, "t", "s", "n")
+    table = pd.DataFrame(
+        [r for r in rows if r["parameter"][1:3] == "_c" and "(" not in r["parameter"]]
+    )
+    table["number"], table["name"] = table["parameter"].str[3:], table["parameter"].str[:3]
+    keys = ["camera_type", "n_cameras", "series", "number"]
+    panels = {axes.get_title(loc="left"): axes for axes in made.body.axes}
+    titles = ["(a) T40", "(b) Bonita", "(c) Vantage"]
+    sources = {"published": "published", "annealing-ant-colony": "regenerated"}
+    for letter, (name, column) in zip(
+        "def", (sources | {"likelihood": "likelihood"}).items(), strict=False
+    ):
+        terms = table.pivot(index=keys, columns="name", values=column).astype(float)
+        axes = panels[f"({letter}) {name}"]
+        points = np.concatenate(
+            [
+                x.get_xydata()
+                for x in axes.lines
+                if x.get_markersize() in (3.0, 3.6) and len(x.get_xdata())
+            ]
+        )
+        assert len(terms) == 511 and "511 terms" in every_text(made)  # of Tables A1-A3
+        expected = terms[["T_c", "q_c"]].to_numpy()
+        assert np.allclose(points[np.lexsort(points.T)], expected[np.lexsort(expected.T)], atol=0)
+    assert titles == list(panels)[:3]
+    own = table[(table["camera_type"] == "T40") & (table["name"] == "T_c")]
+    expected = places(own, "published", sorted(own["n_cameras"].unique()))
+    assert np.allclose(drawn(panels["(a) T40"], slots.PUBLISHED, slots.PALE), expected)
+    check_saved(made, tmp_path / "f")
+    assert_texts_apart(made)
+
+
+def test_a_limit_of_an_amplitude_shows_its_class_of_correlation_time() -> None:
+    made = [r for r in table_rows([("T40", 10)]) if r["parameter"][1:3] == "_c"]
+    for row in made:
+        row |= {"likelihood": None, UPPER: 0.01, "likelihood_status": "ok"}
+        if row["parameter"].startswith("q_c"):
+            row["likelihood_status"] = "not_detected"
+    amplitudes = correlated_figure(made, "t", "s").body.axes[3]
+    for kind, style in slots.CLASS_LIMITS.items():
+        terms = [r for r in made if r["parameter"].startswith("T_c")]
+        own = pd.DataFrame([r for r in terms if correlation_class(r["published"]) == kind])
+        expected = places(own.assign(limit=0.01), "limit", [10])
+        assert np.allclose(drawn(amplitudes, style), expected), kind
+
+
+def test_ends_of_the_search_are_no_estimates() -> None:
+    """A cross and no dot; of T_c also dashed lines and their number."""
+    made = table_rows([("T40", 10)])
+    assert searched_ends(made) == []
+    terms = [row for row in made if row["parameter"].startswith("T_c")]
+    ended = [*terms[:3], next(row for row in made if row["parameter"] == "h_0")]
+    for row, end in zip(ended, (1 / 60, 60.0, 60.0, 1e-6), strict=True):
+        row |= {"regenerated": end, "regenerated_status": "at_bound"}
+    assert searched_ends(made) == [1 / 60, 60.0]
+    picture = correlated_figure(made, "t", "s")
+    dashed = [line for line in picture.body.axes[0].lines if line.get_linestyle() == "--"]
+    assert [line.get_ydata()[0] for line in dashed] == [1 / 60, 60.0]
+    assert any(text.endswith("terms, 3 at an end") for text in every_text(picture))
+    h_0 = colour_figure(made, "t", "s").body.axes[6]
+    assert drawn(h_0, slots.S_END)[:, 1] == [1e-6]
+    assert 1e-6 not in drawn(h_0, slots.S_VALUE)[:, 1]
+
+
+@pytest.mark.parametrize("logarithmic", [True, False])
+def test_a_bar_that_is_cut_ends_in_an_arrow(logarithmic) -> None:
+    made = [row for row in table_rows([("T40", 10)]) if row["parameter"] == "h_0"]
+    for row in made:
+        row |= {"likelihood": row["published"], "likelihood_status": "ok"}
+        row |= {"likelihood_lower_95": row["published"] / 2, UPPER: row["published"] * 2}
+    made[0]["likelihood_lower_95"], made[1][UPPER] = 0.0, 1.0
+    axes = colour_figure(made, "t", "s", logarithmic=logarithmic).body.axes[6]
+    low, high = axes.get_ylim()
+    if logarithmic:
+        ((_, end),) = drawn(axes, marker=slots.DOWN)
+        assert end == pytest.approx(max(made[0]["published"] / slots.LONGEST, low))
+    assert [-2 / 8.6, high] in drawn(axes, marker=slots.UP).round(12).tolist() or any(
+        np.allclose(point, [-2 / 8.6, high]) for point in drawn(axes, marker=slots.UP)
+    )
+
+
+def test_terms_that_were_not_published_are_terms_too() -> None:
+    made = table_rows([("T40", 10)])
+    empty = dict.fromkeys(made[0]) | {"n_cameras": 10, "camera_type": "T40", "series": "x1"}
+    extra = [
+        empty | {"parameter": f"{name} (likelihood)", "likelihood": value}
+        | {"likelihood_status": "ok"} for name, value in (("q_c9", 0.3), ("T_c9", 77.0))
+    ]  # fmt: skip
+    before, after = (slots.terms_of(marks_of(r)) for r in (made, made + extra))
+    new = after[after["number"].str.startswith("9")]
+    assert len(after) == len(before) + 1
+    assert new[["T_c", "q_c", "source"]].to_numpy().tolist() == [[77.0, 0.3, "likelihood"]]
+
+
+@pytest.mark.parametrize("draw", [colour_figure, correlated_figure])
+@pytest.mark.parametrize("case", ["none", "cited", "one", "not detected"])
+def test_odd_coefficients(draw, case) -> None:
+    made = table_rows({"none": [], "one": [("Bonita", 4)]}.get(case, [("T40", 10)]))
+    if case == "cited":
+        made = table_a("T40", {}, {})
+    elif case == "not detected":
+        for row in made:
+            row |= {"likelihood": None, "likelihood_status": "not_detected", "regenerated": None}
+    check(draw(made, ODD_TEXT, ODD_TEXT, ODD_TEXT), draw=case == "not detected")
+
+
+# ---- of any group
+
+
+def family(kind: str = "Bonita", numbers=NUMBERS, series=SERIES):
+    rows = {f"{kind}-{n}": sheet_row(f"{kind}-{n}", kind, n) for n in numbers}
+    noise = {
+        name: noise_rows({s: published_row(kind, r["n_cameras"])[s] for s in series}, seed=k)
+        for k, (name, r) in enumerate(rows.items())
+    }
+    return family_of(rows), noise
+
+
+def table_of(noise) -> pd.DataFrame:
+    parts = [pd.DataFrame(r).assign(n_cameras=int(n.split("-")[1])) for n, r in noise.items()]
+    table = pd.concat(parts)
+    table["limit"] = table["upper_95"].where(table["status"] == "not_detected")
+    return table[table["estimator"] == "likelihood"]
+
+
+def values_drawn(axes) -> np.ndarray:
+    found = [x.get_xydata() for x in axes.lines if x.get_markersize() == 4.2]
+    points = np.concatenate(found)
+    return points[np.lexsort(points.T)]
+
+
+def test_every_coefficient_of_a_group_is_shown(tmp_path) -> None:
+    of, noise = family()
+    picture = coefficients_figure(of, noise, "g: power-law noise", "Source: n.", "More.")
+    assert "x1, y1, z1, x2, y2, z2, L." in picture.caption and picture.caption.endswith("More.")
+    table = table_of(noise)
+    for axes, alpha in zip(picture.body.axes, ALPHAS, strict=True):
+        own = table[table["parameter"] == f"h_{alpha}"]
+        if own["value"].notna().any():
+            expected = places(own, "value", sorted(NUMBERS))
+            assert np.allclose(values_drawn(axes), expected, rtol=1e-12), alpha
+        limits = places(own, "limit", sorted(NUMBERS))
+        assert np.allclose(drawn(axes, slots.LIMIT), limits, rtol=1e-12), alpha
+        bars = sum(len(lines.get_segments()) for lines in axes.collections)
+        assert bars == own["value"].notna().sum()
+    check_saved(picture, tmp_path / "f")
+    bottom = picture.body.axes[4]
+    assert [t.get_text() for t in bottom.get_xticklabels()] == ["2", "5", "10"]
+    assert bottom.get_xlabel() == "Number of cameras"
+    assert_texts_apart(picture)
+
+
+def test_every_correlated_term_of_a_group_is_shown_twice(tmp_path) -> None:
+    of, noise = family("T40")
+    picture = group_correlated(of, noise, "g: correlated noise", "n")
+    *panels, scatter = picture.figure.axes
+    titles = [axes.get_title(loc="left")[:3] for axes in picture.figure.axes]
+    assert titles == ["(a)", "(b)", "(c)"]
+    table = table_of(noise)
+    table = table[table["parameter"].str[1:3] == "_c"]
+    table["name"], table["number"] = table["parameter"].str[:3], table["parameter"].str[3:]
+    for axes, name in zip(panels, ("T_c", "q_c"), strict=True):
+        expected = places(table[table["name"] == name], "value", sorted(NUMBERS))
+        assert np.allclose(values_drawn(axes), expected, rtol=1e-12)
+    terms = table.pivot(index=["n_cameras", "series", "number"], columns="name", values="value")
+    points = np.concatenate([x.get_xydata() for x in scatter.lines if x.get_markersize() == 3.4])
+    assert np.allclose(np.sort(points[:, 0]), np.sort(terms["T_c"]), rtol=1e-12)
+    assert np.allclose(np.sort(points[:, 1]), np.sort(terms["q_c"]), rtol=1e-12)
+    assert {f"{len(terms)} terms", "short", "medium", "long"} <= set(every_text(picture))
+    check_saved(picture, tmp_path / "f")
+    assert_texts_apart(picture)
+
+
+def test_without_a_term_the_limits_show_their_classes() -> None:
+    of, _ = family("T40", (10,))
+    limits = {"short": 0.04, "medium": 0.002, "long": 0.0005}
+    row_of = {"series": "x1", "estimator": "likelihood", "status": "not_detected"}
+    noise = [
+        row_of
+        | {"parameter": f"q_c{k}", "value": np.nan, "lower_95": np.nan, "upper_95": limit}
+        | {"note": f"class {kind}: limit for every T_c"}
+        for k, (kind, limit) in enumerate(limits.items(), 1)
+    ]
+    picture = group_correlated(of, {"T40-10": noise}, "g: correlated noise", "n")
+    (axes,) = picture.figure.axes
+    for kind, limit in limits.items():
+        assert drawn(axes, slots.CLASS_LIMITS[kind])[:, 1].tolist() == [limit]
+    assert picture.caption.startswith("Correlated noise was not detected in any recording.")
+    check(picture)
+
+
+def test_many_recordings_show_one_series_the_noisiest_first() -> None:
+    rows = {f"R{k}": sheet_row(f"R{k}", n_cameras=None) for k in range(22)}
+    levels = {name: 1e-6 * (1 + (7 * k) % 22) for k, name in enumerate(rows)}
+    models = {n: NoiseModel.from_coefficients({"h_0": level}) for n, level in levels.items()}
+    noise = {n: noise_rows(dict.fromkeys(SERIES, model), 0.001) for n, model in models.items()}
+    picture = coefficients_figure(family_of(rows), noise, "t", "s")
+    h_0 = picture.body.axes[2]
+    points = values_drawn(h_0)
+    points = points[np.argsort(points[:, 0])]
+    assert points[:, 0].tolist() == list(range(22)) and np.all(np.diff(points[:, 1]) < 0)
+    names = [t.get_text() for t in picture.body.axes[4].get_xticklabels()]
+    assert names == sorted(rows, key=lambda name: -levels[name])
+    assert "Series L; the table holds the others." in picture.caption
+
+
+@pytest.mark.parametrize("draw", [coefficients_figure, group_correlated])
+@pytest.mark.parametrize("case", ["nothing", "refused", "one", "white", "many"])
+def test_odd_groups(draw, case) -> None:
+    of, noise = family("T40", (10,) if case == "one" else NUMBERS)
+    if case == "nothing":
+        noise = dict.fromkeys(noise, ())
+    elif case == "refused":
+        noise = dict.fromkeys(noise, refused_rows("x1", ["likelihood"], "no valid samples"))
+    elif case == "white":
+        white = NoiseModel.from_coefficients({"h_0": 1e-6})
+        noise = dict.fromkeys(noise, noise_rows(dict.fromkeys(("x1", "L"), white)))
+    elif case == "many":
+        rows = {f"{k}_{'long-name.' * 5}": sheet_row("") for k in range(60)}
+        of, noise = family_of(rows), dict.fromkeys(rows, noise["T40-10"])
+    picture = draw(of, noise, ODD_TEXT, ODD_TEXT, ODD_TEXT)
+    check(picture)
+    texts = " ".join(" ".join(every_text(picture)).split())
+    assert ("No recording has noise coefficients" in texts) == (case in ("nothing", "refused"))
+    assert ("not detected in any recording" in texts) == (case == "white")

@@ -11,9 +11,12 @@ from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.decode import Entry, checked
 from mocap_metrology.calibration.exports import FORMATS
 from mocap_metrology.calibration.files import write_decoded, write_poses
+from mocap_metrology.calibration.tables import TABLES
 from mocap_metrology.cli.beside import beside
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_json
+from mocap_metrology.common.paths import exists
 from mocap_metrology.present.calibration.calibration_figure import calibration_figure
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, read_calibration
 from mocap_metrology.present.calibration.pose_text import pose_rows
@@ -21,20 +24,7 @@ from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import import_matplotlib, save
 from mocap_metrology.settings import Allan, Lighthouse, PoseEstimator
 
-TABLES = {
-    "pulses": "pulses.parquet",
-    "inertial": "inertial.parquet",
-    "sweeps": "sweeps.parquet",
-    "poses": "poses.parquet",
-    "track": "track.parquet",
-    "allan": "allan.parquet",
-    "stations": "stations.json",
-    "board": "board.csv",
-    "pose": "pose.json",
-    "crazyflie": "crazyflie.yaml",
-    "libsurvive": "libsurvive.json",
-    "ros2": "ros2_static_transforms.launch.xml",
-}
+OPTIONS = {"points": "world-points"}
 PICTURES = ("calibration.png", "calibration.svg", "track.png", "track.svg")
 # Those of the paper are for its tables, and take seconds.
 OWN: tuple[PoseEstimator, ...] = ("batch", "paper-lm")
@@ -43,13 +33,21 @@ OWN: tuple[PoseEstimator, ...] = ("batch", "paper-lm")
 def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> None:
     """Results of one calibration into the folder, and the verdict on the terminal."""
     kind = given.format or format_of(path)
-    settings = Lighthouse(estimators=OWN, world=given.world, inertial=given.inertial)
-    points = {"points": given.world_points} if given.world_points else {}
+    settings = Lighthouse(estimators=OWN, world=given.world or "gravity", inertial=given.inertial)
+    named = {
+        "points": given.world_points, "factory": given.factory, "reference": given.reference
+    }  # fmt: skip
+    beside_it = {name: file for name, file in named.items() if file}
+    for name, file in beside_it.items():
+        if not exists(file):
+            raise Refusal(f"{file}: no such file; expected that of --{OPTIONS.get(name, name)}")
+    if str(given.reference).lower().endswith(".c3d"):
+        raise Refusal(f"{given.reference}: markers on housings need a mount: use a row of a sheet")
     entry = Entry(name_of(path), str(path.resolve()), kind, given.board)
     with beside(import_matplotlib, _draw_calibration) as second:
         tell("1/3 pulses, base stations, sweeps")
         check, decoded = checked(
-            entry, {"dump": str(path), "board": given.board} | points, settings
+            entry, {"dump": str(path), "board": given.board} | beside_it, settings
         )
         for words in (*check["notes"], *check["warnings"]):
             tell(words)
@@ -59,9 +57,10 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
             write_decoded(entry, decoded, settings, files)
             tell("2/3 poses of the board and of the base stations")
             with ThreadPoolExecutor(given.threads) as pool:
-                write_poses(entry, settings, files | points, files, pool.map)
+                write_poses(entry, settings, files | beside_it, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
-            tell_result(_verdict(read_calibration(files, entry.calibration, None)))
+            words = _verdict(read_calibration(files, entry.calibration, None))
+            tell_result([": ".join(words[:2])] if given.brief else words)
             tell("3/3 figures")
             second.call(files, entry.calibration, part / PICTURES[0])
             tracked = read_table(files["track"]), read_table(files["allan"])
@@ -69,6 +68,8 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
                 track_figure(entry.calibration, None, *tracked[0], *tracked[1]), part / PICTURES[2]
             )
             second.wait()
+    if given.brief:
+        return
     exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"
     tell_result(["", exports, f"Figure: {folder / PICTURES[0]}"])
 

@@ -9,7 +9,7 @@ import argparse
 import gc
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
 EXAMPLES = """examples:
@@ -18,12 +18,14 @@ EXAMPLES = """examples:
   mocap-metrology check poses.txt --rate 100 --unit m
   mocap-metrology check tum.txt --columns "t x y z qx qy qz qw" --unit m --markers tracker
   mocap-metrology check dump.bin --board board.csv
+  mocap-metrology check recordings/ more.trc
 
 A recording has markers at rest, for a minute or better an hour: C3D, TRC, CSV of Motive, Vicon
 Nexus or First Principles, TSV of Qualisys, N3D, or columns with names (markers, poses). With
 --board the file is a sweep dump of a board of photodiodes before two Lighthouse base stations. The
-results of an earlier check in the same folder are replaced. Exit status: 0 with a verdict, whatever
-it is, and its results; 1 otherwise."""
+results of an earlier check in the same folder are replaced. Of several files, or of all
+recordings in a folder, a table follows in the end. Exit status: 0 if every file has a verdict,
+whatever it is; 1 if one has none, the others being checked; 2 for wrong options."""
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM", "NUMBA")
 FORMATS = ("gpio-dump", "libsurvive-rec", "angles-csv")
 WORLDS = ("gravity", "master", "board-start")
@@ -34,6 +36,7 @@ INTERRUPTED = 130  # the shell's number for it
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status of the command."""
     given = parser().parse_args(arguments)
+    check_options(given)
     # One thread a library, as in the workflow: the digits of a sum depend on it
     os.environ.update({f"{pool}_NUM_THREADS": "1" for pool in THREADS})
     try:
@@ -50,6 +53,7 @@ def parser() -> argparse.ArgumentParser:
         description="How precise is an optical tracking system, and what disturbs it? The answer "
         "comes from its own recordings.",
     )
+    whole.add_argument("--version", action=Version, nargs=0, help="print the version and exit")
     commands = whole.add_subparsers(required=True, metavar="command")
     one = commands.add_parser(
         "check",
@@ -60,10 +64,15 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     one.add_argument(
-        "file", help="a recording (.c3d .trc .csv .tsv .txt .n3d), or a dump with --board"
+        "files",
+        nargs="+",
+        metavar="file",
+        help="a recording (.c3d .trc .csv .tsv .txt .n3d), or a dump with --board",
     )
     one.add_argument(
-        "--output", metavar="DIR", help="folder of the results (default: results/check/FILE)"
+        "--output",
+        metavar="DIR",
+        help="folder of the results (default: results/check/FILE); of several files one in it each",
     )
     one.add_argument(
         "--threads", type=_count, metavar="N", help="series at once (default: all processors)"
@@ -118,7 +127,6 @@ def parser() -> argparse.ArgumentParser:
     dumps.add_argument(
         "--world",
         choices=WORLDS,
-        default=WORLDS[0],
         help="frame of the exported poses of the base stations (default: gravity)",
     )
     dumps.add_argument(
@@ -127,7 +135,43 @@ def parser() -> argparse.ArgumentParser:
         help="places measured in the room, whose frame is then used: label,x_m,y_m,z_m of master, "
         "slave, diode 3 (at the start), diode 3 at 12.5 s",
     )
+    dumps.add_argument(
+        "--factory",
+        metavar="FILE",
+        help="factory values of stations whose own cannot be read: stations.json, libsurvive's "
+        ".json or a Crazyflie's .yaml",
+    )
+    dumps.add_argument(
+        "--reference",
+        metavar="FILE",
+        help="a pose to compare with: JSON, a Crazyflie's .yaml or libsurvive's .json",
+    )
+    one.set_defaults(brief=False)
     return whole
+
+
+class Version(argparse.Action):
+    """Prints the version of the package, which is looked up only then."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib import metadata
+
+        print(f"mocap-metrology {metadata.version('mocap-metrology')}")
+        parser.exit()
+
+
+OF_DUMPS = ("format", "inertial", "world", "world_points", "factory", "reference")
+OF_MARKERS = ("markers", "rate", "unit", "columns", "accept_truncated")
+
+
+def check_options(given: argparse.Namespace) -> None:
+    """Refuse options that do not apply to such files (SystemExit 2)."""
+    wrong, why = (
+        (OF_MARKERS, "is not for a dump (--board)") if given.board else (OF_DUMPS, "needs --board")
+    )
+    for name in wrong:
+        if getattr(given, name):
+            parser().error(f"--{name.replace('_', '-')} {why}")
 
 
 def _count(text: str) -> int:
@@ -147,8 +191,60 @@ def _rate(text: str) -> float:
 
 
 def check(given: argparse.Namespace) -> int:
+    """Check all files; a table of several in the end. 0 if each has a verdict."""
+    paths = list(_recordings(given))
+    if len(paths) == 1 and Path(given.files[0]).expanduser() == paths[0]:
+        return check_file(paths[0], Path(given.output) if given.output else None, given)
+    from mocap_metrology.cli.results import folder_of, tell_result
+
+    given.brief = True
+    rows, status = [], 0
+    for number, path in enumerate(paths, start=1):
+        print(f"\n{number}/{len(paths)} {path}", file=sys.stderr, flush=True)
+        own = folder_of(path)
+        folder = Path(given.output) / own.name if given.output else own
+        failed = check_file(path, folder, given)
+        status |= failed
+        rows.append((path.name, "no verdict" if failed else _word(folder), str(folder)))
+    width = [max(len(row[k]) for row in rows) for k in range(2)]
+    lines = [f"{name:{width[0]}}  {word:{width[1]}}  {folder}" for name, word, folder in rows]
+    tell_result(["", *lines])
+    return status
+
+
+def _recordings(given: argparse.Namespace) -> Iterator[Path]:
+    """The files, and those in folders whose suffix is that of a recording, with --board of a
+    dump."""
+    for text in given.files:
+        path = Path(text).expanduser()
+        if not path.is_dir():
+            yield path
+            continue
+        inside = sorted(p for p in path.iterdir() if p.suffix.lower() in _suffixes(given))
+        if not inside:
+            print(f"{text}: no recording in this folder", file=sys.stderr)
+        yield from inside or [path]
+
+
+def _suffixes(given: argparse.Namespace) -> Collection[str]:
+    if given.board:
+        return DUMPS
+    from mocap_metrology.io.read import FORMATS
+
+    return {".c3d", *FORMATS}
+
+
+def _word(folder: Path) -> str:
+    """The verdict in a folder of results."""
+    import json
+
+    name = "verdict.json" if (folder / "verdict.json").exists() else "pose.json"
+    found = json.loads((folder / name).read_text(encoding="utf-8"))
+    return str(found["word"] if "word" in found else found["verdict"]["word"])
+
+
+def check_file(path: Path, output: Path | None, given: argparse.Namespace) -> int:
     """Check one file; report its faults, or a crash and where its traceback is."""
-    path = Path(given.file).expanduser()
     from mocap_metrology.common.paths import exists
 
     if exists(path):
@@ -156,7 +252,7 @@ def check(given: argparse.Namespace) -> int:
     from mocap_metrology.cli.results import folder_of, kept
     from mocap_metrology.common.errors import Refusal
 
-    folder = Path(given.output or folder_of(path)).expanduser()
+    folder = (output or folder_of(path)).expanduser()
     try:
         _check_path(path, given)
         _imported(given)(path, folder, given)
@@ -188,8 +284,8 @@ def _check_path(path: Path, given: argparse.Namespace) -> None:
     from mocap_metrology.common.paths import exists, is_file
 
     if not exists(path):
-        raise Refusal(f"{given.file}: no such file; expected a recording, as take.c3d")
+        raise Refusal(f"{path}: no such file; expected a recording, as take.c3d")
     if not is_file(path):
-        raise Refusal(f"{given.file}: is not a file; expected a recording, as take.c3d")
+        raise Refusal(f"{path}: is not a file; expected a recording, as take.c3d")
     if path.suffix.lower() in DUMPS and not given.board:
         raise Refusal(f"{path.name}: a dump needs --board board.csv, the places of its photodiodes")

@@ -34,13 +34,19 @@ def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None
     """Results of one recording into the folder, and the verdict on the terminal."""
     keep_freed_memory()
     progress = Shown(sys.stderr, N_STEPS, given.threads or processors())
-    logging.getLogger("mocap_metrology").addHandler(progress)
+    log = logging.getLogger("mocap_metrology")
+    log.addHandler(progress)
     try:
         entry = _entry(path, given)
         with replaced(folder, FILES) as part:
             verdict = analyse(entry, name_of(path), part, SETTINGS, _tell, progress)
     except Refusal as refusal:
         raise Refusal(_why(refusal)) from None
+    finally:
+        log.removeHandler(progress)
+    if given.brief:
+        tell_result([": ".join(verdict_lines(verdict)[:2])])
+        return
     pictures = (f"  {folder / f'{name}.png'}" for name in PICTURES)
     tell_result([*verdict_lines(verdict), "", "Figures:", *pictures])
 

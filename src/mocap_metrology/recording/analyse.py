@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.common.files import Metadata
+from mocap_metrology.common.files import Metadata, write_csv
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.recording import figures
@@ -24,7 +24,7 @@ PICTURES = ("verdict", "adev", "trajectory", "diagnosis")
 FILES = (
     *("check.json", "trajectories.parquet", "clean.parquet", "outliers.csv"),
     *("allan.parquet", "psd.parquet", "gaussian.csv", "covariance.csv"),
-    *("noise.csv", "allan_masked.parquet", "periodogram.parquet", "verdict.json"),
+    *("noise.csv", "allan.csv", "allan_masked.parquet", "periodogram.parquet", "verdict.json"),
     *("diagnosis.json", "events.csv", "periodic.csv", "filters.csv"),
     *(f"{figure}.{kind}" for figure in PICTURES for kind in ("svg", "png")),
 )
@@ -55,6 +55,7 @@ def analyse(
         figures.draw_trajectory(results)
         fitted.result()
         figures.draw_allan(results)
+        write_csv(folder / "allan.csv", results.allan_masked.rows())
         figures.draw_diagnosis(diagnosis.result(), results, settings)
         document.result()
         progress.step("figures")

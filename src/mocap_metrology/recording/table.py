@@ -10,6 +10,7 @@ import numpy as np
 
 from mocap_metrology.common.files import Metadata, open_table, read_table, write_table
 from mocap_metrology.common.large import Made, in_parts
+from mocap_metrology.common.types import Row
 from mocap_metrology.noise.series import all_series
 
 Series = tuple[str, np.ndarray]  # name without unit, values
@@ -35,6 +36,11 @@ class Table:
 
     def write(self, path: str | Path) -> None:
         write_table(path, self.columns, self.origin, self.dictionary)
+
+    def rows(self) -> list[Row]:
+        """A row for each value of the columns."""
+        names, columns = list(self.columns), [self.columns[name].tolist() for name in self.columns]
+        return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
     @property
     def frame(self) -> np.ndarray:

@@ -1,30 +1,28 @@
-"""The lines of docs/api.md do what the page says, on a simulated recording and a simulated dump."""
+"""The public names, and the lines of docs/api.md that use them."""
 
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
+import ezc3d
 import numpy as np
 import pytest
 from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.entries import load_twins
 
-from mocap_metrology.io.c3d.write import write_c3d
+import mocap_metrology as mm
+from mocap_metrology import face
 from mocap_metrology.lighthouse.simulate import recording as lighthouse
-from mocap_metrology.noise.model.components import NoiseModel
-from mocap_metrology.noise.twins.simulate import simulate
-from mocap_metrology.noise.twins.twin import COORDINATES, Twin
 
-H_0 = 1e-6  # mm^2/Hz: Allan deviation sqrt(h_0 / 2 tau) = 0.00316 mm at 0.05 s
+PAGE_NAMES = re.compile(r"`mm\.(\w+)")
 
 
-def write_inputs(folder: Path, root: Path) -> np.ndarray:
-    """take.c3d, dump.bin and board.csv; the true place of the slave in mm."""
-    model = NoiseModel.from_coefficients({"h_0": H_0})
-    twin = Twin("page", seed=3, models=dict.fromkeys(COORDINATES, model), duration_s=300)
-    frames = np.moveaxis(simulate(twin).position_mm, 2, 0).astype(np.float32)
-    write_c3d(folder / "take.c3d", twin.labels, twin.frame_rate_hz, [frames], len(frames))
+def write_dump(folder: Path, root: Path) -> np.ndarray:
+    """dump.bin and board.csv of a twin; the true place of the slave in mm."""
     document = load_twins(str(root / "config/twins.yaml"))
     made = lighthouse.simulate(calibration_twin(document, "real-1-1").made("real-1-1"))
     lighthouse.write_dump(folder / "dump.bin", made.pulses)
@@ -35,17 +33,40 @@ def write_inputs(folder: Path, root: Path) -> np.ndarray:
 
 
 def test_the_lines_of_the_page(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    place_mm = write_inputs(tmp_path, root)
+    """On the example of the README and a simulated dump; values against what was simulated."""
+    place_mm = write_dump(tmp_path, root)
+    (tmp_path / "docs").symlink_to(root / "docs")
     page = (root / "docs/api.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {}
+    names: dict[str, Any] = {}
     for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
         exec(code, names)
-    curve, rate = names["curve"], names["rate"]
-    white = np.sqrt(H_0 / (2 * curve.tau_s))  # S Table 1
-    short = curve.tau_s < 1
-    assert rate == 120
-    assert np.allclose(curve.deviation[short], white[short], rtol=0.05)
-    assert names["estimate"].values == {"h_0": pytest.approx(H_0, rel=0.05)}
-    assert names["made"].position_mm.shape == (2, 3, 72000)
+    by_ezc3d = ezc3d.c3d(str(root / "docs/example/kinematics_racing_static.c3d"))
+    points = by_ezc3d["data"]["points"][:3]
+    known = by_ezc3d["parameters"]["POINT"]["LABELS"]["value"]
+    first, second = (points[:, known.index(label)] for label in names["take"].labels)
+    assert np.allclose(names["distance"], 1000 * np.linalg.norm(first - second, axis=0), atol=1e-3)
+    white = names["curve"].iloc[0]
+    assert white["adev_mm"] == pytest.approx(np.std(np.diff(names["distance"])) / 2**0.5, rel=0.3)
+    table = names["mm"].noise(names["x1"], 120.0).set_index("parameter")
+    assert table.loc["h_0", "value"] == pytest.approx(1e-6, rel=0.05)
+    assert table.loc["h_-2", "lower_95"] < 1e-9 < table.loc["h_-2", "upper_95"]
+    ratio = names["mm"].compare(2 * names["x1"], names["x1"], 120.0)
+    assert np.allclose(ratio["ratio"], 2)
     assert np.linalg.norm(1000 * names["pose"].t_m - place_mm) < 30
+
+
+def test_the_page_lists_the_public_names(root: Path) -> None:
+    page = (root / "docs/api.md").read_text(encoding="utf-8")
+    assert set(PAGE_NAMES.findall(page.partition("```python")[0])) == set(mm.NAMES)
+    assert set(mm.NAMES) == set(face.__all__) and set(dir(mm)) == set(mm.NAMES)
+    for name in mm.NAMES:
+        assert callable(getattr(mm, name)), name
+    with pytest.raises(AttributeError, match="no_such"):
+        mm.no_such  # noqa: B018
+
+
+def test_the_package_is_imported_without_what_is_heavy() -> None:
+    code = "import sys, mocap_metrology; print({'numpy', 'pandas', 'scipy'} & {*sys.modules})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"

@@ -23,6 +23,7 @@ BELOW = {  # what each part may import of the others
     "present": NUMBERS | {"papers"},
     "recording": NUMBERS | {"io", "present"},
     "calibration": NUMBERS | {"io", "present"},
+    "face": NUMBERS | {"io", "recording"},
     "cli": NUMBERS | {"io", "present", "recording", "calibration"},
 }
 

@@ -7,12 +7,14 @@ import os
 import signal
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mocap_metrology.cli import main, markers, results
+from mocap_metrology.common.files import read_csv
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.header import READ
 from mocap_metrology.io.text.table import HOW
@@ -279,13 +281,13 @@ def test_make_takes_names_as_they_are(take: Path) -> None:
     ("arguments", "call"),
     [
         ("FILE=a MARKERS=A;B RATE=100 UNIT=m TRUNCATED=accept RESULTS=out",
-         '--rate "100" --unit "m" --accept-truncated --markers="$CHECK_MARKERS"'
+         '--rate "100" --unit "m" --accept-truncated ${CHECK_MARKERS:+--markers="$CHECK_MARKERS"}'
          ' ${CHECK_NAMES:+--columns="$CHECK_NAMES"}'),
         ("FILE=a BOARD=b.csv",
          '--output="$CHECK_RESULTS" ${CHECK_BOARD:+--board="$CHECK_BOARD"} -- "$CHECK_FILE"'),
-        ("FILE=a BOARD=HMD INERTIAL=use", '--inertial --markers="'),
+        ("FILE=a BOARD=HMD INERTIAL=use", '--inertial'),
         ("FILE=a BOARD=b.csv WORLD=master POINTS=p.csv",
-         '--world "master" ${CHECK_POINTS:+--world-points="$CHECK_POINTS"} --markers="'),
+         '--world "master" ${CHECK_POINTS:+--world-points="$CHECK_POINTS"} ${CHECK_FACTORY:'),
     ],
 )  # fmt: skip
 def test_make_hands_on_what_is_asked(arguments: str, call: str) -> None:
@@ -344,3 +346,55 @@ def test_a_file_of_rigid_bodies_alone_is_judged(tmp_path: Path, capsys) -> None:
     assert "tracker (all at rest; they are rigid bodies, whose" in capsys.readouterr().err
     verdict = json.loads((tmp_path / "results/verdict.json").read_text())
     assert verdict["series"]["x1"]["sigma_frame_mm"] == pytest.approx(0.02, rel=0.1)
+
+
+def test_several_files_and_folders_have_a_table_in_the_end(tmp_path: Path, capsys) -> None:
+    """One that is refused does not stop the others; the status tells of it."""
+    folder = tmp_path / "takes"
+    folder.mkdir()
+    write_take(folder / "b.c3d")
+    (folder / "a.trc").write_text("no recording")
+    (folder / "notes.txt.bak").write_text("left alone")
+    single = write_take(tmp_path / "c.c3d")
+    out = tmp_path / "out"
+    assert main.main(["check", str(folder), str(single), "--output", str(out)]) == 1
+    table = [line.split()[:2] for line in capsys.readouterr().out.splitlines()[-3:]]
+    assert table == [["a.trc", "no"], ["b.c3d", "good"], ["c.c3d", "good"]]
+    assert {path.name for path in out.iterdir()} == {"b.c3d", "c.c3d"}
+    assert main.main(["check", str(single), str(single), "--output", str(out)]) == 0
+
+
+def test_allan_deviations_as_csv(take: Path, capsys) -> None:
+    """Those of allan_masked.parquet, which adev.png shows: of white noise sigma / sqrt(m)."""
+    assert main.main(["check", str(take), "--output", str(take.parent / "out")]) == 0
+    rows = read_csv(take.parent / "out/allan.csv", ("m", "tau_s", "adev_mm"))
+    first = next(row for row in rows if row["series"] == "x1" and row["m"] == 1)
+    assert first["tau_s"] == 1 / RATE and first["adev_mm"] == pytest.approx(SIGMA, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        *(
+            ["--world", "master"],
+            ["--inertial"],
+            ["--factory", "f.json"],
+            ["--format", "angles-csv"],
+        ),
+        *(["--reference", "r.json"], ["--world-points", "p.csv"]),
+        *(["--board", "b.csv", *of] for of in (["--markers", "A"], ["--rate", "100"])),
+        *(["--board", "b.csv", *of] for of in (["--unit", "m"], ["--accept-truncated"])),
+    ],
+)
+def test_options_that_do_not_apply_are_refused(options: list[str], capsys) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main.main(["check", "take.c3d", *options])
+    assert ended.value.code == 2
+    assert "board" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_version(capsys) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main.main(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f"mocap-metrology {metadata.version('mocap-metrology')}\n"

@@ -59,8 +59,8 @@ def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> No
             with ThreadPoolExecutor(given.threads) as pool:
                 write_poses(entry, settings, files | beside_it, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
-            words = _verdict(read_calibration(files, entry.calibration, None))
-            tell_result([": ".join(words[:2])] if given.brief else words)
+            lines = _verdict(read_calibration(files, entry.calibration, None))
+            tell_result([": ".join(lines[:2])] if given.brief else lines)
             tell("3/3 figures")
             second.call(files, entry.calibration, part / PICTURES[0])
             tracked = read_table(files["track"]), read_table(files["allan"])

@@ -84,8 +84,9 @@ def copy_tree(tree: Path) -> None:
         shutil.copytree(ROOT / part, tree / part, ignore=leave, dirs_exist_ok=True)
     for name in ("pyproject.toml", "Makefile", "Snakefile", "README.md", "CONTRIBUTING.md"):
         shutil.copy2(ROOT / name, tree / name)
-    command = [sys.executable, "-m", f"{PACKAGE}.common.compiled"]
-    subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": f"{tree}/src"})
+    for command in (["compileall", "-q", f"{tree}/src"], [f"{PACKAGE}.common.compiled"]):
+        env = {**os.environ, "PYTHONPATH": f"{tree}/src"}
+        subprocess.run([sys.executable, "-m", *command], check=True, env=env)
 
 
 def traced_tests(trees: list[Path]) -> dict[str, dict[str, Any]]:

@@ -150,8 +150,8 @@ def test_regular_gaps_do_not_bias():
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_share_left_of_white_noise_is_that_of_the_samples(estimator):
-    """A mean of c of m white samples has m / c times the variance of the full mean, so that c / m is
-    left when what the gaps added is gone; within 2 %."""
+    """A mean of c of m white samples has m / c times the variance of the full mean, so that c / m
+    is left when what the gaps added is gone; within 2 %."""
     series = np.random.default_rng(11).normal(size=300_000)
     series[::4] = np.nan
     found = allan_variance(series, np.array([4, 8, 40]), estimator)

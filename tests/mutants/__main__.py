@@ -173,8 +173,8 @@ def kernels_for(tree: Path, mutant: str) -> None:
     shutil.copytree(first, new, ignore=shutil.ignore_patterns(*names), dirs_exist_ok=True)
 
 
-def judge(tree: Path, mutant: Mutant, chosen: list[str], seconds: float) -> str:
-    """What became of a mutant: killed by a test, stopped (no end in time), survived."""
+def judge(tree: Path, mutant: Mutant, chosen: list[str], seconds: float) -> tuple[str, str]:
+    """What became of a mutant: killed, and by which test; stopped (no end in time); survived."""
     name, change = mutant
     path, caches = tree / SOURCES / name, tree / SOURCES / ".compiled"
     source, times = path.read_text(encoding="utf-8"), path.stat()
@@ -191,13 +191,11 @@ def judge(tree: Path, mutant: Mutant, chosen: list[str], seconds: float) -> str:
         for new in {p.name for p in caches.iterdir()} - before:
             shutil.rmtree(caches / new, ignore_errors=True)
     if not output:
-        return "stopped"
-    last = output.strip().rpartition("\n")[2]
-    return (
-        "survived"
-        if " passed" in last and "failed" not in last and "error" not in last
-        else "killed"
-    )
+        return "stopped", ""
+    if " passed" in (last := output.strip().rpartition("\n")[2]) and "failed" not in last:
+        return ("killed", last) if "error" in last else ("survived", "")
+    by = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return "killed", (by or [last])[0]
 
 
 def main() -> int:
@@ -235,12 +233,12 @@ def main() -> int:
             chosen.append(test)
         tree, begin = free.get(), time.monotonic()
         try:
-            outcome = judge(tree, mutant, chosen, seconds) if chosen else "survived"
+            outcome, by = judge(tree, mutant, chosen, seconds) if chosen else ("survived", "")
         finally:
             free.put(tree)
         line = (ROOT / SOURCES / name).read_text().splitlines()[change.line - 1].strip()
         with lock:
-            results[key] = {"outcome": outcome, "tests": len(chosen), "text": line}
+            results[key] = {"outcome": outcome, "by": by, "tests": len(chosen), "text": line}
             stored.write_text(json.dumps(results, indent=1))
             print(
                 f"{outcome:9}{time.monotonic() - begin:6.0f} s {len(chosen):5} tests  {key}",

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import math
 import os
 import random
 import shutil
@@ -32,7 +33,7 @@ FOLDER = ROOT / "build/mutants"
 SOURCES = f"src/{PACKAGE}"
 ROOMS = ["common", "io", "noise", "lighthouse"]
 TESTS = [*ROOMS, "steps", "present", "cli"]  # tests of what stands on the rooms see them, too
-START_S, COMPILE_S = 60.0, 120.0  # imports on a busy machine; kernels anew
+START_S, COMPILE_S = 20.0, 100.0  # more than thrice its usual time of a test: kernels anew
 Mutant = tuple[str, Change]
 
 
@@ -61,7 +62,8 @@ def run_tests(tree: Path, files: list[str], limit_s: float, **settings: str) -> 
         start_new_session=True,
     )
     try:
-        return child.communicate(timeout=limit_s)[0]
+        output = child.communicate(timeout=limit_s)[0]
+        return "" if child.returncode == -signal.SIGALRM else output
     except subprocess.TimeoutExpired:
         os.killpg(child.pid, signal.SIGKILL)
         child.communicate()
@@ -84,8 +86,9 @@ def copy_tree(tree: Path) -> None:
         shutil.copytree(ROOT / part, tree / part, ignore=leave, dirs_exist_ok=True)
     for name in ("pyproject.toml", "Makefile", "Snakefile", "README.md", "CONTRIBUTING.md"):
         shutil.copy2(ROOT / name, tree / name)
-    command = [sys.executable, "-m", f"{PACKAGE}.common.compiled"]
-    subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": f"{tree}/src"})
+    for command in (["compileall", "-q", f"{tree}/src"], [f"{PACKAGE}.common.compiled"]):
+        env = {**os.environ, "PYTHONPATH": f"{tree}/src"}
+        subprocess.run([sys.executable, "-m", *command], check=True, env=env)
 
 
 def traced_tests(trees: list[Path]) -> dict[str, dict[str, Any]]:
@@ -146,14 +149,15 @@ def reaching(units: Units, tests: dict[str, dict[str, Any]], mutant: Mutant) -> 
     return sorted(near, key=lambda t: (t not in reach, tests[t]["seconds"]))
 
 
-def kernels_for(tree: Path, mutant: str) -> None:
-    """Compiled kernels for a changed source: those of it and of what imports it are left out.
+def kernels_for(tree: Path, mutant: str) -> bool:
+    """Whether a changed source has compiled kernels; a cache that lacks those of it and of what
+    imports it is then made.
 
     Their folder is named by the sources, so a change of one file would compile all of them."""
     package = tree / SOURCES
     texts = {p: p.read_text(encoding="utf-8") for p in package.rglob("*.py")}
     if "common.compiled import njit" not in texts[package / mutant]:
-        return
+        return False
     stale, todo = set(), [package / mutant]
     while todo:
         path = todo.pop()
@@ -170,33 +174,33 @@ def kernels_for(tree: Path, mutant: str) -> None:
     names = [f"{path.stem}.*" for path in stale]
     first = package / ".compiled" / (tree / "kernels").read_text()
     shutil.copytree(first, new, ignore=shutil.ignore_patterns(*names), dirs_exist_ok=True)
+    return True
 
 
-def judge(tree: Path, mutant: Mutant, chosen: list[str], seconds: float) -> str:
-    """What became of a mutant: killed by a test, stopped (no end in time), survived."""
+def judge(tree: Path, mutant: Mutant, chosen: dict[str, float]) -> tuple[str, str]:
+    """What became of a mutant: killed, and by which test; stopped (no end in time); survived."""
     name, change = mutant
     path, caches = tree / SOURCES / name, tree / SOURCES / ".compiled"
     source, times = path.read_text(encoding="utf-8"), path.stat()
     before = {p.name for p in caches.iterdir()}
     path.write_text(apply(source, change), encoding="utf-8")
     try:
-        kernels_for(tree, name)
+        spare = START_S + (COMPILE_S if kernels_for(tree, name) else 0.0)
         files = sorted({t.partition("::")[0] for t in chosen})
-        limit = START_S + COMPILE_S + 3 * seconds
-        output = run_tests(tree, files, limit, REACH_RUN=json.dumps(chosen))
+        limits = {test: math.ceil(spare + 3 * seconds) for test, seconds in chosen.items()}
+        total = 2 * COMPILE_S + 3 * sum(chosen.values())
+        output = run_tests(tree, files, total, REACH_RUN=json.dumps(limits))
     finally:
         path.write_text(source, encoding="utf-8")
         os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
         for new in {p.name for p in caches.iterdir()} - before:
             shutil.rmtree(caches / new, ignore_errors=True)
     if not output:
-        return "stopped"
-    last = output.strip().rpartition("\n")[2]
-    return (
-        "survived"
-        if " passed" in last and "failed" not in last and "error" not in last
-        else "killed"
-    )
+        return "stopped", ""
+    if " passed" in (last := output.strip().rpartition("\n")[2]) and "failed" not in last:
+        return ("killed", last) if "error" in last else ("survived", "")
+    by = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return "killed", (by or [last])[0]
 
 
 def main() -> int:
@@ -226,20 +230,19 @@ def main() -> int:
         before = results.get(key)
         if before and not (arguments.survivors and before["outcome"] == "survived"):
             return
-        chosen, seconds = [], 0.0
+        chosen: dict[str, float] = {}
         for test in reaching(units, tests, mutant):
-            seconds += tests[test]["seconds"]
-            if seconds > arguments.longest:
+            if sum(chosen.values()) + tests[test]["seconds"] > arguments.longest:
                 break
-            chosen.append(test)
+            chosen[test] = tests[test]["seconds"]
         tree, begin = free.get(), time.monotonic()
         try:
-            outcome = judge(tree, mutant, chosen, seconds) if chosen else "survived"
+            outcome, by = judge(tree, mutant, chosen) if chosen else ("survived", "")
         finally:
             free.put(tree)
         line = (ROOT / SOURCES / name).read_text().splitlines()[change.line - 1].strip()
         with lock:
-            results[key] = {"outcome": outcome, "tests": len(chosen), "text": line}
+            results[key] = {"outcome": outcome, "by": by, "tests": len(chosen), "text": line}
             stored.write_text(json.dumps(results, indent=1))
             print(
                 f"{outcome:9}{time.monotonic() - begin:6.0f} s {len(chosen):5} tests  {key}",

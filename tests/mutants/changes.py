@@ -94,8 +94,9 @@ def _constants(value: float) -> list[str]:
     """Off by one, twice and half, another unit; the opposite."""
     if isinstance(value, bool):
         return [str(not value)]
-    if isinstance(value, int) and abs(value) < 100:
-        return [str(value + 1), *([str(value - 1)] if value else [])]
+    if isinstance(value, int):
+        scaled = [2 * value, value // 2, 1000 * value] if value >= 100 else []
+        return [str(n) for n in scaled or [value + 1, *([value - 1] if value else [])]]
     return [repr(factor * value) for factor in (2.0, 0.5, 1e3)] if value else ["1.0"]
 
 

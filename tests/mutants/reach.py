@@ -2,7 +2,7 @@
 constants and compiled functions, which no trace sees, in those that use them.
 
 It is also the plugin of pytest that traces (`REACH_WRITE`), or runs listed tests in their order
-(`REACH_RUN`).
+(`REACH_RUN`), each within a limit of seconds; an endless loop in compiled code ends the process.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import json
 import os
+import signal
 import sys
 import threading
 from collections import defaultdict
@@ -19,6 +20,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = "mocap_metrology"
+LIMITS: dict[str, int] = json.loads(os.environ.get("REACH_RUN", "{}"))
 
 
 class Trace:
@@ -62,9 +64,15 @@ def pytest_configure(config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items) -> None:
-    if "REACH_RUN" in os.environ:
-        order = {name: k for k, name in enumerate(json.loads(os.environ["REACH_RUN"]))}
+    if LIMITS:
+        order = {name: k for k, name in enumerate(LIMITS)}
         items[:] = sorted((i for i in items if i.nodeid in order), key=lambda i: order[i.nodeid])
+
+
+def pytest_runtest_logstart(nodeid: str) -> None:
+    if LIMITS:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(LIMITS[nodeid])
 
 
 class Units:

@@ -148,6 +148,21 @@ def test_same_seed_same_bytes_and_no_stream_depends_on_another():
     assert 10 < changed.sum() < 60
 
 
+def test_a_sinusoid_is_as_told():
+    """Of a coordinate that is scaled and of one that is not: the truth names line and factor."""
+    line = {"A_s": 0.5, "f_0": 2.0}
+    given = {"coefficients": {"x1": line, "y1": line, "all": {}}, "scale": {"x1": 3.0}, "seed": 1}
+    told = simulate(twin_from_mapping(given, "w"), 60)
+    moved = told.position_mm - told.position_mm[:, :, :1]
+    t = np.arange(moved.shape[2]) / 120
+    for truth in told.truth["sinusoids"]:
+        wave = np.sin(2 * np.pi * truth["f_0_hz"] * t + truth["phase_rad"])
+        size = truth["scale"] * truth["amplitude_mm"]
+        axis = "xyz".index(truth["series"][0])
+        assert moved[0, axis] == pytest.approx(size * (wave - wave[0]), abs=1e-9)
+    assert {one["series"]: one["scale"] for one in told.truth["sinusoids"]} == {"x1": 3, "y1": 1}
+
+
 def test_outliers_are_as_told():
     for kind, ratio in (("exponential", math.sqrt(2)), ("normal", 1.0)):
         outliers = {"per_hour": 36_000, "amplitude_mm": 2.0, "distribution": kind}

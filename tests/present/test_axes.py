@@ -1,4 +1,4 @@
-"""Ticks of logarithmic axes: two labels at least, none that is misread; titles that wrap."""
+"""Ticks of logarithmic axes, titles that wrap, and which series share a panel."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from mocap_metrology.present.plot.curves import facets
 from mocap_metrology.present.plot.figure import log_axis, log_label, new_figure, styled
 
 DRAWS = np.random.default_rng(5)
@@ -62,3 +63,18 @@ def test_a_number_and_its_unit_stay_in_one_line() -> None:
             lines = next(t for t in figure.texts if t.get_text() == title)._get_wrapped_text()
         words = [line.split(" ")[0].strip(",;.)") for line in lines.split("\n")]
         assert not {"mm", "Hz", "min", "%"} & set(words), lines
+
+
+@pytest.mark.parametrize(
+    ("series", "most", "panels"),
+    [
+        ("x1 y1 z1 L x1", 6, {"Marker 1": ["x1", "y1", "z1"], "Distance": ["L"]}),
+        ("y2 x1 L L_1_3", 2, {"Marker 1": ["x1"], "Marker 2": ["y2"], "Distances": ["L", "L_1_3"]}),
+        ("x1 x2 z2 y3", 2, {"x": ["x1", "x2"], "y": ["y3"], "z": ["z2"]}),
+        ("x1 L", 0, {"x": ["x1"], "Distance": ["L"]}),
+        ("", 6, {}),
+    ],
+)
+def test_series_have_a_panel_a_marker_or_a_coordinate(series, most, panels) -> None:
+    found = facets(series.split(), most)
+    assert found == panels and list(found) == list(panels)

@@ -330,6 +330,15 @@ def test_no_text_touches_another(kind, n, series) -> None:
     assert_texts_apart(made)
 
 
+def test_labels_of_a_short_axis_keep_clear_of_its_name() -> None:
+    white = NoiseModel((PowerLaw(0, 1e-8),))
+    made, _ = figure(white, allan=allan_arrays(white, last=20))
+    axes = panels(made, "a")[0]
+    made.figure.draw_without_rendering()
+    assert any(text.get_text().startswith("5×") for text in axes.get_yticklabels())
+    check(made)
+
+
 SECONDS = 600
 T = np.arange(round(SECONDS / TAU0)) * TAU0
 WHITE = NoiseModel((PowerLaw(0, 5e-5),))

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ROWS_MM = (58.0, 25.0, 38.0)  # curves, residuals, other estimators
-LABEL_AT = -0.15  # of the width of a panel; matplotlib would measure every tick label for it
+LABEL_AT = -0.21  # of the width of a panel; matplotlib would measure every tick label for it
 BELOW_DATA = 8.0  # an axis extends so many times below the least datum, for components
 MOST_SIGMA = 6.0  # of a spectrum's residuals; larger ones are drawn at the edge
 POINTS = 300  # of a density

@@ -29,7 +29,8 @@ def columns(values: np.ndarray, n_columns: int) -> pd.DataFrame:
     n_valid = np.add.reduceat(valid, first, dtype=np.int64)
     low, high = np.fmin.reduceat(known, first), np.fmax.reduceat(known, first)
     centre = (np.nanmin(low) + np.nanmax(high)) / 2 if n_valid.any() else 0.0
-    total = np.add.reduceat(np.nan_to_num(known - centre), first)  # about it sums keep their digits
+    about = known - centre  # sums about it keep their digits
+    total = np.add.reduceat(about if known is values else np.nan_to_num(about), first)
     mean = np.where(n_valid > 0, centre + total / np.maximum(n_valid, 1), np.nan)
     rows = {"first": first, "stop": stop, "low": low, "high": high, "mean": mean}
     return pd.DataFrame(rows | {"n_valid": n_valid})

@@ -1,8 +1,10 @@
-"""The public names, and the lines of docs/api.md that use them."""
+"""The public names, and the lines of docs/api.md and of the notebook that use them."""
 
 from __future__ import annotations
 
+import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -70,3 +72,20 @@ def test_the_package_is_imported_without_what_is_heavy() -> None:
     code = "import sys, mocap_metrology; print({'numpy', 'pandas', 'scipy'} & {*sys.modules})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
+
+
+def test_the_cells_of_the_notebook(
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The verdict is that of the README; the lowest Allan deviation is drawn."""
+    example = shutil.copytree(root / "docs/example", tmp_path / "example")
+    notebook = json.loads((example / "check.ipynb").read_text(encoding="utf-8"))
+    monkeypatch.chdir(example)
+    names: dict[str, Any] = {}
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+    written = json.loads((example / "checked/verdict.json").read_text(encoding="utf-8"))
+    assert names["verdict"]["word"] == written["word"] == "usable"
+    drawn = names["ax"].get_lines()[0].get_ydata()
+    assert min(drawn) == names["curve"]["adev_mm"].min()

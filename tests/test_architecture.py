@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
+import tomllib
+import zipfile
 from collections import defaultdict
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
@@ -55,6 +59,24 @@ def test_imports_point_down() -> None:
             assert first != "ezc3d" or part == "io", f"{path} imports {name}; only io may"
             if first == "mocap_metrology" and rest and part in BELOW:
                 assert rest[0] in BELOW[part] | {part}, f"{path} imports {name}"
+
+
+def test_a_wheel_has_every_file_and_names_every_library_it_imports(tmp_path: Path) -> None:
+    """As `pip install` of it needs; OpenCV is an extra, and `snakemake` is no part of it."""
+    root = PACKAGE.parents[1]
+    build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*build, "--wheel-dir", tmp_path, root], check=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as packed:
+        held = {name for name in packed.namelist() if name.startswith("mocap_metrology/")}
+    here = {path for path in PACKAGE.rglob("*") if path.is_file() and path.suffix != ".pyc"}
+    files = {str(path.relative_to(PACKAGE.parent)) for path in here}
+    assert {name for name in files if ".compiled" not in name} <= held
+    stated = tomllib.loads((root / "pyproject.toml").read_text())["project"]["dependencies"]
+    modules = {"yaml", "cv2", "markdown_it", *stated}
+    modules |= {"PIL", "mpl_toolkits", "annotated_types"}  # of matplotlib and pydantic
+    used = {name.partition(".")[0] for path in MODULES for name in imports(path)}
+    assert used <= modules | sys.stdlib_module_names | {"mocap_metrology"}
 
 
 def arrows() -> dict[tuple[str, ...], dict[str, set[str]]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -73,3 +74,21 @@ def test_wrong_input_is_lines_and_status_1(toy: Path, snakemake) -> None:
         "config/dumps.tsv: no column group, path, format; expected a header with it",
     ]
     assert "Traceback" not in settings.stdout + sheets.stdout
+
+
+def test_a_marker_that_the_file_lacks_is_refused_before_anything_runs(
+    toy: Path, root: Path, snakemake
+) -> None:
+    """A damaged file beside it is another fault, which the check of its row names."""
+    shutil.copy(root / "docs/example/kinematics_racing_static.c3d", toy / "config/a.c3d")
+    (toy / "config/b.c3d").write_bytes(b"damaged")
+    (toy / "config/mine.tsv").write_text(
+        "recording\tpath\tmarkers\tgroup\n"
+        "a\ta.c3d\tWheelchairRearR;WheelchairRaerL\tg\nb\tb.c3d\tA\tg\n"
+    )
+    done = snakemake(toy, "-n", "--config", "recordings=config/mine.tsv", "calibrations=")
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[-1] == (
+        "recordings, recording \"a\", column markers: a.c3d: no marker 'WheelchairRaerL';"
+        " did you mean WheelchairRearL?"
+    )

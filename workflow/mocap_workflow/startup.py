@@ -9,8 +9,9 @@ from typing import Any
 from mocap_metrology.common.documents import load_json, load_yaml
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
+from mocap_metrology.io.read import missing_marker
 from mocap_metrology.settings import Settings, checked
-from mocap_workflow import rows
+from mocap_workflow import remote, rows
 from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.entries import TwinsFile
@@ -102,6 +103,18 @@ def _spelled_otherwise(rows: Iterable[RecordingRow | CalibrationRow]) -> list[st
                     f'expected "{known}" as of {other.KIND} "{other.name}", or another name'
                 )
     return faults
+
+
+def missing_markers(rows: Iterable[RecordingRow]) -> None:
+    """Refuse rows that name a marker which their file, where it can be read here, does not have."""
+    wrong = {
+        row.name: missing_marker(row.paths, row.markers, row.column_names)
+        for row in rows
+        if not row.twin and not any(map(remote.in_s3, row.paths))
+    }
+    told = 'recordings, recording "{}", column markers: {}'
+    if faults := [told.format(name, why) for name, why in wrong.items() if why]:
+        raise Faults(faults)
 
 
 def recording_twins(

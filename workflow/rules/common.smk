@@ -35,6 +35,8 @@ try:
     config.update(SETTINGS.model_dump(mode="json"))
     twins = entries.load_twins(config["twins"])
     recordings, calibrations = startup.sheets(config, twins["twins"])
+    if workflow.is_main_process:  # once, not in each job
+        startup.missing_markers(recordings.values())
     TWINS = startup.recording_twins(recordings, twins, config["duration_s"], config["twin_form"])
     CALIBRATION_TWINS = startup.calibration_twins(calibrations, twins)
 except Faults as faults:

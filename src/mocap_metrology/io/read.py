@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.paths import is_file
 from mocap_metrology.io import n3d
 from mocap_metrology.io.c3d.computed import computed_points
 from mocap_metrology.io.c3d.read import read_c3d
@@ -231,6 +232,21 @@ def orientation_of(
     if read is None:
         raise Refusal(f"{files[0].name}: contains no orientations")
     return read(files, marker, frame_rate_hz, accept_truncated)
+
+
+def missing_marker(paths: Sequence[str | Path], markers: Sequence[str], columns: str | None) -> str:
+    """Which of the chosen `markers` one of the files lacks, and what it has instead; empty where
+    none does, and where a header cannot be read, which is another fault."""
+    for path in filter(is_file, map(Path, paths)):
+        try:
+            header = _header(path, True, columns)
+        except (Refusal, OSError):
+            continue
+        try:
+            find_points(header.labels, markers, header.name)
+        except Refusal as refusal:
+            return str(refusal)
+    return ""
 
 
 def _header(path: str | Path, accept_truncated: bool = False, columns: str | None = None) -> Header:

@@ -73,7 +73,7 @@ twins:
 """
 REFUSED = {  # recording: board, what its line says
     "odd": ("board.csv", "bytes are not a whole number of uint32 words"),
-    "big-endian": ("board.csv", "a big-endian dump"),
+    "big-endian": ("board.csv", "the words of the dump are big-endian"),
     "sixteen-bit": ("board.csv", "a 16-bit dump"),
     "no-flashes": ("board.csv", "flashes"),
     "one-station": ("board.csv", "flashes of one base station only; expected two"),

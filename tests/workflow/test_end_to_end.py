@@ -199,10 +199,9 @@ def bad(tmp_path_factory, root, snakemake):
         "counts": "frame",
         "single": "1 frame",
         "invalid": "valid in no frame",
-        "absent": "A, B",
         "overlap": "overlap",
     }
-    files = {"absent": "good.c3d", "overlap": "first.c3d;second.c3d"}
+    files = {"overlap": "first.c3d;second.c3d"}
     (twin,) = (row for row in shipped("recordings") if row["recording"] == "T40-10")
     sheet = [
         {"recording": "good", "path": "good.c3d", "markers": "A;B", "group": "mixed"},
@@ -211,7 +210,7 @@ def bad(tmp_path_factory, root, snakemake):
         {
             "recording": name,
             "path": files.get(name, f"{name}.c3d"),
-            "markers": "A;C" if name == "absent" else "A;B",
+            "markers": "A;B",
             "group": "mixed",
         }
         for name in refused

@@ -67,7 +67,8 @@ def imports(path: Path) -> list[Path]:
             for folder in (SCRIPTS, PACKAGE.parent):
                 file = folder.joinpath(*name.split("."))
                 found += [file.with_suffix(".py"), file / "__init__.py"]
-    return [file for file in found if file.is_file()]
+    lazy = PACKAGE / "__init__.py"  # whose names are imported where they are used
+    return [file for file in found if file.is_file() and file != lazy]
 
 
 def reached(script: Path) -> set[str]:

@@ -23,7 +23,7 @@ import make_c3d  # noqa: E402
 import synthetic  # noqa: E402
 import text_files  # noqa: E402
 import yaml  # noqa: E402
-from mocap_workflow import entries, recording_twins, rows  # noqa: E402
+from mocap_workflow import entries, recording_twins, rows, startup  # noqa: E402
 from mocap_workflow.recordings import RecordingRow  # noqa: E402
 from sample_files import samples_folder  # noqa: E402
 
@@ -248,13 +248,10 @@ def of_workflow(folder: Path) -> Iterator[Kind]:
 
     yield Kind("workflow sheet", "sheet.tsv", sheet.encode(), of_sheet, strict_text.sheet,
                mutate.text)  # fmt: skip
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
     def loaded(path: Path) -> dict[str, object]:
-        try:
-            found = yaml.load(path.read_text(encoding="utf-8"), loader)
-        except (yaml.YAMLError, UnicodeDecodeError, ValueError) as error:
-            raise Faults([f"not YAML: {error}"]) from None  # Snakemake says so
+        startup.check_files([path])
+        found = yaml.safe_load(path.read_text(encoding="utf-8"))  # as Snakemake does
         if not isinstance(found, dict):
             raise Faults(["no mapping"])
         return found

@@ -309,10 +309,19 @@ def sheet(raw: bytes) -> Values:
     return {"rows": table, "whole": found}
 
 
+class Once(yaml.SafeLoader):
+    """Whose mappings have each key once."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [key.value for key, _ in node.value]
+        need(len(set(map(str, keys))) == len(keys))
+        return super().construct_mapping(node, deep)
+
+
 def configuration(raw: bytes) -> Values:
-    """Leaves by dotted name; text that is a number is one."""
+    """Leaves by dotted name; text that is a number is one. A key stands once."""
     try:
-        found = yaml.safe_load(raw.decode("utf-8"))
+        found = yaml.load(raw.decode("utf-8"), Once)
     except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError):
         raise Unreadable from None
     need(isinstance(found, dict))

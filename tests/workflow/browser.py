@@ -38,12 +38,14 @@ PATIENCE_S = 300  # seconds do, unless other work has the cores
 
 
 class Browser:
-    """One page; `requests` and `errors` grow while it lives, those of its frames included."""
+    """One page; `requests`, `errors` and `dialogs` grow while it lives, those of its frames
+    included."""
 
     def __init__(self, send: int, receive: int):
         self.send, self.receive, self.buffer, self.number = send, receive, b"", 0
         self.requests: list[str] = []
         self.errors: list[str] = []
+        self.dialogs: list[str] = []
         target = self.call("Target.createTarget", {"url": "about:blank"})["targetId"]
         self.session = self.call("Target.attachToTarget", {"targetId": target, "flatten": True})[
             "sessionId"
@@ -92,6 +94,9 @@ class Browser:
         kind, params = event.get("method"), event.get("params", {})
         if kind == "Network.requestWillBeSent":
             self.requests.append(params["request"]["url"])
+        elif kind == "Page.javascriptDialogOpening":
+            self.dialogs.append(params["message"])
+            self.call("Page.handleJavaScriptDialog", {"accept": True}, self.session)
         elif kind == "Runtime.exceptionThrown":
             details = params["exceptionDetails"]
             self.errors.append(details.get("exception", {}).get("description") or details["text"])

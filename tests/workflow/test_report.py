@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import html
 import json
 import re
 import shutil
@@ -10,17 +12,25 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import NAMES, browser
 from mocap_workflow import report
 from running import command, environment, write_sheet
 
+from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.present.pages import comparison, summary
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICK = ["noise={estimators: [likelihood], max_gauss_markov: 0}", "allan={n_taus: 20}"]
 QUICK += ["lighthouse={estimators: [paper-lm], optics: [factory]}"]
-RECORDING = ["recording", "path", "markers", "group"]
+RECORDING = ["recording", "path", "markers", "group", "camera_type", "comment"]
+# Labels, cells and the name of a file that are more than text to some program
+ACTIVE = [
+    *("![i](http://127.0.0.1:9/i.png)", "<img src=http://127.0.0.1:9/ onerror=alert(1)>"),
+    *("</script><script>alert(1)</script>", r"$\frac{x}$ $\undefined$", "=1+cmd|' /C calc'!A0"),
+]
+FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
 TWIN = ("simulate:sim-1-1", "gpio-dump")
 CALIBRATION = ["calibration", "setup", "group", "path", "format"]
 
@@ -48,7 +58,13 @@ def made(tmp_path_factory, snakemake):
     folder = tmp_path_factory.mktemp("report")
     (folder / "profiles").symlink_to(ROOT / "profiles")
     (folder / "wrong.c3d").write_text("no recording\n")
-    rows = (("short", "simulate:T40-10", "Wand1", "hall"), ("wrong", "wrong.c3d", "A;B", "hall"))
+    values = np.random.default_rng(1).normal(100, 0.1, (1500, len(ACTIVE), 3))
+    write_c3d(folder / FILE, ACTIVE, 50.0, [values], len(values))
+    rows = (
+        ("short", "simulate:T40-10", "Wand1", "hall", "", ""),
+        ("wrong", "wrong.c3d", "A;B", "hall", "", ACTIVE[1]),
+        ("active", FILE, ";".join(ACTIVE), "hall", ACTIVE[1], " ".join(ACTIVE)),
+    )
     settings = [
         sheet(folder, "recordings", RECORDING, *rows),
         sheet(folder, "calibrations", CALIBRATION, ("pair", "1", "hall", *TWIN)),
@@ -85,6 +101,8 @@ TITLE = """(() => {
   const {left, top, right} = title.getBoundingClientRect();
   return [left - page.getBoundingClientRect().left, top, right - left];
 })()"""
+ACTIVE_LINKS = """[...document.querySelectorAll("a, iframe, object, embed")].filter(element =>
+  /^(javascript|http)/.test(element.href || element.src || element.data)).length"""
 LINKS = "[...document.querySelectorAll('.mm a')].map(a => [a.textContent, a.getAttribute('href')])"
 
 
@@ -127,6 +145,28 @@ def test_opens_without_error_or_network(made, tmp_path) -> None:
     assert listed[-1] == "7 Provenance"
 
 
+def test_no_label_cell_or_file_name_asks_a_host_or_runs_in_a_page(made, tmp_path) -> None:
+    """Nor is it a formula in a table, or a signal to a terminal."""
+    folder, _, _ = made
+    executable = next(filter(None, map(shutil.which, NAMES)), None)
+    if executable is None:
+        pytest.skip("no Chromium or Chrome in PATH")
+    pages = sorted((folder / "out").rglob("*.html"))
+    assert {"summary.html", "active.html", "hall_subsets.html"} <= {page.name for page in pages}
+    with browser(executable, tmp_path) as seen:
+        for page in pages:
+            seen.requests.clear()
+            seen.open(page.as_uri(), "document.body")
+            assert not [url for url in seen.requests if not url.startswith(("file:", "data:"))]
+            assert not seen.evaluate(ACTIVE_LINKS), page
+            assert seen.errors == [] and seen.dialogs == [], page
+    text = (folder / "out/details/recordings/active.html").read_text(encoding="utf-8")
+    assert html.escape(ACTIVE[0]) in text
+    for path in (folder / "out").rglob("*.csv"):
+        cells = [cell for row in csv.reader(path.open(encoding="utf-8")) for cell in row]
+        assert not [cell for cell in cells if cell.startswith("=")], path
+
+
 def test_no_cell_of_a_sheet_is_markup_in_the_data_of_the_report() -> None:
     """As Snakemake writes it: parameters of jobs, a sheet's cells among them, as JSON."""
     cell = "</script><img src=x onerror=alert(1)><!-- ; var x = 1;"
@@ -156,11 +196,12 @@ def test_pages_and_provenance(made) -> None:
     assert {path.stem for path in (results / "pages").glob("*.html")} == {
         Path(name).stem for name in tables
     }
-    twin, calibration = found["inputs"]
+    inputs = {row["name"]: row for row in found["inputs"]}
+    twin, calibration = inputs["short"], inputs["pair"]
     assert (twin["name"], twin["source"], twin["seed"]) == ("short", "twin", 110)
     assert (calibration["name"], calibration["seed"]) == ("pair", 1011)
     rules = {row["rule"]: row["jobs"] for row in found["run_times"]}
-    assert rules["noise"] == rules["calibration_twins"] == 1
+    assert (rules["noise"], rules["calibration_twins"]) == (2, 1)
     for name in ("provenance.json", "provenance.html", "summary.html", "report_front.html"):
         text = (results / name).read_text()
         assert str(folder) not in text, name

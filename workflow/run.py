@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import contextlib
 import runpy
+import signal
 import subprocess
 import sys
 
-from mocap_workflow import runs
+# Ctrl-C is for one thread, see `ends_at_interrupt`; those that numpy starts inherit this.
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
-from mocap_metrology.common.faults import Faults, stop
+from mocap_workflow import runs  # noqa: E402
+
+from mocap_metrology.common.faults import Faults, stop  # noqa: E402
 
 SNAKEMAKE = (sys.executable, "-m", "snakemake")
 

@@ -318,9 +318,9 @@ def _remove(path: Path) -> None:
 def ends_at_interrupt(record: Path = RECORD) -> None:
     """Have Ctrl-C end this run and its jobs without a traceback of any.
 
-    A terminal sends it to all of them. What is blocked here is blocked in jobs too, so a thread
-    alone hears it: it raises KeyboardInterrupt in the main thread, by a signal that jobs do not
-    get, and ends the jobs.
+    A terminal sends it to all of them. What is blocked (before any thread is started) is blocked in
+    jobs too, so a thread alone hears it: it raises KeyboardInterrupt in the main thread, by a
+    signal that jobs do not get, and ends the jobs.
     """
     signal.signal(signal.SIGUSR1, signal.default_int_handler)
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

@@ -245,10 +245,11 @@ def _word(folder: Path) -> str:
 
 def check_file(path: Path, output: Path | None, given: argparse.Namespace) -> int:
     """Check one file; report its faults, or a crash and where its traceback is."""
+    from mocap_metrology.common.errors import printable
     from mocap_metrology.common.paths import exists
 
     if exists(path):
-        print(f"{path.name}: reading", file=sys.stderr, flush=True)
+        print(f"{printable(path.name)}: reading", file=sys.stderr, flush=True)
     from mocap_metrology.cli.results import folder_of, kept
     from mocap_metrology.common.errors import Refusal
 

@@ -297,8 +297,7 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     sheet, calibrations = shipped("recordings"), shipped("calibrations")
     per_recording = ("clean_twin", "noise", "verdict")
     once = (
-        *("skurowski_tables", "skurowski_noise", "skurowski_noise_figures", "claims"),
-        *("expected_noise", "calibration_tables", "jansen_tables", "jansen_figures"),
+        *("skurowski", "expected_noise", "jansen", "calibration_tables", "claims"),
         *("gate", "default"),
     )
     expected = dict.fromkeys(per_recording, len(sheet)) | dict.fromkeys(once, 1)
@@ -311,6 +310,7 @@ def test_default_sheet_job_counts(root, tmp_path, snakemake) -> None:
     assert {rule: found[rule] for rule in expected} == expected, out.stdout
     cited = rows(root / "src/mocap_metrology/reference/camera_subsets_table3.csv")
     assert {(row["camera_type"], row["n_cameras"]) for row in cited} <= set(paper)
+    expected |= {"skurowski_case": 3}
     others = {rule: count for rule, count in found.items() if rule not in expected}
     assert all(count <= 2 for count in others.values()), others  # none for each recording
     assert not {"clean", "sweeps", "pose"} & set(found)  # twins need no check

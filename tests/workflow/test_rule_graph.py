@@ -17,7 +17,7 @@ def test_the_page_shows_the_rules_there_are(root, tmp_path) -> None:
     assert not list(tmp_path.iterdir())
     picture = ElementTree.parse(root / "docs/rule_graph.svg").getroot()
     words = {text.text for text in picture.iter("{http://www.w3.org/2000/svg}text")}
-    assert {"clean_twin", "noise", "gaussian_figures"} <= words
+    assert {"clean_twin", "noise", "skurowski"} <= words
 
 
 def test_an_edge_goes_past_the_boxes_between_its_ends() -> None:

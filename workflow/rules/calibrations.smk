@@ -5,47 +5,6 @@ ENTRIES = ("calibration", "twin", "format", "board", *LABELS, "tracked_with")
 # Whether recordings of a setup are joined changes none of them.
 LIGHTHOUSE = {name: value for name, value in config["lighthouse"].items() if name != "joint"}
 FOLDER = "<results>/calibrations/{calibration}"
-OF_SETUP = f"{OF_GROUP} and setup == '{{setup}}'"
-
-
-def stations_for(row):
-    """pose.json of the calibration that the row's board is tracked with, unless it is refused."""
-    other = row.tracked_with_row
-    if other is None or not is_accepted(CALIBRATIONS.rows[other]):
-        return {}
-    return {"tracked_with": f"{config['results']}/calibrations/{other}/pose.json"}
-
-
-def at_rest(rows):
-    """Calibrations whose board may be at rest; of twins it is known."""
-    still = {name for name, twin in CALIBRATION_TWINS.items() if twin.motion.pattern == "still"}
-    return [row for row in rows if row.twin is None or row.twin in still]
-
-
-def setups(query=OF_GROUP):
-    """Function of the wildcards: group, setup and source of the setups whose recordings are joined."""
-    every = accepted_calibrations(selection.setups, query)
-    return every if config["lighthouse"]["joint"] == "setup" else lambda wildcards: []
-
-
-def poses_of_setups(query=OF_GROUP):
-    """Function of the wildcards: their pose.json."""
-    every = setups(query)
-    return lambda wildcards: [
-        f"{config['results']}/setups/{group}/{setup}/pose.json"
-        for group, setup, _ in every(wildcards)
-    ]
-
-
-def against(rows):
-    """Calibration, name and path of all that the sheet compares these with."""
-    every = [(row.name, selection.compared_with(row) | stations_for(row)) for row in rows]
-    return [(name, key, located(path)) for name, of in every for key, path in of.items()]
-
-
-def tables(files):
-    """Outputs by name, of the rule's calibration."""
-    return {name: f"{FOLDER}/{file}" for name, file in files.items()}
 
 
 # A refusal is a result: this rule succeeds, check.json states the reason, and tables are empty.
@@ -167,7 +126,6 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             lighthouse=LIGHTHOUSE,
             allan=config["allan"],
             seed=config["seed"],
-            folder=f"{config['results']}/calibrations",
         message:
             f"Setup {BATCH[0].setup}: simulating and calibrating {len(BATCH)} recordings"
         script:

@@ -296,6 +296,21 @@ def collect_outputs(*outputs, **wildcards):
     return collect([str(path) for paths in outputs for path in paths], **wildcards)
 
 
+def in_folder(name, outputs):
+    """Those outputs of a rule that are in the folder of this name."""
+    return [path for path in collect_outputs(outputs) if Path(path).parent.name == name]
+
+
+def by_wildcard(name, choices):
+    """Function of the wildcards: what that of the choices returns which a wildcard names."""
+
+    def of(wildcards):
+        choose = choices.get(wildcards[name])
+        return choose(wildcards) if choose else []
+
+    return of
+
+
 def results_of(*targets):
     """Function of the wildcards: what has been promised for these targets."""
     return lambda wildcards: together(*(part for t in targets for part in PROMISED[t]))(wildcards)
@@ -310,8 +325,53 @@ def checks(sheet, query=EVERY):
     """check.json of the real recordings or calibrations that the query selects. Beside `accepted`
     in a rule's input it lets all checks run at once."""
     kind = sheet.kind.KIND
-    names = lookup(query=f"{query} and {MEASURED}", within=sheet.table, cols=kind)
+    names = lookup(query=f"({query}) and {MEASURED}", within=sheet.table, cols=kind)
     return collect(f"<results>/{kind}s/{{name}}/check.json", name=names)
+
+
+# Calibrations.
+
+OF_SETUP = f"{OF_GROUP} and setup == '{{setup}}'"
+
+
+def stations_for(row):
+    """pose.json of the calibration that the row's board is tracked with, unless it is refused."""
+    other = row.tracked_with_row
+    if other is None or not is_accepted(CALIBRATIONS.rows[other]):
+        return {}
+    return {"tracked_with": f"{config['results']}/calibrations/{other}/pose.json"}
+
+
+def at_rest(rows):
+    """Calibrations whose board may be at rest; of twins it is known."""
+    still = {name for name, twin in CALIBRATION_TWINS.items() if twin.motion.pattern == "still"}
+    return [row for row in rows if row.twin is None or row.twin in still]
+
+
+def setups(query=OF_GROUP):
+    """Function of the wildcards: group, setup and source of the setups whose recordings are joined."""
+    every = accepted_calibrations(selection.setups, query)
+    return every if config["lighthouse"]["joint"] == "setup" else lambda wildcards: []
+
+
+def poses_of_setups(query=OF_GROUP):
+    """Function of the wildcards: their pose.json."""
+    every = setups(query)
+    return lambda wildcards: [
+        f"{config['results']}/setups/{group}/{setup}/pose.json"
+        for group, setup, _ in every(wildcards)
+    ]
+
+
+def against(rows):
+    """Calibration, name and path of all that the sheet compares these with."""
+    every = [(row.name, selection.compared_with(row) | stations_for(row)) for row in rows]
+    return [(name, key, located(path)) for name, of in every for key, path in of.items()]
+
+
+def tables(files):
+    """Outputs by name, of the rule's calibration."""
+    return {name: f"<results>/calibrations/{{calibration}}/{file}" for name, file in files.items()}
 
 
 # Texts of the report.

@@ -12,8 +12,6 @@ SKUROWSKI_FIGURES = {
     2: "standard error",
     3: "slopes of an Allan deviation",
     6: "weighted and ordinary least squares",
-    7: "a seismic crump",
-    8: "a failing camera",
     9: "positions of the markers",
     10: "the distance by sets of cameras",
     11: "spread over the number of cameras",
@@ -24,6 +22,12 @@ SKUROWSKI_FIGURES = {
     16: "correlated noise",
     17: "periodic disturbance",
 }
+SKUROWSKI_CASES = {
+    "07": "Figure  7: a seismic crump",
+    "08": "Figure  8: a failing camera",
+    "A1": "Figure A1: z1 after the repair",
+}
+SKUROWSKI_TABLES = (*(f"table{n}" for n in (3, 4, "A1", "A2", "A3")), "white_levels", "support")
 
 
 # Depends on no recording.
@@ -55,59 +59,6 @@ rule skurowski_theory:
         "../scripts/skurowski_theory.py"
 
 
-rule skurowski_tables:
-    input:
-        checks=checks(RECORDINGS, SKUROWSKI),
-        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
-    output:
-        multiext("<results>/tables/skurowski_table", "3.csv", "3.md", "4.csv", "4.md"),
-    log:
-        "<logs>/skurowski_tables.log",
-    benchmark:
-        "<benchmarks>/skurowski_tables.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
-    params:
-        code=source("skurowski_tables.py", "noise", "present"),
-        rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
-        twins=TWINS_OF_PAPER,
-        hampel=config["hampel"],
-    message:
-        "Tables 3 and 4 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_tables.py"
-
-
-rule skurowski_gaussian_figures:
-    input:
-        checks=checks(RECORDINGS, SKUROWSKI),
-        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
-        clean=collect(
-            "<results>/recordings/{row.recording}/clean.parquet",
-            row=accepted(selection.full_sets, SKUROWSKI),
-        ),
-    output:
-        [figure_of_skurowski(n) for n in (9, 10, 11)],
-        [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (9, 10, 11)],
-    log:
-        "<logs>/skurowski_gaussian_figures.log",
-    benchmark:
-        "<benchmarks>/skurowski_gaussian_figures.tsv"
-    resources:
-        mem_mb=memory(2000),
-        runtime=minutes(10),
-    params:
-        code=source("skurowski_gaussian_figures.py", "noise", "present"),
-        caption=captions.of_skurowski(9, 10, 11),
-        rows=columns(*SUBSET, of=OF_SKUROWSKI),
-        twins=TWINS_OF_PAPER,
-    message:
-        "Figures 9-11 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_gaussian_figures.py"
-
-
 # Result of S's estimator for the published noise without sampling errors. Depends on no recording.
 rule expected_noise:
     output:
@@ -131,182 +82,88 @@ rule expected_noise:
         "../scripts/expected_noise.py"
 
 
-rule skurowski_noise:
+rule skurowski:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
-        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
-        expected=collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
-    output:
-        multiext(
-            "<results>/tables/skurowski_",
-            "tableA1.csv",
-            "tableA1.md",
-            "tableA2.csv",
-            "tableA2.md",
-            "tableA3.csv",
-            "tableA3.md",
-            "support.csv",
-            "support.md",
-            "white_levels.csv",
-            "white_levels.md",
-        ),
-    log:
-        "<logs>/skurowski_noise.log",
-    benchmark:
-        "<benchmarks>/skurowski_noise.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
-    params:
-        code=source("skurowski_noise.py", "noise", "papers", "present"),
-        rows=columns(*SUBSET, of=OF_SKUROWSKI),
-    message:
-        "Tables A1-A3 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_noise.py"
-
-
-rule skurowski_noise_figures:
-    input:
-        checks=checks(RECORDINGS, SKUROWSKI),
+        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
         noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
         expected=collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
         allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
         psd=collect("<results>/recordings/{row.recording}/psd.parquet", row=OF_SKUROWSKI),
-    output:
-        [figure_of_skurowski(n) for n in (6, 14, 15, 16, 17)],
-        [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (6, 14, 15, 16, 17)],
-    log:
-        "<logs>/skurowski_noise_figures.log",
-    benchmark:
-        "<benchmarks>/skurowski_noise_figures.tsv"
-    resources:
-        mem_mb=memory(1500),
-        runtime=minutes(30),
-    params:
-        code=source("skurowski_noise_figures.py", "noise", "papers", "present"),
-        caption=captions.of_skurowski(6, 14, 15, 16, 17),
-        rows=columns(*SUBSET, of=OF_SKUROWSKI),
-        settings=settings(*NOISE),
-    message:
-        "Figures 6 and 14-17 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_noise_figures.py"
-
-
-rule skurowski_crump:
-    input:
-        raw=collect("<results>/recordings/{row.recording}/trajectories.parquet", row=SHAKEN),
-        clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHAKEN),
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet",
-            row=together(SHAKEN, WITHOUT_SHOCK),
+        clean=collect(
+            "<results>/recordings/{row.recording}/clean.parquet",
+            row=accepted(selection.full_sets, SKUROWSKI),
         ),
     output:
-        figure_of_skurowski(7),
-        "<results>/figures/skurowski_fig07.png",
+        collect("<results>/tables/skurowski_{table}.{kind}", table=SKUROWSKI_TABLES, kind=TABLE),
+        [figure_of_skurowski(n) for n in (6, *range(9, 18))],
+        [f"<results>/figures/skurowski_fig{n:02d}.png" for n in (6, *range(9, 18))],
     log:
-        "<logs>/skurowski_crump.log",
+        "<logs>/skurowski.log",
     benchmark:
-        "<benchmarks>/skurowski_crump.tsv"
+        "<benchmarks>/skurowski.tsv"
+    resources:
+        mem_mb=memory(2000),
+        runtime=minutes(30),
+    params:
+        code=source("skurowski.py", "noise", "papers", "present"),
+        caption=captions.of_skurowski(6, *range(9, 18)),
+        rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
+        twins=TWINS_OF_PAPER,
+        settings=settings(*NOISE, "duration_s", "twin_form"),
+    message:
+        "Tables 3, 4, A1-A3 and Figures 6 and 9-17 of Skurowski & Pawlyta 2019"
+    script:
+        "../scripts/skurowski.py"
+
+
+# Recordings beside others: with a shock, with a failing camera, after the repair.
+CASES = {
+    "07": SHAKEN,
+    "08": accepted(selection.with_and_without_failing, SKUROWSKI),
+    "A1": OF_REPAIRED,
+}
+OF_CASE = by_wildcard("number", CASES)
+BESIDE_IT = by_wildcard("number", {"07": WITHOUT_SHOCK, "A1": BEFORE_REPAIR})
+SHOCKED = by_wildcard("number", {"07": SHAKEN})
+
+
+rule skurowski_case:
+    input:
+        checks=checks(RECORDINGS, f"{SKUROWSKI} or {CRUMP} or {REPAIRED}"),
+        allan=collect(
+            "<results>/recordings/{row.recording}/allan.parquet", row=together(OF_CASE, BESIDE_IT)
+        ),
+        raw=collect("<results>/recordings/{row.recording}/trajectories.parquet", row=SHOCKED),
+        clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHOCKED),
+    output:
+        report(
+            "<results>/figures/skurowski_fig{number}.svg",
+            caption="../report/caption.rst",
+            category="2 Skurowski & Pawlyta 2019",
+            labels=lambda wildcards: {"result": SKUROWSKI_CASES[wildcards.number]},
+        ),
+        "<results>/figures/skurowski_fig{number}.png",
+    log:
+        "<logs>/skurowski_case/{number}.log",
+    benchmark:
+        "<benchmarks>/skurowski_case/{number}.tsv"
+    wildcard_constraints:
+        number="|".join(CASES),
     resources:
         mem_mb=memory(2500),
         runtime=minutes(10),
     params:
-        code=source("skurowski_crump.py", "coordinates.py", "noise", "present"),
-        caption=captions.of_skurowski(7),
-        rows=columns("recording", "twin", of=together(SHAKEN, WITHOUT_SHOCK)),
-        crumps=column_of_twins("crump", of=SHAKEN),
+        code=source("skurowski_case.py", "coordinates.py", "noise", "present"),
+        caption=lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
+        rows=columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
+        others=columns("recording", "twin", of=BESIDE_IT),
+        crumps=column_of_twins("crump", of=OF_CASE),
+        left_out=column_of_twins("without_T_c_below_s", of=OF_CASE),
     message:
-        "Figure 7 of Skurowski & Pawlyta 2019"
+        "Figure {wildcards.number} of Skurowski & Pawlyta 2019"
     script:
-        "../scripts/skurowski_crump.py"
-
-
-rule skurowski_failing:
-    input:
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet",
-            row=accepted(selection.with_and_without_failing, SKUROWSKI),
-        ),
-    output:
-        figure_of_skurowski(8),
-        "<results>/figures/skurowski_fig08.png",
-    log:
-        "<logs>/skurowski_failing.log",
-    benchmark:
-        "<benchmarks>/skurowski_failing.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
-    params:
-        code=source("skurowski_families.py", "noise", "present"),
-        caption=captions.of_skurowski(8),
-        rows=columns(*SUBSET, of=accepted(selection.with_and_without_failing, SKUROWSKI)),
-    message:
-        "Figure 8 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_families.py"
-
-
-rule skurowski_families:
-    input:
-        checks=checks(RECORDINGS, SKUROWSKI),
-        allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
-    output:
-        figure_of_skurowski(12),
-        "<results>/figures/skurowski_fig12.png",
-        figure_of_skurowski(13),
-        "<results>/figures/skurowski_fig13.png",
-    log:
-        "<logs>/skurowski_families.log",
-    benchmark:
-        "<benchmarks>/skurowski_families.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
-    params:
-        code=source("skurowski_families.py", "noise", "present"),
-        caption=captions.of_skurowski(12, 13),
-        rows=columns(*SUBSET, of=OF_SKUROWSKI),
-    message:
-        "Figures 12 and 13 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_families.py"
-
-
-rule skurowski_repaired:
-    input:
-        checks=checks(RECORDINGS, REPAIRED),
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet",
-            row=together(OF_REPAIRED, BEFORE_REPAIR),
-        ),
-    output:
-        report(
-            "<results>/figures/skurowski_figA1.svg",
-            caption="../report/caption.rst",
-            category="2 Skurowski & Pawlyta 2019",
-            labels={"result": "Figure A1: z1 after the repair"},
-        ),
-        "<results>/figures/skurowski_figA1.png",
-    log:
-        "<logs>/skurowski_repaired.log",
-    benchmark:
-        "<benchmarks>/skurowski_repaired.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(10),
-    params:
-        code=source("skurowski_families.py", "noise", "present"),
-        caption=captions.of_skurowski("A1"),
-        rows=columns(*SUBSET, "compare_with", "comment", of=OF_REPAIRED),
-        others=columns("recording", "twin", of=BEFORE_REPAIR),
-        left_out=column_of_twins("without_T_c_below_s", of=OF_REPAIRED),
-    message:
-        "Figure A1 of Skurowski & Pawlyta 2019"
-    script:
-        "../scripts/skurowski_families.py"
+        "../scripts/skurowski_case.py"
 
 
 # The first tables depend on no recording; they accompany the results of both papers.
@@ -316,28 +173,20 @@ promise(
             together(OF_SKUROWSKI, OF_JANSEN),
             then=collect_outputs(rules.skurowski_theory.output.tables),
         ),
-        branch(
-            OF_SKUROWSKI,
-            then=collect_outputs(rules.skurowski_tables.output, rules.skurowski_noise.output),
-        ),
+        branch(OF_SKUROWSKI, then=in_folder("tables", rules.skurowski.output)),
     ),
     figures=together(
         branch(
             OF_SKUROWSKI,
             then=collect_outputs(
-                rules.skurowski_theory.output.svg,
-                rules.skurowski_theory.output.png,
-                rules.skurowski_gaussian_figures.output,
-                rules.skurowski_noise_figures.output,
-                rules.skurowski_families.output,
-            ),
+                rules.skurowski_theory.output.svg, rules.skurowski_theory.output.png
+            )
+            + in_folder("figures", rules.skurowski.output),
         ),
-        branch(accepted(query=CRUMP), then=collect_outputs(rules.skurowski_crump.output)),
-        branch(
-            accepted(selection.with_and_without_failing, SKUROWSKI),
-            then=collect_outputs(rules.skurowski_failing.output),
+        *(
+            branch(rows, then=collect_outputs(rules.skurowski_case.output, number=number))
+            for number, rows in CASES.items()
         ),
-        branch(OF_REPAIRED, then=collect_outputs(rules.skurowski_repaired.output)),
     ),
 )
 
@@ -354,6 +203,16 @@ JANSEN_FIGURES = {
 }
 
 
+OF_EXAMPLE = {
+    "pulses": "pulses.parquet",
+    "sweeps": "sweeps.parquet",
+    "stations": "stations.json",
+    "poses": "poses.parquet",
+    "pose": "pose.json",
+    "board": "board.csv",
+}
+
+
 # Studies of its claims, and the settings of each besides the recordings and their length.
 JANSEN_STUDIES = {
     "reconstruction": ["speeds_m_s"],
@@ -365,41 +224,16 @@ JANSEN_STUDIES = {
 }
 
 
-rule jansen_tables:
+rule jansen:
     input:
+        **{
+            key: collect(f"<results>/calibrations/{{row.calibration}}/{file}", row=EXAMPLE)
+            for key, file in OF_EXAMPLE.items()
+        },
         checks=checks(CALIBRATIONS, JANSEN),
-        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=OF_JANSEN),
+        every=collect("<results>/calibrations/{row.calibration}/pose.json", row=OF_JANSEN),
     output:
-        multiext(
-            "<results>/tables/jansen_table",
-            *(f"{n}.{kind}" for n in (1, 2, 3) for kind in ("csv", "md")),
-        ),
-    log:
-        "<logs>/jansen_tables.log",
-    benchmark:
-        "<benchmarks>/jansen_tables.tsv"
-    resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
-    params:
-        code=source("jansen_tables.py", "calibration_records.py", "lighthouse", "present"),
-        rows=columns("calibration", "setup", "source", of=OF_JANSEN),
-    message:
-        "Tables I-III of Jansen et al. 2019"
-    script:
-        "../scripts/jansen_tables.py"
-
-
-rule jansen_figures:
-    input:
-        checks=checks(CALIBRATIONS, JANSEN),
-        pulses=collect("<results>/calibrations/{row.calibration}/pulses.parquet", row=EXAMPLE),
-        sweeps=collect("<results>/calibrations/{row.calibration}/sweeps.parquet", row=EXAMPLE),
-        stations=collect("<results>/calibrations/{row.calibration}/stations.json", row=EXAMPLE),
-        poses=collect("<results>/calibrations/{row.calibration}/poses.parquet", row=EXAMPLE),
-        pose=collect("<results>/calibrations/{row.calibration}/pose.json", row=EXAMPLE),
-        board=collect("<results>/calibrations/{row.calibration}/board.csv", row=EXAMPLE),
-    output:
+        collect("<results>/tables/jansen_table{n}.{kind}", n=(1, 2, 3), kind=TABLE),
         [
             report(
                 f"<results>/figures/jansen_fig{n:02d}.svg",
@@ -411,20 +245,21 @@ rule jansen_figures:
         ],
         [f"<results>/figures/jansen_fig{n:02d}.png" for n in JANSEN_FIGURES],
     log:
-        "<logs>/jansen_figures.log",
+        "<logs>/jansen.log",
     benchmark:
-        "<benchmarks>/jansen_figures.tsv"
+        "<benchmarks>/jansen.tsv"
     resources:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen_figures.py", "lighthouse", "present"),
+        code=source("jansen.py", "calibration_records.py", "lighthouse", "present"),
         caption=captions.of_jansen(*JANSEN_FIGURES),
-        rows=columns("calibration", "twin", of=EXAMPLE),
+        rows=columns("calibration", "setup", "source", of=OF_JANSEN),
+        example=columns("calibration", "twin", of=EXAMPLE),
     message:
-        "Figures 3 and 5-8 of Jansen et al. 2019"
+        "Tables I-III and Figures 3 and 5-8 of Jansen et al. 2019"
     script:
-        "../scripts/jansen_figures.py"
+        "../scripts/jansen.py"
 
 
 # Simulations of what the paper claims, in their own target: they take minutes of a processor.
@@ -482,8 +317,8 @@ rule jansen_studies:
 
 
 promise(
-    tables=branch(OF_JANSEN, then=collect_outputs(rules.jansen_tables.output)),
-    figures=branch(OF_JANSEN, then=collect_outputs(rules.jansen_figures.output)),
+    tables=branch(OF_JANSEN, then=in_folder("tables", rules.jansen.output)),
+    figures=branch(OF_JANSEN, then=in_folder("figures", rules.jansen.output)),
 )
 
 

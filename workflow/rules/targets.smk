@@ -39,25 +39,11 @@ rule gate:
         "../scripts/gate.py"
 
 
-rule recordings:
-    input:
-        gate("recordings"),
-        TARGETS["recordings"],
+for TARGET in ("recordings", "calibrations", "tables", "figures"):
 
-
-rule calibrations:
-    input:
-        gate("calibrations"),
-        TARGETS["calibrations"],
-
-
-rule tables:
-    input:
-        gate("tables"),
-        TARGETS["tables"],
-
-
-rule figures:
-    input:
-        gate("figures"),
-        TARGETS["figures"],
+    rule:
+        name:
+            TARGET
+        input:
+            gate(TARGET),
+            TARGETS[TARGET],

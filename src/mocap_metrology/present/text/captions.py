@@ -277,7 +277,8 @@ SKUROWSKI: dict[int | str, str] = {
 
 def of_skurowski(*figures: int | str) -> str:
     """Captions of several figures one after the other, each with its number."""
-    return " ".join(f"Figure {figure}: {SKUROWSKI[figure]}" for figure in figures)
+    known = {str(figure): caption for figure, caption in SKUROWSKI.items()}
+    return " ".join(f"Figure {figure}: {known[str(figure)]}" for figure in figures)
 
 
 TRACK_PATH = (

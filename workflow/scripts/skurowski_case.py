@@ -1,0 +1,54 @@
+"""Figure 7, 8 or A1 of S: Allan deviations of recordings beside others (a shock, a failing camera,
+the facility before its repair)."""
+
+from step import step
+
+with step(snakemake) as log:
+    from coordinates import read_coordinates
+
+    from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.series import all_series
+    from mocap_metrology.present.plot.figure import save
+    from mocap_metrology.present.skurowski import allan_families, crump, gather
+
+    given, files = snakemake.params, snakemake.input
+    rows = {row["recording"]: row for row in given.rows}
+    others = {row["recording"]: row for row in given.others}
+    every = rows | others
+    allan = dict(zip(every, map(read_table, files.allan), strict=True))
+    first, origin = next(iter(allan.values()))
+    columns, confidence = {name: of[0] for name, of in allan.items()}, origin["allan"]["confidence"]
+    lengths = {name: gather.length_s(of) for name, (_, of) in allan.items()}
+
+    def shocked():
+        _, raw, recorded = read_coordinates(files.raw[0])
+        shaken = crump.Shaken(
+            dict(all_series(raw, [tuple(pair) for pair in recorded["pairs"]])),
+            read_coordinates(files.clean[0])[1],
+            first,
+            recorded["frame_rate_hz"],
+            origin["allan"]["min_coverage"],
+        )
+        other = next(iter(others), None)
+        quiet = (f"{other}, without a shock", columns[other]) if other else None
+        chance = "is another realisation of the noise: they differ by chance. "
+        source, remarks = gather.sources(every, lengths)
+        remarks = (
+            f"Recording {next(iter(rows))}; the paper shows one of all its cameras. "
+            f"{f'{other} {chance}' if other else ''}{crump.guessed(given.crumps)}{remarks}"
+        )
+        return crump.crump_figure(shaken, quiet, allan_families.TITLES[7], source, remarks)
+
+    def beside(figure, *shown, paper=True):
+        source, remarks = gather.sources(every, lengths, paper)
+        guess = allan_families.guess_a1(given.left_out) if given.left_out else ""
+        remarks = f"{gather.filter_sentence(origin)} {remarks} {guess}".strip()
+        return figure(*shown, columns, source, remarks, confidence)
+
+    draw = {
+        "07": shocked,
+        "08": lambda: beside(allan_families.failing_figure, rows),
+        # S: no length after repair
+        "A1": lambda: beside(allan_families.repaired_figure, rows, others, paper=False),
+    }
+    save(draw[snakemake.wildcards.number](), snakemake.output[0])

@@ -1,0 +1,111 @@
+"""Limits that rules of Lighthouse apply at, on the fewest hits that reach them."""
+
+from __future__ import annotations
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.assess import reference
+from mocap_metrology.lighthouse.assess.summary import board_rms_urad
+from mocap_metrology.lighthouse.calibrate.stages import BATCH, ESTIMATED, Calibration
+from mocap_metrology.lighthouse.decode.clean import clean_hits
+from mocap_metrology.lighthouse.decode.dump import SWAPPED, check_byte_order
+from mocap_metrology.lighthouse.decode.ootx import Factory, bytes_of, encode_frame, unpack
+from mocap_metrology.lighthouse.export.formats import DECIMALS
+from mocap_metrology.lighthouse.records import Hits, Path
+from mocap_metrology.lighthouse.still_angles import StillAngles
+
+
+def hits_of(cycle: np.ndarray, diode: np.ndarray, angle_rad: np.ndarray) -> Hits:
+    """Azimuths of the master."""
+    n = len(cycle)
+    zero, width = np.zeros(n, np.int8), np.full(n, 1e-5)
+    time_s = cycle / 120 + (angle_rad + np.pi / 2) / np.pi / 120
+    return Hits(
+        zero, zero, cycle.astype(np.int32), diode.astype(np.int16), time_s, angle_rad, width
+    )
+
+
+def path_of(n_angles: int, rms_rad: float, n: int = 3) -> Path:
+    """Poses of which each leaves K_1 = rms^2 (angles - 6)."""
+    zeros, epsilon = np.zeros((n, 3)), np.full(n, rms_rad**2 * (n_angles - 6))
+    return Path(
+        np.arange(n),
+        np.tile(np.eye(3), (n, 1, 1)),
+        zeros,
+        epsilon,
+        np.full(n, n_angles),
+        np.full(n, np.nan),
+    )
+
+
+def test_rms_of_angles_about_a_pose_has_six_degrees_of_freedom_less() -> None:
+    found = board_rms_urad((path_of(10, 30e-6), path_of(64, 20e-6)))
+    assert found == pytest.approx(30)
+
+
+def test_no_hits_need_no_diode() -> None:
+    none = hits_of(*(np.zeros(0) for _ in range(3)))
+    kept, report = clean_hits(none, np.zeros((1, 3)))
+    assert len(kept) == 0 and report == {"sweep": [0], "still": [0], "kept": [0]}
+
+
+def test_paths_of_batch_are_those_of_paper_lm_and_of_the_optics_it_began_with() -> None:
+    paths = {("paper-lm", "factory"): 1, ("paper-lm", "ideal"): 2, ("paper", "factory"): 3}
+    found = Calibration(paths=paths)
+    for estimator, optics, expected in (
+        (BATCH, "factory", 1),
+        (BATCH, ESTIMATED, 2),
+        ("paper", "factory", 3),
+        ("paper", "ideal", None),
+    ):
+        assert found.paths_of(SimpleNamespace(estimator=estimator, optics=optics)) == expected
+
+
+def test_two_diodes_have_a_common_part_and_one_has_none() -> None:
+    deviation = np.array([[1.0, 3.0], [2.0, np.nan]])
+    found = StillAngles(0, 0, 30.0, np.array([0, 1]), deviation)
+    assert np.array_equal(found.common, [2.0, np.nan], equal_nan=True)
+    # independent noise: sqrt(2 / 1) times what is left about the mean
+    assert np.allclose(found.independent[0], [-(2**0.5), 2**0.5])
+
+
+@pytest.mark.parametrize(("norm", "fits"), [(1.008, True), (0.992, True), (1.012, False)])
+def test_a_quaternion_of_nearly_length_one_is_normalised(norm: float, fits: bool) -> None:
+    q = norm * np.array([0.0, 0.0, np.sin(0.3), np.cos(0.3)])
+    given = {"quaternion_xyzw": q.tolist()}
+    if fits:
+        R = reference._rotation(given, "r.json")
+        assert np.allclose(R, Rotation.from_rotvec([0, 0, 0.6]).as_matrix(), atol=1e-12)
+    else:
+        with pytest.raises(Refusal, match=re.escape("norm 1.012; expected 1")):
+            reference._rotation(given, "r.json")
+
+
+def test_a_frame_has_no_faults_unless_they_are_stated() -> None:
+    for faults in ((), (3,)):
+        stated = dict(zip(("faults",), faults, strict=False))
+        data, _ = bytes_of(encode_frame(Factory(), 7, "b", **stated), 33)
+        assert unpack(data).faults == (faults[0] if faults else 0)
+
+
+def test_words_are_not_called_swapped_where_neither_order_fits() -> None:
+    """A board of another shape: both orders fit alike, and badly."""
+    rng = np.random.default_rng(2)
+    board = np.column_stack([np.zeros(32), *rng.uniform(-0.1, 0.1, (2, 32))])
+    cycle, diode = np.repeat(np.arange(0, 80, 4), 32), np.tile(np.arange(32), 20)
+    other = rng.uniform(-0.05, 0.05, 32)  # the angle of each diode, whatever the board
+    check_byte_order(hits_of(cycle, diode, np.tile(other, 20)), board, "d.bin")
+    swapped = 0.4 * board[SWAPPED, 1]
+    with pytest.raises(Refusal, match="with the bytes swapped"):
+        check_byte_order(hits_of(cycle, diode, np.tile(swapped, 20)), board, "d.bin")
+
+
+def test_written_poses_keep_a_picometre() -> None:
+    """Half of the last decimal of a metre is below it."""
+    assert 0.5 * 10.0**-DECIMALS < 1e-12

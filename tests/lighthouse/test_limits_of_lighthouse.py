@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.assess import reference
+from mocap_metrology.lighthouse.assess import reference, validation
 from mocap_metrology.lighthouse.assess.summary import board_rms_urad
 from mocap_metrology.lighthouse.calibrate.stages import BATCH, ESTIMATED, Calibration
 from mocap_metrology.lighthouse.decode.clean import clean_hits
@@ -109,3 +109,16 @@ def test_words_are_not_called_swapped_where_neither_order_fits() -> None:
 def test_written_poses_keep_a_picometre() -> None:
     """Half of the last decimal of a metre is below it."""
     assert 0.5 * 10.0**-DECIMALS < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("sd_mm", "word", "ok"), [(100.0, "good", True), (1.0, "failed", False), (np.nan, None, None)]
+)
+def test_stages_far_apart_agree_where_their_covariances_allow_it(sd_mm, word, ok) -> None:
+    """They differ by 80 mm: of chi-squared of 6 degrees 0.3 where sigma is 100 mm each."""
+    covariance = np.diag([sd_mm**2] * 3 + [1.0] * 3)
+    one = SimpleNamespace(t_m=np.zeros(3), R=np.eye(3), covariance=covariance)
+    other = SimpleNamespace(t_m=np.array([0.08, 0, 0]), R=np.eye(3), covariance=covariance)
+    found = validation._stages(one, other)
+    assert found.ok is ok
+    assert word is None or found.word == word

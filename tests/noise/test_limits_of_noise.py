@@ -9,6 +9,7 @@ import pytest
 
 from mocap_metrology.noise.assess.spread import measured_within
 from mocap_metrology.noise.diagnosis import dynamic, export, levels
+from mocap_metrology.noise.diagnosis.periodic import mains_of
 from mocap_metrology.noise.gaussian.two_markers import correlation_time
 from mocap_metrology.noise.motion.place import evenness
 
@@ -68,3 +69,18 @@ def test_two_cells_can_differ_and_one_cannot() -> None:
     assert found["worst_over_best"] == pytest.approx(3)
     assert found["bend_mm"] == pytest.approx(0.2 / 2**0.5)
     assert found["p"] < 1e-6
+
+
+@pytest.mark.parametrize(("f_0", "mains"), [(50.1, 50), (50.3, None), (49.7, None), (100.3, 50)])
+def test_mains_are_named_within_four_thousandths(f_0: float, mains: float | None) -> None:
+    """EN 50160: 50 Hz within 1 % for 99.5 % of a year, so a little more is of another cause."""
+    found = mains_of(f_0, 1000.0)
+    assert (found and found.mains_hz) == mains
+
+
+def test_frames_on_one_polynomial_are_as_many_as_chance_does_not_make() -> None:
+    """Differences of order p of n frames on one are n - p zeros, each by chance in one of ten."""
+    for order in (1, 2, 3):
+        rule = export.Rule(order, 0.01, 0.1)
+        assert 0.1 ** (rule.least - order + 2) <= export.CHANCE * 1.000001
+        assert 0.1 ** (rule.least - order + 1) > export.CHANCE

@@ -235,7 +235,7 @@ def _again(series: Floats, lines: list[Line], frame_rate_hz: float) -> list[Line
 def _rounds(part: np.ndarray, left: float) -> int:
     """How often to fill the gaps: each round leaves the missing share of what the last left."""
     missing = float(np.isnan(part).mean())
-    return max(1, math.ceil(math.log(left) / math.log(missing))) if missing else 0
+    return math.ceil(math.log(left) / math.log(missing)) if missing else 0
 
 
 def _filled(

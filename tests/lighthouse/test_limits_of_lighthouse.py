@@ -112,7 +112,7 @@ def test_written_poses_keep_a_picometre() -> None:
 
 
 @pytest.mark.parametrize(
-    ("sd_mm", "word", "ok"), [(100.0, "good", True), (1.0, "failed", False), (np.nan, None, None)]
+    ("sd_mm", "word", "ok"), [(100.0, "good", True), (1.0, "doubtful", False), (np.nan, None, None)]
 )
 def test_stages_far_apart_agree_where_their_covariances_allow_it(sd_mm, word, ok) -> None:
     """They differ by 80 mm: of chi-squared of 6 degrees 0.3 where sigma is 100 mm each."""
@@ -121,4 +121,4 @@ def test_stages_far_apart_agree_where_their_covariances_allow_it(sd_mm, word, ok
     other = SimpleNamespace(t_m=np.array([0.08, 0, 0]), R=np.eye(3), covariance=covariance)
     found = validation._stages(one, other)
     assert found.ok is ok
-    assert word is None or found.word == word
+    assert word is None or found.level == word

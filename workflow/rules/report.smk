@@ -38,6 +38,7 @@ rule summary_page:
         poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
         cameras=collect("<results>/tables/{group}_cameras.json", group=groups(selection.subsets)),
         claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
+        changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs)),
         compared=lambda wildcards: reporting.of_papers(results_of("tables")(wildcards)),
     output:
         page=report(
@@ -47,6 +48,8 @@ rule summary_page:
             labels={"result": "Verdicts: every recording and calibration"},
         ),
         front="<results>/report_front.html",
+        svg="<results>/figures/recordings.svg",
+        png="<results>/figures/recordings.png",
     log:
         "<logs>/summary_page.log",
     benchmark:
@@ -59,6 +62,7 @@ rule summary_page:
         caption=captions.SUMMARY,
         calibrations=columns("calibration", "setup", "group", "source", of=EVERY_CALIBRATION),
         cameras=groups(selection.subsets),
+        compared=groups(pairs),
         subjects=subjects,
         papers=papers,
         tables=names_of_tables,
@@ -74,6 +78,7 @@ rule detail_pages:
         results=results_of("recordings", "calibrations", "tables", "figures"),
         verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
         poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
+        changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs)),
         claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
     output:
         directory("<results>/details"),

@@ -26,7 +26,9 @@ with step(snakemake) as log:
     text = compare.compare_markdown(rows, title, f"{compare.CAPTION} {source} {remarks}")
     tables.write_with(snakemake.output.csv, rows, text)
     words = compare.sentences(rows)
-    write_json(snakemake.output.json, {"words": words})
+    recordings = [recording for recording, _ in pairs]
+    of = dict(zip(recordings, words, strict=True))
+    write_json(snakemake.output.json, {"words": words, "recordings": of})
     of_settings = settings["margin"], settings["confidence"]
     save(compare_figure(found, *of_settings, title, source, remarks), snakemake.output.svg)
     for word in words:

@@ -27,6 +27,10 @@ with step(snakemake) as log:
         where = f"../groups/{row['group']}.html"
         return {row["group"]: where} if row["group"] in params.groups else {}
 
+    changes = {}
+    for path in given.changes:
+        changes |= json.loads(Path(path).read_text(encoding="utf-8"))["recordings"]
+
     every = {"recording": params.recordings, "calibration": params.calibrations}
     for kind, rows in every.items():
         for row in rows:
@@ -36,6 +40,7 @@ with step(snakemake) as log:
             found = json.loads(document.read_text(encoding="utf-8"))
             verdict = found if kind == "recording" else found["verdict"]
             lines = words.sentences(found) if kind == "recording" else [verdict["reason"]]
+            lines += [changes[name]] if kind == "recording" and name in changes else []
             write(
                 kind,
                 name,

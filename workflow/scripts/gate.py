@@ -14,6 +14,10 @@ with step(snakemake, prefix="") as log:
     for path in verdicts if len(verdicts) <= 10 else ():  # more are in the tables
         found = json.loads(path.read_text(encoding="utf-8"))
         log.log(RESULT, "recording %s is %s: %s", path.parent.name, found["word"], found["reason"])
+    for path in results:
+        if path.name.endswith("_compare.json"):
+            for words in json.loads(path.read_text(encoding="utf-8"))["words"]:
+                log.log(RESULT, "%s", words)
     refused = []  # reported last
     for path in map(Path, snakemake.input.checks):
         check = json.loads(path.read_text(encoding="utf-8"))

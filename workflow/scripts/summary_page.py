@@ -11,7 +11,9 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.files import write_text
     from mocap_metrology.present import tables
-    from mocap_metrology.present.pages import details, summary
+    from mocap_metrology.present.pages import details, front, summary
+    from mocap_metrology.present.plot.figure import save
+    from mocap_metrology.present.verdict.overview import overview_figure
 
     def read(path):
         return json.loads(Path(path).read_text(encoding="utf-8"))
@@ -29,7 +31,20 @@ with step(snakemake) as log:
     ]
     groups = zip(params.cameras, given.cameras, strict=True)
     cameras = {group: read(path) for group, path in groups}
-    found = summary.Found([*map(read, given.verdicts)], calibrations, refused, cameras)
+    compared_groups = zip(params.compared, given.changes, strict=True)
+    changes = {group: read(path)["words"] for group, path in compared_groups}
+    recordings = [*map(read, given.verdicts)]
+    mine = front.own({"recording": recordings, "calibration": calibrations})["recording"]
+    title = "One frame against the limits"
+    save(overview_figure(mine, title, front.source(mine)), snakemake.output.png)
+    found = summary.Found(
+        recordings,
+        calibrations,
+        refused,
+        cameras,
+        changes,
+        Path(snakemake.output.png).read_bytes(),
+    )
     claims = []
     for path in given.claims:
         claims = tables.read(path).fillna("").to_dict("records")

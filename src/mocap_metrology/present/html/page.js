@@ -129,7 +129,7 @@
   if (images.length) {
     const show = viewer(images[0]);
     images.forEach((image) => {
-      image.closest("a").onclick = (event) => (event.preventDefault(), show(image));
+      (image.closest("a") ?? image).onclick = (event) => (event.preventDefault(), show(image));
     });
   }
 })();

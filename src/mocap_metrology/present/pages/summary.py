@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -14,12 +15,22 @@ from mocap_metrology.lighthouse.published import QUANTITIES
 from mocap_metrology.lighthouse.rotation import from_angles, log, mean, to_angles
 from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.present.calibration.calibration_table import calibration_rows
-from mocap_metrology.present.pages import site
+from mocap_metrology.present.pages import front, site
 from mocap_metrology.present.pages.details import PaperTable
-from mocap_metrology.present.pages.site import EMPTY, Table, link, natural, table, typeset, word
+from mocap_metrology.present.pages.site import (
+    EMPTY,
+    Cell,
+    Table,
+    link,
+    natural,
+    table,
+    typeset,
+    word,
+)
 from mocap_metrology.present.plot.figure import VERDICT_WORDS
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
+from mocap_metrology.present.verdict.overview import CAPTION
 from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR
 
 MM = ("x_mm", "y_mm", "z_mm")
@@ -117,6 +128,7 @@ Address = Callable[[str, str], str]  # kind (recording, group, ...), name -> add
 
 DURATIONS_S = (1, 10, 60)
 MOST = 3  # warnings shown for a recording
+MOST_MEMBERS = 12  # of a group on the front of the report
 RECORDING_HEAD = (
     *("recording", "verdict", f"{NEAR} (mm)", f"{FRAME} (mm)"),
     *(f"{mean} (mm)" for mean in MEANS),
@@ -136,17 +148,8 @@ INSIDE = (  # where names are no links
     "Jansen et al. 2019”. The first page of the report is this page with links to the files beside "
     "it."
 )
-PAPERS = ("skurowski2019", "jansen2019")  # how groups of the papers' own begin
 PUBLISHED = "skurowski2019"  # group whose twins are made from the coefficients of a paper
 APART = "These subsets of cameras do not share their frames: "
-SHORTER = (  # what a sentence loses in the table
-    r" \([^()]*…[^()]*\)",
-    r" about the mean of [^;]*",
-    r", more than clean [^;]*",
-    r"( \([^()]*\))?: its numbers .*(?=\.$)",
-    r"; (the distance \S+ is still|still) valid.*(?=\.$)",
-    r": (without a distance|nothing is measured there),.*(?=\.$)",
-)
 
 
 @dataclass(frozen=True)
@@ -155,24 +158,30 @@ class Found:
 
     recordings: contents of verdict.json; calibrations: rows `calibration`, `group`, `setup`,
     `source`, `pose` (contents of pose.json); refused: `kind`, `name`, `group`, `why`; cameras:
-    by group, what <group>_cameras.json holds: `short`, a line a camera type, and `apart`.
+    by group, what <group>_cameras.json holds: `short`, a line a camera type, and `apart`; changes:
+    by group, sentences on comparisons with earlier recordings; picture: of the recordings, as PNG.
     """
 
     recordings: Sequence[Record] = ()
     calibrations: Sequence[Record] = ()
     refused: Sequence[Record] = ()
     cameras: Mapping[str, Record] = field(default_factory=dict)
+    changes: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    picture: bytes = b""
 
 
 @dataclass(frozen=True)
 class Section:
-    """A group of recordings or of calibrations: a sentence, a table, notes below it."""
+    """A group of recordings or of calibrations: a sentence, changes, a table, notes below it, and
+    links to its members."""
 
     title: str
     address: str
     sentence: str
     table: Table
     notes: Sequence[str]
+    members: Sequence[Cell] = ()
+    changes: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -192,30 +201,34 @@ def page(
     tables: Sequence[str] = (),
     part: bool = False,
 ) -> str:
-    """The page: what was refused, one's own groups, the papers, the other groups, all tables.
+    """The page: an answer and a picture, what was refused, one's own groups, the papers, the other
+    groups, all tables.
 
-    tables: names; part: to be included in another page.
+    tables: names; part: to be included in another page, as a front that fits a screen: links to
+    the recordings of a group instead of its table.
     """
     groups = [*_recordings(found, address), *_calibrations(found, address)]
+    own = front.own({"recording": found.recordings, "calibration": found.calibrations})
+    mine = [row for rows in own.values() for row in rows]
     return site.render(
         "summary.html",
-        "Summary",
+        front.title(mine),
         part=part,
+        answers=[front.answer(kind, rows) for kind, rows in own.items() if rows],
+        changes=front.changes(found.changes, front.groups(mine)),
+        picture=base64.b64encode(found.picture).decode() if found.picture else "",
+        picture_says=CAPTION,
         inside=INSIDE,
         quick=_quick(found.recordings),
         refused=_refused(found.refused),
-        own=[section for group, section in groups if not _of_paper(group)],
-        others=[section for group, section in groups if _of_paper(group)],
+        own=[section for group, section in groups if not front.of_paper(group)],
+        others=[section for group, section in groups if front.of_paper(group)],
         papers=papers,
         note=RECORDINGS_NOTE if found.recordings else "",
         empty=not (found.recordings or found.calibrations or found.refused),
         tables=_tables(tables) if tables else None,
         tables_note=TABLES_NOTE,
     )
-
-
-def _of_paper(group: str) -> bool:
-    return group.startswith(PAPERS)
 
 
 def _recordings(found: Found, address: Address) -> Iterator[tuple[str, Section]]:
@@ -229,6 +242,8 @@ def _recordings(found: Found, address: Address) -> Iterator[tuple[str, Section]]
                 sentence("recording", rows),
                 table(RECORDING_HEAD, cells, words=(7,)),
                 _cameras(group, rows, found.cameras.get(group, {})),
+                _members("recording", rows, address),
+                found.changes.get(group, ()),
             ),
         )
 
@@ -238,7 +253,17 @@ def _calibrations(found: Found, address: Address) -> Iterator[tuple[str, Section
         shown, notes = calibrations(rows, lambda name: address("calibration", name))
         title = f"{group}: calibrations"
         where = address("group", group)
-        yield group, Section(title, where, sentence("calibration", rows), shown, notes)
+        members = _members("calibration", rows, address)
+        yield group, Section(title, where, sentence("calibration", rows), shown, notes, members)
+
+
+def _members(kind: str, rows: Sequence[Record], address: Address) -> list[Cell]:
+    """Links to some recordings or calibrations of a group, each with its word."""
+    shown = [
+        link(address(kind, row[kind]), row[kind]) + Markup(" ") + word(_word(row)) for row in rows
+    ]
+    more = len(shown) - MOST_MEMBERS
+    return [*shown[:MOST_MEMBERS], *([f"and {more} more"] if more > 0 else [])]
 
 
 def _groups(rows: Sequence[Record], kind: str) -> Iterator[tuple[str, list[Record]]]:
@@ -318,7 +343,7 @@ def sentence(kind: str, rows: Sequence[Record]) -> str:
 
 
 def _word(row: Record) -> str:
-    return str(row["pose"]["verdict"]["word"] if "pose" in row else row["word"])
+    return str(front.verdict_of(row)["word"])
 
 
 def recording_row(row: Record, address: Address) -> list[object]:
@@ -341,14 +366,7 @@ def why(row: Record) -> list[str]:
     found = row.get("sentences", ())
     if any(re.search(r"\bmoves?: ", check) for check in checks):  # stated already
         found = [one for one in found if "seems to move" not in one["words"]]
-    return [*map(shorter, checks), *_told(found)]
-
-
-def shorter(sentence: str) -> str:
-    """A reason without its interval and its explanation."""
-    for pattern in SHORTER:
-        sentence = re.sub(pattern, "", sentence, count=1)
-    return re.sub(r"^(One frame of \S+) is uncertain by", r"\1:", sentence)
+    return [*map(front.shorter, checks), *_told(found)]
 
 
 def _greatest(values: Iterable[float | None]) -> float | None:

@@ -24,6 +24,7 @@ from mocap_metrology.present.plot.figure import (
     styled,
     wrapped,
 )
+from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.words import (
@@ -95,7 +96,8 @@ def verdict_figure(found: Found) -> Picture:
         1, 1 + bars, sharey=True, squeeze=False, width_ratios=[1.6, 1.0][: 1 + bars]
     )[0]
     log_axis(panels[0], "x", limits)
-    _bands(panels[0], limits, found, NARROW_MM if bars else WIDE_MM)
+    decided = found["word"] if found["word"] == _band(found) else ""
+    draw_bands(panels[0], limits, found["limits_mm"], NARROW_MM if bars else WIDE_MM, decided)
     _uncertainties(panels[0], points, limits)
     _rows(panels[0], series, points)
     _ring(panels[0], found, points)
@@ -194,11 +196,17 @@ def _cut(points: Mapping[str, Points], limits: tuple[float, float]) -> bool:
     return any(p[1] < limits[0] or p[2] > limits[1] for p in there)
 
 
-def _bands(axes: Axes, limits: tuple[float, float], found: Found, width_mm: float) -> None:
-    """Bands of the words, each word above its own, apart where the band between is narrow; bold if
-    what is drawn here decided."""
+def draw_bands(
+    axes: Axes,
+    limits: tuple[float, float],
+    words_mm: Record,
+    width_mm: float = WIDE_MM,
+    bold: str = "",
+) -> None:
+    """Bands of the words, each word above its own, apart where the band between is narrow; one of
+    them bold. words_mm: limits of `good` and `usable`."""
     low, high = limits
-    good, usable = found["limits_mm"]["good"], found["limits_mm"]["usable"]
+    good, usable = words_mm["good"], words_mm["usable"]
     for word, left, right in zip(
         BAND_COLOURS, (low, good, usable), (good, usable, high), strict=True
     ):
@@ -209,7 +217,6 @@ def _bands(axes: Axes, limits: tuple[float, float], found: Found, width_mm: floa
     for word, (at, shift, side) in zip(
         BAND_COLOURS, (*places, (usable, aside, "left")), strict=True
     ):
-        decided = word == found["word"] == _band(found)
         axes.annotate(
             word,
             (at, 1.0),
@@ -218,8 +225,8 @@ def _bands(axes: Axes, limits: tuple[float, float], found: Found, width_mm: floa
             textcoords="offset points",
             ha=side,
             size=SMALL_PT,
-            weight="bold" if decided else "normal",
-            color=INK if decided else GREY,
+            weight="bold" if word == bold else "normal",
+            color=INK if word == bold else GREY,
         )
 
 

@@ -13,7 +13,8 @@ LIMITS = {"good": 0.1, "usable": 0.25}
 
 
 def recording(name: str, word: str, frame_mm: float | None, group: str = "hall") -> dict:
-    series = {"x1": {"frame_mm": frame_mm}, "L": {"frame_mm": 9.0}, "y1": {"frame_mm": frame_mm and 0.001}}
+    frames_mm = {"x1": frame_mm, "y1": frame_mm and 0.001, "L": 9.0}
+    series = {name: {"frame_mm": value} for name, value in frames_mm.items()}
     return {
         "recording": name,
         "group": group,

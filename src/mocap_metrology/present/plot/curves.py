@@ -53,13 +53,6 @@ ALLAN_SLOPES = (
     (-0.5, "−½: white"),
     (-1.0, "−1: violet, blue,\nsinusoid"),
 )
-PSD_SLOPES = (
-    (2.0, "+2: violet"),
-    (1.0, "+1: blue"),
-    (0.0, "0: white"),
-    (-1.0, "−1: flicker"),
-    (-2.0, "−2: random walk"),
-)
 THIN = {"mdev": (0, (1, 1.2)), "hdev": (0, (3, 1.2, 1, 1.2))}
 FAMILY: dict[str, Keywords] = {
     "lowest": {"color": "#10307a", "lw": 1.1, "ls": (0, (5, 1.6))},

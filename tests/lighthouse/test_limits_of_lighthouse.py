@@ -19,6 +19,7 @@ from mocap_metrology.lighthouse.decode.ootx import Factory, bytes_of, encode_fra
 from mocap_metrology.lighthouse.export.formats import DECIMALS
 from mocap_metrology.lighthouse.records import Hits, Path
 from mocap_metrology.lighthouse.still_angles import StillAngles
+from mocap_metrology.lighthouse.studies.ranks import rank_correlation
 
 
 def hits_of(cycle: np.ndarray, diode: np.ndarray, angle_rad: np.ndarray) -> Hits:
@@ -122,3 +123,13 @@ def test_stages_far_apart_agree_where_their_covariances_allow_it(sd_mm, word, ok
     found = validation._stages(one, other)
     assert found.ok is ok
     assert word is None or found.level == word
+
+
+def test_four_pairs_are_the_fewest_with_an_interval_of_their_rank_correlation() -> None:
+    """Bonett & Wright 2000: z sqrt((1 + r^2 / 2) / (n - 3)) about atanh r = atanh 0.8."""
+    x, y = np.arange(4.0), np.array([0.0, 1.0, 3.0, 2.0])
+    assert np.isnan(rank_correlation(x[:3], np.array([0.0, 2.0, 1.0])).lower)
+    found = rank_correlation(x, y)
+    half = 1.959964 * np.sqrt(1 + 0.8**2 / 2)
+    assert found.value == pytest.approx(0.8)
+    assert found.lower == pytest.approx(np.tanh(np.arctanh(0.8) - half), abs=1e-6)

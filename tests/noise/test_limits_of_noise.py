@@ -10,7 +10,7 @@ import pytest
 from mocap_metrology.noise.assess.spread import measured_within
 from mocap_metrology.noise.diagnosis import dynamic, export, levels
 from mocap_metrology.noise.diagnosis.periodic import mains_of
-from mocap_metrology.noise.gaussian.two_markers import correlation_time
+from mocap_metrology.noise.gaussian.two_markers import correlation_time, kernel_density
 from mocap_metrology.noise.motion.place import evenness
 
 
@@ -18,6 +18,12 @@ def test_one_valid_sample_has_the_least_correlation_time() -> None:
     """1/2, that of white noise: the sum over lags has no term."""
     assert correlation_time(np.array([math.nan, 3.0, math.nan])) == 0.5
     assert correlation_time(np.array([])) == 0.5
+
+
+def test_a_constant_series_has_no_density() -> None:
+    for series in ([2.0, 2.0, 2.0], [2.0], []):
+        found = kernel_density(np.array(series))
+        assert found.x.size == found.density.size == 0 and found.bandwidth == 0
 
 
 def test_a_block_with_half_its_frames_missing_does_not_count() -> None:

@@ -44,10 +44,10 @@ SIGNATURES = (  # how a file begins, after a byte order mark
     (b"#!OML:ASF", "an AMC file (angles of a skeleton)"),
     (b"{", "a JSON file"),
 )
-INSIDE = (  # text within the first kilobytes
+INSIDE = (  # text in lower case within the first kilobytes
     (b"<mvnx", "an MVNX file (Xsens)"),
     (b"<svg", "an SVG picture"),
-    (b":FULLY-SPECIFIED", "an AMC file (angles of a skeleton)"),
+    (b":fully-specified", "an AMC file (angles of a skeleton)"),
     (b":version 1", "an ASF file (a skeleton)"),
     (b"endheader", "a MOT or STO file of OpenSim (angles, forces)"),
     (b"<html", "an HTML page"),
@@ -107,8 +107,8 @@ def other_kind(block: bytes, suffix: str = "") -> str | None:
     found = next((what for start, what in SIGNATURES if text.startswith(start)), None)
     if found and text.startswith(b"PK"):
         return OFFICE.get(suffix.lower(), found)
-    head = text[:4096]
-    inside = (what for part, what in INSIDE if part in head or part in head.lower())
+    head = text[:4096].lower()
+    inside = (what for part, what in INSIDE if part in head)
     return found or next(inside, None) or SUFFIXES.get(suffix.lower())
 
 

@@ -23,7 +23,7 @@ LEFT_ALONE = {  # by an edit of each package, of the rules for a recording and a
     "io": {"skurowski_theory"},
     "noise": set(),
     "lighthouse": {
-        *("clean_twin", "noise", "verdict", "summary", "skurowski_theory", "group_tables"),
+        *("clean_twin", "noise", "verdict", "skurowski_theory", "group_tables"),
     },
     "present": {"clean_twin", "noise", "calibration_twins_1"},
 }

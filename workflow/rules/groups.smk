@@ -3,29 +3,6 @@
 OTHERS = "group != 'skurowski2019'"  # the figures of the paper itself are in skurowski.smk
 
 
-rule summary:
-    input:
-        checks=checks(RECORDINGS, OF_GROUP),
-        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=accepted()),
-    output:
-        csv="<results>/tables/{group}_summary.csv",
-        md="<results>/tables/{group}_summary.md",
-    log:
-        "<logs>/summary/{group}.log",
-    benchmark:
-        "<benchmarks>/summary/{group}.tsv"
-    localrule: True
-    resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
-    params:
-        code=source("summary.py", "noise", "present"),
-    message:
-        "{wildcards.group}: verdicts"
-    script:
-        "../scripts/summary.py"
-
-
 rule group_tables:
     input:
         checks=checks(RECORDINGS, OF_GROUP),
@@ -33,20 +10,14 @@ rule group_tables:
         outliers=collect("<results>/recordings/{row.recording}/outliers.csv", row=accepted()),
         allan=collect("<results>/recordings/{row.recording}/allan_masked.parquet", row=accepted()),
         noise=collect("<results>/recordings/{row.recording}/noise.csv", row=accepted()),
+        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=accepted()),
     output:
-        multiext(
-            "<results>/tables/{group}",
-            "_subsets.csv",
-            "_subsets.md",
-            "_gaussian.csv",
-            "_gaussian.md",
-            "_outliers.csv",
-            "_outliers.md",
-            "_allan.csv",
-            "_allan.md",
-            "_noise.csv",
-            "_noise.md",
-        ),
+        multiext("<results>/tables/{group}_subsets", ".csv", ".md"),
+        multiext("<results>/tables/{group}_gaussian", ".csv", ".md"),
+        multiext("<results>/tables/{group}_outliers", ".csv", ".md"),
+        multiext("<results>/tables/{group}_allan", ".csv", ".md"),
+        multiext("<results>/tables/{group}_noise", ".csv", ".md"),
+        multiext("<results>/tables/{group}_summary", ".csv", ".md"),
     log:
         "<logs>/group_tables/{group}.log",
     benchmark:
@@ -407,6 +378,3 @@ rule cameras:
 promise(
     tables=collect_outputs(rules.cameras.output, group=groups(selection.subsets)),
 )
-
-
-promise(tables=collect_outputs(rules.summary.output, group=groups()))

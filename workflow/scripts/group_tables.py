@@ -1,8 +1,9 @@
-"""Tables of one group: its subsets, Gaussian model, outliers and Allan deviations."""
+"""Tables of one group: its subsets, Gaussian model, outliers, Allan deviations, noise, verdicts."""
 
 from step import step
 
 with step(snakemake) as log:
+    import json
     from pathlib import Path
 
     import pandas as pd
@@ -12,6 +13,7 @@ with step(snakemake) as log:
     from mocap_metrology.present import tables
     from mocap_metrology.present.groups import group_tables
     from mocap_metrology.present.skurowski import gather
+    from mocap_metrology.present.verdict import words
 
     rows, group = snakemake.params.rows, snakemake.wildcards.group
     source = {row["recording"]: tables.source_of(row) for row in rows}
@@ -46,4 +48,6 @@ with step(snakemake) as log:
     caption = f"{group_tables.CAPTION} {sentence}"
     text = group_tables.noise_markdown(noise, f"{group}: noise coefficients", caption)
     tables.write_with(f"{stem}_noise", noise, text, group_tables.COLUMNS)
+    found = [json.loads(Path(path).read_text("utf-8")) for path in snakemake.input.verdicts]
+    write("summary", list(map(words.summary_row, found)), "verdicts", words.CAPTION)
     log.info("%s: %d recordings", group, len(rows))

@@ -166,12 +166,6 @@ def test_run_times_of_benchmarks(tmp_path) -> None:
     ]
 
 
-def test_configuration_is_named_as_in_the_manual() -> None:
-    given = {"seed": 1, "hampel": {"n_sigma": 3.0}, "allan": {"estimators": ["oadev", "mdev"]}}
-    expected = [("seed", "1"), ("hampel.n_sigma", "3.0"), ("allan.estimators", "oadev, mdev")]
-    assert provenance.flat(given) == expected
-
-
 def test_a_marker_that_moves_is_told_once() -> None:
     warned = {
         "kind": "moves",

@@ -135,7 +135,13 @@ rule provenance:
             accepted(partial(reporting.inputs, twins=TWINS), EVERY),
             accepted_calibrations(partial(reporting.inputs, twins=CALIBRATION_TWINS), EVERY),
         ),
-        names=[*RECORDINGS.rows, *CALIBRATIONS.rows, *RECORDINGS.groups, *CALIBRATIONS.groups],
+        names=[
+            *RECORDINGS.rows,
+            *CALIBRATIONS.rows,
+            *RECORDINGS.groups,
+            *CALIBRATIONS.groups,
+            *CASES,
+        ],
         pages=["report_pages", "summary_page", "detail_pages", "provenance"],
         benchmarks=f"{config['results']}/benchmarks",
     message:

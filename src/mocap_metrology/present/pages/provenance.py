@@ -49,22 +49,9 @@ def _benchmark(path: str | Path) -> tuple[float, float]:
     return float(row["s"]), float(row["max_rss"])
 
 
-def flat(settings: Record, before: str = "") -> list[tuple[str, str]]:
-    """`hampel.n_sigma`, `3.0`: the keys of a nested configuration as README names them."""
-    rows = []
-    for name, value in settings.items():
-        if isinstance(value, Mapping):
-            rows += flat(value, f"{before}{name}.")
-        else:
-            several = isinstance(value, (list, tuple))
-            rows.append((before + name, ", ".join(map(str, value)) if several else str(value)))
-    return rows
-
-
 def page(found: Record) -> str:
-    """The page of provenance.json."""
+    """The page of provenance.json, which also has the configuration."""
     tables = [
-        ("Configuration", "", table(("key", "value"), flat(found["configuration"]))),
         ("Inputs", INPUTS_NOTE, _rows(INPUTS, found["inputs"])),
         ("Run times", TIMES_NOTE, _rows(TIMES, [_shown(row) for row in found["run_times"]])),
         ("Tables", RESULTS_NOTE, table(("table", "sha256"), found["tables"].items())),

@@ -164,5 +164,5 @@ def _body(value: Value) -> bytes:
         width = max(map(len, texts))
         raw = "".join(text.ljust(width) for text in texts).encode("ascii")
         return bytes((0xFF, 2, width, len(value))) + raw
-    kind, dtype = (4, "<f4") if any(isinstance(v, float) for v in value) else (2, "<u2")
+    kind, dtype = (4, "<f4") if value and isinstance(value[0], float) else (2, "<u2")
     return bytes((kind, 1, len(value))) + np.array(value, dtype).tobytes()

@@ -49,15 +49,6 @@ def allan_columns(names, n: int = 40, estimators=("oadev",)):
     return out
 
 
-def psd_columns(names, n: int = 2000):
-    f_hz = np.arange(n) * RATE / 2 / n
-    return {
-        "series": np.repeat(np.array(names, dtype=str), n),
-        "f_hz": np.tile(f_hz, len(names)),
-        "psd_mm2_hz": np.full(n * len(names), 1e-5),
-    }
-
-
 def join(parts):
     return np.concatenate(parts) if parts else np.array([])
 

@@ -18,17 +18,13 @@ from figure_data import (
     check_saved,
     every_text,
     join,
-    psd_columns,
     recording,
 )
 from matplotlib.colors import to_rgb
 from PIL import Image
 
 from mocap_metrology.present.plot.figure import LOOKS, caption_of, save
-from mocap_metrology.present.recording.recording_figures import (
-    allan_figure,
-    psd_figure,
-)
+from mocap_metrology.present.recording.recording_figures import allan_figure
 from mocap_metrology.present.recording.trajectory import trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -38,7 +34,7 @@ pytestmark = pytest.mark.filterwarnings("error")
 
 
 def test_a_failed_figure_leaves_nothing(tmp_path, monkeypatch):
-    figure = psd_figure(psd_columns(["x1"]), "t", "n")
+    figure = allan_figure(allan_columns(["x1"]), "t", "n")
     savefig = type(figure.figure).savefig
 
     def fails_on_png(self, path, format, **options):
@@ -124,13 +120,11 @@ def test_real_numbers_from_series_to_figures():
     from mocap_metrology.common.hampel import hampel
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
-    from mocap_metrology.noise.fit.spectral.welch import welch
 
     raw, _, _ = recording(1800)
     raw["y2"][700:1100] = np.nan
     cleaned = {name: hampel(values, 60) for name, values in raw.items()}
     allan = {key: [] for key in allan_columns(["x1"])}
-    psd = {key: [] for key in psd_columns(["x1"])}
     for name, one in cleaned.items():
         curve = allan_curve(one.values, RATE, averaging_factors(one.values.size))
         rows = (curve.m, curve.tau_s, curve.deviation, curve.edf, curve.lower, curve.upper)
@@ -138,14 +132,8 @@ def test_real_numbers_from_series_to_figures():
             allan, ([name] * curve.m.size, ["oadev"] * curve.m.size, *rows), strict=True
         ):
             allan[key].append(values)
-        spectrum = welch(one.values, RATE)
-        for key, values in zip(
-            psd, ([name] * spectrum.f_hz.size, spectrum.f_hz, spectrum.psd), strict=True
-        ):
-            psd[key].append(values)
     figures = (
         allan_figure({key: join(v) for key, v in allan.items()}, "A", "n", confidence=0.683),
-        psd_figure({key: join(v) for key, v in psd.items()}, "P", "n"),
         trajectory_figure(
             raw,
             {name: one.values for name, one in cleaned.items()},
@@ -159,11 +147,10 @@ def test_real_numbers_from_series_to_figures():
         check(figure)
     shown = every_text(figures[0])
     assert {r"Averaging time $\tau$ (s)", "Allan deviation (mm)", "68.3 % interval"} <= set(shown)
-    assert {"Frequency (Hz)", "Power spectral density (mm²/Hz)"} <= set(every_text(figures[1]))
-    assert {"Time (s)", "x1 (µm)", "L (µm)"} <= set(every_text(figures[2]))
+    assert {"Time (s)", "x1 (µm)", "L (µm)"} <= set(every_text(figures[1]))
     n_y2 = int(cleaned["y2"].outlier.sum())
     assert any(
-        f"outliers {n_y2} " in t and "missing 400 (22 %)" in t for t in every_text(figures[2])
+        f"outliers {n_y2} " in t and "missing 400 (22 %)" in t for t in every_text(figures[1])
     )
 
 
@@ -197,7 +184,7 @@ def test_slopes_of_the_key_are_those_of_the_panels(names):
 
 def test_what_is_long_is_printed_whole(tmp_path):
     title, note = "title " * 40, " ".join(f"word{k}" for k in range(60))
-    picture = psd_figure(psd_columns(["x1"]), title, note, note.upper())
+    picture = allan_figure(allan_columns(["x1"]), title, note, note.upper())
     check(picture)
     shown = " ".join(every_text(picture)).replace("\n", " ")
     assert title.strip() in shown and note in shown

@@ -13,15 +13,11 @@ from figure_data import (
     check,
     check_saved,
     every_text,
-    psd_columns,
     recording,
 )
 
 from mocap_metrology.present.plot.figure import save
-from mocap_metrology.present.recording.recording_figures import (
-    allan_figure,
-    psd_figure,
-)
+from mocap_metrology.present.recording.recording_figures import allan_figure
 from mocap_metrology.present.recording.trajectory import trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -159,23 +155,9 @@ def test_all_zero_is_not_no_data():
 
 @pytest.mark.parametrize("span", [1.2, 30.0, 1e3, 1e12])
 def test_ticks_of_any_span(span):
-    data = psd_columns(["x1", "x2", "L"])
-    data["psd_mm2_hz"] = np.geomspace(3e-7, 3e-7 * span, data["f_hz"].size)
-    figure = psd_figure(data, "t", "n")
+    data = allan_columns(["x1", "x2", "L"])
+    data["adev_mm"] = np.geomspace(3e-7, 3e-7 * span, data["tau_s"].size)
+    figure = allan_figure(data, "t", "n")
     check(figure)
     ticks = [label.get_text() for label in figure.figure.axes[0].get_yticklabels()]
     assert 2 <= len(ticks) <= 14 and any(re.search("10(\\^|[⁰¹²³⁴-⁹⁻])", text) for text in ticks)
-
-
-@pytest.mark.parametrize("case", ["zero", "nan", "short", "none"])
-def test_odd_spectra(case):
-    names = _names(1)
-    data = psd_columns([] if case == "none" else names, n=9 if case == "short" else 2000)
-    if case == "zero":
-        data["psd_mm2_hz"][data["series"] == "y1"] = 0.0
-    elif case == "nan":
-        data["psd_mm2_hz"][:] = np.nan
-    figure = psd_figure(data, ODD_TEXT, ODD_TEXT)
-    check(figure)
-    if case == "zero":
-        assert "y1: zero" in every_text(figure)

@@ -1,4 +1,4 @@
-"""Figures of one recording: Allan deviation, power spectrum, and trajectories."""
+"""Figure of one recording: Allan deviation."""
 
 from __future__ import annotations
 
@@ -10,13 +10,10 @@ import pandas as pd
 from mocap_metrology.present.plot.curves import (
     ADEV_AXES,
     ALLAN_SLOPES,
-    PSD_SLOPES,
     adev_curves,
-    curve_limits,
     curves_picture,
     facets,
 )
-from mocap_metrology.present.plot.decimate import log_bins
 from mocap_metrology.present.plot.figure import Picture, styled
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
@@ -49,8 +46,6 @@ def step_words(resolution_mm: float, kind: str) -> str:
 
 
 LEAST_STEP_MM = 1e-9  # as of float64; smaller sizes in mm are written as 0
-BINS_PER_DECADE = 40  # of a power spectrum; 0.4 mm each where two panels share a row
-PSD_DECADES = (2.0, 14.0)  # shown at least and at most
 
 
 @styled()
@@ -86,37 +81,3 @@ def by_panel(curves: pd.DataFrame) -> dict[str, pd.DataFrame]:
     """Curves of series by the title of their panel."""
     panels = facets(curves["curve"]).items()
     return {title: curves[curves["curve"].isin(names)] for title, names in panels}
-
-
-@styled()
-def psd_figure(
-    columns: Mapping[str, np.ndarray],
-    title: str,
-    source: str,
-    remarks: str = "",
-    *,
-    expected: Sequence[str] = (),
-) -> Picture:
-    """Power spectral density of every series of a recording.
-
-    columns: of `psd.parquet`, one row a point: `series`, `f_hz`, `psd_mm2_hz`, f ascending within a
-    series. 40 bins a decade: the line is the median of a bin, the band reaches to its greatest
-    value, so a narrow line shows as high as it is. The rest as in `allan_figure`.
-    """
-    parts = [pd.DataFrame({"curve": [], "x": [], "y": [], "lower": [], "upper": []})]
-    series = np.asarray(columns["series"]).astype(str)
-    for name in dict.fromkeys([*series.tolist(), *expected]):
-        f_hz, psd = (np.asarray(columns[key])[series == name] for key in ("f_hz", "psd_mm2_hz"))
-        bins = log_bins(f_hz, psd, BINS_PER_DECADE)
-        rows = {"x": bins.centre, "y": bins.median, "lower": bins.median, "upper": bins.high}
-        parts.append(pd.DataFrame(rows if bins.centre.size else {key: [np.nan] for key in rows}))
-        parts[-1].insert(0, "curve", name)
-    curves = pd.concat(parts[1:] or parts)
-    return curves_picture(
-        by_panel(curves),
-        ("Frequency (Hz)", "Power spectral density (mm²/Hz)"),
-        PSD_SLOPES,
-        (title, source, f"{captions.PSD} {remarks}"),
-        "median to greatest value",
-        limits=curve_limits(curves, PSD_DECADES, np.inf),
-    )

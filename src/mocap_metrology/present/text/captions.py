@@ -134,11 +134,6 @@ ADEV = (
 )
 ADEV_RATIOS = "Below each panel: the same relative to the smallest subset."
 ADEV_ENDS = "Lowest and highest recording of {names}."
-PSD = (
-    "Welch's estimate of the power spectral density after outliers were cleaned. The line joins "
-    "medians of 40 bins a decade; the shaded band reaches to the greatest value of each bin, so "
-    "that narrow spectral lines remain visible."
-)
 TRAJECTORY = (
     "Every coordinate and distance about its mean, against time. Grey: raw samples; light blue: "
     "after outliers were cleaned. Where there are more samples than columns of pixels, a column "

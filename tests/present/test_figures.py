@@ -24,9 +24,7 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from mocap_metrology.present.plot.figure import LOOKS, caption_of, save
-from mocap_metrology.present.recording.recording_figures import (
-    allan_figure,
-)
+from mocap_metrology.present.recording.recording_figures import allan_figure
 from mocap_metrology.present.recording.trajectory import trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -15,9 +15,7 @@ from figure_data import (
 )
 
 from mocap_metrology.present.plot.figure import save
-from mocap_metrology.present.recording.recording_figures import (
-    allan_figure,
-)
+from mocap_metrology.present.recording.recording_figures import allan_figure
 from mocap_metrology.present.recording.trajectory import trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -151,3 +149,13 @@ def test_all_zero_is_not_no_data():
     data = allan_columns(["x1", "L"])
     data["adev_mm"][data["series"] == "L"] = 0.0
     assert "all zero" in every_text(allan_figure(data, "t", "n"))
+
+
+@pytest.mark.parametrize("span", [1.2, 30.0, 1e3, 1e12])
+def test_ticks_of_any_span(span):
+    data = allan_columns(["x1", "x2", "L"])
+    data["adev_mm"] = np.geomspace(3e-7, 3e-7 * span, data["tau_s"].size)
+    figure = allan_figure(data, "t", "n")
+    check(figure)
+    ticks = [label.get_text() for label in figure.figure.axes[0].get_yticklabels()]
+    assert 2 <= len(ticks) <= 14 and any(re.search("10(\\^|[⁰¹²³⁴-⁹⁻])", text) for text in ticks)

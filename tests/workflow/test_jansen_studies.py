@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from mocap_metrology.lighthouse.studies.ranks import Interval
-from mocap_metrology.lighthouse.studies.study import STUDIES
+from mocap_metrology.papers.studies.ranks import Interval
+from mocap_metrology.papers.studies.study import STUDIES
 from mocap_metrology.present import tables
 from mocap_metrology.present.plot.figure import save
 from mocap_metrology.present.studies import points

@@ -276,7 +276,7 @@ rule jansen_study:
         mem_mb=memory(1000),
         runtime=minutes(120),
     params:
-        code=source("jansen_study.py", "lighthouse"),
+        code=source("jansen_study.py", "lighthouse", "papers"),
         settings=lambda wildcards: {
             name: config["jansen_studies"][name]
             for name in ("recordings", "duration_s", *JANSEN_STUDIES[wildcards.study])
@@ -307,7 +307,7 @@ rule jansen_studies:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen_studies.py", "lighthouse", "noise", "present"),
+        code=source("jansen_studies.py", "lighthouse", "noise", "papers", "present"),
         settings=config["jansen_studies"],
         seed=config["seed"],
     message:

@@ -5,7 +5,7 @@ from step import step
 with step(snakemake) as log:
     from mocap_metrology.common.files import write_csv
     from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
-    from mocap_metrology.lighthouse.studies.study import recordings_of
+    from mocap_metrology.papers.studies.study import recordings_of
 
     given = snakemake.params
     name = snakemake.wildcards.study

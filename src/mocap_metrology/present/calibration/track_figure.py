@@ -9,6 +9,7 @@ import numpy as np
 
 from mocap_metrology.present.calibration.angle_figure import draw_angles
 from mocap_metrology.present.calibration.track_table import deviations_mm, jitter, lengths, settled
+from mocap_metrology.present.calibration.views import NAMES as AXIS_NAMES
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import (
     BAND,
@@ -97,21 +98,24 @@ def track_figure(
 
 
 def _draw_path(body: SubFigure, axes: Axes, track: Columns) -> None:
-    """y against x on one scale, as the master's own left and front; colour: total sd."""
+    """y against x on one scale, axes as in the calibration's figure; colour: total sd."""
+    from matplotlib.ticker import MaxNLocator
+
     panel_title(axes, "Path from above")
     x, y = track["x_mm"] / 1e3, track["y_mm"] / 1e3
     kind = "total" if np.isfinite(track["sd_x_mm"]).any() else "noise"
     sd, good = lengths(track, kind, "mm"), settled(track)
     low, high = sd[good].min(), sd[good].max()
     how: Keywords = {"s": 7.0, "lw": 0, "cmap": "cividis", "rasterized": x.size > DENSE}
-    dots = axes.scatter(-y, x, c=sd, vmin=low, vmax=max(high, 1.001 * low), **how)
-    middle = [(v[good].max() + v[good].min()) / 2 for v in (-y, x)]
+    dots = axes.scatter(x, y, c=sd, vmin=low, vmax=max(high, 1.001 * low), **how)
+    middle = [(v[good].max() + v[good].min()) / 2 for v in (x, y)]
     half = max(np.ptp(v[good]) for v in (x, y)) * (0.5 + SPREAD) + 1e-4
     across, up = ((m - half, m + half) for m in middle)
     axes.set(xlim=across, ylim=up)
     axes.set_aspect("equal")
-    axes.locator_params(nbins=6)
-    axes.set(xlabel="−y, to the right (m)", ylabel="x, forward (m)")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+    axes.set(xlabel=AXIS_NAMES[0], ylabel=AXIS_NAMES[1])
     bar = body.colorbar(dots, cax=axes.inset_axes((1.07, 0.05, 0.04, 0.88)))
     bar.ax.set_title("mm", fontsize=SMALL_PT, fontweight="normal", loc="center")
     bar.outline.set_visible(False)
@@ -129,6 +133,7 @@ def _draw_distance(axes: Axes, track: Columns) -> None:
     room = 0.05 * np.ptp(good) + 1e-4
     panel_title(axes, "Position against distance")
     axes.set(xlim=(good.min() - room, good.max() + room))
+    axes.locator_params(axis="x", nbins=4)
     axes.set(xlabel="Distance from the master (m)", ylabel="Standard deviation (mm)")
 
 

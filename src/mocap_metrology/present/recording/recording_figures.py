@@ -1,4 +1,4 @@
-"""Figures of one recording: Allan deviation, power spectrum, and trajectories."""
+"""Figure of one recording: Allan deviation."""
 
 from __future__ import annotations
 

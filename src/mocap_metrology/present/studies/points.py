@@ -17,14 +17,14 @@ import numpy as np
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
-from mocap_metrology.lighthouse.studies.errors import UNWEIGHTED, WEIGHTED
-from mocap_metrology.lighthouse.studies.ranks import (
+from mocap_metrology.papers.studies.errors import UNWEIGHTED, WEIGHTED
+from mocap_metrology.papers.studies.ranks import (
     NONE,
     Interval,
     median_interval,
     rank_correlation,
 )
-from mocap_metrology.lighthouse.studies.study import ESTIMATED, REAL
+from mocap_metrology.papers.studies.study import ESTIMATED, REAL
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN
 from mocap_metrology.present.tables import Row
 
@@ -41,7 +41,7 @@ NO_INFLUENCE, FALLS, OPEN, BETTER = "no influence", "falls", "open", "better"
 
 @dataclass(frozen=True)
 class Shown:
-    """A study as a table and a figure. data: of `lighthouse.studies`; kind: what J claims of the
+    """A study as a table and a figure. data: of `papers.studies`; kind: what J claims of the
     correlation, or (BETTER) of the ratio to the reference; reference: variants whose errors in the
     same recordings those of other variants are divided by; only: estimators and stages."""
 
@@ -107,7 +107,7 @@ SHOWN = (
 
 
 def rows_of(shown: Shown, found: pd.DataFrame) -> list[Row]:
-    """A row for each method and value; found: recordings as `lighthouse.studies` writes them, NaN
+    """A row for each method and value; found: recordings as `papers.studies` writes them, NaN
     for errors of recordings without a pose."""
     found = _selected(shown, found)
     rows: list[Row] = []

@@ -20,8 +20,8 @@ import numpy as np
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.lighthouse.calibrate.reconstruction import METHODS
-from mocap_metrology.lighthouse.studies.cases import Case, draw
-from mocap_metrology.lighthouse.studies.errors import WEIGHTED, Approach, errors_of
+from mocap_metrology.papers.studies.cases import Case, draw
+from mocap_metrology.papers.studies.errors import WEIGHTED, Approach, errors_of
 
 ALL = ("paper", "paper-lm", "batch")
 LASER_BASELINE_M = 1.0  # boards are as near as 1 m

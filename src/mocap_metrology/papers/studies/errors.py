@@ -15,7 +15,7 @@ from mocap_metrology.lighthouse.calibrate.pnp import opencv_is_missing
 from mocap_metrology.lighthouse.calibrate.stages import INTERPOLATIONS, PEERS, Calibration
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch
 from mocap_metrology.lighthouse.records import Factory
-from mocap_metrology.lighthouse.studies.cases import Drawn
+from mocap_metrology.papers.studies.cases import Drawn
 
 STAGES = {"batch": ("final",)} | dict.fromkeys(PEERS, ("kabsch",))
 BOTH = ("kabsch", "final")

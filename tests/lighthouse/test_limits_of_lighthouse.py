@@ -19,7 +19,7 @@ from mocap_metrology.lighthouse.decode.ootx import Factory, bytes_of, encode_fra
 from mocap_metrology.lighthouse.export.formats import DECIMALS
 from mocap_metrology.lighthouse.records import Hits, Path
 from mocap_metrology.lighthouse.still_angles import StillAngles
-from mocap_metrology.lighthouse.studies.ranks import rank_correlation
+from mocap_metrology.papers.studies.ranks import rank_correlation
 
 
 def hits_of(cycle: np.ndarray, diode: np.ndarray, angle_rad: np.ndarray) -> Hits:

@@ -93,7 +93,7 @@ def test_a_damaged_text_and_a_damaged_check_are_made_again(tmp_path: Path, compu
     (tmp_path / TABLE).unlink()
     failed = run(TABLE)
     assert failed.returncode == 1
-    assert f"group_tables g: {OWN}gaussian.csv is damaged: " in failed.stdout
+    assert f": {OWN}gaussian.csv is damaged: " in failed.stdout
     assert not path.exists()
     check.write_bytes(check.read_bytes()[:-20])
     plan = run(TABLE, options=("-n",))  # clears nothing

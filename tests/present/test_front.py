@@ -53,10 +53,21 @@ def test_those_of_a_paper_are_shown_where_there_are_no_others() -> None:
 
 
 def test_changes_are_those_of_the_groups_that_are_shown() -> None:
-    words = {"hall": [f"change {k}" for k in range(5)], "skurowski2019": ["of the paper"]}
-    assert front.changes(words, ["hall"])[:3] == ["change 0", "change 1", "change 2"]
-    assert front.changes(words, ["hall"])[3:] == ["More comparisons below: 2."]
-    assert front.changes(words, ["room"]) == []
+    words = {
+        "hall": ["a compared with b: worse in x1.", "c compared with b: better in x1."],
+        "room": ["d compared with e: no significant change beyond the margin."],
+        "skurowski2019": ["of the paper"],
+    }
+    assert front.changes(words, ["room"]) == words["room"]
+    (line,) = front.changes(words, ["hall", "room"])
+    assert "3 recordings" in line and "1 worse, 1 better, 1 without" in line
+    assert front.changes(words, ["attic"]) == []
+
+
+def test_what_was_refused_and_what_is_good_alone_is_counted() -> None:
+    assert front.answer("recording", ROWS[:1], refused=2).startswith(
+        "1 of 3 recordings are good, 2 refused. The least precise is a: "
+    )
 
 
 def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:

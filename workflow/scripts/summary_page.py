@@ -36,7 +36,8 @@ with step(snakemake) as log:
     recordings = [*map(read, given.verdicts)]
     mine = front.own({"recording": recordings, "calibration": calibrations})["recording"]
     title = "One frame against the limits"
-    save(overview_figure(mine, title, front.source(mine)), snakemake.output.png)
+    picture = overview_figure(mine, title, front.source(mine))
+    save(picture, snakemake.output.png)
     found = summary.Found(
         recordings,
         calibrations,
@@ -44,6 +45,7 @@ with step(snakemake) as log:
         cameras,
         changes,
         Path(snakemake.output.png).read_bytes(),
+        picture.caption,
     )
     claims = []
     for path in given.claims:

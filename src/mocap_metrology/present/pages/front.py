@@ -12,7 +12,6 @@ from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.overview import worst_frame
 
 PAPERS = ("skurowski2019", "jansen2019")  # how groups of the papers' own begin
-MOST_CHANGES = 3
 ORDER = list(VERDICT_WORDS)
 SHORTER = (  # what a sentence loses in the table
     r" \([^()]*…[^()]*\)",
@@ -36,7 +35,7 @@ def own(rows: Mapping[str, Sequence[Record]]) -> dict[str, list[Record]]:
     return {
         kind: sorted(
             (row for row in of if all_of_papers or not of_paper(row["group"])),
-            key=_badness,
+            key=badness,
             reverse=True,
         )
         for kind, of in rows.items()
@@ -49,7 +48,8 @@ def verdict_of(row: Record) -> Record:
     return found
 
 
-def _badness(row: Record) -> tuple[int, float]:
+def badness(row: Record) -> tuple[int, float]:
+    """Key of an order in which the worst is last."""
     word = verdict_of(row)["word"]
     point = None if "pose" in row else worst_frame(row)
     return ORDER.index(word) if word in ORDER else len(ORDER), point[0] if point else 0.0
@@ -65,20 +65,22 @@ def title(rows: Sequence[Record]) -> str:
     return f"Verdict on {', '.join(names)}" if 0 < len(names) <= 3 else "Verdicts"
 
 
-def answer(kind: str, rows: Sequence[Record]) -> str:
-    """How many of some recordings or calibrations (worst first) are good, which is worst, and why:
-    `5 of 7 recordings are good, 2 usable. The worst is hall-7 (usable): ...`."""
+def answer(kind: str, rows: Sequence[Record], refused: int = 0) -> str:
+    """How many of some recordings or calibrations (worst first) are good, how many others were
+    refused, which is worst, and why: `5 of 7 recordings are good, 2 usable. The worst is hall-7
+    (usable): ...`."""
     counts = Counter(verdict_of(row)["word"] for row in rows)
     worst = verdict_of(rows[0])
     name, why = rows[0][kind], shorter(worst["reason"]).rstrip(".")
-    if len(rows) == 1:
-        return f"{name} is {worst['word']}: {why}."
     others = [f"{counts[word]} {word}" for word in ORDER if counts[word] and word != "good"]
-    good = f"{counts['good']} of {len(rows)} {kind}s are good"
-    first = ", ".join([good, *others]) + "."
-    if kind == "calibration" and not others:
-        return first
-    return f"{first} The worst is {name} ({worst['word']}): {why}."
+    others += [f"{refused} refused"] if refused else []
+    total = len(rows) + refused
+    if total == 1:
+        return f"{name} is {worst['word']}: {why}."
+    first = ", ".join([f"{counts['good']} of {total} {kind}s are good", *others]) + "."
+    if worst["word"] != "good":
+        return f"{first} The worst is {name} ({worst['word']}): {why}."
+    return first if kind == "calibration" else f"{first} The least precise is {name}: {why}."
 
 
 def source(rows: Sequence[Record]) -> str:
@@ -95,11 +97,16 @@ def source(rows: Sequence[Record]) -> str:
 
 
 def changes(words: Mapping[str, Sequence[str]], shown: Sequence[str]) -> list[str]:
-    """What changed since the recordings that those of some groups are compared with."""
+    """What changed since the recordings that those of some groups are compared with: the sentence
+    of one, of several how many became worse or better."""
     found = [sentence for group in shown for sentence in words.get(group, ())]
-    more = len(found) - MOST_CHANGES
-    told = [f"More comparisons below: {more}."] if more > 0 else []
-    return [*found[:MOST_CHANGES], *told]
+    if len(found) < 2:
+        return found
+    worse = sum(": worse " in sentence for sentence in found)
+    better = sum("better in " in sentence for sentence in found)
+    neither = sum("no significant change" in sentence for sentence in found)
+    counts = f"{worse} worse, {better} better, {neither} without a significant change"
+    return [f"Of {len(found)} recordings compared with another: {counts}."]
 
 
 def shorter(sentence: str) -> str:

@@ -30,7 +30,6 @@ from mocap_metrology.present.pages.site import (
 from mocap_metrology.present.plot.figure import VERDICT_WORDS
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text.numbers import NINE_HOURS_S, duration_words, significant
-from mocap_metrology.present.verdict.overview import CAPTION
 from mocap_metrology.present.verdict.words import FRAME, MEANS, NEAR
 
 MM = ("x_mm", "y_mm", "z_mm")
@@ -159,7 +158,8 @@ class Found:
     recordings: contents of verdict.json; calibrations: rows `calibration`, `group`, `setup`,
     `source`, `pose` (contents of pose.json); refused: `kind`, `name`, `group`, `why`; cameras:
     by group, what <group>_cameras.json holds: `short`, a line a camera type, and `apart`; changes:
-    by group, sentences on comparisons with earlier recordings; picture: of the recordings, as PNG.
+    by group, sentences on comparisons with earlier recordings; picture, caption: of
+    the recordings, as PNG.
     """
 
     recordings: Sequence[Record] = ()
@@ -168,6 +168,7 @@ class Found:
     cameras: Mapping[str, Record] = field(default_factory=dict)
     changes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     picture: bytes = b""
+    caption: str = ""
 
 
 @dataclass(frozen=True)
@@ -214,10 +215,14 @@ def page(
         "summary.html",
         front.title(mine),
         part=part,
-        answers=[front.answer(kind, rows) for kind, rows in own.items() if rows],
+        answers=[
+            front.answer(kind, rows, sum(one["kind"] == kind for one in found.refused))
+            for kind, rows in own.items()
+            if rows
+        ],
         changes=front.changes(found.changes, front.groups(mine)),
         picture=base64.b64encode(found.picture).decode() if found.picture else "",
-        picture_says=CAPTION,
+        picture_says=found.caption,
         inside=INSIDE,
         quick=_quick(found.recordings),
         refused=_refused(found.refused),
@@ -260,7 +265,8 @@ def _calibrations(found: Found, address: Address) -> Iterator[tuple[str, Section
 def _members(kind: str, rows: Sequence[Record], address: Address) -> list[Cell]:
     """Links to some recordings or calibrations of a group, each with its word."""
     shown = [
-        link(address(kind, row[kind]), row[kind]) + Markup(" ") + word(_word(row)) for row in rows
+        link(address(kind, row[kind]), row[kind]) + Markup(" ") + word(_word(row))
+        for row in sorted(rows, key=front.badness, reverse=True)
     ]
     more = len(shown) - MOST_MEMBERS
     return [*shown[:MOST_MEMBERS], *([f"and {more} more"] if more > 0 else [])]

@@ -23,7 +23,7 @@ LINK = re.compile(r"(?<=\]\()([^)#:\s]+)(?=[)#])")
 
 project = "mocap-metrology"
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 html_theme = "furo"
 html_title = project
 html_static_path = ["_static"]

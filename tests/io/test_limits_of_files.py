@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +14,12 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent / "text"))
 from text_files import make, refusal
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d import second_opinion
+from mocap_metrology.io.c3d.read import read_c3d
+from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.read import labels_of, read_recording
+from mocap_metrology.io.text import read
 
 RATE = 100.0
 
@@ -58,3 +63,23 @@ def test_the_answer_of_ezc3d_is_the_last_line_it_prints(monkeypatch) -> None:
     monkeypatch.setattr(second_opinion.subprocess, "run", lambda *_, **__: done)
     request = second_opinion.Request("a", [0], ["A"], 1, 1, 16, 100.0, "mm", 1.0, "b", 1, 1.0)
     assert second_opinion._run(request) == second_opinion.Answer(**answer)
+
+
+def test_a_cut_off_file_is_used_only_where_that_is_asked(tmp_path: Path) -> None:
+    path = tmp_path / "a.c3d"
+    write_c3d(path, ["A"], RATE, [np.random.default_rng(1).normal(500, 0.1, (200, 1, 3))], 200)
+    path.write_bytes(path.read_bytes()[:-1000])
+    with pytest.raises(Refusal, match="cut off"):
+        read_c3d([path], ["A"], second_opinion=False)
+    taken = read_c3d([path], ["A"], second_opinion=False, accept_truncated=True)
+    assert 0 < taken.position_mm.shape[2] < 200
+
+
+def test_numbers_of_frames_are_whole_as_far_as_a_double_counts() -> None:
+    layout, last = SimpleNamespace(name="a.csv", time_column=None), 2.0**53
+    assert read._by_number(layout, np.array([last - 2, last - 1, last]), [])[1] == last - 2
+
+
+def test_a_decimal_comma_among_decimal_points_is_named_with_its_place(tmp_path: Path) -> None:
+    text = trc(0.0).replace("48\t0.470000\t511.5", "48\t0.470000\t511,5")
+    assert "column 3: '511,5' is not a number" in refusal(make(tmp_path, "a.trc", text), ["A"])

@@ -10,14 +10,21 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.assess import reference, validation
+from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess import comparison, pose_file, reference, validation
 from mocap_metrology.lighthouse.assess.summary import board_rms_urad
+from mocap_metrology.lighthouse.batch import estimate, gravity
+from mocap_metrology.lighthouse.board import flat_board
+from mocap_metrology.lighthouse.calibrate import network
 from mocap_metrology.lighthouse.calibrate.stages import BATCH, ESTIMATED, Calibration
+from mocap_metrology.lighthouse.decode import dump, flashes
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.decode.dump import SWAPPED, check_byte_order
 from mocap_metrology.lighthouse.decode.ootx import Factory, bytes_of, encode_frame, unpack
 from mocap_metrology.lighthouse.export.formats import DECIMALS
-from mocap_metrology.lighthouse.records import Hits, Path
+from mocap_metrology.lighthouse.fit import board_pose
+from mocap_metrology.lighthouse.records import Flashes, Hits, Measurements, Path, Pulses
+from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 from mocap_metrology.lighthouse.still_angles import StillAngles
 from mocap_metrology.papers.studies.ranks import rank_correlation
 
@@ -133,3 +140,97 @@ def test_four_pairs_are_the_fewest_with_an_interval_of_their_rank_correlation() 
     half = 1.959964 * np.sqrt(1 + 0.8**2 / 2)
     assert found.value == pytest.approx(0.8)
     assert found.lower == pytest.approx(np.tanh(np.arctanh(0.8) - half), abs=1e-6)
+
+
+def test_ways_a_board_may_lie_are_rotations() -> None:
+    found = board_pose._frames(np.random.default_rng(3).normal(size=(9, 3)))
+    assert len(found) == 9
+    assert np.allclose(found @ found.transpose(0, 2, 1), np.eye(3))
+    assert np.linalg.det(found) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("turned", [(0, 0, 1.57), (0, 0, 3.14), (1.57, 0, 0), (0.4, 2.0, -1.1)])
+def test_first_guess_of_a_board_turned_in_its_frame_faces_the_right_way(turned) -> None:
+    rng, turn = np.random.default_rng(4), Rotation.from_rotvec(turned).as_matrix()
+    long = np.column_stack([np.zeros(20), rng.uniform(-0.1, 0.1, 20), rng.uniform(-0.03, 0.03, 20)])
+    long -= long.mean(axis=0)
+    t = np.array([[3.0, 0.2, 0.1], [3.0, -0.4, 0.3], [3.0, 0.5, -0.6]])
+    R = np.array([board_pose.facing(v) @ rotation.exp(rng.normal(0, 0.1, 3)) for v in t])
+    seen = np.array([angles(long @ R[k].T + t[k], rotor_parameters()) for k in range(3)])
+    found, _ = board_pose.first_guesses(Measurements(np.arange(3.0), seen), long @ turn.T)
+    off = [rotation.error(found[k] @ turn, R[k]) for k in range(3)]
+    assert np.degrees(np.linalg.norm(off, axis=1)).max() < 25
+
+
+def test_both_minima_are_told_apart_by_the_angle_between_them() -> None:
+    """cos = (trace R R'^T - 1) / 2, whatever the signs of their elements."""
+    rng = np.random.default_rng(6)
+    board = flat_board() + np.outer(np.resize([0.012, -0.012, -0.012], 32), [1, 0, 0])
+    t = np.array([[4.0, y, z] for y, z in rng.uniform(-1.5, 1.5, (60, 2))])
+    R = np.array([board_pose.facing(v) @ rotation.exp(rng.normal(0, 0.5, 3)) for v in t])
+    seen = np.array([angles(board @ R[k].T + t[k], rotor_parameters()) for k in range(60)])
+    seen += rng.normal(0, 4e-5, seen.shape)
+    measured = Measurements(np.arange(60.0), seen)
+    first, second = board_pose.both_minima(measured, board, rotor_parameters())
+    same = board_pose.apart(first, second) < np.radians(1)
+    assert 5 < same.sum() < 55
+    assert np.array_equal(np.isinf(first.ambiguity), same)
+
+
+def test_a_pulse_may_begin_with_the_second_sample() -> None:
+    words = np.array([0, 4, 4, 0, 1, 0], np.uint32)
+    start, length, diode = dump._pulses(words, np.uint32(0), 2)
+    assert start.tolist() == [1, 4] and length.tolist() == [2, 1] and diode.tolist() == [2, 0]
+
+
+def test_a_variant_is_open_unless_it_is_worse() -> None:
+    standings = {"chosen": True, "open": True, "worse": False}
+    assert {k: comparison._open({"standing": k}) for k in standings} == standings
+    assert not comparison._open(None)
+
+
+def test_a_variant_that_is_no_rotation_is_refused() -> None:
+    row = {"variant": "a", "chosen": True, "standing": "chosen", "translation_mm": [0, 0, 0]}
+    R = Rotation.from_rotvec([0.3, 0, 0.1]).as_matrix()
+    pose_file._check_variant(row | {"rotation_matrix": R.tolist()})
+    with pytest.raises(ValueError, match="variant 'a' has no pose"):
+        pose_file._check_variant(row | {"rotation_matrix": (1.0002 * R).tolist()})
+
+
+@pytest.mark.parametrize(("n_before", "n_out"), [(200, 0), (100, 100)])
+def test_a_short_run_of_flashes_two_seconds_before_the_rest_is_of_before(
+    monkeypatch, n_before: int, n_out: int
+) -> None:
+    """What the memory of a device still holds; of a tenth of the longest run it is the recording."""
+    cycle = np.r_[np.arange(n_before), n_before + 250 + np.arange(1500)]
+    time_s, zero = cycle / 120, np.zeros(cycle.size, np.int16)
+    own = Flashes(0, None, cycle.astype(np.int32), time_s, time_s, zero)
+    pulses = Pulses(time_s + 1e-3, time_s, zero, 1, 20.0, 1e-6)
+    monkeypatch.setattr(flashes, "find_flashes", lambda inside: [own])
+    kept, _ = flashes.within_flashes(pulses, [own])
+    assert pulses.start_s.size - kept.start_s.size == n_out
+
+
+def test_two_stations_are_connected_by_as_many_moments_as_the_fewest(monkeypatch) -> None:
+    n = network.FEWEST_MOMENTS
+
+    def moments(hits, diodes, stations):
+        return [SimpleNamespace(seen=np.arange(n + 1)[:, None] + np.zeros((1, 5)) < k)
+                for k in (n + 1, n, n - 1)]  # fmt: skip
+
+    monkeypatch.setattr(network, "moments", moments)
+    found = network._shared(SimpleNamespace(hits=None, board=np.zeros((5, 3))), 3)
+    assert found[0, 1] == n and found[0, 2] == found[1, 2] == 0
+
+
+def test_the_cost_of_an_estimate_is_the_sum_of_all_that_is_known() -> None:
+    """Priors 2^2, recordings 5 and 7, and gravity that is 10 of its standard deviations off."""
+    state = SimpleNamespace(values=np.array([4.0]), gravity=np.array([0, 0, -gravity.GRAVITY_M_S2]), R=[])
+    one, other = (SimpleNamespace(cost=lambda value=value: value) for value in (5.0, 7.0))
+    search = SimpleNamespace(
+        state=state, working=np.array([2.0]), of=SimpleNamespace(size=3, gravity=0), ups=None,
+        recordings=[one, other],
+    )  # fmt: skip
+    assert estimate._Search._cost(search) == pytest.approx(16.0)
+    state.gravity = np.array([0, 0, -(gravity.GRAVITY_M_S2 + 10 * gravity.MAGNITUDE_SD)])
+    assert estimate._Search._cost(search) == pytest.approx(116.0)

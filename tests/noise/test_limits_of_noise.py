@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.assess.spread import measured_within
-from mocap_metrology.noise.diagnosis import dynamic, export, levels
+from mocap_metrology.noise.cameras.information import Chain, Step, camera_noise
+from mocap_metrology.noise.diagnosis import dynamic, events, export, levels
 from mocap_metrology.noise.diagnosis.periodic import mains_of
+from mocap_metrology.noise.fit.allan import annealing
+from mocap_metrology.noise.fit.spectral import gaps, likelihood, whittle
+from mocap_metrology.noise.fit.spectral.line import Line, _folded
 from mocap_metrology.noise.gaussian.two_markers import correlation_time, kernel_density
 from mocap_metrology.noise.motion.place import evenness
+from mocap_metrology.noise.twins.take import Take, TakeTwin, simulate_take
 
 
 def test_one_valid_sample_has_the_least_correlation_time() -> None:
@@ -90,3 +97,119 @@ def test_frames_on_one_polynomial_are_as_many_as_chance_does_not_make() -> None:
         rule = export.Rule(order, 0.01, 0.1)
         assert 0.1 ** (rule.least - order + 2) <= export.CHANCE * 1.000001
         assert 0.1 ** (rule.least - order + 1) > export.CHANCE
+
+
+def test_averaging_factors_are_no_more_than_asked_where_all_are_distinct() -> None:
+    found = averaging_factors(3_000_000, 5, min_m=1000)
+    assert found.tolist() == [1000, 5623, 31623, 177828, 1000000]
+
+
+def test_a_lone_gap_beside_another_is_drawn_given_the_valid_samples_about_it() -> None:
+    """Conditional Gaussian: mean K_uk K_kk^-1 x_k, the root of the rest times a draw."""
+    rng = np.random.default_rng(8)
+    series, lone = rng.normal(size=400), [100, 200, 206]  # the first has no other gap near it
+    series[lone] = np.nan
+    found = gaps.filled(series, lambda f: 1 / (0.5 + f), 100.0, np.random.default_rng(9))
+    covariance = gaps._covariance(lambda f: 1 / (0.5 + f), 100.0, 400)
+    level, draws = np.nanmean(series), np.random.default_rng(9).standard_normal(3)
+    done = series - level
+    for place, draw in zip(lone, draws, strict=True):
+        after = [k for k in range(place + 1, place + 40) if np.isfinite(done[k])][:16]
+        known = np.r_[place - 16 : place, after]
+        K = covariance[np.abs(np.subtract.outer(np.r_[known, place], np.r_[known, place]))]
+        L = np.linalg.cholesky(K)
+        done[place] = L[-1, :-1] @ np.linalg.solve(L[:-1, :-1], done[known]) + L[-1, -1] * draw
+        assert found[place] - level == pytest.approx(done[place], abs=1e-6)
+
+
+def test_only_what_lies_at_its_end_is_held() -> None:
+    """Newton's step of one coefficient: gradient over information; at 0 none goes below it."""
+    one, step = np.ones((1, 1)), np.array([-0.1])
+    assert whittle._trial(np.array([0.5]), 1, step, one, 0.0, 0.0, 1.0)[0] == pytest.approx(0.4)
+    assert whittle._trial(np.array([0.0]), 1, step, one, 0.0, 0.0, 1.0)[0] == 0
+
+
+def test_a_wave_in_a_later_stretch_runs_on_from_the_first() -> None:
+    asked = likelihood._Asked([0, 100], 50.0, None, None)
+    clock = SimpleNamespace(part=SimpleNamespace(values=SimpleNamespace(at=lambda t: t)))
+    assert asked.wave(clock, 1, 4) == pytest.approx([2.0, 2.02, 2.04, 2.06])
+
+
+def test_noise_of_the_one_camera_added_is_relative_to_those_before() -> None:
+    """A coordinate each of three cameras and a fourth along (1, 1, 1), s times as noisy:
+    weighted means of p_a and of the fourth, as their covariances say."""
+    s, n = 1.7, np.ones(3) / np.sqrt(3)
+    gain = np.linalg.inv(np.eye(3) + np.outer(n, n)) @ np.outer(n, n)  # least squares, equal weights
+    after = (np.eye(3) - gain) @ (np.eye(3) - gain).T + s**2 * gain @ gain.T
+    cross = np.eye(3) - gain
+    joint = np.block([[np.eye(3), cross.T], [cross, after]])[None, None]
+    found, first = camera_noise(joint, Chain((Step(0, 1, 1),), (3, 4)))
+    assert found[0] == pytest.approx([s], rel=1e-6)
+    assert first.size == 0
+
+
+def test_errors_of_a_line_near_nyquist_are_those_of_the_inverse_information() -> None:
+    rng, n, spacing_s = np.random.default_rng(1), 1000, 0.01
+    matrix, line = 30 * rng.normal(size=(12, 3)), Line(2.0, 49.99, 0.3, 1e-4, 100.0)
+    x = 2.0 * np.array([math.sin(0.3), math.cos(0.3)])
+    covariance = np.linalg.inv(matrix.T @ matrix) * 1e-4 * n / (4 * spacing_s)
+    found = _folded(line, x, matrix, n, spacing_s)
+    along = np.r_[x / 2, 0]
+    assert found.f_error == pytest.approx(math.sqrt(covariance[2, 2]) / 10)
+    assert found.A_error == pytest.approx(math.sqrt(along @ covariance @ along))
+
+
+def test_twelve_points_have_a_trend_and_eleven_have_none() -> None:
+    """Logarithms of variances that rise by 6 from end to end: the standard deviation by e^3."""
+    g = 0.5 * np.arange(12.0) + np.random.default_rng(3).normal(0, 0.05, 12)
+    assert levels._trend("x", g, [], 0.01).change == pytest.approx(math.expm1(3), rel=0.1)
+    assert levels._trend("x", g[:11], [], 0.01) is None
+
+
+def test_half_of_the_false_alarms_are_for_changes_of_level(monkeypatch) -> None:
+    chances = []
+    monkeypatch.setattr(events, "alarms", lambda _, p: chances.append(p) or ([], 1))
+    monkeypatch.setattr(events, "changes", lambda *given: chances.append(given[-1]) or [])
+    assert events.find_events([], {}, {}, 100.0, 0.02, 10.0) == []
+    assert chances == [0.01, 0.01]
+
+
+def test_a_take_has_no_random_walk_unless_it_is_stated() -> None:
+    """Of white noise the variance of halves' means is 2 / n of one frame's."""
+    take = Take("T40", 6, 1, 0.05)
+    series = simulate_take(TakeTwin("t", take, (1, 2, 3, 4), 5, 200.0, 100.0)).position_mm[0, 0]
+    halves = series.reshape(40, -1).mean(axis=1)
+    assert halves.var(ddof=1) / series.var() == pytest.approx(40 / series.size, rel=0.7)
+
+
+def test_guides_of_the_colony_are_drawn_by_their_rank() -> None:
+    """Socha & Dorigo 2008, Eq. 12; with a small xi an ant is its guide."""
+    k, q, seen = 6, 0.4, []
+
+    def costs(points: np.ndarray) -> np.ndarray:
+        seen.append(points[:, 0])
+        return points[:, 0].copy()
+
+    settings = annealing.Colony(k, 60_000, q, 1e-9, 1)
+    archive = np.arange(k, dtype=float)[::-1, None]
+    low, high = np.array([-1.0]), np.array([9.0])
+    annealing.colony(costs, archive, low, high, settings, np.random.default_rng(2))
+    share = np.bincount(np.rint(seen[1]).astype(int), minlength=k) / 60_000
+    weight = np.exp(-(np.arange(k) ** 2) / (2 * (q * k) ** 2))
+    assert share == pytest.approx(weight / weight.sum(), abs=0.01)
+
+
+def test_freedom_of_an_estimate_is_that_within_the_agreed_cost() -> None:
+    """A cost 0.1 % of itself higher, whatever its size."""
+    model = SimpleNamespace(coefficients=lambda: {"N": 1.0})
+    asked = []
+    problem = SimpleNamespace(
+        model=lambda x: model,
+        at_bound=lambda x: {"N": False},
+        freedom=lambda x, cost: asked.append(cost) or {"N": 0.7},
+        form="continuous",
+    )
+    settings = annealing.AnnealingSettings(agreement=1e-3)
+    found = annealing._estimate(problem, np.zeros(1), 50.0, [np.zeros(1)] * 3, settings)
+    assert asked == pytest.approx([0.05])
+    assert "at a cost 0.1% higher, it could change N by 70%" in found.note

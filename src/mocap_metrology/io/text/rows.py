@@ -170,9 +170,10 @@ def _digits(cell: str) -> tuple[int, int] | None:
 
 
 def _decimal_point(layout: Layout, head: Sequence[str]) -> str:
-    """A comma where cells of the first rows have one inside a number, else a point."""
+    """What most numbers of the first rows have inside, a comma or a point."""
     cells = [cell for line in head[:100] for cell in cells_of(line, layout.delimiter)]
-    return "," if any(COMMA.fullmatch(cell) for cell in cells) else "."
+    commas = sum(COMMA.fullmatch(cell) is not None for cell in cells)
+    return "," if commas > sum("." in cell for cell in cells) else "."
 
 
 def _parse(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import asdict
+from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -83,3 +85,16 @@ def test_numbers_of_frames_are_whole_as_far_as_a_double_counts() -> None:
 def test_a_decimal_comma_among_decimal_points_is_named_with_its_place(tmp_path: Path) -> None:
     text = trc(0.0).replace("48\t0.470000\t511.5", "48\t0.470000\t511,5")
     assert "column 3: '511,5' is not a number" in refusal(make(tmp_path, "a.trc", text), ["A"])
+
+
+def test_a_long_answer_of_ezc3d_is_cut(monkeypatch, capsys) -> None:
+    def fails(request) -> None:
+        raise ValueError("x" * 1000)
+
+    request = second_opinion.Request("a", [0], ["A"], 1, 1, 16, 100.0, "mm", 1.0, "b", 1, 1.0)
+    monkeypatch.setattr(sys, "stdin", StringIO(json.dumps(asdict(request))))
+    monkeypatch.setattr(second_opinion, "_limit", lambda *_: None)
+    monkeypatch.setattr(second_opinion, "_differences", fails)
+    second_opinion.main()
+    answer = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert answer["reason"] == f"ezc3d does not read it (ValueError: {'x' * 188})"

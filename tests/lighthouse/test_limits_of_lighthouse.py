@@ -17,10 +17,10 @@ from mocap_metrology.lighthouse.batch import estimate, gravity
 from mocap_metrology.lighthouse.board import flat_board
 from mocap_metrology.lighthouse.calibrate import network
 from mocap_metrology.lighthouse.calibrate.stages import BATCH, ESTIMATED, Calibration
-from mocap_metrology.lighthouse.decode import dump, flashes
+from mocap_metrology.lighthouse.decode import dump, flashes, ootx
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.decode.dump import SWAPPED, check_byte_order
-from mocap_metrology.lighthouse.decode.ootx import Factory, bytes_of, encode_frame, unpack
+from mocap_metrology.lighthouse.decode.ootx import SYNC, Factory, bytes_of, encode_frame, unpack
 from mocap_metrology.lighthouse.export.formats import DECIMALS
 from mocap_metrology.lighthouse.fit import board_pose
 from mocap_metrology.lighthouse.records import Flashes, Hits, Measurements, Path, Pulses
@@ -201,7 +201,7 @@ def test_a_variant_that_is_no_rotation_is_refused() -> None:
 def test_a_short_run_of_flashes_two_seconds_before_the_rest_is_of_before(
     monkeypatch, n_before: int, n_out: int
 ) -> None:
-    """What the memory of a device still holds; of a tenth of the longest run it is the recording."""
+    """What the memory of a device still holds; a tenth of the longest run is more."""
     cycle = np.r_[np.arange(n_before), n_before + 250 + np.arange(1500)]
     time_s, zero = cycle / 120, np.zeros(cycle.size, np.int16)
     own = Flashes(0, None, cycle.astype(np.int32), time_s, time_s, zero)
@@ -225,7 +225,9 @@ def test_two_stations_are_connected_by_as_many_moments_as_the_fewest(monkeypatch
 
 def test_the_cost_of_an_estimate_is_the_sum_of_all_that_is_known() -> None:
     """Priors 2^2, recordings 5 and 7, and gravity that is 10 of its standard deviations off."""
-    state = SimpleNamespace(values=np.array([4.0]), gravity=np.array([0, 0, -gravity.GRAVITY_M_S2]), R=[])
+    state = SimpleNamespace(
+        values=np.array([4.0]), gravity=np.array([0, 0, -gravity.GRAVITY_M_S2]), R=[]
+    )
     one, other = (SimpleNamespace(cost=lambda value=value: value) for value in (5.0, 7.0))
     search = SimpleNamespace(
         state=state, working=np.array([2.0]), of=SimpleNamespace(size=3, gravity=0), ups=None,
@@ -234,3 +236,10 @@ def test_the_cost_of_an_estimate_is_the_sum_of_all_that_is_known() -> None:
     assert estimate._Search._cost(search) == pytest.approx(16.0)
     state.gravity = np.array([0, 0, -(gravity.GRAVITY_M_S2 + 10 * gravity.MAGNITUDE_SD)])
     assert estimate._Search._cost(search) == pytest.approx(116.0)
+
+
+def test_every_bit_of_the_length_counts() -> None:
+    frame = encode_frame(Factory(), 7, "b").copy()
+    frame[len(SYNC) + 15] ^= 1
+    with pytest.raises(Refusal, match="the length of the payload is neither 33 nor 31 bytes"):
+        ootx._read_frame(frame)

@@ -14,8 +14,10 @@ from mocap_metrology.noise.cameras.information import Chain, Step, camera_noise
 from mocap_metrology.noise.diagnosis import dynamic, events, export, levels
 from mocap_metrology.noise.diagnosis.periodic import mains_of
 from mocap_metrology.noise.fit.allan import annealing
+from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral import gaps, likelihood, whittle
 from mocap_metrology.noise.fit.spectral.line import Line, _folded
+from mocap_metrology.noise.fit.spectral.lines import find_slow_lines
 from mocap_metrology.noise.gaussian.two_markers import correlation_time, kernel_density
 from mocap_metrology.noise.motion.place import evenness
 from mocap_metrology.noise.twins.take import Take, TakeTwin, simulate_take
@@ -127,6 +129,7 @@ def test_only_what_lies_at_its_end_is_held() -> None:
     one, step = np.ones((1, 1)), np.array([-0.1])
     assert whittle._trial(np.array([0.5]), 1, step, one, 0.0, 0.0, 1.0)[0] == pytest.approx(0.4)
     assert whittle._trial(np.array([0.0]), 1, step, one, 0.0, 0.0, 1.0)[0] == 0
+    assert whittle._trial(np.array([0.0]), 1, -step, one, 0.0, 0.0, 1.0)[0] == pytest.approx(0.1)
 
 
 def test_a_wave_in_a_later_stretch_runs_on_from_the_first() -> None:
@@ -139,7 +142,9 @@ def test_noise_of_the_one_camera_added_is_relative_to_those_before() -> None:
     """A coordinate each of three cameras and a fourth along (1, 1, 1), s times as noisy:
     weighted means of p_a and of the fourth, as their covariances say."""
     s, n = 1.7, np.ones(3) / np.sqrt(3)
-    gain = np.linalg.inv(np.eye(3) + np.outer(n, n)) @ np.outer(n, n)  # least squares, equal weights
+    gain = np.linalg.inv(np.eye(3) + np.outer(n, n)) @ np.outer(
+        n, n
+    )
     after = (np.eye(3) - gain) @ (np.eye(3) - gain).T + s**2 * gain @ gain.T
     cross = np.eye(3) - gain
     joint = np.block([[np.eye(3), cross.T], [cross, after]])[None, None]
@@ -213,3 +218,42 @@ def test_freedom_of_an_estimate_is_that_within_the_agreed_cost() -> None:
     found = annealing._estimate(problem, np.zeros(1), 50.0, [np.zeros(1)] * 3, settings)
     assert asked == pytest.approx([0.05])
     assert "at a cost 0.1% higher, it could change N by 70%" in found.note
+
+
+def test_starts_of_plain_annealing_are_where_it_stopped() -> None:
+    """Without a descent from there, as S did it."""
+    m = np.array([1, 2, 4, 8, 16, 32, 64, 128])
+    avar = 1e-3 / m + 1e-6 * m
+    settings = annealing.AnnealingSettings(
+        starts=2, plain_iterations=20, plain_colony_iterations=1
+    ).plain
+    of = m, avar, 100.0, Components((0, -2), 0, False)
+    run = annealing.annealing_run(*of, settings, seed=4)
+    problem = annealing.misfit(*of, "continuous", "relative", settings.range, None)
+    for cost, seed in zip(run.starts_cost, np.random.SeedSequence(4).spawn(3)[1:], strict=True):
+        x = annealing._anneal(problem, settings, np.random.default_rng(seed))
+        assert cost == pytest.approx(problem.costs(x[None])[0])
+
+
+def test_the_tail_is_the_median_of_the_greatest_of_24_parts() -> None:
+    x, greatest = np.zeros(24 * 50), np.arange(1.0, 25)
+    x[49::50] = greatest
+    assert dynamic.tail(x) == pytest.approx(
+        12.5 / (math.log(50) + math.log(1 / math.log(2))), rel=0.01
+    )
+
+
+def test_bands_go_down_as_far_as_they_have_eight_ordinates() -> None:
+    """Of one segment: a band a quarter octave wide from e down has e (1 - 2^-0.25) of them."""
+    for lowest in (8.1, 8.7):
+        n = round(2 * lowest * 2 ** (10 / 4) / (1 - 2**-0.25) / export.TOP[1])
+        found = export.bands(np.random.default_rng(1).normal(size=n), 1000.0)
+        assert found is not None and found.psd.size == 11
+
+
+def test_a_slow_wide_line_keeps_the_density_that_was_stated() -> None:
+    rng, rate, n = np.random.default_rng(12), 10.0, 20_000
+    phase = np.cumsum(rng.normal(0, 0.004, n))
+    series = rng.normal(0, 1.0, n) + np.sin(2 * np.pi * 0.03 * np.arange(n) / rate + phase)
+    found = [line for line in find_slow_lines(series, rate, lambda f: 0 * f + 0.2) if line.wide]
+    assert found and all(line.psd == pytest.approx(0.2) for line in found)

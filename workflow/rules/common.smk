@@ -374,6 +374,51 @@ def tables(files):
     return {name: f"<results>/calibrations/{{calibration}}/{file}" for name, file in files.items()}
 
 
+# Recordings and groups.
+
+
+def of_recording(file):
+    """This file of the rule's recording."""
+    return f"<results>/recordings/{{recording}}/{file}"
+
+
+def figure_of_recording(name, labels):
+    """Its figure of this name as outputs, if it has a label in the report."""
+    if name not in labels:
+        return {}
+    svg = report(
+        of_recording(f"{name}.svg"),
+        caption="../report/caption.rst",
+        category="5 Recordings",
+        subcategory="{recording}",
+        labels={"result": labels[name]},
+    )
+    return {"svg": svg, "png": of_recording(f"{name}.png")}
+
+
+def of_each(file, rows):
+    """This file of each recording of a selection."""
+    return collect(f"<results>/recordings/{{row.recording}}/{file}", row=rows)
+
+
+def outputs_of_group(tables=None, figures=None):
+    """Outputs by name: tables by the end of their names, figures by it with the labels they have in
+    the report."""
+    found = {name: f"<results>/tables/{{group}}_{file}" for name, file in (tables or {}).items()}
+    for name, label in (figures or {}).items():
+        key = "" if len(figures) == 1 else f"{name}_"
+        stem = f"<results>/figures/{{group}}_{name}"
+        found[f"{key}svg"] = report(
+            f"{stem}.svg",
+            caption="../report/caption.rst",
+            category="4 Groups",
+            subcategory="{group}",
+            labels={"result": label},
+        )
+        found[f"{key}png"] = f"{stem}.png"
+    return found
+
+
 # Texts of the report.
 
 

@@ -157,26 +157,73 @@ rule verdict:
         "../scripts/verdict.py"
 
 
-# On demand: snakemake results/recordings/<recording>/fits
-rule fits:
-    input:
-        rules.noise.output,
-        noise="<results>/recordings/{recording}/noise.csv",
-    output:
-        directory("<results>/recordings/{recording}/fits"),
-    log:
-        "<logs>/fits/{recording}.log",
-    benchmark:
-        "<benchmarks>/fits/{recording}.tsv"
-    resources:
-        mem_mb=memory(1000),
-        runtime=minutes(30),
-    params:
-        code=source("fits.py", "noise", "recording", "present"),
-    message:
-        "{wildcards.recording}: fits of the noise model to every series"
-    script:
-        "../scripts/fits.py"
+FURTHER_FIGURES = {
+    "orientation": "orientation: Allan deviation of a rotation vector",
+    "place": "by place: length of a moving pair over the volume",
+}
+
+# What only some recordings have, or is made on demand: snakemake results/recordings/<name>/fits
+FURTHER = {
+    "fits": {
+        "input": {"results": rules.noise.output, "noise": of_recording("noise.csv")},
+        "output": {"folder": directory(of_recording("fits"))},
+        "params": {},
+        "message": "fits of the noise model to every series",
+    },
+    "orientation": {
+        "input": {
+            "trajectories": CLEANED[0],
+            "poses": branch(of_row(has_bodies), then=MEASURED_FILES),
+        },
+        "output": {
+            "series": of_recording("orientation.parquet"),
+            "allan": of_recording("allan_orientation.parquet"),
+            "csv": of_recording("orientation.csv"),
+        },
+        "params": {
+            "caption": captions.ORIENTATION,
+            "contents": contents(selection.paths),
+            "cluster": cell("cluster"),
+            "accept_truncated": cell("accept_truncated"),
+            "names": cell("column_names"),
+            "allan": config["allan"],
+            "hampel": config["hampel"],
+            "mask_sigma": config["noise"]["mask_sigma"],
+        },
+        "message": "noise of the orientation",
+    },
+    "place": {
+        "input": {"clean": CLEANED[1]},
+        "output": {"csv": of_recording("place.csv"), "md": of_recording("place.md")},
+        "params": {"caption": captions.PLACE, "place": config["place"]},
+        "message": "noise by place",
+    },
+}
+
+for NAME, OF in FURTHER.items():
+
+    rule:
+        name:
+            NAME
+        input:
+            **OF["input"],
+        output:
+            **OF["output"],
+            **figure_of_recording(NAME, FURTHER_FIGURES),
+        log:
+            f"<logs>/{NAME}/{{recording}}.log",
+        benchmark:
+            f"<benchmarks>/{NAME}/{{recording}}.tsv"
+        resources:
+            mem_mb=memory(1000, arrays=12),
+            runtime=minutes(30, seconds=3.0),
+        params:
+            **OF["params"],
+            code=source(f"{NAME}.py", "coordinates.py", "io", "noise", "recording", "present"),
+        message:
+            f"{{wildcards.recording}}: {OF['message']}"
+        script:
+            f"../scripts/{NAME}.py"
 
 
 promise(
@@ -191,5 +238,9 @@ promise(
             rules.verdict.output,
             recording=accepted(selection.names, EVERY),
         ),
+    ),
+    figures=together(
+        collect_outputs(rules.orientation.output, recording=accepted(turned, EVERY)),
+        collect_outputs(rules.place.output, recording=accepted(moved, EVERY)),
     ),
 )

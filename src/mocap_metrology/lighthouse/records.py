@@ -285,7 +285,7 @@ def pose_columns(paths: Mapping[tuple[str, str], tuple[Path, Path]]) -> dict[str
     for (estimator, optics), both in paths.items():
         for station, path in enumerate(both):
             n = len(path)
-            q = Rotation.from_matrix(path.R).as_quat(canonical=True) if n else np.zeros((0, 4))
+            q = Rotation.from_matrix(path.R).as_quat(canonical=True)
             own = {
                 "estimator": np.full(n, estimator, dtype=object),
                 "optics": np.full(n, optics, dtype=object),

@@ -96,7 +96,7 @@ def _solve_all(
     cost = np.full((n, n_kept), np.nan)
     # IPPE wants its plane as z = 0 and every method conditions best about the centroid.
     centre = board.mean(axis=0)
-    axes = np.linalg.svd(board - centre, full_matrices=False)[2]
+    axes = np.linalg.svd(board - centre)[2]
     axes[2] = np.cross(axes[0], axes[1])
     local = (board - centre) @ axes.T
     if method == "ippe":

@@ -25,7 +25,7 @@ from scipy.sparse import csgraph
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs/rule_graph.svg"
-LAST = {"default", "gate", "all", "provenance", "detail_pages", "report_pages", "summary_page"}
+LAST = {"default", "gate", "all", "provenance", "pages"}
 COLUMN, BOX, ROW, LETTERS, SWEEPS = 162, 128, 46, 17, 12  # sizes in pixels, letters a line
 HEAD = """\
 <svg xmlns="http://www.w3.org/2000/svg" viewBox="{size}" font-family="sans-serif" font-size="14">

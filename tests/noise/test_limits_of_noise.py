@@ -142,9 +142,7 @@ def test_noise_of_the_one_camera_added_is_relative_to_those_before() -> None:
     """A coordinate each of three cameras and a fourth along (1, 1, 1), s times as noisy:
     weighted means of p_a and of the fourth, as their covariances say."""
     s, n = 1.7, np.ones(3) / np.sqrt(3)
-    gain = np.linalg.inv(np.eye(3) + np.outer(n, n)) @ np.outer(
-        n, n
-    )
+    gain = np.linalg.inv(np.eye(3) + np.outer(n, n)) @ np.outer(n, n)
     after = (np.eye(3) - gain) @ (np.eye(3) - gain).T + s**2 * gain @ gain.T
     cross = np.eye(3) - gain
     joint = np.block([[np.eye(3), cross.T], [cross, after]])[None, None]

@@ -19,7 +19,7 @@ from mocap_workflow import report
 from running import command, environment, write_sheet
 
 from mocap_metrology.io.c3d.write import write_c3d
-from mocap_metrology.present.pages import comparison, summary
+from mocap_metrology.present.pages import summary
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICK = ["noise={estimators: [likelihood], max_gauss_markov: 0}", "allan={n_taus: 20}"]
@@ -219,12 +219,6 @@ def test_an_unfinished_run_is_one_line(made) -> None:
     assert said.returncode == 1
     assert said.stdout.count("\n") == 1
     assert said.stdout.startswith("no report: out/calibrations/pair/calibration.svg is missing")
-
-
-def test_tables_of_papers_are_those_that_are_compared() -> None:
-    names = [*comparison.RULES, "skurowski_table4_noise", "skurowski_support", "claims"]
-    found = report.of_papers([f"out/tables/{name}.csv" for name in names])
-    assert [Path(path).stem for path in found] == list(comparison.RULES)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ CALIBRATIONS = [
     {"calibration": "sim-1-1", "setup": "sim-1", "group": "jansen2019"}
     | {"path": "simulate:sim-1-1", "format": "gpio-dump"}
 ]
-LAST = {"report_pages", "detail_pages", "summary_page", "provenance", "gate", "default"}
+LAST = {"pages", "provenance", "gate", "default"}
 
 
 def sheets(folder: Path, file: Path, changed: dict[str, dict[str, str]]) -> list[str]:

@@ -25,7 +25,6 @@ CATEGORIES = (  # numbered, as the menu of a report is in order of the alphabet
 REPORTER = "snakemake.report.html_reporter"  # of Snakemake 9.27, and its modules `.data.*`
 # Titles of tables: `Jansen et al. 2019, Table I: mean absolute error`; `skurowski2019: outliers`
 TITLE = re.compile(r"(?P<whose>.+?)(?:, (?P<item>(?:Table|Figure)s? [^:]+))?: (?P<shows>.+)")
-OF_PAPER = re.compile(r"(skurowski|jansen)_tableA?\d$")
 PLACES = {  # by whose table it is; any other is of a group
     "Skurowski & Pawlyta 2019": ("2 Skurowski & Pawlyta 2019", "Table"),
     "Jansen et al. 2019": ("3 Jansen et al. 2019", "Table"),
@@ -63,11 +62,6 @@ def without_markup() -> None:
 
 def _dumps(value: object) -> str:
     return json.dumps(value).replace("<", r"\u003c")
-
-
-def of_papers(paths: Iterable[str]) -> list[str]:
-    """The tables of both papers among some files."""
-    return [path for path in map(str, paths) if OF_PAPER.match(Path(path).stem)]
 
 
 def inputs(

@@ -382,16 +382,14 @@ def of_recording(file):
     return f"<results>/recordings/{{recording}}/{file}"
 
 
-def figure_of_recording(name, labels):
-    """Its figure of this name as outputs, if it has a label in the report."""
-    if name not in labels:
-        return {}
+def figure_of_recording(name, label):
+    """Its figure of this name as outputs, with the label that it has in the report."""
     svg = report(
         of_recording(f"{name}.svg"),
         caption="../report/caption.rst",
         category="5 Recordings",
         subcategory="{recording}",
-        labels={"result": labels[name]},
+        labels={"result": label},
     )
     return {"svg": svg, "png": of_recording(f"{name}.png")}
 
@@ -452,9 +450,3 @@ def papers(wildcards):
     """The papers of which there are recordings or calibrations."""
     found = {"skurowski": OF_SKUROWSKI, "jansen": OF_JANSEN}
     return [paper for paper, rows in found.items() if rows(wildcards)]
-
-
-def names_of_tables(wildcards):
-    """Names of all tables, without folder and ending."""
-    paths = map(Path, results_of("tables")(wildcards))
-    return [path.stem for path in paths if path.suffix == ".csv" and path.parent.name == "tables"]

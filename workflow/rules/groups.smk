@@ -181,10 +181,11 @@ for NAME, OF in COMPARISONS.items():
         params:
             **OF["params"],
             code=source(f"{NAME}.py", "io", "noise", "present"),
+            script=NAME,
         message:
             f"{{wildcards.group}}: {OF['message']}"
         script:
-            f"../scripts/{NAME}.py"
+            "../scripts/{params.script}.py"  # by name: NAME is the last one when a job runs
 
 
 promise(

@@ -157,11 +157,6 @@ rule verdict:
         "../scripts/verdict.py"
 
 
-FURTHER_FIGURES = {
-    "orientation": "orientation: Allan deviation of a rotation vector",
-    "place": "by place: length of a moving pair over the volume",
-}
-
 # What only some recordings have, or is made on demand: snakemake results/recordings/<name>/fits
 FURTHER = {
     "fits": {
@@ -179,6 +174,9 @@ FURTHER = {
             "series": of_recording("orientation.parquet"),
             "allan": of_recording("allan_orientation.parquet"),
             "csv": of_recording("orientation.csv"),
+            **figure_of_recording(
+                "orientation", "orientation: Allan deviation of a rotation vector"
+            ),
         },
         "params": {
             "caption": captions.ORIENTATION,
@@ -194,7 +192,11 @@ FURTHER = {
     },
     "place": {
         "input": {"clean": CLEANED[1]},
-        "output": {"csv": of_recording("place.csv"), "md": of_recording("place.md")},
+        "output": {
+            "csv": of_recording("place.csv"),
+            "md": of_recording("place.md"),
+            **figure_of_recording("place", "by place: length of a moving pair over the volume"),
+        },
         "params": {"caption": captions.PLACE, "place": config["place"]},
         "message": "noise by place",
     },
@@ -209,7 +211,6 @@ for NAME, OF in FURTHER.items():
             **OF["input"],
         output:
             **OF["output"],
-            **figure_of_recording(NAME, FURTHER_FIGURES),
         log:
             f"<logs>/{NAME}/{{recording}}.log",
         benchmark:
@@ -220,10 +221,11 @@ for NAME, OF in FURTHER.items():
         params:
             **OF["params"],
             code=source(f"{NAME}.py", "coordinates.py", "io", "noise", "recording", "present"),
+            script=NAME,
         message:
             f"{{wildcards.recording}}: {OF['message']}"
         script:
-            f"../scripts/{NAME}.py"
+            "../scripts/{params.script}.py"  # by name: NAME is the last one when a job runs
 
 
 promise(

@@ -1,12 +1,20 @@
 # Parts of the report besides figures: tables as pages, the summary, provenance.
 
 
-# One page for each table, with the category and labels of its title.
-rule report_pages:
+# One page for each table, recording, calibration, group and paper, and the summary.
+rule pages:
     input:
-        results_of("tables"),
+        results=results_of("recordings", "calibrations", "tables", "figures"),
+        tables=results_of("tables"),
+        checks=checks(RECORDINGS) + checks(CALIBRATIONS),
+        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
+        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
+        cameras=collect("<results>/tables/{group}_cameras.json", group=groups(selection.subsets)),
+        changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs)),
+        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
     output:
-        report(
+        # With the category and labels of the table's title
+        tables=report(
             directory("<results>/pages"),
             patterns=["{table}.html"],
             caption="../report/caption.rst",
@@ -14,97 +22,43 @@ rule report_pages:
             subcategory=entry("subcategory"),
             labels=entry("labels"),
         ),
-    log:
-        "<logs>/report_pages.log",
-    benchmark:
-        "<benchmarks>/report_pages.tsv"
-    resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
-    params:
-        code=source("report_pages.py", "lighthouse", "present"),
-        papers=papers,
-        caption=captions.TABLE,
-    message:
-        "Tables as pages"
-    script:
-        "../scripts/report_pages.py"
-
-
-rule summary_page:
-    input:
-        checks=checks(RECORDINGS) + checks(CALIBRATIONS),
-        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
-        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
-        cameras=collect("<results>/tables/{group}_cameras.json", group=groups(selection.subsets)),
-        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
-        changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs)),
-        compared=lambda wildcards: reporting.of_papers(results_of("tables")(wildcards)),
-    output:
-        page=report(
+        summary=report(
             "<results>/summary.html",
-            caption="../report/caption.rst",
+            caption="../report/summary.rst",
             category="1 Summary",
             labels={"result": "Verdicts: every recording and calibration"},
         ),
         front="<results>/report_front.html",
         svg="<results>/figures/recordings.svg",
         png="<results>/figures/recordings.png",
+        details=directory("<results>/details"),
     log:
-        "<logs>/summary_page.log",
+        "<logs>/pages.log",
     benchmark:
-        "<benchmarks>/summary_page.tsv"
+        "<benchmarks>/pages.tsv"
     resources:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("summary_page.py", "noise", "lighthouse", "present"),
-        caption=captions.SUMMARY,
+        code=source("pages.py", "noise", "lighthouse", "present"),
+        caption=captions.TABLE,
+        summary=captions.SUMMARY,
+        recordings=columns("recording", "group", of=EVERY_RECORDING),
         calibrations=columns("calibration", "setup", "group", "source", of=EVERY_CALIBRATION),
         cameras=groups(selection.subsets),
         compared=groups(pairs),
         subjects=subjects,
         papers=papers,
-        tables=names_of_tables,
     message:
-        "Summary"
+        "Pages of tables, recordings, calibrations, groups and papers, and the summary"
     script:
-        "../scripts/summary_page.py"
-
-
-# One page for each recording, calibration, group and paper, in the folder of results.
-rule detail_pages:
-    input:
-        results=results_of("recordings", "calibrations", "tables", "figures"),
-        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
-        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
-        changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs)),
-        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
-    output:
-        directory("<results>/details"),
-    log:
-        "<logs>/detail_pages.log",
-    benchmark:
-        "<benchmarks>/detail_pages.tsv"
-    resources:
-        mem_mb=memory(500),
-        runtime=minutes(10),
-    params:
-        code=source("detail_pages.py", "noise", "lighthouse", "present"),
-        recordings=columns("recording", "group", of=EVERY_RECORDING),
-        calibrations=columns("calibration", "group", of=EVERY_CALIBRATION),
-        groups=lambda wildcards: subjects(wildcards)["group"],
-        papers=papers,
-    message:
-        "Pages of recordings, calibrations, groups and papers"
-    script:
-        "../scripts/detail_pages.py"
+        "../scripts/pages.py"
 
 
 # After everything else, so that all run times are known.
 rule provenance:
     input:
-        pages=rules.detail_pages.output,  # whose inputs are all results
+        pages=rules.pages.output,  # whose inputs are all results
         tables=results_of("tables"),
         origins=together(
             collect(
@@ -142,7 +96,7 @@ rule provenance:
             *CALIBRATIONS.groups,
             *CASES,
         ],
-        pages=["report_pages", "summary_page", "detail_pages", "provenance"],
+        pages=["pages", "provenance"],
         benchmarks=f"{config['results']}/benchmarks",
     message:
         "Provenance"
@@ -151,10 +105,5 @@ rule provenance:
 
 
 # Nothing is reported of calibrations alone.
-PAGES = collect_outputs(
-    rules.report_pages.output,
-    rules.summary_page.output,
-    rules.detail_pages.output,
-    rules.provenance.output,
-)
+PAGES = collect_outputs(rules.pages.output, rules.provenance.output)
 promise(pages=branch(EVERY_RECORDING, then=PAGES))

@@ -127,7 +127,7 @@ def estimate(
             if not state.gravity.any():
                 state = replace(state, gravity=inertial.first_gravity(its, felt))
                 one.renew(state)
-    if by_ups and not any(there):
+    if ups is not None and by_ups and not any(there):
         state = replace(state, gravity=first_gravity(state, ups))
     search = _Search(of, state, own, sized, ups if by_ups else None)
     found = search.run()

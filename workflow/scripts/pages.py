@@ -1,0 +1,39 @@
+"""All results -> pages of tables, recordings, calibrations, groups and papers, and the summary."""
+
+from step import step
+
+with step(snakemake) as log:
+    from pathlib import Path
+
+    from mocap_metrology.common.files import write_folder, write_text
+    from mocap_metrology.present import tables
+    from mocap_metrology.present.pages.write import (
+        Results,
+        detail_pages,
+        overview,
+        summaries,
+        table_pages,
+    )
+    from mocap_metrology.present.plot.figure import save
+
+    given, params, output = snakemake.input, snakemake.params, snakemake.output
+    claims = [row for p in given.claims for row in tables.read(p).fillna("").to_dict("records")]
+    results = Results(
+        Path(output.details).parent,
+        params.recordings,
+        params.calibrations,
+        dict(zip(params.cameras, given.cameras, strict=True)),
+        dict(zip(params.compared, given.changes, strict=True)),
+        claims,
+        params.papers,
+        params.subjects,
+        [Path(path) for path in dict.fromkeys(given.results)],
+    )
+    write_folder(output.tables, table_pages(map(Path, given.tables), params.papers))
+    write_folder(output.details, detail_pages(results))
+    save(overview(results), output.png)
+    checks, named = map(Path, given.checks), map(Path, given.tables)
+    page, front = summaries(results, checks, named, Path(output.png))
+    write_text(output.summary, page)
+    write_text(output.front, front)
+    log.info("%d results", len(results.files))

@@ -105,7 +105,6 @@ def twin(setup: int, recording: int, **more: object) -> LighthouseTwin:
     master, slave = own.pop("master", {}), own.pop("slave", {})
     slave = {"position_m": tuple(place), "rotation_deg": tuple(angles)} | slave
     return LighthouseTwin(
-        name=f"{setup}-{recording}",
         seed=1000 * setup + recording,
         master=StationTwin(id=1, mode="b", **master),
         slave=StationTwin(id=2, mode="c", **slave),

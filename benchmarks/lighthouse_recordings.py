@@ -39,7 +39,7 @@ def factories() -> list[dict[str, Any]]:
 def listed(name: str) -> Made:
     """A recording of a twin of config/twins.yaml."""
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    return simulate(calibration_twin(document, name).made(name))
+    return simulate(calibration_twin(document, name))
 
 
 def _looking(place: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -54,7 +54,7 @@ def cpu(work: Callable[[], object], times: int = 3) -> float:
 def steps(name: str, folder: Path) -> list[tuple[str, float]]:
     """Name and CPU seconds of each step for one twin."""
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    twin = calibration_twin(document, name).made(name)
+    twin = calibration_twin(document, name)
     made = simulate(twin)
     dump, board = folder / "dump", folder / "board.csv"
     write_dump(dump, made.pulses)

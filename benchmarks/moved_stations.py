@@ -16,7 +16,6 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -32,7 +31,7 @@ from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Factory, Station
 from mocap_metrology.lighthouse.rotation import exp, to_angles
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, StationTwin
+from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTwin
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.lighthouse_recordings import hand
@@ -48,20 +47,26 @@ class Setup:
 
     def __init__(self, seed: int, seconds: float):
         rng, priors = np.random.default_rng([seed, 6]), Priors()
-        twin = replace(hand(seed).twin, duration_s=seconds)
+        twin = hand(seed).twin.model_copy(update={"duration_s": seconds})
         true_board = twin.board.positions()
-        self.told = [station.factory or Factory() for station in twin.stations]
+        self.told = [station.optics or Factory() for station in twin.stations]
         off = 1e-3 * priors.phase_mrad * rng.normal(size=(2, 2))
         depth = 1e-3 * priors.laser_depth_mm * rng.normal(size=2)
         master, slave = (
-            replace(
-                station,
-                factory=replace(told, phase=told.phase + off[k]),
-                lasers_m=((depth[k] / 2, 0.0, 0.0), (-depth[k] / 2, 0.0, 0.0)),
+            station.model_copy(
+                update={
+                    "factory": FactoryValues(
+                        **{name: tuple(pair) for name, pair in vars(told).items()}
+                        | {"phase": tuple(told.phase + off[k])}
+                    ),
+                    "lasers_m": ((depth[k] / 2, 0.0, 0.0), (-depth[k] / 2, 0.0, 0.0)),
+                }
             )
             for k, (station, told) in enumerate(zip(twin.stations, self.told, strict=True))
         )
-        self.twin = replace(twin, master=master, slave=slave, flash_rise_us=RISE_US)
+        self.twin = twin.model_copy(
+            update={"master": master, "slave": slave, "flash_rise_us": RISE_US}
+        )
         places = 1e-3 * priors.board_position_mm * rng.normal(size=true_board.shape)
         self.board = (true_board + places) * (1 + priors.board_scale * rng.normal())
         self.way = rng.normal(size=(2, 3))
@@ -78,8 +83,8 @@ class Setup:
             R = exp(np.radians(TURN_DEG) * self.way[1]) @ R
         alpha, beta, gamma = np.degrees(to_angles(R)).tolist()
         x, y, z = t.tolist()
-        there: StationTwin = replace(slave, position_m=(x, y, z), rotation_deg=(alpha, beta, gamma))
-        return replace(self.twin, slave=there)
+        pose = {"position_m": (x, y, z), "rotation_deg": (alpha, beta, gamma)}
+        return self.twin.model_copy(update={"slave": slave.model_copy(update=pose)})
 
     def calibrated(self, case: str, seed: int, folder: str) -> PoseFile:
         """pose.json of a recording: a dump, as any."""

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 from mocap_workflow.calibration_twins import calibration_twin
-from mocap_workflow.entries import load_twins
 
+from mocap_metrology.common.entries import load_twins
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.lighthouse.simulate.recording import simulate
 
@@ -44,7 +44,7 @@ def write_inputs(folder: Path) -> Path:
 def write_angles(folder: Path) -> None:
     """Angles of a simulated calibration and its board, as a user's own decoder would write them."""
     twin = calibration_twin(load_twins(str(ROOT / "config/twins.yaml")), "sim-1-1")
-    made = simulate(twin.made("angles"), seed=5)
+    made = simulate(twin, seed=5)
     names = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
     columns = [getattr(made.hits, name).tolist() for name in names]
     for file, header, rows in (

@@ -14,10 +14,10 @@ import ezc3d
 import numpy as np
 import pytest
 from mocap_workflow.calibration_twins import calibration_twin
-from mocap_workflow.entries import load_twins
 
 import mocap_metrology as mm
 from mocap_metrology import face
+from mocap_metrology.common.entries import load_twins
 from mocap_metrology.lighthouse.simulate import recording as lighthouse
 
 PAGE_NAMES = re.compile(r"`mm\.(\w+)")
@@ -26,7 +26,7 @@ PAGE_NAMES = re.compile(r"`mm\.(\w+)")
 def write_dump(folder: Path, root: Path) -> np.ndarray:
     """dump.bin and board.csv of a twin; the true place of the slave in mm."""
     document = load_twins(str(root / "config/twins.yaml"))
-    made = lighthouse.simulate(calibration_twin(document, "real-1-1").made("real-1-1"))
+    made = lighthouse.simulate(calibration_twin(document, "real-1-1"))
     lighthouse.write_dump(folder / "dump.bin", made.pulses)
     np.savetxt(
         folder / "board.csv", made.truth.board, "%.6f", ",", header="x_m,y_m,z_m", comments=""

@@ -95,7 +95,8 @@ def recording(seed: int, bump_m: float = 0.0) -> tuple[Hits, list, np.ndarray]:
         rng = np.random.default_rng([seed, 6])
         way = rng.normal(size=3)
         there = np.add(twin.slave.position_m, bump_m * way / np.linalg.norm(way))
-        moved = simulate(replace(twin, slave=replace(twin.slave, position_m=tuple(there)))).pulses
+        slave = twin.slave.model_copy(update={"position_m": tuple(there)})
+        moved = simulate(twin.model_copy(update={"slave": slave})).pulses
         at = rng.uniform(2.0, 6.0)
         early, late = pulses.start_s < at, moved.start_s >= at
         pulses = Pulses(
@@ -194,7 +195,7 @@ def _gate() -> list[tuple]:
 
 def _memory() -> tuple:
     """3 s of flashes, half a minute after 40 pulses of an earlier time."""
-    seen = sampled(simulate(replace(scene(1), duration_s=3.0)).pulses, 0.0, 1)
+    seen = sampled(simulate(scene(1).model_copy(update={"duration_s": 3.0})).pulses, 0.0, 1)
     wait = 36.7
     late = replace(
         seen,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import yaml
@@ -23,7 +22,7 @@ def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, cap
 
     monkeypatch.setattr(calibration, "track_figure", broken)
     twin = calibration_twin(yaml.safe_load((root / "config/twins.yaml").read_text()), "sim-1-1")
-    made = simulate(replace(twin.made("sim-1-1"), duration_s=1.0), 7)
+    made = simulate(twin.model_copy(update={"duration_s": 1.0}), 7)
     write_dump(tmp_path / "dump.bin", made.pulses)
     write_board(str(tmp_path / "board.csv"), made.truth.board)
     files = [str(tmp_path / name) for name in ("dump.bin", "board.csv", "one")]

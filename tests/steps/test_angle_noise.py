@@ -29,7 +29,6 @@ def hits() -> Hits:
     slave = StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40))
     return simulate(
         LighthouseTwin(
-            name="desk",
             seed=3,
             duration_s=SECONDS,
             master=StationTwin(id=1, mode="b"),

@@ -34,7 +34,6 @@ FILES = {
 
 def deck(seed: int, sensors: InertialTwin | None) -> LighthouseTwin:
     return LighthouseTwin(
-        name="deck",
         seed=seed,
         master=StationTwin(id=1, mode="b"),
         slave=StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40)),

@@ -91,7 +91,7 @@ BAD_ROWS = ("odd", "one-station", "millimetres", "second-generation", "other-che
 
 def made(name: str) -> Made:
     """A twin of `TWINS`, drawn with a seed of its own."""
-    return simulate(calibration_twin(yaml.safe_load(TWINS), name).made(name), 77)
+    return simulate(calibration_twin(yaml.safe_load(TWINS), name), 77)
 
 
 def write_board(path: Path, places: np.ndarray) -> None:

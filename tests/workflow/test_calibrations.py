@@ -8,9 +8,9 @@ import pytest
 from mocap_workflow import rows, startup
 from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.entries import TwinsFile
 from running import write_sheet
 
+from mocap_metrology.common.entries import TwinsFile
 from mocap_metrology.common.faults import Faults
 
 CALIBRATION = {

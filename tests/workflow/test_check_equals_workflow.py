@@ -7,7 +7,6 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -95,7 +94,7 @@ def test_a_dump(tmp_path: Path, root: Path, snakemake: Callable) -> None:
     """One second of a simulated board before two stations, by the estimators that the command uses;
     the paper's are for its tables."""
     twin = calibration_twin(yaml.safe_load((root / "config/twins.yaml").read_text()), "sim-1-1")
-    made = simulate(replace(twin.made("sim-1-1"), duration_s=1.0), 7)
+    made = simulate(twin.model_copy(update={"duration_s": 1.0}), 7)
     write_dump(tmp_path / "dump.bin", made.pulses)
     write_board(str(tmp_path / "board.csv"), made.truth.board)
     row = {"calibration": "dump", "setup": "one", "group": "check", "path": "dump.bin"}

@@ -7,11 +7,12 @@ from typing import Any
 
 import pytest
 from mocap_workflow import selection
-from mocap_workflow.calibration_twins import CalibrationTwin, Motion
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import recording_twin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.selection import names
+
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin
 
 
 def recording(name: str, kind: str = "", count: int | None = None, **cells: Any) -> RecordingRow:
@@ -151,8 +152,8 @@ def test_setups_of_two_recordings_or_more_are_joined_once() -> None:
 
 def test_the_example_is_the_half_circle_with_the_least_noise_or_the_first() -> None:
     twins = {
-        name: CalibrationTwin.model_construct(
-            motion=Motion.model_construct(pattern=pattern), independent_urad=noise
+        name: LighthouseTwin.model_construct(
+            motion=MotionTwin.model_construct(pattern=pattern), independent_urad=noise
         )
         for name, pattern, noise in (("line", "line", 0), ("noisy", "arc", 30), ("arc", "arc", 0))
     }

@@ -6,9 +6,8 @@ from dataclasses import MISSING, fields
 
 import pytest
 from mocap_workflow import calibration_twins, recording_twins
-from mocap_workflow.entries import Entry
 
-from mocap_metrology.lighthouse.simulate import twin as of_calibrations
+from mocap_metrology.common.entries import Entry
 from mocap_metrology.noise.twins import take, twin
 
 PAIRS: list[tuple[type[Entry], type]] = [
@@ -17,10 +16,6 @@ PAIRS: list[tuple[type[Entry], type]] = [
     (recording_twins.Crump, twin.Crump),
     (recording_twins.TakeOfCameras, take.Take),
     (recording_twins.SubsetTwin, take.TakeTwin),
-    (calibration_twins.CalibrationTwin, of_calibrations.LighthouseTwin),
-    (calibration_twins.Station, of_calibrations.StationTwin),
-    (calibration_twins.Motion, of_calibrations.MotionTwin),
-    (calibration_twins.Board, of_calibrations.BoardTwin),
 ]
 
 

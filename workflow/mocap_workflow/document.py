@@ -15,11 +15,11 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue, models_json_schema
 
+from mocap_metrology.common.entries import Entry, Read, entry_in
 from mocap_metrology.common.sections import choices_of, fields, limits, words_of
+from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTwin
 from mocap_metrology.settings import Settings
-from mocap_workflow.calibration_twins import CalibrationTwin, FactoryValues
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.entries import Entry, Read, entry_in
 from mocap_workflow.recording_twins import RecordingTwin, SubsetTwin
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.rows import SheetRow
@@ -30,7 +30,7 @@ SCHEMAS = ROOT / "workflow/schemas"
 TWINS: dict[str, type[Entry]] = {
     "keys of twins of recordings": RecordingTwin,
     "keys of subsets of a take": SubsetTwin,
-    "keys of twins of calibrations": CalibrationTwin,
+    "keys of twins of calibrations": LighthouseTwin,
 }
 
 
@@ -137,27 +137,27 @@ def _plain(schema: object) -> object:
 
 def twins_schema() -> JsonSchemaValue:
     """The file of twins. A key may come from a default, so none is required."""
-    kinds: list[type[BaseModel]] = [RecordingTwin, SubsetTwin, CalibrationTwin, FactoryValues]
+    kinds: list[type[BaseModel]] = [RecordingTwin, SubsetTwin, LighthouseTwin, FactoryValues]
     refs, shared = models_json_schema([(kind, "validation") for kind in kinds])
     of = {kind: refs[kind, "validation"] for kind in kinds}
     for definition in shared["$defs"].values():
         definition.pop("required", None)
-    calibration = shared["$defs"]["CalibrationTwin"]["properties"]
+    calibration = shared["$defs"]["LighthouseTwin"]["properties"]
     calibration["like"] = {
         "type": "string",
         "description": "Twin whose keys are inherited.",
     }
-    factory = shared["$defs"]["Station"]["properties"]["factory"]
+    factory = shared["$defs"]["StationTwin"]["properties"]["factory"]
     factory["anyOf"].append({"type": "string"})
     named = {"type": "object", "additionalProperties": {}}
-    twin = {"anyOf": [of[RecordingTwin], of[SubsetTwin], of[CalibrationTwin]]}
-    defaults = {"recording": of[RecordingTwin], "calibration": of[CalibrationTwin]}
+    twin = {"anyOf": [of[RecordingTwin], of[SubsetTwin], of[LighthouseTwin]]}
+    defaults = {"recording": of[RecordingTwin], "calibration": of[LighthouseTwin]}
     return {
         "type": "object",
         "properties": {
             "defaults": {"type": "object", "properties": defaults},
             "factories": named | {"additionalProperties": of[FactoryValues]},
-            "setups": named | {"additionalProperties": of[CalibrationTwin]},
+            "setups": named | {"additionalProperties": of[LighthouseTwin]},
             "twins": named | {"additionalProperties": twin},
         },
         "required": ["twins"],

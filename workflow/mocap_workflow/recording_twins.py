@@ -14,13 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from mocap_metrology.common.faults import Unfit
-from mocap_metrology.noise.model.components import FORMS, NoiseModel, check_form
-from mocap_metrology.noise.twins import twin as twins
-from mocap_metrology.noise.twins.published import SERIES
-from mocap_metrology.noise.twins.take import FOCAL_PX, Failing, Take, TakeTwin
-from mocap_metrology.noise.twins.twin import COORDINATES, Origin, Point, Twin
-from mocap_workflow.entries import (
+from mocap_metrology.common.entries import (
     AnyNumber,
     Entry,
     NonNegative,
@@ -33,6 +27,12 @@ from mocap_workflow.entries import (
     read_entry,
     some_of,
 )
+from mocap_metrology.common.faults import Unfit
+from mocap_metrology.noise.model.components import FORMS, NoiseModel, check_form
+from mocap_metrology.noise.twins import twin as twins
+from mocap_metrology.noise.twins.published import SERIES
+from mocap_metrology.noise.twins.take import FOCAL_PX, Failing, Take, TakeTwin
+from mocap_metrology.noise.twins.twin import COORDINATES, Origin, Point, Twin
 
 MOST_CAMERAS = 1000
 

@@ -12,9 +12,9 @@ from typing import Generic, TypeVar
 
 import pandas as pd
 
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.noise.twins.twin import Twin
-from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.calibrations import CalibrationRow
 from mocap_workflow.recording_twins import AnyTwin, RecordingTwin
 from mocap_workflow.recordings import RecordingRow
@@ -313,7 +313,7 @@ def first_of_setups(rows: Iterable[CalibrationRow]) -> list[CalibrationRow]:
 
 
 def half_circle(
-    rows: Sequence[CalibrationRow], twins: Mapping[str, CalibrationTwin]
+    rows: Sequence[CalibrationRow], twins: Mapping[str, LighthouseTwin]
 ) -> Sequence[CalibrationRow]:
     """The one that the figures of the second paper show: its twin on a half circle with the least
     noise, the first of several, or just its first."""

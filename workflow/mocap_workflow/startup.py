@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from mocap_metrology.common.documents import load_json, load_yaml
+from mocap_metrology.common.entries import TwinsFile
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
 from mocap_metrology.io.read import missing_marker
+from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
 from mocap_metrology.settings import Settings, checked
 from mocap_workflow import remote, rows
-from mocap_workflow.calibration_twins import CalibrationTwin, calibration_twin
+from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.entries import TwinsFile
 from mocap_workflow.recording_twins import AnyTwin, SubsetTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 
@@ -168,10 +169,10 @@ def _other_cameras(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin
 
 def calibration_twins(
     rows: Mapping[str, CalibrationRow], document: TwinsFile
-) -> dict[str, CalibrationTwin]:
+) -> dict[str, LighthouseTwin]:
     """Every twin that the sheet of calibrations uses, merged with its setup's and the defaults, and
     checked."""
-    twins: dict[str, CalibrationTwin] = {}
+    twins: dict[str, LighthouseTwin] = {}
     faults: list[str] = []
     for name in _used(rows):
         try:

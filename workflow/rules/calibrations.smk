@@ -122,7 +122,7 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             rows=[{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
             at_rest=selection.names(at_rest(BATCH)),
             against=lambda wildcards, rows=BATCH: [one[:2] for one in against(rows)],
-            twins={row.twin: CALIBRATION_TWINS[row.twin].made(row.twin) for row in BATCH},
+            twins={row.twin: CALIBRATION_TWINS[row.twin] for row in BATCH},
             lighthouse=LIGHTHOUSE,
             allan=config["allan"],
             seed=config["seed"],

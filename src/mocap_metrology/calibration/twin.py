@@ -46,7 +46,7 @@ def write_twin(twin: LighthouseTwin, seed: int, files: Mapping[str, str]) -> str
     write_board(files["twin_board"], made.truth.board)
     write_json(files["truth"], truth_json(made))
     write_dump(files["dump"], made.pulses)
-    return f"{twin.name}: {made.pulses.start_s.size} pulses in {twin.duration_s:g} s"
+    return f"{made.pulses.start_s.size} pulses in {twin.duration_s:g} s"
 
 
 def with_sensors(found: Decoded, twin: LighthouseTwin, seed: int) -> Decoded:
@@ -65,7 +65,6 @@ def warm_up() -> None:
     stations = StationTwin(id=1, mode="b"), StationTwin(id=2, mode="c", position_m=(0.0, 1.0, 0.0))
     motion = MotionTwin(centre_m=(3.0, 0.5, 0.0))
     twin = LighthouseTwin(
-        name="warm-up",
         seed=0,
         master=stations[0],
         slave=stations[1],

@@ -4,7 +4,6 @@ not called moved. `benchmarks/moved_stations.py` does the same with more setups 
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +15,12 @@ from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, cal
 from mocap_metrology.lighthouse.records import Factory, Station
 from mocap_metrology.lighthouse.rotation import exp, to_angles
 from mocap_metrology.lighthouse.simulate.recording import simulate
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
+from mocap_metrology.lighthouse.simulate.twin import (
+    FactoryValues,
+    LighthouseTwin,
+    MotionTwin,
+    StationTwin,
+)
 
 STATIONS = [Station("master", 1, "b"), Station("slave", 2, "c")]
 SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",))
@@ -27,12 +31,14 @@ def setup(seed: int) -> tuple[LighthouseTwin, np.ndarray, np.random.Generator]:
     rng, priors = np.random.default_rng([seed, 7]), Priors()
     phase, depth = 1e-3 * rng.normal(size=(2, 2)), 5e-3 * rng.normal(size=2)
     optics = [
-        {"factory": Factory(phase=phase[k]), "lasers_m": ((d, 0.0, 0.0), (-d, 0.0, 0.0))}
+        {
+            "factory": FactoryValues(phase=tuple(phase[k])),
+            "lasers_m": ((d, 0.0, 0.0), (-d, 0.0, 0.0)),
+        }
         for k, d in enumerate(depth)
     ]
     where = {"position_m": (0.5, 2.5, 0.3), "rotation_deg": (5.0, 4.0, -40.0)}
     twin = LighthouseTwin(
-        name="shared",
         seed=seed,
         master=StationTwin(id=1, mode="b", **optics[0]),
         slave=StationTwin(id=2, mode="c", **where, **optics[1]),
@@ -55,7 +61,11 @@ def document(twin: LighthouseTwin, board: np.ndarray, seed: int):
 def moved(twin: LighthouseTwin, mm: np.ndarray, deg: np.ndarray) -> LighthouseTwin:
     t, R = twin.slave.t + 1e-3 * mm, exp(np.radians(deg)) @ twin.slave.R
     angles = tuple(np.degrees(to_angles(R)))
-    return replace(twin, slave=replace(twin.slave, position_m=tuple(t), rotation_deg=angles))
+    return twin.model_copy(
+        update={
+            "slave": twin.slave.model_copy(update={"position_m": tuple(t), "rotation_deg": angles})
+        }
+    )
 
 
 @pytest.mark.parametrize("setups", [3, pytest.param(10, marks=pytest.mark.study)])

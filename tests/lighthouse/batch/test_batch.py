@@ -19,6 +19,7 @@ from mocap_metrology.lighthouse.records import Factory, Hits, PoseEstimate
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
 from mocap_metrology.lighthouse.simulate.twin import (
     BoardTwin,
+    FactoryValues,
     LighthouseTwin,
     MotionTwin,
     StationTwin,
@@ -48,7 +49,6 @@ def twin(seed: int, **more: object) -> LighthouseTwin:
     given = {"duration_s": 5.0, "common_urad": 53.0, "independent_urad": 49.0, "dropout": 0.1}
     motion = MotionTwin(centre_m=(3.0, 0.8, 0.2), tremor_mm=0.05, tremor_deg=0.014)
     return LighthouseTwin(
-        name="twin",
         seed=seed,
         master=StationTwin(id=1, mode="b", **more.pop("master", {})),
         slave=StationTwin(**slave),
@@ -235,12 +235,12 @@ def test_unknown_rotors_are_estimated_with_the_pose() -> None:
     """Rotors as real ones, without their factory values: ideal optics err by more than 30 mm, with
     the values among the unknowns the error is below 40 mm and within its own interval."""
     of_rotors = [
-        Factory(
-            np.array([0.03, 0.05]) * sign,
-            np.array([-0.005, 0.003]),
-            np.array([0.002, -0.004]),
-            np.array([1.9, -0.8]),
-            np.array([0.009, -0.011]),
+        FactoryValues(
+            phase=(0.03 * sign, 0.05 * sign),
+            tilt=(-0.005, 0.003),
+            curve=(0.002, -0.004),
+            gibphase=(1.9, -0.8),
+            gibmag=(0.009, -0.011),
         )
         for sign in (1, -1)
     ]

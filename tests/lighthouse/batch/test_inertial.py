@@ -183,7 +183,6 @@ def test_gravity_by_the_stations_ways_up() -> None:
 def deck(seed: int) -> LighthouseTwin:
     """Four diodes, with real noise."""
     return LighthouseTwin(
-        name="deck",
         seed=seed,
         master=StationTwin(id=1, mode="b"),
         slave=StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40)),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,8 +9,9 @@ from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.batch.residuals import BINS, binned_means
 from mocap_metrology.lighthouse.calibrate.batch import Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.static import median_angles
-from mocap_metrology.lighthouse.records import Factory, Hits
+from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
+from mocap_metrology.lighthouse.simulate.twin import FactoryValues
 from tests.lighthouse.batch.test_batch import twin
 
 
@@ -48,7 +47,7 @@ def test_noise_alone_leaves_means_near_zero(sound: dict) -> None:
 
 
 def test_a_wrong_rotor_leaves_a_slope(sound: dict) -> None:
-    made = simulate(twin(31, master={"factory": Factory(tilt=np.array([0.01, -0.01]))}))
+    made = simulate(twin(31, master={"factory": FactoryValues(tilt=(0.01, -0.01))}))
     found = residuals(made.hits, made.truth.board)
     assert (
         largest(found, "angle_deg") > 3 * largest(sound, "angle_deg")
@@ -112,9 +111,12 @@ def test_bins_of_a_board_at_rest_are_not_sorted_by_their_residuals() -> None:
     """Each diode has one angle, so a bin that halved its hits by noise would have a mean of 0.8
     standard deviations of a hit, which is many of its own."""
     made = simulate(
-        replace(
-            twin(32),
-            motion=replace(twin(32).motion, pattern="static", tremor_mm=0.0, tremor_deg=0.0),
+        (moving := twin(32)).model_copy(
+            update={
+                "motion": moving.motion.model_copy(
+                    update={"pattern": "static", "tremor_mm": 0.0, "tremor_deg": 0.0}
+                )
+            }
         )
     )
     scene = Scene(made.hits, made.truth.board, "ideal", [None, None], None, "crazyflie", Priors())

@@ -13,16 +13,20 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.batch import ESTIMATED, Scene, by_batch
 from mocap_metrology.lighthouse.calibrate.setup import by_setup
-from mocap_metrology.lighthouse.records import Factory
 from mocap_metrology.lighthouse.simulate.recording import Made, simulate
-from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
+from mocap_metrology.lighthouse.simulate.twin import (
+    FactoryValues,
+    LighthouseTwin,
+    MotionTwin,
+    StationTwin,
+)
 
 UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
 ROTORS = (
-    Factory(np.array([0.03, 0.05]), np.array([-0.004, 0.002]), np.array([-0.003, 0.001]),
-            np.array([1.9, -0.8]), np.array([0.011, -0.011])),
-    Factory(np.array([0.01, 0.02]), np.array([0.003, -0.005]), np.array([0.004, -0.002]),
-            np.array([2.2, 1.1]), np.array([0.008, -0.012])),
+    FactoryValues(phase=(0.03, 0.05), tilt=(-0.004, 0.002), curve=(-0.003, 0.001),
+                  gibphase=(1.9, -0.8), gibmag=(0.011, -0.011)),
+    FactoryValues(phase=(0.01, 0.02), tilt=(0.003, -0.005), curve=(0.004, -0.002),
+                  gibphase=(2.2, 1.1), gibmag=(0.008, -0.012)),
 )  # fmt: skip
 PLACES = ((3.0, 0.8, 0.2), (3.6, 0.3, -0.4), (2.5, 1.3, 0.5), (3.3, 1.5, -0.1), (2.7, 0.2, 0.4))
 
@@ -32,7 +36,6 @@ def made(k: int, at: tuple[float, ...] = (0.5, 2.5, 0.3), factory: bool = True) 
     master, slave = ROTORS if factory else (None, None)
     return simulate(
         LighthouseTwin(
-            name="twin",
             seed=40 + k,
             duration_s=4.0,
             common_urad=53.0,

@@ -174,7 +174,7 @@ def test_lasers_off_their_origin_do_not_rule_out_the_true_variant() -> None:
     true one, and yet that stays open, as even it leaves more than noise. `batch` estimates the
     depth of the lasers and rules libsurvive's sign out."""
     document = yaml.safe_load((ROOT / "config/twins.yaml").read_text(encoding="utf-8"))
-    own = simulate(calibration_twin(document, "real-7-1").made("real-7-1"))
+    own = simulate(calibration_twin(document, "real-7-1"))
     own = replace(own, hits=clean_hits(own.hits, own.truth.board)[0])
     standing = {w.variant: w.standing for w in calibrated(own).variants}
     assert standing["libsurvive"] == "chosen" and standing["crazyflie"] == "open"

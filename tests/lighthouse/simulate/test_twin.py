@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -68,7 +67,7 @@ DOCUMENT = {
 
 
 def of_document(document, *names):
-    return {n: calibration_twin(document, n).made(n) for n in names or document["twins"]}
+    return {n: calibration_twin(document, n) for n in names or document["twins"]}
 
 
 def test_keys_of_defaults_setup_and_like_are_merged():
@@ -78,7 +77,7 @@ def test_keys_of_defaults_setup_and_like_are_merged():
     assert twins["b"].motion.speed_m_s == 0.7
     assert twins["b"].motion.centre_m == (3, 1, 0) and twins["b"].motion.tremor_mm == 0.05
     # Factory values are what half floats can say.
-    assert twins["a"].master.factory.phase[0] == float(np.float16(0.05))
+    assert twins["a"].master.optics.phase[0] == float(np.float16(0.05))
 
 
 @pytest.mark.parametrize(
@@ -104,7 +103,9 @@ def twins(root):
     seed = yaml.safe_load((root / "config/config.yaml").read_text())["seed"]
     names = [name for name in document["twins"] if name.split("-")[0] in FAMILIES]
     found = of_document(document, *names)
-    return {name: replace(twin, seed=twin.seed + seed) for name, twin in found.items()}
+    return {
+        name: twin.model_copy(update={"seed": twin.seed + seed}) for name, twin in found.items()
+    }
 
 
 FAMILIES = ("sim", "noise", "real")

@@ -29,7 +29,6 @@ def made(seed: int, duration_s: float = 2.0) -> Made:
     slave = StationTwin(id=2, mode="c", position_m=(0.5, 2.5, 0.3), rotation_deg=(5, 4, -40))
     return simulate(
         LighthouseTwin(
-            name="twin",
             seed=seed,
             duration_s=duration_s,
             master=StationTwin(id=1, mode="b"),

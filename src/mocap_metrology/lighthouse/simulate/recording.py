@@ -9,14 +9,14 @@ the master's. A dump has 2 million words of 32 bit a second, bit d set where dio
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.files import whole
-from mocap_metrology.common.types import Floats
+from mocap_metrology.common.types import Floats, Row
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
 from mocap_metrology.lighthouse.records import ROLES, Clock, Factory, Hits, Pulses, Station
 from mocap_metrology.lighthouse.rotation import from_angles
@@ -107,8 +107,16 @@ def truth_json(made: Made) -> dict[str, object]:
         "t_optical_m": None if truth.t_optical_m is None else truth.t_optical_m.tolist(),
         "lasers_m": [station.lasers_m for station in twin.stations],
         "clocks": [vars(clock) for clock in truth.clocks],
-        "twin": asdict(twin),
+        "twin": _keys(twin),
     }
+
+
+def _keys(twin: LighthouseTwin) -> Row:
+    """All keys of a twin; factory values as its stations state them."""
+    keys = twin.model_dump()
+    for role, station in zip(ROLES, twin.stations, strict=False):
+        keys[role]["factory"] = vars(station.optics) if station.optics else None
+    return keys
 
 
 def _stations(twin: LighthouseTwin) -> tuple[Station, ...]:
@@ -116,7 +124,7 @@ def _stations(twin: LighthouseTwin) -> tuple[Station, ...]:
     room."""
     up = up_of(twin)
     return tuple(
-        Station(role, s.id, s.mode, s.factory or Factory(), s.R.T @ up)
+        Station(role, s.id, s.mode, s.optics or Factory(), s.R.T @ up)
         for role, s in zip(ROLES, twin.stations, strict=False)
     )
 
@@ -136,7 +144,7 @@ def _cycles(twin: LighthouseTwin, rng: np.random.Generator) -> _Cycles:
     stations, up = twin.stations, up_of(twin)
     skip = np.array([own, ~own]) if len(stations) == 2 else np.zeros((1, number.size))
     frames = [
-        encode_frame(s.factory or Factory(), s.id, s.mode, accel_of(s.R.T @ up)) for s in stations
+        encode_frame(s.optics or Factory(), s.id, s.mode, accel_of(s.R.T @ up)) for s in stations
     ]
     bit = [frame[(number + rng.integers(frame.size)) % frame.size] for frame in frames]
     start = np.array([master, master + after][: len(stations)])
@@ -150,7 +158,7 @@ def _truth(
     motion: Motion,
     cycles: _Cycles,
 ) -> Truth:
-    rotors = [rotor_parameters(s.factory, np.array(s.lasers_m), twin.rotors) for s in twin.stations]
+    rotors = [rotor_parameters(s.optics, np.array(s.lasers_m), twin.rotors) for s in twin.stations]
     epochs = cycles.start_s[:, 0] - cycles.number[0] * twin.cycle_s
     clocks = tuple(Clock(e, twin.cycle_s, 1e-6 * twin.sync_jitter_us) for e in epochs)
     R = t = t_optical = None
@@ -299,5 +307,5 @@ def warm_up() -> None:
     """Compile the kernels."""
     station = StationTwin(id=1, mode="A")
     motion = MotionTwin(centre_m=(2.0, 0.0, 0.0))
-    twin = LighthouseTwin(name="warm-up", seed=0, master=station, motion=motion, duration_s=0.05)
+    twin = LighthouseTwin(seed=0, master=station, motion=motion, duration_s=0.05)
     words_of(simulate(twin).pulses)

@@ -22,7 +22,6 @@ from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import (
     LighthouseTwin,
     MotionTwin,
-    Point,
     StationTwin,
 )
 
@@ -91,7 +90,6 @@ def twin_of(case: Case, duration_s: float, rng: np.random.Generator) -> Lighthou
     lasers *= 1e-3 * case.laser_offset_mm / np.linalg.norm(lasers, axis=2, keepdims=True)
     master, slave = ((_point(first), _point(second)) for first, second in lasers)
     return LighthouseTwin(
-        name="study",
         seed=int(rng.integers(2**31)),
         master=StationTwin(id=1, mode="b", lasers_m=master),
         slave=StationTwin(
@@ -128,7 +126,7 @@ def _scene(case: Case, rng: np.random.Generator) -> tuple[Floats, Floats, Floats
     return centre, place, np.array([0, pitch, yaw]) + rng.uniform([-26, -10, -10], [26, 10, 10])
 
 
-def _point(values: Floats) -> Point:
+def _point(values: Floats) -> tuple[float, float, float]:
     x, y, z = values.tolist()
     return x, y, z
 

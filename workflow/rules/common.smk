@@ -8,9 +8,10 @@ from snakemake.exceptions import WorkflowError
 
 from mocap_metrology.calibration.tables import DECODED, ESTIMATED, TWIN
 from mocap_metrology.present.text import captions
-from mocap_workflow import entries, given, needs, remote, runs, selection, startup
+from mocap_workflow import given, needs, remote, runs, selection, startup
 from mocap_workflow import report as reporting
 from mocap_workflow.calibrations import CalibrationRow
+from mocap_metrology.common.entries import load_twins
 from mocap_metrology.common.faults import Faults, stop
 from mocap_workflow.recordings import RecordingRow
 from mocap_workflow.sources import Sources, installed
@@ -33,7 +34,7 @@ try:
     package = installed("mocap_metrology", ROOT)
     SETTINGS = startup.configuration(config, ROOT)
     config.update(SETTINGS.model_dump(mode="json"))
-    twins = entries.load_twins(config["twins"])
+    twins = load_twins(config["twins"])
     recordings, calibrations = startup.sheets(config, twins["twins"])
     if workflow.is_main_process:  # once, not in each job
         startup.missing_markers(recordings.values())

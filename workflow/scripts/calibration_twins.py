@@ -20,4 +20,4 @@ with step(snakemake) as log:
         allan = Allan(**given.allan) if row["calibration"] in given.at_rest else None
         how = given.seed, against[row["calibration"]], settings, allan, folder
         document = simulate(Entry(**row), twin, *how)
-        log.info("%s: %s", twin.name, document["verdict"]["word"])
+        log.info("%s: %s", row["calibration"], document["verdict"]["word"])

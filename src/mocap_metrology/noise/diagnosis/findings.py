@@ -7,12 +7,13 @@ warm-up, walk) are of the noise model: made from rows of noise.csv by `likelihoo
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypedDict
 
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, Z_95, NoiseRow, deterministic_of
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.series import AXES
@@ -22,6 +23,13 @@ CODES = {
     "drift": ("mm/h", "slope of a straight line under the noise"),
     "warm_up": ("mm", "amplitude of an exponential approach, A_w; positive where it falls"),
     "random_walk": ("mm^2 Hz", "h_-2"),
+    "accelerating": ("mm", "movement that becomes faster, from start to end"),
+    "creep": ("mm", "movement that becomes slower as the logarithm of time, from start to end"),
+    "cycle": ("s", "period of a slow cycle"),
+    "step": ("mm", "lasting change of position at once"),
+    "shift": ("mm", "change of position that ends or fades"),
+    "two_levels": ("mm", "distance of two positions between which a series switches"),
+    "wander": ("mm", "range of slow wander whose kind cannot be decided"),
     "moves": ("mm", "movement that the noise does not explain, within the horizon"),
     "low_pass": ("Hz", "cutoff of a low-pass filter that ran before the export"),
     "gap_filled": ("", "share of the frames that an interpolation filled"),
@@ -95,7 +103,8 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
     noise: rows of noise.csv. Every part is a function of these that returns `Finding`s.
     """
     parts = [
-        model_findings(noise),
+        model_findings(noise, found.wanders),
+        _wanders(found),
         _moves(found),
         _low_pass(found),
         _gap_filled(recording),
@@ -190,10 +199,28 @@ def _coarse(found: Diagnosis) -> list[Finding]:
     ]
 
 
-def model_findings(noise_rows: Iterable[NoiseRow]) -> list[Finding]:
+def _wanders(found: Diagnosis) -> list[Finding]:
+    """Kinds of slow wander that the noise model has no coefficient of, and what is undecided."""
+    return [
+        Finding(kind, name, one.at_s[-1] if kind == "cycle" else one.size_mm)
+        for name, one in found.wanders.items()
+        for kind in one.kinds
+        if kind in CODES and kind not in CODE_OF.values()
+    ] + [Finding("wander", k, one.range_mm) for k, one in found.wanders.items() if one.undecided]
+
+
+def _named(row: NoiseRow, wanders: Mapping[str, Wander]) -> bool:
+    """Whether no other kind of wander explains what a coefficient stands for."""
+    one = wanders.get(row["series"])
+    return one is None or one.allows(CODE_OF.get(row["parameter"], ""))
+
+
+def model_findings(
+    noise_rows: Iterable[NoiseRow], wanders: Mapping[str, Wander] | None = None
+) -> list[Finding]:
     """`drift`, `warm_up` and `random_walk` of every series, with 95 % intervals. noise_rows: of
     noise.csv, of any series; what was not detected, or is a misfit, is none, and nor is what may be
-    nothing (see `_may_be_nothing`)."""
+    nothing (see `_may_be_nothing`), or of another kind by its signature (`wanders`)."""
     return [
         Finding(CODE_OF[row["parameter"]], row["series"], *_numbers(row))
         for row in noise_rows
@@ -201,6 +228,7 @@ def model_findings(noise_rows: Iterable[NoiseRow]) -> list[Finding]:
         and row["parameter"] in CODE_OF
         and row["status"] in USABLE
         and not _may_be_nothing(row)
+        and _named(row, wanders or {})
     ]
 
 
@@ -220,12 +248,18 @@ def _may_be_nothing(row: NoiseRow) -> bool:
     return low <= 0 <= high
 
 
-def deterministic_parts(noise_rows: Sequence[NoiseRow]) -> dict[str, Deterministic]:
-    """The deterministic part of every series that has one, less what may be nothing."""
+def deterministic_parts(
+    noise_rows: Sequence[NoiseRow], wanders: Mapping[str, Wander] | None = None
+) -> dict[str, Deterministic]:
+    """The deterministic part of every series that has one, less what may be nothing, or of another
+    kind by its signature."""
     own = [
         r
         for r in noise_rows
-        if r["estimator"] == DEFAULT_ESTIMATOR and r["status"] in USABLE and not _may_be_nothing(r)
+        if r["estimator"] == DEFAULT_ESTIMATOR
+        and r["status"] in USABLE
+        and not _may_be_nothing(r)
+        and (r["parameter"] not in ("drift", "A_w") or _named(r, wanders or {}))
     ]
     names = dict.fromkeys(r["series"] for r in own)
     parts = {name: deterministic_of([r for r in own if r["series"] == name]) for name in names}

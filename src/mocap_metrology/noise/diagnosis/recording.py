@@ -33,6 +33,7 @@ from mocap_metrology.noise.diagnosis.outliers import (
 )
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats
+from mocap_metrology.noise.diagnosis.signatures import AT_ONCE, Wander, signature
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.likelihood import (
     LONGEST_GAP,
@@ -47,6 +48,7 @@ from mocap_metrology.noise.series import AXES, all_series, every_series
 
 NOTCHES = 3  # of a series: its strongest lines
 MANY_GAPS = 1e-2  # share of the frames from which a reader is warned
+SLOW_HZ = 0.25  # lines below may be of a change at once, which has every frequency
 MOST_BLANKED = 0.5  # of the frames that lie in events; more, and nothing would be left to look at
 Columns = Mapping[str, np.ndarray]
 
@@ -107,7 +109,7 @@ class Diagnosis:
     (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
     and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
     before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
-    their position."""
+    their position; wanders: what slow wander is, a series."""
 
     events: list[Event]
     lines: list[Found]
@@ -126,6 +128,7 @@ class Diagnosis:
     trends: list[Trend]
     tails: list[Tails]
     repeats: list[Repeats]
+    wanders: dict[str, Wander]
 
 
 def diagnose(
@@ -172,7 +175,10 @@ def diagnose(
         avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
         kind = recording.resolution_kind
         step_of = resolution(name, step, kind, avar_1, rate, name.startswith("L"))
-        return _Examined(name, spectrum, own_lines, own_filtered, step_of)
+        kind_of = signature(series, rate)
+        if kind_of and set(kind_of.kinds) & AT_ONCE:
+            own_lines = [one for one in own_lines if one.line.f_0 > SLOW_HZ]
+        return _Examined(name, spectrum, own_lines, own_filtered, step_of, kind_of)
 
     every = list(over(examined, quiet.items()))
     blanked = Made(quiet, lambda name: _blanked(quiet[name], away))
@@ -185,6 +191,7 @@ def diagnose(
         sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
         _low_pass(recording, blanked, levels, settings, over), _trends(levels, events),
         heavy_tails(blanked, step, over), _repeats(recording),
+        {one.name: one.wander for one in every if one.wander is not None},
     )  # fmt: skip
 
 
@@ -197,6 +204,7 @@ class _Examined:
     lines: list[Found]
     filtered: list[Filtered]
     step: Resolution
+    wander: Wander | None
 
 
 def searched(

@@ -19,10 +19,16 @@ from mocap_metrology.noise.diagnosis.recording import (
     DiagnosisSettings,
     Recording,
 )
+from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.motion.movement import Movement, most_moving
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.text.drift import slow_movement, under_the_noise
+from mocap_metrology.present.text.drift import (
+    is_step,
+    slow_movement,
+    under_the_noise,
+    wander_sentences,
+)
 from mocap_metrology.present.text.movement import movement_words
 from mocap_metrology.present.text.numbers import (
     at_most,
@@ -74,7 +80,8 @@ def sentences(
         _events(found, recording, settings),
         _periodic(found.lines, recording),
         _misfit(noise, found),
-        under_the_noise(noise, recording),
+        under_the_noise(noise, recording, found.wanders),
+        wander_sentences(found, recording),
         low_pass_words(found.low_pass),
         level_words(found.trends),
         tail_words(found.tails),
@@ -97,7 +104,7 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
     if not found.events:
         return [_no_event(found, recording, settings)]
     order = sorted(found.events, key=lambda e: (not e.matters, -np.nan_to_num(e.size_mm)))
-    told = [_event(e, recording) for e in order[:NAMED_EVENTS]]
+    told = [_event(e, recording, found.wanders) for e in order[:NAMED_EVENTS]]
     if len(order) > NAMED_EVENTS:
         words = (
             f"{len(order)} events in {duration_words(recording.duration_s)}; the {NAMED_EVENTS} "
@@ -131,7 +138,7 @@ def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSetting
     return Sentence("event", "info", (), words, {"n_events": 0, "n_windows": found.n_windows})
 
 
-def _event(event: Event, recording: Recording) -> Sentence:
+def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) -> Sentence:
     side, markers = event.most_changed, event.markers(recording.labels)
     numbers = {
         "time_s": event.time_s, "duration_s": event.duration_s, "size_mm": event.size_mm,
@@ -143,10 +150,16 @@ def _event(event: Event, recording: Recording) -> Sentence:
         words = f"At {moment(event.time_s)} the noise level of {event.series[0]} changed"
     else:
         who = ", ".join(markers) or ", ".join(event.series)
-        words = (
-            f"At {moment(event.time_s)} {who} moved by up to {mm(event.size_mm)} "
-            f"({event.largest}) for {event.duration_s:.2g} s"
-        )
+        stays = [n for n, one in wanders.items() if is_step(event.time_s, event.stop_s, one)]
+        if stays:
+            name = max(stays, key=lambda k: abs(wanders[k].size_mm))
+            words = f"At {moment(event.time_s)} {who} shifted by {mm(abs(wanders[name].size_mm))} "
+            words += f"({name}) and stayed there"
+        else:
+            words = (
+                f"At {moment(event.time_s)} {who} moved by up to {mm(event.size_mm)} "
+                f"({event.largest}) for {event.duration_s:.2g} s"
+            )
     if side is None:
         words += "; too few samples remain on one side to compare the noise before and after"
     else:

@@ -6,10 +6,14 @@ from collections.abc import Mapping, Sequence
 
 from mocap_metrology.noise.diagnosis.findings import approach, deterministic_parts
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
+from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.model.deterministic import Deterministic
-from mocap_metrology.present.text.numbers import duration_words, mm, with_unit
+from mocap_metrology.present.text.numbers import duration_words, mm, moment, with_unit
 from mocap_metrology.present.text.sentence import Sentence, severity
+
+STEP_WITHIN_S = 5.0  # of an event that is the begin of a lasting shift
+LONGER = 4  # times the length: of cycles four, of a warm-up its end
 
 
 def slow_movement(found: Diagnosis, recording: Recording) -> list[Sentence]:
@@ -23,6 +27,12 @@ def slow_movement(found: Diagnosis, recording: Recording) -> list[Sentence]:
         f"({name}) in {duration_words(recording.duration_s)}; the slope of a straight line "
         f"through them is {_slope(worst.per_hour, recording.duration_s)}."
     )
+    one = found.wanders.get(name)
+    if one and one.net_error_mm == one.net_error_mm:
+        words += (
+            f" From its first tenth to its last it moved by {mm(one.net_mm)} "
+            f"+- {mm(1.96 * one.net_error_mm)}."
+        )
     numbers = {
         "range_mm": {k: d.range for k, d in known.items()},
         "drift_mm_per_h": {k: d.per_hour for k, d in known.items()},
@@ -30,9 +40,11 @@ def slow_movement(found: Diagnosis, recording: Recording) -> list[Sentence]:
     return [Sentence("drift", "info", (name,), words, numbers)]
 
 
-def under_the_noise(noise: Sequence[NoiseRow], recording: Recording) -> list[Sentence]:
-    """Warm-up and straight line that the noise model has."""
-    parts = deterministic_parts(noise)
+def under_the_noise(
+    noise: Sequence[NoiseRow], recording: Recording, wanders: Mapping[str, Wander]
+) -> list[Sentence]:
+    """Warm-up and straight line that the noise model has and no other kind of wander explains."""
+    parts = deterministic_parts(noise, wanders)
     told = []
     for kind, words in (
         ("warm_up", warm_up_words(parts, recording.duration_s)),
@@ -46,6 +58,63 @@ def under_the_noise(noise: Sequence[NoiseRow], recording: Recording) -> list[Sen
             level = severity(kind == "warm_up")
             told.append(Sentence(kind, level, tuple(names), words, numbers))
     return told
+
+
+def wander_sentences(found: Diagnosis, recording: Recording) -> list[Sentence]:
+    """One of each kind of slow wander, of the series that has most of it, and of what is undecided;
+    of changes at once only those that are no event."""
+    told = []
+    of: dict[str, dict[str, Wander]] = {}
+    for name, one in found.wanders.items():
+        for kind in ("undecided",) if one.undecided else one.kinds:
+            of.setdefault(kind, {})[name] = one
+    for kind, those in of.items():
+        if kind in ("drift", "warm_up"):
+            continue
+        size = {k: v.range_mm if kind == "undecided" else abs(v.size_mm) for k, v in those.items()}
+        name = max(size, key=lambda k: size[k])
+        if kind == "step" and any(is_step(e.time_s, e.stop_s, those[name]) for e in found.events):
+            continue
+        words = _words_of(kind, those[name], name, recording.duration_s)
+        level = severity(kind not in ("undecided", "cycle"))
+        told.append(Sentence("wander", level, tuple(those), words, {f"{kind}_mm": size}))
+    return told
+
+
+def is_step(begin_s: float, end_s: float, one: Wander) -> bool:
+    """Whether an event is the step of a series, which lasts after it."""
+    near = STEP_WITHIN_S
+    return "step" in one.kinds and begin_s - near <= one.at_s[0] <= end_s + near
+
+
+def _words_of(kind: str, one: Wander, name: str, duration_s: float) -> str:
+    size, net = mm(abs(one.size_mm)), mm(abs(one.net_mm))
+    lasting = duration_words(duration_s)
+    if kind == "accelerating":
+        return (
+            f"{name} moved by {net} in {lasting}, ever faster: check that the marker and the "
+            "cameras are mounted firmly."
+        )
+    if kind == "creep":
+        return f"{name} creeps: it moved by {net} in {lasting}, ever more slowly."
+    if kind == "cycle":
+        period = duration_words(one.at_s[-1])
+        return f"{name} goes to and fro with a period of {period}, amplitude {size}."
+    if kind == "step":
+        return f"At {moment(one.at_s[0])} {name} shifted by {size} and stayed there."
+    if kind == "shift":
+        begin, end = one.at_s
+        back = duration_words(end - begin)
+        return f"At {moment(begin)} {name} shifted by {size}, and came back within {back}."
+    if kind == "two_levels":
+        return (
+            f"{name} switches between two positions {size} apart, every "
+            f"{duration_words(one.at_s[-1])} on average: a camera may gain and lose the marker."
+        )
+    return (
+        f"Slow wander of {mm(one.range_mm)} in {lasting} ({name}); its kind cannot be decided from "
+        f"this recording, one of {duration_words(LONGER * duration_s)} may show it."
+    )
 
 
 def warm_up_words(parts: Mapping[str, Deterministic], duration_s: float) -> str:

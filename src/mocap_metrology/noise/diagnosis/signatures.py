@@ -15,9 +15,9 @@ least-squares fit of few columns, and has
 
     BIC = sum ln S_k + n ln(rest / n) + p ln n,
 
-with p parameters, places that were searched counted. A kind is named where every hypothesis without
-it has a BIC that is greater by 2 ln(1 / 0.01) = 9.2 at least: odds of 100 to 1 [Kass & Raftery
-1995, J. Am. Stat. Assoc. 90, 773].
+with p parameters: columns, and places, time constants and slow noises that were searched. A kind is
+named where every hypothesis without it has a BIC that is greater by 2 ln(1 / 0.01) = 9.2 at least:
+odds of 100 to 1 [Kass & Raftery 1995, J. Am. Stat. Assoc. 90, 773].
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ EXCLUDED = 2 * math.log(100)  # of BIC: a level of 0.01
 MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 BLOCK_S = 1.0  # at least: what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
-SHARES = np.array([0.01, 0.03, 0.1])  # T_c of a Gauss-Markov term over the recording
+SHARES = 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
 CONSTANTS = np.geomspace(0.02, 0.7, 16)  # of a warm-up, over the recording
 PERIODS = 3.0  # of a cycle that is named
 SWITCHES = 4  # of two levels, at least
@@ -49,7 +49,7 @@ Columns = Callable[[float], Floats]
 CURVES: dict[str, Callable[[Floats, float], Floats]] = {  # of time and constant over the recording
     "warm_up": lambda t, c: np.exp(-t / c),
     "accelerating": lambda t, c: np.exp((t - 1) / c),
-    "creep": lambda t, c: np.log1p(50 * t / c),
+    "creep": lambda t, c: np.log1p(15 * t / c),
 }
 
 
@@ -170,10 +170,10 @@ def _fits(z: Floats) -> dict[tuple[frozenset[str], str], tuple[float, _Shape]]:
     found: dict[tuple[frozenset[str], str], tuple[float, _Shape]] = {}
     transformed = [dst(np.diff(one.columns), type=1, norm="ortho", axis=1) for one in shapes]
     for noise, spectra in _noises(weight, n).items():
-        start = _bic(y, np.zeros((0, n)), spectra, 1 + (noise != "white"))
+        start = _bic(y, np.zeros((0, n)), spectra, int(noise != "white"))
         for shape, columns in zip(shapes, transformed, strict=True):
             use = spectra if len(spectra) == 1 else spectra[_near(start[1], len(spectra))]
-            p = 1 + (noise != "white") + len(columns) + shape.searched
+            p = len(columns) + shape.searched + (noise != "white")
             value = _bic(y, columns, use, p)[0] if len(columns) else start[0]
             key = shape.kinds, noise
             if key not in found or value < found[key][0]:
@@ -191,8 +191,8 @@ def _noises(weight: Floats, n: int) -> Mapping[str, Floats]:
     walk = weight + RATIOS[:, None]
     flicker = weight + RATIOS[:, None] * np.sqrt(weight)
     slow = []
-    for share in SHARES:
-        a = math.exp(-1 / (share * n))
+    for T_c in np.geomspace(1, n / 10, SHARES):  # in blocks
+        a = math.exp(-1 / T_c)
         one = weight / ((1 - a) ** 2 + a * weight)
         slow += [weight + ratio * one for ratio in RATIOS[::2]]
     return {
@@ -308,6 +308,9 @@ def _steps(z: Floats) -> Iterator[_Shape]:
         gain = total[at] ** 2 * (1 / at + 1 / (n - at))
         for best in at[np.argsort(gain)[-2:]]:
             yield _Shape(frozenset({"step"}), (t >= best).astype(float)[None], 1, (float(best),))
+            for begun in (best - 1, best):  # a block that it comes within
+                parts = np.array([t == begun, t > begun], float)
+                yield _Shape(frozenset({"step"}), parts, 1, (float(begun),))
         edges = np.unique(np.linspace(1, n - 1, min(n - 1, 120)).astype(int))
         i, j = np.triu_indices(edges.size, 1)
         a, b = edges[i], edges[j]
@@ -350,8 +353,8 @@ def _recoveries(z: Floats) -> Iterator[_Shape]:
         def fading(constant: float, begin: int = best) -> Floats:
             return np.where(t >= begin, np.exp(-np.maximum(t - begin, 0) / constant), 0.0)[None]
 
-        constant = _refined(z, fading, np.geomspace(1, n / 5, 16), line=False)
-        first = (t == best).astype(float)  # a block that the shift begins within
+        first = (t == best).astype(float)[None]  # a block that the shift begins within
+        constant = _refined(z, fading, np.geomspace(1, n / 5, 16), line=False, beside=first)
         yield _Shape(
             frozenset({"shift"}),
             np.vstack([first, fading(constant)]),
@@ -361,7 +364,8 @@ def _recoveries(z: Floats) -> Iterator[_Shape]:
 
 
 def _two_levels(z: Floats) -> _Shape | None:
-    """By the most probable sequence of two levels (Viterbi), each switch a parameter."""
+    """By the most probable sequence of two levels (Viterbi). A switch counts as two parameters, as
+    its place is searched among many."""
     n = z.size
     low, high = np.quantile(z, [0.1, 0.9])
     state = z > (low + high) / 2
@@ -378,7 +382,7 @@ def _two_levels(z: Floats) -> _Shape | None:
     if switches < SWITCHES:
         return None
     dwell = n / (switches + 1)
-    return _Shape(frozenset({"two_levels"}), state.astype(float)[None], switches, (dwell,))
+    return _Shape(frozenset({"two_levels"}), state.astype(float)[None], 2 * switches, (dwell,))
 
 
 def _viterbi(cost_0: Floats, cost_1: Floats, price: float) -> np.ndarray:

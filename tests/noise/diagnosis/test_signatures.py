@@ -1,0 +1,63 @@
+"""Kinds of slow wander: simulated shapes of known kind, in noise of known kind."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.sentences.signatures import KINDS, RATE, N, T
+from mocap_metrology.noise.diagnosis.signatures import LEAST_BLOCKS, Wander, signature
+
+
+def noise(seed: int, n: int = N) -> np.ndarray:
+    return np.random.default_rng(seed).normal(0, 0.02, n)
+
+
+@pytest.mark.parametrize("case", KINDS)
+def test_each_kind_is_named_and_nothing_else(case: str) -> None:
+    """Two recordings each: of 40, none was wrong but of flicker."""
+    draw, true, also = KINDS[case]
+    for seed in (3, 4):
+        found = signature(draw(np.random.default_rng(seed)) + noise(seed), RATE)
+        assert found is not None
+        said = {*found.kinds, *(("noise",) if found.noise else ())} - {*also}
+        assert said == set(true), (said, found.possible)
+
+
+def test_size_and_place_of_a_step_and_of_a_cycle() -> None:
+    step = signature(noise(5) - np.where(T >= 300.4, 0.06, 0.0), RATE)
+    assert step is not None and step.kinds == ("step",)
+    assert step.size_mm == pytest.approx(-0.06, abs=0.001)
+    assert step.at_s[0] == pytest.approx(300.4, abs=1)
+    assert step.net_mm == pytest.approx(-0.06, abs=4 * step.net_error_mm)
+    cycle = signature(noise(6) + 0.05 * np.sin(2 * np.pi * T / 187.3), RATE)
+    assert cycle is not None and cycle.kinds == ("cycle",)
+    assert cycle.size_mm == pytest.approx(0.05, abs=0.001)
+    assert cycle.at_s[-1] == pytest.approx(187.3, rel=0.005)
+
+
+def test_distance_and_dwell_of_two_levels() -> None:
+    found = signature(noise(7) + 0.04 * (np.floor(T / 45) % 2), RATE)
+    assert found is not None and found.kinds == ("two_levels",)
+    assert abs(found.size_mm) == pytest.approx(0.04, abs=0.001)
+    assert found.at_s[0] == pytest.approx(45, rel=0.05)
+
+
+def test_gaps_leave_the_kind_and_a_short_recording_has_none() -> None:
+    series = noise(8) + 0.2 * np.exp(-T / 150)
+    series[np.random.default_rng(9).random(N) < 0.3] = np.nan
+    series[20_000:24_000] = np.nan
+    found = signature(series, RATE)
+    assert found is not None and found.kinds == ("warm_up",)
+    assert signature(series[: (LEAST_BLOCKS - 1) * 100], RATE) is None
+    assert signature(np.full(N, np.nan), RATE) is None
+    assert signature(np.zeros(N), RATE) is None
+
+
+def test_a_coefficient_is_named_by_its_own_kind_alone() -> None:
+    none = Wander((), False, (), 0.0, 0.0, 0.0)
+    assert not any(none.allows(kind) for kind in ("drift", "warm_up", "random_walk"))
+    assert not none.undecided
+    slow = Wander(("drift",), True, ("drift",), 0.1, 0.01, 0.1)
+    assert slow.allows("drift") and slow.allows("random_walk") and not slow.allows("warm_up")
+    assert Wander((), False, ("cycle", "drift"), 0.1, 0.01, 0.1).undecided

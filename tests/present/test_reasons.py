@@ -128,6 +128,11 @@ SENTENCES = [
         "the limit for good is 0.35 mm.",
     ),
     (
+        Check(Code.WANDER, "usable", 0.5, 0.35, "mm", series="y1", over_s=3600.0),
+        "y1 wanders: a straight line fitted to it changes by 0.5 mm in an hour; the limit for good "
+        "is 0.35 mm.",
+    ),
+    (
         ModelCheck(
             Code.MISFIT, "usable", "refused", "ok", n_coordinates=2, unmodelled={"y1": SHORT}
         ),

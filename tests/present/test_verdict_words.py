@@ -224,7 +224,7 @@ def test_what_is_bad_is_no_reference_in_words_either() -> None:
 def test_every_kind_of_noise_has_a_colour() -> None:
     kinds = [
         *("violet", "blue", "white", "flicker", "random walk", "periodic (14.4 Hz)"),
-        *("drift", "warm-up"),
+        *("drift", "warm-up", "slow wander"),
         *(f"correlated (T_c {T_c} s)" for T_c in ("0.0417", "1", "9.99", "10.1", "1380")),
     ]
     assert {kind_of(name)[0] for name in kinds} == set(KINDS)

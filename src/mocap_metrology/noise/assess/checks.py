@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
-from mocap_metrology.noise.diagnosis.findings import Finding
+from mocap_metrology.noise.diagnosis.findings import WANDERS, Finding
 from mocap_metrology.settings import Verdict as Limits
 from mocap_metrology.settings import Word
 
@@ -44,6 +44,11 @@ class Facts:
         return {one.series: one.value for one in self.findings if one.code == code}
 
     @property
+    def wandering(self) -> set[str]:
+        """Series with slow wander that is no noise: of another kind, or undecided."""
+        return {one.series for one in self.findings if one.code in WANDERS}
+
+    @property
     def short(self) -> bool:
         """Whether the requested horizon is out of reach."""
         return self.horizon_s < SHORT * self.asked_s
@@ -71,6 +76,7 @@ class Code(StrEnum):
     OUTLIERS = "outliers"
     DRIFT = "drift"
     RANDOM_WALK = "random_walk"
+    WANDER = "wander"  # slow movement of another kind, or of none that is known
     MISFIT = "misfit"
     DURATION = "duration"
     MARKERS = "markers"
@@ -262,8 +268,10 @@ def drift(coordinates: Series, facts: Facts, limits: Limits) -> Check:
     key, limit = "", math.nan
     if name:
         word, key, limit = _graded(value, *limits.drift_mm, "drift_mm")
-    straight = name in facts.found("drift") or name not in facts.found("random_walk")
-    code = Code.DRIFT if straight else Code.RANDOM_WALK
+    code = Code.DRIFT
+    if name not in facts.found("drift"):
+        walk, other = name in facts.found("random_walk"), name in facts.wandering
+        code = Code.RANDOM_WALK if walk else Code.WANDER if other else Code.DRIFT
     return Check(code, word, value, limit, "mm", key, name, over_s=facts.horizon_s)
 
 

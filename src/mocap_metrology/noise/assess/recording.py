@@ -41,6 +41,8 @@ from mocap_metrology.noise.gaussian.two_markers import LONG_S
 from mocap_metrology.settings import Verdict as Limits
 from mocap_metrology.settings import Word
 
+OF_WANDER = ("random walk", "drift", "warm-up")  # shares that are named where the kind is sure
+SLOW_WANDER = "slow wander"
 OF_MOVING = (Code.MISSING, Code.MISSING_OR_FILLED)  # what else counts where every marker moves
 RULE = (4, 10)  # times better than the device under test [S 2.2]
 CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
@@ -132,10 +134,25 @@ def assess_recording(
         n_frames,
         inputs.findings,
     )
+    numbers = {k: _unnamed(v) if k in facts.wandering else v for k, v in numbers.items()}
     word = verdict(numbers, facts, limits)
     if duration < LONG_S:
         numbers = {k: replace(v, drift_mm_per_h=math.nan) for k, v in numbers.items()}
     return Assessment(facts, span, limits, word, numbers)
+
+
+def _unnamed(numbers: SeriesNumbers) -> SeriesNumbers:
+    """Shares with walk, drift and warm-up as slow wander: its kind is another, or open."""
+
+    def renamed(shares: Mapping[str, float]) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for name, share in shares.items():
+            name = SLOW_WANDER if name in OF_WANDER else name
+            found[name] = found.get(name, 0.0) + share
+        return found
+
+    means = tuple(replace(mean, shares=renamed(mean.shares)) for mean in numbers.means)
+    return replace(numbers, shares=renamed(numbers.shares), means=means)
 
 
 def verdict(series: Series, facts: Facts, limits: Limits | None = None) -> Verdict:

@@ -24,7 +24,7 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.motion.movement import Movement, most_moving
 from mocap_metrology.noise.series import AXES
 from mocap_metrology.present.text.drift import (
-    is_step,
+    at_once_words,
     slow_movement,
     under_the_noise,
     wander_sentences,
@@ -81,7 +81,7 @@ def sentences(
         _periodic(found.lines, recording),
         _misfit(noise, found),
         under_the_noise(noise, recording, found.wanders),
-        wander_sentences(found, recording),
+        wander_sentences(found, noise, recording),
         low_pass_words(found.low_pass),
         level_words(found.trends),
         tail_words(found.tails),
@@ -150,16 +150,10 @@ def _event(event: Event, recording: Recording, wanders: Mapping[str, Wander]) ->
         words = f"At {moment(event.time_s)} the noise level of {event.series[0]} changed"
     else:
         who = ", ".join(markers) or ", ".join(event.series)
-        stays = [n for n, one in wanders.items() if is_step(event.time_s, event.stop_s, one)]
-        if stays:
-            name = max(stays, key=lambda k: abs(wanders[k].size_mm))
-            words = f"At {moment(event.time_s)} {who} shifted by {mm(abs(wanders[name].size_mm))} "
-            words += f"({name}) and stayed there"
-        else:
-            words = (
-                f"At {moment(event.time_s)} {who} moved by up to {mm(event.size_mm)} "
-                f"({event.largest}) for {event.duration_s:.2g} s"
-            )
+        words = f"At {moment(event.time_s)} {who} "
+        words += at_once_words(event.time_s, event.stop_s, wanders) or (
+            f"moved by up to {mm(event.size_mm)} ({event.largest}) for {event.duration_s:.2g} s"
+        )
     if side is None:
         words += "; too few samples remain on one side to compare the noise before and after"
     else:

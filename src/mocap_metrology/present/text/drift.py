@@ -12,7 +12,8 @@ from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.present.text.numbers import duration_words, mm, moment, with_unit
 from mocap_metrology.present.text.sentence import Sentence, severity
 
-STEP_WITHIN_S = 5.0  # of an event that is the begin of a lasting shift
+LASTING_S = 10.0  # of a shift; a shorter one is movement
+AT_ONCE_S = 5.0  # from an event to the step or shift that it is an end of
 LONGER = 4  # times the length: of cycles four, of a warm-up its end
 
 
@@ -60,36 +61,65 @@ def under_the_noise(
     return told
 
 
-def wander_sentences(found: Diagnosis, recording: Recording) -> list[Sentence]:
-    """One of each kind of slow wander, of the series that has most of it, and of what is undecided;
-    of changes at once only those that are no event."""
+def wander_sentences(
+    found: Diagnosis, noise: Sequence[NoiseRow], recording: Recording
+) -> list[Sentence]:
+    """One of each kind of slow wander, of the coordinate that has most of it, and of what is
+    undecided; not of steps that are an event, nor of what `under_the_noise` says."""
     told = []
+    parts = deterministic_parts(noise, found.wanders)
+    said = {"drift"} | ({"warm_up"} if any(part.A_w for part in parts.values()) else set())
     of: dict[str, dict[str, Wander]] = {}
     for name, one in found.wanders.items():
         for kind in ("undecided",) if one.undecided else one.kinds:
             of.setdefault(kind, {})[name] = one
     for kind, those in of.items():
-        if kind in ("drift", "warm_up"):
+        if kind in said:
             continue
         size = {k: v.range_mm if kind == "undecided" else abs(v.size_mm) for k, v in those.items()}
-        name = max(size, key=lambda k: size[k])
-        if kind == "step" and any(is_step(e.time_s, e.stop_s, those[name]) for e in found.events):
+        name = max(size, key=lambda k: (k in recording.coordinates, size[k]))
+        if kind in ("step", "shift") and any(
+            at_once(e.time_s, e.stop_s, those[name]) == 0 for e in found.events
+        ):
             continue
         words = _words_of(kind, those[name], name, recording.duration_s)
-        level = severity(kind not in ("undecided", "cycle"))
-        told.append(Sentence("wander", level, tuple(those), words, {f"{kind}_mm": size}))
+        told.append(Sentence("wander", "warning", tuple(those), words, {f"{kind}_mm": size}))
     return told
 
 
-def is_step(begin_s: float, end_s: float, one: Wander) -> bool:
-    """Whether an event is the step of a series, which lasts after it."""
-    near = STEP_WITHIN_S
-    return "step" in one.kinds and begin_s - near <= one.at_s[0] <= end_s + near
+def at_once(begin_s: float, end_s: float, one: Wander) -> int | None:
+    """Which end of a step or shift an event is: 0 the begin, 1 where it goes back; else None."""
+    near = AT_ONCE_S
+    if not {"step", "shift"} & set(one.kinds):
+        return None
+    ends = one.at_s if "shift" in one.kinds else one.at_s[:1]
+    return next((k for k, t in enumerate(ends) if begin_s - near <= t <= end_s + near), None)
+
+
+def at_once_words(begin_s: float, end_s: float, wanders: Mapping[str, Wander]) -> str:
+    """What an event is that is an end of a step or shift; empty for others."""
+    ends = {name: at_once(begin_s, end_s, one) for name, one in wanders.items()}
+    here = [name for name, end in ends.items() if end is not None]
+    if not here:
+        return ""
+    name = max(here, key=lambda k: (not k.startswith("L"), abs(wanders[k].size_mm)))
+    one = wanders[name]
+    size = f"by {mm(abs(one.size_mm))} ({name})"
+    if "step" in one.kinds:
+        return f"shifted {size} and stayed there"
+    if one.at_s[1] - one.at_s[0] < LASTING_S:
+        return ""
+    lasting = duration_words(one.at_s[1] - one.at_s[0])
+    return (
+        f"shifted back {size}" if ends[name] else f"shifted {size} and came back within {lasting}"
+    )
 
 
 def _words_of(kind: str, one: Wander, name: str, duration_s: float) -> str:
     size, net = mm(abs(one.size_mm)), mm(abs(one.net_mm))
     lasting = duration_words(duration_s)
+    if kind == "warm_up":
+        return f"{name} approaches a position: it moved by {net} in {lasting}, ever more slowly."
     if kind == "accelerating":
         return (
             f"{name} moved by {net} in {lasting}, ever faster: check that the marker and the "

@@ -31,6 +31,7 @@ QUANTITIES = {
     Code.OUTLIERS: "share of outliers",
     Code.DRIFT: "drift over the horizon",
     Code.RANDOM_WALK: "drift over the horizon",
+    Code.WANDER: "drift over the horizon",
     Code.MISFIT: "noise model",
     Code.DURATION: "duration",
     Code.MARKERS: "markers",
@@ -103,6 +104,11 @@ def reason(check: Check) -> str:
             return (
                 f"{100 * value:.3g} % of the frames of {check.series} are {SHARES[check.code]}; "
                 f"{_against(check, 100, '%')}."
+            )
+        case Code.WANDER:
+            return (
+                f"{check.series} wanders: a straight line fitted to it changes by {mm(value)} in "
+                f"{duration_words(check.over_s)}; {_against(check)}."
             )
         case Code.DRIFT | Code.RANDOM_WALK:
             walk = "wanders as a random walk: a straight line fitted to it rises"

@@ -68,6 +68,7 @@ KINDS = {
     "random walk": "#cf4a2c",
     "drift": "#6b8e23",
     "warm-up": "#a9c46c",
+    "slow wander": "#b48a78",
 }
 CORRELATED = {kind.split()[1]: kind for kind in KINDS if kind.startswith("correlated")}
 DARK = ("periodic", CORRELATED["unclassed"], CORRELATED["long"])  # white text on them

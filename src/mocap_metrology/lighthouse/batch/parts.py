@@ -23,7 +23,10 @@ from mocap_metrology.lighthouse.batch.solve import (
 from mocap_metrology.lighthouse.records import AXES, ROLES, Halves, SharedErrors
 
 SPLITS = (1 / 3, 1 / 2, 2 / 3)  # of the duration; a bump is near one of them
-FEWEST_SWEEPS = 40  # of a part
+FEWEST_SWEEPS = 20  # of each station in a part
+
+
+UNDETERMINED = 100.0  # m^2 or rad^2: the variance of a pose that nothing determines
 
 
 @dataclass(frozen=True)
@@ -35,21 +38,26 @@ class _Part:
     noise: np.ndarray
 
 
-def _part(found: Joint, S: Floats, h: Floats) -> _Part:
-    """One Gauss-Newton step of all unknowns from a part of the hits."""
+def _part(found: Joint, S: Floats, h: Floats, station: int) -> _Part | None:
+    """One Gauss-Newton step of all unknowns from a part of the hits; None where these do not
+    determine the pose of the station."""
     known = 1 / found.working**2
-    M = np.linalg.inv(S + np.diag(known))
+    try:
+        M = np.linalg.inv(S + np.diag(known))
+    except np.linalg.LinAlgError:
+        return None
+    rows = found.pose(station)
+    variances = np.linalg.eigvalsh(M[np.ix_(rows, rows)])
+    if not 0 < variances[0] <= variances[-1] < UNDETERMINED:
+        return None
     step = -M @ (h + known * found.state.values)
     return _Part(step, M * known, M @ S @ M)
 
 
-def _of_sums(found: Joint, sums: Sequence[Sums], noise: Noise) -> _Part | None:
+def _of_sums(found: Joint, sums: Sequence[Sums], noise: Noise, station: int) -> _Part | None:
     """From some of the sums of a recording."""
-    own = added(sums)
-    if own.begin.size < FEWEST_SWEEPS:
-        return None
-    without = reduced(own, found.recordings[0].trajectory, noise)
-    return _part(found, without.S, without.h)
+    without = reduced(added(sums), found.recordings[0].trajectory, noise)
+    return _part(found, without.S, without.h, station)
 
 
 def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halves:
@@ -65,15 +73,19 @@ def _apart(found: Joint, a: _Part, b: _Part, own: Floats, station: int) -> Halve
     return Halves(float(mm), float(deg), m2)
 
 
-def _pieces(found: Joint) -> tuple[list[Sums], Noise]:
-    """Sums over the pieces between `SPLITS`, and the noise of their weights: at least the spread of
-    the residuals, which are larger where a station was moved."""
+def _pieces(found: Joint) -> tuple[list[Sums], np.ndarray, Noise]:
+    """Sums over the pieces between `SPLITS`, the sweeps of each station in them (pieces, stations),
+    and the noise of their weights: at least the spread of the residuals, which are larger where a
+    station was moved."""
     one, coarse = found.recordings[0], rough(found.recordings[0])
     noise = Noise(max(coarse.hit, one.noise.hit), one.noise.sweep)
     hit = weights(one.seen, one.residual, noise).hit
     time = one.sweeps.hits.time_s
     ends = time.min() + np.array(SPLITS) * np.ptp(time)
     piece = np.searchsorted(ends, time[one.sweeps.first[:-1]], side="right")
+    stations = one.sweeps.hits.station[one.sweeps.first[:-1]]
+    count = np.zeros((len(SPLITS) + 1, len(found.state.R)), int)
+    np.add.at(count, (piece, stations), 1)
     sums = []
     for k in range(len(SPLITS) + 1):
         chosen = piece == k
@@ -81,7 +93,7 @@ def _pieces(found: Joint) -> tuple[list[Sums], Noise]:
         seen = sweeps_of(one.seen, chosen)
         off, weight, of = one.residual[own], hit[own], found.of
         sums.append(linearised(seen, one.trajectory, found.state, off, weight, of, one.more(of)))
-    return sums, noise
+    return sums, count, noise
 
 
 def halves(found: Joint, station: int = 1) -> Halves | None:
@@ -90,12 +102,15 @@ def halves(found: Joint, station: int = 1) -> Halves | None:
 
     Errors of board and optics are the same in both and nearly cancel: with the gains K_i, the
     difference has the covariance of both parts' noise and
-    (K_1 - K_2) diag(believed^2) (K_1 - K_2)'.
+    (K_1 - K_2) diag(believed^2) (K_1 - K_2)'. A part counts that has sweeps of every station: from
+    the hits of one alone the pose between two is not determined. None where no two parts have.
     """
-    pieces, noise = _pieces(found)
+    pieces, count, noise = _pieces(found)
     apart, same = [], np.zeros(found.of.size)
     for k in range(1, len(pieces)):
-        a, b = _of_sums(found, pieces[:k], noise), _of_sums(found, pieces[k:], noise)
+        if min(count[:k].sum(axis=0).min(), count[k:].sum(axis=0).min()) < FEWEST_SWEEPS:
+            continue
+        a, b = (_of_sums(found, own, noise, station) for own in (pieces[:k], pieces[k:]))
         if a is not None and b is not None:
             apart.append(_apart(found, a, b, same, station))
     return max(apart, key=lambda pair: pair.m2, default=None)
@@ -112,7 +127,10 @@ def predicted(found: Joint, priors: Priors, station: int = 1) -> list[Halves]:
     zero = _of_one(found, priors)
     apart = []
     for own in parts:
-        alone, others = _part(found, own.S, own.h), _part(found, S - own.S, h - own.h)
+        alone = _part(found, own.S, own.h, station)
+        others = _part(found, S - own.S, h - own.h, station)
+        if alone is None or others is None:
+            raise np.linalg.LinAlgError("a recording does not determine the pose of its stations")
         apart.append(replace(_apart(found, alone, others, zero, station), recordings=True))
     return apart
 

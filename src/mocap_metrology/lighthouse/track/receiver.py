@@ -83,7 +83,8 @@ def along(found: Joint, scene: Scene, known: Calibrated, note: str) -> Track:
     time_s = own_s.min() + STEP_S * np.arange(int(np.ptp(own_s) / STEP_S) + 1)
     hits = one.sweeps.hits
     count, residual = _near(time_s, hits.time_s, hits.station, one.alone)
-    sd = spread(found, scene.used_priors, known.covariance, known.own, time_s)
+    with determined("receiver"):
+        sd = spread(found, scene.used_priors, known.covariance, known.own, time_s)
     R, t = one.trajectory.poses(time_s)
     unseen = count.sum(axis=1) == 0
     for values in (R, t, residual, sd.noise, sd.calibration, sd.total, sd.by_slave):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.assess.spread import measured_within
+from mocap_metrology.noise.assess.spread import measured_within, spread
 from mocap_metrology.noise.cameras.information import Chain, Step, camera_noise
 from mocap_metrology.noise.diagnosis import dynamic, events, export, levels
 from mocap_metrology.noise.diagnosis.periodic import mains_of
@@ -19,6 +20,7 @@ from mocap_metrology.noise.fit.spectral import gaps, likelihood, whittle
 from mocap_metrology.noise.fit.spectral.line import Line, _folded
 from mocap_metrology.noise.fit.spectral.lines import find_slow_lines
 from mocap_metrology.noise.gaussian.two_markers import correlation_time, kernel_density
+from mocap_metrology.noise.model.components import Sinusoid
 from mocap_metrology.noise.motion.place import evenness
 from mocap_metrology.noise.twins.take import Take, TakeTwin, simulate_take
 
@@ -255,3 +257,17 @@ def test_a_slow_wide_line_keeps_the_density_that_was_stated() -> None:
     series = rng.normal(0, 1.0, n) + np.sin(2 * np.pi * 0.03 * np.arange(n) / rate + phase)
     found = [line for line in find_slow_lines(series, rate, lambda f: 0 * f + 0.2) if line.wide]
     assert found and all(line.psd == pytest.approx(0.2) for line in found)
+
+
+def test_a_line_at_nyquist_has_the_variance_of_its_samples() -> None:
+    """+A, -A, ...: A^2, where any other sinusoid has A^2 / 2."""
+    line = Sinusoid(0.3, 50.0)
+    assert spread(line, 1, 1000, 100.0) == pytest.approx(0.09)
+    assert spread(Sinusoid(0.3, 25.0), 1, 1000, 100.0) == pytest.approx(0.045)
+    assert spread(line, 3, 999, 100.0) == pytest.approx(0.01, rel=1e-3)
+
+
+def test_an_interval_that_holds_zero_supports_no_rise() -> None:
+    sure = levels.Trend("x1", 0.2, 0.1, 0.3, 0.0, 0.2)
+    assert sure.direction == "rises" and replace(sure, lower=-0.01).direction == "changes"
+    assert levels.Trend("x1", -0.2, -0.3, -0.1, -0.2, 0.0).direction == "falls"

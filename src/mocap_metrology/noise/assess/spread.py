@@ -69,7 +69,9 @@ def spread(
         return component.variance * (_correlated_mean(n, a) - _correlated_mean(N, a))
     if isinstance(component, Sinusoid):
         x = math.pi * component.f_0 * tau0
-        return component.recorded(frame_rate_hz, form) ** 2 / 2 * (_gain(n, x) - _gain(N, x))
+        alternates = abs(component.f_0 * tau0 - 0.5) < 1e-9  # at Nyquist every sample is +-A
+        variance = component.recorded(frame_rate_hz, form) ** 2 / (1 if alternates else 2)
+        return variance * (_gain(n, x) - _gain(N, x))
     if component.alpha == 0:
         return component.h / (2 * tau0) * (1 / n - 1 / N)
     if component.alpha == -2:

@@ -166,8 +166,9 @@ class Trend:
 
     @property
     def steady(self) -> bool:
-        """Whether it falls or rises, and does not come back."""
-        return abs(self.change) >= (self.greatest - self.least) / 2
+        """Whether it falls or rises, by an interval without zero, and does not come back."""
+        sure = self.lower > 0 or self.upper < 0
+        return sure and abs(self.change) >= (self.greatest - self.least) / 2
 
     @property
     def direction(self) -> Literal["falls", "rises", "changes"]:

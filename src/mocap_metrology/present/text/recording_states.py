@@ -45,9 +45,9 @@ def level_words(found: Sequence[Trend]) -> list[Sentence]:
             how = f"slowly, by {least} to {most} from its level at "
             how += f"the start ({worst.series})"
         else:
-            ends = sorted((abs(worst.lower), abs(worst.upper)))
+            ends = (percent(v, sign=True) for v in (worst.lower, worst.upper))
             how = f"by {percent(abs(worst.change))} over the recording ({worst.series}; 95 %: "
-            how += f"{percent(ends[0])} to {percent(ends[1])})"
+            how += f"{' to '.join(ends)})"
         words = f"Noise of {', '.join(names)} {word} {how}."
         numbers = {"change": {t.series: t.change for t in own}}
         told.append(Sentence("level", severity(worst.matters), names, words, numbers))

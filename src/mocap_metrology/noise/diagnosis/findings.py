@@ -34,6 +34,7 @@ CODES = {
     "low_pass": ("Hz", "cutoff of a low-pass filter that ran before the export"),
     "gap_filled": ("", "share of the frames that an interpolation filled"),
     "repeated": ("", "share of the frames that repeat the position of the frame before"),
+    "solved": ("", "variance of the steps of a distance over that of its ends; of measured ones 1"),
     "resolution_limited": ("mm", "step of the file, which exceeds the noise"),
     "heavy_tails": ("", "excess kurtosis of the differences of frames"),
     "level_changes": ("", "relative change of the level of the noise over the recording"),
@@ -110,6 +111,7 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
         _low_pass(found),
         _gap_filled(recording),
         _repeated(recording, found),
+        [Finding("solved", name, ratio) for name, ratio in found.solved.items()],
         _coarse(found),
         _heavy_tails(found),
         _level_changes(found),
@@ -196,7 +198,7 @@ def _coarse(found: Diagnosis) -> list[Finding]:
     return [
         Finding("resolution_limited", one.series, one.step_mm)
         for one in found.resolutions
-        if one.word == DOMINATES
+        if one.word == DOMINATES and one.series not in found.solved
     ]
 
 

@@ -32,7 +32,7 @@ from mocap_metrology.noise.diagnosis.outliers import (
     without,
 )
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
-from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats
+from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.signatures import AT_ONCE, Wander, signature
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.likelihood import (
@@ -109,7 +109,8 @@ class Diagnosis:
     (blocks of a second): a series; n_windows: that events were looked for in; quiet: coordinates
     and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
     before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
-    their position; wanders: what slow wander is, a series."""
+    their position; wanders: what slow wander is, a series;
+    solved: distances within rigid bodies that the software solved."""
 
     events: list[Event]
     lines: list[Found]
@@ -129,6 +130,7 @@ class Diagnosis:
     tails: list[Tails]
     repeats: list[Repeats]
     wanders: dict[str, Wander]
+    solved: dict[str, float]
 
 
 def diagnose(
@@ -181,17 +183,24 @@ def diagnose(
         return _Examined(name, spectrum, own_lines, own_filtered, step_of, kind_of)
 
     every = list(over(examined, quiet.items()))
+    moves = _movements(recording, settings, over)
+    at_rest = [
+        pair
+        for pair in recording.pairs
+        if not any(moves[f"{axis}{k}"].moves for k in pair for axis in AXES)
+    ]
     blanked = Made(quiet, lambda name: _blanked(quiet[name], away))
     spectra = {one.name: one.spectrum for one in every if one.spectrum is not None}
     return Diagnosis(
         events, [line for one in every for line in one.lines],
         [left for one in every for left in one.filtered], [one.step for one in every], spikes,
         _missing(recording), drifts,
-        _movements(recording, settings, over), dynamics, levels,
+        moves, dynamics, levels,
         sum(d.n_tests for own in dynamics.values() for d in own), quiet, spectra,
         _low_pass(recording, blanked, levels, settings, over), _trends(levels, events),
         heavy_tails(blanked, step, over), _repeats(recording),
         {one.name: one.wander for one in every if one.wander is not None},
+        solved_pairs(quiet, at_rest),
     )  # fmt: skip
 
 

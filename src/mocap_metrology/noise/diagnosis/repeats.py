@@ -1,4 +1,5 @@
-"""Frames that repeat the position before them exactly: what a filter or a fill leaves.
+"""What is not measured: frames that repeat the position before them, and distances within a solved
+rigid body.
 
 All three coordinates of a measured marker stay the same from one frame to the next only where the
 steps of the file hide its noise, and then it also leaves such a place by a step or two. Where it
@@ -8,17 +9,19 @@ about step / change, and three of them with far less.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.noise.diagnosis.export import MANY_FILLED, Rule
+from mocap_metrology.noise.series import distance, pair_name, position
 
 LEAST_CHANGES = 16  # of frames, to know what a marker does from one to the next
 HIDDEN = 0.005  # quantile of the changes: files may have coarser steps than declared
 BEYOND = 4.0  # times the share that chance makes of one coordinate
+SOLVED = 0.01  # of the variance; of markers that are measured apart it is about 1
 LIKELIEST = 1 / 8  # chance of a repeat, from which nothing is reported
 
 
@@ -85,3 +88,27 @@ def _leaving(
             step = max(step_mm, float(np.quantile(steps, HIDDEN)))
             best = min(best, (change, min(step / change, 1.0)), key=lambda one: one[1])
     return best
+
+
+def solved_pairs(
+    coordinates: Mapping[str, np.ndarray], pairs: Sequence[tuple[int, int]]
+) -> dict[str, float]:
+    """Distances between markers of a rigid body that the software solved: name -> variance of the
+    steps of the distance from frame to frame over that of the steps of both ends along it.
+
+    Ends that are measured by themselves have independent noise, so the ratio is 1. Markers at rest
+    only: a body that moves keeps its distances, however they are measured.
+    """
+    found = {}
+    for first, second in pairs:
+        a, b = position(coordinates, first), position(coordinates, second)
+        with np.errstate(invalid="ignore"):
+            along = np.nanmean(b - a, axis=1) if np.isfinite(a + b).any() else np.zeros(3)
+        size = float(np.linalg.norm(along))
+        if not size > 0:
+            continue
+        ends = sum(float(np.nanvar(np.diff(along @ one / size))) for one in (a, b))
+        ratio = float(np.nanvar(np.diff(distance(a, b)))) / ends if ends > 0 else 1.0
+        if ratio < SOLVED:
+            found[pair_name((first, second), pairs)] = ratio
+    return found

@@ -44,6 +44,7 @@ from mocap_metrology.present.text.recording_states import (
     level_words,
     low_pass_words,
     repeated_words,
+    solved_words,
     tail_words,
 )
 from mocap_metrology.present.text.sentence import Sentence, severity
@@ -72,6 +73,7 @@ def sentences(
     of_the_data = [
         *filled_words(recording),
         *repeated_words(found.repeats, recording),
+        *solved_words(found.solved),
         *_gaps(found.missing),
     ]
     if _all_move_on(found.movements, recording):
@@ -87,7 +89,7 @@ def sentences(
         tail_words(found.tails),
         of_the_data,
         _outliers(found, recording, settings.spike_sigma),
-        _resolution(found.resolutions),
+        _resolution([r for r in found.resolutions if r.series not in found.solved]),
         _filters(found.filtered),
         slow_movement(found, recording),
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -82,6 +82,17 @@ def filled_words(recording: Recording) -> list[Sentence]:
                 Sentence("filled", severity(share > MANY_FILLED), names, words, {"share": share})
             )
     return told
+
+
+def solved_words(solved: Mapping[str, float]) -> list[Sentence]:
+    """One of all distances within rigid bodies."""
+    if not solved:
+        return []
+    words = (
+        f"Solved by the software: {', '.join(solved)} is not measured, as its markers keep the "
+        "distance that a rigid body has. Export the markers as they were reconstructed."
+    )
+    return [Sentence("solved", "warning", tuple(solved), words, {"ratio": dict(solved)})]
 
 
 def repeated_words(found: Sequence[Repeats], recording: Recording) -> list[Sentence]:

@@ -23,11 +23,12 @@ import make_c3d  # noqa: E402
 import synthetic  # noqa: E402
 import text_files  # noqa: E402
 import yaml  # noqa: E402
-from mocap_workflow import entries, recording_twins, rows, startup  # noqa: E402
+from mocap_workflow import recording_twins, rows, startup  # noqa: E402
 from mocap_workflow.recordings import RecordingRow  # noqa: E402
 from sample_files import samples_folder  # noqa: E402
 
 from mocap_metrology import settings  # noqa: E402
+from mocap_metrology.common.entries import load_twins  # noqa: E402
 from mocap_metrology.common.errors import Refusal  # noqa: E402
 from mocap_metrology.common.faults import Faults  # noqa: E402
 from mocap_metrology.common.files import read_table, write_table  # noqa: E402
@@ -266,7 +267,7 @@ def of_workflow(folder: Path) -> Iterator[Kind]:
                mutate.text)  # fmt: skip
 
     def of_twins(path: Path) -> Values:
-        found = entries.load_twins(str(path))
+        found = load_twins(str(path))
         common = {"duration_s": 60.0, "form": "sampled"}
         for name, twin in found["twins"].items():
             recording_twins.recording_twin(twin, name, common)

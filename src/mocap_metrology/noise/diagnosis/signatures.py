@@ -38,6 +38,7 @@ BLOCK_S = 1.0  # at least: what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 SHARES = 5  # of T_c of a Gauss-Markov term, from one block to a tenth of the recording
 CONSTANTS = np.geomspace(0.02, 0.7, 16)  # of a warm-up, over the recording
+FINER = 8  # places a cycle of the search for one
 PERIODS = 3.0  # of a cycle that is named
 SWITCHES = 4  # of two levels, at least
 KINDS = ("drift", "accelerating", "warm_up", "creep", "cycle", "step", "shift", "two_levels")
@@ -209,10 +210,10 @@ def _bic(y: Floats, X: Floats, spectra: Floats, p: int) -> tuple[float, int]:
     inverse = 1 / spectra
     rest = inverse @ (y * y)
     if len(X):
-        A = np.einsum("mk,ik,jk->mij", inverse, X, X)
-        b = np.einsum("mk,ik,k->mi", inverse, X, y)
+        A = (inverse @ (X[:, None] * X).reshape(-1, n).T).reshape(-1, len(X), len(X))
+        b = inverse @ (X * y).T
         A[:, np.arange(len(X)), np.arange(len(X))] *= 1 + 1e-10
-        rest = rest - np.einsum("mi,mi->m", b, np.linalg.solve(A, b[..., None])[..., 0])
+        rest = rest - (b * np.linalg.solve(A, b[..., None])[..., 0]).sum(axis=1)
     values = (
         np.log(spectra).sum(axis=1) + n * np.log(np.maximum(rest, 1e-300) / n) + p * math.log(n)
     )
@@ -262,25 +263,30 @@ def _refined(
     def rest(place: float) -> float:
         X = np.atleast_2d(columns(place))
         X = X - (X @ basis) @ basis.T
-        return float(np.sum((own - np.linalg.lstsq(X.T, own, rcond=None)[0] @ X) ** 2))
+        b = X @ own
+        return -float(b @ np.linalg.lstsq(X @ X.T, b, rcond=1e-9)[0])  # of the sum of squares
 
     best = int(np.argmin([rest(place) for place in grid]))
     bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
-    return float(minimize_scalar(rest, bounds=bounds, method="bounded").x)
+    fine = {"xatol": 1e-4 * (bounds[1] - bounds[0])}
+    return float(minimize_scalar(rest, bounds=bounds, method="bounded", options=fine).x)
 
 
 def _cycles(z: Floats) -> Iterator[_Shape]:
     """Of 3/4 to n/8 cycles the best, alone and beside a warm-up."""
+    from scipy.fft import rfft
+
     n = z.size
     time = np.arange(n) / n
-    k = np.arange(0.75, max(n / 8, 4), 0.125)
-    s, c = (f(2 * np.pi * np.outer(k, time)) for f in (np.sin, np.cos))
+    k = np.arange(n) / FINER  # places of the zero-padded transform
+    among = (k >= 0.75) & (k < max(n / 8, 4))
 
     def wave(place: float) -> Floats:
         return np.array([np.sin(2 * np.pi * place * time), np.cos(2 * np.pi * place * time)])
 
     def near(own: Floats) -> Floats:
-        best = int(np.argmax((s @ own) ** 2 + (c @ own) ** 2))
+        power = np.abs(rfft(own, FINER * n)[:n]) ** 2
+        best = int(np.argmax(np.where(among, power, 0.0)))
         return k[max(best - 1, 0) : best + 2]
 
     for own in (z - z.mean(), z - np.polyval(np.polyfit(time, z, 1), time)):

@@ -16,8 +16,8 @@ least-squares fit of few columns, and has
     BIC = sum ln S_k + n ln(rest / n) + p ln n,
 
 with p parameters: columns, and places, time constants and slow noises that were searched. A kind is
-named where every hypothesis without it has a BIC that is greater by 2 ln(1 / 0.01) = 9.2 at least:
-odds of 100 to 1 [Kass & Raftery 1995, J. Am. Stat. Assoc. 90, 773].
+named where every hypothesis without it has a BIC that is greater by 2 ln(m / 0.01) at least, of a
+recording of m series: odds of 100 to 1 for all [Kass & Raftery 1995, J. Am. Stat. Assoc. 90, 773].
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ import numpy as np
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 
-EXCLUDED = 2 * math.log(100)  # of BIC: a level of 0.01
+LEVEL = 0.01  # of what is excluded in a recording
 MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 BLOCK_S = 1.0  # at least: what is faster is no slow wander
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
@@ -94,9 +94,9 @@ class _Shape:
     at: tuple[float, ...] = ()
 
 
-def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
+def signature(series: np.ndarray, frame_rate_hz: float, among: int = 1) -> Wander | None:
     """Kind of the slow wander of (n,) values in mm, NaN in gaps; None where there is too little to
-    tell."""
+    tell. among: series of the recording, which share the level."""
     length = max(round(BLOCK_S * frame_rate_hz), -(-series.size // MOST_BLOCKS), 1)
     z = _means(series, length)
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
@@ -104,8 +104,9 @@ def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:
     z = z - np.median(z)
     best = _fits(z)
     least = min(value for value, _ in best.values())
-    none = best[frozenset(), "white"][0] < least + EXCLUDED
-    near = [key for key, (value, _) in best.items() if value < least + EXCLUDED]
+    excluded = least + 2 * math.log(among / LEVEL)
+    none = best[frozenset(), "white"][0] < excluded
+    near = [key for key, (value, _) in best.items() if value < excluded]
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
     _, shape = min(best.values(), key=lambda own: own[0])
     block_s = length / frame_rate_hz

@@ -9,10 +9,11 @@ import pytest
 
 from mocap_metrology.common import large
 from mocap_metrology.common.files import open_table, write_table
+from mocap_metrology.common.hampel import hampel
 from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.noise.motion.place import by_place
-from mocap_metrology.recording.clean import cleaned, write_cleaned
+from mocap_metrology.recording.clean import cleaned, masked, write_cleaned
 from mocap_metrology.recording.noise import gaussian_model
 from mocap_metrology.recording.table import Table
 from mocap_metrology.recording.verdict import diagnosed
@@ -115,3 +116,18 @@ def test_orientation_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     stored = of_cluster([[in_parts(columns, name) for name in row] for row in names])
     np.testing.assert_array_equal(stored.vectors_rad, expected.vectors_rad)
     np.testing.assert_array_equal(stored.residual_mm, expected.residual_mm)
+
+
+def test_gross_outliers_are_masked_without_looking_for_them_twice(raw: Path) -> None:
+    """As recorded but for samples beyond 6 sigma: the variance is that of the noise, where the
+    series cleaned as in S has 3 to 4 % less. By the filter on all samples the same."""
+    table, settings = Table.read(raw), Settings()
+    clean = cleaned(table, settings.hampel).table
+    found = dict(masked(table, clean, settings))
+    for name, values in table.with_distances():
+        alone = hampel(values, 100, settings.noise.mask_sigma, "mask", 0.0).values
+        np.testing.assert_array_equal(found[name], alone)
+    assert np.isnan(found["y2"][::997]).all()
+    assert np.nanvar(found["y2"]) / 0.01 == pytest.approx(1, abs=0.03)  # 3 standard errors
+    replaced = clean.coordinates["y2"]
+    assert np.nanvar(found["y2"][~np.isnan(found["y2"])]) > 1.025 * np.nanvar(replaced)

@@ -87,6 +87,11 @@ def hampel(
     return Cleaned(values, outlier, n_valid)
 
 
+def mask_half_window(half_window_s: float, frame_rate_hz: float) -> int:
+    """Frames to each side of the filter that masks gross outliers."""
+    return max(round(half_window_s * frame_rate_hz), SHORT_WINDOW)
+
+
 def white_level_kept(
     n_sigma: float, half_window: int, action: str = "replace"
 ) -> tuple[float, float]:

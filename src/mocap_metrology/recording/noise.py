@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from zlib import crc32
 
@@ -35,6 +35,7 @@ from mocap_metrology.noise.series import (
     joined,
     periodogram_columns,
 )
+from mocap_metrology.recording.clean import known_outliers
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results
 from mocap_metrology.recording.table import Series, Table
@@ -66,7 +67,7 @@ def noise(
     allan = allan_deviations(filtered.in_mm(), filtered.origin, settings.allan, over)
     allan.write(folder / "allan.parquet")
     progress.step("noise model")
-    outliers = results.outliers
+    outliers = known_outliers(filtered, settings)
     tables = noise_coefficients(results.raw, allan.columns, settings, subset, over, outliers)
     write_csv(folder / "noise.csv", tables.rows)
     tables.periodogram.write(folder / "periodogram.parquet")
@@ -155,24 +156,21 @@ def noise_coefficients(
     settings: Settings,
     subset: tuple[str, int] | None = None,
     over: Over = in_turn,
-    outliers: Mapping[str, np.ndarray] | None = None,
+    outliers: Callable[[str, np.ndarray], np.ndarray | None] = lambda name, values: None,
 ) -> NoiseTables:
     """Coefficients of the noise of every series, by every estimator: noise.csv and what was fitted.
 
     raw: coordinates as recorded; allan: of the cleaned ones; subset: of the paper's tables, whose
-    panels S's estimators then fit. outliers: of `cleaned` with the same raw coordinates, which
-    saves looking for the grosser ones among all samples.
+    panels S's estimators then fit. outliers: `known_outliers`, which saves looking for the grosser
+    ones among all samples.
     """
     origin = raw.origin
     rate, step, recording = origin["frame_rate_hz"], origin["resolution_mm"], origin["recording"]
     how = NoiseSettings.of(settings, rate, origin.get("form", "sampled"), subset)
 
-    known = outliers if outliers and _same_window(settings.hampel, how, rate) else {}
-
     def curve(name: str, values: np.ndarray, kind: str = "oadev") -> Columns:
-        return allan_columns(
-            name, masked_curve(values, rate, how, step, kind, known.get(name))[1], kind
-        )
+        among = outliers(name, values)
+        return allan_columns(name, masked_curve(values, rate, how, step, kind, among)[1], kind)
 
     def estimated(one: Series) -> tuple[str, list[Columns], SeriesNoise | str]:
         """Its curves besides the first, and the noise or why there is none."""
@@ -181,9 +179,9 @@ def noise_coefficients(
         given = allan["m"][own], allan["avar_mm2"][own]
         curves = [curve(name, values, kind) for kind in how.curves if kind != "oadev"]
         seed = crc32(f"{recording} {name}".encode()) + how.seed
-        asked = how.components(name)
+        asked, among = how.components(name), outliers(name, values)
         try:
-            found = estimate_series(values, given, rate, how, asked, seed, step, known.get(name))
+            found = estimate_series(values, given, rate, how, asked, seed, step, among)
         except Refusal as refusal:
             return name, [*curves, curve(name, values)], str(refusal)
         return name, [*curves, allan_columns(name, found.curve)], found
@@ -207,12 +205,6 @@ def noise_coefficients(
         Table(joined(curves, ALLAN), origin),
         Table(joined(periodograms, PERIODOGRAM), origin),
     )
-
-
-def _same_window(hampel: of.Hampel, how: NoiseSettings, rate: float) -> bool:
-    """Whether the samples of the mask are among the outliers of the filter before."""
-    same = round(hampel.half_window_s * rate) == how.half_window
-    return same and hampel.action != "off" and hampel.n_sigma <= how.mask_sigma
 
 
 def _rows(name: str, found: SeriesNoise) -> list[Row]:

@@ -8,8 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from mocap_metrology.noise.assess.recording import OutlierRow, read_outliers
 from mocap_metrology.noise.fit.estimates import NoiseRow, read_noise
 from mocap_metrology.noise.motion.movement import Movement
@@ -19,14 +17,12 @@ from mocap_metrology.recording.table import Table
 class Results:
     """Tables of a recording in the folder of its results, read when they are first used.
 
-    movements: of coordinates, where they are known; outliers: of the Hampel filter, (n,) by series,
-    which saves looking for the grosser ones again.
+    movements: of coordinates, where they are known.
     """
 
     def __init__(self, folder: str | Path):
         self.folder = Path(folder)
         self.movements: dict[str, Movement] = {}
-        self.outliers: Mapping[str, np.ndarray] = {}
 
     @cached_property
     def raw(self) -> Table:

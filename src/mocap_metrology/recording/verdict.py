@@ -28,6 +28,7 @@ from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 from mocap_metrology.present.text.sentence import Sentence
 from mocap_metrology.present.verdict.document import verdict_document
+from mocap_metrology.recording.clean import masked
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results
 from mocap_metrology.recording.table import Series, Table
@@ -48,10 +49,10 @@ def verdict(
 ) -> Mapping[str, Any]:
     """verdict.json of a diagnosed recording; returns its contents. named: what it begins with."""
     progress.step("verdict")
-    folder, filtered = results.folder, results.clean
+    folder = results.folder
     evidence = Evidence(
-        filtered.in_mm(),
-        filtered.origin,
+        masked(results.raw, results.clean, settings),
+        results.raw.origin,
         results.allan_masked.columns,
         results.noise,
         results.outlier_rows,
@@ -119,8 +120,8 @@ class DiagnosisDocument(TypedDict):
 
 @dataclass(frozen=True)
 class Evidence:
-    """Evidence of a verdict. series: cleaned; origin: of clean.parquet; allan: columns of
-    allan_masked.parquet; noise, outliers: rows of the CSV files; diagnosis: contents of
+    """Evidence of a verdict. series: gross outliers masked; origin: of trajectories.parquet; allan:
+    columns of allan_masked.parquet; noise, outliers: rows of the CSV files; diagnosis: contents of
     diagnosis.json; warnings: of check.json."""
 
     series: Iterable[Series]

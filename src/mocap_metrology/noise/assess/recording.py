@@ -66,9 +66,9 @@ def read_outliers(path: str | Path) -> list[OutlierRow]:
 
 @dataclass(frozen=True)
 class Inputs:
-    """series: name and cleaned values in mm; labels: of the markers; noise: rows of noise.csv;
-    allan: columns of allan_masked.parquet; outliers: rows of outliers.csv; findings: those of the
-    diagnosis."""
+    """series: name and values in mm, gross outliers masked; labels: of the markers; noise: rows of
+    noise.csv; allan: columns of allan_masked.parquet; outliers: rows of outliers.csv; findings:
+    those of the diagnosis."""
 
     series: Iterable[tuple[str, np.ndarray]]
     labels: Sequence[str]

@@ -139,8 +139,9 @@ def assess_series(
 ) -> SeriesNumbers:
     """Numbers of one series of a verdict.
 
-    series: (n,) mm, cleaned, NaN in gaps; noise_rows: of noise.csv, this series by `likelihood`;
-    curve: `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`, `edf` of its Allan deviations.
+    series: (n,) mm, gross outliers masked, NaN in gaps; noise_rows: of noise.csv, this series by
+    `likelihood`; curve: `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`, `edf` of its Allan
+    deviations.
 
     sigma_frame_mm: scatter of single frames about what is near in time: root mean of the variances
     (n - 1) of frames within `window_s`. It holds white noise and what is correlated within the

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.hampel import SHORT_WINDOW, hampel
+from mocap_metrology.common.hampel import hampel, mask_half_window
 from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.fit.allan.annealing import (
@@ -78,7 +78,7 @@ class NoiseSettings:
         one."""
         averaging = settings.allan.model_dump(exclude={"estimators"})
         return cls(
-            half_window=max(round(settings.hampel.half_window_s * frame_rate_hz), SHORT_WINDOW),
+            half_window=mask_half_window(settings.hampel.half_window_s, frame_rate_hz),
             **settings.noise.model_dump(),
             **averaging,
             curves=settings.allan.estimators,

@@ -50,6 +50,9 @@ def test_the_lines_of_the_page(root: Path, tmp_path: Path, monkeypatch: pytest.M
     assert np.allclose(names["distance"], 1000 * np.linalg.norm(first - second, axis=0), atol=1e-3)
     white = names["curve"].iloc[0]
     assert white["adev_mm"] == pytest.approx(np.std(np.diff(names["distance"])) / 2**0.5, rel=0.3)
+    error = white["adev_mm"] / np.sqrt(2 * white["edf"])  # of many degrees of freedom
+    assert white["adev_upper_mm"] - white["adev_mm"] == pytest.approx(error, rel=0.2)
+    assert white["adev_mm"] - white["adev_lower_mm"] == pytest.approx(error, rel=0.2)
     table = names["mm"].noise(names["x1"], 120.0).set_index("parameter")
     assert table.loc["h_0", "value"] == pytest.approx(1e-6, rel=0.05)
     assert table.loc["h_-2", "lower_95"] < 1e-9 < table.loc["h_-2", "upper_95"]

@@ -86,10 +86,10 @@ def clean(values: np.ndarray, rate_hz: float, n_sigma: float = 3.0) -> np.ndarra
 def allan(values: np.ndarray, rate_hz: float) -> pd.DataFrame:
     """Overlapping Allan deviations of a series: `tau_s`, `adev_mm`, with 68.3 % intervals
     `adev_lower_mm` and `adev_upper_mm`, and equivalent degrees of freedom `edf`."""
-    curve = allan_curve(np.asarray(values, float), rate_hz, averaging_factors(len(values)))
+    given = np.asarray(values, float)
+    curve = allan_curve(given, rate_hz, averaging_factors(len(values))).as_scattered(given)
     columns = {"tau_s": curve.tau_s, "adev_mm": curve.deviation, "edf": curve.edf}
-    lower, upper = np.sqrt(curve.lower), np.sqrt(curve.upper)
-    return pd.DataFrame(columns | {"adev_lower_mm": lower, "adev_upper_mm": upper})
+    return pd.DataFrame(columns | {"adev_lower_mm": curve.lower, "adev_upper_mm": curve.upper})
 
 
 def compare(new: np.ndarray, old: np.ndarray, rate_hz: float) -> pd.DataFrame:

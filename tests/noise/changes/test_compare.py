@@ -235,3 +235,38 @@ def test_bad_covariates(tmp_path: Path, text: str, message: str) -> None:
 def test_block_means() -> None:
     values = np.array([1, 3, np.nan, 5, np.nan, np.nan, np.nan, 8, 9])
     np.testing.assert_array_equal(block_means(values, 4), [3, np.nan])
+
+
+def two_levels(rng: np.random.Generator) -> np.ndarray:
+    """White noise on two levels two standard deviations apart, for about 120 and 8 s in turn."""
+    dwell = rng.exponential([120.0, 8.0], (40, 2)).ravel()
+    state = np.searchsorted(np.cumsum(dwell) - rng.uniform(0, 128), np.arange(90_000) / RATE) % 2
+    return rng.normal(0, 1, 90_000) + 2 * state
+
+
+def waxing(rng: np.random.Generator) -> np.ndarray:
+    """White noise whose level goes up and down by a quarter over 4 min."""
+    level = 1 + 0.25 * np.sin(2 * np.pi * (np.arange(90_000) / RATE / 240 + rng.uniform()))
+    return level * rng.normal(0, 1, 90_000)
+
+
+def changed_pairs(draw, factor: float = 1.0) -> int:
+    """Of 24 pairs of recordings, of which the second is louder by a factor."""
+    m, count = averaging_factors(90_000), 0
+    for run in range(24):
+        rng = np.random.default_rng([run, 7])
+        first, second = (scale * draw(rng) for scale in (1.0, factor))
+        curves = [allan_curve(x, RATE, m).as_scattered(x) for x in (second, first)]
+        ratio = adev_ratio(*(Curve(c.tau_s, c.deviation, c.edf) for c in curves), TAUS)
+        count += any(word in ("better", "worse") for word in words_of(ratio, 0.05, 0.01))
+    return count
+
+
+@pytest.mark.parametrize("draw", [two_levels, waxing])
+def test_noise_that_comes_and_goes_is_no_change(draw) -> None:
+    """At 1 %; by degrees of freedom of stationary noise 17 of 24 pairs of two levels changed."""
+    assert changed_pairs(draw) <= 1
+
+
+def test_louder_noise_is_a_change() -> None:
+    assert changed_pairs(lambda rng: rng.normal(0, 1, 90_000), 1.2) == 24

@@ -16,6 +16,8 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.allan.sums import running_sum
 from mocap_metrology.noise.allan.variance import ORDER, allan_variance
 
+PARTS, LEAST_PARTS, LEAST_PART = 16, 6, 8  # of a recording; windows of one
+CHANCE = 0.01
 MIN_MEANS = 30  # the identification needs that many window means [Riley & Greenhall 2004]
 DIFFERENCING = {"oadev": 2, "mdev": 2, "hdev": 3}  # d of Greenhall & Riley
 STEEPEST = {"oadev": -2, "mdev": -2, "hdev": -4}  # steepest noise the variance converges for
@@ -207,6 +209,54 @@ class AllanCurve:
         """Of a filtered series: the deviation before the filter was higher, at most by the share
         `taken` of it. The interval then holds it at least as often as it says."""
         return replace(self, upper=self.upper / (1 - taken))
+
+    def as_scattered(self, series: np.ndarray, confidence: float = 0.683) -> AllanCurve:
+        """With the degrees of freedom that the scatter of parts of the series leaves
+        (`excess_scatter`), where it is more than that of stationary Gaussian noise."""
+        edf = np.maximum(self.edf / excess_scatter(series, self.m, self.edf), 1.0)
+        lower, upper = interval(self.variance, edf, confidence)
+        return replace(self, edf=edf, lower=lower, upper=upper)
+
+
+def excess_scatter(series: np.ndarray, m: np.ndarray, edf: np.ndarray) -> Floats:
+    """(k,) times by which the variance of an Allan variance exceeds that of stationary Gaussian
+    noise, 2 / edf: of a marker between two levels, or a gain that follows the light, much.
+
+    The terms (z_(i+1) - z_i)^2 / 2 at every octave of m are averaged over K parts of the recording,
+    K <= PARTS, each of LEAST_PART or more windows. Their mean has the relative variance
+    s^2 (1 + 2 r_1) / K, r_1 >= 0 the correlation with the next part. What K - 1 degrees of freedom
+    exceed in CHANCE is 1. Between octaves the logarithm is interpolated; where parts become too
+    short the last value stands. series: (n,), NaN in gaps; m rising.
+    """
+    from scipy.special import chdtri
+
+    if not m.size:
+        return np.ones(0)
+    cells, at, found = np.asarray(series, dtype=float), [], []
+    for octave in range(int(m[-1]).bit_length()):
+        windows = 1 if octave == 0 else 2  # of so many cells; they overlap by half
+        if octave > 1:
+            pairs = cells[: cells.size // 2 * 2].reshape(-1, 2)
+            cells = np.where(np.isfinite(pairs).all(axis=1), pairs.sum(axis=1) / 2, np.nan)
+        means = cells if windows == 1 else (cells[1:] + cells[:-1]) / 2
+        terms = (means[windows:] - means[:-windows]) ** 2
+        terms = terms[np.isfinite(terms)]
+        count = min(PARTS, terms.size // (LEAST_PART * windows))
+        if count < LEAST_PARTS:
+            break
+        parts = terms[: terms.size // count * count].reshape(count, -1).mean(axis=1)
+        off = parts - parts.mean()
+        power = float(off @ off)
+        if not power > 0:
+            break
+        r_1 = max(float(off[1:] @ off[:-1]) / power, 0.0)
+        scatter = power / (count - 1) * (1 + 2 * r_1) / count / parts.mean() ** 2
+        of_edf = np.exp(np.interp(octave * math.log(2), np.log(m), np.log(edf)))
+        excess = scatter * of_edf / 2
+        at.append(octave * math.log(2))
+        beyond = excess > max(chdtri(count - 1, CHANCE) / (count - 1), 1.0)
+        found.append(math.log(excess) if beyond else 0.0)
+    return np.exp(np.interp(np.log(m), at, found)) if at else np.ones(m.size)
 
 
 def allan_curve(

@@ -131,7 +131,8 @@ def masked_curve(
     masked = found.values
     m = averaging_factors(raw.size, settings.n_taus, settings.min_m, settings.max_fraction)
     how = (settings.confidence, settings.min_coverage)
-    return masked, allan_curve(masked, 1 / tau0, m, estimator, *how)
+    curve = allan_curve(masked, 1 / tau0, m, estimator, *how)
+    return masked, curve.as_scattered(masked, settings.confidence)
 
 
 def estimate_series(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +19,7 @@ from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.noise.diagnosis.export import filled_frames
+from mocap_metrology.noise.motion.exchange import Exchange, put_right
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.noise.series import coordinate_names, pair_numbers
 from mocap_metrology.recording.check import Check, Entry, examine, read, refused
@@ -52,6 +53,9 @@ def clean(
     """
     results, over, is_twin = Results(folder), progress.over, bool(origin["twin"])
     recording = read(entry, settings.second_opinion and not is_twin)
+    exchanged = put_right(recording.labels, recording.position_mm)
+    for one in exchanged:
+        log.warning("%s: labels exchanged in %d frames", " and ".join(one.labels), one.frames.sum())
     movements: Mapping[str, Mapping[str, Movement]] = {}
     if not is_twin:
         check, movements = examine(entry, recording, settings, over)
@@ -59,7 +63,7 @@ def clean(
         if tell:
             tell(check, recording)
     progress.step("gap-filled frames and outliers")
-    raw = trajectories(recording, origin, over)
+    raw = trajectories(recording, origin | {"exchanged": exchanges(exchanged)}, over)
     del recording  # its positions are those of the table, which may be read from the disk again
     for number, label in enumerate(raw.origin["labels"], start=1):
         if movements and not raw.origin["n_filled_frames"][label]:
@@ -76,6 +80,19 @@ def clean(
         progress.later(filtered.table.write, folder / "clean.parquet")
     write_csv(folder / "outliers.csv", report, OUTLIERS)
     return results
+
+
+def exchanges(found: Sequence[Exchange]) -> list[Row]:
+    """For the metadata: labels, frames, first and last of them."""
+    return [
+        {
+            "labels": list(one.labels),
+            "n_frames": int(one.frames.sum()),
+            "first": int(np.argmax(one.frames)),
+            "last": int(one.frames.size - 1 - np.argmax(one.frames[::-1])),
+        }
+        for one in found
+    ]
 
 
 def refuse(refusal: Refusal, entry: Entry, origin: Metadata, folder: Path) -> None:

@@ -100,6 +100,7 @@ def diagnosed(
         origin["resolution_kind"],
         origin["n_filled_frames"],
         movements or {},
+        origin.get("exchanged", ()),
     )
     how = DiagnosisSettings(
         **settings.diagnosis.model_dump(),

@@ -30,13 +30,14 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     using the lag 1 autocorrelation", EFTF 2004]: with r1 of the means, differenced d times until
     delta = r1 / (1 + r1) < 1/4, alpha = -2 (delta + d), rounded. Going from short tau to long, an
     exponent stands until that departs from it by more than rounding and two standard errors
-    (2 / sqrt(N)) explain, and where fewer than 30 means remain: else one white series in six would
-    be called blue at N = 31, with seven times the degrees of freedom it has. It never rises above
-    0 and above that before: of a sum of power laws and Gauss-Markov terms the higher exponents fade
-    as tau grows, and among so many tau chance alone makes blue of white in one series in twenty,
-    with hundreds of times its degrees of freedom. (Noise that is violet down to the longest tau is
-    taken for blue there in turn, three times in four: wider intervals than it has.) NaN samples
-    are left out of the means, windows without any out of the sum.
+    (2 / sqrt(N)) explain (of blue and violet noise downwards rounding alone: it has the most
+    degrees of freedom, and gives way), and where fewer than 30 means remain: else one white series
+    in six would be called blue at N = 31, with seven times the degrees of freedom it has. It never
+    rises above 0 and above that before: of a sum of power laws and Gauss-Markov terms the higher
+    exponents fade as tau grows, and among so many tau chance alone makes blue of white in one
+    series in twenty, with hundreds of times its degrees of freedom. (Noise that is violet down to
+    the longest tau is taken for blue there in turn, three times in four: wider intervals than it
+    has.) NaN samples are left out of the means, windows without any out of the sum.
     """
     valid = np.isfinite(series)
     whole = bool(valid.all())
@@ -53,13 +54,16 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
                     m[k] if counts is None else np.diff(counts[:: m[k]])
                 )
             found = _lag1_exponent(means, DIFFERENCING[estimator], whole)
-            if found is not None and (
-                last is None or abs(found - last) > 0.5 + 4 / np.sqrt(means.size)
-            ):
+            if found is not None and (last is None or _departs(found, last, means.size)):
                 steepest_rise = 2 if last is None else max(last, 0)
                 last = min(max(round(found), STEEPEST[estimator]), steepest_rise)
         exponents[k] = last or 0
     return exponents
+
+
+def _departs(found: float, last: int, n_means: int) -> bool:
+    errors = 0 if found < last and last > 0 else 2
+    return abs(found - last) > 0.5 + errors * 2 / math.sqrt(n_means)
 
 
 def _lag1_exponent(means: np.ndarray, max_differences: int, whole: bool) -> float | None:

@@ -18,6 +18,7 @@ COORDINATE = re.compile(r"[xyz][1-9]\d*")
 SHORT = 0.9  # a recording of less than this of the horizon does not reach it
 LEAST_FRAMES, LEAST_S = 100, 1.0  # to judge by: their standard deviation is known to 7 %
 
+PROCESSED = ("smoothed", "resampled", "running_median")  # findings
 WORDS: tuple[Word, ...] = ("good", "usable", "bad")
 Series = Mapping[str, SeriesNumbers]
 
@@ -73,6 +74,8 @@ class Code(StrEnum):
     MISSING_OR_FILLED = "missing_or_filled"
     STEP = "step"  # of the file
     LOW_PASS = "low_pass"
+    PROCESSED = "processed"  # by the software in another way
+    EXCHANGED = "exchanged"
     OUTLIERS = "outliers"
     DRIFT = "drift"
     RANDOM_WALK = "random_walk"
@@ -231,6 +234,24 @@ def low_pass(coordinates: Series, facts: Facts) -> Check:
     word: Word = "usable" if cutoffs else "good"
     name, names = next(iter(cutoffs), ""), _unless_all(cutoffs, coordinates)
     return Check(Code.LOW_PASS, word, value, math.nan, "Hz", series=name, names=names)
+
+
+def processed(coordinates: Series, facts: Facts) -> Check:
+    """Of frames that hold others in them no word is better than usable."""
+    for code in PROCESSED:
+        names = {k: v for k, v in facts.found(code).items() if k in coordinates}
+        if names:
+            own, name = _unless_all(names, coordinates), next(iter(names))
+            return Check(Code.PROCESSED, "usable", code, "", series=name, names=own)
+    return Check(Code.PROCESSED, "good", "", "")
+
+
+def exchanged(facts: Facts) -> Check:
+    """The numbers are those of the labels put right, the file has the wrong ones."""
+    shares = facts.found("exchanged")
+    name, value = worst(shares)
+    labels = tuple(dict.fromkeys(facts.label(k) for k in shares))
+    return Check(Code.EXCHANGED, "bad" if shares else "good", value, 0.0, series=name, names=labels)
 
 
 def missing(coordinates: Series, facts: Facts, limits: Limits) -> Check:

@@ -43,7 +43,11 @@ from mocap_metrology.settings import Word
 
 OF_WANDER = ("random walk", "drift", "warm-up")  # shares that are named where the kind is sure
 SLOW_WANDER = "slow wander"
-OF_MOVING = (Code.MISSING, Code.MISSING_OR_FILLED)  # what else counts where every marker moves
+OF_MOVING = (
+    Code.MISSING,
+    Code.MISSING_OR_FILLED,
+    Code.EXCHANGED,
+)  # what else counts where every marker moves
 RULE = (4, 10)  # times better than the device under test [S 2.2]
 CHANCE = 3.0  # standard deviations that a count of outliers may be above its mean
 
@@ -201,7 +205,9 @@ def _checks(
         first = [missing, moving]
     return [
         *first,
+        checks.exchanged(facts),
         checks.low_pass(coordinates, facts),
+        checks.processed(coordinates, facts),
         checks.outliers(coordinates, facts, limits),
         checks.drift(coordinates, facts, limits),
         checks.model(coordinates, limits),

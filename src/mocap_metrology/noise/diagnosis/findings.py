@@ -34,6 +34,10 @@ CODES = {
     "low_pass": ("Hz", "cutoff of a low-pass filter that ran before the export"),
     "gap_filled": ("", "share of the frames that an interpolation filled"),
     "repeated": ("", "share of the frames that repeat the position of the frame before"),
+    "exchanged": ("", "share of the frames with the label of another marker; put right"),
+    "smoothed": ("", "white share of the density at the end of the spectrum, where there is none"),
+    "resampled": ("Hz", "frequency at which the variance of interpolated frames varies"),
+    "running_median": ("", "share of the values that repeat the one before, behind a median"),
     "solved": ("", "variance of the steps of a distance over that of its ends; of measured ones 1"),
     "resolution_limited": ("mm", "step of the file, which exceeds the noise"),
     "heavy_tails": ("", "excess kurtosis of the differences of frames"),
@@ -111,6 +115,8 @@ def findings_of(recording: Recording, found: Diagnosis, noise: Sequence[NoiseRow
         _low_pass(found),
         _gap_filled(recording),
         _repeated(recording, found),
+        _exchanged(recording),
+        [Finding(one.code, one.series, one.value) for one in found.processed],
         [Finding("solved", name, ratio) for name, ratio in found.solved.items()],
         _coarse(found),
         _heavy_tails(found),
@@ -141,6 +147,16 @@ def _repeated(recording: Recording, found: Diagnosis) -> list[Finding]:
     return [
         Finding("repeated", f"{axis}{recording.labels.index(one.label) + 1}", one.share)
         for one in found.repeats
+        for axis in AXES
+    ]
+
+
+def _exchanged(recording: Recording) -> list[Finding]:
+    """Of all coordinates of both markers."""
+    return [
+        Finding("exchanged", f"{axis}{k}", one["n_frames"] / recording.n_frames)
+        for one in recording.exchanged
+        for k in (recording.labels.index(label) + 1 for label in one["labels"])
         for axis in AXES
     ]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,7 @@ from mocap_metrology.noise.diagnosis.outliers import (
 from mocap_metrology.noise.diagnosis.periodic import Found, described, series_lines
 from mocap_metrology.noise.diagnosis.repeats import Repeats, repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.signatures import AT_ONCE, Wander, signature
+from mocap_metrology.noise.diagnosis.software import Processed, processed, running_median
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.likelihood import (
     LONGEST_GAP,
@@ -77,7 +79,8 @@ class Recording:
     """What is known of a recording before it is diagnosed. coordinates: x1, y1, ... (n,) mm, NaN in
     gaps; labels of its markers; pairs of their numbers from 1; step of the file and its kind;
     frames of a marker that were gap-filled, and are gaps here; movements: of coordinates, where
-    they are known already."""
+    they are known already; exchanged: pairs of labels that were exchanged for a while, and are put
+    right here: `labels`, `n_frames`, `first` and `last` frame."""
 
     coordinates: Mapping[str, np.ndarray]
     labels: Sequence[str]
@@ -87,6 +90,7 @@ class Recording:
     resolution_kind: str
     n_filled: Mapping[str, int] = field(default_factory=dict)
     movements: Mapping[str, Movement] = field(default_factory=dict)
+    exchanged: Sequence[Mapping[str, Any]] = ()
 
     @cached_property
     def n_frames(self) -> int:
@@ -110,7 +114,8 @@ class Diagnosis:
     and distances, spikes bridged; spectra: Welch's, without the events; low_pass: filters that ran
     before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
     their position; wanders: what slow wander is, a series;
-    solved: distances within rigid bodies that the software solved."""
+    solved: distances within rigid bodies that the software solved; processed: what else software
+    did to the frames."""
 
     events: list[Event]
     lines: list[Found]
@@ -131,6 +136,7 @@ class Diagnosis:
     repeats: list[Repeats]
     wanders: dict[str, Wander]
     solved: dict[str, float]
+    processed: list[Processed]
 
 
 def diagnose(
@@ -200,7 +206,7 @@ def diagnose(
         _low_pass(recording, blanked, levels, settings, over), _trends(levels, events),
         heavy_tails(blanked, step, over), _repeats(recording),
         {one.name: one.wander for one in every if one.wander is not None},
-        solved_pairs(quiet, at_rest),
+        solved_pairs(quiet, at_rest), _processed(recording, blanked, levels, settings, over),
     )  # fmt: skip
 
 
@@ -327,13 +333,38 @@ def _low_pass(
     over: Over,
 ) -> list[LowPass]:
     """Of markers that do not move all the time, as movement may have any spectrum."""
+    own = _still(recording, series, levels, settings)
+    return low_passes(own, recording.frame_rate_hz, recording.resolution_mm, over)
+
+
+def _processed(
+    recording: Recording,
+    series: Mapping[str, np.ndarray],
+    levels: Mapping[str, Blocks],
+    settings: DiagnosisSettings,
+    over: Over,
+) -> list[Processed]:
+    """The same; medians of every marker, as recorded."""
+    own = _still(recording, series, levels, settings)
+    found = processed(own, recording.frame_rate_hz, recording.step_mm, over)
+    for k in range(1, len(recording.labels) + 1):
+        axes = {f"{axis}{k}": recording.coordinates[f"{axis}{k}"] for axis in AXES}
+        found += running_median(axes, recording.step_mm)
+    return found
+
+
+def _still(
+    recording: Recording,
+    series: Mapping[str, np.ndarray],
+    levels: Mapping[str, Blocks],
+    settings: DiagnosisSettings,
+) -> Mapping[str, np.ndarray]:
     busy = {k for k, v in levels.items() if wander(v.mean) > settings.still_range_mm}
     numbers = {k[1:] for k in busy if k in recording.coordinates}
     still = [
         k for k in series if k not in busy and not (k in recording.coordinates and k[1:] in numbers)
     ]
-    own = Made(still, series.__getitem__)
-    return low_passes(own, recording.frame_rate_hz, recording.resolution_mm, over)
+    return Made(still, series.__getitem__)
 
 
 def _repeats(recording: Recording) -> list[Repeats]:

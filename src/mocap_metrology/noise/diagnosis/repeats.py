@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mocap_metrology.noise.diagnosis.export import MANY_FILLED, Rule
+from mocap_metrology.noise.diagnosis.export import Rule
 from mocap_metrology.noise.series import distance, pair_name, position
 
 LEAST_CHANGES = 16  # of frames, to know what a marker does from one to the next
@@ -23,6 +23,7 @@ HIDDEN = 0.005  # quantile of the changes: files may have coarser steps than dec
 BEYOND = 4.0  # times the share that chance makes of one coordinate
 SOLVED = 0.01  # of the variance; of markers that are measured apart it is about 1
 LIKELIEST = 1 / 8  # chance of a repeat, from which nothing is reported
+MANY = 1e-3  # share of the frames that is reported
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def repeats(
     longest, share = int(np.ptp(runs, axis=1).max()), count / (same.size + 1)
     if chance > LIKELIEST:
         return None
-    if share <= max(MANY_FILLED, BEYOND * chance) and longest < Rule.run(chance):
+    if share <= max(MANY, BEYOND * chance) and longest < Rule.run(chance):
         return None
     return Repeats(label, share, longest, change)
 
@@ -75,8 +76,9 @@ def _leaving(
     step_mm: float,
 ) -> tuple[float, float]:
     """What the coordinate that does most does before and after the `runs`, the smaller of both, in
-    mm, and the chance that it repeats its value. moved (n - 1,): which changes are of no run."""
-    best = 0.0, 1.0
+    mm, and the chance that all repeat their values, the product of theirs. moved (n - 1,): which
+    changes are of no run."""
+    best, chance = (0.0, 1.0), 1.0
     for axis in position_mm:
         changes = _changes(axis)
         before = np.where(runs[:, 0] > 0, changes[runs[:, 0] - 1], np.nan)
@@ -87,7 +89,8 @@ def _leaving(
         if change > 0 and steps.size:
             step = max(step_mm, float(np.quantile(steps, HIDDEN)))
             best = min(best, (change, min(step / change, 1.0)), key=lambda one: one[1])
-    return best
+            chance *= min(step / change, 1.0)
+    return best[0], chance
 
 
 def solved_pairs(

@@ -40,9 +40,11 @@ from mocap_metrology.present.text.numbers import (
     span,
 )
 from mocap_metrology.present.text.recording_states import (
+    exchanged_words,
     filled_words,
     level_words,
     low_pass_words,
+    processed_words,
     repeated_words,
     solved_words,
     tail_words,
@@ -74,6 +76,7 @@ def sentences(
         *filled_words(recording),
         *repeated_words(found.repeats, recording),
         *solved_words(found.solved),
+        *exchanged_words(recording),
         *_gaps(found.missing),
     ]
     if _all_move_on(found.movements, recording):
@@ -85,6 +88,7 @@ def sentences(
         under_the_noise(noise, recording, found.wanders),
         wander_sentences(found, noise, recording),
         low_pass_words(found.low_pass),
+        processed_words(found.processed, recording.frame_rate_hz),
         level_words(found.trends),
         tail_words(found.tails),
         of_the_data,

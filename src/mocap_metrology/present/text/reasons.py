@@ -28,6 +28,8 @@ QUANTITIES = {
     Code.MISSING_OR_FILLED: "share of missing frames",
     Code.STEP: "step of the file",
     Code.LOW_PASS: "low-pass filter of the export",
+    Code.PROCESSED: "frames as they were measured",
+    Code.EXCHANGED: "share of frames with exchanged labels",
     Code.OUTLIERS: "share of outliers",
     Code.DRIFT: "drift over the horizon",
     Code.RANDOM_WALK: "drift over the horizon",
@@ -40,6 +42,12 @@ SHARES = {
     Code.MISSING: "missing",
     Code.MISSING_OR_FILLED: "missing or filled by interpolation",
     Code.OUTLIERS: "outliers, more than clean noise and chance explain",
+}
+DONE = {
+    "smoothed": "has no white noise: the software smoothed it, as far as can be told, and the "
+    "noise of a measured frame is not known",
+    "resampled": "was interpolated to another frame rate",
+    "running_median": "is a running median of the measured frames",
 }
 KEPT = {
     "good": "within the limit for good,",
@@ -66,8 +74,17 @@ def reason(check: Check) -> str:
             return _movement(check)
         case ModelCheck():
             return _model(check)
+    if check.code is Code.PROCESSED:
+        named = ", ".join(check.names) or "The recording"
+        return f"{named}: {DONE[str(check.value)]}. Export unprocessed frames."
     value = float(check.value)
     match check.code:
+        case Code.EXCHANGED:
+            named = " and ".join(check.names)
+            return (
+                f"The labels of {named} are exchanged in {100 * value:.3g} % of the frames; the "
+                "numbers are of the labels put right. Correct them in the file."
+            )
         case Code.FRAME:
             return _frame(check, value)
         case Code.CONSTANT:

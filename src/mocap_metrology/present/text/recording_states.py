@@ -12,8 +12,9 @@ from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.recording import Recording
 from mocap_metrology.noise.diagnosis.repeats import Repeats
+from mocap_metrology.noise.diagnosis.software import Processed
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.text.numbers import mm, percent
+from mocap_metrology.present.text.numbers import mm, moment, percent
 from mocap_metrology.present.text.sentence import Sentence, severity
 
 
@@ -93,6 +94,41 @@ def solved_words(solved: Mapping[str, float]) -> list[Sentence]:
         "distance that a rigid body has. Export the markers as they were reconstructed."
     )
     return [Sentence("solved", "warning", tuple(solved), words, {"ratio": dict(solved)})]
+
+
+def exchanged_words(recording: Recording) -> list[Sentence]:
+    """One a pair of markers."""
+    told = []
+    for one in recording.exchanged:
+        ends = [moment(one[k] / recording.frame_rate_hz) for k in ("first", "last")]
+        words = (
+            f"The labels of {' and '.join(one['labels'])} are exchanged in {one['n_frames']} "
+            f"frames between {ends[0]} and {ends[1]}: each is where the other was. They are put "
+            "right here."
+        )
+        numbers = [recording.labels.index(label) + 1 for label in one["labels"]]
+        names = tuple(f"{axis}{k}" for k in numbers for axis in AXES)
+        told.append(Sentence("exchanged", "warning", names, words, dict(one)))
+    return told
+
+
+def processed_words(found: Sequence[Processed], rate_hz: float) -> list[Sentence]:
+    """One a kind."""
+    told = []
+    for code in dict.fromkeys(one.code for one in found):
+        own = {one.series: one.value for one in found if one.code == code}
+        words = {
+            "smoothed": "have no white noise: the software smoothed them, as far as can be told. "
+            "The noise of a measured frame cannot be estimated",
+            "resampled": "were interpolated to another frame rate: the variance of their frames "
+            f"varies with {next(iter(own.values())):.4g} Hz, so they were measured at "
+            f"{rate_hz - next(iter(own.values())):.4g} or {next(iter(own.values())):.4g} Hz",
+            "running_median": "are running medians: their values repeat, each coordinate's for "
+            "itself",
+        }[code]
+        words = f"{', '.join(own)} {words}. Export unprocessed frames."
+        told.append(Sentence(code, "warning", tuple(own), words, {"value": own}))
+    return told
 
 
 def repeated_words(found: Sequence[Repeats], recording: Recording) -> list[Sentence]:

@@ -1,0 +1,134 @@
+"""What software did to the frames before the export, beside the filters of `export`.
+
+Smoothed. A system that measures every frame by itself has white noise: S(f) of its fastest octaves
+is a / W(f) + b, W(f) = 4 sin^2(pi f tau0), with b above the rounding of the file. Behind a Kalman
+or a one-euro filter, which weigh each frame with the one before, b is gone. (Noise that is all
+correlated, without a filter, has the same spectrum.)
+
+Resampled. Interpolated frames scatter less the farther they are from a measured one, so that the
+variance of the second differences is periodic in time, with the old frame rate against the new.
+
+Running median. Successive medians are often the same sample: one coordinate repeats its value
+where the others do not, far more often than the steps of the file let it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mocap_metrology.common.parallel import Over, in_turn
+from mocap_metrology.noise.diagnosis.export import Bands, bands
+
+OCTAVES = 8  # bands of the spectrum below its end, two octaves
+NO_WHITE = 0.15  # of S at the end of the spectrum is b
+LONGEST = 1 << 17  # second differences that are looked at
+CLIPPED = 9.0  # times their median square, so that events and spikes make no line
+CHANCE = 1e-4  # that any series of a sound recording is called resampled
+DEEP = 0.15  # of the variance, that its cycle is at least
+SLOWEST = 0.02  # of the frame rate
+REPEATED = 0.1  # of the values, from which a median ran; of five white samples it is 0.43
+HIDDEN = 0.05  # chance of a repeat by the steps of the file, at most
+
+
+@dataclass(frozen=True)
+class Processed:
+    """code: `smoothed` (value: white share of the density at the end of the spectrum), `resampled`
+    (value: Hz, at which the variance of the frames varies), `running_median` (value: share of the
+    values that repeat the one before)."""
+
+    code: str
+    series: str
+    value: float
+
+
+def processed(
+    series: Mapping[str, np.ndarray], rate_hz: float, step_mm: float, over: Over = in_turn
+) -> list[Processed]:
+    """Of still coordinates (n,) in mm, NaN in gaps, where most of them agree."""
+    own = {name: None for name in series if not name.startswith("L")}
+    chance = CHANCE / max(len(own), 1)
+
+    def looked_at(name: str) -> tuple[float, float]:
+        values = np.asarray(series[name], dtype=float)
+        found = bands(values, rate_hz)
+        white = math.nan if found is None else white_share(found, rate_hz, step_mm)
+        return white, variance_cycle(values, rate_hz, chance)
+
+    found = dict(zip(own, over(looked_at, own), strict=True))
+    smooth = {k: white for k, (white, _) in found.items() if white < NO_WHITE}
+    cyclic = {k: f for k, (_, f) in found.items() if f > 0}
+    told = [Processed("smoothed", *one) for one in smooth.items() if 2 * len(smooth) >= len(own)]
+    told += [Processed("resampled", *one) for one in cyclic.items() if 2 * len(cyclic) >= len(own)]
+    return told
+
+
+def white_share(found: Bands, rate_hz: float, step_mm: float) -> float:
+    """b over a / W + b at the end of the spectrum, less the rounding of the file; by non-negative
+    least squares of relative errors."""
+    from scipy.optimize import nnls
+
+    if found.f_hz.size < OCTAVES or not found.psd.min() > 0:
+        return math.nan
+    f, psd = found.f_hz[-OCTAVES:], found.psd[-OCTAVES:]
+    steps = 4 * np.sin(np.pi * f / rate_hz) ** 2
+    (a, b), _ = nnls(np.stack([1 / steps, np.ones_like(f)], axis=1) / psd[:, None], np.ones(f.size))
+    rounding = 2 * step_mm**2 / 12 / rate_hz * math.log(2)
+    if rounding > NO_WHITE * psd[-1]:
+        return math.nan  # of what the steps hide nothing is known
+    total = a / steps[-1] + b
+    return float(max(b - rounding, 0.0) / total)
+
+
+def variance_cycle(values: np.ndarray, rate_hz: float, chance: float) -> float:
+    """Frequency in Hz at which the variance of second differences is periodic beyond chance and by
+    a share of DEEP; 0 where it is not. A line in the values has its own at twice its frequency:
+    what the differences themselves have at half of it does not count."""
+    second = np.diff(values, 2)
+    start = max((second.size - LONGEST) // 2, 0)
+    second = second[start : start + LONGEST]
+    known = np.isfinite(second)
+    if np.count_nonzero(known) < max(second.size / 2, 2000):
+        return 0.0
+    square = second**2
+    square = np.minimum(square, CLIPPED * np.median(square[known]))
+    mean = float(square[known].mean())
+    n = square.size
+    power = np.abs(np.fft.rfft(np.where(known, square - mean, 0.0))) ** 2
+    among = np.arange(power.size)
+    among = (among > SLOWEST * n) & (among < n / 2 - 2)
+    level = float(np.median(power[among])) / math.log(2)
+    at = int(np.argmax(np.where(among, power, 0.0)))
+    depth = 2 * math.sqrt(power[at]) / np.count_nonzero(known) / mean if mean > 0 else 0.0
+    if not level > 0 or power[at] < 2 * level * math.log(n / chance) or depth < DEEP:
+        return 0.0
+    own = np.abs(np.fft.rfft(np.where(known, second, 0.0))) ** 2
+    for place in (at / 2, n / 2 - at / 2):
+        near = own[max(int(place) - 2, 0) : int(place) + 4]
+        if near.max() > 30 * np.median(own[max(int(place) - 200, 0) : int(place) + 200]):
+            return 0.0
+    return at * rate_hz / n
+
+
+def running_median(
+    axes: Mapping[str, npt.NDArray[np.floating]], step_mm: float
+) -> Sequence[Processed]:
+    """Of the x, y, z (n,) of one marker."""
+    same = {name: axis[1:] == axis[:-1] for name, axis in axes.items()}
+    together = np.logical_and.reduce(list(same.values()))
+    told = []
+    for name, axis in axes.items():
+        share = float(np.count_nonzero(same[name] & ~together)) / max(together.size, 1)
+        if share < REPEATED:
+            return []
+        change = np.abs(np.diff(axis.astype(np.float64)))
+        change = change[change > 0]
+        step = max(step_mm, float(np.quantile(change, 0.005)) if change.size else math.inf)
+        if step > HIDDEN * np.median(change):
+            return []
+        told.append(Processed("running_median", name, share))
+    return told

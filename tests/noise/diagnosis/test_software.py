@@ -1,0 +1,138 @@
+"""What software did to frames: on the filters themselves, and on noise of other kinds without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy import ndimage, signal
+
+from mocap_metrology.noise.assess.checks import Facts, processed
+from mocap_metrology.noise.diagnosis.findings import findings_of
+from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
+from mocap_metrology.noise.motion.exchange import put_right
+from mocap_metrology.present.text.reasons import reason
+
+RATE, N = 120.0, 36_000
+NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]
+
+
+def kalman(x: np.ndarray) -> np.ndarray:
+    """Of constant velocity, at its steady gains."""
+    place, speed, out = np.zeros(6), np.zeros(6), np.empty_like(x)
+    for k in range(x.shape[1]):
+        place = place + speed
+        off = x[:, k] - place
+        place, speed = place + 0.2 * off, speed + 0.02 * off
+        out[:, k] = place
+    return out[:, 500:]
+
+
+def one_euro(x: np.ndarray) -> np.ndarray:
+    """At rest, where its cutoff is the least, 1.2 Hz."""
+    share = 1 / (1 + RATE / (2 * np.pi * 1.2))
+    return signal.lfilter([share], [1, share - 1], x)[:, 500:]
+
+
+def resampled(x: np.ndarray) -> np.ndarray:
+    """From 100 to 120 Hz, linearly."""
+    at = np.arange(0, N - 2, 100 / RATE)
+    return np.array([np.interp(at, np.arange(N), row) for row in x])
+
+
+def held(x: np.ndarray) -> np.ndarray:
+    """One frame in a hundred repeats the one before."""
+    some = np.random.default_rng(1).random(x.shape[1]) < 0.01
+    return x[:, np.maximum.accumulate(np.where(some, 0, np.arange(x.shape[1])))]
+
+
+def mains(x: np.ndarray) -> np.ndarray:
+    return x + 0.1 * np.sin(2 * np.pi * 33 * np.arange(N) / RATE)
+
+
+def flashes(x: np.ndarray) -> np.ndarray:
+    return x * (1 + 0.3 * (np.arange(N) % 2))
+
+
+def correlated(x: np.ndarray) -> np.ndarray:
+    return x + signal.lfilter([0.05], [1, -0.9], x[::-1])
+
+
+KINDS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
+    "Kalman": (kalman, "smoothed"),
+    "one-euro": (one_euro, "smoothed"),
+    "resampled": (resampled, "resampled"),
+    "median of five": (lambda x: ndimage.median_filter(x, (1, 5)), "running_median"),
+    "repeated": (held, "repeated"),
+    "white": (lambda x: x, ""),
+    "mains": (mains, ""),
+    "every second frame louder": (flashes, ""),
+    "white and correlated": (correlated, ""),
+}
+
+
+def found_in(kind: str, seed: int = 1) -> dict[str, dict[str, float]]:
+    """Codes of whole recordings in float32, with their values by series."""
+    values = KINDS[kind][0](0.02 * np.random.default_rng(seed).standard_normal((6, N)))
+    values[3] += 60
+    stored = dict(zip(NAMES, values.astype(np.float32).astype(float), strict=True))
+    recording = Recording(stored, ["A", "B"], [(1, 2)], RATE, 4e-6, "float32")
+    codes: dict[str, dict[str, float]] = {}
+    for one in findings_of(recording, diagnose(recording, []), []):
+        codes.setdefault(one.code, {})[one.series] = one.value
+    return codes
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_software_did_is_named(kind: str) -> None:
+    """All six coordinates, and nothing else of this sort."""
+    codes = found_in(kind)
+    of_software = {"smoothed", "resampled", "running_median", "repeated", "low_pass"} & set(codes)
+    assert of_software == ({KINDS[kind][1]} - {""})
+    if of_software:
+        assert list(codes[KINDS[kind][1]]) == NAMES
+
+
+def test_rate_before_the_interpolation() -> None:
+    """100 Hz in a file of 120 Hz: the variance varies with 20 Hz."""
+    assert found_in("resampled")["resampled"]["x1"] == pytest.approx(20, abs=0.01)
+
+
+def test_processed_frames_are_not_good() -> None:
+    from mocap_metrology.noise.assess.uncertainty import SeriesNumbers
+    from mocap_metrology.noise.diagnosis.findings import Finding
+
+    coordinates = {name: SeriesNumbers("ok") for name in NAMES}
+    own = tuple(Finding("smoothed", name, 0.05) for name in NAMES)
+    check = processed(coordinates, Facts(600, 600, 2, {}, {}, findings=own))
+    assert check.word == "usable"
+    assert reason(check).startswith("The recording: has no white noise: the software smoothed it")
+    assert processed(coordinates, Facts(600, 600, 2, {}, {})).word == "good"
+
+
+def test_exchanged_labels_are_put_right() -> None:
+    """In 6000 frames, of which some are missing; a third marker is left alone, and nothing is
+    changed where nothing is exchanged."""
+    rng = np.random.default_rng(4)
+    place = np.array([[0, 0, 0], [60, 5, 0], [0, 300, 0]], float)[:, :, None]
+    true = place + 0.02 * rng.standard_normal((3, 3, 20_000))
+    true[0, :, 500:600] = np.nan
+    given = true.copy()
+    assert put_right(["A", "B", "C"], given) == []
+    there = slice(9_000, 15_000)
+    given[0, :, there], given[1, :, there] = true[1, :, there], true[0, :, there]
+    (found,) = put_right(["A", "B", "C"], given)
+    assert found.labels == ("A", "B") and found.share == pytest.approx(0.3)
+    np.testing.assert_array_equal(given, true)
+
+
+def test_markers_that_pass_each_other_are_not_exchanged() -> None:
+    t = np.arange(20_000) / RATE
+    swing = np.array([60 * np.sin(t), -60 * np.sin(t)])
+    given = np.zeros((2, 3, t.size))
+    given[:, 0] = swing + 0.02 * np.random.default_rng(5).standard_normal(swing.shape)
+    given[:, 1] = [[0.0], [30.0]]
+    before = given.copy()
+    assert put_right(["A", "B"], given) == []
+    np.testing.assert_array_equal(given, before)

@@ -21,6 +21,15 @@ FRAME = {"series": "y1", "lower": 0.0255, "upper": 0.02641, "over_s": 3600.0}
 SHORT = Unmodelled(Why.TOO_SHORT, 700, 1000)
 SENTENCES = [
     (
+        Check(Code.EXCHANGED, "bad", 0.0278, 0.0, series="x1", names=("A", "B")),
+        "The labels of A and B are exchanged in 2.78 % of the frames; the numbers are of the "
+        "labels put right. Correct them in the file.",
+    ),
+    (
+        Check(Code.PROCESSED, "usable", "resampled", "", series="x1"),
+        "The recording: interpolated to another frame rate. Export unprocessed frames.",
+    ),
+    (
         LengthCheck(Code.TOO_SHORT, "bad", 0.3, 1.0, "s", n_frames=30, duration_s=0.3),
         "The recording is too short to judge: 30 frames in 0.3 s; a verdict needs at least 100 "
         "frames and 1 s.",

@@ -253,3 +253,26 @@ def test_many_series_are_cut_to_the_worst() -> None:
     assert len(shown) == 24
     assert {f"y{k}" for k in range(1, 13)} <= set(shown)
     assert "12 series with smaller" in figure.caption
+
+
+def test_other_checks_stand_beside_their_limits() -> None:
+    """The one that decided first; what lowers the word further, and the event; nothing of them
+    where the word is good."""
+    found = contents(n_markers=2)
+    assert left_of(verdict_figure(found)).get_xscale() == "log"
+    drift = {"quantity": "drift over the horizon", "series": "z1", "value": 0.4, "limit": 0.346}
+    lost = {"quantity": "share of missing frames", "series": "x2", "value": 0.02, "limit": 0.01}
+    found |= {
+        "word": "usable",
+        "decided_by": drift | {"unit": "mm", "threshold": ""},
+        "caps": [lost | {"unit": "", "threshold": "", "word": "usable", "reason": "."}],
+        "findings": [{"code": "event", "series": "x2", "value": 250.0}],
+    }
+    above = verdict_figure(found).figure.axes[-1]
+    assert [t.get_text() for t in above.texts] == [
+        *("drift over the horizon, z1", "0.4, limit 0.346 mm"),
+        *("share of missing frames, x2", "2, limit 1 %"),
+        *("event at 4 min 10.0 s (x2)", ""),
+    ]
+    dots = [line.get_xdata()[0] for line in above.lines if line.get_marker() == "D"]
+    assert dots == pytest.approx([0.4 / 0.346, 2.0])

@@ -107,7 +107,7 @@ def test_processed_frames_are_not_good() -> None:
     own = tuple(Finding("smoothed", name, 0.05) for name in NAMES)
     check = processed(coordinates, Facts(600, 600, 2, {}, {}, findings=own))
     assert check.word == "usable"
-    assert reason(check).startswith("The recording: has no white noise: the software smoothed it")
+    assert reason(check).startswith("The recording: no white noise, so the software smoothed it")
     assert processed(coordinates, Facts(600, 600, 2, {}, {})).word == "good"
 
 

@@ -27,6 +27,7 @@ from mocap_metrology.noise.diagnosis.export import Bands, bands
 OCTAVES = 8  # bands of the spectrum below its end, two octaves
 NO_WHITE = 0.15  # of S at the end of the spectrum is b
 LONGEST = 1 << 17  # second differences that are looked at
+LEAST = 2000  # frames, to tell anything of
 CLIPPED = 9.0  # times their median square, so that events and spikes make no line
 CHANCE = 1e-4  # that any series of a sound recording is called resampled
 DEEP = 0.15  # of the variance, that its cycle is at least
@@ -92,7 +93,7 @@ def variance_cycle(values: np.ndarray, rate_hz: float, chance: float) -> float:
     start = max((second.size - LONGEST) // 2, 0)
     second = second[start : start + LONGEST]
     known = np.isfinite(second)
-    if np.count_nonzero(known) < max(second.size / 2, 2000):
+    if np.count_nonzero(known) < max(second.size / 2, LEAST):
         return 0.0
     square = second**2
     square = np.minimum(square, CLIPPED * np.median(square[known]))
@@ -127,7 +128,9 @@ def running_median(
             return []
         change = np.abs(np.diff(axis.astype(np.float64)))
         change = change[change > 0]
-        step = max(step_mm, float(np.quantile(change, 0.005)) if change.size else math.inf)
+        if change.size < LEAST:
+            return []
+        step = max(step_mm, float(np.quantile(change, 0.005)))
         if step > HIDDEN * np.median(change):
             return []
         told.append(Processed("running_median", name, share))

@@ -44,10 +44,10 @@ SHARES = {
     Code.OUTLIERS: "outliers, more than clean noise and chance explain",
 }
 DONE = {
-    "smoothed": "has no white noise: the software smoothed it, as far as can be told, and the "
-    "noise of a measured frame is not known",
-    "resampled": "was interpolated to another frame rate",
-    "running_median": "is a running median of the measured frames",
+    "smoothed": "no white noise, so the software smoothed it, as far as can be told; the noise of "
+    "a measured frame is not known",
+    "resampled": "interpolated to another frame rate",
+    "running_median": "running medians of the measured frames",
 }
 KEPT = {
     "good": "within the limit for good,",

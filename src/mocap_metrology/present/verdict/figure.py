@@ -26,7 +26,7 @@ from mocap_metrology.present.plot.figure import (
 )
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.numbers import duration_words
+from mocap_metrology.present.text.numbers import duration_words, moment
 from mocap_metrology.present.verdict.words import (
     FRAME,
     MEANS,
@@ -43,6 +43,7 @@ MOST_ROWS = 24
 MOST_DECADES = 6.0  # of the axis: farther down there are rounding errors only
 FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many times the value
 ROW_MM = 9.5
+CHECK_MM, LONGEST = 5.5, 60  # of a row of another check; letters of its name
 LETTER = 0.024  # of the width of a bar of all
 WIDE_MM, NARROW_MM, USABLE_MM = 155.0, 85.0, 11.0  # of the axes alone, or beside bars; of a word
 OF_FRAME = ("uncertainty of one frame", "upper end of the interval of one frame")
@@ -87,15 +88,21 @@ def verdict_figure(found: Found) -> Picture:
     points = {name: _points(values) for name, values in series.items()}
     limits = _limits(points, found)
     first, *others = sentences(found)
-    body = new_figure(
-        f"{found['recording']}: {found['word']}", _source(found), 50.0 + ROW_MM * len(names)
-    )
+    checks = _other_checks(found)
+    above = CHECK_MM * len(checks) + (CHECK_MM if checks else 0.0)
+    high = ROW_MM * len(names)
+    title = f"{found['recording']}: {found['word']}"
+    body = new_figure(title, _source(found), 50.0 + high + above)
     how: Keywords = {"x": 0.01, "ha": "left", "fontsize": 8.5, "weight": "normal", "wrap": True}
     body.suptitle(wrapped(f"Deciding quantity: {found['decided_by']['quantity']}. {first}"), **how)
     bars = any(values["shares"] for values in series.values())
-    panels = body.subplots(
-        1, 1 + bars, sharey=True, squeeze=False, width_ratios=[1.6, 1.0][: 1 + bars]
-    )[0]
+    widths = [1.6, 1.0][: 1 + bars]
+    heights = [above, high + 15.0] if checks else [1.0]
+    grid = body.add_gridspec(len(heights), len(widths), width_ratios=widths, height_ratios=heights)
+    panels = [body.add_subplot(grid[-1, 0])]
+    panels += [body.add_subplot(grid[-1, 1], sharey=panels[0])] if bars else []
+    if checks:
+        _checks(body.add_subplot(grid[0, :]), checks, found)
     log_axis(panels[0], "x", limits)
     decided = found["word"] if found["word"] == _band(found) else ""
     draw_bands(panels[0], limits, found["limits_mm"], NARROW_MM if bars else WIDE_MM, decided)
@@ -107,6 +114,52 @@ def verdict_figure(found: Found) -> Picture:
     legend_below(body, panels)
     note = _note(found, names, _cut(points, limits))
     return Picture(body, " ".join([captions.VERDICT, *others, note]))
+
+
+def _other_checks(found: Found) -> list[Found]:
+    """The check that decided and those that cap the word, besides those of one frame, and events,
+    where the word is not good."""
+    every = [found["decided_by"] | {"word": found["word"]}, *found.get("caps", [])]
+    checks = [c for c in every if c["word"] != "good" and c["quantity"] not in OF_FRAME]
+    events = [one for one in found.get("findings", []) if one["code"] == "event"]
+    if events and found["word"] != "good":
+        first = events[0]
+        more = f" and {len(events) - 1} more" if events[1:] else ""
+        named = f"event at {moment(first['value'])} ({first['series']}){more}"
+        checks.append({"quantity": named, "series": "", "value": None, "limit": None, "word": ""})
+    return checks
+
+
+def _checks(axes: Axes, checks: Sequence[Found], found: Found) -> None:
+    """A row a check: value over limit on a logarithmic scale, and both in words."""
+    axes.set(xlim=(10**-5.0, 10**2.4), xscale="log", ylim=(len(checks) - 0.5, -0.5))
+    axes.axvline(1.0, color=GREY, lw=0.8)
+    inside: Keywords = {"transform": axes.get_yaxis_transform(), "va": "center", "size": SMALL_PT}
+    for row, check in enumerate(checks):
+        name = ", ".join(filter(None, [check["quantity"], check["series"]]))
+        name = name if len(name) < LONGEST else f"{name[: LONGEST - 3]}..."
+        axes.text(0.008, row, name, **inside)
+        value, limit = check["value"], check["limit"]
+        if check["word"]:
+            axes.axhspan(row - 0.5, row + 0.5, color=BAND_COLOURS[check["word"]], lw=0, zorder=0)
+        both = all(isinstance(x, int | float) and math.isfinite(x) for x in (value, limit))
+        words = ""
+        if both:
+            share = check["quantity"].startswith("share")
+            times, unit = (100, "%") if share else (1, check["unit"])
+            words = f"{value * times:.3g}, limit {limit * times:.3g} {unit}".strip()
+        if both and value > 0 and limit > 0:
+            at = float(np.clip(value / limit, 0.1, 10.0))
+            axes.plot([at], [row], marker="D", ms=4, color=INK, clip_on=False)
+        elif check["word"] and not both and isinstance(value, str):
+            words = value
+        axes.text(0.992, row, words, ha="right", **inside)
+    axes.set_yticks([])
+    axes.set_xticks([0.1, 1.0, 10.0], ["1/10", "limit", "10 times"])
+    axes.minorticks_off()
+    axes.tick_params(axis="y", length=0)
+    axes.tick_params(axis="x", labelsize=SMALL_PT)
+    axes.grid(visible=False)
 
 
 def _shown(series: Mapping[str, Found]) -> list[str]:

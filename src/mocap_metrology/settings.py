@@ -90,6 +90,9 @@ class Verdict(Section):
     the wander within it."""
     window_s: float = Field(1.0, gt=0)
     """The scatter of single frames is computed within this time."""
+    mean_mm: float = Field(0.01, gt=0)
+    """Expanded uncertainty (95 %) that is wanted of the mean of a recording: the verdict states how
+    long one needs to be."""
     good_mm: float = Field(0.1, gt=0)
     """The verdict is `good` up to this uncertainty of one frame in the worst coordinate. A
     reference should be 10 times, at least 4 times, better than the device under test (S 2.2); the

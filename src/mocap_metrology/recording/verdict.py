@@ -148,6 +148,7 @@ def judged(
         settings.verdict.window_s,
         settings.allan.confidence,
         origin["resolution_mm"],
+        settings.verdict.mean_mm,
     )
     inputs = Inputs(
         evidence.series,

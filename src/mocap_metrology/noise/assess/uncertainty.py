@@ -9,6 +9,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from mocap_metrology.noise.assess.mean import MeanOfAll, mean_of_all
 from mocap_metrology.noise.assess.spread import (
     Measured,
     Spread,
@@ -107,6 +108,7 @@ class SeriesNumbers:
     floor_mm: float = 0.0
     drift_mm_per_h: float = math.nan
     range_mm: float = math.nan
+    mean_of_all: MeanOfAll = field(default_factory=MeanOfAll)
 
     @property
     def frame_upper_end_mm(self) -> float:
@@ -118,13 +120,15 @@ class SeriesNumbers:
 class Span:
     """Settings for every series: frame_rate_hz; horizon_s: uncertainties are about the mean of
     so long, or of the recording if it is shorter; window_s: stretch within which the scatter of
-    single frames is taken; confidence of all intervals; step_mm: of the stored coordinates."""
+    single frames is taken; confidence of all intervals; step_mm: of the stored coordinates;
+    mean_mm: expanded uncertainty that is wanted of a mean."""
 
     frame_rate_hz: float
     horizon_s: float = 3600.0
     window_s: float = 1.0
     confidence: float = 0.683
     step_mm: float = 0.0
+    mean_mm: float = 0.01
 
     def frames(self, seconds: float) -> int:
         """So many seconds in frames, one at least."""
@@ -188,6 +192,7 @@ def assess_series(
         floor_mm=floor,
         drift_mm_per_h=moved.per_hour,
         range_mm=moved.range,
+        mean_of_all=mean_of_all(series, span.frame_rate_hz, *fitted[:2], span.mean_mm),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.checks import Check
+from mocap_metrology.noise.assess.mean import NOT_COVERED
 from mocap_metrology.noise.assess.recording import Assessment
 from mocap_metrology.noise.assess.uncertainty import Mean, SeriesNumbers
 from mocap_metrology.present.text.reasons import quantity, reason, why_measured
@@ -33,6 +34,8 @@ def verdict_document(found: Assessment, source: str) -> Row:
         "caps": [_check(c) | {"word": c.word, "reason": reason(c)} for c in verdict.caps],
         "uncertainty": reason(verdict.uncertainty) if verdict.uncertainty else "",
         "reference_for_mm": verdict.reference_for_mm,
+        "mean_mm": span.mean_mm,
+        "not_covered": list(NOT_COVERED),
         "limits_mm": {"good": found.limits.good_mm, "usable": found.limits.usable_mm},
         "series": {
             name: _series(numbers)
@@ -64,6 +67,7 @@ def _series(numbers: SeriesNumbers) -> Row:
         "floor_mm": numbers.floor_mm,
         "drift_mm_per_h": numbers.drift_mm_per_h,
         "range_mm": numbers.range_mm,
+        "mean_of_all": vars(numbers.mean_of_all),
     }
 
 

@@ -116,12 +116,43 @@ def verdict_lines(found: Found) -> list[str]:
         *_aligned(_table(found["series"])),
     ]
     lines += _measured(found)
+    lines += ["", mean_words(found), *_aligned(mean_table(found["series"]))]
     findings = [words for words in _not_stated(found) if not _told(words, found)]
     if findings:
         lines += ["", "Findings:", *(f"  {words}" for words in findings)]
     said = {words.casefold().rstrip(".") for words in findings}
     warnings = [w for w in found["warnings"] if w.casefold().rstrip(".") not in said]
     return [*lines, *(f"warning: {words}" for words in warnings)]
+
+
+def mean_words(found: Found) -> str:
+    """What `mean_table` is of, and what is not in it."""
+    return (
+        f"Mean of all frames, and the length in s for k u of {found['mean_mm']:g} mm (type A; "
+        "k = t(0.975) by the effective degrees of freedom). Not covered: "
+        f"{', '.join(found['not_covered'])}."
+    )
+
+
+def mean_table(series: Mapping[str, Found]) -> list[list[str]]:
+    """A row a series, with its head; a dash where the mean depends on when it is taken."""
+    rows = [["", "u", "k", "k u", "independent frames (95 %)", "T_c", "length needed"]]
+    for name, values in series.items():
+        one = values["mean_of_all"]
+        ends = [significant(one[f"n_eff_{end}_95"]) for end in ("lower", "upper")]
+        n_eff = significant(one["n_eff"])
+        rows.append(
+            [
+                name,
+                in_mm(one["u_mm"]),
+                significant(one["k"]) or "-",
+                in_mm(one["expanded_mm"]),
+                f"{n_eff} ({ends[0]} to {ends[1]})" if n_eff else "-",
+                significant(one["correlation_s"]) or "-",
+                significant(one["length_s"]) or "-",
+            ]
+        )
+    return rows
 
 
 # Kinds of findings that a check of the verdict states as well

@@ -92,7 +92,7 @@ def test_lines_say_word_reason_and_numbers_once() -> None:
         f"{four} (4 times the upper end of its interval; 10 times: {ten}). Scale and distortion "
         "of the volume are not included."
     )
-    (cells,) = [re.split(r"\s{2,}", line.strip()) for line in lines if line.startswith("  y1")]
+    cells, _ = [re.split(r"\s{2,}", line.strip()) for line in lines if line.startswith("  y1")]
     assert cells[:4] == ["y1", "0.120", "0.120", "0.0169"]
     assert cells[6:] == ["0.250, still falling at 0.250 s", "white 100 %"]
     assert lines.count("  Marker A moves.") == 1
@@ -276,3 +276,20 @@ def test_other_checks_stand_beside_their_limits() -> None:
     ]
     dots = [line.get_xdata()[0] for line in above.lines if line.get_marker() == "D"]
     assert dots == pytest.approx([0.4 / 0.346, 2.0])
+
+
+def test_mean_of_all_frames_in_words() -> None:
+    """Of 10 min of white noise the frames are all independent, the mean has sigma over their root,
+    and the length is in proportion to the square of what is wanted."""
+    found = contents()
+    one = found["series"]["y1"]["mean_of_all"]
+    u = SIGMA["y1"] / math.sqrt(N)
+    assert one["n_eff"] == pytest.approx(N, rel=1e-3)
+    assert one["u_mm"] == pytest.approx(u, rel=1e-3) and one["k"] == pytest.approx(1.96, abs=0.01)
+    assert one["length_s"] == pytest.approx(N / RATE * (1.96 * u / 0.01) ** 2, rel=0.01)
+    lines = verdict_lines(found)
+    at = next(k for k, line in enumerate(lines) if line.startswith("Mean of all frames"))
+    assert "scale and distortion of the volume" in lines[at]
+    assert [line.split()[0] for line in lines[at + 2 : at + 5]] == ["x1", "y1", "z1"]
+    empty = contents(empty="y1")["series"]["y1"]["mean_of_all"]
+    assert set(empty.values()) == {None}

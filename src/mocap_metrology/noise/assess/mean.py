@@ -23,7 +23,7 @@ from mocap_metrology.noise.assess.spread import Measured, expected_spread
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import Deterministic
 
-FAR = 1000  # recordings, over which a mean is the true one
+FAR = 10**6  # recordings, over which a mean is the true one
 BATCHES = 20
 LEAST = 0.01  # share of the variance of the mean over ten recordings that noise without a mean has
 NOT_COVERED = ("scale and distortion of the volume", "what changes between recordings")

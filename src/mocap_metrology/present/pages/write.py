@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.present.pages import comparison, details, document, front, summary
+from mocap_metrology.present.pages import comparison, details, document, front, site, summary
 from mocap_metrology.present.plot.figure import Picture, caption_of
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.verdict import words
@@ -96,7 +96,9 @@ def _subjects(results: Results) -> Iterator[Subject]:
     for row in results.recordings:
         found = results.document("recording", name := row["recording"])
         lines = [*words.sentences(found), *([changes[name]] if name in changes else [])]
-        yield _measured(results, "recording", row, found["word"], lines)
+        one = _measured(results, "recording", row, found["word"], [*lines, words.mean_words(found)])
+        one[-1]["tables"] = [{"title": "Mean of all frames", "table": _means(found)}]
+        yield one
     for row in results.calibrations:
         found = results.document("calibration", row["calibration"])["verdict"]
         yield _measured(results, "calibration", row, found["word"], [found["reason"]])
@@ -104,6 +106,13 @@ def _subjects(results: Results) -> Iterator[Subject]:
         yield "group", group, group, results.of(group, ".svg"), results.of(group, ".csv"), {}
     for paper in results.papers:
         yield _paper(results, paper)
+
+
+def _means(found: Record) -> site.Table:
+    head, *rows = words.mean_table(found["series"])
+    units = ("", " (mm)", "", " (mm)", "", " (s)", " (s)")
+    named = [f"{name or 'series'}{unit}" for name, unit in zip(head, units, strict=True)]
+    return site.Table(named, "tnnntnn", rows, range(len(named)))
 
 
 def _measured(results: Results, kind: str, row: Record, verdict: str, lines: list[str]) -> Subject:

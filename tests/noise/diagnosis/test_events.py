@@ -7,7 +7,7 @@ import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
 
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan, scales
-from mocap_metrology.noise.diagnosis.events import Event, inside_events, with_sides
+from mocap_metrology.noise.diagnosis.events import Event, inside_events, recurrence, with_sides
 from mocap_metrology.noise.diagnosis.levels import Blocks, blocks, compare
 from mocap_metrology.noise.diagnosis.outliers import isolated, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import searched
@@ -225,3 +225,17 @@ def test_edges_of_long_recordings_have_a_baseline_of_many_windows():
     series[:200] *= 0.01
     for dynamic in dynamic_allan(series, RATE):
         assert np.nanmax(dynamic.ratio[:50]) < 10
+
+
+def test_events_that_recur_have_a_period() -> None:
+    """A door every 30 s, now and then without; six bursts at random times have none."""
+
+    def at(time_s: float) -> Event:
+        return Event(time_s, 1.0, "burst", ("x1",), "x1", 0.1, 0.0, 1e-9, 9.0, 1.0)
+
+    rng = np.random.default_rng(2)
+    doors = 40 + 30 * np.delete(np.arange(25), [4, 11, 12]) + rng.uniform(-0.5, 0.5, 22)
+    assert recurrence([at(time) for time in doors]) == pytest.approx(30, abs=0.1)
+    assert not np.isfinite(recurrence([at(time) for time in doors[:5]]))
+    random = [recurrence([at(t) for t in rng.uniform(0, 900, 6)]) for _ in range(2000)]
+    assert np.isfinite(random).mean() < 0.002

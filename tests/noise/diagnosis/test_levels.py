@@ -91,3 +91,15 @@ def test_an_interval_that_holds_one_is_alike_only_where_it_is_narrow(
     ratio: float, lower: float, upper: float, word: str
 ) -> None:
     assert Sides("x1", 0.05, 0.05, 0.05, 0.05, ratio, lower, upper).word == word
+
+
+def test_what_goes_up_and_down_does_not_rise() -> None:
+    """A level that swings by a quarter over 4 min: no polynomial describes it, and its ends are
+    none of the level. At the ends of a cubic it "rose" by 20 to 88 %."""
+    t = np.arange(N) / RATE
+    for seed in range(8):
+        phase = np.random.default_rng(seed).uniform(0, 2 * np.pi)
+        found = levels(1 + 0.25 * np.sin(2 * np.pi * t / 240 + phase), seed)
+        for one in trends(found, NONE, []):
+            assert one.direction == "changes" and one.lower < 0 < one.upper
+            assert -0.4 < one.least <= 0 <= one.greatest < 0.67  # 0.75 / 1.25, 1.25 / 0.75

@@ -129,3 +129,17 @@ def test_noise_is_rarely_a_peak_of_the_spectrum(segments):
     lines = [Line(0.0, at, 0.0, 1.0, 0.0) for at in places]
     found = described("x1", lines, 600.0, 120.0, np.ones(1), psd)
     assert np.mean([one.in_psd for one in found]) < 3e-3
+
+
+def test_a_fan_that_is_switched_changes_its_amplitude() -> None:
+    """On for 90 s, off for 60 s, with any phase; a frequency that wanders has one amplitude."""
+    rng, t = np.random.default_rng(3), np.arange(90_000) / 120
+    on = (t % 150) < 90
+    phase = np.repeat(rng.uniform(0, 2 * np.pi, 8), 18_000)[: t.size]
+    fan = 0.03 * on * np.sin(2 * np.pi * 12.34 * t + phase)
+    (found,) = found_in(fan + noise(t.size, 0.02))
+    assert found.amplitude == pytest.approx((0.0, 0.03), abs=0.004)
+    slow = np.interp(t, np.arange(0, 760, 10), rng.standard_normal(76))
+    wandering = 0.03 * np.sin(2 * np.pi * np.cumsum(12.34 + 0.03 * slow) / 120)
+    (found,) = found_in(wandering + noise(t.size, 0.02))
+    assert found.line.wide and found.amplitude is None

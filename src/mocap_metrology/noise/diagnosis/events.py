@@ -22,6 +22,7 @@ SIDES_MISS = 0.01  # probability that some series of an event is reported as cha
 # Shorter recordings decide nothing: an event in the middle needs its context on both sides
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
+RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that they may be off
 MOST = 200  # events that are measured; more, and the recording is no still one
 
 
@@ -201,6 +202,21 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
         return _Excursion(size, levels[1] - levels[0], None, None)
     at = (start + first + off[[0, -1]]) / rate_hz
     return _Excursion(size, float(levels[1] - levels[0]), float(at[0]), float(at[1] + 1 / rate_hz))
+
+
+def recurrence(found: Sequence[Event]) -> float:
+    """Period in s at which events recur, NaN where they do not: the median distance, of which all
+    distances are whole multiples within REGULAR, as some may not be seen. Of six events at random
+    times that is so in 0.03 %."""
+    times = np.array([event.time_s for event in found if event.kind == "burst"])
+    if times.size < RECURRING:
+        return math.nan
+    apart = np.diff(np.sort(times))
+    period = float(np.median(apart))
+    often = apart / period if period > 0 else np.full(1, 0.5)
+    whole = np.maximum(np.rint(often), 1)
+    period = float(apart.sum() / whole.sum())
+    return period if np.all(np.abs(apart / period - whole) < REGULAR) else math.nan
 
 
 def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypedDict
 
+from mocap_metrology.noise.diagnosis.events import recurrence
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.signatures import Wander
@@ -43,6 +44,7 @@ CODES = {
     "heavy_tails": ("", "excess kurtosis of the differences of frames"),
     "level_changes": ("", "relative change of the level of the noise over the recording"),
     "line": ("Hz", "frequency of a periodic disturbance"),
+    "recurring": ("s", "period at which events recur"),
     "event": ("s", "time of a disturbance, from the first frame"),
 }
 CODE_OF = {"drift": "drift", "A_w": "warm_up", "h_-2": "random_walk"}
@@ -196,8 +198,12 @@ def _lines(found: Diagnosis) -> list[Finding]:
 
 
 def _events(found: Diagnosis) -> list[Finding]:
-    """One an event, in the series that moved most."""
-    return [Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in found.events]
+    """One an event, in the series that moved most, and their period."""
+    period = recurrence(found.events)
+    regular = [Finding("recurring", "", period)] if math.isfinite(period) else []
+    return regular + [
+        Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in found.events
+    ]
 
 
 def _moves(found: Diagnosis) -> list[Finding]:

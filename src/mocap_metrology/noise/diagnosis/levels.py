@@ -25,6 +25,8 @@ LEAST_POINTS = 6  # a side, or of a trend
 SHORTER = (1, 2, 4)  # parts of the reach that a step is looked at over, until lines describe it
 SURER_VARIANCES = 10.0  # variances of a point by which a step must fit better than a smooth curve
 ADEQUATE_VARIANCES = 1.7  # variance of the residuals over that of the points, at most
+INADEQUATE = 1e-3  # chance of residuals so large about a polynomial that describes the points
+TENTHS = 10  # parts of a recording whose levels no polynomial describes
 DEGREES = (1, 2, 3)  # of the polynomials that slow changes are fitted with
 TREND_CHANCE = 0.005  # that any series of a recording is reported as changing and is not
 LEAST_CHANGE = 0.02  # that is reported
@@ -305,10 +307,29 @@ def _trend(name: str, g: np.ndarray, places: Sequence[int], chance: float) -> Tr
     change = float(ends @ value)
     reach = float(stdtrit(max(k.size - x.shape[1], 1), 0.975)) * error
     curve = np.linspace(0, 1, 101)[:, None] ** powers @ value[-best:]
+    left = k.size - x.shape[1]
+    if fdtrc(left, dof, rest / left / scale**2) < INADEQUATE:  # its ends are no levels
+        change, reach, curve = _up_and_down(
+            g[k] - x[:, 1 : 1 + len(steps)] @ value[1 : 1 + len(steps)]
+        )
     low, high, least, greatest = (
         math.expm1(v / 2) for v in (change - reach, change + reach, curve.min(), curve.max())
     )
     return Trend(name, math.expm1(change / 2), low, high, least, greatest)
+
+
+def _up_and_down(g: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """Of points that no polynomial describes: the means of tenths less that of the first; the last
+    of them with what it may be off by, as tenths scatter."""
+    from scipy.special import stdtrit
+
+    tenths = np.array([part.mean() for part in np.array_split(g, TENTHS)])
+    error = math.sqrt(2) * float(np.std(tenths, ddof=1))
+    return (
+        float(tenths[-1] - tenths[0]),
+        float(stdtrit(TENTHS - 1, 0.975)) * error,
+        tenths - tenths[0],
+    )
 
 
 def log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:

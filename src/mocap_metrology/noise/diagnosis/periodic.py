@@ -22,6 +22,7 @@ PSD_REACH = 64  # neighbours on each side for its level
 PSD_LEAVE = 3  # next to the line that are left out
 VISIBLE = 0.1  # share of the Allan variance from which a bump is seen
 LONGEST_GAP, SHORT_GAP = 1200, 12  # frames that are filled with noise, or bridged
+SAME_PHASE = 0.9  # of the products of neighbouring means, where a frequency stands
 LEAST = 1000  # valid samples of a stretch that lines are looked for in
 
 
@@ -42,7 +43,9 @@ class Found:
     lower, upper: 95 % of A_s, mm; f_error: standard error, Hz; harmonic: number and fundamental, or
     None; mains: what of them it may be; snr_psd, in_psd: Welch's spectrum at the
     line over its level, and whether noise does not reach that; tau_s, share, in_adev: first maximum
-    of the line's Allan variance, its part of all of it there, and whether that is a tenth at least.
+    of the line's Allan variance, its part of all of it there, and whether that is a tenth at least;
+    amplitude: least and greatest, mm (quantiles of 10 and 90 %), of a band that its amplitude makes
+    (`_amplitudes`).
     """
 
     series: str
@@ -57,6 +60,7 @@ class Found:
     tau_s: float
     share: float
     in_adev: bool | None
+    amplitude: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -147,9 +151,34 @@ def described(
                 series, line, max(line.A_s - 1.96 * a_error, 0.0), line.A_s + 1.96 * a_error,
                 f_error, _harmonic(line, lines, duration_s), mains_of(line.f_0, rate_hz, f_error),
                 snr, in_psd, size / rate_hz, share, None if math.isnan(share) else share >= VISIBLE,
+                _amplitudes(values, line, rate_hz) if line.wide else None,
             )
         )  # fmt: skip
     return found
+
+
+def _amplitudes(values: np.ndarray, line: Line, rate_hz: float) -> tuple[float, float] | None:
+    """Least and greatest amplitude of a band whose frequency stands, None where that wanders.
+
+    Of the means z of values exp(-2 pi i f_0 t) over blocks of a sixteenth of 1 / width: the phase
+    goes on evenly where the amplitude alone makes the band, so that |sum z_k+4 conj(z_k)| over
+    sum |z_k+4| |z_k| is near 1.
+    """
+    length = max(round(rate_hz / line.width_f / 16), round(2 * rate_hz / line.f_0), 1)
+    count = values.size // length
+    if count < 32:
+        return None
+    known = np.isfinite(values[: count * length])
+    mean = float(np.nanmean(values))
+    turned = np.where(known, values[: count * length] - mean, 0.0)
+    turned = turned * np.exp(-2j * np.pi * line.f_0 / rate_hz * np.arange(turned.size))
+    z = 2 * turned.reshape(count, length).mean(axis=1)
+    far = 4
+    products = z[far:] * np.conj(z[:-far])
+    if abs(products.sum()) < SAME_PHASE * np.abs(products).sum():
+        return None
+    low, high = np.quantile(np.abs(z), [0.1, 0.9])
+    return (float(low), float(high)) if low < high / 2 else None
 
 
 def _harmonic(line: Line, lines: Sequence[Line], duration_s: float) -> tuple[int, float] | None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
+from mocap_metrology.noise.diagnosis.events import LEAST_S, Event, recurrence
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, Left
 from mocap_metrology.noise.diagnosis.levels import BLOCK_S, JOINED_BLOCKS, LEAST_POINTS
@@ -52,6 +52,7 @@ from mocap_metrology.present.text.recording_states import (
 from mocap_metrology.present.text.sentence import Sentence, severity
 
 NAMED_EVENTS = NAMED_LINES = 10
+RECURRING_SHOWN = 2  # examples of events that recur
 LEVELS_S = 2 * LEAST_POINTS * JOINED_BLOCKS * BLOCK_S
 COMPARED = {
     "changed": "noise changed",
@@ -111,6 +112,11 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
         return [_no_event(found, recording, settings)]
     order = sorted(found.events, key=lambda e: (not e.matters, -np.nan_to_num(e.size_mm)))
     told = [_event(e, recording, found.wanders) for e in order[:NAMED_EVENTS]]
+    period = recurrence(found.events)
+    if math.isfinite(period):
+        words = f"Events recur every {number(period, 1)} s: {len(order)} were found."
+        numbers = {"n_events": len(order), "period_s": period}
+        return [Sentence("event", "warning", (), words, numbers), *told[:RECURRING_SHOWN]]
     if len(order) > NAMED_EVENTS:
         words = (
             f"{len(order)} events in {duration_words(recording.duration_s)}; the {NAMED_EVENTS} "
@@ -221,8 +227,12 @@ def line_words(one: Found) -> str:
     said = "seen " + " and ".join([", ".join(where[:-1]), where[-1]] if where[1:] else where)
     if one.harmonic:
         said += f"; harmonic {one.harmonic[0]} of {one.harmonic[1]:.6g} Hz"
-    if one.line.wide:
-        said += f"; its frequency wanders by {one.line.width_f:.2g} Hz"
+    if one.amplitude:
+        said += f"; its amplitude changes between {mm(one.amplitude[0])} and {mm(one.amplitude[1])}"
+    elif one.line.wide:
+        said += (
+            f"; its frequency or its amplitude varies: it fills a band of {one.line.width_f:.2g} Hz"
+        )
     if one.mains:
         said += f"; could be {one.mains.f_hz:g} Hz of {one.mains.mains_hz:g} Hz mains"
         folded = one.mains.folded_at_hz

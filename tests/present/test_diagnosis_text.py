@@ -189,7 +189,8 @@ def test_the_fastest_drift_is_told():
         ),
         (
             {"line": Line(0.01, 20.0, 0.0, 1e-5, 30.0, width_f=0.042, band_hz=(19.0, 21.0))},
-            "seen in the periodogram; its frequency or its amplitude varies: it fills a band of 0.042 Hz",
+            "seen in the periodogram; its frequency or its amplitude varies: "
+            "it fills a band of 0.042 Hz",
         ),
         ({"mains": Mains(50.0, 50.0)}, "seen in the periodogram; could be 50 Hz of 50 Hz mains"),
     ],

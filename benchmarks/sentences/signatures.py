@@ -14,7 +14,6 @@ import numpy as np
 from mocap_metrology.noise.diagnosis.signatures import signature
 
 RATE, N = 100.0, 90_000
-SERIES = 7  # of a recording of two markers
 T = np.arange(N) / RATE
 Draw = Callable[[np.random.Generator], np.ndarray]
 
@@ -92,7 +91,7 @@ def rows(runs: int) -> Iterator[tuple[str, str, int, str, str, str]]:
         count: Counter[str] = Counter()
         for run in range(runs):
             rng = np.random.default_rng([k, run])
-            found = signature(draw(rng) + rng.normal(0, 0.02, N), RATE, SERIES)
+            found = signature(draw(rng) + rng.normal(0, 0.02, N), RATE)
             assert found is not None
             said = {*found.kinds, *(("noise",) if found.noise else ())} - {*also}
             count["false"] += not said <= set(true)

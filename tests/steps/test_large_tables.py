@@ -13,7 +13,8 @@ from mocap_metrology.common.hampel import hampel
 from mocap_metrology.common.large import Made, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.noise.motion.place import by_place
-from mocap_metrology.recording.clean import cleaned, masked, write_cleaned
+from mocap_metrology.recording.clean import cleaned, write_cleaned
+from mocap_metrology.recording.mask import masked
 from mocap_metrology.recording.noise import gaussian_model
 from mocap_metrology.recording.table import Table
 from mocap_metrology.recording.verdict import diagnosed

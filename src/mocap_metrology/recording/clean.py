@@ -13,7 +13,7 @@ import numpy as np
 from mocap_metrology import settings as of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import Metadata, versions, write_csv, write_json, write_series
-from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, mask_half_window, white_level_kept
+from mocap_metrology.common.hampel import SHORT_WINDOW, hampel, white_level_kept
 from mocap_metrology.common.large import is_large
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.common.types import Row
@@ -184,28 +184,6 @@ def write_cleaned(raw: Table, settings: of.Hampel, path: str | Path) -> list[Row
 
     write_series(path, columns(), _clean_origin(raw, settings))
     return report
-
-
-def masked(raw: Table, clean: Table, settings: Settings) -> Iterator[Series]:
-    """Every series as recorded, its gross outliers NaN: what verdicts and noise models are of."""
-    rate, step = raw.origin["frame_rate_hz"], raw.origin["resolution_mm"]
-    half_window = mask_half_window(settings.hampel.half_window_s, rate)
-    outliers = known_outliers(clean, settings)
-    for name, values in raw.with_distances():
-        among = outliers(name, values)
-        found = hampel(values, half_window, settings.noise.mask_sigma, "mask", step, among)
-        yield name, found.values
-
-
-def known_outliers(
-    clean: Table, settings: Settings
-) -> Callable[[str, np.ndarray], np.ndarray | None]:
-    """Name and values as recorded -> (n,) the samples that the filter of S changed, among which the
-    grosser outliers are; None where it was another window, or a higher threshold."""
-    given, rate = settings.hampel, clean.origin["frame_rate_hz"]
-    same = round(given.half_window_s * rate) == mask_half_window(given.half_window_s, rate)
-    same &= given.action != "off" and given.n_sigma <= settings.noise.mask_sigma
-    return lambda name, values: (clean.coordinates[name] != values) if same else None
 
 
 def _clean_origin(raw: Table, settings: of.Hampel) -> Metadata:

@@ -35,7 +35,7 @@ from mocap_metrology.noise.series import (
     joined,
     periodogram_columns,
 )
-from mocap_metrology.recording.clean import known_outliers
+from mocap_metrology.recording.mask import known_outliers
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results
 from mocap_metrology.recording.table import Series, Table

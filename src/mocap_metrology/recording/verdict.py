@@ -28,7 +28,7 @@ from mocap_metrology.present.diagnosis.tables import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 from mocap_metrology.present.text.sentence import Sentence
 from mocap_metrology.present.verdict.document import verdict_document
-from mocap_metrology.recording.clean import masked
+from mocap_metrology.recording.mask import masked
 from mocap_metrology.recording.progress import CALM, Progress
 from mocap_metrology.recording.results import Results
 from mocap_metrology.recording.table import Series, Table

@@ -95,7 +95,7 @@ def test_limits_of_the_drift_follow_those_of_a_frame() -> None:
 
 
 def test_every_threshold_has_its_sides() -> None:
-    assert set(SIDES) == {*Limits.model_fields} - {"horizon_s", "window_s"}
+    assert set(SIDES) == {*Limits.model_fields} - {"horizon_s", "window_s", "mean_mm"}
 
 
 def test_the_word_for_a_misfit_is_a_choice() -> None:

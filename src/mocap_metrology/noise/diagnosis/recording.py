@@ -183,7 +183,7 @@ def diagnose(
         avar_1 = float(allan_variance(blank, np.array([1])).variance[0])
         kind = recording.resolution_kind
         step_of = resolution(name, step, kind, avar_1, rate, name.startswith("L"))
-        kind_of = signature(series, rate, len(quiet))
+        kind_of = signature(series, rate)
         if kind_of and set(kind_of.kinds) & AT_ONCE:
             own_lines = [one for one in own_lines if one.line.f_0 > SLOW_HZ]
         return _Examined(name, spectrum, own_lines, own_filtered, step_of, kind_of)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from benchmarks.sentences._kinds import gauss_markov
 from mocap_metrology.noise.diagnosis.signatures import signature
 
 RATE, N = 100.0, 90_000
@@ -58,6 +59,30 @@ def at_once(low: float, high: float, lasts_s: float = np.inf) -> Draw:
     return drawn
 
 
+def bend(rng: np.random.Generator) -> np.ndarray:
+    """0.1 mm in 200 s."""
+    return 0.1 * np.clip((T - rng.uniform(200, 500)) / 200, 0, 1)
+
+
+def bump(rng: np.random.Generator) -> np.ndarray:
+    return 0.1 * np.exp(-(((T - rng.uniform(200, 700)) / rng.uniform(30, 80)) ** 2))
+
+
+def chirp(rng: np.random.Generator) -> np.ndarray:
+    """Cycles that become shorter."""
+    return 0.05 * np.sin(2 * np.pi * (T / 200 + T**2 / 270_000 + rng.uniform()))
+
+
+def staircase(rng: np.random.Generator) -> np.ndarray:
+    first, second = np.sort(rng.uniform(100, 800, 2))
+    return 0.05 * (first < T) + 0.05 * (second < T)
+
+
+def correlated(rng: np.random.Generator) -> np.ndarray:
+    """Of 0.02 mm over 10 s."""
+    return gauss_markov(10.0, 0.02)(rng, N, RATE)
+
+
 KINDS: dict[str, tuple[Draw, tuple[str, ...], tuple[str, ...]]] = {  # true; what may be said, too
     "nothing": (lambda rng: np.zeros(N), (), ()),
     "flicker": (flicker, ("noise",), ()),
@@ -82,6 +107,13 @@ KINDS: dict[str, tuple[Draw, tuple[str, ...], tuple[str, ...]]] = {  # true; wha
         ("warm_up", "cycle"),
         ("drift",),
     ),
+    "drift in flicker": (lambda rng: flicker(rng) / 4 + 0.05 * T / T[-1], ("drift", "noise"), ()),
+    "correlated over 10 s": (correlated, ("noise",), ()),
+    "two steps": (staircase, ("step",), ()),
+    # Of no kind in the library
+    "bend": (bend, (), ()),
+    "bump": (bump, (), ("shift",)),
+    "cycles that become shorter": (chirp, (), ()),
 }
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.levels import Blocks, Change, Sides, changes, compare
 from mocap_metrology.noise.diagnosis.outliers import spread
+from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 JOIN_S = 1.0  # alarms so close are one event
 CONTEXT_S = 10.0  # round an event: its level and noise
@@ -23,6 +24,8 @@ SIDES_MISS = 0.01  # probability that some series of an event is reported as cha
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
 RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that they may be off
+# Of bursts that always recur
+PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED, PARTS = 0.05, 1200, 8, 4, 9.0, 32
 MOST = 200  # events that are measured; more, and the recording is no still one
 
 
@@ -217,6 +220,46 @@ def recurrence(found: Sequence[Event]) -> float:
     whole = np.maximum(np.rint(often), 1)
     period = float(apart.sum() / whole.sum())
     return period if np.all(np.abs(apart / period - whole) < REGULAR) else math.nan
+
+
+def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
+    """Period in s of bursts that recur through the whole recording, which are no departure from
+    what the recording shows otherwise and so no events; NaN where there are none.
+
+    series: (n,) mm, NaN in gaps. Mean squares about a second's mean, of tenths of a second and
+    clipped, have lines at a frequency and at its multiples; a level that swings has one alone.
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    length = max(round(PULSE_S * rate_hz), 2)
+    count = series.size // length
+    if count < LEAST_PULSES:
+        return math.nan
+    values = bridged(series)
+    values = values - uniform_filter1d(values, round(rate_hz) | 1)
+    power = np.mean(values[: count * length].reshape(count, length) ** 2, axis=1)
+    power = np.minimum(power, CLIPPED * np.median(power))
+    padded = 4 * count
+    density = np.abs(np.fft.rfft(power - power.mean(), padded)) ** 2
+    parts = np.array_split(density, PARTS)
+    middle = (np.arange(PARTS) + 0.5) * density.size / PARTS
+    level = np.interp(np.arange(density.size), middle, [float(np.median(p)) for p in parts])
+    density = density / np.maximum(level / math.log(2), 1e-300)
+    at = np.arange(4 * LEAST_PERIODS, density.size // (HARMONICS + 1))
+    each = np.stack([_greatest_near(density, k * at, k) for k in range(1, HARMONICS + 1)])
+    strong = (each > math.log(padded / chance)).sum(axis=0) >= HARMONICS - 1
+    if not strong.any():
+        return math.nan
+    best = int(at[strong][np.argmax(each.sum(axis=0)[strong])])
+    near = np.arange(HARMONICS * (best - 1), HARMONICS * (best + 1) + 1)
+    return HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
+
+
+def _greatest_near(density: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
+    from scipy.ndimage import maximum_filter1d
+
+    greatest: np.ndarray = maximum_filter1d(density, 2 * reach + 1)
+    return greatest[at]
 
 
 def inside_events(found: Sequence[Event], n: int, length_s: float) -> np.ndarray:

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypedDict
 
-from mocap_metrology.noise.diagnosis.events import recurrence
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.signatures import Wander
@@ -44,7 +43,7 @@ CODES = {
     "heavy_tails": ("", "excess kurtosis of the differences of frames"),
     "level_changes": ("", "relative change of the level of the noise over the recording"),
     "line": ("Hz", "frequency of a periodic disturbance"),
-    "recurring": ("s", "period at which events recur"),
+    "recurring": ("s", "period at which bursts recur"),
     "event": ("s", "time of a disturbance, from the first frame"),
 }
 CODE_OF = {"drift": "drift", "A_w": "warm_up", "h_-2": "random_walk"}
@@ -198,9 +197,8 @@ def _lines(found: Diagnosis) -> list[Finding]:
 
 
 def _events(found: Diagnosis) -> list[Finding]:
-    """One an event, in the series that moved most, and their period."""
-    period = recurrence(found.events)
-    regular = [Finding("recurring", "", period)] if math.isfinite(period) else []
+    """One an event, in the series that moved most, and the period of those that recur."""
+    regular = [Finding("recurring", name, period) for name, period in found.recurring.items()]
     return regular + [
         Finding("event", one.largest, one.time_s, math.nan, math.nan) for one in found.events
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -14,7 +15,13 @@ from mocap_metrology.common.large import Made, kept_if_small
 from mocap_metrology.common.parallel import Over, in_turn
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic, dynamic_allan
-from mocap_metrology.noise.diagnosis.events import Event, find_events, inside_events
+from mocap_metrology.noise.diagnosis.events import (
+    Event,
+    find_events,
+    inside_events,
+    pulses,
+    recurrence,
+)
 from mocap_metrology.noise.diagnosis.export import (
     LowPass,
     Resolution,
@@ -115,7 +122,7 @@ class Diagnosis:
     before the export; trends: slow changes of the level of the noise; repeats: markers that repeat
     their position; wanders: what slow wander is, a series;
     solved: distances within rigid bodies that the software solved; processed: what else software
-    did to the frames."""
+    did to the frames; recurring: period in s of bursts, a series."""
 
     events: list[Event]
     lines: list[Found]
@@ -137,6 +144,7 @@ class Diagnosis:
     wanders: dict[str, Wander]
     solved: dict[str, float]
     processed: list[Processed]
+    recurring: dict[str, float]
 
 
 def diagnose(
@@ -207,6 +215,7 @@ def diagnose(
         heavy_tails(blanked, step, over), _repeats(recording),
         {one.name: one.wander for one in every if one.wander is not None},
         solved_pairs(quiet, at_rest), _processed(recording, blanked, levels, settings, over),
+        _recurring(events, quiet, rate, settings.false_alarm, over),
     )  # fmt: skip
 
 
@@ -244,6 +253,25 @@ def searched(
     dynamics = dict(over(dynamic, all_series(drawn, pairs)))
     levels = dict(over(level, quiet.items()))
     return find_events(dynamics, levels, quiet, rate_hz, false_alarm, side_s), dynamics, levels
+
+
+def _recurring(
+    events: Sequence[Event],
+    quiet: Mapping[str, np.ndarray],
+    rate_hz: float,
+    false_alarm: float,
+    over: Over,
+) -> dict[str, float]:
+    """Of events, in the series that moved most, or of bursts that are none as they are so many."""
+    period = recurrence(events)
+    if math.isfinite(period):
+        return {max(events, key=lambda e: np.nan_to_num(e.size_mm)).largest: period}
+    chance = false_alarm / max(len(quiet), 1)
+
+    def of(one: tuple[str, np.ndarray]) -> tuple[str, float]:
+        return one[0], pulses(one[1].astype(np.float64), rate_hz, chance)
+
+    return {name: period for name, period in over(of, quiet.items()) if math.isfinite(period)}
 
 
 def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from mocap_metrology.noise.diagnosis.events import LEAST_S, Event, recurrence
+from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
 from mocap_metrology.noise.diagnosis.export import Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, Left
 from mocap_metrology.noise.diagnosis.levels import BLOCK_S, JOINED_BLOCKS, LEAST_POINTS
@@ -83,6 +83,7 @@ def sentences(
     if _all_move_on(found.movements, recording):
         return [*moving, *sorted(of_the_data, key=lambda s: s.severity != "warning")]
     parts: list[Iterable[Sentence]] = [
+        _recurring(found),
         _events(found, recording, settings),
         _periodic(found.lines, recording),
         _misfit(noise, found),
@@ -112,11 +113,8 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
         return [_no_event(found, recording, settings)]
     order = sorted(found.events, key=lambda e: (not e.matters, -np.nan_to_num(e.size_mm)))
     told = [_event(e, recording, found.wanders) for e in order[:NAMED_EVENTS]]
-    period = recurrence(found.events)
-    if math.isfinite(period):
-        words = f"Events recur every {number(period, 1)} s: {len(order)} were found."
-        numbers = {"n_events": len(order), "period_s": period}
-        return [Sentence("event", "warning", (), words, numbers), *told[:RECURRING_SHOWN]]
+    if found.recurring:
+        return told[:RECURRING_SHOWN]
     if len(order) > NAMED_EVENTS:
         words = (
             f"{len(order)} events in {duration_words(recording.duration_s)}; the {NAMED_EVENTS} "
@@ -125,6 +123,17 @@ def _events(found: Diagnosis, recording: Recording, settings: DiagnosisSettings)
         listed = severity(all(event.matters for event in order[:NAMED_EVENTS]))
         told.insert(0, Sentence("event", listed, (), words, {"n_events": len(order)}))
     return told
+
+
+def _recurring(found: Diagnosis) -> list[Sentence]:
+    if not found.recurring:
+        return []
+    names = tuple(found.recurring)
+    period = found.recurring[names[0]]
+    words = (
+        f"Bursts recur every {number(period, 1 if period >= 10 else 2)} s in {', '.join(names)}."
+    )
+    return [Sentence("recurring", "warning", names, words, {"period_s": dict(found.recurring)})]
 
 
 def _no_event(found: Diagnosis, recording: Recording, settings: DiagnosisSettings) -> Sentence:

@@ -166,7 +166,7 @@ def noise_coefficients(
     """
     origin = raw.origin
     rate, step, recording = origin["frame_rate_hz"], origin["resolution_mm"], origin["recording"]
-    how = NoiseSettings.of(settings, rate, origin.get("form", "sampled"), subset)
+    how = NoiseSettings.of(settings, rate, origin.get("form"), subset)
 
     def curve(name: str, values: np.ndarray, kind: str = "oadev") -> Columns:
         among = outliers(name, values)

@@ -44,8 +44,9 @@ class NoiseSettings:
     outliers (samples to each side); criterion, max_gauss_markov, sinusoid: of the choice of order;
     form: of the model the estimators of S fit; gauss_markov: terms they fit where the paper prints
     no panel; n_taus, min_m, max_fraction, min_coverage, confidence: of the Allan variances; curves:
-    kinds of these; frames: form of the recording's, for `likelihood` (a camera's are points); seed:
-    of all draws; subset: type and number of cameras whose panel of Tables A1-A3 they fit."""
+    kinds of these; frames: form of the recording's, for `likelihood`, None where the exposure is
+    not known; seed: of all draws; subset: type and number of cameras whose panel of Tables A1-A3
+    they fit."""
 
     estimators: tuple[str, ...] = ESTIMATORS
     mask_sigma: float = 6.0
@@ -62,7 +63,7 @@ class NoiseSettings:
     confidence: float = 0.683
     curves: tuple[str, ...] = ("oadev",)
     annealing: AnnealingSettings = field(default_factory=AnnealingSettings)
-    frames: Form = "sampled"
+    frames: Form | None = "sampled"
     seed: int = 0
     subset: tuple[str, int] | None = None
 
@@ -71,7 +72,7 @@ class NoiseSettings:
         cls,
         settings: Settings,
         frame_rate_hz: float,
-        frames: Form = "sampled",
+        frames: Form | None = "sampled",
         subset: tuple[str, int] | None = None,
     ) -> NoiseSettings:
         """Out of the configuration; frames: of the recording, `form` in its metadata where it has
@@ -159,7 +160,11 @@ def estimate_series(
     n = raw.size
     components = components or settings.components()
     order = LikelihoodSettings(
-        settings.criterion, settings.max_gauss_markov, settings.sinusoid, form=settings.frames
+        settings.criterion,
+        settings.max_gauss_markov,
+        settings.sinusoid,
+        form=settings.frames or "sampled",
+        either=settings.frames is None,
     )
     kept: list[Periodogram] = []
 
@@ -185,7 +190,9 @@ def estimate_series(
     estimates, refused = [], {}
     for name in settings.estimators:
         try:
-            estimates.append(with_crlb(runs[name](), n, frame_rate_hz, settings.frames))
+            estimates.append(
+                with_crlb(runs[name](), n, frame_rate_hz, settings.frames or "sampled")
+            )
         except Refusal as refusal:
             refused[name] = str(refusal)
     return SeriesNoise(tuple(estimates), curve, kept[0] if kept else None, refused)

@@ -16,7 +16,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
+from mocap_metrology.noise.fit.estimates import Z_95, Coefficient, Components, Estimate
 from mocap_metrology.noise.fit.spectral.detrend import Alternative, alternatives, without_part
 from mocap_metrology.noise.fit.spectral.detrend_rows import deterministic_rows
 from mocap_metrology.noise.fit.spectral.fisher import model_of
@@ -51,7 +51,8 @@ class LikelihoodSettings:
     """criterion: `bic` or `aicc`; max_gauss_markov: 0 ... 4; sinusoid: whether lines are looked
     for; max_lines: how many are taken out (the one that raises the likelihood most is the model's
     sinusoid); deterministic: whether a line or a warm-up is looked for (not where the components
-    are given); form: of the frames, points or averages over the frame period (`model`)."""
+    are given); form: of the frames, points or averages over the frame period (`model`); either:
+    the frames may be of the other form, too, as the exposure is not known (`_of_either_form`)."""
 
     criterion: str = "bic"
     max_gauss_markov: int = 4
@@ -59,6 +60,7 @@ class LikelihoodSettings:
     max_lines: int = 40
     deterministic: bool = True
     form: Form = "sampled"
+    either: bool = False
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,8 @@ def likelihood(
         fit, near = judged(found_parts, ALPHAS, most, cost)
     wants_line = _wants_line(components, settings)
     found = coefficients(data, fit, line, components, most, wants_line, near, cost)
+    if settings.either and fit.spectrum.size:
+        found = _of_either_form(found, fit, data, line, most, wants_line)
     if components is None and settings.deterministic:
         found += deterministic_rows(found_parts, frame_rate_hz)
     beyond = Likelihood(data, data.bins.T_c_range).misfit(fit)
@@ -141,6 +145,43 @@ def likelihood(
         tuple(lines),
         tuple(found_parts),
     )
+
+
+def _of_either_form(
+    found: tuple[Coefficient, ...],
+    fit: Fit,
+    data: Periodogram,
+    line: Line | None,
+    most: int,
+    wants_line: bool,
+) -> tuple[Coefficient, ...]:
+    """Coefficients where frames may be points or averages over the frame period: the mean of both,
+    weighted by their likelihoods, with what they differ by in the errors. (An exposure of the whole
+    period fitted as points has h_0 1.4 % low beside a correlation time of 0.3 s.)"""
+    other: Form = "sampled" if data.bins.form == "continuous" else "continuous"
+    anew = replace(data, bins=replace(data.bins, form=other))
+    second = Likelihood(anew, anew.bins.T_c_range)
+    refitted = fit_known(second, list(fit.spectrum.h), len(fit.spectrum.T_c))
+    share = 1 / (1 + math.exp(min((refitted.deviance - fit.deviance) / 2, 700.0)))
+    asked = Components(tuple(fit.spectrum.h), len(fit.spectrum.T_c), wants_line)
+    others = {c.parameter: c for c in coefficients(anew, refitted, line, asked, most, wants_line)}
+    return tuple(_between(c, others.get(c.parameter), share) for c in found)
+
+
+def _between(c: Coefficient, other: Coefficient | None, share: float) -> Coefficient:
+    """c, and the other with this share."""
+    if other is None or c.status != "ok" or other.status != "ok" or not c.value > 0:
+        return c
+    off = other.value - c.value
+    apart = math.sqrt(share * (1 - share)) * abs(off)
+    error = math.sqrt((1 - share) * c.std_error**2 + share * other.std_error**2 + apart**2)
+    middle = c.value + share * off
+    ends = {}
+    for level, z in ((68, 1.0), (95, Z_95)):
+        low, high = getattr(c, f"lower_{level}"), getattr(c, f"upper_{level}")
+        ends[f"lower_{level}"] = max(middle - math.hypot(c.value - low, z * apart), min(low, 0.0))
+        ends[f"upper_{level}"] = middle + math.hypot(high - c.value, z * apart)
+    return replace(c, value=middle, std_error=error, **ends)
 
 
 def _misfit(c: Coefficient, why: str) -> Coefficient:

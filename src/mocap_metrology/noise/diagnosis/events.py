@@ -230,6 +230,7 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     clipped, have lines at a frequency and at its multiples; a level that swings has one alone.
     """
     from scipy.ndimage import uniform_filter1d
+    from scipy.signal import resample_poly
 
     length = max(round(PULSE_S * rate_hz), 2)
     count = series.size // length
@@ -237,7 +238,7 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
         return math.nan
     values = bridged(series)
     values = values - uniform_filter1d(values, round(rate_hz) | 1)
-    power = np.mean(values[: count * length].reshape(count, length) ** 2, axis=1)
+    power = resample_poly(values[: count * length] ** 2, 1, length)  # no line folds
     power = np.minimum(power, CLIPPED * np.median(power))
     padded = 4 * count
     density = np.abs(np.fft.rfft(power - power.mean(), padded)) ** 2
@@ -251,6 +252,9 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     if not strong.any():
         return math.nan
     best = int(at[strong][np.argmax(each.sum(axis=0)[strong])])
+    below = density[3 : round(0.75 * best)]
+    if below.size and below.max() > each[0][at == best][0]:
+        return math.nan  # a slower cycle, of which this is a part
     near = np.arange(HARMONICS * (best - 1), HARMONICS * (best + 1) + 1)
     return HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
 

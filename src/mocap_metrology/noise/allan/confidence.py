@@ -17,7 +17,7 @@ from mocap_metrology.noise.allan.sums import running_sum
 from mocap_metrology.noise.allan.variance import ORDER, allan_variance
 
 PARTS, LEAST_PARTS, LEAST_PART = 16, 6, 8  # of a recording; windows of one
-CHANCE = 0.01
+CHANCE, MOST_CELLS = 0.01, 1 << 18
 MIN_MEANS = 30  # the identification needs that many window means [Riley & Greenhall 2004]
 DIFFERENCING = {"oadev": 2, "mdev": 2, "hdev": 3}  # d of Greenhall & Riley
 STEEPEST = {"oadev": -2, "mdev": -2, "hdev": -4}  # steepest noise the variance converges for
@@ -236,10 +236,14 @@ def excess_scatter(series: np.ndarray, m: np.ndarray, edf: np.ndarray) -> Floats
 
     if not m.size:
         return np.ones(0)
-    cells, at, found = np.asarray(series, dtype=float), [], []
-    for octave in range(int(m[-1]).bit_length()):
-        windows = 1 if octave == 0 else 2  # of so many cells; they overlap by half
-        if octave > 1:
+    at: list[float] = []
+    found: list[float] = []
+    first = max((series.size // MOST_CELLS).bit_length() - 1, 0)  # what comes and goes is in all
+    cells = np.asarray(series, dtype=float)
+    cells = cells[: cells.size >> first << first].reshape(-1, 1 << first).mean(axis=1)
+    for octave in range(first, int(m[-1]).bit_length()):
+        windows = 1 if octave == first else 2  # of so many cells; they overlap by half
+        if octave > first + 1:
             pairs = cells[: cells.size // 2 * 2].reshape(-1, 2)
             cells = np.where(np.isfinite(pairs).all(axis=1), pairs.sum(axis=1) / 2, np.nan)
         means = cells if windows == 1 else (cells[1:] + cells[:-1]) / 2

@@ -24,7 +24,8 @@ SIDES_MISS = 0.01  # probability that some series of an event is reported as cha
 LEAST_S = 2 * (CONTEXT_S + CLEAR_S)
 LEVEL_MATTERS = 1.1  # ratio of noise after to before from which a reader is warned
 RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that they may be off
-# Of bursts that always recur
+# Of bursts that always recur; frames that are looked at
+LONGEST = 1 << 19
 PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED, PARTS = 0.05, 1200, 8, 4, 9.0, 32
 MOST = 200  # events that are measured; more, and the recording is no still one
 
@@ -232,6 +233,8 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     from scipy.ndimage import uniform_filter1d
     from scipy.signal import resample_poly
 
+    start = max((series.size - LONGEST) // 2, 0)
+    series = series[start : start + LONGEST]
     length = max(round(PULSE_S * rate_hz), 2)
     count = series.size // length
     if count < LEAST_PULSES:

@@ -26,7 +26,7 @@ from mocap_metrology.noise.diagnosis.export import Bands, bands
 
 OCTAVES = 8  # bands of the spectrum below its end, two octaves
 NO_WHITE = 0.15  # of S at the end of the spectrum is b
-LONGEST = 1 << 17  # second differences that are looked at
+LONGEST = 1 << 17  # frames that are looked at
 LEAST = 2000  # frames, to tell anything of
 CLIPPED = 9.0  # times their median square, so that events and spikes make no line
 CHANCE = 1e-4  # that any series of a sound recording is called resampled
@@ -119,6 +119,7 @@ def running_median(
     axes: Mapping[str, npt.NDArray[np.floating]], step_mm: float
 ) -> Sequence[Processed]:
     """Of the x, y, z (n,) of one marker."""
+    axes = {name: axis[:LONGEST] for name, axis in axes.items()}
     same = {name: axis[1:] == axis[:-1] for name, axis in axes.items()}
     together = np.logical_and.reduce(list(same.values()))
     told = []

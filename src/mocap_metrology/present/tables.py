@@ -29,7 +29,6 @@ NOTHING = 1e-9  # a percentage, or a number published as 0, below this is an err
 FOUR_DECIMALS = re.compile(r"(mu|sigma)_(1|2|L|e|A1|A2|B|C)_mm|rho_12")
 # What would be markup in Markdown: cells are text, some of it a user's
 MARKUP = re.compile(r"[\\|`*\[\]]|<(?=[A-Za-z/!?])|&(?=[#A-Za-z])|(?<![^\W_])_")
-ESCAPED = re.compile(r"\\([\\|`*\[\]<&_])")
 PROBABILITY = re.compile(r"(.+_)?p")
 
 
@@ -51,21 +50,21 @@ def write(path: str | Path, rows: Sequence[Row], title: str, caption: str) -> No
 def write_with(path: str | Path, rows: Sequence[Row], text: str, head: Sequence[str] = ()) -> None:
     """Write rows as `<path>.csv` and `text` as `<path>.md`; `head`: columns where no row is."""
     stem = str(path).removesuffix(".csv").removesuffix(".md")
-    table = Path(f"{stem}.csv")
     if rows:
-        write_csv(table, rows)
+        write_csv(Path(f"{stem}.csv"), rows)
     else:
-        write_text(table, ",".join(head) + "\n")
+        write_text(f"{stem}.csv", ",".join(head) + "\n")
     write_text(f"{stem}.md", text)
 
 
 def aligned(lines: Sequence[Sequence[object]]) -> list[str]:
     """Lines of a Markdown table, the first its head, columns of equal width."""
     cells = [[_text(cell) for cell in line] for line in lines]
-    width = [max(len(line[k]) for line in cells) for k in range(len(cells[0]))]
-    made = [_line(line, width) for line in cells]
-    made.insert(1, "|" + "|".join("-" * (w + 2) for w in width) + "|")
-    return made
+    width = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    made = [[c.ljust(w) for c, w in zip(line, width, strict=True)] for line in cells]
+    rule = "|" + "|".join("-" * (w + 2) for w in width) + "|"
+    head, *body = (f"| {' | '.join(line)} |" for line in made)
+    return [head, rule, *body]
 
 
 def markdown(rows: Sequence[Row], title: str, caption: str) -> str:
@@ -82,34 +81,29 @@ def shown(row: Record, name: str) -> object:
     if not _is_number(value):
         return value
     quantity = str(row.get("quantity", ""))
-    own = quantity if FOUR_DECIMALS.fullmatch(quantity) and name not in RESIDUALS else name
+    column = quantity if FOUR_DECIMALS.fullmatch(quantity) and name not in RESIDUALS else name
     if name == "published":
-        return as_printed(float(value), own)
-    published = row.get("published") if name in BESIDE else None
-    if not (_is_number(published) or type(published) is int):
-        published = None
-    return readable(float(value), own, None if published is None else float(published))
+        return as_printed(float(value), column)
+    published: Any = row.get("published") if name in BESIDE else None
+    known = _is_number(published) or type(published) is int
+    return readable(float(value), column, float(published) if known else None)
 
 
 def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, (float, np.floating)) and not math.isnan(value)
 
 
-def _line(cells: Sequence[str], width: Sequence[int]) -> str:
-    return "| " + " | ".join(c.ljust(w) for c, w in zip(cells, width, strict=True)) + " |"
-
-
 def _text(value: object) -> str:
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return ""
-    if isinstance(value, (float, np.floating)):
+    if _is_number(value):
         return readable(float(value))
+    if value is None or isinstance(value, (float, np.floating)):
+        return ""
     return MARKUP.sub(r"\\\g<0>", printable(" ".join(str(value).split("\n"))))
 
 
 def plain(cell: str) -> str:
     """The text of a cell of a Markdown table, as it was before it was written."""
-    return ESCAPED.sub(r"\1", cell)
+    return re.sub(r"\\([\\|`*\[\]<&_])", r"\1", cell)
 
 
 def source_sentence(sources: Mapping[str, str], duration_s: float | None = None) -> str:
@@ -121,19 +115,13 @@ def source_sentence(sources: Mapping[str, str], duration_s: float | None = None)
     twins = [name for name, source in sources.items() if source == "twin"]
     if not twins:
         return "All recordings are measured."
-    of_length = _length(duration_s)
+    length = "" if duration_s is None else f" of {duration_words(duration_s)}"
+    if duration_s is not None and round(duration_s) != NINE_HOURS_S:
+        length += f" (S: {duration_words(NINE_HOURS_S)})"
     if len(twins) == len(sources):
-        made = "simulated, from published or configured numbers"
-        return f"All recordings are twins{of_length}: {made}."
-    return f"Simulated (twins{of_length}): {', '.join(twins)}; the others are measured."
-
-
-def _length(duration_s: float | None) -> str:
-    """` of 10 min (S: nine hours)`, or nothing where the length is not known."""
-    if duration_s is None:
-        return ""
-    of_paper = "" if round(duration_s) == NINE_HOURS_S else f" (S: {duration_words(NINE_HOURS_S)})"
-    return f" of {duration_words(duration_s)}{of_paper}"
+        origin = "simulated, from published or configured numbers"
+        return f"All recordings are twins{length}: {origin}."
+    return f"Simulated (twins{length}): {', '.join(twins)}; the others are measured."
 
 
 def source_of(recording: Record | None) -> str:
@@ -149,24 +137,22 @@ def readable(value: float, name: str = "", published: float | None = None) -> st
     probabilities below 1e-6 as `< 1e-6`. published: the number beside it; at least as many decimals
     are shown.
     """
-    if math.isnan(value):
-        return ""
-    if math.isinf(value):
-        return str(value)
+    size, percent = abs(value), name.endswith("_percent")
+    if not math.isfinite(value):
+        return "" if math.isnan(value) else str(value)
     if PROBABILITY.fullmatch(name):
         return "< 10⁻⁶" if value < LEAST_P else f"{value:.3g}"
-    least = name.endswith("_percent") or published == 0
-    if value == 0 or (least and abs(value) < NOTHING):
+    if value == 0 or ((percent or published == 0) and size < NOTHING):
         return "0"
-    if name.endswith("_percent"):
-        return f"{value:.3g}" if abs(value) < 100 else f"{value:.0f}"
-    if FOUR_DECIMALS.fullmatch(name) and abs(value) >= 1e-3:
+    if percent:
+        return f"{value:.3g}" if size < 100 else f"{value:.0f}"
+    if FOUR_DECIMALS.fullmatch(name) and size >= 1e-3:
         return f"{value:.4f}"
-    if not SMALL <= abs(value) < LARGE:
-        return significant(value) if value % 1 or abs(value) >= 1e15 else f"{value:.0f}"
-    if abs(value) >= 10**DIGITS:
-        return f"{float(f'{value:.{DIGITS}g}'):.0f}"
-    text = f"{value:.{DIGITS if abs(value) >= 1e-3 else 3}g}"
+    if not SMALL <= size < LARGE:
+        return significant(value) if value % 1 or size >= 1e15 else f"{value:.0f}"
+    text = f"{value:.{DIGITS if size >= 1e-3 else 3}g}"
+    if size >= 10**DIGITS:
+        return f"{float(text):.0f}"
     decimals = len(as_printed(published or 0.0, name).partition(".")[2])
     more = decimals > len(text.partition(".")[2]) and abs(published or 0.0) >= SMALL
     return f"{value:.{decimals}f}" if more else text

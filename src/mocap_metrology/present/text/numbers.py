@@ -19,14 +19,13 @@ STATUS_SIGNS = (
 )
 NINE_HOURS_S = 32400.0  # length of the recordings of S
 MINUTES_FROM_S = 180.0  # moments are in s up to here, as the axis of the whole recording
-SMALL, LARGE = 1e-3, 1e6  # beyond these a number is written with a power of ten
+SMALL, LARGE = -3, 6  # powers of ten from which on a number is written with its power
 PLACES = 12  # decimals at most
-ROUNDING = dict.fromkeys(("mm", "mm/h", "°"), 1e-9)  # sizes below this are errors of arithmetic
+ARITHMETIC = {"mm": 1e-9, "mm/h": 1e-9, "°": 1e-9}  # sizes below this are errors of arithmetic
 RESOLUTION_MM, RESOLUTION_DEG = 1e-3, 1e-5  # of poses; what differs by less is the same
 FAR = 1e4  # an end of an interval beyond this, in the unit of the value, has no decimals
 SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
-MINUS = "\N{MINUS SIGN}"
+THIN_SPACE, MINUS = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}"
 # From which absolute value on, in the unit itself, a unit is written with which prefix
 PREFIXED: dict[str, tuple[tuple[float, float, str], ...]] = {
     "mm": ((1e3, 1e-3, "m"), (0.1, 1, "mm"), (1e-4, 1e3, "µm"), (0, 1e6, "nm")),
@@ -36,34 +35,36 @@ PREFIXED: dict[str, tuple[tuple[float, float, str], ...]] = {
 }
 
 
-def significant(value: float | None, digits: int = 3, least: float = SMALL) -> str:
-    """So many digits, zeros too: 0.0260, 693, nothing for none.
-
-    With a power of ten below `least` and from a million on: 9.26×10⁻⁷.
-    """
+def significant(value: float | None, digits: int = 3, least: float = 1e-3) -> str:
+    """So many digits, zeros too: 0.0260, 693, nothing for none; with a power of ten below `least`
+    and from a million on: 9.26×10⁻⁷."""
     if value is None or math.isnan(value):
         return ""
     if value == 0 or math.isinf(value):
-        return _signed(f"{value:g}")
+        return f"{value:g}".replace("-", MINUS)
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     power = int(exponent)
-    if math.log10(least) <= power < math.log10(LARGE):
-        return _signed(f"{float(f'{mantissa}e{exponent}'):.{max(digits - 1 - power, 0)}f}")
-    return f"{_signed(mantissa)}×{power_of_ten(power)}"
+    if math.log10(least) <= power < LARGE:
+        text = f"{float(f'{mantissa}e{exponent}'):.{max(digits - 1 - power, 0)}f}"
+        return text.replace("-", MINUS)
+    return f"{mantissa.replace('-', MINUS)}×{power_of_ten(power)}"
+
+
+def _without_zeros(value: float, digits: int = 3) -> str:
+    text = significant(value, digits, least=1e-6)
+    return text.rstrip("0").rstrip(".") if "." in text and "×" not in text else text
 
 
 def with_unit(value: float, unit: str, digits: int = 3, sign: bool = False) -> str:
     """A size in a sentence, without zeros at its end: 51.2 µm, 2 mm, 1.5 m, 0.0369 Hz, −928 m/h.
-
-    unit: that of the value; those of `PREFIXED` get a prefix. sign: + is written too.
-    """
+    unit: that of the value; those of `PREFIXED` get a prefix. sign: + is written too."""
     if math.isnan(value):
         return "unknown"
-    value = value if abs(value) >= ROUNDING.get(unit, 0.0) else 0.0
+    value = value if abs(value) >= ARITHMETIC.get(unit, 0.0) else 0.0
     rounded = float(f"{value:.{digits - 1}e}")
     factor, shown = _prefix(rounded, unit)
-    text = _short(rounded * factor, digits)
-    return f"{'+' if sign and value > 0 else ''}{text}{'' if shown == '°' else ' '}{shown}"
+    text = ("+" if sign and value > 0 else "") + _without_zeros(rounded * factor, digits)
+    return text + shown if shown == "°" else f"{text} {shown}"
 
 
 def mm(value: float, digits: int = 3) -> str:
@@ -75,11 +76,9 @@ def apart(mm: float, deg: float, digits: int = 3) -> str:
     """How far poses are apart, `2.15 mm and 0.05°`, with two digits of an angle. Below the
     resolution the arithmetic decides: `less than 0.001 mm and 0.00001°`."""
     if is_same(mm, deg):
-        return f"less than {RESOLUTION_MM:g} mm and {RESOLUTION_DEG:f}".rstrip("0") + "°"
-    parts = []
-    for value, least, shown in ((mm, RESOLUTION_MM, digits), (deg, RESOLUTION_DEG, 2)):
-        parts.append(f"{value if not value < least else 0:.{shown}g}")
-    return f"{parts[0]} mm and {parts[1]}°"
+        return f"less than {RESOLUTION_MM:g} mm and {RESOLUTION_DEG:.5f}°"
+    shown = 0 if mm < RESOLUTION_MM else mm, 0 if deg < RESOLUTION_DEG else deg
+    return f"{shown[0]:.{digits}g} mm and {shown[1]:.2g}°"
 
 
 def is_same(mm: float, deg: float) -> bool:
@@ -89,12 +88,11 @@ def is_same(mm: float, deg: float) -> bool:
 
 def with_uncertainty(value: float, sigma: float, unit: str = "") -> str:
     """Two digits of a standard uncertainty and the value to the same place: 0.03690 ± 0.00012 Hz.
-
-    Both in the unit of the value, with its prefix; only the value where sigma is unknown.
-    """
+    Both in the unit of the value, with its prefix; only the value where sigma is unknown."""
     if not (math.isfinite(sigma) and sigma > 0):
         return with_unit(value, unit) if unit else significant(value)
-    return _together((value,), sigma, unit, lambda v, s: f"{v[0]} ± {s}")
+    shown, error, behind = _to_one_place(unit, sigma, value)
+    return f"({shown} ± {error}){behind}" if "×" in behind else f"{shown} ± {error}{behind}"
 
 
 def with_interval(
@@ -108,28 +106,24 @@ def with_interval(
     half = math.nan if lower is None or upper is None else (upper - lower) / 2
     if lower is None or upper is None or not (math.isfinite(half) and half > 0):
         return with_unit(value, unit) if unit else significant(value)
-    return _together((value, lower, upper), half, unit, lambda v, _: f"{v[0]} ({v[1]}…{v[2]})")
+    shown, low, high, _, behind = _to_one_place(unit, half, value, lower, upper)
+    return f"{shown} ({low}…{high}){behind}"
 
 
-def _together(
-    values: tuple[float, ...], sigma: float, unit: str, made: Callable[[list[str], str], str]
-) -> str:
-    """Values and an uncertainty in one unit or over one power of ten, to the same place."""
-    factor, shown = _prefix(values[0], unit)
-    power = 0
-    if not unit and values[0]:
-        own = int(f"{values[0]:e}".partition("e")[2])
-        power = 0 if math.log10(SMALL) <= own < math.log10(LARGE) else own
+def _to_one_place(unit: str, sigma: float, value: float, *ends: float) -> list[str]:
+    """Value, ends and sigma in one unit or over one power of ten, to one place; what follows."""
+    factor, prefixed = _prefix(value, unit)
+    power = 0 if unit or not value else int(f"{value:e}".partition("e")[2])
+    power = 0 if SMALL <= power < LARGE else power
     scale = factor / 10.0**power
-    decimals = max(_place(sigma * scale), _place(values[0] * scale) if len(values) > 1 else 0)
-    texts = [_signed(f"{v * scale:.{decimals if abs(v * scale) < FAR else 0}f}") for v in values]
-    text = made(texts, f"{sigma * scale:.{decimals}f}")
-    if power:
-        return f"({text})×{power_of_ten(power)}" if "±" in text else f"{text}×{power_of_ten(power)}"
-    return f"{text} {shown}" if shown else text
+    decimals = max(_decimals(sigma * scale), _decimals(value * scale) if ends else 0)
+    values = [v * scale for v in (value, *ends)]
+    texts = [f"{v:.{decimals if abs(v) < FAR else 0}f}".replace("-", MINUS) for v in values]
+    behind = f"×{power_of_ten(power)}" if power else f" {prefixed}".rstrip()
+    return [*texts, f"{sigma * scale:.{decimals}f}", behind]
 
 
-def _place(value: float) -> int:
+def _decimals(value: float) -> int:
     """Decimals that show two digits of a value."""
     if value == 0:
         return 0
@@ -138,35 +132,23 @@ def _place(value: float) -> int:
 
 def _prefix(value: float, unit: str) -> tuple[float, str]:
     """By what to multiply a value in `unit`, and the unit with its prefix."""
-    if value == 0:
-        return 1.0, unit
-    found = (row[1:] for row in PREFIXED.get(unit, ()) if abs(value) >= row[0])
-    return next(found, (1.0, unit))
-
-
-def _short(value: float, digits: int = 3) -> str:
-    """As `significant`, without zeros behind the point."""
-    text = significant(value, digits, least=1e-6)
-    return text.rstrip("0").rstrip(".") if "." in text and "×" not in text else text
+    rows = PREFIXED.get(unit, ()) if value else ()
+    return next((row[1:] for row in rows if abs(value) >= row[0]), (1.0, unit))
 
 
 def number(value: float, decimals: int = 0, sign: bool = False) -> str:
     """13 195 or −5.20: thousands set apart, a real minus sign."""
     text = f"{value:{'+' if sign else ''},.{decimals}f}"
-    return _signed(text.replace(",", THIN_SPACE))
-
-
-def _signed(text: str) -> str:
-    return text.replace("-", MINUS)
+    return text.replace(",", THIN_SPACE).replace("-", MINUS)
 
 
 def percent(share: float, digits: int = 3, sign: bool = False) -> str:
     """`3.12 %` of 0.0312, `−2.1 %`, or `less than 0.001 %`."""
     if not sign and share < 1e-5:
         return "less than 0.001 %"
-    if abs(share) >= LARGE / 100:
+    if abs(share) >= 1e4:
         return f"{number(100 * share, sign=sign)} %"
-    return f"{'+' if sign and share > 0 else ''}{_short(100 * share, digits)} %"
+    return f"{'+' if sign and share > 0 else ''}{_without_zeros(100 * share, digits)} %"
 
 
 def at_most(share: float) -> str:
@@ -177,9 +159,8 @@ def at_most(share: float) -> str:
 
 def span(values: Iterable[float], shown: Callable[[float], str]) -> str:
     """`3 %` or `3 % to 5 %`."""
-    known = np.asarray(list(values), float)
-    low, high = shown(float(known.min())), shown(float(known.max()))
-    return low if low == high else f"{low} to {high}"
+    known = np.array(list(values), float)
+    return " to ".join(dict.fromkeys((shown(float(known.min())), shown(float(known.max())))))
 
 
 def duration_words(seconds: float) -> str:
@@ -189,8 +170,8 @@ def duration_words(seconds: float) -> str:
     if abs(seconds / 3600 - 1) < 0.005:
         return "an hour"
     if seconds >= 5400:
-        return f"{_short(seconds / 3600)} h"
-    return f"{_short(seconds / 60)} min" if seconds >= 120 else with_unit(seconds, "s")
+        return f"{_without_zeros(seconds / 3600)} h"
+    return f"{_without_zeros(seconds / 60)} min" if seconds >= 120 else with_unit(seconds, "s")
 
 
 def moment(seconds: float) -> str:

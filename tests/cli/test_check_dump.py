@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
+import pytest
 import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 
@@ -14,22 +21,64 @@ from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
 
 def test_verdict_before_the_figures(tmp_path: Path, root: Path, monkeypatch, capsys) -> None:
     """Where a figure fails after it, no results are left and the status says so."""
-    said = []
+    printed = []
 
     def broken(*_: object) -> None:
-        said.append(capsys.readouterr())
+        printed.append(capsys.readouterr())
         raise IndexError("no axes")
 
     monkeypatch.setattr(calibration, "track_figure", broken)
     twin = calibration_twin(yaml.safe_load((root / "config/twins.yaml").read_text()), "sim-1-1")
-    made = simulate(twin.model_copy(update={"duration_s": 1.0}), 7)
-    write_dump(tmp_path / "dump.bin", made.pulses)
-    write_board(str(tmp_path / "board.csv"), made.truth.board)
+    simulated = simulate(twin.model_copy(update={"duration_s": 1.0}), 7)
+    write_dump(tmp_path / "dump.bin", simulated.pulses)
+    write_board(str(tmp_path / "board.csv"), simulated.truth.board)
     files = [str(tmp_path / name) for name in ("dump.bin", "board.csv", "one")]
     assert main.main(["check", files[0], "--board", files[1], "--output", files[2]]) == 1
-    verdict, *_, last = said[0].out.splitlines()
+    verdict, *_, last = printed[0].out.splitlines()
     assert verdict.startswith("dump: ")
     assert last.split()[:6] == ["1", "σ", "about", "x,", "y,", "z"]
-    assert said[0].err.splitlines()[-1] == "3/3 figures"
+    assert printed[0].err.splitlines()[-1] == "3/3 figures"
     assert capsys.readouterr().err.splitlines()[-1] == "No results were written"
     assert [path.name for path in (tmp_path / "one").iterdir()] == ["crash.log"]
+
+
+@pytest.mark.parametrize("option", ["world-points", "factory", "reference"])
+def test_a_file_beside_the_dump_that_is_missing_is_named(option: str, tmp_path, capsys) -> None:
+    (tmp_path / "dump.bin").touch()
+    arguments = [str(tmp_path / "dump.bin"), "--board", "b.csv", f"--{option}", "none.json"]
+    assert main.main(["check", *arguments, "--output", str(tmp_path / "out")]) == 1
+    message = f"none.json: no such file; expected that of --{option}"
+    assert capsys.readouterr().err.splitlines()[-1] == message
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("a.REC.gz", "libsurvive-rec"), ("a.rec", "libsurvive-rec"), ("a.csv", "angles-csv"),
+     ("a.gz", "gpio-dump"), ("a.bin", "gpio-dump")],
+)  # fmt: skip
+def test_the_format_of_a_dump_is_that_of_its_suffix(name: str, kind: str) -> None:
+    assert calibration.format_of(Path(name)) == kind
+
+
+def test_another_process_draws_and_its_failures_are_raised_here() -> None:
+    with calibration.drawing_process() as second:
+        assert second.submit(os.getpid).result() != os.getpid()
+        with pytest.raises(ZeroDivisionError):
+            second.submit(divmod, 1, 0).result()
+        with pytest.raises(BrokenProcessPool):
+            second.submit(os._exit, 3).result()
+
+
+def test_no_process_is_left_where_the_first_is_killed() -> None:
+    code = "import os, time\nfrom mocap_metrology.cli.calibration import drawing_process\n"
+    code += "second = drawing_process()\nprint(second.submit(os.getpid).result(), flush=True)\n"
+    code += "time.sleep(60)\n"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as first:
+        state = Path(f"/proc/{int(first.stdout.readline())}/stat")
+        first.send_signal(signal.SIGKILL)
+        first.wait()
+    for _ in range(100):
+        if not state.exists() or state.read_text().split()[2] == "Z":
+            return
+        time.sleep(0.05)
+    pytest.fail(f"{state} is still there")

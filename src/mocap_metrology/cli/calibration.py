@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import gc
+import multiprocessing
+import os
+import signal
+import sys
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
+from threading import Thread
 
+from mocap_metrology.calibration import files as step
 from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.decode import Entry, checked
 from mocap_metrology.calibration.exports import FORMATS
-from mocap_metrology.calibration.files import write_decoded, write_poses
 from mocap_metrology.calibration.tables import TABLES
-from mocap_metrology.cli.beside import beside
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table, write_json
@@ -24,71 +29,89 @@ from mocap_metrology.present.calibration.track_figure import track_figure
 from mocap_metrology.present.plot.figure import import_matplotlib, save
 from mocap_metrology.settings import Allan, Lighthouse, PoseEstimator
 
-OPTIONS = {"points": "world-points"}
 PICTURES = ("calibration.png", "calibration.svg", "track.png", "track.svg")
-# Those of the paper are for its tables, and take seconds.
-OWN: tuple[PoseEstimator, ...] = ("batch", "paper-lm")
+ESTIMATORS: tuple[PoseEstimator, ...] = ("batch", "paper-lm")  # the others take seconds
 
 
-def check_calibration(path: Path, folder: Path, given: argparse.Namespace) -> None:
-    """Results of one calibration into the folder, and the verdict on the terminal."""
-    kind = given.format or format_of(path)
-    settings = Lighthouse(estimators=OWN, world=given.world or "gravity", inertial=given.inertial)
-    named = {
-        "points": given.world_points, "factory": given.factory, "reference": given.reference
-    }  # fmt: skip
-    beside_it = {name: file for name, file in named.items() if file}
-    for name, file in beside_it.items():
-        if not exists(file):
-            raise Refusal(f"{file}: no such file; expected that of --{OPTIONS.get(name, name)}")
-    if str(given.reference).lower().endswith(".c3d"):
-        raise Refusal(f"{given.reference}: markers on housings need a mount: use a row of a sheet")
-    entry = Entry(name_of(path), str(path.resolve()), kind, given.board)
-    with beside(import_matplotlib, _draw_calibration) as second:
+def check_calibration(path: Path, folder: Path, options: argparse.Namespace) -> str:
+    """Results of one calibration into the folder, the verdict on the terminal; its word."""
+    settings = Lighthouse(
+        estimators=ESTIMATORS, world=options.world or "gravity", inertial=options.inertial
+    )
+    named = {"world_points": "points", "factory": "factory", "reference": "reference"}
+    beside = {name: file for o, name in named.items() if (file := getattr(options, o))}
+    for option, name in named.items():
+        if name in beside and not exists(beside[name]):
+            option = option.replace("_", "-")
+            raise Refusal(f"{beside[name]}: no such file; expected that of --{option}")
+    if str(options.reference).lower().endswith(".c3d"):
+        why = "markers on housings need a mount: use a row of a sheet"
+        raise Refusal(f"{options.reference}: {why}")
+    kind = options.format or format_of(path)
+    entry = Entry(name_of(path), str(path.resolve()), kind, options.board)
+    with drawing_process() as second:
         tell("1/3 pulses, base stations, sweeps")
         check, decoded = checked(
-            entry, {"dump": str(path), "board": given.board} | beside_it, settings
+            entry, {"dump": str(path), "board": options.board} | beside, settings
         )
         for words in (*check["notes"], *check["warnings"]):
             tell(words)
         with replaced(folder, ("check.json", *TABLES.values(), *PICTURES)) as part:
             files = {name: str(part / file) for name, file in TABLES.items()}
             write_json(part / "check.json", check)
-            write_decoded(entry, decoded, settings, files)
+            step.write_decoded(entry, decoded, settings, files)
             tell("2/3 poses of the board and of the base stations")
-            with ThreadPoolExecutor(given.threads) as pool:
-                write_poses(entry, settings, files | beside_it, files, pool.map)
+            with ThreadPoolExecutor(options.threads) as pool:
+                step.write_poses(entry, settings, files | beside, files, pool.map)
             of_calibration(files["allan"], files["sweeps"], files["pose"], Allan())
-            lines = _verdict(read_calibration(files, entry.calibration, None))
-            tell_result([": ".join(lines[:2])] if given.brief else lines)
+            results = read_calibration(files, entry.calibration, None)
+            tell_result(_verdict_lines(results, options.brief))
             tell("3/3 figures")
-            second.call(files, entry.calibration, part / PICTURES[0])
-            tracked = read_table(files["track"]), read_table(files["allan"])
-            save(
-                track_figure(entry.calibration, None, *tracked[0], *tracked[1]), part / PICTURES[2]
-            )
-            second.wait()
-    if given.brief:
-        return
-    exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"
-    tell_result(["", exports, f"Figure: {folder / PICTURES[0]}"])
+            drawn = second.submit(_draw_calibration, files, entry.calibration, part / PICTURES[0])
+            tracked = *read_table(files["track"]), *read_table(files["allan"])
+            save(track_figure(entry.calibration, None, *tracked), part / PICTURES[2])
+            drawn.result()
+    if not options.brief:
+        exports = f"Exported: {', '.join(TABLES[name] for name in FORMATS)}"
+        tell_result(["", exports, f"Figure: {folder / PICTURES[0]}"])
+    return str(results.pose["verdict"]["word"])
+
+
+def drawing_process() -> ProcessPoolExecutor:
+    """A process that imports matplotlib at once and draws one figure while this one draws another;
+    copied from this one where libraries of the system survive that."""
+    how = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
+    process = ProcessPoolExecutor(1, how, _begin)
+    process.submit(import_matplotlib)
+    return process
+
+
+def _begin() -> None:
+    gc.disable()  # this process ends soon
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _draw_calibration(files: Mapping[str, str], name: str, picture: Path) -> None:
     save(calibration_figure(read_calibration(files, name, None)), picture)
 
 
-def _verdict(found: CalibrationFiles) -> list[str]:
-    """The word, its reason, and the pose with its uncertainty."""
-    verdict = found.pose["verdict"]
-    lines = [f"{found.name}: {verdict['word']}", verdict["reason"]]
-    if found.chosen is None:
-        return lines
-    rows = pose_rows(found.chosen)
+def _verdict_lines(results: CalibrationFiles, brief: bool) -> list[str]:
+    """The word and its reason, in brief as one line, else with the pose and its uncertainty."""
+    verdict = results.pose["verdict"]
+    lines = [f"{results.name}: {verdict['word']}", verdict["reason"]]
+    if brief or results.chosen is None:
+        return [": ".join(lines)] if brief else lines
+    rows = pose_rows(results.chosen)
     width = max(len(label) for label, _ in rows)
-    table = [
-        f"  {label:{width}}  {'  '.join(f'{cell:>10}' for cell in cells)}" for label, cells in rows
-    ]
+    table = [f"  {label:{width}}  {'  '.join(f'{c:>10}' for c in cells)}" for label, cells in rows]
     return [*lines, "", "Pose of the slave in the frame of the master:", *table]
 
 

@@ -1,4 +1,4 @@
-"""`mocap-metrology check` of a recording of markers."""
+"""`mocap-metrology check` of a recording of markers, by those named or by the first two at rest."""
 
 from __future__ import annotations
 
@@ -7,67 +7,77 @@ import ctypes
 import logging
 import os
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from mocap_metrology.cli.markers import chosen
-from mocap_metrology.cli.results import name_of, replaced, tell, tell_result
-from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.labels import find_points
-from mocap_metrology.io.read import labels_of
+import numpy as np
+
+from mocap_metrology.cli import results
+from mocap_metrology.common.errors import Refusal, Unseen
+from mocap_metrology.io.labels import find_points, in_words
+from mocap_metrology.io.read import Kind, labels_of, points_by_kind
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.text.table import HOW
-from mocap_metrology.present.text.numbers import duration_words
+from mocap_metrology.noise.gaussian.two_markers import median_drift
+from mocap_metrology.present.text.numbers import duration_words, mm
 from mocap_metrology.present.verdict.words import verdict_lines
-from mocap_metrology.recording.analyse import FILES, N_STEPS, PICTURES, analyse
-from mocap_metrology.recording.check import Check, Entry, refused
+from mocap_metrology.recording import analyse, check
+from mocap_metrology.recording.check import Check, Entry
 from mocap_metrology.recording.progress import Shown
 from mocap_metrology.settings import Noise, Settings
 
 # One estimator of noise decides the verdict; the others are for comparison
 SETTINGS = Settings(noise=Noise(estimators=("likelihood",)))
+# What is judged, the first kind of which the file has points, and what to say of it
+KINDS: dict[Kind, str] = {
+    "marker": "",
+    "unlabelled": "; no marker of the file has a label, so a trajectory may be of several",
+    "body": "; they are rigid bodies, whose positions the software solved from several markers",
+}
+FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
+WANTED = 2  # with two there is a distance
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8  # of glibc's malloc.h
 LARGEST = 1 << 29  # bytes of an array, and of what is kept
 
 
-def check_recording(path: Path, folder: Path, given: argparse.Namespace) -> None:
-    """Results of one recording into the folder, and the verdict on the terminal."""
-    keep_freed_memory()
-    progress = Shown(sys.stderr, N_STEPS, given.threads or processors())
+def check_recording(path: Path, folder: Path, options: argparse.Namespace) -> str:
+    """Results of one recording into the folder, the verdict on the terminal; its word."""
+    reuse_freed_memory()
+    progress = Shown(sys.stderr, analyse.N_STEPS, options.threads or processors())
     log = logging.getLogger("mocap_metrology")
     log.addHandler(progress)
+    name = results.name_of(path)
     try:
-        entry = _entry(path, given)
-        with replaced(folder, FILES) as part:
-            verdict = analyse(entry, name_of(path), part, SETTINGS, _tell, progress)
+        entry = _entry(path, options)
+        with results.replaced(folder, analyse.FILES) as part:
+            verdict = analyse.analyse(entry, name, part, SETTINGS, _tell, progress)
     except Refusal as refusal:
-        raise Refusal(_why(refusal)) from None
+        raise Refusal(_advised(refusal)) from None
     finally:
         log.removeHandler(progress)
-    if given.brief:
-        tell_result([": ".join(verdict_lines(verdict)[:2])])
-        return
-    pictures = (f"  {folder / f'{name}.png'}" for name in PICTURES)
-    tell_result([*verdict_lines(verdict), "", "Figures:", *pictures])
+    lines = verdict_lines(verdict)
+    pictures = (f"  {folder / f'{figure}.png'}" for figure in analyse.PICTURES)
+    brief = options.brief
+    results.tell_result([": ".join(lines[:2])] if brief else [*lines, "", "Figures:", *pictures])
+    return str(verdict["word"])
 
 
-def _tell(check: Check, recording: Recording) -> None:
+def _tell(checked: Check, recording: Recording) -> None:
     """What is analysed, and what to beware of."""
     n_frames, rate = recording.position_mm.shape[2], recording.frame_rate_hz
-    labels = ", ".join(recording.labels)
-    tell(f"{labels}: {n_frames} frames at {rate:g} Hz, {duration_words(n_frames / rate)}")
-    for words in check["warnings"]:
-        tell(words)
+    labels, length = ", ".join(recording.labels), duration_words(n_frames / rate)
+    for words in (f"{labels}: {n_frames} frames at {rate:g} Hz, {length}", *checked["warnings"]):
+        results.tell(words)
 
 
-def keep_freed_memory() -> None:
+def reuse_freed_memory() -> None:
     """Have glibc, where it is, use the memory of freed arrays again. The kernel clears all that it
     gives anew, which took a fourteenth of the time of nine hours."""
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
-    if mallopt is None or not mallopt(M_MMAP_THRESHOLD, LARGEST):
-        return
-    mallopt(M_TRIM_THRESHOLD, LARGEST)
-    mallopt(M_ARENA_MAX, 1)  # another thread's own holds no large array
+    if mallopt is not None and mallopt(M_MMAP_THRESHOLD, LARGEST):
+        mallopt(M_TRIM_THRESHOLD, LARGEST)
+        mallopt(M_ARENA_MAX, 1)  # another thread's own holds no large array
 
 
 def processors() -> int:
@@ -76,32 +86,82 @@ def processors() -> int:
     return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
-def _entry(path: Path, given: argparse.Namespace) -> Entry:
+def _entry(path: Path, options: argparse.Namespace) -> Entry:
     """With the named markers, or a choice of markers, which is reported."""
-    named = [part.strip() for text in given.markers for part in text.split(";") if part.strip()]
-    entry = Entry(
-        [str(path)],
-        named,
-        given.rate,
-        given.accept_truncated,
-        given.unit,
-        column_names=given.columns,
-    )
+    named = [part.strip() for text in options.markers for part in text.split(";") if part.strip()]
+    truncated, columns = options.accept_truncated, options.columns
+    entry = Entry([str(path)], named, options.rate, truncated, options.unit, column_names=columns)
     if named:
-        find_points(labels_of(path, entry.accept_truncated, entry.column_names), named, path.name)
+        find_points(labels_of(path, truncated, columns), named, path.name)
         return entry
-    found, why = chosen(entry, SETTINGS.still.range_mm)
-    tell(f"Markers: {', '.join(found)} ({why}); name others with --markers, in make MARKERS=")
-    return replace(entry, markers=found)
+    markers, why = chosen(entry, SETTINGS.still.range_mm)
+    what = f"{', '.join(markers)} ({why}); name others with --markers, in make MARKERS="
+    results.tell(f"Markers: {what}")
+    return replace(entry, markers=markers)
 
 
-def _why(refusal: Refusal) -> str:
+def _advised(refusal: Refusal) -> str:
     """The refusal, and what to write on the command line."""
     rate = ", here --rate 100, in make RATE=100" if "column frame_rate_hz" in str(refusal) else ""
-    why = refused(
-        refusal,
-        "add --accept-truncated, in make TRUNCATED=accept",
-        "--unit m or mm, in make UNIT=m or mm",
-    )["why"]
+    truncated = "add --accept-truncated, in make TRUNCATED=accept"
+    unit = "--unit m or mm, in make UNIT=m or mm"
+    why = check.refused(refusal, truncated, unit)["why"]
     names = ', here --columns "t x y z", in make NAMES="t x y z"' if HOW in why else ""
     return f"{why}{rate}{names}"
+
+
+def chosen(entry: Entry, limit_mm: float) -> tuple[list[str], str]:
+    """Markers of a file by which it is judged where none are named, and why these."""
+    (path,) = entry.paths
+    points = points_by_kind(path, entry.accept_truncated, entry.column_names)
+    for kind in (kind for kind in KINDS if kind in points):
+        labels = [label for label in points[kind] if ";" not in label]  # which separates them
+        markers, why = choose(labels, lambda label: _movement(entry, label), limit_mm)
+        if markers:
+            return markers, why + KINDS[kind]
+    why = "all its points were computed by a model, not measured; to use them all the same, name"
+    if KINDS.keys() & points.keys():
+        why = "no marker or body is seen in half of the frames; name markers of these"
+    every = in_words([label for labels in points.values() for label in labels], 60)
+    raise Refusal(f"{Path(path).name}: {why}: {every}")
+
+
+def choose(
+    labels: Sequence[str], movement: Callable[[str], float | None], limit_mm: float
+) -> tuple[list[str], str]:
+    """Markers to judge by, and why these.
+
+    The first two in the file that are at rest: choosing the quietest would flatter the system.
+    Where fewer do, the two that move least. movement: range in mm of a marker's one-second means,
+    None if it is hardly visible or not measured; computed only until two are found.
+    """
+    ranges: dict[str, float] = {}
+    for label in labels:
+        moved = movement(label)
+        if moved is not None:
+            ranges[label] = moved
+        still = [name for name, value in ranges.items() if value <= limit_mm]
+        if len(still) == WANTED:
+            return still, "the first two at rest"
+    least = sorted(ranges, key=lambda name: ranges[name])[:WANTED]
+    if least and ranges[least[-1]] <= limit_mm:
+        return least, "all at rest"
+    moves = ", ".join(f"{name} by {mm(ranges[name])}" for name in least)
+    return least, f"those that move least, {moves}: no two are at rest"
+
+
+def _movement(entry: Entry, label: str) -> float | None:
+    """Range of a marker's one-second medians in mm; None if it is hardly seen, or has a coordinate
+    that is zero throughout, which no marker has that is measured."""
+    try:
+        recording = check.read(replace(entry, markers=[label]), second_opinion=False)
+    except Unseen:
+        return None
+    position = recording.position_mm[0]
+    seen = np.isfinite(position).all(axis=0)
+    known = position if seen.all() else position[:, seen]
+    if seen.mean() < FEWEST_SEEN or not known.any(axis=1).all():
+        return None
+    rate = recording.frame_rate_hz
+    ranges = [median_drift(axis.astype(float), rate).range for axis in position]
+    return float(max(ranges)) if np.isfinite(ranges).all() else None

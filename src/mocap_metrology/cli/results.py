@@ -17,6 +17,7 @@ from mocap_metrology.common.paths import exists
 
 CRASH = "crash.log"
 LONGEST = 60  # letters of a name, for titles
+NONE = "no verdict"
 
 
 def tell(words: str) -> None:
@@ -49,7 +50,7 @@ def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
     """A new folder to write to; on success its files replace those called `names` in `folder`,
     on failure it is removed and the folder remains unchanged."""
     part = folder / f".part-{uuid.uuid4().hex[:12]}"
-    made = next((p for p in (*reversed(folder.parents), folder) if not exists(p)), None)
+    created = next((p for p in (*reversed(folder.parents), folder) if not exists(p)), part)
     try:
         part.mkdir(parents=True)
     except OSError as error:
@@ -61,20 +62,19 @@ def replaced(folder: Path, names: Iterable[str]) -> Iterator[Path]:
             (folder / name).unlink(missing_ok=True)
         for path in part.iterdir():
             path.replace(folder / path.name)
-        made = None
+        created = part
     finally:
         # After Ctrl-C a thread may still write into it
-        shutil.rmtree(made or part, ignore_errors=True)
+        shutil.rmtree(created, ignore_errors=True)
 
 
-def kept(error: BaseException, folder: Path, name: str) -> str:
+def write_crash(error: BaseException, folder: Path, name: str) -> str:
     """A crash in one line; its traceback is written to `crash.log` in the folder."""
-    what = one_line(f"{type(error).__name__}: {error}")
-    path = folder / CRASH
-    said = "".join(traceback.format_exception(error))
+    what = f"check of {name} crashed: {one_line(f'{type(error).__name__}: {error}')}"
+    log = "".join(traceback.format_exception(error))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        path.write_text(said, encoding="utf-8")
+        (folder / CRASH).write_text(log, encoding="utf-8")
     except OSError:
-        return f"check of {name} crashed: {what}\n{said}"
-    return f"check of {name} crashed: {what}\n  traceback: {path}"
+        return f"{what}\n{log}"
+    return f"{what}\n  traceback: {folder / CRASH}"

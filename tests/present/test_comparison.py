@@ -141,5 +141,5 @@ def test_a_page_compares_first_and_keeps_the_whole_table(tmp_path) -> None:
     )
     assert details.tables_of("jansen", [csv]) == []
     paper = summary.Paper("S", "details/papers/skurowski.html", "2 hold", [entry])
-    front = summary.page(summary.Found(), papers=[paper])
+    front = summary.page(summary.Verdicts(), papers=[paper])
     assert front.index("2 hold") < front.index('href="pages/skurowski_table3.html"')

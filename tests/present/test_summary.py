@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 
 import numpy as np
@@ -9,36 +10,109 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.present.pages import provenance, summary
-from mocap_metrology.present.pages.summary import spread
+from mocap_metrology.present.verdict.overview import overview_figure
+
+LIMITS = {"good": 0.1, "usable": 0.25}
+ANGLES = ("alpha", "beta", "gamma")
+WARNINGS = [{"words": "a <jump>; so it did.", "severity": "warning"}] * 5
+WARNINGS += [{"words": "no gaps", "severity": "info"}]
 
 
-def recording(name: str, word: str, **more) -> dict:
+def recording(name: str, word: str, frame_mm: float | None = 0.05, **more) -> dict:
+    """Noise of x1 less than that of z2; L is no coordinate; y1 has no number."""
+    shares = {"white": 0.2, "flicker": 0.8}
     series = {
-        "x1": {"sigma_frame_mm": 0.01, "frame_mm": 0.02, "shares": {"white": 0.9, "flicker": 0.1}},
-        "z2": {"sigma_frame_mm": 0.03, "frame_mm": 0.05, "shares": {"white": 0.2, "flicker": 0.8}},
+        "x1": {"sigma_frame_mm": 0.01, "frame_mm": frame_mm and 0.001, "shares": {"white": 0.9}},
+        "z2": {"sigma_frame_mm": 0.03, "frame_mm": frame_mm, "shares": shares},
         "L": {"sigma_frame_mm": 9.0, "frame_mm": 9.0, "shares": {"white": 1.0}},
         "y1": {"sigma_frame_mm": None, "frame_mm": None, "shares": {}},
     }
     for one in series.values():
         one["means"] = [{"duration_s": 1.0, "uncertainty_mm": one["frame_mm"] and 0.004}]
-    row = {"recording": name, "group": "g", "source": "twin", "word": word, "series": series}
-    return row | {"reason": f"because of {name}"} | more
+    reason = f"One frame of z2 is uncertain by {frame_mm} mm (0.1…0.2) about the mean of 1 h; so."
+    row = {"recording": name, "group": "hall", "source": "measured", "word": word}
+    row |= {"series": series, "reason": reason, "limits_mm": LIMITS, "caps": [], "sentences": []}
+    return row | more
 
 
-def pose(word: str, x: float, checks=()) -> dict:
+ROWS = [recording("a", "good", 0.02), recording("b", "bad", 0.4), recording("c", "bad", 0.9)]
+ROWS += [recording("d", "usable", None), recording("T40-10", "bad", 5.0, group="skurowski2019")]
+
+
+def calibration(name: str, word: str, x: float = 1.0, wrong=(), setup: str = "s") -> dict:
     entry = {"translation_mm": [x, 0.0, 1.0], "rotation_deg": dict.fromkeys(ANGLES, 10.0)}
-    return {
+    pose = {
         "stations": {"master": {"id": 1}, "slave": {"id": 2}},
         "chosen": 0,
         "poses": [entry],
         "verdict": {"word": word, "reason": f"it is {word}"},
-        "checks": [{"name": name, "ok": False} for name in checks],
+        "checks": [{"name": name, "ok": False} for name in wrong] + [{"name": "n", "ok": None}],
     }
+    row = {"calibration": name, "setup": setup, "group": "hall", "source": "measured"}
+    return row | {"pose": pose}
 
 
-JUMPS = [{"words": "a <jump>", "severity": "warning"}] * 5
-JUMPS += [{"words": "no gaps", "severity": "info"}]
-ANGLES = ("alpha", "beta", "gamma")
+def rows(*recordings: dict) -> list[dict]:
+    return summary.own(summary.Verdicts(recordings).rows())
+
+
+@pytest.mark.parametrize(
+    ("recordings", "refused", "text"),
+    [
+        (ROWS, 0, "1 of 4 recordings are good, 1 usable, 2 bad. The worst is c (bad): One frame of"
+         " z2: 0.9 mm; so."),
+        (ROWS[2:3], 0, "c is bad: One frame of z2: 0.9 mm; so."),
+        (ROWS[:1], 2, "1 of 3 recordings are good, 2 refused. The least precise is a: One frame of"
+         " z2: 0.02 mm; so."),
+        (ROWS[4:], 0, "T40-10 is bad: One frame of z2: 5.0 mm; so."),  # where there are no others
+    ],
+)  # fmt: skip
+def test_the_answer_counts_ones_own_and_names_the_worst(recordings, refused, text) -> None:
+    mine = rows(*recordings)
+    assert summary.answer("recording", mine, refused) == text
+    assert [r["name"] for r in rows(*ROWS)] == ["c", "b", "d", "a"]
+
+
+def test_changes_are_a_sentence_or_counts() -> None:
+    sentences = ["a compared with b: worse in x1.", "c compared with b: better in x1."]
+    sentences += ["d compared with e: no significant change beyond the margin."]
+    assert summary.changes(sentences[:1]) == sentences[:1] and summary.changes([]) == []
+    (line,) = summary.changes(sentences)
+    assert line == (
+        "Of 3 recordings compared with another: 1 worse, 1 better, 1 without a significant change."
+    )
+
+
+@pytest.mark.parametrize(
+    ("sources", "lengths", "words"),
+    [
+        ("mm", (None, 5.0), "measured"),
+        ("t", (600.0,), "simulated (a twin of 10 min)"),
+        ("tt", (None, None), "all simulated (twins)"),
+        ("tm", (600.0, 5.0), "1 simulated (twins of 10 min), 1 measured"),
+        ("ttt", (32400.0, 20.0, 600.0), "all simulated (twins of 20 s to nine hours)"),
+    ],
+)
+def test_origin_of_recordings(sources: str, lengths: tuple, words: str) -> None:
+    kinds = {"m": "measured", "t": "twin"}
+    of = [{"source": kinds[s], "duration_s": t} for s, t in zip(sources, lengths, strict=True)]
+    assert summary.origin(of) == words
+    twins = [recording("a", "good", **row) for row in of]
+    text = summary.page(summary.Verdicts(twins))
+    assert f"recording{'s' * (len(of) > 1)}, {words}: {len(of)} good." in text
+    known = [t for s, t in zip(sources, lengths, strict=True) if s == "t" and t]
+    assert ("A quick look" in text) == bool(known and max(known) < 32400)
+
+
+def test_the_picture_has_a_row_a_recording_at_its_worst_coordinate() -> None:
+    """The distance L is no coordinate; a recording without an uncertainty has no row."""
+    figure = overview_figure(ROWS[:4], "T", "Source: measured.").figure
+    axes = next(panel for panel in figure.get_axes() if panel.lines)
+    drawn = {float(line.get_xdata()[0]) for line in axes.lines if line.get_marker() == "o"}
+    assert drawn == {0.02, 0.4, 0.9}
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["a", "b", "c"]
+    bands = sorted(patch.get_x() for patch in axes.patches)
+    assert np.allclose(bands[1:], [LIMITS["good"], LIMITS["usable"]])
 
 
 def test_numbers_are_of_the_worst_coordinate_and_never_of_a_distance() -> None:
@@ -46,132 +120,116 @@ def test_numbers_are_of_the_worst_coordinate_and_never_of_a_distance() -> None:
     assert cells[2:8] == ["0.0300", "0.0500", "0.00400", "–", "–", "flicker 80 %"]
 
 
-def test_refusals_come_first_and_nothing_is_taken_for_markup() -> None:
-    refused = [{"kind": "recording", "name": "r", "why": "no <marker>"}]
-    rows = [recording("a", "good"), recording("b", "bad", sentences=JUMPS)]
-    text = summary.page(summary.Found(rows, (), refused, {"g": {"short": ["Camera 6 is noisy."]}}))
-    assert text.index("no &lt;marker&gt;") < text.index("2 recordings, all simulated (twins)")
-    assert "1 good, 1 bad" in text
-    assert text.index("</table>") < text.index("Camera 6 is noisy.")
-    assert text.count("a &lt;jump&gt;") == summary.MOST
-    assert "And 2 more" in text
-    assert "no gaps" not in text
-
-
-def test_why_names_all_that_lowers_the_word_in_few_words() -> None:
-    reason = (
-        "One frame of x2 is uncertain by 0.728 (0.680…0.779) mm about the mean of 10 min; the "
-        "limit for usable is 0.25 mm."
-    )
+def test_why_is_in_few_words_and_told_once() -> None:
     drift = {"reason": "x1 drifts by 0.521 mm in 10 min; the limit for good is 0.35 mm."}
-    event = {"words": "At 3 s it moved; so it did.", "severity": "warning"}
-    row = recording("a", "bad", caps=[drift], sentences=[event]) | {"reason": reason}
+    row = recording("a", "bad", 0.7, caps=[drift], sentences=WARNINGS)
     assert summary.why(row) == [
-        "One frame of x2: 0.728 mm; the limit for usable is 0.25 mm.",
-        drift["reason"],
-        "At 3 s it moved.",
+        *("One frame of z2: 0.7 mm; so.", drift["reason"]),
+        *(["a <jump>."] * 3 + ["And 2 more, see its figures."]),
     ]
+    moves = {"severity": "warning", "words": "Marker A seems to move: medians over 1 s span 3 mm."}
+    row = {"reason": "A moves: means over 1 s of x1 span 3 mm (limit 2 mm).", "sentences": [moves]}
+    assert summary.why(row) == [row["reason"]]
+    assert len(summary.why(row | {"reason": "One frame is uncertain."})) == 2
+
+
+def test_the_page_and_the_front_in_order_and_nothing_is_taken_for_markup() -> None:
+    """Refusals first, one's own groups, measured before twins, papers, theirs, all tables."""
+    recordings = [*ROWS[2:], recording("twin-1", "good", source="twin", sentences=WARNINGS)]
+    recordings += [recording(f"noise-{k}", "good") for k in (10, 2)]
+    refused = [{"kind": "recording", "name": "r", "why": "no <marker>"}]
+    verdicts = summary.Verdicts(
+        recordings,
+        [calibration("pair", "good")],
+        refused,
+        {"hall": {"short": ["Camera 6 is noisy."]}},
+        {"hall": ["c compared with b: worse."], "skurowski2019": ["T40-6 with T40-8."]},
+        b"png",
+    )
+    papers = [summary.Paper("The paper", "p.html", "3 hold, 1 undecided")]
+    page, part = (
+        summary.page(verdicts, lambda kind, name: f"{kind}/{name}", papers, ["t_10", "t_2"], part)
+        for part in (False, True)
+    )
+    for text in (page, part):
+        assert "<title>Verdict on hall</title>" in text or text is part
+        assert "The worst is c (bad)" in text and "pair is good: it is good." in text
+        assert "c compared with b: worse." in text and base64.b64encode(b"png").decode() in text
+        assert '<a href="recording/c">c</a>' in text
+        assert "of its claims 3 hold, 1 undecided" in text
+    assert page.count("<table") == 5 and part.count("<table") == 1  # the refused
+    order = ["no &lt;marker&gt;", ">c<", ">d<", ">noise-2<", ">noise-10<", ">twin-1<"]
+    order += ["Camera 6 is noisy.", "hall: calibrations", "The paper", "skurowski2019: recordings"]
+    order += ["T40-6 with T40-8.", ">T40-10<", ">t_2.csv<", ">t_10.csv<"]
+    places = [page.index(words) for words in order]
+    assert places == sorted(places)
+    assert page.count("a &lt;jump&gt;") == 3 and "<jump>" not in page
+    assert "are empty" in summary.page(summary.Verdicts()) and "are empty" not in page
 
 
 @pytest.mark.parametrize(
-    ("group", "source", "said"),
+    ("group", "source", "words"),
     [
         ("skurowski2019", "twin", "a rise is one of the published table"),
         ("mine", "twin", "a rise is one of those numbers"),
         ("mine", "measured", "only a rise is evidence on a camera"),
     ],
 )
-def test_subsets_that_share_no_frames_say_so_once(group: str, source: str, said: str) -> None:
-    rows = [recording(name, "good", group=group, source=source) for name in "ab"]
-    told = {"short": ["T: raised.", "B: raised."], "apart": True}
-    text = summary.page(summary.Found(rows, cameras={group: told}))
-    assert text.count("do not share their frames") == text.count(said) == 1
-
-
-def test_short_twins_are_called_a_quick_look_and_their_length_is_said() -> None:
-    rows = [recording("a", "good", duration_s=600.0), recording("b", "bad", source="measured")]
-    text = summary.page(summary.Found(rows))
-    assert "A quick look: the simulated stand-ins (twins) are 10 min long" in text
-    assert "2 recordings, 1 simulated (twins of 10 min), 1 measured: " in text
-    whole = [recording("a", "good", duration_s=32400.0)]
-    text = summary.page(summary.Found(whole))
-    assert "quick look" not in text and "simulated (a twin of nine hours): 1 good" in text
-    measured = [recording("a", "good", duration_s=600.0, source="measured")]
-    assert "quick look" not in summary.page(summary.Found(measured))
-
-
-def test_own_groups_come_before_the_papers_and_measured_before_twins() -> None:
-    rows = [
-        recording("T40-10", "good", group="skurowski2019"),
-        recording("stand-in", "good", group="lab"),
-        recording("noise-10", "good", group="lab", source="measured"),
-        recording("noise-2", "bad", group="lab", source="measured"),
-    ]
-    papers = [summary.Paper("The paper", "p.html", "3 hold, 1 undecided")]
-    text = summary.page(summary.Found(rows), papers=papers, tables=["t_10", "t_2"])
-    order = ("noise-2<", "noise-10<", "stand-in<", "The paper", "T40-10<", "t_2.csv", "t_10.csv")
-    places = [text.index(name) for name in order]
-    assert places == sorted(places)
-    assert "of its claims 3 hold, 1 undecided" in text
-
-
-def test_only_calibrations_or_nothing_at_all() -> None:
-    row = {"calibration": "c", "setup": "s", "group": "h", "source": "measured"}
-    text = summary.page(summary.Found(calibrations=[row | {"pose": pose("good", 1.0)}]))
-    assert "1 calibration, measured: 1 good." in text
-    assert "it is good" in text
-    assert "empty" in summary.page(summary.Found())
+def test_subsets_that_share_no_frames_say_so_once(group: str, source: str, words: str) -> None:
+    recordings = [recording(name, "good", group=group, source=source) for name in "ab"]
+    for apart in (True, False):
+        cameras = {group: {"short": ["T: raised.", "B: raised."], "apart": apart}}
+        text = summary.page(summary.Verdicts(recordings, cameras=cameras))
+        assert text.count("do not share their frames") == text.count(words) == int(apart)
 
 
 def test_many_calibrations_are_a_row_a_setup() -> None:
-    rows = [
-        {"calibration": f"c{k}", "setup": f"s{k % 2}", "group": "h", "source": "twin"}
-        | {"pose": pose("usable" if k % 2 else "good", float(k), ["residual"] * (k % 2))}
+    of = [
+        calibration(f"c{k}", ("good", "usable")[k % 2], k, ["residual"] * (k % 2), f"s{k % 2}")
         for k in range(22)
     ]
-    table, _ = summary.calibrations(rows, lambda name: "")
-    assert len(table.rows) == 2  # setups
-    assert "11 good" in table.rows[0][2]
-    assert "11 usable" in table.rows[1][2]
-    assert table.rows[1][-1] == "residual (11)"
+    table, _ = summary.calibrations(summary.Verdicts((), of).rows(), lambda kind, name: "")
+    good, usable = table.rows
+    assert "11 good" in good[2] and "11 usable" in usable[2]
+    assert [good[3], usable[3]] == ["10.0", "11.0"]
+    # standard deviation of 0, 2, ..., 20
+    assert float(good[9]) == pytest.approx(math.sqrt(44), rel=1e-2)
+    assert [good[-1], usable[-1]] == ["–", "residual (11)"]
+    table, _ = summary.calibrations(summary.Verdicts((), of[:20]).rows(), lambda kind, name: "")
+    assert len(table.rows) == 20 and list(table.rows[1][2:8]) == [
+        *("1.0", "0.0", "1.0"),
+        *["10.000"] * 3,
+    ]
 
 
-def test_spread_of_poses_against_scipy() -> None:
-    """Poses scattered round a known one by known deviations."""
+def test_spread_of_poses_about_a_known_one() -> None:
+    """Scattered by known deviations; two poses, and one, by hand."""
     rng = np.random.default_rng(5)
     centre = Rotation.from_euler("xyz", [5, -20, 60], degrees=True)
     turned = Rotation.from_rotvec(rng.normal(0, np.radians([0.1, 0.3, 0.2]), (4000, 3))) * centre
     moved = rng.normal([2000, -50, 3], [1.0, 2.0, 4.0], (4000, 3))
-    pose, mm, deg = spread(np.hstack([moved, turned.as_euler("xyz", degrees=True)]))
+    poses = np.hstack([moved, turned.as_euler("xyz", degrees=True)])
+    pose, mm, deg = summary.spread(poses)
     assert pose == pytest.approx([2000, -50, 3, 5, -20, 60], abs=0.3)
-    assert mm == pytest.approx(4.0, rel=0.05)
-    assert deg == pytest.approx(0.3, rel=0.05)
-
-
-def test_two_poses_and_one() -> None:
+    assert (mm, deg) == pytest.approx((4.0, 0.3), rel=0.05)
     two = np.array([[0.0, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 2]])
-    pose, mm, deg = spread(two)
+    pose, mm, deg = summary.spread(two)
     assert pose == pytest.approx([0.5, 0, 0, 0, 0, 1])
     assert (mm, deg) == pytest.approx((math.sqrt(0.5), math.sqrt(2.0)))
-    assert np.isnan(spread(two[:1])[1:]).all()
+    assert np.isnan(summary.spread(two[:1])[1:]).all() and np.isnan(summary.spread(two[:0])[1])
 
 
-def test_run_times_of_benchmarks(tmp_path) -> None:
-    head = "s\th:m:s\tmax_rss\tmax_vms\n"
-    for name, line in {"a": "1.5\t0:00:01\t200\t1\n", "b": "2.25\t0:00:02\tNA\t1\n"}.items():
-        (tmp_path / name).write_text(head + line)
-    found = provenance.run_times({"noise": [tmp_path / "a", tmp_path / "b"], "empty": []})
-    assert found == [
+def test_run_times_and_the_page_of_provenance(tmp_path) -> None:
+    for name, line in {"a": "1.5\t0:00:01\t200\t1", "b": "2.25\t0:00:02\tNA\t1"}.items():
+        (tmp_path / name).write_text(f"s\th:m:s\tmax_rss\tmax_vms\n{line}\n")
+    times = provenance.run_times({"noise": [tmp_path / "a", tmp_path / "b"], "empty": []})
+    assert times == [
         {"rule": "noise", "jobs": 2, "total_s": 3.75, "longest_s": 2.25, "max_rss_mb": 200.0}
     ]
-
-
-def test_a_marker_that_moves_is_told_once() -> None:
-    warned = {
-        "kind": "moves",
-        "severity": "warning",
-        "words": "Marker A seems to move: medians over 1 s span 3 mm.",
-    }
-    row = {"reason": "A moves: means over 1 s of x1 span 3 mm (limit 2 mm).", "sentences": [warned]}
-    assert len(summary.why(row)) == 1
-    assert len(summary.why(row | {"reason": "One frame is uncertain."})) == 2
+    row = dict.fromkeys(provenance.INPUTS, "<i>") | {"seed": 110}
+    code = {"version": "1.2", "commit": None, "python": "3.13"}
+    document = {"code": code, "inputs": [row], "run_times": times, "tables": {"t.csv": "5eed"}}
+    text = provenance.page(document | {"packages": {"numpy": "2"}})
+    assert "mocap-metrology 1.2, commit not in a repository, Python 3.13." in text
+    assert "<i>" not in text
+    assert all(f">{cell}<" in text for cell in ("&lt;i&gt;", 110, "3.75", 2, "200", "5eed"))

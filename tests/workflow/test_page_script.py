@@ -87,7 +87,7 @@ def test_on_a_phone_an_index_is_beside_its_letter(executable, tmp_path) -> None:
 def test_without_an_address_a_page_names_where_things_are(executable, tmp_path) -> None:
     """Snakemake's report shows pages as data: there a link leads nowhere."""
     table = document.page("# T\n\n| a |\n|---|\n| 1 |\n", "t", True)
-    front = summary.page(summary.Found(), tables=["t"])
+    front = summary.page(summary.Verdicts(), tables=["t"])
     with browser(executable, tmp_path) as seen:
         for text in (table, front):
             address = f"data:text/html;base64,{base64.b64encode(text.encode()).decode()}"

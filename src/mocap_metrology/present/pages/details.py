@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from mocap_metrology.present.pages.comparison import of_file, paper_of
+from mocap_metrology.present.pages import comparison, site
 from mocap_metrology.present.pages.document import title_of
-from mocap_metrology.present.pages.site import Table, link, natural, render, table, word
 from mocap_metrology.present.plot.figure import caption_of
 from mocap_metrology.present.tables import Record
 
@@ -18,27 +17,20 @@ PAPERS = {"skurowski": "Skurowski & Pawlyta 2019", "jansen": "Jansen et al. 2019
 UNDRAWN = "It has no figure: of the twins of a setup, which look alike, only the first is drawn."
 LETTERS = {"skurowski": "S", "jansen": "J"}  # as claims.csv names the papers
 PLURAL = {"holds": "hold", "does not": "do not hold", "undecided": "undecided"}
-CLAIM_HEAD = ("claim", "section", "published", "regenerated", "verdict")
+CLAIM_COLUMNS = {"claim": "claim", "section": "section", "published": "published"}
+CLAIM_COLUMNS |= {"regenerated": "regenerated", "verdict": "regenerated_word"}
 UP = "../.."  # from a page to the folder of results
 
+Figure = dict[str, str]  # address on a page, alt: words for those who do not see it, title, caption
 
-@dataclass(frozen=True)
-class Figure:
-    """An image by its address on a page, with words for those who do not see it."""
 
-    address: str
-    alt: str
+class PaperTable(NamedTuple):
+    """A table of a paper: its title there, its page from the folder of results, and how many of its
+    numbers agree."""
+
     title: str
-    caption: str
-
-
-@dataclass(frozen=True)
-class File:
-    """A table: its CSV, and the page on which it is read, if there is one."""
-
-    name: str
-    address: str
-    page: str = ""
+    page: str
+    counts: str
 
 
 def address(kind: str, name: str) -> str:
@@ -48,53 +40,46 @@ def address(kind: str, name: str) -> str:
 
 def figures_of(results: Path, images: Iterable[Path]) -> list[Figure]:
     """Images with the title and the caption that their PNG holds; the file's name without one."""
-    found = []
+    figures = []
     for image in sorted(images, key=_order):
         title, caption = caption_of(image.with_suffix(".png"))
-        where = f"{UP}/{image.relative_to(results).as_posix()}"
         name = image.stem.replace("_", " ")
         alt = f"{title}. {caption}" if title and caption else title or name
-        found.append(Figure(where, alt, title or name, caption))
-    return found
+        shown = {"title": title or name, "caption": caption, "alt": alt}
+        figures.append(shown | {"address": f"{UP}/{image.relative_to(results).as_posix()}"})
+    return figures
 
 
 def _order(image: Path) -> tuple[int, list[tuple[int, str]]]:
     first = FIRST.index(image.stem) if image.stem in FIRST else len(FIRST)
-    return first, natural(str(image))
-
-
-def files_of(results: Path, tables: Iterable[Path]) -> list[File]:
-    """Tables of a subject; those of groups and papers have a page."""
-    found = []
-    for path in sorted(tables, key=lambda path: natural(path.name)):
-        page = f"{UP}/pages/{path.stem}.html" if path.parent.name == "tables" else ""
-        where = PurePosixPath(UP, path.relative_to(results).as_posix())
-        found.append(File(path.name, str(where), page))
-    return found
+    return first, site.natural(str(image))
 
 
 def page(
     title: str,
-    figures: Sequence[Figure],
-    files: Sequence[File],
+    figures: Sequence[Mapping[str, str]] = (),
+    csv: Iterable[Path] = (),
     verdict: str = "",
     lines: Sequence[str] = (),
-    tables: Sequence[dict[str, object]] = (),
-    up: dict[str, str] | None = None,
+    tables: Sequence[Mapping[str, Any]] = (),
+    up: Mapping[str, str] | None = None,
 ) -> str:
-    """The page of a subject. verdict: its word; lines: its evidence; up: more links."""
+    """The page of a subject. csv: its tables, from the folder of results, of which those of groups
+    and papers have a page; verdict: its word; lines: its evidence; tables: `title`, `note` and
+    `table`; up: more links."""
     if verdict and not figures:
         lines = [*lines, UNDRAWN]
-    return render(
-        "subject.html",
-        title,
-        figures=figures,
-        files=files,
-        verdict=verdict,
-        lines=lines,
-        tables=tables,
-        up={"summary": f"{UP}/summary.html"} | (up or {}),
-    )
+    files = [
+        {
+            "name": path.name,
+            "address": f"{UP}/{path.as_posix()}",
+            "page": f"{UP}/pages/{path.stem}.html" if path.parent.name == "tables" else "",
+        }
+        for path in sorted(csv, key=lambda path: site.natural(path.name))
+    ]
+    up = {"summary": f"{UP}/summary.html"} | dict(up or {})
+    shown = {"figures": figures, "files": files, "verdict": verdict, "lines": lines}
+    return site.render("subject.html", title, **shown, tables=tables, up=up)
 
 
 def paper_link(paper: str) -> dict[str, str]:
@@ -107,54 +92,25 @@ def of_paper(claims: Iterable[Record], paper: str) -> list[Record]:
     return [row for row in claims if row["paper"] == LETTERS[paper]]
 
 
-def claim_table(rows: Sequence[Record]) -> Table:
+def claim_table(claims: Sequence[Record]) -> site.Table:
     """Claims of a paper: its own numbers, the regenerated ones, and whether each claim holds."""
-    cells = [
-        (r["claim"], r["section"], r["published"], r["regenerated"], word(r["regenerated_word"]))
-        for r in rows
-    ]
-    return table(CLAIM_HEAD, cells, words=(1,))
+    rows = [[claim[key] for key in CLAIM_COLUMNS.values()] for claim in claims]
+    return site.table([*CLAIM_COLUMNS], [[*row[:-1], site.word(row[-1])] for row in rows], (1,))
 
 
-@dataclass(frozen=True)
-class PaperTable:
-    """A table of a paper: its title there, its page from the folder of results, and how many of its
-    numbers agree."""
-
-    title: str
-    page: str
-    counts: str
+def claim_counts(claims: Iterable[Record]) -> str:
+    """`22 hold, 14 do not hold, 12 undecided`; nothing without claims."""
+    counts = Counter(str(row["regenerated_word"]) for row in claims)
+    return ", ".join(f"{counts[kind]} {words}" for kind, words in PLURAL.items() if counts[kind])
 
 
 def tables_of(paper: str, paths: Iterable[Path]) -> list[PaperTable]:
     """The tables of a paper among CSV files beside which their Markdown lies, in its order."""
-    found = []
-    for path in sorted(paths, key=lambda path: natural(path.stem)):
-        short = of_file(path) if paper_of(path.stem) == paper else None
+    tables = []
+    for path in sorted(paths, key=lambda path: site.natural(path.stem)):
+        short = comparison.of_file(path) if comparison.paper_of(path.stem) == paper else None
         if short:
             title = title_of(path.with_suffix(".md").read_text(encoding="utf-8"))
             shown = title.removeprefix(f"{PAPERS[paper]}, ")
-            found.append(PaperTable(shown, f"pages/{path.stem}.html", short.counts))
-    return found
-
-
-def table_of_tables(found: Iterable[PaperTable]) -> Table:
-    """How the tables of a paper compare, on its page."""
-    cells = [(link(f"{UP}/{one.page}", one.title), one.counts) for one in found]
-    return table(("table", "numbers"), cells, words=(0, 1))
-
-
-def claim_counts(rows: Iterable[Record]) -> str:
-    """`22 hold, 14 do not hold, 12 undecided`; nothing without claims."""
-    counts = Counter(str(row["regenerated_word"]) for row in rows)
-    return ", ".join(f"{counts[kind]} {words}" for kind, words in PLURAL.items() if counts[kind])
-
-
-def files_named(name: str, named: Sequence[str], paths: Sequence[Path]) -> list[Path]:
-    """Files `<name>_...` of a group or paper: where several of these names begin a file's, it is
-    of the longest (`lab` and `lab_2`)."""
-    return [
-        path
-        for path in paths
-        if name == max((n for n in named if path.stem.startswith(f"{n}_")), key=len, default="")
-    ]
+            tables.append(PaperTable(shown, f"pages/{path.stem}.html", short.counts))
+    return tables

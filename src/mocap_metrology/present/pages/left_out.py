@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from mocap_metrology.present.tables import Row
 
-S, J = "Skurowski & Pawlyta 2019", "Jansen et al. 2019"
 CAPTION = "All other figures and all tables of both papers are regenerated, from twins or theory."
+COLUMNS = ("paper", "figure", "shows", "reason")
+S, J = "Skurowski & Pawlyta 2019", "Jansen et al. 2019"
 LEFT_OUT = (
     (S, "Figure 4", "camera locations: a view in Vicon Blade and a photograph of the laboratory",
      "a photograph, and places of cameras of which the paper prints no coordinates"),
@@ -20,9 +21,6 @@ LEFT_OUT = (
     (J, "Fig. 9", "two Lighthouses with markers for motion capture",
      "a photograph; the twins' marker mounts are in their mount files"),
 )  # fmt: skip
-
-
-COLUMNS = ("paper", "figure", "shows", "reason")
 
 
 def left_out() -> list[Row]:

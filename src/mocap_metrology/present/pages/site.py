@@ -15,26 +15,25 @@ from markupsafe import Markup, escape
 
 from mocap_metrology.common.errors import printable
 from mocap_metrology.present.plot.figure import UNKNOWN_WORD, VERDICT_WORDS
+from mocap_metrology.present.text.numbers import MINUS
 
 WORDS = VERDICT_WORDS | {  # of verdicts, and of claims
-    "holds": VERDICT_WORDS["good"],
-    "does not": VERDICT_WORDS["bad"],
-    "agrees": VERDICT_WORDS["good"],
-    "differs": VERDICT_WORDS["bad"],
+    **dict.fromkeys(("holds", "agrees"), VERDICT_WORDS["good"]),
+    **dict.fromkeys(("does not", "differs"), VERDICT_WORDS["bad"]),
     "unknown": UNKNOWN_WORD,
 }
 EMPTY = "–"  # a cell without a number
-SHORT = 9  # columns that a table shows at first
+SHORT, MANY = 9, 12  # columns that a table shows at first, of more than many
 WIDE = 40  # characters from which a cell may wrap
 NUMERIC_SHARE = 0.6  # of its filled cells makes a column one of numbers
 # Signs before a number: not detected, bounds, approximately, brackets of a published value.
 NUMBER = re.compile(r"[<>≤≥~±(†*+\u2212-]*\s*\d")
-MINUS = "\N{MINUS SIGN}"
 UNITS = (  # powers and coefficients; no names of columns
     (re.compile(r"/s\^0\.5"), "/√s"),
     (re.compile(r"(?<=[\w)])\^(-?\d)(?![\d.])"), r"<sup>\1</sup>"),
     (re.compile(r"(?<!\w)(h|[qT]|A|f|width)_(-?\d|c\d*|s|0|f)(?!\w)"), r"\1<sub>\2</sub>"),
     (re.compile(r"(?<=[a-z])_(?=[a-z])|(?<=\d);(?=\d)"), r"\g<0><wbr>"),
+    (re.compile(r"(?<=<su[bp]>)-"), MINUS),
 )
 CODE = re.compile(r"(<code>.*?</code>)")
 
@@ -55,23 +54,24 @@ class Table:
 @lru_cache(maxsize=1)
 def environment() -> Environment:
     """The templates, with everything escaped that is not markup already."""
-    made = Environment(
+    templates = Environment(
         loader=PackageLoader("mocap_metrology.present", "html"),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=lambda value: _printable(value) if isinstance(value, str) else value,
         trim_blocks=True,
     )
-    made.globals |= {"words": WORDS, "word": word, "link": link}
-    return made
+    templates.globals |= {"words": WORDS, "word": word, "link": link}
+    return templates
 
 
 def render(template: str, title: str, **values: object) -> str:
     """A whole page."""
-    style, script = (environment().get_template(name).render() for name in ("style.css", "page.js"))
-    values = {"up": {}} | values
-    page = environment().get_template(template)
-    return page.render(title=title, style=Markup(style), script=Markup(script), **values)
+    style, script = (
+        Markup(environment().get_template(name).render()) for name in ("style.css", "page.js")
+    )
+    values = {"up": {}, "title": title, "style": style, "script": script} | values
+    return environment().get_template(template).render(values)
 
 
 def word(text: str, count: int | None = None) -> Markup:
@@ -94,16 +94,12 @@ def _printable(text: str) -> str:
 
 
 def typeset(text: str) -> Markup:
-    """Text with powers and coefficients of units; names may break at `_`, lists behind `;`."""
-    return Markup("".join(map(_typeset, CODE.split(str(escape(_printable(text)))))))
-
-
-def _typeset(html: str) -> str:
-    if html.startswith("<code>"):
-        return html
-    for pattern, made in UNITS:
-        html = pattern.sub(made, html)
-    return re.sub(r"(?<=<su[bp]>)-", MINUS, html)
+    """Text with powers and coefficients of units; names may break at `_`, lists behind `;`; code
+    stays."""
+    parts = CODE.split(str(escape(_printable(text))))
+    for pattern, replacement in UNITS:
+        parts[::2] = [pattern.sub(replacement, part) for part in parts[::2]]
+    return Markup("".join(parts))
 
 
 def table(
@@ -114,14 +110,12 @@ def table(
 ) -> Table:
     """A table of plain text, numbers and markup; columns of numbers are set to the right, also
     those of nothing but dashes unless they are in `words`; first: names of the columns that are
-    seen at first, else the first `SHORT`."""
+    seen at first, else the first `SHORT` of more than `MANY`."""
     lines = [["" if cell is None else cell for cell in row] for row in rows]
-    texts = [[re.sub(r"<[^>]+>", "", str(cell)) for cell in line] for line in lines]
-    kinds = [_kind([line[k] for line in texts], k in words) for k in range(len(head))]
+    kinds = [_kind([line[k] for line in lines], k in words) for k in range(len(head))]
     shown = [[_cell(cell, kind) for cell, kind in zip(line, kinds, strict=True)] for line in lines]
-    seen = {k for k, name in enumerate(head) if (name in first if first else k < SHORT)}
-    if len(head) <= SHORT + 3 and not first:
-        seen = set(range(len(head)))
+    names = first or head[: SHORT if len(head) > MANY else None]
+    seen = {k for k, name in enumerate(head) if name in names}
     return Table([typeset(name) for name in head], kinds, shown, seen)
 
 
@@ -132,15 +126,15 @@ def _cell(cell: object, kind: str) -> Markup:
     return typeset(re.sub(r"(^|…)-(?=\d)", rf"\1{MINUS}", text) if kind == "n" else text)
 
 
-def _kind(cells: Sequence[str], is_text: bool) -> str:
-    filled = [cell for cell in cells if cell not in ("", EMPTY)]
-    if any(len(cell) > WIDE for cell in filled):
+def _kind(cells: Sequence[object], is_text: bool) -> str:
+    texts = [re.sub(r"<[^>]+>", "", str(cell)) for cell in cells]
+    filled = [text for text in texts if text not in ("", EMPTY)]
+    if any(len(text) > WIDE for text in filled):
         return "t"
-    if is_text:
+    if is_text or not (filled or EMPTY in texts):
         return ""
-    if not filled:
-        return "n" if EMPTY in cells else ""
-    return "n" if sum(bool(NUMBER.match(c)) for c in filled) >= NUMERIC_SHARE * len(filled) else ""
+    numbers = sum(bool(NUMBER.match(text)) for text in filled)
+    return "n" if numbers >= NUMERIC_SHARE * len(filled) else ""
 
 
 def natural(name: str) -> list[tuple[int, str]]:

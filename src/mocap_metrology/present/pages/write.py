@@ -10,11 +10,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from mocap_metrology.present.pages import comparison, details, document, front, site, summary
+from mocap_metrology.present.pages import comparison, details, document, site, summary
 from mocap_metrology.present.plot.figure import Picture, caption_of
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.verdict import words
 from mocap_metrology.present.verdict.overview import overview_figure
+
+MEAN_UNITS = ("", " (mm)", "", " (mm)", "", " (s)", " (s)")  # of `words.mean_table`
 
 
 @dataclass(frozen=True)
@@ -36,24 +38,35 @@ class Results:
     subjects: Mapping[str, Sequence[str]]
     files: list[Path]
 
-    def document(self, kind: str, name: str) -> Any:
-        """verdict.json of a recording or pose.json of a calibration."""
-        file = {"recording": "verdict.json", "calibration": "pose.json"}[kind]
-        return _read(self.folder / f"{kind}s" / name / file)
+    @cached_property
+    def verdicts(self) -> list[Record]:
+        """verdict.json of each recording."""
+        folder = self.folder / "recordings"
+        return [_read(folder / row["recording"] / "verdict.json") for row in self.recordings]
 
     @cached_property
-    def named(self) -> list[str]:
-        """What files of groups and papers are named by."""
-        return [*self.subjects["group"], *self.papers]
+    def poses(self) -> list[Record]:
+        """Each row of calibrations with its pose.json."""
+        folder = self.folder / "calibrations"
+        poses = (_read(folder / row["calibration"] / "pose.json") for row in self.calibrations)
+        return [{"pose": pose, **row} for pose, row in zip(poses, self.calibrations, strict=True)]
 
-    def of(self, name: str, suffix: str) -> list[Path]:
-        """Files of a group or paper."""
-        every = [path for path in self.files if path.suffix == suffix]
-        return details.files_named(name, self.named, every)
+    def of(self, kind: str, name: str, suffix: str) -> list[Path]:
+        """Files of a recording or calibration by folder, of a group or paper by name: where several
+        names begin a file's, it is of the longest (`lab` and `lab_2`)."""
+        files = [path for path in self.files if path.suffix == suffix]
+        if kind in ("recording", "calibration"):
+            return [path for path in files if self.folder / f"{kind}s" / name in path.parents]
+        names = [*self.subjects["group"], *self.papers]
+        begin = {p: [n for n in names if p.stem.startswith(f"{n}_")] for p in files}
+        return [path for path in files if name == max(begin[path], key=len, default="")]
 
-    def within(self, folder: Path, suffix: str) -> list[Path]:
-        """Files of a recording or calibration."""
-        return [p for p in self.files if folder in p.parents and p.suffix == suffix]
+    def page(self, kind: str, name: str, title: str, more_csv: Sequence[Path], **more: Any) -> str:
+        """The page of a subject, with its figures and tables."""
+        figures = details.figures_of(self.folder, self.of(kind, name, ".svg"))
+        csv = [*self.of(kind, name, ".csv"), *more_csv]
+        csv = [path.relative_to(self.folder) for path in csv]
+        return details.page(title, figures, csv, **more)
 
 
 def _read(path: str | Path) -> Any:
@@ -63,82 +76,70 @@ def _read(path: str | Path) -> Any:
 def table_pages(tables: Iterable[Path], papers: Sequence[str]) -> dict[str, str]:
     """A page of each table in Markdown, by file name; of a paper's, first what it compares."""
     pages = {}
-    for source in tables:
-        if source.suffix == ".md":
-            table = source.with_suffix(".csv")
-            short = comparison.of_file(table) if table.is_file() else None
-            paper = comparison.paper_of(source.stem)
-            up = details.paper_link(paper) if paper in papers else {}
-            text = source.read_text(encoding="utf-8")
-            page = document.page(text, source.stem, table.is_file(), short, up)
-            pages[f"{source.stem}.html"] = page
+    for source in (path for path in tables if path.suffix == ".md"):
+        name, csv = source.stem, source.with_suffix(".csv")
+        short = comparison.of_file(csv) if csv.is_file() else None
+        paper = comparison.paper_of(name)
+        up = details.paper_link(paper) if paper in papers else {}
+        text = source.read_text(encoding="utf-8")
+        pages[f"{name}.html"] = document.page(text, name, csv.is_file(), short, up)
     return pages
 
 
 def detail_pages(results: Results) -> dict[Path, str]:
     """A page of each recording, calibration, group and paper, by its path in the folder."""
-    pages = {}
-    for kind, name, title, images, files, more in _subjects(results):
-        figures = details.figures_of(results.folder, images)
-        page = details.page(title, figures, details.files_of(results.folder, files), **more)
-        pages[Path(details.address(kind, name)).relative_to("details")] = page
-    return pages
+    return {
+        Path(details.address(kind, name)).relative_to("details"): results.page(
+            kind, name, details.PAPERS.get(name, name) if kind == "paper" else name, csv, **more
+        )
+        for kind, name, csv, more in _subjects(results)
+    }
 
 
-Subject = tuple[str, str, str, list[Path], list[Path], dict[str, Any]]
-
-
-def _subjects(results: Results) -> Iterator[Subject]:
-    """Kind, name, title, figures, tables and further arguments of each page."""
+def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str, Any]]]:
+    """Kind, name, tables beside its own, and further arguments of each page."""
     changes: dict[str, str] = {}
     for path in results.changes.values():
         changes |= _read(path)["recordings"]
-    for row in results.recordings:
-        found = results.document("recording", name := row["recording"])
-        lines = [*words.sentences(found), *([changes[name]] if name in changes else [])]
-        one = _measured(results, "recording", row, found["word"], [*lines, words.mean_words(found)])
-        one[-1]["tables"] = [{"title": "Mean of all frames", "table": _means(found)}]
-        yield one
-    for row in results.calibrations:
-        found = results.document("calibration", row["calibration"])["verdict"]
-        yield _measured(results, "calibration", row, found["word"], [found["reason"]])
-    for group in results.subjects["group"]:
-        yield "group", group, group, results.of(group, ".svg"), results.of(group, ".csv"), {}
-    for paper in results.papers:
-        yield _paper(results, paper)
-
-
-def _means(found: Record) -> site.Table:
-    head, *rows = words.mean_table(found["series"])
-    units = ("", " (mm)", "", " (mm)", "", " (s)", " (s)")
-    named = [f"{name or 'series'}{unit}" for name, unit in zip(head, units, strict=True)]
-    return site.Table(named, "tnnntnn", rows, range(len(named)))
-
-
-def _measured(results: Results, kind: str, row: Record, verdict: str, lines: list[str]) -> Subject:
-    name, group = row[kind], row["group"]
-    folder = results.folder / f"{kind}s" / name
-    up = {group: f"../groups/{group}.html"} if group in results.subjects["group"] else {}
-    more = {"verdict": verdict, "lines": lines, "up": up}
-    return kind, name, name, results.within(folder, ".svg"), results.within(folder, ".csv"), more
-
-
-def _paper(results: Results, paper: str) -> Subject:
-    held = details.of_paper(results.claims, paper)
+    groups = results.subjects["group"]
+    rows = zip(results.recordings, results.verdicts, strict=True)
+    for name, group, verdict in ((r["recording"], r["group"], v) for r, v in rows):
+        changed = [changes[name]] if name in changes else []
+        lines = [*words.sentences(verdict), *changed, words.mean_words(verdict)]
+        head, *cells = words.mean_table(verdict["series"])
+        units = zip(head, MEAN_UNITS, strict=True)
+        shown = [f"{quantity or 'series'}{unit}" for quantity, unit in units]
+        means = site.Table(shown, "tnnntnn", cells, range(len(head)))
+        tables = [{"title": "Mean of all frames", "table": means}]
+        yield "recording", name, [], _judged(verdict, lines, group, groups) | {"tables": tables}
+    for row in results.poses:
+        verdict, name = row["pose"]["verdict"], row["calibration"]
+        more = _judged(verdict, [verdict["reason"]], row["group"], groups)
+        yield "calibration", name, [], more
+    yield from (("group", group, [], {}) for group in groups)
     csv = [path for path in results.files if path.suffix == ".csv"]
-    compared = details.table_of_tables(details.tables_of(paper, csv))
-    of_claims = [{"title": "Claims", "table": details.claim_table(held)}] if held else []
-    tables = [*of_claims, {"title": "Published tables", "table": compared}]
-    files = [*results.of(paper, ".csv"), *(path for path in csv if path.stem == "claims")]
-    title = details.PAPERS[paper]
-    return "paper", paper, title, results.of(paper, ".svg"), files, {"tables": tables}
+    for paper in results.papers:
+        claims = details.of_paper(results.claims, paper)
+        numbers = [
+            (site.link(f"{details.UP}/{one.page}", one.title), one.counts)
+            for one in details.tables_of(paper, csv)
+        ]
+        compared = site.table(("table", "numbers"), numbers, words=(0, 1))
+        tables = [{"title": "Claims", "table": details.claim_table(claims)}] if claims else []
+        tables += [{"title": "Published tables", "table": compared}]
+        yield "paper", paper, [path for path in csv if path.stem == "claims"], {"tables": tables}
+
+
+def _judged(verdict: Record, lines: list[str], group: str, groups: Sequence[str]) -> dict[str, Any]:
+    up = {group: f"../groups/{group}.html"} if group in groups else {}
+    return {"verdict": verdict["word"], "lines": lines, "up": up}
 
 
 def overview(results: Results) -> Picture:
     """Figure of one's own recordings against the limits."""
-    every = [results.document("recording", row["recording"]) for row in results.recordings]
-    mine = front.own({"recording": every, "calibration": []})["recording"]
-    return overview_figure(mine, "One frame against the limits", front.source(mine))
+    mine = summary.own(results.verdicts)
+    source = f"Source: {summary.origin(mine)}."
+    return overview_figure(mine, "One frame against the limits", source)
 
 
 def summaries(
@@ -153,14 +154,9 @@ def summaries(
         for path in checks
         if not (check := _read(path))["ok"]
     ]
-    recordings = [results.document("recording", row["recording"]) for row in results.recordings]
-    calibrations = [
-        {"pose": results.document("calibration", row["calibration"]), **row}
-        for row in results.calibrations
-    ]
-    found = summary.Found(
-        recordings,
-        calibrations,
+    verdicts = summary.Verdicts(
+        results.verdicts,
+        results.poses,
         refused,
         {group: _read(path) for group, path in results.cameras.items()},
         {group: _read(path)["words"] for group, path in results.changes.items()},
@@ -182,5 +178,5 @@ def summaries(
     def address(kind: str, name: str) -> str:
         return details.address(kind, name) if name in results.subjects[kind] else ""
 
-    page, part = (summary.page(found, address, papers, names, p) for p in (False, True))
+    page, part = (summary.page(verdicts, address, papers, names, p) for p in (False, True))
     return page, part

@@ -18,8 +18,7 @@ from mocap_metrology.common.hampel import hampel
 from mocap_metrology.io.read import labels_of, read_recording
 from mocap_metrology.io.recording import Recording
 from mocap_metrology.io.units import Unit
-from mocap_metrology.lighthouse.calibrate.jansen import calibrate as calibrate_hits
-from mocap_metrology.lighthouse.calibrate.jansen import chosen
+from mocap_metrology.lighthouse.calibrate import jansen
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import PoseEstimate
 from mocap_metrology.noise.allan.confidence import allan_curve
@@ -28,26 +27,12 @@ from mocap_metrology.noise.changes.compare import Curve, adev_ratio
 from mocap_metrology.noise.coefficients import coefficients as noise
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.series import all_series
-from mocap_metrology.noise.twins.simulate import SimulatedRecording
-from mocap_metrology.noise.twins.simulate import simulate as simulate_twin
+from mocap_metrology.noise.twins import simulate as twins
 from mocap_metrology.noise.twins.twin import COORDINATES, Twin
 from mocap_metrology.settings import Settings
 
-__all__ = [
-    "Recording",
-    "Refusal",
-    "Settings",
-    "allan",
-    "calibrate",
-    "check",
-    "clean",
-    "compare",
-    "labels",
-    "noise",
-    "read",
-    "series",
-    "simulate",
-]
+__all__ = ["Recording", "Refusal", "Settings", "allan", "calibrate", "check", "clean", "compare"]
+__all__ += ["labels", "noise", "read", "series", "simulate"]
 PathLike = str | Path
 
 
@@ -86,8 +71,8 @@ def clean(values: np.ndarray, rate_hz: float, n_sigma: float = 3.0) -> np.ndarra
 def allan(values: np.ndarray, rate_hz: float) -> pd.DataFrame:
     """Overlapping Allan deviations of a series: `tau_s`, `adev_mm`, with 68.3 % intervals
     `adev_lower_mm` and `adev_upper_mm`, and equivalent degrees of freedom `edf`."""
-    given = np.asarray(values, float)
-    curve = allan_curve(given, rate_hz, averaging_factors(len(values))).as_scattered(given)
+    samples = np.asarray(values, float)
+    curve = allan_curve(samples, rate_hz, averaging_factors(len(values))).as_scattered(samples)
     columns = {"tau_s": curve.tau_s, "adev_mm": curve.deviation, "edf": curve.edf}
     return pd.DataFrame(columns | {"adev_lower_mm": curve.lower, "adev_upper_mm": curve.upper})
 
@@ -95,13 +80,11 @@ def allan(values: np.ndarray, rate_hz: float) -> pd.DataFrame:
 def compare(new: np.ndarray, old: np.ndarray, rate_hz: float) -> pd.DataFrame:
     """Allan deviations of two series at the averaging times of both: `tau_s`, `ratio` of new to
     old, its 95 % interval by Fisher's F, `lower_95`, `upper_95`, and `p` of no change."""
-    first, second = (
-        Curve(one["tau_s"].to_numpy(), one["adev_mm"].to_numpy(), one["edf"].to_numpy())
-        for one in (allan(new, rate_hz), allan(old, rate_hz))
-    )
-    found = adev_ratio(first, second, np.intersect1d(first.tau_s, second.tau_s))
-    ends = {"lower_95": found.lower, "upper_95": found.upper, "p": found.p}
-    return pd.DataFrame({"tau_s": found.tau_s, "ratio": found.value} | ends).dropna()
+    columns = ["tau_s", "adev_mm", "edf"]
+    first, second = (Curve(*allan(one, rate_hz)[columns].to_numpy().T) for one in (new, old))
+    ratio = adev_ratio(first, second, np.intersect1d(first.tau_s, second.tau_s))
+    ends = {"lower_95": ratio.lower, "upper_95": ratio.upper, "p": ratio.p}
+    return pd.DataFrame({"tau_s": ratio.tau_s, "ratio": ratio.value} | ends).dropna()
 
 
 def check(
@@ -109,32 +92,31 @@ def check(
 ) -> Mapping[str, Any]:
     """Verdict, diagnosis and figures of a recording into a folder, as the command `check` makes
     them; returns the contents of verdict.json (`word`, `reason`, `series`, `findings`, ...)."""
-    from mocap_metrology.recording.analyse import analyse
-    from mocap_metrology.recording.check import Entry
-    from mocap_metrology.recording.progress import Progress
+    from mocap_metrology.recording import analyse, check, progress
 
-    place = Path(folder)
-    place.mkdir(parents=True, exist_ok=True)
-    entry, how = Entry([str(path)], list(markers)), settings or Settings()
-    return analyse(entry, Path(path).stem, place, how, lambda *_: None, Progress())
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    entry, name = check.Entry([str(path)], list(markers)), Path(path).stem
+    of, quiet = settings or Settings(), progress.Progress()
+    return analyse.analyse(entry, name, Path(folder), of, lambda *_: None, quiet)
 
 
 def simulate(
     coefficients: Mapping[str, float], duration_s: float, rate_hz: float = 120.0, seed: int = 0
-) -> SimulatedRecording:
+) -> twins.SimulatedRecording:
     """A recording of two still markers whose six coordinates have the noise of these coefficients
     (`h_-2` ... `h_2`, `q_c1`, `T_c1`, ..., `A_s`, `f_0`): `position_mm`, `frame_rate_hz`."""
     models = dict.fromkeys(COORDINATES, NoiseModel.from_coefficients(coefficients))
     twin = Twin("simulated", seed, models, duration_s=duration_s, frame_rate_hz=rate_hz)
-    return simulate_twin(twin, seed=seed)
+    return twins.simulate(twin, seed=seed)
 
 
 def calibrate(dump: PathLike, board: PathLike, kind: str = "gpio-dump") -> PoseEstimate:
     """Pose of the slave in the frame of the master (p_master = R p_slave + t_m) of a recording of a
     board of photodiodes. kind: `gpio-dump`, `libsurvive-rec` or `angles-csv`."""
-    seen = decode(dump, kind, board)
-    found = calibrate_hits(seen.hits, seen.board, [station.factory for station in seen.stations])
-    index = chosen(found.estimates)
+    decoded = decode(dump, kind, board)
+    factory = [station.factory for station in decoded.stations]
+    estimates = jansen.calibrate(decoded.hits, decoded.board, factory).estimates
+    index = jansen.chosen(estimates)
     if index is None:
         raise Refusal(f"{Path(dump).name}: no estimator gives a pose of the slave")
-    return found.estimates[index]
+    return estimates[index]

@@ -10,31 +10,20 @@ from pathlib import Path
 
 from mocap_metrology.present.jansen.jansen_tables import VARIANTS, Variant
 from mocap_metrology.present.jansen.jansen_text import FACTOR
-from mocap_metrology.present.pages.site import EMPTY, Table, table, word
+from mocap_metrology.present.pages import site
 from mocap_metrology.present.tables import Record, read, readable, shown
+from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import significant, with_interval
 
 AGREES, DIFFERS, CITED, OPEN = "agrees", "differs", "cited", "not compared"
 BELOW, ALONE = "not detected", "no partner"
 ORDER = (AGREES, DIFFERS, BELOW, ALONE, OPEN, CITED)
-Columns = Mapping[str, Callable[[Record], str]]
+PLURAL = {DIFFERS: "differ", ALONE: "without a partner"}
 PERCENT, ERRORS = 0.1, 3.0  # Table 1 of S: rounding of the printed 1.038 is 0.05 %
-OF_CLAIMS = Variant("paper", "kabsch", "ideal")  # as the claims on J
 SIDE = ("published", "regenerated")
 PARTNER = re.compile(r"[\w-]+: its \w+(; )?")  # by what name an estimator has the coefficient
-
-
-@dataclass(frozen=True)
-class Rule:
-    """How a table is compared: what its verdicts mean, the columns that name a row, the verdict of
-    a row, and further columns before and after it (functions of a row, by their head)."""
-
-    meanings: Mapping[str, str]
-    names: Mapping[str, str]
-    verdict: Callable[[Record], str]
-    before: Columns = field(default_factory=dict)
-    after: Columns = field(default_factory=dict)
-    note: str = ""
+OF_CLAIMS = Variant("paper", "kabsch", "ideal")  # as the claims on J
+Columns = Mapping[str, Callable[[Record], str]]
 
 
 @dataclass(frozen=True)
@@ -44,109 +33,118 @@ class Comparison:
     counts: str
     meanings: Mapping[str, str]
     note: str
-    table: Table
-    others: Table | None = None
+    table: site.Table
+    others: site.Table | None = None
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How a table is compared: what its verdicts mean (in `captions.toml`), the columns that name a
+    row, the verdict of a row, and further columns before and after it (functions of a row)."""
+
+    text: str
+    names: Mapping[str, str]
+    verdict: Callable[[Record], str]
+    before: Columns = field(default_factory=dict)
+    after: Columns = field(default_factory=dict)
+    note: str = ""
 
 
 def _known(row: Record, *names: str) -> bool:
     return all(row.get(name) is not None and row[name] == row[name] for name in names)
 
 
-def _within(row: Record, lower: str, upper: str) -> str:
-    return AGREES if row[lower] <= row["published"] <= row[upper] else DIFFERS
-
-
-def _cited(row: Record) -> str:
-    return CITED
+def _agree(holds: object) -> str:
+    return AGREES if holds else DIFFERS
 
 
 def _law(row: Record) -> str:
     """Point samples are what a camera takes, and no number of the paper."""
     if row["method"] == "point samples":
         return OPEN
-    off = abs(row["regenerated"] - row["published"])
-    errors = ERRORS * row["standard_error"] if row["method"] == "simulation" else 0.0
-    return AGREES if off <= max(PERCENT / 100 * (abs(row["published"]) or 1.0), errors) else DIFFERS
+    allowed = PERCENT / 100 * (abs(row["published"]) or 1.0)
+    if row["method"] == "simulation":
+        allowed = max(allowed, ERRORS * row["standard_error"])
+    return _agree(abs(row["regenerated"] - row["published"]) <= allowed)
 
 
 def _cameras(row: Record) -> str:
-    if not _known(row, "regenerated"):
-        return CITED
-    return AGREES if row["published"] == row["regenerated"] else DIFFERS
+    return _agree(row["published"] == row["regenerated"]) if _known(row, "regenerated") else CITED
 
 
 def _moment(row: Record) -> str:
     if not _known(row, "regenerated"):
         return CITED
-    found = [row[name] for name in ("inside", "published_inside") if _known(row, name)]
-    return OPEN if not found else AGREES if all(map(bool, found)) else DIFFERS
+    inside = [row[name] for name in ("inside", "published_inside") if _known(row, name)]
+    return _agree(all(inside)) if inside else OPEN
 
 
 def _coefficient(row: Record) -> str:
-    status = row["likelihood_status"]
+    value, status = row["published"], row["likelihood_status"]
+    low, high = row["likelihood_lower_95"], row["likelihood_upper_95"]
     if row["source"] == CITED:
         return CITED
     if status == "unpaired":
         return ALONE
     if status == "not_detected" and _known(row, "likelihood_upper_95"):
-        return BELOW if row["published"] <= row["likelihood_upper_95"] else DIFFERS
-    if not _known(row, "likelihood_lower_95", "likelihood_upper_95"):
-        return OPEN
-    return _within(row, "likelihood_lower_95", "likelihood_upper_95")
+        return BELOW if value <= high else DIFFERS
+    ends = _known(row, "likelihood_lower_95", "likelihood_upper_95")
+    return _agree(low <= value <= high) if ends else OPEN
 
 
 def _error(row: Record) -> str:
     if row["source"] == CITED:
         return CITED
-    if not _known(row, "ratio"):
-        return OPEN
-    return AGREES if 1 / FACTOR <= row["ratio"] <= FACTOR else DIFFERS
+    return _agree(1 / FACTOR <= row["ratio"] <= FACTOR) if _known(row, "ratio") else OPEN
 
 
 def _likelihood(row: Record) -> str:
     """With its interval, or the limit of what was not detected."""
-    ends = [row[f"likelihood_{end}_95"] for end in ("lower", "upper")]
+    low, high = row["likelihood_lower_95"], row["likelihood_upper_95"]
     if row["likelihood_status"] == "not_detected" and _known(row, "likelihood_upper_95"):
-        return f"< {significant(ends[1])}"
-    return with_interval(row["likelihood"], *ends) or EMPTY
+        return f"< {significant(high)}"
+    return with_interval(row["likelihood"], low, high) or site.EMPTY
 
 
 def _error_of_simulation(row: Record) -> str:
     return significant(row["standard_error"], 2) if row["method"] == "simulation" else ""
 
 
-def _span(before: str = "") -> Callable[[Record], str]:
+def _span(row: Record, before: str = "") -> str:
     """`0.0125…0.0178`: what chance allows nine times in ten."""
-    ends = f"{before}lower_5", f"{before}upper_95"
-
-    def of(row: Record) -> str:
-        texts = [readable(row[end], row["quantity"]) for end in ends]
-        return "…".join(texts) if all(texts) else ""
-
-    return of
+    ends = (f"{before}lower_5", f"{before}upper_95")
+    texts = [readable(row[end], row["quantity"]) for end in ends]
+    return "…".join(texts) if all(texts) else ""
 
 
-def _text(name: str) -> Callable[[Record], str]:
-    return lambda row: str(row[name]) if _known(row, name) else ""
+def _nine_hours(row: Record) -> str:
+    return _span(row, "nine_hours_")
+
+
+def _ratio(row: Record) -> str:
+    return significant(row["ratio"], 2)
+
+
+def _n(row: Record) -> str:
+    return str(row["n"]) if _known(row, "n") else ""
+
+
+def _source(row: Record) -> str:
+    return str(row["source"]) if _known(row, "source") else ""
 
 
 def _note(row: Record) -> str:
+    """Without the names by which estimators have the coefficient."""
+    note = str(row["note"]) if _known(row, "note") else ""
     short = ["recording too short for it"] if row.get("supported") is False else []
-    return "; ".join([*short, *filter(None, [PARTNER.sub("", _text("note")(row))])])
+    return "; ".join([*short, *filter(None, [PARTNER.sub("", note)])])
 
 
-SOURCE = {"source": _text("source")}
-NOTE = SOURCE | {"note": _note}
+SOURCE: Columns = {"source": _source}
+NOTE: Columns = {**SOURCE, "note": _note}
+QUANTITY = {"quantity": "quantity"}
 COEFFICIENTS = Rule(
-    {
-        AGREES: "the published coefficient lies within the 95 % interval of the likelihood "
-        "estimate.",
-        DIFFERS: "it lies outside.",
-        BELOW: "it lies below the upper 95 % limit of a coefficient that the recording does not "
-        "show.",
-        ALONE: "the estimate has no Gauss-Markov term like the published one.",
-        OPEN: "the estimate has no interval.",
-    },
+    "COMPARED_COEFFICIENTS",
     {"n_cameras": "cameras", "series": "series", "parameter": "coefficient", "unit": "unit"},
     _coefficient,
     {"likelihood (95 % interval)": _likelihood},
@@ -154,50 +152,38 @@ COEFFICIENTS = Rule(
     "Regenerated: by the estimator of the paper, which has no interval.",
 )
 ERRORS_OF_J = Rule(
-    {
-        AGREES: f"between 1/{FACTOR:g} and {FACTOR:g} times the published value. Places, paths and "
-        "lasers of the twins are not those of the paper, so only the size of errors can agree."
-    },
-    {"noise": "noise", "setup": "setup", "quantity": "quantity"},
+    "COMPARED_ERRORS",
+    {"noise": "noise", "setup": "setup"} | QUANTITY,
     _error,
-    {"ratio": lambda row: significant(row["ratio"], 2)},
-    {"calibrations": _text("n")} | SOURCE,
+    {"ratio": _ratio},
+    {"calibrations": _n, **SOURCE},
     "Regenerated: by {variant}.",
 )
 RULES = {
     "skurowski_table1": Rule(
-        {
-            AGREES: f"within {PERCENT:g} % of the printed value or, if simulated, within "
-            f"{ERRORS:g} standard errors of it.",
-            OPEN: "samples at points in time, as a camera takes them; the paper has no formula.",
-        },
-        {"noise": "noise", "quantity": "quantity", "tau_s": "τ (s)", "method": "method"},
+        "COMPARED_LAWS",
+        {"noise": "noise"} | QUANTITY | {"tau_s": "τ (s)", "method": "method"},
         _law,
         {"standard error": _error_of_simulation},
         NOTE,
     ),
     "skurowski_table2": Rule(
-        {CITED: "no recording contains what cameras weigh or resolve."},
-        {"camera_type": "camera", "quantity": "quantity", "unit": "unit"},
-        _cited,
+        "COMPARED_TYPES",
+        {"camera_type": "camera"} | QUANTITY | {"unit": "unit"},
+        lambda row: CITED,
         after={"note": _note},
     ),
     "skurowski_table3": Rule(
-        {AGREES: "the sheet of recordings names the same cameras."},
+        "COMPARED_CAMERAS",
         {"camera_type": "camera", "n_cameras": "cameras"},
         _cameras,
         after=SOURCE,
     ),
     "skurowski_table4": Rule(
-        {
-            AGREES: "the published value is within 5 to 95 % of what recordings of nine hours with "
-            "the published coefficients show, and the regenerated one within that of recordings "
-            "of its own length (one in ten lies outside by chance). A mean: the regenerated one "
-            "is within three standard errors of the published one."
-        },
-        {"camera_type": "camera", "quantity": "quantity"},
+        "COMPARED_MOMENTS",
+        {"camera_type": "camera"} | QUANTITY,
         _moment,
-        {"5…95 %, this length": _span(), "5…95 %, nine hours": _span("nine_hours_")},
+        {"5…95 %, this length": _span, "5…95 %, nine hours": _nine_hours},
         NOTE,
     ),
     **dict.fromkeys((f"skurowski_tableA{k}" for k in (1, 2, 3)), COEFFICIENTS),
@@ -214,9 +200,8 @@ def of_file(path: Path) -> Comparison | None:
     """`compare` of a CSV of the folder tables."""
     if path.stem not in RULES:
         return None
-    return compare(
-        path.stem, [{str(k): v for k, v in row.items()} for row in read(path).to_dict("records")]
-    )
+    rows = read(path).to_dict("records")
+    return compare(path.stem, [{str(k): v for k, v in row.items()} for row in rows])
 
 
 def compare(name: str, rows: Sequence[Record]) -> Comparison | None:
@@ -228,16 +213,14 @@ def compare(name: str, rows: Sequence[Record]) -> Comparison | None:
     rows = [row for row in rows if _known(row, "published")]  # other terms are no numbers of it
     if rule is not ERRORS_OF_J:
         return _of(rule, rows)
-    of = {v: [r for r in rows if _variant(r) == v] for v in (OF_CLAIMS, *VARIANTS)}
-    of = {variant: own for variant, own in of.items() if own}
-    each = [(str(variant), counts(map(rule.verdict, own))) for variant, own in of.items()]
+    variants: dict[Variant, list[Record]] = {v: [] for v in (OF_CLAIMS, *VARIANTS)}
+    for row in rows:
+        variants[Variant(row["estimator"], row["stage"], row["optics"])].append(row)
+    of = {variant: rows for variant, rows in variants.items() if rows}
+    each = [(str(variant), counts(map(rule.verdict, rows))) for variant, rows in of.items()]
     first = next(iter(of))
     short = _of(replace(rule, note=rule.note.format(variant=first)), of[first])
-    return replace(short, others=table(("variant", "numbers"), each, words=(0, 1)))
-
-
-def _variant(row: Record) -> Variant:
-    return Variant(row["estimator"], row["stage"], row["optics"])
+    return replace(short, others=site.table(("variant", "numbers"), each, words=(0, 1)))
 
 
 def _of(rule: Rule, rows: Sequence[Record]) -> Comparison:
@@ -246,25 +229,25 @@ def _of(rule: Rule, rows: Sequence[Record]) -> Comparison:
     lines = [
         [
             *(shown(row, name) if _known(row, name) else "" for name in names),
-            *(shown(row, name) if _known(row, name) else EMPTY for name in SIDE),
+            *(shown(row, k) if _known(row, k) else site.EMPTY for k in SIDE),
             *(cell(row) for cell in rule.before.values()),
-            word(verdict),
+            site.word(verdict),
             *(cell(row) for cell in rule.after.values()),
         ]
         for row, verdict in zip(rows, verdicts, strict=True)
     ]
     head = (*names.values(), *SIDE, *rule.before, "verdict", *rule.after)
-    known = {CITED: "no recording or calibration of this run stands for it.", **rule.meanings}
-    meanings = {kind: known[kind] for kind in ORDER if kind in known and kind in verdicts}
-    return Comparison(counts(verdicts), meanings, rule.note, table(head, lines, first=head))
+    limits = {"percent": PERCENT, "errors": ERRORS, "factor": FACTOR}
+    texts = captions.texts("COMPARED") | captions.texts(rule.text)
+    meanings = {k: texts[k].format(**limits) for k in ORDER if k in texts and k in verdicts}
+    return Comparison(counts(verdicts), meanings, rule.note, site.table(head, lines, first=head))
 
 
 def counts(words: Iterable[str]) -> str:
     """`44 of 52 agree, 8 differ`; `all cited`."""
-    found = Counter(words)
-    compared = sum(found[kind] for kind in ORDER[:4])
+    number = Counter(words)
+    compared = sum(number[kind] for kind in ORDER[:4])
     if not compared:
-        return ", ".join(f"all {kind}" for kind in ORDER if found[kind]) or "no numbers"
-    plural = {DIFFERS: "differ", ALONE: "without a partner"}
-    rest = [f"{found[kind]} {plural.get(kind, kind)}" for kind in ORDER[1:] if found[kind]]
-    return ", ".join([f"{found[AGREES]} of {compared} agree", *rest])
+        return ", ".join(f"all {kind}" for kind in ORDER if number[kind]) or "no numbers"
+    rest = [f"{number[kind]} {PLURAL.get(kind, kind)}" for kind in ORDER[1:] if number[kind]]
+    return ", ".join([f"{number[AGREES]} of {compared} agree", *rest])

@@ -15,12 +15,17 @@ def __getattr__(name: str) -> str:
     return " ".join(text.split())
 
 
+def texts(table: str) -> dict[str, str]:
+    """The texts of a table of `captions.toml`."""
+    return {key: " ".join(text.split()) for key, text in TEXTS[table].items()}
+
+
 def _key(figure: int | str) -> int | str:
     return int(figure) if str(figure).isdecimal() else figure
 
 
 JANSEN, SKUROWSKI = (
-    {_key(figure): " ".join(text.split()) for figure, text in TEXTS[paper].items()}
+    {_key(figure): text for figure, text in texts(paper).items()}
     for paper in ("JANSEN", "SKUROWSKI")
 )
 CALIBRATION_EITHER = (

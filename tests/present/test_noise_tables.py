@@ -1,10 +1,7 @@
-"""Coefficients of a group, and numbers as people read them."""
+"""Coefficients of a group."""
 
 from __future__ import annotations
 
-import math
-
-import pytest
 from noise_data import DEFAULT, group
 
 from mocap_metrology.noise.fit.estimates import Coefficient, Estimate, rows
@@ -15,56 +12,7 @@ from mocap_metrology.present.groups.group_tables import (
     noise_table,
 )
 from mocap_metrology.present.tables import write_with
-from mocap_metrology.present.text.coefficients import symbol, unit
-from mocap_metrology.present.text.numbers import significant, with_interval
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (9.26e-7, "9.26×10⁻⁷"),
-        (0.225, "0.225"),
-        (5.859, "5.86"),
-        (2000.0, "2000"),
-        (14.4, "14.4"),
-        (0.0009994, "9.99×10⁻⁴"),
-        (0.00099996, "0.00100"),
-        (99999.0, "100000"),
-        (2.64e-309, "2.64×10⁻³⁰⁹"),
-        (0.0, "0"),
-        (-0.5, "−0.500"),
-        (math.nan, ""),
-        (None, ""),
-    ],
-)
-def test_three_digits_come_back(value, text) -> None:
-    assert significant(value) == text
-    if value:
-        plain = text.translate(str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789"))
-        shown = float(plain.replace("×10", "e")) if text else value
-        assert math.isnan(value) or shown == pytest.approx(value, rel=5.1e-3)
-
-
-@pytest.mark.parametrize(
-    ("numbers", "text"),
-    [
-        ((9.26e-7, 9.1e-7, 9.4e-7), "9.26 (9.10…9.40)×10⁻⁷"),
-        ((9.26e-7, 9.259e-7, 9.261e-7), "9.2600 (9.2590…9.2610)×10⁻⁷"),
-        ((0.225, 0.1, 0.5), "0.23 (0.10…0.50)"),
-        ((1e-9, 0.0, 4e-5), "1.0 (0.0…40000)×10⁻⁹"),
-        ((0.225, None, 0.5), "0.225"),
-        ((0.225, math.nan, 0.5), "0.225"),
-        ((math.nan, 1.0, 2.0), ""),
-    ],
-)
-def test_with_interval(numbers, text) -> None:
-    assert with_interval(*numbers) == text
-
-
-def test_typesetting() -> None:
-    assert significant(9.26e-7) == "9.26×10⁻⁷" and significant(0.5) == "0.500"
-    assert [symbol(p) for p in ("h_-2", "q_c3", "f_0")] == ["h₋₂", "q_c", "f₀"]
-    assert unit("h_1") == "mm²/Hz²" and unit("q_c2") == "mm/√s"
+from mocap_metrology.present.text.numbers import with_interval
 
 
 def test_long_rows_are_those_of_noise_csv() -> None:

@@ -1,8 +1,9 @@
-"""Tables: what stands for a published row, empty series, and what a reader of Markdown sees."""
+"""Numbers, sizes and durations as people read them, and tables of them."""
 
 from __future__ import annotations
 
 import math
+import random
 
 import numpy as np
 import pandas as pd
@@ -12,64 +13,128 @@ from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import group_tables
 from mocap_metrology.present.skurowski import camera_tables
-from mocap_metrology.present.tables import as_printed, readable
-from mocap_metrology.present.text.numbers import duration_words
+from mocap_metrology.present.text import captions, coefficients, numbers
+from mocap_metrology.present.text.numbers import with_interval, with_uncertainty, with_unit
+
+PLAIN = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
 
 
-def recording(name: str, twin: str | None, n_cameras: int = 10) -> dict:
-    ids = list(range(n_cameras))
-    return {
-        "recording": name,
-        "twin": twin,
-        "camera_type": "T40",
-        "n_cameras": n_cameras,
-        "camera_ids": ids,
-        "comment": "",
-    }
+@pytest.mark.parametrize(
+    ("write", "texts"),
+    [
+        (numbers.significant, {None: "", math.nan: "", 0.2246: "0.225", 2000: "2000", 0.0: "0",
+         9994.0: "9990", 9999.5: "10000", 9.9951e-4: "0.00100", 0.0009994: "9.99×10⁻⁴",
+         99999.0: "100000", 2.64e-309: "2.64×10⁻³⁰⁹", -0.5: "−0.500", math.inf: "inf",
+         9.256e-7: "9.26×10⁻⁷", -5e-5: "−5.00×10⁻⁵", 999_999: "1.00×10⁶", 999_499: "999000"}),
+        (numbers.power_of_ten, {-12: "10⁻¹²", 30: "10³⁰"}),
+        (numbers.number, {13195.2: f"13{numbers.THIN_SPACE}195", -5: "−5"}),
+        (numbers.duration_words, {3600: "an hour", 3617: "an hour", 3619: "60.3 min",
+         7200: "2 h", 600: "10 min", 5.2: "5.2 s", 32400: "nine hours", 90: "90 s", 119: "119 s",
+         120: "2 min", 1080: "18 min", 5399: "90 min", 9000: "2.5 h", 1 / 120: "8.33 ms"}),
+        (numbers.moment, {98.5: "98.5 s", 179.94: "179.9 s", 180: "3 min", 298.5: "4 min 58.5 s",
+         3600: "1 h 0 min", 16198.5: "4 h 29 min 58.5 s"}),
+        (numbers.mm, {2.0512: "2.05 mm", 1500: "1.5 m", 0.0512: "51.2 µm", math.nan: "unknown",
+         99.96: "100 mm", 0.09996: "0.1 mm", 999.9: "1 m", 6.1e-5: "61 nm", 0: "0 mm",
+         -8.4e-12: "0 mm"}),
+        (numbers.percent, {0.0312: "3.12 %", 9e-6: "less than 0.001 %", 1e-5: "0.001 %", 1: "100 %",
+         2e4: f"2{numbers.THIN_SPACE}000{numbers.THIN_SPACE}000 %"}),
+        (numbers.at_most, {0.0312: "at most 3.12 %", 1e-6: "less than 0.001 %"}),
+        (coefficients.symbol, {"h_-2": "h₋₂", "q_c3": "q_c", "f_0": "f₀"}),
+        (coefficients.mathtext, {"h_-2": "$h_{-2}$", "q_c3": "$q_{c}$"}),
+        (coefficients.unit, {"h_1": "mm²/Hz²", "q_c2": "mm/√s"}),
+    ],
+)  # fmt: skip
+def test_a_number_is_written(write, texts):
+    assert {value: write(value) for value in texts} == texts
 
 
-def test_a_measured_recording_stands_before_a_twin_in_both_tables() -> None:
-    rows = {"a": recording("a", "T40-10"), "b": recording("b", None), "c": recording("c", None)}
-    third = next(r for r in camera_tables.table_3(rows) if r["regenerated"])
-    fourth = camera_tables.table_4(rows, {"b": {"mu_1_mm": 1.0}})[0]
-    assert (third["recording"], third["source"]) == ("b", "measured")
-    assert (fourth["recording"], fourth["source"], fourth["regenerated"]) == ("b", "measured", 1.0)
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ((0.0369, "Hz"), "0.0369 Hz"),
+        ((2500.0, "Hz"), "2.5 kHz"),
+        ((0.25, "°"), "0.25°"),
+        ((8.4e-12, "°"), "0°"),
+        ((360, "mm/h", 3, True), "+360 mm/h"),
+        ((-928_000, "mm/h", 3, True), "−928 m/h"),
+        ((8.4e-12, "mm/h", 3, True), "0 mm/h"),
+    ],
+)
+def test_units_have_prefixes_and_no_powers_of_ten(given: tuple, text: str) -> None:
+    assert with_unit(*given) == text
 
 
-def test_a_series_without_a_value_has_an_empty_row() -> None:
-    columns = {
-        "series": np.array(["x1", "x1"], dtype=object),
-        "estimator": np.array(["oadev", "oadev"], dtype=object),
-        **{
-            name: np.array([0.1, 0.2])
-            for name in ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
-        },
-        "edf": np.array([20.0, 10.0]),
-    }
-    first, second = group_tables.allan_summary("r", "measured", columns, ["x1", "L"])
-    assert list(first) == list(second)
-    assert (first["adev_min_mm"], first["tau_min_s"]) == (0.1, 0.1)
-    assert second["series"] == "L"
-    assert second["adev_min_mm"] is None
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [  # the rule of GUM 7.2.6
+        ((14.4, 7.1e-7, "Hz"), "14.40000000 ± 0.00000071 Hz"),  # one unit, not nHz beside Hz
+        ((0.0369, 0.00012, "Hz"), "0.03690 ± 0.00012 Hz"),
+        ((1234.5, 56.0, "Hz"), "1.234 ± 0.056 kHz"),
+        ((3.0, 50.0, "Hz"), "3 ± 50 Hz"),
+        ((3.0, 0.0996, "Hz"), "3.00 ± 0.10 Hz"),
+        ((0.0369, math.nan, "Hz"), "0.0369 Hz"),
+        ((0.0369, 0.0), "0.0369"),
+        ((9.256e-7, 1.0e-9), "(9.256 ± 0.010)×10⁻⁷"),
+    ],
+)
+def test_two_digits_of_an_uncertainty_and_the_value_to_the_same_place(given, text) -> None:
+    assert with_uncertainty(*given) == text
 
 
-def test_markdown_escapes_and_rounds() -> None:
-    text = tables.markdown([{"a|b": 1, "value": 1 / 3}, {"a|b": "x|y", "value": None}], "T", "C")
-    assert "0.33333 |" in text
-    assert "x\\|y" in text
-    assert text.startswith("# T\n\nC\n\n| a\\|b")
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ((9.256e-7, 9.246e-7, 9.266e-7), "9.256 (9.246…9.266)×10⁻⁷"),
+        ((9.26e-7, 9.259e-7, 9.261e-7), "9.2600 (9.2590…9.2610)×10⁻⁷"),
+        ((0.026, 0.0255, 0.02641, "mm"), "26.00 (25.50…26.41) µm"),
+        ((0.0443, 0.021, 0.092), "0.044 (0.021…0.092)"),
+        ((1e-9, 0.0, 4e-5), "1.0 (0.0…40000)×10⁻⁹"),
+        ((2020.0, 1990.0, 2050.0), "2020 (1990…2050)"),
+        ((0.0, -0.5, 0.5), "0.00 (−0.50…0.50)"),
+        ((2.0, 2.0, 2.0), "2.00"),
+        ((2.0, None, 3.0), "2.00"),
+        ((0.225, math.nan, 0.5), "0.225"),
+        ((2.0, -math.inf, math.inf, "mm"), "2 mm"),
+        ((None, 1.0, 2.0), ""),
+        ((math.nan, 1.0, 2.0), ""),
+    ],
+)
+def test_a_value_and_its_interval_end_at_the_same_place(given, text):
+    assert with_interval(*given) == text
 
 
-def test_rows_with_a_note_only_stand_beside_whole_ones(tmp_path) -> None:
-    """Of what was refused a table holds the reason, in a row of its own, wherever it comes."""
-    rows = [{"recording": "a", "note": "too short"}, {"recording": "b", "value_mm": 0.5}]
-    for k, order in enumerate((rows, rows[::-1])):
-        tables.write(tmp_path / str(k), order, "Title", "Caption.")
-        found = pd.read_csv(tmp_path / f"{k}.csv", index_col="recording")
-        assert found.loc["a", "note"] == "too short"
-        assert np.isnan(found.loc["a", "value_mm"])
-        assert found.loc["b", "value_mm"] == 0.5
-        assert "None" not in (tmp_path / f"{k}.md").read_text(encoding="utf-8")
+def test_what_is_written_reads_back() -> None:
+    """Within half of the last digit, over twenty decades; an interval to digits of its width."""
+    pick = random.Random(4)
+    for _ in range(2000):
+        value = pick.choice((-1, 1)) * 10 ** pick.uniform(-12, 8)
+        text = numbers.significant(value).translate(PLAIN).replace("×10", "e")
+        assert float(text) == pytest.approx(value, rel=5.01e-3)
+        half = abs(value) * 10 ** pick.uniform(-4, 0)
+        text = with_interval(value, value - half, value + half).translate(PLAIN)
+        body, _, power = text.partition("×10")
+        parts = [float(p) for p in body.replace(" (", "…").rstrip(")").split("…")]
+        scale = 10.0 ** int(power or 0)
+        for part, known in zip(parts, (value, value - half, value + half), strict=True):
+            assert abs(part * scale - known) <= 0.051 * half or abs(part) >= 1e4
+
+
+@pytest.mark.parametrize(
+    ("shift", "text"),
+    [
+        ((2.1512, 0.0512), "2.15 mm and 0.051°"),
+        ((0.0005, 0.0512), "0 mm and 0.051°"),
+        ((0.0009, 9e-6), "less than 0.001 mm and 0.00001°"),
+        ((0.001, 9e-6), "0.001 mm and 0°"),
+    ],
+)
+def test_poses_are_apart_or_the_same(shift: tuple, text: str) -> None:
+    assert numbers.apart(*shift) == text
+    assert numbers.is_same(*shift) == text.startswith("less")
+    assert numbers.span([0.03, 0.0300001], numbers.percent) == "3 %"
+    assert numbers.span([0.05, 0.03], numbers.percent) == "3 % to 5 %"
+    assert numbers.percent(-0.021, 2, sign=True) == "−2.1 %"
+    assert numbers.percent(0.021, 2, sign=True) == "+2.1 %"
 
 
 @pytest.mark.parametrize(
@@ -77,8 +142,10 @@ def test_rows_with_a_note_only_stand_beside_whole_ones(tmp_path) -> None:
     [
         ((1 / 120,), "0.0083333"),
         ((160.58,), "160.58"),
+        ((123456.7,), "123460"),
+        ((0.00012344,), "0.000123"),
         ((1.88359e-5,), "1.88×10⁻⁵"),
-        ((600.0,), "600"),
+        ((2e6,), "2000000"),
         ((0.0,), "0"),
         ((-math.inf,), "-inf"),
         ((math.nan,), ""),
@@ -97,7 +164,7 @@ def test_rows_with_a_note_only_stand_beside_whole_ones(tmp_path) -> None:
     ],
 )
 def test_numbers_to_read(given: tuple, text: str) -> None:
-    assert readable(*given) == text
+    assert tables.readable(*given) == text
 
 
 def test_table_4_is_shown_as_printed(root) -> None:
@@ -106,26 +173,75 @@ def test_table_4_is_shown_as_printed(root) -> None:
     head, *rows = (line.split(",")[:-1] for line in lines.splitlines())
     for kind, *printed in rows:
         values = published_gaussian(kind)
-        shown = [
-            {"quantity": name, "published": values[name], "regenerated": 160.6, "residual": 1.5e-5}
-            for name in head[1:]
-        ]
+        beside = {"regenerated": 160.6, "residual": 1.5e-5}
+        shown = [{"quantity": name, "published": values[name]} | beside for name in head[1:]]
         text = tables.markdown(shown, "T", "C").splitlines()[6:]
         cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text]
         assert [row[1] for row in cells] == printed
-        assert {row[2] for row in cells} == {"160.6000"}
-        assert {row[3] for row in cells} == {"1.50×10⁻⁵"}
-    assert as_printed(1.4e-6) == "1.40×10⁻⁶"
+        assert {(row[2], row[3]) for row in cells} == {("160.6000", "1.50×10⁻⁵")}
+    assert tables.as_printed(1.4e-6) == "1.40×10⁻⁶"
 
 
-def test_the_length_of_twins_stands_where_they_are_named() -> None:
-    twins = {"a": "twin", "b": "twin"}
-    assert tables.source_sentence(twins) == (
-        "All recordings are twins: simulated, from published or configured numbers."
-    )
-    assert "twins of 10 min (S: nine hours): simulated" in tables.source_sentence(twins, 600.0)
-    assert "twins of nine hours: simulated" in tables.source_sentence(twins, 32400)
-    mixed = tables.source_sentence(twins | {"c": "measured"}, 20.0)
-    assert mixed == "Simulated (twins of 20 s (S: nine hours)): a, b; the others are measured."
-    assert tables.source_sentence({"c": "measured"}, 20.0) == "All recordings are measured."
-    assert [duration_words(s) for s in (32400, 7200, 600)] == ["nine hours", "2 h", "10 min"]
+def test_rows_with_a_note_only_stand_beside_whole_ones_and_cells_are_escaped(tmp_path) -> None:
+    """Of what was refused a table holds the reason, in a row of its own, wherever it comes."""
+    rows = [{"recording": "a", "note": "x|_y"}, {"recording": "b", "value_mm": 1 / 3}]
+    for k, order in enumerate((rows, rows[::-1])):
+        tables.write(tmp_path / str(k), order, "Title", "Caption.")
+        table = pd.read_csv(tmp_path / f"{k}.csv", index_col="recording")
+        assert table.loc["a", "note"] == "x|_y" and table.loc["b", "value_mm"] == 1 / 3
+        assert np.isnan(table.loc["a", "value_mm"])
+        text = (tmp_path / f"{k}.md").read_text(encoding="utf-8")
+        assert text.startswith("# Title\n\nCaption.\n\n| recording | ")
+        assert "None" not in text and "x\\|\\_y" in text and "0.33333 " in text
+    tables.write_with(tmp_path / "none.md", [], "No rows.", ("a", "b"))
+    assert (tmp_path / "none.csv").read_text() == "a,b\n"
+
+
+def test_a_measured_recording_stands_before_a_twin_in_both_tables() -> None:
+    rows = {
+        name: {"recording": name, "twin": twin, "camera_type": "T40", "n_cameras": 10}
+        | {"camera_ids": [*range(10)], "comment": ""}
+        for name, twin in {"a": "T40-10", "b": None, "c": None}.items()
+    }
+    third = next(r for r in camera_tables.table_3(rows) if r["regenerated"])
+    fourth = camera_tables.table_4(rows, {"b": {"mu_1_mm": 1.0}})[0]
+    assert (third["recording"], third["source"]) == ("b", "measured")
+    assert (fourth["recording"], fourth["source"], fourth["regenerated"]) == ("b", "measured", 1.0)
+
+
+def test_a_series_without_a_value_has_an_empty_row() -> None:
+    names = ("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
+    columns = {name: np.array([0.1, 0.2]) for name in names} | {"edf": np.array([20.0, 10.0])}
+    columns |= {k: np.array([v, v], object) for k, v in (("series", "x1"), ("estimator", "oadev"))}
+    first, second = group_tables.allan_summary("r", "measured", columns, ["x1", "L"])
+    assert list(first) == list(second)
+    assert (first["adev_min_mm"], first["tau_min_s"]) == (0.1, 0.1)
+    assert second["series"] == "L" and second["adev_min_mm"] is None
+
+
+@pytest.mark.parametrize(
+    ("sources", "duration_s", "text"),
+    [
+        ("tt", None, "All recordings are twins: simulated, from published or configured numbers."),
+        ("t", 600.0, "All recordings are twins of 10 min (S: nine hours): simulated, from published"
+         " or configured numbers."),
+        ("t", 32400, "All recordings are twins of nine hours: simulated, from published or"
+         " configured numbers."),
+        ("tm", 20, "Simulated (twins of 20 s (S: nine hours)): a; the others are measured."),
+        ("m", 20.0, "All recordings are measured."),
+    ],
+)  # fmt: skip
+def test_the_length_of_twins_stands_where_they_are_named(sources, duration_s, text) -> None:
+    kinds = {"t": "twin", "m": "measured"}
+    named = {name: kinds[kind] for name, kind in zip("ab", sources, strict=False)}
+    assert tables.source_sentence(named, duration_s) == text
+
+
+def test_captions_are_lines_by_name_and_by_figure() -> None:
+    """Those of several figures follow one another, each with its number, a number also as text."""
+    assert captions.of_skurowski("1", "A1").startswith("Figure 1: Computed from the numbers")
+    assert " Figure A1: Overlapping Allan deviation of z1" in captions.of_skurowski(1, "A1")
+    assert captions.of_jansen(5) == f"Figure 5: {captions.JANSEN[5]}"
+    assert "\n" not in captions.CALIBRATION + captions.SKUROWSKI[11] + captions.CALIBRATION_EITHER
+    with pytest.raises(AttributeError, match="NO_SUCH"):
+        _ = captions.NO_SUCH

@@ -9,11 +9,10 @@ import pytest
 from fetch_samples import read_samples
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [
-    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "config/README.md")),
-    *sorted((ROOT / "docs").glob("*.md")),
-]
-NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
+PAGES = [ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG", "config/README")]
+PAGES += sorted((ROOT / "docs").glob("*.md"))
+TARGETS = set(re.findall(r"^([a-z0-9-]+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
+SAMPLES = {sample.file for sample in read_samples()}
 
 
 def anchors(page: Path) -> set[str]:
@@ -22,34 +21,17 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", head).strip().lower().replace(" ", "-") for head in heads}
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_links_lead_to_files_and_headings_of_the_project(name: str) -> None:
-    page = ROOT / name
-    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
-        if re.match(r"https?:", target):
-            continue
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_samples_and_commands_of_a_page_are_there(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", text):
         path, _, anchor = target.partition("#")
         file = (page.parent / path).resolve() if path else page
         assert file.is_relative_to(ROOT) and file.exists(), target
         assert not anchor or anchor in anchors(file), target
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_no_path_leads_out_of_the_project(name: str) -> None:
-    text = (ROOT / name).read_text(encoding="utf-8")
     assert "../shared" not in text
-    listed = {sample.file for sample in read_samples()}
-    named = set(re.findall(r"(?<![\w/])samples/([\w./-]+\.\w+)", text))
-    assert named <= listed
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_commands_of_make_are_there(name: str) -> None:
-    targets = set(
-        re.findall(r"^([a-z0-9-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
-    )
-    text = (ROOT / name).read_text(encoding="utf-8")
-    assert set(re.findall(r"(?:^    |`|- run: )make ([a-z0-9-]+)", text, re.M)) <= targets
+    assert set(re.findall(r"(?<![\w/])samples/([\w./-]+\.\w+)", text)) <= SAMPLES
+    assert set(re.findall(r"(?:^    |`|- run: )make ([a-z0-9-]+)", text, re.M)) <= TARGETS
 
 
 def test_the_readme_takes_five_minutes() -> None:

@@ -98,12 +98,13 @@ def test_what_a_user_wrote_is_text(tmp_path: Path) -> None:
         assert not {"iframe", "object", "embed", "link"} & set(read.elements)
         assert [link["href"] for link in read.links] == ["../summary.html", "../tables/t.csv"]
         assert [row[0] for row in read.tables[0][1:]] == [printable(words) for words in HOSTILE]
-
-
-def test_a_page_asks_no_host_for_anything() -> None:
-    page = document.page("# T\n\n| a |\n|---|\n| 1 |\n", "t", False)
+    page = document.page("# T\n\n| a |\n|---|\n| 1 |\n", "t", False)  # nor asks it any host
     assert not re.search(r"https?:|//[a-z]|@import|url\(", page.partition("<body")[0])
     assert not re.search(r"<(link|iframe)|\bsrc=|fetch\(|XMLHttpRequest|import\(", page)
+    page = Reader(
+        details.page(HOSTILE[3], csv=[Path(HOSTILE[3])], verdict=HOSTILE[4], lines=HOSTILE)
+    )
+    assert page.images == [] and page.elements.count("script") == 1
 
 
 def test_headings_lists_bold_and_code() -> None:

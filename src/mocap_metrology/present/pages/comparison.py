@@ -125,22 +125,17 @@ def _ratio(row: Record) -> str:
     return significant(row["ratio"], 2)
 
 
-def _n(row: Record) -> str:
-    return str(row["n"]) if _known(row, "n") else ""
-
-
-def _source(row: Record) -> str:
-    return str(row["source"]) if _known(row, "source") else ""
+def _text(name: str) -> Callable[[Record], str]:
+    return lambda row: str(row[name]) if _known(row, name) else ""
 
 
 def _note(row: Record) -> str:
     """Without the names by which estimators have the coefficient."""
-    note = str(row["note"]) if _known(row, "note") else ""
-    short = ["recording too short for it"] if row.get("supported") is False else []
-    return "; ".join([*short, *filter(None, [PARTNER.sub("", note)])])
+    short = "recording too short for it" if row.get("supported") is False else ""
+    return "; ".join(filter(None, [short, PARTNER.sub("", _text("note")(row))]))
 
 
-SOURCE: Columns = {"source": _source}
+SOURCE: Columns = {"source": _text("source")}
 NOTE: Columns = {**SOURCE, "note": _note}
 QUANTITY = {"quantity": "quantity"}
 COEFFICIENTS = Rule(
@@ -156,7 +151,7 @@ ERRORS_OF_J = Rule(
     {"noise": "noise", "setup": "setup"} | QUANTITY,
     _error,
     {"ratio": _ratio},
-    {"calibrations": _n, **SOURCE},
+    {"calibrations": _text("n"), **SOURCE},
     "Regenerated: by {variant}.",
 )
 RULES = {

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import math
+
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.assess.checks import Check
 from mocap_metrology.noise.assess.mean import NOT_COVERED
 from mocap_metrology.noise.assess.recording import Assessment
-from mocap_metrology.noise.assess.uncertainty import Mean, SeriesNumbers
+from mocap_metrology.noise.assess.spread import Share
+from mocap_metrology.noise.assess.uncertainty import SeriesNumbers
+from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.text.reasons import quantity, reason, why_measured
 
-AFTER_REASON = (
+NUMBERS = (  # of a series
     *("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm", "sigma_recording_mm"),
     *("frame_mm", "frame_lower_mm", "frame_upper_mm", "adev_min_mm", "adev_min_lower_mm"),
     *("adev_min_upper_mm", "tau_min_s", "adev_still_falls"),
 )
-OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm")
+OF_MEAN = (
+    *("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm", "shares"),
+)
 
 
-def verdict_document(found: Assessment, source: str) -> Row:
+def verdict_document(assessment: Assessment, source: str) -> Row:
     """Numbers and words of an assessment. source: `twin` or `measured`."""
-    facts, span, verdict = found.facts, found.span, found.verdict
+    facts, span, verdict = assessment.facts, assessment.span, assessment.verdict
     return {
         "source": source,
         "labels": list(facts.labels),
@@ -36,24 +42,19 @@ def verdict_document(found: Assessment, source: str) -> Row:
         "reference_for_mm": verdict.reference_for_mm,
         "mean_mm": span.mean_mm,
         "not_covered": list(NOT_COVERED),
-        "limits_mm": {"good": found.limits.good_mm, "usable": found.limits.usable_mm},
+        "limits_mm": {"good": assessment.limits.good_mm, "usable": assessment.limits.usable_mm},
         "series": {
             name: _series(numbers)
             | {"missing": facts.missing.get(name), "excess_outliers": facts.outliers.get(name)}
-            for name, numbers in found.series.items()
+            for name, numbers in assessment.series.items()
         },
     }
 
 
 def _check(check: Check) -> Row:
-    return {
-        "threshold": check.threshold,
-        "series": check.series,
-        "quantity": quantity(check),
-        "value": check.value,
-        "limit": check.limit,
-        "unit": check.unit,
-    }
+    numbers = {name: getattr(check, name) for name in ("value", "limit", "unit")}
+    named = {"threshold": check.threshold, "series": check.series, "quantity": quantity(check)}
+    return named | numbers | {"code": str(check.code)}
 
 
 def _series(numbers: SeriesNumbers) -> Row:
@@ -61,9 +62,10 @@ def _series(numbers: SeriesNumbers) -> Row:
         "status": numbers.status,
         "basis": numbers.basis,
         "why_measured": why_measured(numbers.unmodelled),
-        **{name: getattr(numbers, name) for name in AFTER_REASON},
-        "means": [_mean(mean) for mean in numbers.means],
-        "shares": dict(numbers.shares),
+        **{name: getattr(numbers, name) for name in NUMBERS},
+        "means": [{name: getattr(mean, name) for name in OF_MEAN} for mean in numbers.means],
+        "shares": numbers.shares,
+        "kinds": [_kind(one) for one in numbers.kinds],
         "floor_mm": numbers.floor_mm,
         "drift_mm_per_h": numbers.drift_mm_per_h,
         "range_mm": numbers.range_mm,
@@ -71,5 +73,9 @@ def _series(numbers: SeriesNumbers) -> Row:
     }
 
 
-def _mean(mean: Mean) -> Row:
-    return {**{name: getattr(mean, name) for name in OF_MEAN}, "shares": dict(mean.shares)}
+def _kind(one: Share) -> Row:
+    """A kind of noise with its share; class: of correlated noise (S 4.6)."""
+    of_time = "" if math.isnan(one.T_c_s) else correlation_class(one.T_c_s)
+    return {"kind": one.kind, "class": of_time} | {
+        k: v for k, v in vars(one).items() if k != "kind"
+    }

@@ -188,9 +188,8 @@ def _draw_sides(axes: Axes, sides: Sequence[Sides], compared: str) -> None:
     table = pd.DataFrame([{**vars(side), "word": side.word} for side in sides])
     words = table["word"].value_counts()
     worst = next(word for word in ("changed", "undecided", "alike") if word in words)
-    of = (
-        "" if words[worst] == len(table) or worst == "alike" else f"{words[worst]} of {len(table)} "
-    )
+    some = worst != "alike" and words[worst] < len(table)
+    of = f"{words[worst]} of {len(table)} " if some else ""
     panel_title(axes, f"Noise: {compared}", f"{of}{worst}")
     ends = table["lower"].min(), table["upper"].max()
     reach = 1.15 * max(abs(math.log(end)) for end in ends)

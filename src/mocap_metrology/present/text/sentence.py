@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import resources
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from mocap_metrology.present.text import numbers
+from mocap_metrology.present.text import numbers as formats
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -18,12 +19,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence of the diagnosis. kind: table of its template in recording.toml; severity: info,
-    or warning; series: of which it is; words: the sentence; numbers: those in it, units in their
-    names."""
+    """A sentence of the diagnosis. kind: first part of its template's name in recording.toml;
+    severity: info, or warning; series: of which it is; words: the sentence; numbers: those in it,
+    units in their names."""
 
     kind: str
-    severity: Literal["info", "warning"]
+    severity: str
     series: tuple[str, ...]
     words: str
     numbers: Mapping[str, object] = field(default_factory=dict)
@@ -36,11 +37,11 @@ def sentence(
     numbers: Mapping[str, object] | None = None,
     **values: Any,
 ) -> Sentence:
-    """The sentence of a template `kind.case` with these values, a warning if it matters."""
-    names = tuple(series)
-    words = render(key, **{"names": names, **(numbers or {}), **values})
-    severity: Literal["info", "warning"] = "warning" if matters else "info"
-    return Sentence(key.partition(".")[0], severity, names, words, numbers or {})
+    """The sentence of a template `kind.case`, a warning if it matters. The template is filled with
+    the numbers, these values, and the series as `names`."""
+    names, numbers = tuple(series), numbers or {}
+    words = render(key, **{"names": names, **numbers, **values})
+    return Sentence(key.split(".")[0], "warning" if matters else "info", names, words, numbers)
 
 
 def render(key: str, **values: Any) -> str:
@@ -55,46 +56,21 @@ def _template(key: str) -> Template:
 
 
 @cache
-def _texts() -> Mapping[str, Mapping[str, Any]]:
-    path = resources.files("mocap_metrology.present.text") / "recording.toml"
-    return tomllib.loads(path.read_text(encoding="utf-8"))
+def _texts() -> dict[str, dict[str, str]]:
+    return tomllib.loads(Path(__file__).with_name("recording.toml").read_text(encoding="utf-8"))
 
 
 @cache
 def _environment() -> Environment:
-    """Templates with the number formats of the project as filters."""
     from jinja2 import Environment, StrictUndefined
 
-    made = Environment(undefined=StrictUndefined)
-    made.tests["finite"] = math.isfinite
-    made.filters |= {
-        "at_most": numbers.at_most,
-        "duration": numbers.duration_words,
-        "fixed": _fixed,
-        "g": _general,
-        "interval": numbers.with_interval,
-        "mm": numbers.mm,
-        "moment": numbers.moment,
-        "number": numbers.number,
-        "percent": numbers.percent,
-        "span_percent": _span_percent,
-        "unit": numbers.with_unit,
-        "upper_first": _upper_first,
-    }
-    return made
-
-
-def _fixed(value: float, decimals: int) -> str:
-    return f"{value:.{decimals}f}"
+    environment = Environment(undefined=StrictUndefined)
+    of_numbers = dict(inspect.getmembers(formats, inspect.isfunction))
+    environment.filters |= of_numbers | {"g": _general}
+    environment.globals |= of_numbers
+    environment.tests["finite"] = math.isfinite
+    return environment
 
 
 def _general(value: float, digits: int = 6) -> str:
     return f"{value:.{digits}g}"
-
-
-def _span_percent(shares: Iterable[float]) -> str:
-    return numbers.span(shares, numbers.percent)
-
-
-def _upper_first(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}"

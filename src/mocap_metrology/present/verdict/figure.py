@@ -12,14 +12,13 @@ from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.figure import GREY, INK, SMALL_PT, Keywords
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
-from mocap_metrology.present.text.numbers import duration_words, moment, with_unit
+from mocap_metrology.present.text.numbers import moment, with_unit
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.present.verdict import words
 from mocap_metrology.present.verdict.overview import (
     BAND_COLOURS,
     axis_limits,
     draw_bands,
-    worst_frame,
 )
 
 if TYPE_CHECKING:
@@ -29,7 +28,8 @@ MOST_ROWS = 24
 FARTHEST = 3.0  # an interval counts for the limits of the axis up to so many times the value
 ROW_MM, CHECK_MM = 9.5, 5.5
 LETTER = 0.024  # of the width of a bar of all
-OF_FRAME = ("frame", "constant", "no_samples", "few_samples", "upper_end")  # codes of checks
+OF_FRAME = ("frame", "constant", "no_samples", "few_samples")  # codes of checks
+SAID = ("duration_s", "frame_rate_hz", "horizon_s", "confidence", "decided_by")
 MARKS: tuple[tuple[str, Keywords], ...] = (
     (words.FRAME, {"marker": "o", "color": INK, "mfc": INK, "ms": 4.2}),
     (words.NEAR, {"marker": "o", "color": GREY, "mfc": "white", "ms": 4.0}),
@@ -37,28 +37,23 @@ MARKS: tuple[tuple[str, Keywords], ...] = (
     (words.MEANS[1], {"marker": "^", "color": "#b03a20", "mfc": "#b03a20", "ms": 3.8}),
     (words.MEANS[2], {"marker": "D", "color": "#176f87", "mfc": "#176f87", "ms": 3.2}),
 )
-CORRELATED = {
-    "short": "correlated, short (below 1 s)",
-    "medium": "correlated, medium (1 to 10 s)",
-    "unclassed": "correlated, unclassed (10 to 100 s)",
-    "long": "correlated, long (from 100 s)",
-}
 # Kinds of noise from fast to slow; correlated noise by the class of its correlation time (S 4.6)
 KINDS = {
     "violet": "#9a86c9",
     "blue": "#8fb8de",
     "white": "#dadada",
     "periodic": "#3d3d3d",
-    CORRELATED["short"]: "#cdeaf0",
-    CORRELATED["medium"]: "#7fcbde",
-    CORRELATED["unclassed"]: "#2f93ae",
-    CORRELATED["long"]: "#14525f",
+    "correlated, short (below 1 s)": "#cdeaf0",
+    "correlated, medium (1 to 10 s)": "#7fcbde",
+    "correlated, unclassed (10 to 100 s)": "#2f93ae",
+    "correlated, long (from 100 s)": "#14525f",
     "flicker": "#e6b34a",
     "random walk": "#cf4a2c",
     "drift": "#6b8e23",
     "warm-up": "#a9c46c",
     "slow wander": "#b48a78",
 }
+CORRELATED = {kind.split()[1]: kind for kind in KINDS if kind.startswith("correlated")}
 DARK = ("periodic", CORRELATED["unclassed"], CORRELATED["long"])  # white text on them
 
 
@@ -78,8 +73,11 @@ def verdict_figure(verdict: Record) -> figure.Picture:
     heights = heights if checks else {"marks": heights["marks"]}
     columns = ["marks", "kinds"] if len(kinds) else ["marks"]
     mosaic: list[Any] = [columns if name == "marks" else [name] * len(columns) for name in heights]
+    said = {name: verdict[name] for name in SAID}
     title, high = f"{verdict['recording']}: {verdict['word']}", sum(heights.values())
-    body = figure.new_figure(title, _source(verdict), 35.0 + high)
+    body = figure.new_figure(
+        title, render("verdict.source", twin=verdict.get("twin"), **said), 35.0 + high
+    )
     head = f"Deciding quantity: {verdict['decided_by']['quantity']}. {first}"
     how: Keywords = {"x": 0.01, "ha": "left", "fontsize": 8.5, "weight": "normal", "wrap": True}
     body.suptitle(figure.wrapped(head), **how)
@@ -87,20 +85,17 @@ def verdict_figure(verdict: Record) -> figure.Picture:
     panels = body.subplot_mosaic(mosaic, width_ratios=[1.6, 1.0][: len(columns)], **ratios)
     if checks:
         _draw_checks(panels["checks"], checks)
-    worst = worst_frame(verdict)
-    limits_mm = verdict["limits_mm"]
-    fits = [word for word in ("good", "usable") if worst and worst[0] <= limits_mm[word]]
-    of_frame = [*fits, "bad"][0] == verdict["word"]
+    of_frame = verdict["decided_by"]["code"] in OF_FRAME
     _draw_marks(panels["marks"], verdict, names, verdict["word"] if of_frame else "")
     if len(kinds):
         _draw_kinds(panels["kinds"], kinds, names)
     figure.legend_below(body, [panels[name] for name in columns])
     note = render(
         "verdict.note",
-        **{name: verdict[name] for name in ("horizon_s", "confidence", "decided_by")},
+        **said,
         of_frame=of_frame,
         markers=words.marker_numbers(verdict),
-        times=len(kinds) and kinds["label"].isin(list(CORRELATED.values())).any(),
+        times=kinds["label"].isin(list(CORRELATED.values())).any(),
         measured=[name for name in names if series[name]["basis"] == "measured"],
         n=len(names),
         left_out=len(series) - len(names),
@@ -108,44 +103,37 @@ def verdict_figure(verdict: Record) -> figure.Picture:
     return figure.Picture(body, " ".join([captions.VERDICT, *others, note]))
 
 
-def _source(verdict: Record) -> str:
-    twin = verdict.get("twin")
-    origin = f"simulated stand-in (twin) {twin}" if twin else "measured"
-    lasting = duration_words(verdict["duration_s"])
-    return f"Source: {origin}, {lasting} at {verdict['frame_rate_hz']:g} Hz."
-
-
-def _other_checks(verdict: Record) -> list[tuple[str, str, str, float]]:
-    """Name, words, word and value over limit of the check that decided and of those that cap the
-    word, besides those of one frame, and of events, where the word is not good."""
-    every = [verdict["decided_by"] | {"word": verdict["word"]}, *verdict.get("caps", [])]
-    checks = []
-    for check in every:
-        if check["word"] != "good" and check["code"] not in OF_FRAME:
-            value, limit = check["value"], check["limit"]
-            told, ratio = value if isinstance(value, str) else "", math.nan
-            if all(isinstance(x, int | float) and math.isfinite(x) for x in (value, limit)):
-                times, unit = (100, "%") if check["quantity"][:5] == "share" else (1, check["unit"])
-                told = f"{value * times:.3g}, limit {limit * times:.3g} {unit}".strip()
-                ratio = value / limit if value > 0 and limit > 0 else math.nan
-            name = ", ".join(filter(None, [check["quantity"], check["series"]]))
-            checks.append((figure.clipped(name, 60), told, check["word"], ratio))
+def _other_checks(verdict: Record) -> list[Record]:
+    """The check that decided and those that cap the word, besides those of one frame, and events,
+    where the word is not good."""
+    every = [verdict["decided_by"] | {"word": verdict["word"]}, *verdict["caps"]]
+    of_frame = (*OF_FRAME, "upper_end")
+    checks = [one for one in every if one["word"] != "good" and one["code"] not in of_frame]
     events = [one for one in verdict.get("findings", []) if one["code"] == "event"]
     if events and verdict["word"] != "good":
         more = f" and {len(events) - 1} more" if events[1:] else ""
         name = f"event at {moment(events[0]['value'])} ({events[0]['series']}){more}"
-        checks.append((name, "", "", math.nan))
+        checks.append({"quantity": name, "series": "", "value": "", "limit": "", "word": ""})
     return checks
 
 
-def _draw_checks(axes: Axes, checks: list[tuple[str, str, str, float]]) -> None:
+def _draw_checks(axes: Axes, checks: list[Record]) -> None:
     """A row a check: value over limit on a logarithmic scale, and both in words."""
     inside: Keywords = {"transform": axes.get_yaxis_transform(), "va": "center", "size": SMALL_PT}
-    for row, (name, told, word, ratio) in enumerate(checks):
-        axes.text(0.008, row, name, **inside)
+    for row, check in enumerate(checks):
+        value, limit = check["value"], check["limit"]
+        told = value if isinstance(value, str) else ""
+        if all(isinstance(x, int | float) and math.isfinite(x) for x in (value, limit)):
+            times, unit = (100, "%") if check["quantity"][:5] == "share" else (1, check["unit"])
+            told = f"{value * times:.3g}, limit {limit * times:.3g} {unit}".strip()
+            if value > 0 and limit > 0:
+                ratio = np.clip(value / limit, 0.1, 10.0)
+                axes.plot([ratio], [row], marker="D", ms=4, color=INK, clip_on=False)
+        name = ", ".join(filter(None, [check["quantity"], check["series"]]))
+        axes.text(0.008, row, figure.clipped(name, 60), **inside)
         axes.text(0.992, row, told, ha="right", **inside)
-        axes.axhspan(row - 0.5, row + 0.5, color=BAND_COLOURS.get(word, "white"), lw=0, zorder=0)
-        axes.plot([np.clip(ratio, 0.1, 10.0)], [row], marker="D", ms=4, color=INK, clip_on=False)
+        colour = BAND_COLOURS.get(check["word"], "white")
+        axes.axhspan(row - 0.5, row + 0.5, color=colour, lw=0, zorder=0)
     axes.axvline(1.0, color=GREY, lw=0.8)
     axes.set(xlim=(10**-5.0, 10**2.4), xscale="log", ylim=(len(checks) - 0.5, -0.5), yticks=[])
     axes.set_xticks([0.1, 1.0, 10.0], ["1/10", "limit", "10 times"], size=SMALL_PT)
@@ -187,7 +175,7 @@ def _draw_marks(axes: Axes, verdict: Record, names: list[str], bold: str) -> Non
         axes.hlines(at, rows["lower"], rows["upper"], color=look["color"], lw=1.0)
         axes.plot(rows["value"], at, ls="", label=label, **look)
     ring = marks[(marks["mark"] == 0) & (marks["name"] == decided["series"])]
-    if len(ring) and decided["code"] in OF_FRAME:
+    if len(ring) and decided["code"] in (*OF_FRAME, "upper_end"):
         how: Keywords = {"marker": "o", "ms": 9, "mfc": "none", "mec": INK, "ls": ""}
         row = names.index(decided["series"]) + 1 / (len(shown) + 1) - 0.5
         axes.plot(ring["value"], [row], label="decides the verdict", **how)
@@ -210,9 +198,8 @@ def _kinds(verdict: Record, names: list[str]) -> pd.DataFrame:
             label = CORRELATED.get(one["class"], one["kind"])
             text = with_unit(one["T_c_s"], "s") if one["T_c_s"] else ""
             text = with_unit(one["f_hz"], "Hz") if one["f_hz"] else text
-            rows.append(
-                (row, label, one["share"], text if one["share"] > (len(text) + 1) * LETTER else "")
-            )
+            text = text if one["share"] > (len(text) + 1) * LETTER else ""
+            rows.append((row, label, one["share"], text))
     kinds = pd.DataFrame(rows, columns=["row", "label", "share", "text"])
     kinds["label"] = pd.Categorical(kinds["label"], list(KINDS))
     kinds = kinds.sort_values(["row", "label"], kind="stable")

@@ -50,6 +50,10 @@ def axes_of(picture, title: str):
     return next(a for a in picture.figure.axes if a.get_title(loc="left")[4:].startswith(title))
 
 
+def read(path) -> list[dict[str, str]]:
+    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+
+
 def test_files_and_page_of_a_twin_with_a_shock_and_a_line(tmp_path) -> None:
     """As simulated: a shock at 150 s, and 14.4 Hz in z."""
     published = {"published": {"camera_type": "T40", "n_cameras": 10}, "seed": 9, "crump": CRUMP}
@@ -61,16 +65,16 @@ def test_files_and_page_of_a_twin_with_a_shock_and_a_line(tmp_path) -> None:
     findings = findings_of(recording, found, noise)
     said = sentences(recording, found, noise, DiagnosisSettings())
     write_diagnosis(tmp_path, "r", "twin", recording, found, findings, said)
-    (event,) = csv.DictReader((tmp_path / "events.csv").open())
+    (event,) = read(tmp_path / "events.csv")
     assert float(event["time_s"]) == pytest.approx(150.0, abs=0.1)
     assert (event["event"], event["markers"], event["word"]) == ("1", "A;B", "happened once")
     side = found.events[0].most_changed
     assert (event["side_series"], float(event["ratio"])) == (side.series, side.ratio)
     assert float(event["ratio_lower"]) < 1 < float(event["ratio_upper"])
-    lines = {row["series"]: row for row in csv.DictReader((tmp_path / "periodic.csv").open())}
+    lines = {row["series"]: row for row in read(tmp_path / "periodic.csv")}
     numbers = [float(lines["z1"][f]) for f in ("f_hz", "alias_below_hz", "alias_above_hz")]
     assert numbers == pytest.approx([14.4, 105.6, 134.4], abs=0.01)
-    filters = list(csv.DictReader((tmp_path / "filters.csv").open()))
+    filters = read(tmp_path / "filters.csv")
     assert {"none", "Butterworth 6 Hz", "Butterworth 10 Hz", "notch 14.4 Hz"} <= {
         row["filter"] for row in filters if row["series"] == "z1"
     }

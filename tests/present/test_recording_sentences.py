@@ -409,6 +409,37 @@ def test_the_most_important_events_are_named() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("at_s", "event", "wanders"),
+    [  # EVENT lasts from 98.49 to 99.99 s
+        ((93.5,), "shifted", False), ((93.4,), "moved", True), ((104.9,), "shifted", False),
+        ((105.0,), "moved", True), ((98.0, 108.1), "shifted", False),
+        ((98.0, 107.9), "moved", False), ((48.0, 104.9), "shifted back", True),
+        ((48.0, 105.1), "moved", True),
+    ],
+)  # fmt: skip
+def test_a_step_or_shift_that_is_an_event_is_said_once(at_s, event, wanders) -> None:
+    """Within 5 s; a shift of less than 10 s is movement. An event at its begin states it."""
+    kind = "step" if len(at_s) == 1 else "shift"
+    said = told({"events": [EVENT], **wander(kind, 0.05, *at_s)})
+    (words,) = (one.words for one in said if one.kind == "event")
+    assert words.startswith(f"At 98.5 s A, B {event}")
+    assert any(one.kind == "wander" for one in said) == wanders
+
+
+def test_wander_that_the_noise_model_states_is_said_once() -> None:
+    both = {name: Wander((kind,), False, (kind,), *MOVED, 0.06)
+            for name, kind in (("x1", "drift"), ("y1", "warm_up"))}  # fmt: skip
+    warm = [row("y1", "A_w", 0.2), row("y1", "T_w", 60.0)]
+    for noise, kinds in ((warm, {"warm_up"}), ([], {"wander"}), ([row("x1", "drift", 1.0)], None)):
+        said = {one.kind for one in told(({"wanders": both}, noise))}
+        assert said & {"wander", "warm_up", "drift"} == (kinds or {"wander", "drift"})
+    unexplained = {"x1": Wander(("step",), False, ("step",), *MOVED, 0.06, (9.0,))}
+    assert "drift" not in {
+        one.kind for one in told(({"wanders": unexplained}, [row("x1", "drift", 1.0)]))
+    }
+
+
 def test_markers_that_move_are_one_line() -> None:
     assert movement_words({}, 100.0) == []
     sizes = {"A": 2360.0, "B": 2380.0, "C": 2340.0}

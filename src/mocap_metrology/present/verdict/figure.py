@@ -200,7 +200,7 @@ def _kinds(verdict: Record, names: list[str]) -> pd.DataFrame:
             text = with_unit(one["f_hz"], "Hz") if one["f_hz"] else text
             text = text if one["share"] > (len(text) + 1) * LETTER else ""
             rows.append((row, label, one["share"], text))
-    kinds = pd.DataFrame(rows, columns=["row", "label", "share", "text"])
+    kinds = pd.DataFrame(rows, columns=["row", "label", "share", "text"]).astype({"share": float})
     kinds["label"] = pd.Categorical(kinds["label"], list(KINDS))
     kinds = kinds.sort_values(["row", "label"], kind="stable")
     kinds["start"] = kinds.groupby("row")["share"].cumsum() - kinds["share"]

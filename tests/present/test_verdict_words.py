@@ -1,4 +1,4 @@
-"""Words, table row and picture of a verdict."""
+"""Contents of verdict.json in words, in a row of a table and in a picture."""
 
 from __future__ import annotations
 
@@ -13,17 +13,22 @@ from figure_data import check_saved, every_text
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mocap_metrology.noise.assess.recording import Inputs, assess_recording
-from mocap_metrology.noise.assess.uncertainty import Span
+from mocap_metrology.noise.assess.recording import Inputs, _unnamed, assess_recording
+from mocap_metrology.noise.assess.spread import Share
+from mocap_metrology.noise.assess.uncertainty import Mean, SeriesNumbers, Span
 from mocap_metrology.noise.fit.estimates import correlation_class
 from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.text.numbers import with_unit
 from mocap_metrology.present.verdict.document import verdict_document
-from mocap_metrology.present.verdict.figure import KINDS, kind_of, verdict_figure
-from mocap_metrology.present.verdict.words import HEAD, in_mm, summary_row, verdict_lines
+from mocap_metrology.present.verdict.figure import CORRELATED, KINDS, verdict_figure
+from mocap_metrology.present.verdict.words import mean_table, summary_row, verdict_lines
 
 RATE, N = 50.0, 6000  # 2 min
 SIGMA = {"x1": 0.02, "y1": 0.12, "z1": 0.03}
+SENTENCES = [
+    {"severity": "warning", "words": "Marker A moves.", "kind": "moving"},
+    {"severity": "info", "words": "No event.", "kind": "event"},
+]
 
 
 def contents(
@@ -43,21 +48,9 @@ def contents(
     curve = {k: np.array([0.5, 0.25]) for k in columns} | {"edf": np.array([40.0, 10.0])}
     allan = {"series": np.array(["y1"] * 2), "estimator": np.array(["oadev"] * 2), **curve}
     inputs = Inputs(series, ["A"] * n_markers, noise, allan, [])
-    found = verdict_document(assess_recording(inputs, Span(RATE)), "measured")
-    found = {"recording": "lab-1", "group": "lab", "twin": None, **found}
-    return nulled(found | {"warnings": ["marker A moves"], "sentences": SENTENCES})
-
-
-def left_of(picture: Picture) -> Axes:
-    """The axes with the uncertainties."""
-    axes: Axes = picture.figure.axes[0]
-    return axes
-
-
-SENTENCES = [
-    {"severity": "warning", "words": "Marker A moves.", "kind": "moving"},
-    {"severity": "info", "words": "No event.", "kind": "event"},
-]
+    document = verdict_document(assess_recording(inputs, Span(RATE)), "measured")
+    document = {"recording": "lab-1", "group": "lab", "twin": None, **document}
+    return nulled(document | {"warnings": ["marker A moves"], "sentences": SENTENCES})
 
 
 def nulled(value: Any) -> Any:
@@ -68,228 +61,206 @@ def nulled(value: Any) -> Any:
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
-def test_row_names_the_worst_coordinate() -> None:
-    row = summary_row(contents())
-    assert tuple(row) == HEAD
+def left_of(picture: Picture) -> Axes:
+    """The axes with the uncertainties."""
+    return next(a for a in picture.figure.axes if a.get_xlabel() == "Standard uncertainty (mm)")
+
+
+def test_row_and_lines_of_white_noise() -> None:
+    """Closed forms: a mean over 1 s has 1/sqrt(50) of sigma; a reference needs 4 times better."""
+    verdict = contents()
+    row = summary_row(verdict)
     assert (row["word"], row["worst"], row["source"]) == ("usable", "y1", "measured")
-    assert row["frame_mm"] == pytest.approx(0.12, rel=1e-3)
-    assert row["mean_1_s_mm"] == pytest.approx(0.12 / math.sqrt(RATE), rel=0.01)
+    sizes = [row["frame_mm"], row["sigma_frame_mm"]]
+    assert sizes == pytest.approx([0.12, 0.12], rel=1e-3)
+    means = [row[f"mean_{T}_s_mm"] for T in (1, 10, 60)]
+    assert means == pytest.approx([0.12 / math.sqrt(T * RATE) for T in (1, 10, 60)], rel=0.5)
+    assert means[0] == pytest.approx(0.12 / math.sqrt(RATE), rel=0.01)
     assert row["reference_for_4x_mm"] == pytest.approx(0.48, rel=0.015)  # by the upper end
+    assert row["reference_for_10x_mm"] == pytest.approx(2.5 * row["reference_for_4x_mm"])
     assert (row["dominating_noise"], row["n_findings"]) == ("white", 1)
-    assert (row["adev_min_mm"], row["tau_min_s"]) == (0.25, 0.25)
-    assert row["sigma_frame_L_mm"] is None
-
-
-def test_lines_say_word_reason_and_numbers_once() -> None:
-    lines = verdict_lines(contents())
+    assert (row["adev_min_mm"], row["tau_min_s"], row["sigma_frame_L_mm"]) == (0.25, 0.25, None)
+    lines = verdict_lines(verdict)
     assert lines[0] == "lab-1: usable"
     assert lines[1].startswith("One frame of y1 is uncertain by 0.1200 (0.1179…0.1211) mm about")
     assert lines[1].endswith("; a recording of 2 min gives no information about an hour.")
     assert "1 marker; at least 2 are needed: without a distance" in lines[2]
-    four, ten = (with_unit(contents()["reference_for_mm"][k], "mm") for k in ("4", "10"))
-    assert lines[3] == (
+    four, ten = (with_unit(row[f"reference_for_{k}x_mm"], "mm") for k in (4, 10))
+    assert lines[3:5] == [
         "By its noise alone, suitable as a reference for devices with an uncertainty of at least "
         f"{four} (4 times the upper end of its interval; 10 times: {ten}). Scale and distortion "
-        "of the volume are not included."
-    )
-    cells, _ = [re.split(r"\s{2,}", line.strip()) for line in lines if line.startswith("  y1")]
+        "of the volume are not included.",
+        "Marker: 1 = A.",
+    ]
+    cells, means = [re.split(r"\s{2,}", x.strip()) for x in lines if x.startswith("  y1")]
     assert cells[:4] == ["y1", "0.120", "0.120", "0.0169"]
     assert cells[6:] == ["0.250, still falling at 0.250 s", "white 100 %"]
-    assert lines.count("  Marker A moves.") == 1
-    assert not any(line.startswith("warning") for line in lines)
-    assert not any("No event" in line for line in lines)
+    assert means == ["y1", *mean_table(verdict["series"])[2][1:]]
+    assert lines.count("  Marker A moves.") == 1  # and no warning, which says the same
+    assert not any(line.startswith("warning") or "No event" in line for line in lines)
+    other = verdict_lines(verdict | {"warnings": ["the unit is assumed"]})
+    assert other[-1] == "warning: the unit is assumed"
+    moved = verdict | {"decided_by": verdict["decided_by"] | {"code": "moves"}}
+    assert len(verdict_lines(moved)) == 3
 
 
-def test_what_a_reason_states_is_no_finding_again() -> None:
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_a_reason_states_is_no_finding_again(count: int) -> None:
     """Alone of its kind; of several, such as two markers with filled frames, all are listed."""
-    cap = {"quantity": "share of missing frames", "reason": "6 % of the frames of x1 are missing."}
+    cap = {"code": "missing", "reason": "6 % of the frames of x1 are missing."}
     filled = {"severity": "warning", "words": "6 % of A are gap-filled.", "kind": "filled"}
-    for count in (1, 2):
-        found = contents() | {"caps": [cap], "sentences": [*SENTENCES, *[filled] * count]}
-        lines = verdict_lines(found)
-        assert lines.count(cap["reason"]) == 1
-        assert lines.count(f"  {filled['words']}") == (0 if count == 1 else 2)
-        assert "  Marker A moves." in lines
+    verdict = contents() | {"caps": [cap], "sentences": [*SENTENCES, *[filled] * count]}
+    lines = verdict_lines(verdict)
+    assert lines.count(cap["reason"]) == 1 and "  Marker A moves." in lines
+    assert lines.count(f"  {filled['words']}") == (0 if count == 1 else 2)
 
 
-def test_numbers_of_series_are_told_as_markers_in_words_and_picture() -> None:
-    found = contents(2) | {"labels": ["RFT1", "Head"]}
-    said = "Markers: 1 = RFT1, 2 = Head."
-    assert said in verdict_lines(found)
-    assert said in verdict_figure(found).caption
-    (head,) = [line for line in verdict_lines(found) if "lowest ADEV" in line]
-    keys = set(every_text(verdict_figure(found)))
-    assert set(re.split(r"\s{2,}", head.strip())[:5]) <= keys
-
-
-@pytest.mark.parametrize(
-    ("value", "words"), [(12345.0, "12300"), (2.5e-5, "0.0000250"), (0.0, "0"), (None, "-")]
-)
-def test_lengths_have_no_power_of_ten(value: float | None, words: str) -> None:
-    assert in_mm(value) == words
-
-
-def test_reasons_are_said_once_for_all_series() -> None:
-    lines = verdict_lines(contents(2, refused=("x1", "x2")))
-    assert "  x1, x2: there is no noise model" in lines
-
-
-def test_without_a_model_the_reason_is_said_once_and_the_number_follows() -> None:
+def test_why_there_is_no_model_is_said_once() -> None:
+    assert "  x1, x2: there is no noise model" in verdict_lines(contents(2, refused=("x1", "x2")))
     names = tuple(f"{axis}{k}" for k in (1, 2) for axis in "xyz")
-    found = contents(2, refused=names, n=700)
-    why = "too short: 700 samples, a noise model needs 1000"
+    verdict = contents(2, refused=names, n=700)
     told = f"No noise model of {', '.join(names)}: 700 valid samples, expected at least 1000."
-    found["sentences"] = [{"severity": "warning", "words": told, "kind": "misfit"}, *SENTENCES]
-    lines = verdict_lines(found)
-    one_frame = next(k for k, line in enumerate(lines) if line.startswith("One frame of y"))
-    reference = next(k for k, line in enumerate(lines) if line.startswith("By its noise alone"))
-    assert 0 < one_frame < reference and lines[reference + 1].startswith("Markers: ")
-    text = "\n".join(lines)
-    assert text.count(why) == 1
+    refusal = {"severity": "warning", "words": told, "kind": "misfit", "series": list(names)}
+    verdict["sentences"] = [refusal, *SENTENCES]
+    text = "\n".join(verdict_lines(verdict))
+    assert text.count("too short: 700 samples, a noise model needs 1000") == 1
     assert text.casefold().count("no noise model") == 1
-    assert "mostly" not in text
-    assert "All measured, not modelled." in lines
-    figure = verdict_figure(found)
-    said = every_text(figure)
-    assert any("One frame of y" in line for line in said)
-    assert "Share of the variance of one frame (%)" not in said
-    assert figure.caption.count("without a model") == 1
+    assert "\nAll measured, not modelled." in text and "mostly" not in text
+    picture = verdict_figure(verdict)
+    assert "Share of the variance of one frame (%)" not in every_text(picture)
+    assert picture.caption.count("without a model") == 1
 
 
-def test_words_above_the_bands_and_arrows_of_a_very_bad_recording() -> None:
-    found = contents(2)
-    for values in found["series"].values():
-        values.update(frame_mm=2e2, frame_lower_mm=1e2, frame_upper_mm=3e2)
-    found["series"]["y1"]["frame_upper_mm"] = 3e7
-    found["series"]["z1"]["means"][0]["lower_mm"] = 1e-9
-    figure = verdict_figure(found | {"word": "bad"})
-    left, renderer = left_of(figure), FigureCanvasAgg(figure.figure).get_renderer()
-    figure.figure.draw_without_rendering()
-    assert [t.get_text() for t in left.texts[:3]] == ["good", "usable", "bad"]
-    boxes = [t.get_window_extent(renderer) for t in left.texts[:3]]
-    assert boxes[0].x0 >= 0 and boxes[0].x1 < boxes[1].x0 and boxes[1].x1 < boxes[2].x0
-    signs = [
-        sign
-        for line in left.lines
-        if (sign := line.get_marker()) in ("<", ">")
-        for _ in line.get_xydata()
-    ]
-    assert "<" in signs and signs.count(">") == 1
-    assert "Arrows" in figure.caption
-
-
-def test_green_points_under_a_worse_word_say_what_decided() -> None:
-    found = contents(n_markers=2)
-    small = {k: v | {"frame_mm": 0.02} for k, v in found["series"].items()}
-    found |= {"series": small, "word": "usable"}
-    found["decided_by"] = found["decided_by"] | {"quantity": "duration"}
-    figure = verdict_figure(found)
-    assert "the bands refer to these alone; the word depends on the duration." in figure.caption
-    assert any(text.startswith("Deciding quantity: duration. ") for text in every_text(figure))
-    assert not [t for t in left_of(figure).texts if t.get_weight() == "bold"]
-    assert "decides the verdict" not in every_text(figure)
-    figure = verdict_figure(contents())
-    assert "the verdict refers to one frame in the worst coordinate." in figure.caption
-
-
-def test_the_point_that_decided_is_marked() -> None:
-    found = contents()
-    left = left_of(verdict_figure(found))
-    (ring,) = [line for line in left.lines if line.get_label() == "decides the verdict"]
-    name = found["decided_by"]["series"]
-    assert ring.get_xdata()[0] == found["series"][name]["frame_mm"]
-    assert round(ring.get_ydata()[0]) == list(found["series"]).index(name)
+def test_mean_of_all_frames() -> None:
+    """Frames of white noise are independent, their mean has sigma over their root, and the length
+    is in proportion to the square of what is wanted."""
+    verdict = contents()
+    mean, u = verdict["series"]["y1"]["mean_of_all"], SIGMA["y1"] / math.sqrt(N)
+    assert [mean["n_eff"], mean["u_mm"]] == pytest.approx([N, u], rel=1e-3)
+    assert mean["k"] == pytest.approx(1.96, abs=0.01)
+    assert mean["length_s"] == pytest.approx(N / RATE * (1.96 * u / 0.01) ** 2, rel=0.01)
+    assert (
+        "Mean of all frames, and the length in s for k u of 0.01 mm (type A; k = t(0.975) by the "
+        "effective degrees of freedom). Not covered: scale and distortion of the volume, what "
+        "changes between recordings."
+    ) in verdict_lines(verdict)
+    empty = contents(empty="y1")["series"]["y1"]["mean_of_all"]
+    assert set(empty.values()) == {None}
+    assert mean_table({"y1": {"mean_of_all": empty}})[1] == ["y1", *["-"] * 6]
 
 
 def test_a_recording_without_numbers_has_a_row_and_a_picture(tmp_path: Path) -> None:
-    found = contents(empty="y1")
-    assert found["series"]["y1"]["frame_mm"] is None
-    assert summary_row(found)["worst"] == "z1"
-    for series in found["series"].values():
-        series.update(frame_mm=None, sigma_frame_mm=None, shares={})
+    verdict = contents(empty="y1")
+    assert summary_row(verdict)["worst"] == "z1"
+    for series in verdict["series"].values():
+        series.update(frame_mm=None, sigma_frame_mm=None, shares={}, kinds=[])
         for mean in series["means"]:
             mean["uncertainty_mm"] = None
-    found |= {"reference_for_mm": {"4": None, "10": None}}
-    assert summary_row(found)["worst"] == ""
-    assert "Not suitable as a reference." in verdict_lines(found)
-    check_saved(verdict_figure(found), tmp_path / "none")
-
-
-def test_what_is_bad_is_no_reference_in_words_either() -> None:
-    found = contents(empty="y1") | {"word": "bad", "reference_for_mm": {"4": None, "10": None}}
-    assert "Not suitable as a reference." in verdict_lines(found)
-    assert summary_row(found)["reference_for_4x_mm"] is None
-
-
-def test_every_kind_of_noise_has_a_colour() -> None:
-    kinds = [
-        *("violet", "blue", "white", "flicker", "random walk", "periodic (14.4 Hz)"),
-        *("drift", "warm-up", "slow wander"),
-        *(f"correlated (T_c {T_c} s)" for T_c in ("0.0417", "1", "9.99", "10.1", "1380")),
-    ]
-    assert {kind_of(name)[0] for name in kinds} == set(KINDS)
-    for T_c in (0.99, 1.0, 9.99, 10.0, 99.9, 100.0, 1380.0):  # as docs and fits have it
-        kind, text = kind_of(f"correlated (T_c {T_c:g} s)")
-        assert f", {correlation_class(T_c)} (" in kind
-        assert text == f"$T_c$ {T_c:g} s"
+    verdict |= {"reference_for_mm": {"4": None, "10": None}}
+    assert (summary_row(verdict)["worst"], summary_row(verdict)["dominating_noise"]) == ("", "")
+    assert "Not suitable as a reference." in verdict_lines(verdict)
+    picture = verdict_figure(verdict)
+    assert "no valid samples" in every_text(picture)
+    check_saved(picture, tmp_path / "none")
 
 
 def test_picture_shows_word_reason_and_all_series(tmp_path: Path) -> None:
-    found = contents(2)
-    figure = verdict_figure(found)
-    texts, left = every_text(figure), left_of(figure)
-    assert [t.get_text() for t in left.get_yticklabels()] == list(found["series"])
-    assert any("One frame of y" in text for text in texts)
-    assert {"good", "usable", "bad"} <= set(texts)
-    bold = [t.get_text() for t in left.texts if t.get_weight() == "bold"]
-    assert bold == [found["word"]]
-    check_saved(figure, tmp_path / "verdict")
+    verdict = contents(2) | {"labels": ["RFT1", "Head"]}
+    picture = verdict_figure(verdict)
+    texts, left = every_text(picture), left_of(picture)
+    assert [t.get_text() for t in left.get_yticklabels()] == list(verdict["series"])
+    assert any(
+        t.startswith("Deciding quantity: uncertainty of one frame. One frame") for t in texts
+    )
+    assert [t.get_text() for t in left.texts if t.get_weight() == "bold"] == [verdict["word"]]
+    (ring,) = [line for line in left.lines if line.get_label() == "decides the verdict"]
+    name = verdict["decided_by"]["series"]
+    assert ring.get_xdata()[0] == verdict["series"][name]["frame_mm"]
+    assert round(ring.get_ydata()[0]) == list(verdict["series"]).index(name)
+    (frames,) = [line for line in left.lines if line.get_label() == "one frame"]
+    assert list(frames.get_xdata()) == [v["frame_mm"] for v in verdict["series"].values()]
+    assert "the verdict refers to one frame in the worst coordinate. Markers: 1 = RFT1, 2 = " in (
+        picture.caption
+    )
+    (head,) = [line for line in verdict_lines(verdict) if "lowest ADEV" in line]
+    assert set(re.split(r"\s{2,}", head.strip())[:5]) <= set(texts)
+    check_saved(picture, tmp_path / "verdict")
 
 
-def test_many_series_are_cut_to_the_worst() -> None:
-    found = contents(12)
-    figure = verdict_figure(found)
-    shown = [t.get_text() for t in left_of(figure).get_yticklabels()]
-    assert len(shown) == 24
-    assert {f"y{k}" for k in range(1, 13)} <= set(shown)
-    assert "12 series with smaller" in figure.caption
+def test_words_above_the_bands_of_a_very_bad_recording_have_room() -> None:
+    verdict = contents(2)
+    for values in verdict["series"].values():
+        values.update(frame_mm=2e2, frame_lower_mm=1e2, frame_upper_mm=3e7)
+    verdict["series"]["z1"]["means"][0]["lower_mm"] = 1e-9
+    picture = verdict_figure(verdict)
+    left, renderer = left_of(picture), FigureCanvasAgg(picture.figure).get_renderer()
+    picture.figure.draw_without_rendering()
+    boxes = [t.get_window_extent(renderer) for t in left.texts[:3]]
+    assert [t.get_text() for t in left.texts[:3]] == ["good", "usable", "bad"]
+    assert boxes[0].x0 >= 0 and boxes[0].x1 < boxes[1].x0 and boxes[1].x1 < boxes[2].x0
+    low, high = left.get_xlim()
+    assert low < 0.05 < 600 < high < 1e4  # an interval reaches beyond
 
 
 def test_other_checks_stand_beside_their_limits() -> None:
     """The one that decided first; what lowers the word further, and the event; nothing of them
     where the word is good."""
-    found = contents(n_markers=2)
-    assert left_of(verdict_figure(found)).get_xscale() == "log"
+    verdict = contents(n_markers=2)
     drift = {"quantity": "drift over the horizon", "series": "z1", "value": 0.4, "limit": 0.346}
     lost = {"quantity": "share of missing frames", "series": "x2", "value": 0.02, "limit": 0.01}
-    found |= {
-        "word": "usable",
-        "decided_by": drift | {"unit": "mm", "threshold": ""},
-        "caps": [lost | {"unit": "", "threshold": "", "word": "usable", "reason": "."}],
-        "findings": [{"code": "event", "series": "x2", "value": 250.0}],
+    lost |= {"code": "missing", "unit": "", "word": "usable", "reason": "."}
+    verdict |= {
+        "decided_by": drift | {"code": "drift", "unit": "mm"},
+        "caps": [lost],
+        "findings": [{"code": "event", "series": "x2", "value": 250.0}] * 2,
     }
-    above = verdict_figure(found).figure.axes[-1]
+    assert len(verdict_figure(verdict | {"word": "good"}).figure.axes) == 3
+    picture = verdict_figure(verdict | {"word": "usable"})
+    (above,) = [a for a in picture.figure.axes if "drift" in "".join(t.get_text() for t in a.texts)]
     assert [t.get_text() for t in above.texts] == [
         *("drift over the horizon, z1", "0.4, limit 0.346 mm"),
         *("share of missing frames, x2", "2, limit 1 %"),
-        *("event at 4 min 10.0 s (x2)", ""),
+        *("event at 4 min 10.0 s (x2) and 1 more", ""),
     ]
     dots = [line.get_xdata()[0] for line in above.lines if line.get_marker() == "D"]
     assert dots == pytest.approx([0.4 / 0.346, 2.0])
+    assert "refer to these alone; the word depends on the drift over the horizon." in (
+        picture.caption
+    )
+    assert "decides the verdict" not in every_text(picture)
+    assert not [t for t in left_of(picture).texts if t.get_weight() == "bold"]
 
 
-def test_mean_of_all_frames_in_words() -> None:
-    """Of 10 min of white noise the frames are all independent, the mean has sigma over their root,
-    and the length is in proportion to the square of what is wanted."""
-    found = contents()
-    one = found["series"]["y1"]["mean_of_all"]
-    u = SIGMA["y1"] / math.sqrt(N)
-    assert one["n_eff"] == pytest.approx(N, rel=1e-3)
-    assert one["u_mm"] == pytest.approx(u, rel=1e-3) and one["k"] == pytest.approx(1.96, abs=0.01)
-    assert one["length_s"] == pytest.approx(N / RATE * (1.96 * u / 0.01) ** 2, rel=0.01)
-    lines = verdict_lines(found)
-    at = next(k for k, line in enumerate(lines) if line.startswith("Mean of all frames"))
-    assert "scale and distortion of the volume" in lines[at]
-    assert [line.split()[0] for line in lines[at + 2 : at + 5]] == ["x1", "y1", "z1"]
-    empty = contents(empty="y1")["series"]["y1"]["mean_of_all"]
-    assert set(empty.values()) == {None}
+def test_kinds_of_noise_are_rows_and_bars() -> None:
+    """From fast to slow, each where the one before ends; correlated noise by its class (S 4.6)."""
+    numbers = SeriesNumbers("ok", kinds=(Share("random walk", 0.5), Share("drift", 0.25)))
+    other = _unnamed(SeriesNumbers("ok", kinds=(*numbers.kinds, Share("white", 0.25))))
+    assert other.shares == {"slow wander": 0.75, "white": 0.25}
+    kinds = [Share("random walk", 0.4), Share("correlated", 0.3, 1380.0), Share("white", 0.2)]
+    kinds += [Share("periodic", 0.1, f_hz=14.4)]
+    assert [one.name for one in kinds[1:]] == [
+        *("correlated (T_c 1380 s)", "white", "periodic (14.4 Hz)")
+    ]
+    verdict = contents()
+    rows = [{**vars(one), "class": "long" if one.T_c_s > 0 else ""} for one in kinds]
+    verdict["series"]["y1"]["kinds"] = nulled(rows)
+    picture = verdict_figure(verdict)
+    bars = next(a for a in picture.figure.axes if a.get_xlabel().startswith("Share"))
+    at_y1 = sorted((p.get_x(), p.get_width()) for p in bars.patches if round(p.get_y()) == 1)
+    assert np.ravel(at_y1) == pytest.approx([0.0, 0.2, 0.2, 0.1, 0.3, 0.3, 0.6, 0.4])
+    assert "1380 s" in every_text(picture) and "Times in the bars" in picture.caption
+    assert {correlation_class(T_c) for T_c in (0.99, 9.99, 10.0, 100.0)} == set(CORRELATED)
+    assert set(CORRELATED.values()) < set(KINDS)
+
+
+def test_document_holds_tidy_rows_of_the_kinds() -> None:
+    row = {"kind": "white", "share": 1.0, "class": "", "T_c_s": None, "f_hz": None}
+    assert contents()["series"]["y1"]["kinds"] == [row]
+    assert Mean(kinds=(Share("white", 1.0),)).shares == {"white": 1.0}
+
+
+def test_many_series_are_cut_to_the_worst() -> None:
+    picture = verdict_figure(contents(12))
+    shown = [t.get_text() for t in left_of(picture).get_yticklabels()]
+    assert len(shown) == 24 and {f"y{k}" for k in range(1, 13)} <= set(shown)
+    assert "12 series with smaller" in picture.caption

@@ -12,7 +12,7 @@ from mocap_metrology.noise.assess.checks import Facts, processed
 from mocap_metrology.noise.diagnosis.findings import findings_of
 from mocap_metrology.noise.diagnosis.recording import Recording, diagnose
 from mocap_metrology.noise.motion.exchange import put_right
-from mocap_metrology.present.text.reasons import reason
+from mocap_metrology.present.verdict.document import reason
 
 RATE, N = 120.0, 36_000
 NAMES = [f"{axis}{k}" for k in (1, 2) for axis in "xyz"]

@@ -34,6 +34,7 @@ from mocap_metrology.noise.assess.checks import (
     MovementCheck,
     Series,
 )
+from mocap_metrology.noise.assess.spread import Share, joined
 from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Span, assess_series
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
@@ -148,15 +149,13 @@ def assess_recording(
 def _unnamed(numbers: SeriesNumbers) -> SeriesNumbers:
     """Shares with walk, drift and warm-up as slow wander: its kind is another, or open."""
 
-    def renamed(shares: Mapping[str, float]) -> dict[str, float]:
-        found: dict[str, float] = {}
-        for name, share in shares.items():
-            name = SLOW_WANDER if name in OF_WANDER else name
-            found[name] = found.get(name, 0.0) + share
-        return found
+    def renamed(kinds: Sequence[Share]) -> tuple[Share, ...]:
+        return joined(
+            Share(SLOW_WANDER, one.share) if one.kind in OF_WANDER else one for one in kinds
+        )
 
-    means = tuple(replace(mean, shares=renamed(mean.shares)) for mean in numbers.means)
-    return replace(numbers, shares=renamed(numbers.shares), means=means)
+    means = tuple(replace(mean, kinds=renamed(mean.kinds)) for mean in numbers.means)
+    return replace(numbers, kinds=renamed(numbers.kinds), means=means)
 
 
 def verdict(series: Series, facts: Facts, limits: Limits | None = None) -> Verdict:

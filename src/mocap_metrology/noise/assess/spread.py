@@ -119,14 +119,45 @@ def _by_octaves(law: PowerLaw, n: int, N: int, frame_rate_hz: float, form: Form)
     return float(at[0] - at[1])
 
 
+@dataclass(frozen=True)
+class Share:
+    """A kind of noise and its share of u^2; T_c_s of correlated noise, f_hz of a line, else NaN."""
+
+    kind: str
+    share: float = 0.0
+    T_c_s: float = math.nan
+    f_hz: float = math.nan
+
+    @property
+    def name(self) -> str:
+        """`white`, `correlated (T_c 1380 s)`, `periodic (14.4 Hz)`: what a reader calls it."""
+        if self.kind == "correlated":
+            return f"correlated (T_c {_three(self.T_c_s)} s)"
+        return f"periodic ({_three(self.f_hz)} Hz)" if self.kind == "periodic" else self.kind
+
+
+def joined(shares: Iterable[Share]) -> tuple[Share, ...]:
+    """Those of one name added up, in order of their first."""
+    totals: dict[str, Share] = {}
+    for one in shares:
+        before = totals.get(one.name)
+        totals[one.name] = replace(one, share=before.share + one.share) if before else one
+    return tuple(totals.values())
+
+
 def kind(component: Component, frame_rate_hz: float) -> str:
-    """What a reader calls a component. A correlation that is over within a frame is white noise."""
-    tau0 = 1 / frame_rate_hz
+    """Name of a component for a reader."""
+    return _share(component, frame_rate_hz, 0.0).name
+
+
+def _share(component: Component, frame_rate_hz: float, share: float) -> Share:
+    """A correlation that is over within a frame is white noise."""
     if isinstance(component, PowerLaw):
-        return NAMES[component.alpha]
+        return Share(NAMES[component.alpha], share)
     if isinstance(component, Sinusoid):
-        return f"periodic ({_three(component.f_0)} Hz)"
-    return "white" if component.T_c <= tau0 else f"correlated (T_c {_three(component.T_c)} s)"
+        return Share("periodic", share, f_hz=component.f_0)
+    white = component.T_c <= 1 / frame_rate_hz
+    return Share("white", share) if white else Share("correlated", share, T_c_s=component.T_c)
 
 
 def _three(value: float) -> str:
@@ -134,14 +165,26 @@ def _three(value: float) -> str:
     return f"{float(f'{value:.3g}'):.10g}"
 
 
+class WithShares:
+    """What has `kinds` of noise."""
+
+    kinds: tuple[Share, ...]
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Share of u^2 of each kind by its name."""
+        return {one.name: one.share for one in self.kinds}
+
+
 @dataclass(frozen=True)
-class Spread:
-    """u (mm) with its interval, and each kind's share of u^2 (they add up to 1)."""
+class Spread(WithShares):
+    """u (mm) with its interval, and the kinds of noise with their shares of u^2 (they add up to
+    1)."""
 
     value: float
     lower: float
     upper: float
-    shares: dict[str, float]
+    kinds: tuple[Share, ...]
 
 
 def expected_spread(
@@ -170,17 +213,16 @@ def expected_spread(
     still = part.variance_of_means(n * tau0, N * tau0, recorded * tau0)
     total = sum(parts) + still
     if not total > 0:
-        return Spread(0.0, 0.0, 0.0, {})
-    shares = {part.name: still / total} if still else {}
+        return Spread(0.0, 0.0, 0.0, ())
+    shares = [Share(part.name, still / total)] if still else []
     for component, own in zip(model.components, parts, strict=True):
-        name = kind(component, frame_rate_hz)
-        shares[name] = shares.get(name, 0.0) + own / total
+        shares.append(_share(component, frame_rate_hz, own / total))
     error = (
         math.sqrt(_variance(model, n, N, frame_rate_hz, recorded, A_error)) / total / 2
     )  # of ln u
     wide = float(ndtri((1 + confidence) / 2)) * min(error, 50.0)
     value = math.sqrt(total)
-    return Spread(value, value * math.exp(-wide), value * math.exp(wide), shares)
+    return Spread(value, value * math.exp(-wide), value * math.exp(wide), joined(shares))
 
 
 def wide_line_error(noise_rows: Iterable[NoiseRow]) -> float:

@@ -12,7 +12,9 @@ import numpy as np
 from mocap_metrology.noise.assess.mean import MeanOfAll, mean_of_all
 from mocap_metrology.noise.assess.spread import (
     Measured,
+    Share,
     Spread,
+    WithShares,
     expected_spread,
     measured_spread,
     measured_within,
@@ -61,15 +63,15 @@ class Unmodelled:
 
 
 @dataclass(frozen=True)
-class Uncertainty:
-    """u(n, N) of `spread` with its interval, mm; measured_mm: of the series itself; shares: of u^2
-    by kind of noise."""
+class Uncertainty(WithShares):
+    """u(n, N) of `spread` with its interval, mm; measured_mm: of the series itself; kinds: of
+    noise, with their shares of u^2."""
 
     uncertainty_mm: float = math.nan
     lower_mm: float = math.nan
     upper_mm: float = math.nan
     measured_mm: float = math.nan
-    shares: Mapping[str, float] = field(default_factory=dict)
+    kinds: tuple[Share, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ class Mean(Uncertainty):
 
 
 @dataclass(frozen=True)
-class SeriesNumbers:
+class SeriesNumbers(WithShares):
     """Numbers of one series, as `assess_series` has them, mm; NaN where there is none.
 
     status: `ok`, `misfit`, `refused`, `no coefficients`, `constant`, `no valid samples`; basis:
@@ -104,7 +106,7 @@ class SeriesNumbers:
     tau_min_s: float = math.nan
     adev_still_falls: bool = False
     means: tuple[Mean, ...] = tuple(Mean(duration_s=T) for T in MEANS_S)
-    shares: Mapping[str, float] = field(default_factory=dict)
+    kinds: tuple[Share, ...] = ()
     floor_mm: float = 0.0
     drift_mm_per_h: float = math.nan
     range_mm: float = math.nan
@@ -153,7 +155,7 @@ def assess_series(
     two frames; the standard deviation of the recording, sigma_recording_mm, as S calls sigma,
     depends on its length.)
     frame_mm: uncertainty of one frame, u(1, N) of `spread`: about the mean of the horizon.
-    means: u(n, N) of means over 1, 10, 60 s; shares: of frame_mm's square, by kind of noise.
+    means: u(n, N) of means over 1, 10, 60 s; kinds: of noise, with shares of frame_mm's square.
 
     `basis` says where they come from: `model`, expected of the fitted noise; or `measured`, from
     the series itself, where there is no model, or it is a misfit, or the series disagrees with it
@@ -188,7 +190,7 @@ def assess_series(
         *least,
         adev_still_falls=still_falls,
         means=tuple(_mean(series, fitted, T, span, floor, curve) for T in MEANS_S),
-        shares=frame.shares,
+        kinds=frame.kinds,
         floor_mm=floor,
         drift_mm_per_h=moved.per_hour,
         range_mm=moved.range,
@@ -300,7 +302,7 @@ def _uncertainty(
     found = measured_spread(series, n, N)
     if model is None:
         low, high = found.interval(span.confidence) if found.variance > 0 else (0.0, 0.0)
-        of_noise = Spread(found.value, low, high, {})
+        of_noise = Spread(found.value, low, high, ())
     else:
         recorded = int(np.isfinite(series).sum())
         of_noise = expected_spread(
@@ -310,7 +312,7 @@ def _uncertainty(
     value, low, high = (
         math.hypot(v, floor) for v in (of_noise.value, of_noise.lower, of_noise.upper)
     )
-    return Uncertainty(value, low, high, found.value, of_noise.shares)
+    return Uncertainty(value, low, high, found.value, of_noise.kinds)
 
 
 def _widened(of_noise: Spread, found: Measured, confidence: float) -> Spread:

@@ -72,6 +72,14 @@ class Left:
     least_tau_s: float
     curve: tuple[np.ndarray, np.ndarray]
 
+    def variance_share(self, before: Left) -> float:
+        """What is left of the variance before a filter; NaN where there was none."""
+        return (self.sigma / before.sigma) ** 2 if before.sigma > 0 else math.nan
+
+    def adev_1s_ratio(self, before: Left) -> float:
+        """Allan deviation at 1 s over that before a filter; NaN where there was none."""
+        return self.adev[2] / before.adev[2] if before.adev[2] > 0 else math.nan
+
 
 @dataclass(frozen=True)
 class Filtered:

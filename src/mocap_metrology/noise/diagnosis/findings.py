@@ -289,6 +289,35 @@ def deterministic_parts(
     return {name: part for name, part in parts.items() if not part.empty}
 
 
+def other_wanders(
+    recording: Recording, found: Diagnosis, parts: Mapping[str, Deterministic]
+) -> dict[str, tuple[str, dict[str, float]]]:
+    """Kind of slow wander (`undecided` too) -> the coordinate that has most of it, and its size in
+    each series, mm. Not those that `parts` (`deterministic_parts`) state, nor steps that are an
+    event."""
+    stated = {"drift"} | ({"warm_up"} if any(part.A_w for part in parts.values()) else set())
+    sizes: dict[str, dict[str, float]] = {}
+    for name, one in found.wanders.items():
+        for kind in ("undecided",) if one.undecided else one.kinds:
+            size = one.range_mm if kind == "undecided" else abs(one.size_mm)
+            sizes.setdefault(kind, {})[name] = size
+    largest = {
+        kind: max(of, key=lambda k: (k in recording.coordinates, of[k]))
+        for kind, of in sizes.items()
+    }
+    return {
+        kind: (largest[kind], of)
+        for kind, of in sizes.items()
+        if kind not in stated
+        and not (
+            kind in ("step", "shift")
+            and any(
+                found.wanders[largest[kind]].end_near(e.time_s, e.stop_s) == 0 for e in found.events
+            )
+        )
+    }
+
+
 def approach(part: Deterministic, duration_s: float) -> tuple[float, float]:
     """What the warm-up does, mm, and in what time, s: three T_w, or the recording."""
     within = min(SETTLED * part.T_w, duration_s)

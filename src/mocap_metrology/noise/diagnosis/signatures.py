@@ -45,6 +45,8 @@ PERIODS = 3.0  # of a cycle that is named
 KINDS = ("drift", "accelerating", "warm_up", "creep", "cycle", "step", "shift", "two_levels")
 AT_ONCE = {"step", "shift", "two_levels"}
 NOISES = ("random_walk", "flicker", "correlated")
+LASTING_S = 10.0  # of a shift; a shorter one is movement
+NEAR_S = 5.0  # from an event to the step or shift that it is an end of
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,31 @@ class Wander:
     def allows(self, kind: str) -> bool:
         """Whether a coefficient of the noise model of this kind may be named."""
         return self.noise if kind == "random_walk" else kind in self.kinds
+
+    def end_near(self, begin_s: float, end_s: float) -> int | None:
+        """Which end of a step or shift lies in begin_s to end_s or within `NEAR_S` of it: 0 the
+        begin, 1 where it goes back; None without one."""
+        if not {"step", "shift"} & set(self.kinds):
+            return None
+        ends = self.at_s if "shift" in self.kinds else self.at_s[:1]
+        near = (k for k, t in enumerate(ends) if begin_s - NEAR_S <= t <= end_s + NEAR_S)
+        return next(near, None)
+
+
+def shift_near(
+    begin_s: float, end_s: float, wanders: Mapping[str, Wander]
+) -> tuple[str, int] | None:
+    """Series (coordinates before distances, then the largest) and end (`end_near`) of the step or
+    lasting shift that an event is an end of; None of other events."""
+    ends = {name: one.end_near(begin_s, end_s) for name, one in wanders.items()}
+    near = [name for name, end in ends.items() if end is not None]
+    if not near:
+        return None
+    name = max(near, key=lambda k: (not k.startswith("L"), abs(wanders[k].size_mm)))
+    one = wanders[name]
+    if "step" not in one.kinds and one.at_s[1] - one.at_s[0] < LASTING_S:
+        return None
+    return name, ends[name] or 0
 
 
 def signature(series: np.ndarray, frame_rate_hz: float) -> Wander | None:

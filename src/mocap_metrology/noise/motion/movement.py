@@ -91,6 +91,15 @@ def most_moving(
     return moving
 
 
+def all_keep_moving(found: Mapping[str, Mapping[str, Movement]]) -> bool:
+    """Whether every marker, label -> axis -> movement, moves other than by one jump with rest
+    before and after it."""
+    return all(
+        any(one.moves and math.isnan(one.time_s) for one in axes.values())
+        for axes in found.values()
+    )
+
+
 def movement(
     series: np.ndarray,
     frame_rate_hz: float,

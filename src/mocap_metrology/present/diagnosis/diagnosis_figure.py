@@ -1,115 +1,295 @@
-"""One page that proves a diagnosis: events, their sides, lines, filters, resolution."""
+"""One page that proves a diagnosis: events, noise before and after, lines, filters, resolution."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from mocap_metrology.noise.diagnosis.events import Event
-from mocap_metrology.noise.diagnosis.levels import Sides, compare
+import numpy as np
+import pandas as pd
+
+from mocap_metrology.noise.diagnosis import evidence
+from mocap_metrology.noise.diagnosis.events import LEAST_S, Event
+from mocap_metrology.noise.diagnosis.evidence import View
+from mocap_metrology.noise.diagnosis.export import Resolution
+from mocap_metrology.noise.diagnosis.filtering import Filtered
+from mocap_metrology.noise.diagnosis.levels import Sides
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
-from mocap_metrology.present.diagnosis.spectra import draw_deviations, draw_spectrum, filter_looks
-from mocap_metrology.present.diagnosis.time import (
-    View,
-    draw_dynamic,
-    draw_sides,
-    draw_zoom,
-    view_of,
-)
-from mocap_metrology.present.plot.figure import (
-    Picture,
-    legend_below,
-    letters,
-    new_figure,
-    styled,
-)
+from mocap_metrology.present.plot import figure
+from mocap_metrology.present.plot.curves import log_limits
+from mocap_metrology.present.plot.decimate import log_bins
+from mocap_metrology.present.plot.figure import GREY, INK, Keywords, panel_title
+from mocap_metrology.present.plot.units import length_unit, time_axis
 from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.diagnosis import outcome
+from mocap_metrology.present.text.numbers import mm, moment, number, significant
+from mocap_metrology.present.text.sentence import render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DYNAMIC_MM, CLOSE_MM, SPECTRA_MM = 36.0, 44.0, 58.0
-MOST_LETTERS = 36  # of title and remark side by side
-NO_EVENTS = "Events cannot be detected: the recording is too short, or its steps are too coarse."
+LEAST_S_SHOWN, MOST_S_SHOWN = 3.0, 60.0
+BINS_PER_DECADE = 40
+DECADES = 9  # of a spectrum that a filter is followed down
+NAMED = 4  # lines that are labelled
+SHORT_S = 60.0  # of a recording whose broad peaks are left undecided
+LIKELY = 0.5  # chance from which noise explains a window
+# None of the coordinates' own, and as far apart in lightness
+FILTER_LOOKS: tuple[Keywords, ...] = (
+    {"color": INK, "ls": "-"},
+    {"color": "#23733d", "ls": (0, (3, 1.1))},
+    {"color": "#8a6500", "ls": (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))},
+    {"color": "#6b2480", "ls": (0, (1.2, 1.2))},
+)
+ROUNDING: Keywords = {"color": INK, "lw": 0.8, "ls": ":", "label": "rounding of the file"}
+SHOWN = {"burst": "while it lasts", "level": "within 5 s", "window": "this window"}
+# A ratio by what it shows: colour, sign of its middle, and words
+COMPARED = {
+    "changed": ("#b03a20", "s", "noise changed"),
+    "alike": ("#10307a", "o", "noise alike"),
+    "undecided": (GREY, "D", "undecided whether noise changed"),
+}
 
 
-@styled()
+@figure.styled()
 def diagnosis_figure(
     recording: Recording,
     found: Diagnosis,
     title: str,
     source: str = "",
     remarks: str = "",
-) -> Picture:
+) -> figure.Picture:
     """Above, the dynamic Allan deviation of one series over time, events marked, and below it the
     largest event (or, without one, the most unusual window) beside the noise before and after (or
     in both halves); at the bottom the spectrum with its lines, and the Allan deviation, both as
     they are and as filters would leave them, without the events. Of a short recording, what there
     is of this. `source`: the line at the foot; `remarks`: what the caption adds.
     """
-    event = _largest(found)
-    view = view_of(found, event)
-    spectral = _spectral(found) or (view.series if view else next(iter(recording.coordinates)))
-    looks = filter_looks(found.filtered, spectral)
-    sides_of, sides = _sides(recording, found, event)
-    rows = _rows(view, any(math.isfinite(side.ratio) for side in sides))
-    body = new_figure(title, source, 25.0 + sum(height + 12.0 for height in rows.values()))
+    event = evidence.largest_event(found)
+    view = evidence.view_of(found, event)
+    seen = view.series if view else next(iter(recording.coordinates))
+    series = evidence.series_of_surest_line(found) or seen
+    after = event is not None and event.most_changed is not None
+    sides = event.sides if event and after else evidence.halves(found, recording.duration_s)
+    sides = tuple(side for side in sides if math.isfinite(side.ratio))
+    rows = {"aa": DYNAMIC_MM} if view else {}
+    close = ("b" if view else "") + ("c" if sides else "")
+    rows |= {close * (3 - len(close)): CLOSE_MM} if close else {}
+    rows |= {"de": SPECTRA_MM}
+    body = figure.new_figure(title, source, 25.0 + sum(height + 12.0 for height in rows.values()))
     panels = body.subplot_mosaic("\n".join(rows), height_ratios=list(rows.values()))
     if view is not None:
-        draw_dynamic(panels["a"], recording, found, view)
-        draw_zoom(panels["b"], recording, found, event, view)
-    if "c" in panels:
-        draw_sides(panels["c"], sides_of, sides)
-    draw_spectrum(panels["d"], recording, found, spectral, looks)
-    draw_deviations(panels["e"], recording, found, spectral, looks)
-    letters(panels.values())
-    for name in set(panels) - {"a"}:
-        _stack(panels[name])
-    legend_below(body, panels.values())
-    told = (captions.DIAGNOSIS, remarks, "" if view else NO_EVENTS)
-    return Picture(body, " ".join(filter(None, told)))
+        _draw_dynamic(panels["a"], recording, found, view)
+        _draw_close(panels["b"], recording, found, event, view)
+    if sides:
+        _draw_sides(panels["c"], sides, "after / before" if after else "2nd half / 1st")
+    looks = _filter_looks(found.filtered, series)
+    steps = (r for r in found.resolutions if r.series == series and r.share > evidence.SEEN)
+    rounding = next(steps, None)
+    _draw_spectrum(panels["d"], recording, found, series, looks, rounding)
+    _draw_deviations(panels["e"], recording.frame_rate_hz, series, looks, rounding)
+    figure.letters(panels.values())
+    for name in set(panels) - {"a"}:  # half as wide: the title a line above the remark
+        panels[name].set_title(f"{panels[name].get_title(loc='left')}\n")
+    figure.legend_below(body, panels.values())
+    none = "" if view else render("event.undetectable")
+    return figure.Picture(body, " ".join(filter(None, (captions.DIAGNOSIS, remarks, none))))
 
 
-def _rows(view: View | None, compared: bool) -> dict[str, float]:
-    """Panels side by side, two columns, and their height in mm."""
-    rows = {"aa": DYNAMIC_MM} if view else {}
-    close = ("b" if view else "") + ("c" if compared else "")
-    if close:
-        rows[close if len(close) == 2 else 2 * close] = CLOSE_MM
-    return rows | {"de": SPECTRA_MM}
+def _draw_dynamic(axes: Axes, recording: Recording, found: Diagnosis, view: View) -> None:
+    """Ratio of the dynamic Allan deviation to that of the noise, over time and averaging time, of
+    the series that is shown close up; its most unusual window is framed."""
+    import matplotlib
+    from matplotlib.colors import LogNorm
+
+    axis = time_axis(recording.n_frames, recording.frame_rate_hz)
+    per_s = axis.per_frame * recording.frame_rate_hz
+    n, windows = len(found.events), f"{number(found.n_windows)} windows of all series"
+    remark = f"{n or 'no'} event{'s' if n > 1 else ''} in {windows}"
+    if not n and recording.duration_s < LEAST_S:
+        remark = "too short to decide on events"
+    panel_title(axes, f"Dynamic Allan deviation of {view.series}", remark)
+    colours = matplotlib.colormaps["RdBu_r"].with_extremes(bad=figure.FAINT)
+    norm = LogNorm(0.25, 4.0)  # of variances: half to twice the deviation
+    dynamics = found.dynamics.get(view.series)
+    if not dynamics:
+        axes.set(xticks=[], yticks=[])
+        figure.say(axes, "no windows")
+        return
+    for row, d in enumerate(dynamics):
+        left = (d.window_s - d.hop_s) / 2 * per_s
+        extent = (left, left + d.ratio.size * d.hop_s * per_s, row - 0.5, row + 0.5)
+        ratio = np.maximum(d.ratio[None], 1e-3)
+        shown = axes.imshow(ratio, colours, norm, aspect="auto", extent=extent)
+        if view.kind == "window" and d.tau_s == view.tau_s:
+            span = view.first_s * per_s, (view.last_s - view.first_s) * per_s
+            axes.broken_barh([span], (row - 0.5, 1.0), fc="none", ec=INK, lw=1.2, zorder=3)
+    if n:
+        mark: Keywords = {"marker": "v", "color": INK, "ls": "", "clip_on": False}
+        at = [event.time_s * per_s for event in found.events]
+        axes.plot(at, [len(dynamics) - 0.5] * n, label="event", ms=4.5 if n < 20 else 2.0, **mark)
+    axes.set(xlim=axis.limits, xlabel=axis.label, ylim=(-0.5, len(dynamics) - 0.5), ylabel="τ (s)")
+    axes.set_yticks(range(0, len(dynamics), 2), [f"{d.tau_s:.2g}" for d in dynamics[::2]])
+    axes.grid(visible=False)
+    bar = axes.figure.colorbar(shown, ax=axes, pad=0.01, aspect=12, label="ADEV / median")
+    bar.set_ticks([0.25, 1.0, 4.0], labels=["½", "1", "2"])
+    bar.minorticks_off()
 
 
-def _stack(axes: Axes) -> None:
-    """The title a line above the remark, where a panel of half the page has no room for both."""
-    title, remark = axes.get_title(loc="left"), axes.get_title(loc="right")
-    if len(title) + len(remark) > MOST_LETTERS:
-        axes.set_title(f"{title}\n")
+def _draw_close(
+    axes: Axes, recording: Recording, found: Diagnosis, event: Event | None, view: View
+) -> None:
+    """The coordinates of the marker that was moved most, or of that of the window, about their
+    median before it."""
+    rate, duration = recording.frame_rate_hz, view.last_s - view.first_s
+    span = min(max(1.6 * duration, LEAST_S_SHOWN), MOST_S_SHOWN)
+    begin = round(max(view.first_s - 0.25 * min(span, 2 * LEAST_S_SHOWN), 0.0) * rate)
+    end = min(begin + round(span * rate) + 1, recording.n_frames)
+    values = pd.DataFrame({k: found.quiet[k][begin:end] for k in view.names}, dtype=float)
+    first = max(round(view.first_s * rate) - begin, 0)
+    values = (values - values.iloc[: max(first, 8)].median()).dropna(axis=1, how="all")
+    values.index = values.index / rate
+    unit = length_unit([(values.max() - values.min()).max()])
+    for name in values:
+        place = figure.coordinate_of(str(name))
+        look = figure.LOOKS[place[0]] if place else figure.OTHER_LOOKS[0]
+        how: Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.7, "label": name}
+        axes.plot(values.index, values[name] * unit.per_mm, **how)
+    start = begin / rate
+    ends = view.first_s - start, min(view.last_s, end / rate) - start
+    axes.axvspan(*ends, label=SHOWN[view.kind], facecolor=figure.FAINT, alpha=0.45, lw=0)
+    axes.set(xlim=(0.0, (end - begin) / rate), ylabel=f"{', '.join(view.names)} ({unit.symbol})")
+    axes.set_xlabel(f"Time (s) from {moment(start)}" if begin else "Time (s)")
+    inside = values.iloc[first : first + round(duration * rate)]
+    spans = (inside.max() - inside.min()).dropna()
+    title, remark = "Most unusual window", ""
+    if view.kind == "level":
+        title = "Where the noise changes"
+    elif event:
+        title = "The event" if len(found.events) == 1 else "The largest event"
+        size = f"{significant(event.size_mm * unit.per_mm)} {unit.symbol}"
+        unknown = event.outcome == "unknown"
+        word = "too close to an end to compare" if unknown else outcome(event)
+        remark = f"{size} in {view.series}, {word}"
+    elif recording.duration_s >= LEAST_S:
+        likely = view.chance >= LIKELY
+        remark = "explained by noise" if likely else f"chance ≤ {100 * view.chance:.2g} %"
+    elif len(spans):
+        size = significant(spans.max() * unit.per_mm)
+        remark = f"{spans.idxmax()} spans {size} {unit.symbol}"
+    panel_title(axes, title, remark)
 
 
-def _largest(found: Diagnosis) -> Event | None:
-    """The largest burst, or else the surest change of level."""
-    bursts = [e for e in found.events if e.kind == "burst"]
-    if bursts:
-        return max(bursts, key=lambda e: e.size_mm)
-    return min(found.events, key=lambda e: e.p, default=None)
+def _draw_sides(axes: Axes, sides: Sequence[Sides], compared: str) -> None:
+    """Ratio of the standard deviations of fast noise of every series, with 99 % intervals over all
+    series together, coloured by what they show."""
+    table = pd.DataFrame([{**vars(side), "word": side.word} for side in sides])
+    words = table["word"].value_counts()
+    worst = next(word for word in ("changed", "undecided", "alike") if word in words)
+    some = worst != "alike" and words[worst] < len(table)
+    of = f"{words[worst]} of {len(table)} " if some else ""
+    panel_title(axes, f"Noise: {compared}", f"{of}{worst}")
+    ends = table["lower"].min(), table["upper"].max()
+    reach = 1.15 * max(abs(math.log(end)) for end in ends)
+    reach = min(max(reach, math.log(1.02)), math.log(20))
+    figure.ratio_axis(axes, (math.exp(-reach), math.exp(reach)))
+    axes.axhline(1.0, color=INK, lw=0.8)
+    for word, (colour, marker, label) in COMPARED.items():
+        rows = table[table["word"] == word]
+        if len(rows):
+            error = rows["ratio"] - rows["lower"], rows["upper"] - rows["ratio"]
+            how: Keywords = {"fmt": marker, "ms": 4, "mew": 0, "color": colour, "elinewidth": 1.4}
+            axes.errorbar(rows.index, rows["ratio"], error, label=label, **how)
+    axes.set(xlim=(-0.6, len(table) - 0.4), xlabel="Series", ylabel="Ratio of SD, 99 %")
+    names = table["series"][:: -(-len(table) // 10)]
+    axes.set_xticks(names.index, names)
+    axes.grid(visible=False, axis="x")
 
 
-def _spectral(found: Diagnosis) -> str | None:
-    """The series whose spectrum is shown: that of the surest line, of those seen in the ADEV."""
-    most = max(found.lines, key=lambda x: (bool(x.in_adev), x.line.gain), default=None)
-    return most.series if most else None
+Looks = Sequence[tuple[Filtered, Keywords]]
 
 
-def _sides(
-    recording: Recording, found: Diagnosis, event: Event | None
-) -> tuple[str, tuple[Sides, ...]]:
-    """What is compared, in words, and the comparison of every series."""
-    if event and event.most_changed:
-        return "Noise: after / before", event.sides
-    middle, end = recording.duration_s / 2, recording.duration_s
-    tail = 0.01 / max(len(found.levels), 1)
-    halves = tuple(
-        compare(name, own.between(0.0, middle), own.between(middle, end), tail)
-        for name, own in found.levels.items()
-    )
-    return "Noise: 2nd half / 1st", halves
+def _filter_looks(filtered: Sequence[Filtered], series: str) -> Looks:
+    """How every filter of a series is drawn: none, two low-passes, the notch of its main line."""
+    every = [one for one in filtered if one.series == series]
+    notches = [one for one in every if one.filter.name.startswith("notch")]
+    passes = [one for one in every if one not in notches]
+    looks = [*zip(passes, FILTER_LOOKS[:3], strict=False)]
+    looks += zip(notches, FILTER_LOOKS[3:], strict=False)
+    names = {one.filter.name: one.filter.name for one, _ in looks} | {"none": "as recorded"}
+    return [(one, {**look, "lw": 1.2, "label": names[one.filter.name]}) for one, look in looks]
+
+
+def _draw_spectrum(
+    axes: Axes,
+    recording: Recording,
+    found: Diagnosis,
+    series: str,
+    looks: Looks,
+    rounding: Resolution | None,
+) -> None:
+    """Welch's spectrum, its lines by number, and what is left of it behind each filter."""
+    psd, rate = found.spectra.get(series), recording.frame_rate_hz
+    if psd is None or not np.any(psd["psd_mm2_hz"] > 0):
+        panel_title(axes, f"Spectrum of {series}")
+        axes.set(xticks=[], yticks=[])
+        figure.say(axes, "no spectrum")
+        return
+    bins = log_bins(psd["f_hz"], psd["psd_mm2_hz"], BINS_PER_DECADE)
+    lines = [one.line for one in found.lines if one.series == series]
+    remark = f"{len(lines) or 'no'} spectral line{'s' if len(lines) > 1 else ''}"
+    short = not lines and recording.duration_s < SHORT_S
+    if short and (peak := evidence.broad_peak(bins.centre, bins.median)):
+        remark = f"broad peak near {peak:.2g} Hz, {recording.duration_s:.2g} s cannot decide"
+    panel_title(axes, f"Spectrum of {series}", remark)
+    axes.set(xlabel="Frequency (Hz)", ylabel="PSD (mm²/Hz)")
+    levels = [bins.high, bins.median[bins.median > 0] / 300]
+    levels += [np.array([rounding.rounding_h0])] if rounding else []
+    lower, upper = log_limits(levels, 2.0, DECADES)
+    x_limits = log_limits([bins.centre])[0], rate / 2 * 1.1
+    figure.log_axes(axes, (x_limits, (lower, upper * (4.0 if lines else 1.0))))
+    axes.fill_between(bins.centre, bins.median, bins.high, color=INK, alpha=0.2, lw=0)
+    axes.plot(bins.centre, bins.high, color=GREY, lw=0.6)
+    for one, look in looks:
+        axes.plot(bins.centre, bins.median * one.filter.gain(bins.centre, rate) ** 2, **look)
+    if rounding:
+        axes.axhline(rounding.rounding_h0, **ROUNDING)
+    for k, line in enumerate(sorted(lines[:NAMED], key=lambda line: line.f_0), start=1):
+        top = bins.high[np.argmin(np.abs(np.log(bins.centre / line.f_0)))]
+        how: Keywords = {"marker": f"${k}$", "ms": 5.5, "color": INK, "mew": 0.3, "ls": ""}
+        label = f"{line.f_0:.4g} Hz: {mm(line.A_s, 2)}"
+        axes.plot([line.f_0], [top * (1.8 if k % 2 else 4.5)], label=label, clip_on=False, **how)
+
+
+def _draw_deviations(
+    axes: Axes, rate_hz: float, series: str, looks: Looks, rounding: Resolution | None
+) -> None:
+    """Allan deviations behind every filter: curves by the model, points as measured, joined where
+    there is no model."""
+    curves = [left.curve for one, _ in looks for left in (one.predicted, one.measured) if left]
+    drawn = [one for one, _ in looks if one.predicted or one.measured]
+    filtered = any(one.filter.sos is not None for one in drawn)
+    remark = "as it is and filtered" if filtered else "too short to filter"
+    panel_title(axes, f"Allan deviation of {series}", remark if drawn else "")
+    if not any(np.any(np.asarray(adev) > 0) for _, adev in curves):
+        axes.set(xticks=[], yticks=[])
+        figure.say(axes, "no Allan deviation")
+        return
+    limits = log_limits([tau for tau, _ in curves]), log_limits([adev for _, adev in curves])
+    figure.log_axes(axes, limits)
+    axes.set(xlabel="Averaging time τ (s)", ylabel="ADEV (mm)")
+    for one, look in looks:
+        points: Keywords = {"marker": "o", "ms": 2.6, "mew": 0}
+        if one.predicted:
+            axes.plot(*one.predicted.curve, **look)
+            points |= {"ls": "", "label": "_measured"}
+        if one.measured:
+            axes.plot(*one.measured.curve, **{**look, **points})
+    if any(one.predicted for one in drawn):
+        axes.plot([], [], color=GREY, label="curve: by the noise model")
+        axes.plot([], [], color=GREY, ls="", marker="o", ms=3, label="points: measured")
+    if rounding:
+        tau = np.array(limits[0])
+        axes.plot(tau, rounding.rounding_mm / np.sqrt(np.maximum(tau * rate_hz, 1.0)), **ROUNDING)

@@ -3,51 +3,41 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import reduce
 from pathlib import Path
 
 from mocap_metrology.common.files import write_csv, write_json, write_text
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.diagnosis.events import Event
-from mocap_metrology.noise.diagnosis.filtering import CHOSEN_S, Filtered, Left
+from mocap_metrology.noise.diagnosis.filtering import CHOSEN_S, Filter, Filtered
 from mocap_metrology.noise.diagnosis.findings import Finding
 from mocap_metrology.noise.diagnosis.periodic import Found
 from mocap_metrology.noise.diagnosis.recording import Diagnosis, Recording
 from mocap_metrology.present.text.diagnosis import line_words, outcome
 from mocap_metrology.present.text.sentence import Sentence
 
-EVENTS = (
-    *("event", "time_s", "duration_s", "kind", "series", "markers", "size_mm", "size_series"),
-    *("shift_mm", "significance", "tau_s", "false_alarm_p", "side_series", "sd_before_mm"),
-    *("sd_after_mm", "fast_sd_before_mm", "fast_sd_after_mm", "ratio", "ratio_lower"),
-    *("ratio_upper", "word"),
-)
-PERIODIC = (
-    *("series", "f_hz", "f_std_error_hz", "width_f_hz", "amplitude_mm", "lower_95_mm"),
-    *(
-        "upper_95_mm",
-        "in_periodogram",
-        "periodogram_gain",
-        "in_psd",
-        "psd_snr",
-        "in_adev",
-        "share_of_avar",
-    ),
-    *("tau_s", "harmonic", "fundamental_hz", "alias_below_hz", "alias_above_hz", "word"),
-)
+# Columns with the attributes that they hold; those without one are computed. Sides of an event are
+# those of the series that changed most for its interval, of 99 % over all series together.
+EVENTS = {
+    "event": "", "time_s": "time_s", "duration_s": "duration_s", "kind": "kind", "series": "",
+    "markers": "", "size_mm": "size_mm", "size_series": "largest", "shift_mm": "shift_mm",
+    "significance": "ratio", "tau_s": "tau_s", "false_alarm_p": "p",
+    "side_series": "most_changed.series", "sd_before_mm": "most_changed.sd_before",
+    "sd_after_mm": "most_changed.sd_after", "fast_sd_before_mm": "most_changed.fast_before",
+    "fast_sd_after_mm": "most_changed.fast_after", "ratio": "most_changed.ratio",
+    "ratio_lower": "most_changed.lower", "ratio_upper": "most_changed.upper", "word": "",
+}  # fmt: skip
+PERIODIC = {
+    "series": "series", "f_hz": "line.f_0", "f_std_error_hz": "f_error", "width_f_hz": "",
+    "amplitude_mm": "line.A_s", "lower_95_mm": "lower", "upper_95_mm": "upper",
+    "in_periodogram": "", "periodogram_gain": "line.gain", "in_psd": "in_psd",
+    "psd_snr": "snr_psd", "in_adev": "in_adev", "share_of_avar": "share", "tau_s": "tau_s",
+    "harmonic": "", "fundamental_hz": "", "alias_below_hz": "", "alias_above_hz": "", "word": "",
+}  # fmt: skip
 PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "least_adev_tau_s")
-KINDS = ("predicted", "measured")
-FILTERS = (
-    *("series", "filter", "n_frames"),
-    *(f"{kind}_{name}" for kind in KINDS for name in ("sigma_before_mm", "sigma_mm", "share_left")),
-    *(
-        f"{kind}_{place}{when}{'' if place.endswith('_s') else '_mm'}"
-        for kind in KINDS
-        for place in PLACES
-        for when in ("_before", "")
-    ),
-)
+NO_FILTER = Filtered("", Filter("none", None), 0, None, None)
 
 
 def write_diagnosis(
@@ -61,97 +51,77 @@ def write_diagnosis(
 ) -> None:
     """Write all four into `folder`; tables without rows have their header. source: `twin` or
     `measured`."""
-    folder = Path(folder)
-    tables = {
-        "events": (event_rows(found.events, recording.labels), EVENTS),
-        "periodic": (periodic_rows(found.lines, recording.frame_rate_hz), PERIODIC),
-        "filters": (filter_rows(found.filtered), FILTERS),
+    none = {one.series: one for one in found.filtered if one.filter.sos is None}
+    of_events = [
+        _row(EVENTS, event, _of_event(k, event, recording))
+        for k, event in enumerate(found.events, start=1)
+    ]
+    of_lines = [_row(PERIODIC, x, _of_line(x, recording.frame_rate_hz)) for x in found.lines]
+    of_filters = [_of_filter(none[one.series], one) for one in found.filtered]
+    tables: dict[str, tuple[list[Row], Mapping[str, object]]] = {
+        "events": (of_events, EVENTS),
+        "periodic": (of_lines, PERIODIC),
+        "filters": (of_filters, _of_filter(NO_FILTER, NO_FILTER)),
     }
-    for stem, (rows, head) in tables.items():
-        _write(folder / f"{stem}.csv", name, source, rows, head)
+    for stem, (rows, columns) in tables.items():
+        path = Path(folder) / f"{stem}.csv"
+        if rows:
+            write_csv(path, [{"recording": name, "source": source, **row} for row in rows])
+        else:
+            write_text(path, ",".join(("recording", "source", *columns)) + "\n")
     document = {
         "recording": name,
         "source": source,
         "findings": [one.as_dict() for one in findings],
         "sentences": [{**asdict(one), "series": list(one.series)} for one in sentences],
     }
-    write_json(folder / "diagnosis.json", document)
+    write_json(Path(folder) / "diagnosis.json", document)
 
 
-def _write(path: Path, name: str, source: str, rows: Sequence[Row], head: Sequence[str]) -> None:
-    if rows:
-        write_csv(path, [{"recording": name, "source": source, **row} for row in rows])
-    else:
-        write_text(path, ",".join(("recording", "source", *head)) + "\n")
+def _row(columns: Mapping[str, str], of: object, computed: Row) -> Row:
+    """Attributes of an object, `a.b` those of attribute a, none where it is None."""
+
+    def get(value: object, name: str) -> object:
+        return None if value is None else getattr(value, name)
+
+    return {
+        name: reduce(get, attributes.split("."), of) if attributes else computed[name]
+        for name, attributes in columns.items()
+    }
 
 
-def event_rows(events: Sequence[Event], labels: Sequence[str]) -> list[Row]:
-    """One row an event. The sides are those of the series that changed most for its interval, which
-    is of 99 % over all series together."""
-    rows = []
-    for number, event in enumerate(events, start=1):
-        side = event.most_changed
-        values = (
-            *(number, event.time_s, event.duration_s, event.kind, ";".join(event.series)),
-            *(";".join(event.markers(labels)), event.size_mm, event.largest, event.shift_mm),
-            *(event.ratio, event.tau_s, event.p, side.series if side else ""),
-            *((side.sd_before, side.sd_after) if side else (None, None)),
-            *((side.fast_before, side.fast_after) if side else (None, None)),
-            *((side.ratio, side.lower, side.upper) if side else (None, None, None)),
-            outcome(event),
-        )
-        rows.append(dict(zip(EVENTS, values, strict=True)))
-    return rows
+def _of_event(k: int, event: Event, recording: Recording) -> Row:
+    markers = ";".join(event.markers(recording.labels))
+    series = ";".join(event.series)
+    return {"event": k, "series": series, "markers": markers, "word": outcome(event)}
 
 
-def periodic_rows(lines: Sequence[Found], rate_hz: float) -> list[Row]:
-    """One row a line and series."""
-    rows: list[Row] = []
-    for one in lines:
-        number, fundamental = one.harmonic or (None, None)
-        values = (
-            *(one.series, one.line.f_0, one.f_error, one.line.width_f or None),
-            *(
-                one.line.A_s,
-                one.lower,
-                one.upper,
-                True,
-                one.line.gain,
-                one.in_psd,
-                one.snr_psd,
-                one.in_adev,
-                one.share,
-                one.tau_s,
-            ),
-            *(number, fundamental, rate_hz - one.line.f_0, rate_hz + one.line.f_0, line_words(one)),
-        )
-        rows.append(dict(zip(PERIODIC, values, strict=True)))
-    return rows
+def _of_line(one: Found, rate_hz: float) -> Row:
+    harmonic, fundamental_hz = one.harmonic or (None, None)
+    return {
+        "width_f_hz": one.line.width_f or None,
+        "in_periodogram": True,
+        "harmonic": harmonic,
+        "fundamental_hz": fundamental_hz,
+        "alias_below_hz": rate_hz - one.line.f_0,
+        "alias_above_hz": rate_hz + one.line.f_0,
+        "word": line_words(one),
+    }
 
 
-def filter_rows(filtered: Sequence[Filtered]) -> list[Row]:
-    """One row a series and filter, before being the filter `none`."""
-    before = {one.series: one for one in filtered if one.filter.sos is None}
-    rows = []
-    for one in filtered:
-        row: Row = {
-            "series": one.series, "filter": one.filter.name, "n_frames": one.n_frames,
-        }  # fmt: skip
-        for kind in KINDS:
-            row |= _columns(kind, getattr(before[one.series], kind), getattr(one, kind))
-        rows.append({name: row[name] for name in FILTERS})
-    return rows
-
-
-def _columns(kind: str, before: Left | None, after: Left | None) -> Row:
-    values: Row = {}
-    for when, left in (("_before", before), ("", after)):
-        places = (*left.adev, left.least, left.least_tau_s) if left else [math.nan] * len(PLACES)
-        for place, value in zip(PLACES, places, strict=True):
+def _of_filter(none: Filtered, one: Filtered) -> Row:
+    """Row of a filter beside the series without one: first the shares, then all deviations."""
+    row: Row = {"series": one.series, "filter": one.filter.name, "n_frames": one.n_frames}
+    deviations: Row = {}
+    for kind in ("predicted", "measured"):
+        before, after = getattr(none, kind), getattr(one, kind)
+        for when, left in (("_before", before), ("", after)):
+            row[f"{kind}_sigma{when}_mm"] = left.sigma if left else math.nan
+        share = after.variance_share(before) if before and after else math.nan
+        row[f"{kind}_share_left"] = share
+        for k, place in enumerate(PLACES):
             unit = "" if place.endswith("_s") else "_mm"
-            values[f"{kind}_{place}{when}{unit}"] = value
-        values[f"{kind}_sigma{when}_mm"] = left.sigma if left else math.nan
-    share = math.nan
-    if before and after and before.sigma > 0:
-        share = (after.sigma / before.sigma) ** 2
-    return values | {f"{kind}_share_left": share}
+            for when, left in (("_before", before), ("", after)):
+                value = (*left.adev, left.least, left.least_tau_s)[k] if left else math.nan
+                deviations[f"{kind}_{place}{when}{unit}"] = value
+    return row | deviations

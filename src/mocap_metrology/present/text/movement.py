@@ -12,27 +12,21 @@ MOST_NAMED = 6
 
 
 def movement_words(moving: Mapping[str, tuple[str, Movement]], within_s: float) -> list[str]:
-    """One line that names every moving marker (`most_moving`) and describes the largest movement;
-    none without movement."""
+    """One line that names every moving marker (`most_moving`) and describes the largest movement:
+    `shifts by 2.05 mm along x at 312 s`; none without movement."""
     if not moving:
         return []
     label = max(moving, key=lambda name: moving[name][1].size_mm)
     axis, worst = moving[label]
     first, *others = moving
-    which = f"{label} " if others else ""
+    size = f"by {mm(worst.size_mm)} along {axis}"
+    movement = f"moves {size} within {with_unit(within_s, 's')}"
+    if math.isfinite(worst.time_s):
+        movement = f"shifts {size} at {with_unit(worst.time_s, 's')}"
     return [
-        f"marker {first} seems to move{_and_others(others)}: "
-        f"{which}{deed(axis, worst, within_s)}, which noise does not explain; the Allan variance "
-        "assumes stationary markers"
+        f"marker {first} seems to move{_and_others(others)}: {f'{label} ' if others else ''}"
+        f"{movement}, which noise does not explain; the Allan variance assumes stationary markers"
     ]
-
-
-def deed(axis: str, found: Movement, within_s: float) -> str:
-    """Movement of a marker: `shifts by 2.05 mm along x at 312 s`."""
-    size = mm(found.size_mm)
-    if math.isfinite(found.time_s):
-        return f"shifts by {size} along {axis} at {with_unit(found.time_s, 's')}"
-    return f"moves by {size} along {axis} within {with_unit(within_s, 's')}"
 
 
 def _and_others(names: Sequence[str]) -> str:

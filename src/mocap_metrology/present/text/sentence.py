@@ -1,27 +1,76 @@
-"""A sentence of the diagnosis."""
+"""Sentences on a recording: the templates of recording.toml, filled with their numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import inspect
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-Severity = Literal["info", "warning"]
+from mocap_metrology.present.text import numbers as formats
+
+if TYPE_CHECKING:
+    from jinja2 import Environment, Template
 
 
 @dataclass(frozen=True)
 class Sentence:
-    """kind: event, periodic, resolution, filter, low_pass, warm_up, drift, outliers, gaps, filled,
-    repeated, moving, misfit, level, tails; severity: info or warning; words: a sentence; numbers:
-    those in it, units in their names."""
+    """A sentence of the diagnosis. kind: first part of its template's name in recording.toml;
+    severity: info, or warning; series: of which it is; words: the sentence; numbers: those in it,
+    units in their names."""
 
     kind: str
-    severity: Severity
+    severity: str
     series: tuple[str, ...]
     words: str
     numbers: Mapping[str, object] = field(default_factory=dict)
 
 
-def severity(matters: bool) -> Severity:
-    """`warning` of what matters."""
-    return "warning" if matters else "info"
+def sentence(
+    key: str,
+    matters: bool,
+    series: Iterable[str] = (),
+    numbers: Mapping[str, object] | None = None,
+    **values: Any,
+) -> Sentence:
+    """The sentence of a template `kind.case`, a warning if it matters. The template is filled with
+    the numbers, these values, and the series as `names`."""
+    names, numbers = tuple(series), numbers or {}
+    words = render(key, **{"names": names, **numbers, **values})
+    return Sentence(key.split(".")[0], "warning" if matters else "info", names, words, numbers)
+
+
+def render(key: str, **values: Any) -> str:
+    """The text of a template `kind.case` with these values."""
+    return _template(key).render(values)
+
+
+@cache
+def _template(key: str) -> Template:
+    kind, case = key.split(".")
+    return _environment().from_string(_texts()[kind][case])
+
+
+@cache
+def _texts() -> dict[str, dict[str, str]]:
+    return tomllib.loads(Path(__file__).with_name("recording.toml").read_text(encoding="utf-8"))
+
+
+@cache
+def _environment() -> Environment:
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(undefined=StrictUndefined)
+    of_numbers = dict(inspect.getmembers(formats, inspect.isfunction))
+    environment.filters |= of_numbers | {"g": _general}
+    environment.globals |= of_numbers
+    environment.tests["finite"] = math.isfinite
+    return environment
+
+
+def _general(value: float, digits: int = 6) -> str:
+    return f"{value:.{digits}g}"

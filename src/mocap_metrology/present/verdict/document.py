@@ -1,15 +1,20 @@
-"""Contents of verdict.json."""
+"""Contents of verdict.json: the numbers and the reasons of an assessment."""
 
 from __future__ import annotations
 
+import math
+
 from mocap_metrology.common.types import Row
-from mocap_metrology.noise.assess.checks import Check
+from mocap_metrology.noise.assess.checks import LEAST_FRAMES, LEAST_S, Check, ModelCheck
 from mocap_metrology.noise.assess.mean import NOT_COVERED
 from mocap_metrology.noise.assess.recording import Assessment
-from mocap_metrology.noise.assess.uncertainty import Mean, SeriesNumbers
-from mocap_metrology.present.text.reasons import quantity, reason, why_measured
+from mocap_metrology.noise.assess.spread import Share
+from mocap_metrology.noise.assess.uncertainty import SeriesNumbers, Unmodelled, Why
+from mocap_metrology.noise.fit.estimates import correlation_class
+from mocap_metrology.present.text.numbers import with_unit
+from mocap_metrology.present.text.sentence import render
 
-AFTER_REASON = (
+NUMBERS = (  # of a series
     *("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm", "sigma_recording_mm"),
     *("frame_mm", "frame_lower_mm", "frame_upper_mm", "adev_min_mm", "adev_min_lower_mm"),
     *("adev_min_upper_mm", "tau_min_s", "adev_still_falls"),
@@ -17,9 +22,9 @@ AFTER_REASON = (
 OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm")
 
 
-def verdict_document(found: Assessment, source: str) -> Row:
+def verdict_document(assessment: Assessment, source: str) -> Row:
     """Numbers and words of an assessment. source: `twin` or `measured`."""
-    facts, span, verdict = found.facts, found.span, found.verdict
+    facts, span, verdict = assessment.facts, assessment.span, assessment.verdict
     return {
         "source": source,
         "labels": list(facts.labels),
@@ -36,34 +41,58 @@ def verdict_document(found: Assessment, source: str) -> Row:
         "reference_for_mm": verdict.reference_for_mm,
         "mean_mm": span.mean_mm,
         "not_covered": list(NOT_COVERED),
-        "limits_mm": {"good": found.limits.good_mm, "usable": found.limits.usable_mm},
+        "limits_mm": {"good": assessment.limits.good_mm, "usable": assessment.limits.usable_mm},
         "series": {
             name: _series(numbers)
             | {"missing": facts.missing.get(name), "excess_outliers": facts.outliers.get(name)}
-            for name, numbers in found.series.items()
+            for name, numbers in assessment.series.items()
         },
     }
 
 
 def _check(check: Check) -> Row:
     return {
+        "code": str(check.code),
         "threshold": check.threshold,
         "series": check.series,
-        "quantity": quantity(check),
+        "quantity": render(f"quantity.{check.code}", c=check),
         "value": check.value,
         "limit": check.limit,
         "unit": check.unit,
     }
 
 
+def reason(check: Check) -> str:
+    """The sentence of a check, with its numbers."""
+
+    def limit(times: float = 1, unit: str = "mm") -> str:
+        return render(f"limit.{check.word}", size=with_unit(times * float(check.limit), unit))
+
+    none = why_measured(Unmodelled(Why.NO_MODEL))
+    series: dict[str, list[str]] = {}  # by why they have no noise model
+    for name, one in check.unmodelled.items() if isinstance(check, ModelCheck) else ():
+        why = why_measured(one) or none
+        bare = one is None or one.why in (Why.NO_MODEL, Why.MISFIT)
+        series.setdefault(why if bare else f"{none} ({why})", []).append(name)
+    names, least = ", ".join(check.names), {"least_frames": LEAST_FRAMES, "least_s": LEAST_S}
+    return render(f"check.{check.code}", c=check, names=names, limit=limit, reasons=series, **least)
+
+
+def why_measured(unmodelled: Unmodelled | None) -> str:
+    """Why the numbers of a series are not those of a model; empty where they are."""
+    return render(f"measured.{unmodelled.why}", **vars(unmodelled)) if unmodelled else ""
+
+
 def _series(numbers: SeriesNumbers) -> Row:
+    means = [{name: getattr(mean, name) for name in (*OF_MEAN, "shares")} for mean in numbers.means]
     return {
         "status": numbers.status,
         "basis": numbers.basis,
         "why_measured": why_measured(numbers.unmodelled),
-        **{name: getattr(numbers, name) for name in AFTER_REASON},
-        "means": [_mean(mean) for mean in numbers.means],
-        "shares": dict(numbers.shares),
+        **{name: getattr(numbers, name) for name in NUMBERS},
+        "means": means,
+        "shares": numbers.shares,
+        "kinds": [_kind(one) for one in numbers.kinds],
         "floor_mm": numbers.floor_mm,
         "drift_mm_per_h": numbers.drift_mm_per_h,
         "range_mm": numbers.range_mm,
@@ -71,5 +100,7 @@ def _series(numbers: SeriesNumbers) -> Row:
     }
 
 
-def _mean(mean: Mean) -> Row:
-    return {**{name: getattr(mean, name) for name in OF_MEAN}, "shares": dict(mean.shares)}
+def _kind(one: Share) -> Row:
+    """A kind of noise with its share; class: of correlated noise (S 4.6)."""
+    of_time = "" if math.isnan(one.T_c_s) else correlation_class(one.T_c_s)
+    return {**vars(one), "class": of_time}

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from mocap_metrology.noise.assess.checks import COORDINATE, worst
+from mocap_metrology.noise.assess.checks import COORDINATE
 from mocap_metrology.present.tables import Record, Row
-from mocap_metrology.present.text.numbers import duration_words, significant, with_unit
-
-MOVES = "still.range_mm"  # the threshold for being at rest
-Found = Record  # contents of verdict.json
+from mocap_metrology.present.text.numbers import duration_words, significant
+from mocap_metrology.present.text.sentence import render
 
 CAPTION = (
     "One row per recording. word: good, usable or bad. reason: the check that decided. All "
@@ -25,231 +23,169 @@ CAPTION = (
     "alone, without scale and distortion of the volume, and is empty where the word is bad. "
     "n_findings: number of warnings of the diagnosis."
 )
-HEAD = (
-    *("recording", "source", "word", "reason", "worst", "sigma_frame_mm", "sigma_frame_L_mm"),
-    *("frame_mm", "adev_min_mm", "tau_min_s", "mean_1_s_mm", "mean_10_s_mm", "mean_60_s_mm"),
-    *("reference_for_4x_mm", "reference_for_10x_mm", "dominating_noise", "horizon_s", "n_findings"),
-)
+# Kinds of findings that a check of the verdict states as well
+STATED = {
+    "missing": ("filled", "gaps"),
+    "missing_or_filled": ("filled", "gaps"),
+    "low_pass": ("low_pass",),
+    "outliers": ("outliers",),
+    "step": ("resolution",),
+}
+# Names of the quantities, in the order of the figure
+FRAME, NEAR = "one frame", "one frame within 1 s"
+MEANS = ("mean of 1 s", "mean of 10 s", "mean of 60 s")
 
 
-def summary_row(found: Found) -> Row:
-    """A row of <group>_summary: `HEAD`."""
-    series = found["series"]
-    name = worst_coordinate(_with_numbers(series), "frame_mm")
-    own = series.get(name, {})
-    means = [_worst_mean(series, k) for k in range(3)]
+def summary_row(verdict: Record) -> Row:
+    """A row of <group>_summary. verdict: contents of verdict.json, as everywhere here."""
+    series = {k: v for k, v in verdict["series"].items() if COORDINATE.fullmatch(k)}
+    name = _greatest({k: v["frame_mm"] for k, v in series.items()})
+    worst = series.get(name, {})
+    means = [{k: v["means"][n]["uncertainty_mm"] for k, v in series.items()} for n in range(3)]
+    largest = [sizes.get(_greatest(sizes)) for sizes in means]
+    sigma = {k: v["sigma_frame_mm"] for k, v in series.items()}
     return {
-        "recording": found["recording"],
-        "source": found["source"],
-        "word": found["word"],
-        "reason": found["reason"],
+        "recording": verdict["recording"],
+        "source": verdict["source"],
+        "word": verdict["word"],
+        "reason": verdict["reason"],
         "worst": name,
-        "sigma_frame_mm": _largest(series, "sigma_frame_mm"),
-        "sigma_frame_L_mm": series.get("L", {}).get("sigma_frame_mm"),
-        "frame_mm": own.get("frame_mm"),
-        "adev_min_mm": own.get("adev_min_mm"),
-        "tau_min_s": own.get("tau_min_s"),
-        **dict(zip(("mean_1_s_mm", "mean_10_s_mm", "mean_60_s_mm"), means, strict=True)),
-        "reference_for_4x_mm": found["reference_for_mm"]["4"],
-        "reference_for_10x_mm": found["reference_for_mm"]["10"],
-        "dominating_noise": dominating(own) if own else "",
-        "horizon_s": found["horizon_s"],
-        "n_findings": len(warnings_of(found)),
+        "sigma_frame_mm": sigma.get(_greatest(sigma)),
+        "sigma_frame_L_mm": verdict["series"].get("L", {}).get("sigma_frame_mm"),
+        "frame_mm": worst.get("frame_mm"),
+        "adev_min_mm": worst.get("adev_min_mm"),
+        "tau_min_s": worst.get("tau_min_s"),
+        **dict(zip(("mean_1_s_mm", "mean_10_s_mm", "mean_60_s_mm"), largest, strict=True)),
+        "reference_for_4x_mm": verdict["reference_for_mm"]["4"],
+        "reference_for_10x_mm": verdict["reference_for_mm"]["10"],
+        "dominating_noise": _greatest(worst["shares"]) if worst else "",
+        "horizon_s": verdict["horizon_s"],
+        "n_findings": len(_warnings(verdict)),
     }
 
 
-def dominating(series: Found) -> str:
-    """Kind of noise with the largest share of the uncertainty of one frame; empty if unknown."""
-    shares: Mapping[str, float] = series["shares"]
-    return max(shares, key=lambda name: shares[name], default="")
+def _greatest(values: Mapping[str, float | None]) -> str:
+    """Name of the greatest value; empty where none is known."""
+    known = {k: v for k, v in values.items() if v is not None}
+    return max(known, key=lambda k: known[k], default="")
 
 
-def worst_coordinate(series: Mapping[str, Found], key: str) -> str:
-    """Name of the coordinate with the greatest `key`; empty without one."""
-    return worst({k: v[key] for k, v in series.items() if COORDINATE.fullmatch(k)})[0]
-
-
-def warnings_of(found: Found) -> list[str]:
+def _warnings(verdict: Record) -> list[Record]:
     """What the diagnosis warns of; what it only remarks stays in its own files."""
-    return [item["words"] for item in found["sentences"] if item["severity"] != "info"]
+    return [item for item in verdict["sentences"] if item["severity"] != "info"]
 
 
-def reference_sentence(found: Found) -> str:
+def reference_sentence(verdict: Record) -> str:
     """S 2.2's rule with this recording's numbers, which are of noise only."""
-    four, ten = (found["reference_for_mm"][k] for k in ("4", "10"))
+    four, ten = (verdict["reference_for_mm"][k] for k in ("4", "10"))
     if four is None or math.isnan(four):
-        return "Not suitable as a reference."
-    return (
-        "By its noise alone, suitable as a reference for devices with an uncertainty of at least "
-        f"{with_unit(four, 'mm')} (4 times the upper end of its interval; 10 times: "
-        f"{with_unit(ten, 'mm')}). Scale and distortion of the volume are not included."
-    )
+        return render("verdict.no_reference")
+    return render("verdict.reference", four=four, ten=ten)
 
 
-def marker_numbers(found: Found) -> str:
-    """Which marker has which number in the names of series; empty if that is not known."""
-    labels = found.get("labels") or []
-    said = ", ".join(f"{k} = {label}" for k, label in enumerate(labels, start=1))
-    return f"Marker{'s' if len(labels) > 1 else ''}: {said}." if said else ""
+def marker_numbers(verdict: Record) -> list[str]:
+    """Which marker has which number in the names of series, where that is known."""
+    labels = verdict.get("labels")
+    return [render("verdict.markers", labels=labels)] if labels else []
 
 
-def sentences(found: Found) -> list[str]:
+def sentences(verdict: Record) -> list[str]:
     """The reason, the number if it is not in it, what else was found, and what follows."""
-    number = found.get("uncertainty") or ""
-    said = [found["reason"], *([number] if number else [])]
-    return [*said, *(cap["reason"] for cap in found["caps"]), reference_sentence(found)]
+    number = [verdict["uncertainty"]] if verdict.get("uncertainty") else []
+    caps = [cap["reason"] for cap in verdict["caps"]]
+    return [verdict["reason"], *number, *caps, reference_sentence(verdict)]
 
 
-def verdict_lines(found: Found) -> list[str]:
+def verdict_lines(verdict: Record) -> list[str]:
     """What `make check` prints of a recording; of one that moves no noise, which would be of the
     movement."""
-    horizon = duration_words(found["horizon_s"])
-    first = f"{found['recording']}: {found['word']}"
-    if found["decided_by"]["threshold"] == MOVES:
-        return [first, found["reason"], reference_sentence(found)]
-    lines = [
-        first,
-        *sentences(found),
-        *([numbers] if (numbers := marker_numbers(found)) else []),
-        "",
-        f"Standard uncertainties in mm, about the mean of {horizon}:",
-        *_aligned(_table(found["series"])),
-    ]
-    lines += _measured(found)
-    lines += ["", mean_words(found), *_aligned(mean_table(found["series"]))]
-    findings = [words for words in _not_stated(found) if not _told(words, found)]
-    if findings:
-        lines += ["", "Findings:", *(f"  {words}" for words in findings)]
-    said = {words.casefold().rstrip(".") for words in findings}
-    warnings = [w for w in found["warnings"] if w.casefold().rstrip(".") not in said]
-    return [*lines, *(f"warning: {words}" for words in warnings)]
-
-
-def mean_words(found: Found) -> str:
-    """What `mean_table` is of, and what is not in it."""
-    return (
-        f"Mean of all frames, and the length in s for k u of {found['mean_mm']:g} mm (type A; "
-        "k = t(0.975) by the effective degrees of freedom). Not covered: "
-        f"{', '.join(found['not_covered'])}."
+    first = f"{verdict['recording']}: {verdict['word']}"
+    if verdict["decided_by"]["code"] == "moves":
+        return [first, verdict["reason"], reference_sentence(verdict)]
+    head = (
+        f"Standard uncertainties in mm, about the mean of {duration_words(verdict['horizon_s'])}:"
     )
+    lines = [first, *sentences(verdict), *marker_numbers(verdict), "", head]
+    lines += [*_aligned(_table(verdict["series"])), *_measured(verdict)]
+    lines += ["", mean_words(verdict), *_aligned(mean_table(verdict["series"]))]
+    findings = [item["words"] for item in _warnings(verdict) if not _stated(item, verdict)]
+    lines += ["", "Findings:", *(f"  {words}" for words in findings)] if findings else []
+    told = {words.casefold().rstrip(".") for words in findings}
+    others = (w for w in verdict["warnings"] if w.casefold().rstrip(".") not in told)
+    return [*lines, *(f"warning: {words}" for words in others)]
 
 
-def mean_table(series: Mapping[str, Found]) -> list[list[str]]:
+def mean_words(verdict: Record) -> str:
+    """What `mean_table` is of, and what is not in it."""
+    named = {name: verdict[name] for name in ("mean_mm", "not_covered")}
+    return render("verdict.mean", **named)
+
+
+def mean_table(series: Mapping[str, Record]) -> list[list[str]]:
     """A row a series, with its head; a dash where the mean depends on when it is taken."""
     rows = [["", "u", "k", "k u", "independent frames (95 %)", "T_c", "length needed"]]
     for name, values in series.items():
-        one = values["mean_of_all"]
-        ends = [significant(one[f"n_eff_{end}_95"]) for end in ("lower", "upper")]
-        n_eff = significant(one["n_eff"])
+        mean = values["mean_of_all"]
+        n_eff, low, high = (
+            significant(mean[f"n_eff{end}"]) for end in ("", "_lower_95", "_upper_95")
+        )
         rows.append(
             [
                 name,
-                in_mm(one["u_mm"]),
-                significant(one["k"]) or "-",
-                in_mm(one["expanded_mm"]),
-                f"{n_eff} ({ends[0]} to {ends[1]})" if n_eff else "-",
-                significant(one["correlation_s"]) or "-",
-                significant(one["length_s"]) or "-",
+                _in_mm(mean["u_mm"]),
+                significant(mean["k"]) or "-",
+                _in_mm(mean["expanded_mm"]),
+                f"{n_eff} ({low} to {high})" if n_eff else "-",
+                significant(mean["correlation_s"]) or "-",
+                significant(mean["length_s"]) or "-",
             ]
         )
     return rows
 
 
-# Kinds of findings that a check of the verdict states as well
-STATED = {
-    "share of missing frames": ("filled", "gaps"),
-    "low-pass filter of the export": ("low_pass",),
-    "share of outliers": ("outliers",),
-    "step of the file": ("resolution",),
-}
+def _stated(item: Record, verdict: Record) -> bool:
+    """Whether a warning of the diagnosis repeats a reason: one alone of its kind, or of series
+    that have no noise model, as the reasons say."""
+    codes = [check["code"] for check in (verdict["decided_by"], *verdict["caps"])]
+    if item["kind"] == "misfit":
+        return all(verdict["series"][name]["status"] == "refused" for name in item["series"])
+    alone = sum(one["kind"] == item["kind"] for one in _warnings(verdict)) == 1
+    return alone and any(item["kind"] in STATED.get(code, ()) for code in codes)
 
 
-def _not_stated(found: Found) -> list[str]:
-    """Warnings of the diagnosis without those that are alone of their kind and that the reasons
-    of the verdict state already."""
-    checks = [found["decided_by"], *found["caps"]]
-    stated = [kind for check in checks for kind in STATED.get(check["quantity"], ())]
-    warned = [item for item in found["sentences"] if item["severity"] != "info"]
-    kinds = [item["kind"] for item in warned]
-    return [
-        item["words"]
-        for item in warned
-        if item["kind"] not in stated or kinds.count(item["kind"]) > 1
-    ]
-
-
-def _measured(found: Found) -> list[str]:
+def _measured(verdict: Record) -> list[str]:
     """Which series have measured and no modelled numbers, and why, unless stated elsewhere."""
     reasons: dict[str, list[str]] = {}
-    for name, values in found["series"].items():
-        if values["why_measured"]:
-            reasons.setdefault(values["why_measured"], []).append(name)
-    said = " ".join(sentences(found)).casefold()
-    if len(reasons) == 1 and all(v["why_measured"] for v in found["series"].values()):
-        (why,) = reasons
-        return ["", f"All measured, not modelled{'' if why.casefold() in said else f': {why}'}."]
-    lines = [f"  {', '.join(names)}: {why}" for why, names in reasons.items()]
+    for name, values in verdict["series"].items():
+        reasons.setdefault(values["why_measured"], []).append(name)
+    if len(reasons) == 1 and (why := next(iter(reasons))):
+        stated = why.casefold() in " ".join(sentences(verdict)).casefold()
+        return ["", f"All measured, not modelled{'' if stated else f': {why}'}."]
+    lines = [f"  {', '.join(names)}: {why}" for why, names in reasons.items() if why]
     return ["", "Measured, not modelled:", *lines] if lines else []
 
 
-def _told(finding: str, found: Found) -> bool:
-    """Whether it only repeats that, and why, there is no noise model."""
-    refused = any(values["status"] == "refused" for values in found["series"].values())
-    return refused and finding.startswith("No noise model of ")
-
-
-# Names of the quantities, in the order of the figure
-FRAME, NEAR = "one frame", "one frame within 1 s"
-MEANS = ("mean of 1 s", "mean of 10 s", "mean of 60 s")
-_HEAD = ["", FRAME, NEAR, *MEANS, "lowest ADEV", "mostly"]
-
-
-def _table(series: Mapping[str, Found]) -> list[list[str]]:
-    rows = [_HEAD, *(_cells(k, v) for k, v in series.items())]
+def _table(series: Mapping[str, Record]) -> list[list[str]]:
+    """A row a series with its uncertainties, the lowest Allan deviation, and the largest kind of
+    noise, where any is known."""
+    rows = [["", FRAME, NEAR, *MEANS, "lowest ADEV", "mostly"]]
+    for name, values in series.items():
+        least, kind = _in_mm(values["adev_min_mm"]), _greatest(values["shares"])
+        if values["adev_min_mm"] is not None:
+            falls = ", still falling" if values["adev_still_falls"] else ""
+            least = f"{least}{falls} at {significant(values['tau_min_s'])} s"
+        means = [_in_mm(mean["uncertainty_mm"]) for mean in values["means"]]
+        mostly = f"{kind} {100 * values['shares'][kind]:.0f} %" if kind else ""
+        sizes = [_in_mm(values["frame_mm"]), _in_mm(values["sigma_frame_mm"]), *means]
+        rows.append([name, *sizes, least, mostly])
     return rows if any(row[-1] for row in rows[1:]) else [row[:-1] for row in rows]
 
 
-def _cells(name: str, values: Record) -> list[str]:
-    least = in_mm(values["adev_min_mm"])
-    falls = ", still falling" if values["adev_still_falls"] else ""
-    at = f"{falls} at {significant(values['tau_min_s'])} s" if least != "-" else ""
-    means = [in_mm(m["uncertainty_mm"]) for m in values["means"]]
-    share = dominating(values)
-    mostly = f"{share} {100 * values['shares'][share]:.0f} %" if share else ""
-    return [
-        name,
-        in_mm(values["frame_mm"]),
-        in_mm(values["sigma_frame_mm"]),
-        *means,
-        f"{least}{at}",
-        mostly,
-    ]
-
-
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    width = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return [
-        "  " + "  ".join(c.ljust(w) for c, w in zip(row, width, strict=True)).rstrip()
-        for row in rows
-    ]
+    width = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [f"  {'  '.join(map(str.ljust, row, width))}".rstrip() for row in rows]
 
 
-def in_mm(value: float | None) -> str:
+def _in_mm(value: float | None) -> str:
     """Three digits, or a dash for nothing."""
     return significant(value, least=1e-6) or "-"
-
-
-def _with_numbers(series: Mapping[str, Found]) -> dict[str, Found]:
-    """Those with an uncertainty; JSON has null for none."""
-    return {k: v for k, v in series.items() if v["frame_mm"] is not None}
-
-
-def _largest(series: Mapping[str, Found], key: str) -> float | None:
-    own = {k: v for k, v in series.items() if v[key] is not None}
-    name = worst_coordinate(own, key)
-    return own[name][key] if name else None
-
-
-def _worst_mean(series: Mapping[str, Found], number: int) -> float | None:
-    own = {k: {"u": v["means"][number]["uncertainty_mm"]} for k, v in series.items()}
-    return _largest(own, "u")

@@ -1,0 +1,95 @@
+"""Where a diagnosis shows best: its largest event or most unusual window, its surest line, and the
+noise before and after."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.noise.diagnosis.events import Event
+from mocap_metrology.noise.diagnosis.levels import Sides, compare
+from mocap_metrology.noise.diagnosis.recording import Diagnosis
+from mocap_metrology.noise.series import AXES
+
+ROUND_LEVEL_S = 5.0  # on either side of a change of level
+HALVES_MISS = 0.01  # probability that some series is reported as changed and is not
+PEAK, PEAK_DECADES, AROUND_DECADES = 3.0, 0.06, 0.4  # times what lies around; half widths
+SEEN = 1e-4  # share of the Allan variance from which rounding shows
+
+
+@dataclass(frozen=True)
+class View:
+    """What shows best: `series` from first_s to last_s; kind: `burst`, `level`, or `window`, the
+    one that noise explains least, at its averaging time, and the chance of such a one at most."""
+
+    kind: str
+    series: str
+    first_s: float
+    last_s: float
+    tau_s: float = math.nan
+    chance: float = math.nan
+
+    @property
+    def names(self) -> list[str]:
+        """All coordinates of the marker, or the one series."""
+        coordinate = self.series[0] in AXES
+        return [f"{axis}{self.series[1:]}" for axis in AXES] if coordinate else [self.series]
+
+
+def largest_event(found: Diagnosis) -> Event | None:
+    """The largest burst, or else the surest change of level."""
+    bursts = [e for e in found.events if e.kind == "burst"]
+    if bursts:
+        return max(bursts, key=lambda e: e.size_mm)
+    return min(found.events, key=lambda e: e.p, default=None)
+
+
+def view_of(found: Diagnosis, event: Event | None) -> View | None:
+    """Of the event, or else of the most unusual window, if there are windows."""
+    if event and event.kind == "burst":
+        return View("burst", event.largest, event.time_s, event.stop_s)
+    if event:
+        first_s, last_s = event.time_s - ROUND_LEVEL_S, event.time_s + ROUND_LEVEL_S
+        return View("level", event.largest, first_s, last_s)
+    windows = [(float(d.x.max()), name, d) for name, every in found.dynamics.items() for d in every]
+    if not windows:
+        return None
+    x, name, d = max(windows, key=lambda window: window[0])
+    start = int(np.argmax(d.x)) * d.hop_s
+    chance = min(found.n_windows * math.exp(-x), 1.0)
+    return View("window", name, start, start + d.window_s, d.tau_s, chance)
+
+
+def series_of_surest_line(found: Diagnosis) -> str | None:
+    """Of the surest line, of those that show in the Allan deviation if any does."""
+    most = max(found.lines, key=lambda x: (bool(x.in_adev), x.line.gain), default=None)
+    return most.series if most else None
+
+
+def halves(found: Diagnosis, duration_s: float) -> tuple[Sides, ...]:
+    """Noise of the second half of every series compared with the first."""
+    tail, middle = HALVES_MISS / max(len(found.levels), 1), duration_s / 2
+    return tuple(
+        compare(name, one.between(0.0, middle), one.between(middle, duration_s), tail)
+        for name, one in found.levels.items()
+    )
+
+
+def broad_peak(f_hz: np.ndarray, density: np.ndarray) -> float | None:
+    """Frequency at which a smoothed density is three times that around it, or None: medians over
+    0.12 decades over medians over 0.8 decades, where both are on the axis. f_hz ascends."""
+    if not f_hz.size or not np.all(density > 0):
+        return None
+    at, level = np.log10(f_hz), np.log10(density)
+    away = np.abs(at[:, None] - at)
+    near, around = (
+        np.array([np.median(level[row]) for row in away <= half])
+        for half in (PEAK_DECADES, AROUND_DECADES)
+    )
+    inside = (at - at[0] > AROUND_DECADES) & (at[-1] - at > AROUND_DECADES)
+    excess = np.where(inside, near - around, -np.inf)
+    most = int(np.argmax(excess))
+    top = int(np.argmax(np.where(away[most] <= 2 * PEAK_DECADES, level, -np.inf)))
+    return float(f_hz[top]) if excess[most] > np.log10(PEAK) else None

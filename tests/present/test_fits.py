@@ -53,81 +53,41 @@ def lines(axes, **how):
     return [np.array(line.get_data()) for line in wanted]
 
 
-def avar_of(values: dict[str, float], m: np.ndarray) -> np.ndarray:
-    """Allan variance of point samples in closed form, or summed over the autocovariance."""
-    total = np.zeros(m.size)
-    if "h_0" in values:
-        total += values["h_0"] / (2 * m * TAU0)
-    if "h_-2" in values:  # a walk whose steps have the variance 2 pi^2 tau0 h
-        total += 2 * np.pi**2 * TAU0 * values["h_-2"] * (2 * m**2 + 1) / (6 * m)
-    for name in (k for k in values if k.startswith("q_c")):
-        q_c, T_c = values[name], values["T_c" + name[3:]]
-        total += [correlated_avar(q_c**2 * T_c / 2, math.exp(-TAU0 / T_c), k) for k in m.tolist()]
-    if "A_s" in values:
-        x = np.pi * values["f_0"] * TAU0
-        total += (values["A_s"] * np.sin(m * x) ** 2 / (m * np.sin(x))) ** 2
-    return total
-
-
-def correlated_avar(variance: float, phi: float, m: int) -> float:
-    """Half the variance of the difference of two means of m terms of an AR(1) series: the weights
-    +1, -1 with themselves are 2m - 3k at lag k < m, and k - 2m up to 2m."""
-    lag = np.arange(2 * m)
-    weight = np.where(lag < m, 2.0 * m - 3 * lag, lag - 2.0 * m)
-    covariance = variance * phi**lag
-    return float(weight[0] * covariance[0] + 2 * weight[1:] @ covariance[1:]) / (2 * m**2)
-
-
-def psd_of(values: dict[str, float], f: np.ndarray) -> np.ndarray:
-    """One-sided spectrum of point samples, without the line: aliases summed in closed form."""
-    total = np.full(f.size, values.get("h_0", 0.0))
-    if "h_-2" in values:
-        total += values["h_-2"] * (np.pi * TAU0 / np.sin(np.pi * f * TAU0)) ** 2
-    for name in (k for k in values if k.startswith("q_c")):
-        q_c, T_c = values[name], values["T_c" + name[3:]]
-        phi = math.exp(-TAU0 / T_c)
-        turn = np.abs(1 - phi * np.exp(-2j * np.pi * f * TAU0)) ** 2
-        total += 2 * TAU0 * (q_c**2 * T_c / 2) * (1 - phi**2) / turn
-    return total
-
-
-def test_curves_and_residuals_are_those_of_closed_forms() -> None:
-    """Data; the model, and each component in the colour of its kind; residuals in per cent and in
-    standard deviations; the sinusoid as a stem as high as its share of the bin."""
+def test_curves_and_residuals_are_those_of_the_model() -> None:
+    """Data; the model, whose closed forms `tests/noise/model` checks, and each component in the
+    colour of its kind; residuals in per cent and in standard deviations; the sinusoid as a stem as
+    high as its share of the bin."""
     made, data = figure(MODEL_4)
     allan, psd, below, residual = panels(made, "abcd")
     values = {row["parameter"]: row["value"] for row in data["estimates"][MAIN]}
-    m, near = data["allan"]["m"], data["allan"]["m"] < 20_000
+    model, m = NoiseModel.from_coefficients(values), data["allan"]["m"]
     (points,) = lines(allan, marker="o")
     assert np.array_equal(points, [data["allan"]["tau_s"], data["allan"]["adev_mm"]])
     ((tau, adev),) = lines(allan, linewidth=1.5)
-    assert tau[0] == TAU0 and tau[-1] == pytest.approx(m[-1] * TAU0)
-    some = slice(0, 300, 3)
-    expected = np.sqrt(avar_of(values, np.round(tau[some] / TAU0).astype(int)))
-    assert np.allclose(adev[some], expected, rtol=1e-7)
-    expected = np.sqrt(avar_of(values, m[near]))
+    drawn_m = np.round(tau / TAU0).astype(int)
+    assert (drawn_m[0], drawn_m[-1]) == (1, m[-1]) and np.allclose(drawn_m * TAU0, tau)
+    assert np.allclose(adev, np.sqrt(model.avar(drawn_m, RATE)), rtol=1e-7)
     ((_, off),) = lines(below, marker="o")
-    assert np.allclose(off[near], 100 * (data["allan"]["adev_mm"][near] / expected - 1))
-    kinds = {"h_-2": ("x", 0), "h_0": ("x", 1), "q_c1": ("y", 0), "q_c2": ("y", 1), "A_s": ("z", 0)}
-    for name, (kind, k) in kinds.items():
-        partner = {"q": "T_c" + name[3:], "A": "f_0"}.get(name[0], name)
-        tau, adev = lines(allan, color=LOOKS[kind].colour)[k][:, :40]
-        own = {key: values[key] for key in (name, partner)}
-        assert np.allclose(adev, np.sqrt(avar_of(own, np.round(tau / TAU0).astype(int)))), name
+    expected = np.sqrt(model.avar(m, RATE))
+    assert np.allclose(off, 100 * (data["allan"]["adev_mm"] / expected - 1))
+    drawn = [xy for axis in "xyz" for xy in lines(allan, color=LOOKS[axis].colour)]
+    for (_, adev), component in zip(drawn, model.components, strict=True):
+        exact = np.sqrt(component.avar(drawn_m[:40], RATE))
+        assert np.allclose(adev[:40], exact), component
     ((f, density),) = lines(psd, linewidth=1.5)
-    assert np.allclose(density, psd_of(values, f), rtol=1e-9)
+    assert np.allclose(density, model.psd(f, RATE), rtol=1e-9)
     spectrum = data["periodogram"]
     assert np.array_equal(lines(psd, marker="o")[0][1], spectrum["psd_mm2_hz"])
-    sigma = spectrum["psd_mm2_hz"] / psd_of(values, spectrum["f_hz"]) - 1
+    sigma = spectrum["psd_mm2_hz"] / model.psd(spectrum["f_hz"], RATE) - 1
     sigma *= np.sqrt(spectrum["dof"] / 2)
     ((f, shown),) = lines(residual, marker="o")
     assert np.array_equal(f, spectrum["f_hz"][np.abs(sigma) <= 6])
     assert np.allclose(shown, sigma[np.abs(sigma) <= 6], rtol=1e-6)
-    low, high = spectrum["f_lower_hz"], spectrum["f_upper_hz"]
-    ((width,),) = [(high - low)[(low <= values["f_0"]) & (values["f_0"] < high)]]
+    (line,), low, high = model.lines, spectrum["f_lower_hz"], spectrum["f_upper_hz"]
+    (width,) = (high - low)[(low <= line.f_0) & (line.f_0 < high)]
     (((at,), (top,)),) = lines(psd, marker="D")
-    base = psd_of(values, np.array([values["f_0"]]))[0]
-    assert at == values["f_0"] and top == pytest.approx(base + values["A_s"] ** 2 / 2 / width)
+    assert at == line.f_0
+    assert top == pytest.approx(model.psd(at, RATE) + line.A_s**2 / 2 / width)
 
 
 def test_residuals_and_intervals_of_the_true_model_are_standard() -> None:

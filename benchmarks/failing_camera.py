@@ -36,13 +36,13 @@ from mocap_metrology.noise.cameras.diagnosis import (
     diagnose,
     moments,
 )
+from mocap_metrology.noise.cameras.findings import addition_rows, noisy, raised
 from mocap_metrology.noise.twins.take import (
     Facility,
     joint_covariance,
     positions,
     random_facility,
 )
-from mocap_metrology.present.cameras.camera_tables import addition_rows, noisy, raised
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5
 CAMERAS, LEAST_SCATTER = 10, 0.3

@@ -18,12 +18,13 @@ import numpy as np
 from mocap_metrology.common.hampel import hampel, taken_at_most
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
+from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows
 from mocap_metrology.noise.fit.estimators import NoiseSettings, masked_curve
 from mocap_metrology.noise.series import allan_columns
 from mocap_metrology.noise.twins.published import published_keys, published_row
 from mocap_metrology.noise.twins.simulate import simulate
 from mocap_metrology.noise.twins.twin import COORDINATES, Twin
-from mocap_metrology.present.changes.compare import coarse_steps, compare_rows, sentences
+from mocap_metrology.present.changes.compare import sentences
 
 RATE = 120.0
 RANGES = {"1 to 10": (1, 10), "11 to 100": (11, 100), "101 to 1000": (101, 1000)}

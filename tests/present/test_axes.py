@@ -1,15 +1,16 @@
-"""Ticks of logarithmic axes, titles that wrap, and which series share a panel."""
+"""Ticks of logarithmic axes, titles that wrap, limits, and which series share a panel."""
 
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from mocap_metrology.present.plot.curves import facets
-from mocap_metrology.present.plot.figure import log_axis, log_label, new_figure, styled
-
-DRAWS = np.random.default_rng(5)
+from mocap_metrology.present.plot.curves import adev_curves, facets, log_limits
+from mocap_metrology.present.plot.figure import log_axis, log_label, new_figure, room_for, styled
 
 
 def labels(limits, which, size_inches) -> list[str]:
@@ -18,51 +19,75 @@ def labels(limits, which, size_inches) -> list[str]:
     log_axis(axes, which, limits)
     axes.figure.draw_without_rendering()
     axis = axes.xaxis if which == "x" else axes.yaxis
-    inside = slice(limits[0] * (1 - 1e-9), limits[1] * (1 + 1e-9))
-    return [
-        tick.label1.get_text()
-        for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
-        if inside.start <= tick.get_loc() <= inside.stop and tick.label1.get_text()
-    ]
+    low, high = limits[0] * (1 - 1e-9), limits[1] * (1 + 1e-9)
+    ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+    return [tick.label1.get_text() for tick in ticks if tick.label1.get_text()]
 
 
-def test_two_labels_at_least() -> None:
-    for _ in range(150):
-        low = 10 ** DRAWS.uniform(-9, 4)
-        limits = low, low * 10 ** DRAWS.uniform(0.05, 14)
-        for which in ("x", "y"):
-            assert len(labels(limits, which, DRAWS.uniform(1, 6))) >= 2, limits
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(st.floats(-9, 4), st.floats(0.05, 14), st.sampled_from("xy"), st.floats(1, 6))
+def test_two_labels_at_least_and_no_more_than_have_room(low, decades, which, size) -> None:
+    texts = labels((10**low, 10 ** (low + decades)), which, size)
+    assert 2 <= len(set(texts)) == len(texts) <= 7
 
 
 @pytest.mark.parametrize(
     ("limits", "expected"),
-    [
-        ((3e-4, 1.2e-2), ["10⁻³", "10⁻²", "5×10⁻⁴", "2×10⁻³", "5×10⁻³"]),
+    [  # no bare 5 between 10⁻³ and 10⁻²
+        ((3e-4, 1.2e-2), ["5×10⁻⁴", "10⁻³", "2×10⁻³", "5×10⁻³", "10⁻²"]),
         ((1.5e-3, 3e-2), ["0.002", "0.005", "0.01", "0.02"]),
         ((1e-2, 20.0), ["0.01", "0.1", "1", "10"]),
         ((11.0, 19.0), ["12", "14", "16", "18"]),
     ],
 )
 def test_every_label_is_whole(limits, expected) -> None:
-    """No bare 5 between 10⁻³ and 10⁻²."""
-    assert set(expected) <= set(labels(limits, "y", 3.0))
+    assert labels(limits, "y", 3.0) == expected
 
 
 def test_labels_of_numbers() -> None:
     assert [log_label(v, False) for v in (1e-3, 5e-3, 1.2e5)] == ["10⁻³", "5×10⁻³", "1.2×10⁵"]
     assert [log_label(v, True) for v in (1e-3, 5e-3, 1000.0)] == ["0.001", "0.005", "1000"]
+    assert room_for([2, 3, 4, 8, 9, 10], 0.88) == [10, 8, 4, 3, 2]
 
 
 def test_a_number_and_its_unit_stay_in_one_line() -> None:
     text = "One frame is uncertain by 0.0426 mm (at 250 Hz) about the mean of 2 min, by 5 % of it."
-    for width in range(40, 170, 3):
+    for width in range(40, 170, 5):
         with styled():
             figure = new_figure(text, "", 60.0, width).get_figure(root=True)
             figure.draw_without_rendering()
-            title = figure.get_suptitle()
-            lines = next(t for t in figure.texts if t.get_text() == title)._get_wrapped_text()
-        words = [line.split(" ")[0].strip(",;.)") for line in lines.split("\n")]
-        assert not {"mm", "Hz", "min", "%"} & set(words), lines
+            title = next(t for t in figure.texts if t.get_text() == figure.get_suptitle())
+        words = [line.split(" ")[0].strip(",;.)") for line in title._get_wrapped_text().split("\n")]
+        assert not {"mm", "Hz", "min", "%"} & set(words), words
+
+
+@pytest.mark.parametrize(
+    ("values", "decades", "limits"),
+    [
+        ([1.0, 100.0, -1.0, 0.0, np.nan, np.inf], (1.0,), (-0.1, 2.1)),
+        ([10.0], (1.0,), (0.5, 1.5)),
+        ([1e-17, 1.0], (1.0, 7.0), (-7.1, 0.1)),
+        ([np.nan, 0.0], (1.0,), (-1.0, 1.0)),
+    ],
+)
+def test_limits_leave_a_tenth_of_a_decade(values, decades, limits) -> None:
+    assert np.log10(log_limits([np.array(values)], *decades)) == pytest.approx(limits)
+
+
+def test_curves_of_a_table() -> None:
+    """The first estimator has the band, others are thin; a series without rows is one NaN."""
+    allan = pd.DataFrame({"series": ["x1", "x1", "y1"], "estimator": ["mdev", "hdev", "mdev"]})
+    for k, name in enumerate(("tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")):
+        allan[name] = k + np.arange(3.0)
+    curves = adev_curves(allan, {"x1": "A", "L": "B"})
+    assert curves["curve"].tolist() == ["A", "A", "B"] and curves["thin"].tolist() == [
+        "",
+        "hdev",
+        "",
+    ]
+    assert curves.loc[1, ["x", "y", "lower", "upper"]].tolist() == [1, 2, 3, 4]
+    assert curves.loc[2, ["x", "y", "lower", "upper"]].isna().all()
+    assert adev_curves(allan, {"x1": "A"}, band=False)[["lower", "upper"]].isna().all(axis=None)
 
 
 @pytest.mark.parametrize(

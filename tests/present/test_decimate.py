@@ -1,14 +1,13 @@
-"""Decimation: extremes stay."""
+"""What a figure has room for: ranges and means of columns, outliers, limits, bins of spectra."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from figure_data import (
-    NINE_HOURS,
-)
+from figure_data import NINE_HOURS
 
-from mocap_metrology.present.plot.decimate import columns, log_bins, runs
+from mocap_metrology.noise.trace import columns, trace_of
+from mocap_metrology.present.plot.decimate import log_bins
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -17,28 +16,65 @@ def test_columns_are_what_numpy_finds_one_by_one():
     rng = np.random.default_rng(2)
     values = 1e4 + rng.standard_normal(300_001)
     values[1000:1700], values[5], values[250_000] = np.nan, np.inf, np.nan
-    found = columns(values, 883)
-    assert found["first"].iloc[0] == 0 and found["stop"].iloc[-1] == values.size
-    assert np.array_equal(found["first"][1:], found["stop"][:-1])
-    for k in range(883):
-        part = values[found["first"][k] : found["stop"][k]]
+    reduced = columns(values, 883)
+    assert reduced["first"].iloc[0] == 0 and reduced["stop"].iloc[-1] == values.size
+    assert np.array_equal(reduced["first"][1:], reduced["stop"][:-1])
+    for row in reduced.itertuples():
+        part = values[row.first : row.stop]
         part = part[np.isfinite(part)]
-        assert found["n_valid"][k] == part.size
-        if part.size:
-            assert (found["low"][k], found["high"][k]) == (part.min(), part.max())
-            assert found["mean"][k] == pytest.approx(part.mean(), abs=1e-9)
-        else:
-            assert found.loc[k, ["low", "high", "mean"]].isna().all()
+        assert row.n_valid == part.size
+        expected = (part.min(), part.max(), part.mean()) if part.size else (np.nan,) * 3
+        assert (row.low, row.high, row.mean) == pytest.approx(expected, abs=1e-9, nan_ok=True)
+    assert len(columns(values[:7], 883)) == 7 and columns(values[:0], 883).empty
+
+
+def trace(values, outlier=None, clean=None):
+    outlier = np.zeros(values.size, bool) if outlier is None else outlier
+    return trace_of("x1", values, values if clean is None else clean, outlier, 120.0, 600)
 
 
 @pytest.mark.parametrize("at", [0, 1_234_567, NINE_HOURS - 1])
 def test_one_sample_in_nine_hours_is_kept(at):
     values = np.zeros(NINE_HOURS, dtype=np.float32)
     values[at] = 1
-    found = columns(values, 900)
+    reduced = columns(values, 900)
     column = at * 900 // NINE_HOURS
-    assert found["high"][column] == 1 and np.count_nonzero(found["high"]) == 1
-    assert found["mean"][column] == pytest.approx(1 / 4320, rel=1e-6)
+    assert reduced["high"][column] == 1 and np.count_nonzero(reduced["high"]) == 1
+    assert reduced["mean"][column] == pytest.approx(1 / 4320, rel=1e-6)
+
+
+def test_outliers_and_samples_beyond_the_axis_are_counted():
+    """White noise of 0.01 mm about 1 m: outliers of 5 and 7 sigma, one of 9 mm, a gap."""
+    rng, n = np.random.default_rng(1), 12_000
+    clean = 1000 + 0.01 * rng.standard_normal(n)
+    clean[5000:5100] = np.nan
+    raw, outlier = clean.copy(), np.zeros(n, bool)
+    for at, size in ((100, 0.05), (200, 0.07), (300, 9.0)):
+        raw[at], outlier[at] = 1000 + size, True
+    one = trace(raw, outlier, clean)
+    assert (one.n, one.n_missing, one.n_outliers) == (n, 100, 3)
+    assert one.centre == pytest.approx(1000, abs=1e-3) and one.mean_s == 1 and len(one.means) == 100
+    assert one.marked.index.tolist() == [200, 300]
+    assert one.marked.to_numpy() == pytest.approx([0.07, 9.0], abs=1e-3)
+    assert one.beyond == pytest.approx([9.0], abs=1e-3) and 0.07 < one.limits[1] < 0.12
+    assert one.core == pytest.approx(0.07, rel=0.1)  # from the 1 to the 99 % quantile of ranges
+    assert len(trace(clean[:900]).means) == 0 and trace(clean[:1200]).means["n_valid"].sum() == 1200
+
+
+@pytest.mark.parametrize(
+    ("values", "limits"),
+    [
+        (
+            np.r_[0.0, 1.0, np.zeros(98)],
+            (-0.0109, 0.0059),
+        ),  # its 99 % quantile is 0.01, its mean too
+        (np.full(5, 3.0), (-5e-4, 5e-4)),  # 1 µm at least
+        (np.full(5, np.nan), (-5e-4, 5e-4)),
+        (np.arange(11.0), (-5.6, 5.6)),  # 6 % on either side
+    ],
+)
+def test_limits(values, limits):
+    assert trace(values).limits == pytest.approx(limits)
 
 
 def test_log_bins_keep_a_narrow_line_and_sparse_points():
@@ -51,8 +87,3 @@ def test_log_bins_keep_a_narrow_line_and_sparse_points():
     assert np.all(bins.median == 1e-5) and bins.centre.size < 200
     sparse = log_bins(f_hz[:10], np.arange(10.0), 40)
     assert np.allclose(sparse.centre, f_hz[1:10]) and np.array_equal(sparse.median, range(1, 10))
-
-
-def test_runs():
-    assert runs(np.array([1, 0, 1, 1], dtype=bool)).tolist() == [[0, 1], [2, 4]]
-    assert runs(np.zeros(3, dtype=bool)).shape == (0, 2)

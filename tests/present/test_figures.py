@@ -10,16 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_data import (
-    NINE_HOURS,
-    RATE,
-    allan_columns,
-    check,
-    check_saved,
-    every_text,
-    join,
-    recording,
-)
+from figure_data import NINE_HOURS, RATE, allan_columns, check, check_saved, every_text, recording
 from matplotlib.colors import to_rgb
 from PIL import Image
 
@@ -28,9 +19,18 @@ from mocap_metrology.present.recording.recording_figures import allan_figure
 from mocap_metrology.present.recording.trajectory import trajectory_figure
 
 pytestmark = pytest.mark.filterwarnings("error")
-
-
-# ---- files
+DRAW = """
+import sys
+sys.path.insert(0, {folder!r})
+from figure_data import allan_columns, recording, RATE
+from mocap_metrology.present.recording.recording_figures import allan_figure
+from mocap_metrology.present.recording.trajectory import trajectory_figure
+from mocap_metrology.present.plot.figure import save
+for _ in range(2):
+    save(allan_figure(allan_columns(["x1", "y1", "L"]), "t", "n"), "allan.b")
+save(trajectory_figure(*recording(9000, 1, pairs=False), RATE, "t", "n"), "trajectory.svg")
+assert "matplotlib.pyplot" not in sys.modules
+"""
 
 
 def test_a_failed_figure_leaves_nothing(tmp_path, monkeypatch):
@@ -48,67 +48,41 @@ def test_a_failed_figure_leaves_nothing(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_figure_saved_twice_has_the_same_bytes(tmp_path):
-    figure = allan_figure(allan_columns(["x1", "y1", "L"]), "t", "n")
-    first = [path.read_bytes() for path in save(figure, tmp_path / "a.b")]
-    again = [path.read_bytes() for path in save(figure, tmp_path / "a.b")]
-    assert first == again and (tmp_path / "a.b.svg").exists()
-
-
-DRAW = """
-import sys
-sys.path.insert(0, {folder!r})
-from figure_data import allan_columns, recording, RATE
-from mocap_metrology.present.recording.recording_figures import allan_figure
-from mocap_metrology.present.recording.trajectory import trajectory_figure
-from mocap_metrology.present.plot.figure import save
-save(allan_figure(allan_columns(["x1", "y1", "L"]), "t", "n"), "allan")
-save(trajectory_figure(*recording(9000, 1, pairs=False), RATE, "t", "n"), "trajectory")
-assert "matplotlib.pyplot" not in sys.modules
-"""
-
-
 def test_bytes_do_not_depend_on_where_and_when(tmp_path):
-    running = []
-    surroundings = (
-        {"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C.UTF-8"},
-        {"PYTHONHASHSEED": "2", "TZ": "Asia/Tokyo", "SOURCE_DATE_EPOCH": "1"},
-    )
+    """In two processes, the figure saved twice in each."""
     rc = tmp_path / "matplotlibrc"
     rc.write_text("lines.linewidth: 5\nfont.size: 20\nsvg.fonttype: none\nsavefig.dpi: 50\n")
-    for k, extra in enumerate(surroundings):
+    places = (
+        {"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C.UTF-8"},
+        {"PYTHONHASHSEED": "2", "TZ": "Asia/Tokyo", "SOURCE_DATE_EPOCH": "1", "MATPLOTLIBRC": rc},
+    )
+    script = DRAW.format(folder=str(Path(__file__).parent))
+    digests = []
+    for k, place in enumerate(places):
         folder = tmp_path / str(k)
         folder.mkdir()
-        environment = os.environ | extra | ({"MATPLOTLIBRC": str(rc)} if k else {})
-        script = DRAW.format(folder=str(Path(__file__).parent))
-        command = [sys.executable, "-c", script]
-        running.append(subprocess.Popen(command, cwd=folder, env=environment))
-    assert [process.wait() for process in running] == [0, 0]
-    files = [sorted((tmp_path / str(k)).iterdir()) for k in range(2)]
-    assert [path.name for path in files[0]] == [path.name for path in files[1]]
-    assert len(files[0]) == 4
-    digests = [[hashlib.sha256(path.read_bytes()).digest() for path in side] for side in files]
+        subprocess.run(
+            [sys.executable, "-c", script], cwd=folder, env=os.environ | place, check=True
+        )
+        files = sorted(folder.iterdir())
+        digests.append({path.name: hashlib.sha256(path.read_bytes()).digest() for path in files})
     assert digests[0] == digests[1]
-
-
-# ---- what is shown
+    assert set(digests[0]) == {
+        f"{n}.{kind}" for n in ("allan.b", "trajectory") for kind in ("png", "svg")
+    }
 
 
 def test_a_spike_of_one_sample_in_nine_hours_shows(tmp_path):
-    rng = np.random.default_rng(4)
-    values = 0.02 * rng.standard_normal(NINE_HOURS)
-    with_spike = values.copy()
-    at = NINE_HOURS // 3
-    with_spike[at] = 0.2
+    values = 0.02 * np.random.default_rng(4).standard_normal(NINE_HOURS)
+    values[-1] = 0.21  # one axis for both: a corner sample as high as the spike, at the very end
     nothing = {"x1": np.zeros(NINE_HOURS, dtype=bool)}
     images = []
-    for k, series in enumerate((values, with_spike)):
-        # One axis for both: a corner sample as high as the spike, at the very end
-        series[-1] = 0.21
-        figure = trajectory_figure({"x1": series}, {"x1": series}, nothing, RATE, "t", "")
+    for k in range(2):
+        values[NINE_HOURS // 3] = 0.2 * k
+        figure = trajectory_figure({"x1": values}, {"x1": values}, nothing, RATE, "t", "")
         image = Image.open(check_saved(figure, tmp_path / str(k))).convert("L")
-        images.append(np.asarray(image))
-    changed = np.abs(images[0].astype(int) - images[1]) > 40
+        images.append(np.asarray(image).astype(int))
+    changed = np.abs(images[0] - images[1]) > 40
     rows, places = np.nonzero(changed[:, : changed.shape[1] * 6 // 10])
     assert np.ptp(rows) > 0.25 * changed.shape[0] * 0.5  # from the noise up to 0.2 mm
     assert np.ptp(places) <= 6  # and no wider than a column
@@ -116,77 +90,56 @@ def test_a_spike_of_one_sample_in_nine_hours_shows(tmp_path):
     assert places.mean() / changed.shape[1] == pytest.approx(box.x0 + box.width / 3, abs=0.004)
 
 
-def test_real_numbers_from_series_to_figures():
-    from mocap_metrology.common.hampel import hampel
-    from mocap_metrology.noise.allan.confidence import allan_curve
-    from mocap_metrology.noise.allan.variance import averaging_factors
-
-    raw, _, _ = recording(1800)
-    raw["y2"][700:1100] = np.nan
-    cleaned = {name: hampel(values, 60) for name, values in raw.items()}
-    allan = {key: [] for key in allan_columns(["x1"])}
-    for name, one in cleaned.items():
-        curve = allan_curve(one.values, RATE, averaging_factors(one.values.size))
-        rows = (curve.m, curve.tau_s, curve.deviation, curve.edf, curve.lower, curve.upper)
-        for key, values in zip(
-            allan, ([name] * curve.m.size, ["oadev"] * curve.m.size, *rows), strict=True
-        ):
-            allan[key].append(values)
-    figures = (
-        allan_figure({key: join(v) for key, v in allan.items()}, "A", "n", confidence=0.683),
-        trajectory_figure(
-            raw,
-            {name: one.values for name, one in cleaned.items()},
-            {name: one.outlier for name, one in cleaned.items()},
-            RATE,
-            "T",
-            "n",
-        ),
-    )
-    for figure in figures:
-        check(figure)
-    shown = every_text(figures[0])
-    assert {r"Averaging time $\tau$ (s)", "Allan deviation (mm)", "68.3 % interval"} <= set(shown)
-    assert {"Time (s)", "x1 (µm)", "L (µm)"} <= set(every_text(figures[1]))
-    n_y2 = int(cleaned["y2"].outlier.sum())
-    assert any(
-        f"outliers {n_y2} " in t and "missing 400 (22 %)" in t for t in every_text(figures[1])
-    )
+def test_numbers_beside_the_panels_are_those_of_the_series():
+    raw, clean, outliers = recording(1800)
+    for series in (raw, clean):
+        series["y2"][700:1100] = np.nan
+    raw["x1"][5], outliers["x1"][5] = 90.0, True
+    figure = trajectory_figure(raw, clean, outliers, RATE, "T", "n")
+    check(figure)
+    texts = every_text(figure)
+    assert {"Time (s)", "x1 (µm)", "L (µm)"} <= set(texts)
+    (of_y2,) = (text for text in texts if "missing" in text)
+    count = int((outliers["y2"] & np.isfinite(raw["y2"])).sum())
+    assert of_y2.startswith(f"mean {np.nanmean(clean['y2']):.3f} mm\noutliers {count} (")
+    assert "missing 400 (22 %)" in of_y2
+    (of_x1,) = (text for text in texts if text.endswith("to −10.00 mm"))
+    marked = int(outliers["x1"].sum())
+    assert f"outliers {marked} (" in of_x1 and f"beyond 6 σ: {marked}" in of_x1
 
 
-def test_colours_differ_in_lightness():
+def test_looks_differ_in_lightness_and_shape():
     """CIE L* of the three coordinates, at least 14 apart: enough for a grey print."""
     lightness = []
     for look in LOOKS.values():
-        linear = [
+        rgb = (
             c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(look.colour)
-        ]
-        lightness.append(116 * np.dot([0.2126, 0.7152, 0.0722], linear) ** (1 / 3) - 16)
+        )
+        lightness.append(116 * np.dot([0.2126, 0.7152, 0.0722], list(rgb)) ** (1 / 3) - 16)
     assert np.diff(sorted(lightness)).min() > 14 and max(lightness) < 75
-    assert (
-        len({look.marker for look in LOOKS.values()} | {str(v.dashes) for v in LOOKS.values()}) == 6
-    )
+    shapes = {look.marker for look in LOOKS.values()} | {str(v.dashes) for v in LOOKS.values()}
+    assert len(shapes) == 6
 
 
 @pytest.mark.parametrize("names", [["x1"], ["x1", "x2", "L"], ["x1", "x2", "x3", "L"]])
 def test_slopes_of_the_key_are_those_of_the_panels(names):
-    figure = allan_figure(allan_columns(names), "t", "n")
-    panel, key = figure.figure.axes[0], figure.figure.axes[len({n[1:] for n in names})]
-    figure.figure.draw_without_rendering()
-    ends = panel.transData.transform([(1.0, 1e-2), (100.0, 1e-3)])  # slope -1/2
-    on_paper = np.diff(ends[:, 1]) / np.diff(ends[:, 0])
-    lines = [key.transData.transform(line.get_xydata()) for line in key.lines]
-    starts = [tuple(line[0]) for line in lines]
-    fan = [line for line in lines if starts.count(tuple(line[0])) == 5]
-    rises = [(y[1] - y[0]) / (x[1] - x[0]) for x, y in (line.T for line in fan)]
-    assert len(rises) == 5 and np.isclose(rises, on_paper).sum() == 1
+    figure = allan_figure(allan_columns(names), "t", "n").figure
+    panel, key = figure.axes[0], figure.axes[len({n[1:] for n in names})]
+    figure.draw_without_rendering()
+    points = panel.transData.transform([(1.0, 1e-2), (100.0, 1e-3)])  # slope -1/2
+    rises = []
+    for line in key.lines:
+        (x0, y0), (x1, y1) = key.transData.transform(line.get_xydata())
+        rises.append((y1 - y0) / (x1 - x0))
+    half = np.subtract(*points)[1] / np.subtract(*points)[0]
+    assert rises == pytest.approx(np.array([-2, -1, 0, 1, 2]) * half)
 
 
 def test_what_is_long_is_printed_whole(tmp_path):
     title, note = "title " * 40, " ".join(f"word{k}" for k in range(60))
-    picture = allan_figure(allan_columns(["x1"]), title, note, note.upper())
+    picture = allan_figure(allan_columns(["x1"]), title, note, note.upper(), confidence=0.683)
     check(picture)
     shown = " ".join(every_text(picture)).replace("\n", " ")
-    assert title.strip() in shown and note in shown
+    assert title.strip() in shown and note in shown and "68.3 % interval" in shown
     assert caption_of(save(picture, tmp_path / "a")[1]) == (title.strip(), picture.caption)
     assert picture.caption.endswith(note.upper())

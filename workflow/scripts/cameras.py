@@ -8,11 +8,12 @@ with step(snakemake) as log:
     import pandas as pd
 
     from mocap_metrology.common.files import write_json
+    from mocap_metrology.noise.cameras.findings import COLUMNS, LAW_COLUMNS
+    from mocap_metrology.noise.cameras.take import Take, levels_of, one_frame, take_rows
     from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.present import tables
     from mocap_metrology.present.cameras import camera_tables as cameras
     from mocap_metrology.present.cameras.camera_figure import camera_figure
-    from mocap_metrology.present.cameras.take import Take, levels_of, of_take, one_frame
     from mocap_metrology.present.plot.figure import save
     from mocap_metrology.present.skurowski import gather
 
@@ -30,7 +31,7 @@ with step(snakemake) as log:
         levels = {name: one_frame(pd.read_csv(covariance[name])) for name in take}
         noise = {name: read_noise(coefficients[name]) for name in take}
         kind = of[take[0]]["camera_type"]
-        found = of_take(kind, ids, files, levels, noise, settings["rise"], log)
+        found = take_rows(kind, ids, files, levels, noise, settings["rise"], log)
         rows, laws = rows + found[0], laws + found[1]
         sigma.setdefault(kind, {}).update(levels_of(ids, levels))
     lengths = {name: gather.length_s(origin) for name, origin in origins.items()}
@@ -38,11 +39,11 @@ with step(snakemake) as log:
     title = f"{group}: noise with each camera added"
     caption, nothing = f"{cameras.CAPTION} {source} {remarks}", "No addition of cameras."
     text = tables.markdown(rows, title, caption) if rows else f"# {title}\n\n{nothing}\n"
-    tables.write_with(snakemake.output.csv, rows, text, cameras.COLUMNS)
+    tables.write_with(snakemake.output.csv, rows, text, COLUMNS)
     law_title = f"{group}: noise against the number of cameras"
     caption = f"{cameras.LAW_CAPTION} {source} {remarks}"
     text = tables.markdown(laws, law_title, caption) if laws else law_title
-    tables.write_with(snakemake.output.law, laws, text, cameras.LAW_COLUMNS)
+    tables.write_with(snakemake.output.law, laws, text, LAW_COLUMNS)
     summary = cameras.summary(rows, laws, settings)
     write_json(snakemake.output.json, summary)
     save(camera_figure(rows, sigma, settings, title, source, remarks), snakemake.output.svg)

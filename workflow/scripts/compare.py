@@ -4,6 +4,7 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table, write_json
+    from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
     from mocap_metrology.present.changes.change_figures import Comparison, compare_figure
@@ -17,9 +18,9 @@ with step(snakemake) as log:
         (new, made), (old, made_old) = map(read_table, paths)
         found.append(Comparison(*pair, new, old))
         origins |= dict(zip(pair, (made, made_old), strict=True))
-        coarse = compare.coarse_steps(old, made_old["resolution_mm"])
-        coarse |= compare.coarse_steps(new, made["resolution_mm"])
-        rows += compare.compare_rows(*pair, new, old, **settings, coarse=coarse)
+        coarse = coarse_steps(old, made_old["resolution_mm"])
+        coarse |= coarse_steps(new, made["resolution_mm"])
+        rows += compare_rows(*pair, new, old, **settings, coarse=coarse)
     lengths = {name: length_s(origin) for name, origin in origins.items()}
     source, remarks = sources(origins, lengths, paper=False)
     title = f"{snakemake.wildcards.group}: comparison with the reference"

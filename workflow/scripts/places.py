@@ -7,6 +7,7 @@ with step(snakemake) as log:
 
     from mocap_metrology.common.errors import Refusal
     from mocap_metrology.common.files import read_series, read_table
+    from mocap_metrology.noise.changes.rows import places_rows
     from mocap_metrology.present import tables
     from mocap_metrology.present.motion import place
 
@@ -20,7 +21,7 @@ with step(snakemake) as log:
         for name, path in zip(names, snakemake.input.clean, strict=True)
     }
     try:
-        found = place.places_rows(rows, allan, means)
+        found = places_rows(rows, allan, means)
     except Refusal as refusal:
         log.warning("%s", refusal)
         found = [{"note": str(refusal)}]

@@ -4,6 +4,7 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.changes.rows import coarse_steps, trend_rows
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import compare
     from mocap_metrology.present.changes.change_figures import trend_figure
@@ -14,7 +15,7 @@ with step(snakemake) as log:
     tables_of = dict(zip(dates, map(read_table, snakemake.input), strict=True))
     allan = {name: columns for name, (columns, _) in tables_of.items()}
     coarse = {
-        name: compare.coarse_steps(columns, made["resolution_mm"])
+        name: coarse_steps(columns, made["resolution_mm"])
         for name, (columns, made) in tables_of.items()
     }
     origins = {name: made for name, (_, made) in tables_of.items()}
@@ -22,7 +23,7 @@ with step(snakemake) as log:
     source, remarks = sources(origins, lengths, paper=False)
     rows, title = [], f"{snakemake.wildcards.group}: change over dates"
     for names in snakemake.params.series_over_dates:
-        found = compare.trend_rows(
+        found = trend_rows(
             names,
             [dates[name] for name in names],
             {name: allan[name] for name in names},

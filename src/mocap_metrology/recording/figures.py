@@ -116,6 +116,7 @@ def draw_fits(results: Results, folder: str | Path, chosen: Collection[str] | No
                 origin["frame_rate_hz"],
                 f"Source: {source_words(origin)}.",
                 remarks,
+                origin["allan"]["confidence"],
             )
             save(picture, part / series)
 

@@ -3,45 +3,25 @@ other estimators in panels of their own."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
-from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw, Sinusoid
-from mocap_metrology.present.fits.model import (
-    Fit,
-    Under,
-    drawn_avar,
-    drawn_m,
-    fit_of,
-    interval,
-    recorded_s,
-    residual,
-    share,
-    spectrum_of,
-    total_avar,
-)
+from mocap_metrology.noise.fit import estimates as of
+from mocap_metrology.noise.model import curves as model
+from mocap_metrology.noise.model.components import Component, GaussMarkov, NoiseModel, Sinusoid
+from mocap_metrology.noise.model.deterministic import PARAMETERS, Deterministic
+from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import NOTHING, log_limits, positive
-from mocap_metrology.present.plot.figure import (
-    FAINT,
-    GREY,
-    INK,
-    LOOKS,
-    SMALL_PT,
-    Keywords,
-    Picture,
-    legend_below,
-    letters,
-    log_axes,
-    new_figure,
-    panel_title,
-    say,
-    styled,
-)
 from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.coefficients import symbol, unit
+from mocap_metrology.present.text.numbers import significant, with_uncertainty
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,149 +30,229 @@ ROWS_MM = (58.0, 25.0, 38.0)  # curves, residuals, other estimators
 LABEL_AT = -0.21  # of the width of a panel; matplotlib would measure every tick label for it
 BELOW_DATA = 8.0  # an axis extends so many times below the least datum, for components
 MOST_SIGMA = 6.0  # of a spectrum's residuals; larger ones are drawn at the edge
+EXACT = 1e-5  # relative error of a frequency below which only its value is written
 POINTS = 300  # of a density
-DATA: Keywords = {"color": INK, "marker": "o", "ms": 2.2, "markerfacecolor": "white", "ls": ""}
-DOTS: Keywords = {"color": GREY, "marker": "o", "ms": 1.4, "mew": 0, "ls": ""}
-BAND: Keywords = {"color": GREY, "alpha": 0.3, "lw": 0}
-MODEL: Keywords = {"color": INK, "lw": 1.5, "ls": "-", "zorder": 2.5}
-UNDER: Keywords = {"color": INK, "lw": 1.0, "ls": (0, (2.2, 1.2))}
-DASHES = (
-    (0, (6, 1.4)),
-    (0, (1.2, 1.2)),
-    (0, (7, 1.4, 1.4, 1.4)),
-    (0, (3, 1.2)),
-    (0, (5, 1.2, 1.2, 1.2, 1.2, 1.2)),
+SLOW = 3  # kind of a part that is no noise
+ALLAN = ("m", "tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
+DATA: plot.Keywords = {"color": plot.INK, "marker": "o", "ms": 2.2, "ls": "", "zorder": 3}
+DATA["markerfacecolor"] = "white"
+DOTS: plot.Keywords = {"color": plot.GREY, "marker": "o", "ms": 1.4, "mew": 0, "ls": ""}
+BAND: plot.Keywords = {"color": plot.GREY, "alpha": 0.3, "lw": 0}
+MODEL: plot.Keywords = {"color": plot.INK, "lw": 1.5, "ls": "-", "zorder": 2.5}
+FINE = (5, 1.2, 1.2, 1.2, 1.2, 1.2)
+DASHES = tuple((0, on) for on in ((6, 1.4), (1.2, 1.2), (7, 1.4, 1.4, 1.4), (3, 1.2), FINE))
+OTHERS = tuple(  # other estimators: none of the components' colours
+    {"color": colour, "lw": 1.0, "ls": dashes}
+    for colour, dashes in zip(
+        ("#23733d", "#8a6500", "#a8308e", "#6b6b6b", "#7a4f33"),
+        ("-", DASHES[0], DASHES[4], DASHES[1], DASHES[3]),
+        strict=True,
+    )
 )
-OTHERS: tuple[Keywords, ...] = (  # other estimators: none of the components' colours
-    {"color": "#23733d", "lw": 1.0, "ls": "-"},
-    {"color": "#8a6500", "lw": 1.0, "ls": (0, (4, 1.2))},
-    {"color": "#a8308e", "lw": 1.0, "ls": (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))},
-    {"color": "#6b6b6b", "lw": 1.0, "ls": (0, (1.5, 1.5))},
-    {"color": "#7a4f33", "lw": 1.0, "ls": (0, (9, 1.2))},
+MISFIT = "Misfit: the model does not describe the data; no number of it is valid."
+UNDER = (
+    "Under the noise: {slow}; subtracted from the spectrum; part of the Allan deviation of the "
+    "data and of the model."
+)
+STEM = (
+    "The stem at f_0 is as high as the sinusoid would raise its bin, which it was subtracted from."
 )
 
 
-@styled()
+@dataclass(frozen=True)
+class Part:
+    """One component, its name with its value, and how it is drawn."""
+
+    component: Component | Deterministic
+    name: str
+    text: str
+    look: plot.Keywords
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One estimate: the model of its noise; parts, all that was detected; `absent`, limits of what
+    was not; `trouble`, what is wrong, in words; duration_s of the series."""
+
+    estimator: str
+    model: NoiseModel
+    parts: tuple[Part, ...]
+    absent: tuple[str, ...]
+    trouble: str
+    duration_s: float
+
+    def adev(self, m: np.ndarray, frame_rate_hz: float) -> np.ndarray:
+        """Allan deviation (k,), mm, of all that was detected, at whole m (k,)."""
+        parts = [part.component for part in self.parts]
+        avar = model.total_avar(parts, m, frame_rate_hz, self.model.form, self.duration_s)
+        return np.sqrt(avar)
+
+
+@plot.styled()
 def fit_figure(
     title: str,
     allan: Mapping[str, np.ndarray],
     periodogram: Mapping[str, np.ndarray],
-    estimates: Mapping[str, Sequence[NoiseRow]],
+    estimates: Mapping[str, Sequence[of.NoiseRow]],
     frame_rate_hz: float,
     source: str = "",
     remarks: str = "",
-    *,
-    main: str = DEFAULT_ESTIMATOR,
     confidence: float = 0.683,
-    lines_subtracted: bool = True,
-) -> Picture:
+) -> plot.Picture:
     """Figure of one series: data, fitted model and its components, residuals below; then what other
     estimators found.
 
-    allan: arrays `m`, `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`, `n_terms`; periodogram:
-    arrays `f_hz`, `f_lower_hz`, `f_upper_hz`, `psd_mm2_hz`, `dof`; estimates: rows of noise.csv of
-    this series by estimator. Components are those of `main`; models are
-    drawn in the form of Allan variances they were fitted in, spectra in that of `main`. confidence:
-    of the intervals of `allan`; lines_subtracted: whether the sinusoid is gone from `periodogram`.
-    `source`: the line at the foot; `remarks`: what the caption adds.
+    allan: arrays `m`, `tau_s`, `adev_mm`, `adev_lower_mm`, `adev_upper_mm`, `n_terms`, its
+    intervals of `confidence`; periodogram: `f_hz`, `f_lower_hz`, `f_upper_hz`, `psd_mm2_hz`, `dof`,
+    sinusoids subtracted; estimates: rows of noise.csv of this series by estimator. Components are
+    those of the default estimator; models are drawn in the form of Allan variances they were fitted
+    in, spectra in that of the default one. `source`: the line at the foot; `remarks`: what the
+    caption adds.
     """
-    duration = recorded_s(allan, frame_rate_hz)
-    fits = {name: fit_of(name, rows, duration) for name, rows in estimates.items() if rows}
-    fit = fits.pop(main, None) or fit_of(main, [])
-    others = [other for other in fits.values() if other.parts]
-    names = ("m", "tau_s", "adev_mm", "adev_lower_mm", "adev_upper_mm")
-    points = pd.DataFrame({name: np.asarray(allan[name], float) for name in names})
+    duration_s = model.recorded_s(allan, frame_rate_hz)
+    fits = {name: fit_of(name, rows, duration_s) for name, rows in estimates.items()}
+    fit = fits.pop(of.DEFAULT_ESTIMATOR, None) or fit_of(of.DEFAULT_ESTIMATOR, [], duration_s)
+    others = list(zip([other for other in fits.values() if other.parts], OTHERS, strict=False))
+    points = pd.DataFrame({name: np.asarray(allan[name], float) for name in ALLAN})
     points = points[np.isfinite(points["adev_mm"]) & (points["adev_mm"] > 0)]
-    spectrum = spectrum_of(periodogram)
+    spectrum = model.spectrum_of(periodogram)
     heights = ROWS_MM if others else ROWS_MM[:2]
-    body = new_figure(title, source, 34.0 + sum(heights) + 1.9 * len(fit.parts))
+    body = plot.new_figure(title, source, 34.0 + sum(heights) + 1.9 * len(fit.parts))
     grid = body.subplots(len(heights), 2, sharex="col", height_ratios=heights)
-    panels = dict(zip("abcdef", grid.flat, strict=False))
-    for axes in grid.flat:
-        axes.yaxis.set_label_coords(LABEL_AT, 0.5)
+    form = "" if fit.model.form == "sampled" else f"model: {fit.model.form}"
+    plot.panel_title(grid[0, 0], "Allan deviation", fit.trouble or form)
+    plot.panel_title(grid[0, 1], "Power spectral density")
+    _allan_panel(grid[0, 0], points, fit, frame_rate_hz, f"{100 * confidence:.3g} % interval")
+    _psd_panel(grid[0, 1], spectrum, fit, frame_rate_hz, confidence)
+    _allan_residuals(grid[1, 0], points, [(fit, DATA)] if fit.parts else [], frame_rate_hz)
+    _psd_residuals(grid[1, 1], spectrum, fit, frame_rate_hz)
+    if others:
+        _allan_residuals(grid[2, 0], points, others, frame_rate_hz)
+        f = _density_axes(grid[2, 1], spectrum, frame_rate_hz)
+        for other, look in others:
+            density = other.model.psd(f, frame_rate_hz, fit.model.form)
+            grid[2, 1].plot(f, density, label=other.estimator, **look)
+        how: plot.Keywords = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}
+        grid[2, 1].legend(loc="lower left", fontsize=plot.SMALL_PT - 1, **how)
+        for axes in grid[2]:
+            plot.panel_title(axes, "Other estimators")
     for axes, label in zip(grid[-1], ("Averaging time τ (s)", "Frequency (Hz)"), strict=True):
         axes.set_xlabel(label)
-    _allan_panel(panels["a"], points, fit, frame_rate_hz, f"{100 * confidence:.3g} % interval")
-    _psd_panel(panels["b"], spectrum, fit, frame_rate_hz, confidence)
-    _allan_residuals(panels["c"], points, [(fit, DATA)] if fit.parts else [], frame_rate_hz)
-    _psd_residuals(panels["d"], spectrum, fit, frame_rate_hz, lines=not lines_subtracted)
-    if others:
-        looks = list(zip(others, OTHERS, strict=False))
-        _allan_residuals(panels["e"], points, looks, frame_rate_hz)
-        _other_spectra(panels["f"], spectrum, looks, fit, frame_rate_hz)
-        for name in "ef":
-            panel_title(panels[name], "Other estimators")
-    letters(panels.values())
-    legend_below(body, [panels[name] for name in "ab"], columns=2)
-    caption = _caption(fit, bool(others), bool(estimates.get(main)), lines_subtracted)
-    return Picture(body, f"{caption} {remarks}".strip())
+    for axes in grid.flat:
+        axes.yaxis.set_label_coords(LABEL_AT, 0.5)
+    plot.letters(grid.flat)
+    plot.legend_below(body, grid[0], columns=2)
+    estimated = bool(estimates.get(of.DEFAULT_ESTIMATOR))
+    return plot.Picture(body, f"{_caption(fit, bool(others), estimated)} {remarks}".strip())
 
 
-def part_styles(fit: Fit) -> list[Keywords]:
-    """How each part is drawn: power laws blue, Gauss-Markov terms red, the sinusoid cyan; dashes
-    by alpha or number. What is no noise has the colour of the model."""
-    styles: list[Keywords] = []
-    for part in fit.parts:
-        if isinstance(part.component, PowerLaw):
-            how: Keywords = {"color": LOOKS["x"].colour, "ls": DASHES[part.component.alpha + 2]}
-        elif isinstance(part.component, GaussMarkov):
-            number = sum(style["color"] == LOOKS["y"].colour for style in styles)
-            how = {"color": LOOKS["y"].colour, "ls": DASHES[number % len(DASHES)]}
-        elif isinstance(part.component, Under):
-            how = UNDER
-        else:
-            how = {"color": LOOKS["z"].colour, "ls": "-"}
-        styles.append({"lw": 1.0} | how)
-    return styles
+def fit_of(estimator: str, rows: Iterable[of.NoiseRow], duration_s: float = 0.0) -> Fit:
+    """A fit out of rows of noise.csv of one series and estimator; a component that is not wholly
+    known is no part of it. duration_s: of the series."""
+    rows = list(rows)
+    detected: list[of.NoiseRow] = []
+    parts = []
+    for (kind, number), group in groupby(sorted(rows, key=_order), key=_order):
+        of_part = list(group)
+        known = [row for row in of_part if _is_known(row)]
+        if kind == SLOW:
+            slow = of.deterministic_of(known)
+            if not slow.empty:
+                known = [row for row in known if getattr(slow, row["parameter"])]
+                name = "" if slow.drift else slow.name
+                parts.append(_part(slow, name, known, plot.INK, (0, (2.2, 1.2))))
+        elif len(known) == len(of_part):
+            detected += known
+            name = ("", f"GM {number}", "sinusoid")[kind]
+            step = number + 2 if kind == 0 else number - 1
+            dashes = "-" if kind == 2 else DASHES[step % len(DASHES)]
+            colour = plot.LOOKS["xyz"[kind]].colour
+            parts.append(_part(of.model_of(known).components[0], name, known, colour, dashes))
+    limited = (row for row in rows if row["status"] == "not_detected")
+    absent = tuple(_limit(row) for row in limited if math.isfinite(row.get("upper_95", math.nan)))
+    statuses = dict.fromkeys(row["status"] for row in rows)
+    trouble = [
+        s.replace("_", " ") for s in statuses if s in ("at_bound", "not_converged", "misfit")
+    ]
+    noise = of.model_of(detected)
+    return Fit(estimator, noise, tuple(parts), absent, ", ".join(trouble), duration_s)
 
 
-def _fit_avar(fit: Fit, m: np.ndarray, rate: float) -> np.ndarray:
-    """Allan variance of all that was found: of the noise, and of what lies under it."""
-    return total_avar([part.component for part in fit.parts], m, rate, fit.form)
+def _order(row: of.NoiseRow) -> tuple[int, int]:
+    """What a coefficient belongs to: a power law, a Gauss-Markov term, the line, or no noise."""
+    parameter = row["parameter"]
+    if parameter in PARAMETERS:
+        return SLOW, 0
+    if parameter.startswith("h_"):
+        return 0, int(parameter[2:])
+    return (1, int(parameter[3:])) if parameter[1:3] == "_c" else (2, 0)
 
 
-def _near(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
-    """Values on the axis and a little beyond, so that a file holds no more than is seen."""
-    return np.where((values > limits[0] / 3) & (values < limits[1] * 3), values, np.nan)
+def _is_known(row: of.NoiseRow) -> bool:
+    value, parameter = row["value"], row["parameter"]
+    if row["status"] == "not_detected" or not math.isfinite(value):
+        return False
+    return parameter in PARAMETERS or value > 0 or (value == 0 and parameter[0] not in "Tf")
 
 
-def _clip(values: np.ndarray | pd.Series, limits: tuple[float, float]) -> np.ndarray:
-    return np.clip(np.nan_to_num(values, nan=limits[0]), limits[0] / 10, limits[1] * 10)
+def _part(
+    component: Component | Deterministic,
+    name: str,
+    rows: Iterable[of.NoiseRow],
+    colour: str,
+    dashes: object,
+) -> Part:
+    text = f"{name}: " * bool(name) + ", ".join(map(_value, rows))
+    return Part(component, name, text, {"color": colour, "lw": 1.0, "ls": dashes})
+
+
+def _value(row: of.NoiseRow) -> str:
+    """`h₀ 1.29×10⁻⁶ mm²/Hz ±0.6 %`, letters with an index as mathematics."""
+    name, value, error = row["parameter"], row["value"], row.get("std_error", math.nan)
+    share = error / abs(value) if value and row["status"] != "misfit" else math.nan
+    if name == "f_0":
+        text = with_uncertainty(value, error, "Hz") if share > EXACT else f"{value:.6g} Hz"
+        return f"{symbol(name)} {text}"
+    shown = re.sub(r"^([A-Za-z]+)_(\w+)$", r"$\1_\2$", symbol(name))
+    digits = 1 if share < 0.095 else 2
+    spread = f" ±{significant(100 * share, digits)} %" if math.isfinite(share) else ""
+    kind = f" ({of.correlation_class(value)})" if name.startswith("T_c") else ""
+    return f"{shown} {significant(value)} {unit(name)}{spread}{kind}"
+
+
+def _limit(row: of.NoiseRow) -> str:
+    parameter, kind = row["parameter"], of.limit_class(row)
+    text = f"{symbol(parameter)} < {significant(row['upper_95'])} {unit(parameter)}"
+    return f"{text} ({kind})" if kind else text
 
 
 def _allan_panel(axes: Axes, points: pd.DataFrame, fit: Fit, rate: float, band: str) -> None:
     """Data with their interval, the model, its components, a number at the peak of each
     Gauss-Markov term: 0.4365 q_c T_c^0.5 at tau = 1.893 T_c."""
-    from matplotlib.ticker import NullLocator
-
-    tau, adev, upper = points["tau_s"], points["adev_mm"], points["adev_upper_mm"]
-    low, high = log_limits([adev, upper.clip(upper=3 * adev.max())])
+    adev = points["adev_mm"]
+    low, high = log_limits([adev, points["adev_upper_mm"].clip(upper=3 * adev.max())])
     limits = low / BELOW_DATA, high
-    log_axes(axes, (log_limits([tau]), limits))
-    axes.yaxis.set_minor_locator(NullLocator())  # a tick is an artist, and slow
+    plot.log_axes(axes, (log_limits([points["tau_s"]]), limits))
     axes.set_ylabel("Allan deviation (mm)")
-    form = "" if fit.form == "sampled" else f"model: {fit.form}"
-    panel_title(axes, "Allan deviation", fit.trouble or form)
     if points.empty:
-        say(axes, NOTHING)
-    axes.plot(tau, adev, zorder=3, label="data", **DATA)
-    ends = [_clip(points[f"adev_{end}_mm"], limits) for end in ("lower", "upper")]
-    axes.fill_between(tau, ends[0], ends[1], label=band, **BAND)
-    m = drawn_m(int(points["m"].max()) if len(points) else 2)
+        plot.say(axes, NOTHING)
+    axes.plot(points["tau_s"], adev, label="data", **DATA)
+    ends = points[["adev_lower_mm", "adev_upper_mm"]].clip(limits[0] / 10, limits[1] * 10)
+    axes.fill_between(points["tau_s"], *ends.to_numpy().T, label=band, **BAND)
+    m = model.drawn_m(int(points["m"].max()) if len(points) else 2)
     if fit.parts:
-        model = np.sqrt(_fit_avar(fit, m, rate))
-        axes.plot(m / rate, _near(model, limits), label=f"model ({fit.estimator})", **MODEL)
-    for part, how in zip(fit.parts, part_styles(fit), strict=True):
+        axes.plot(m / rate, fit.adev(m, rate), label=f"model ({fit.estimator})", **MODEL)
+    for part in fit.parts:
         c = part.component
-        values = np.sqrt(drawn_avar(c, m, rate, fit.form))
-        axes.plot(m / rate, _near(values, limits), label=part.text, **how)
-        peak = (
-            (1.893 * c.T_c, 0.4365 * c.q_c * c.T_c**0.5) if isinstance(c, GaussMarkov) else (0, 0)
-        )
+        if isinstance(c, Sinusoid):
+            avar = model.sinusoid_avar(c, m, rate, fit.model.form)
+        else:
+            avar = model.total_avar([c], m, rate, fit.model.form, fit.duration_s)
+        axes.plot(m / rate, positive(np.sqrt(avar)), label=part.text, **part.look)
+        peak = (1.893 * c.T_c, 0.4 * c.q_c * c.T_c**0.5) if isinstance(c, GaussMarkov) else (0, 0)
         if axes.viewLim.contains(*peak):
-            place: Keywords = {"xytext": (0, -2.5), "textcoords": "offset points", "va": "top"}
-            place |= {"ha": "center", "color": how["color"], "size": SMALL_PT}
-            axes.annotate(part.name[3:], peak, **place)
+            how: plot.Keywords = {"color": part.look["color"], "size": plot.SMALL_PT}
+            axes.text(peak[0], peak[1], part.name.removeprefix("GM "), ha="center", va="top", **how)
 
 
 def _psd_panel(
@@ -200,117 +260,87 @@ def _psd_panel(
 ) -> None:
     """Data with their interval, the model, its components; the sinusoid as a stem from the
     continuum up to what it makes of its bin's density."""
-    limits, f = _density_axes(axes, spectrum, rate)
-    panel_title(axes, "Power spectral density")
+    f, form = _density_axes(axes, spectrum, rate), fit.model.form
     if spectrum.empty:
-        say(axes, NOTHING)
-    ends = [_clip(end, limits) for end in interval(spectrum, confidence)]
-    strokes = np.column_stack([*ends, np.full(len(spectrum), np.nan)]).ravel()
-    axes.plot(np.repeat(spectrum["f_hz"], 3), strokes, color=GREY, lw=0.5, alpha=0.6)  # one is fast
-    axes.plot(spectrum["f_hz"], spectrum["psd_mm2_hz"], **DOTS)
-    for part, how in zip(fit.parts, part_styles(fit), strict=True):
+        plot.say(axes, NOTHING)
+    ends = model.density_interval(spectrum, confidence)
+    axes.vlines(spectrum["f_hz"], *ends, color=plot.GREY, lw=0.5, alpha=0.6)
+    for part in fit.parts:
         c = part.component
         if isinstance(c, Sinusoid):
             base = float(fit.model.psd(np.array([c.f_0]), rate)[0])
-            top = base + float(share(spectrum, c, rate, fit.form).max(initial=0.0))
-            axes.vlines(c.f_0, base or limits[0], top, color=how["color"], lw=1.6, zorder=4)
-            axes.plot([c.f_0], [top], "D", color=how["color"], markersize=3.5, zorder=4)
-        elif not isinstance(c, Under):  # which has no density
-            axes.plot(f, _near(c.psd(f, rate, form=fit.form), limits), **how)
+            top = base + model.line_density(spectrum, c, rate, form).max(initial=0.0)
+            how: plot.Keywords = {"color": part.look["color"], "zorder": 4}
+            axes.vlines(c.f_0, base or axes.get_ylim()[0], top, lw=1.6, **how)
+            axes.plot([c.f_0], [top], "D", markersize=3.5, **how)
+        elif not isinstance(c, Deterministic):  # which has no density
+            axes.plot(f, c.psd(f, rate, form=form), **part.look)
     if fit.parts:
-        axes.plot(f, _near(fit.model.psd(f, rate, fit.form), limits), **MODEL)
+        axes.plot(f, fit.model.psd(f, rate), **MODEL)
 
 
-def _density_axes(
-    axes: Axes, spectrum: pd.DataFrame, rate: float
-) -> tuple[tuple[float, float], np.ndarray]:
-    """Logarithmic axes around a spectrum; limits of the densities, and frequencies of a curve."""
+def _density_axes(axes: Axes, spectrum: pd.DataFrame, rate: float) -> np.ndarray:
+    """Logarithmic axes around a spectrum, which is drawn; frequencies of a curve."""
     low, high = log_limits([spectrum["psd_mm2_hz"]], 1.0, 16.0)
-    limits, across = (low / BELOW_DATA, high * 1.5), log_limits([spectrum["f_hz"]])
-    log_axes(axes, (across, limits))
+    across = log_limits([spectrum["f_hz"]])
+    plot.log_axes(axes, (across, (low / BELOW_DATA, high * 1.5)))
     axes.set_ylabel("PSD (mm²/Hz)")
-    return limits, np.geomspace(across[0], min(across[1], rate / 2), POINTS)
+    axes.plot(spectrum["f_hz"], spectrum["psd_mm2_hz"], **DOTS)
+    return np.geomspace(across[0], min(across[1], rate / 2), POINTS)
 
 
 def _allan_residuals(
-    axes: Axes, points: pd.DataFrame, fits: Sequence[tuple[Fit, Keywords]], rate: float
+    axes: Axes, points: pd.DataFrame, fits: Iterable[tuple[Fit, plot.Keywords]], rate: float
 ) -> None:
     """Allan deviation of the data over that of each fit, less 1, in per cent; of the one fit drawn
     as `DATA` with the interval of the data."""
-    m, adev = points["m"].round().astype(np.int64).to_numpy(), points["adev_mm"].to_numpy()
     most = 10.0
-    for fit, how in fits:
-        curve = positive(np.sqrt(_fit_avar(fit, m, rate)))
-        off = 100 * (adev / curve - 1)
-        most = most if np.nanmax(np.abs(off), initial=0.0) <= 20 else 100.0
-        if how is DATA:
-            ends = (points[f"adev_{end}_mm"] for end in ("lower", "upper"))
-            band = (np.clip(100 * (end / curve - 1), -1e4, 1e4) for end in ends)
-            axes.fill_between(points["tau_s"], *band, **BAND)
-        axes.plot(points["tau_s"], off, label=None if how is DATA else fit.estimator, **how)
+    for fit, look in fits:
+        curve = positive(fit.adev(points["m"].round().to_numpy(np.int64), rate))
+        off = 100 * (points[list(ALLAN[2:])].div(curve, axis=0) - 1).clip(-1e4, 1e4)
+        most = most if (off["adev_mm"].abs() <= 20).all() else 100.0
+        if look is DATA:
+            ends = off["adev_lower_mm"], off["adev_upper_mm"]
+            axes.fill_between(points["tau_s"], *ends, **BAND)
+        axes.plot(points["tau_s"], off["adev_mm"], label=fit.estimator, **look)
     axes.set_yscale("symlog", linthresh=1.0, linscale=0.8)
-    axes.set_yticks(
-        [-most, -1, 0, 1, most], [f"{t:g}".replace("-", "−") for t in (-most, -1, 0, 1, most)]
-    )
+    ticks = [-most, -1, 0, 1, most]
+    axes.set_yticks(ticks, [f"{t:g}".replace("-", "−") for t in ticks])
     axes.set_yticks([], minor=True)
     axes.set(ylim=(-2.5 * most, 2.5 * most), ylabel="Residual (%)")
-    axes.axhline(0, color=INK, lw=0.8)
+    axes.axhline(0, color=plot.INK, lw=0.8)
 
 
-def _psd_residuals(
-    axes: Axes, spectrum: pd.DataFrame, fit: Fit, rate: float, *, lines: bool
-) -> None:
-    """Residuals in standard deviations, with those of one and two shaded; beyond six at the edge,
-    and their number."""
+def _psd_residuals(axes: Axes, spectrum: pd.DataFrame, fit: Fit, rate: float) -> None:
+    """Residuals in standard deviations, with those of one and two shaded; beyond six red at the
+    edge, and their number."""
     axes.set(ylim=(-MOST_SIGMA, MOST_SIGMA), yticks=(-5, 0, 5), ylabel="Residual (σ)")
     for reach in (2, 1):
-        axes.axhspan(-reach, reach, color=FAINT, alpha=0.5, lw=0)
-    axes.axhline(0, color=INK, lw=0.8)
+        axes.axhspan(-reach, reach, color=plot.FAINT, alpha=0.5, lw=0)
+    axes.axhline(0, color=plot.INK, lw=0.8)
     if not fit.parts:
         return
-    sigma = residual(spectrum, fit.model, rate, lines)
-    beyond = np.abs(sigma) > MOST_SIGMA
-    axes.plot(spectrum["f_hz"], np.where(beyond, np.nan, sigma), **DOTS)
-    edges: Keywords = {"color": LOOKS["y"].colour, "ls": "", "markersize": 3}
-    for where, marker, at in ((sigma > MOST_SIGMA, "^", 0.92), (sigma < -MOST_SIGMA, "v", -0.92)):
-        axes.plot(spectrum["f_hz"][where], np.full(where.sum(), at * MOST_SIGMA), marker, **edges)
-    if beyond.any():
-        panel_title(axes, "", f"{beyond.sum()} beyond {MOST_SIGMA:g} σ")
+    sigma = pd.Series(model.density_residual(spectrum, fit.model, rate), spectrum["f_hz"])
+    beyond = sigma[sigma.abs() > MOST_SIGMA]
+    axes.plot(sigma[sigma.abs() <= MOST_SIGMA], **DOTS)
+    axes.plot(beyond.clip(-5.5, 5.5), "D", color=plot.LOOKS["y"].colour, markersize=2.5)
+    if len(beyond):
+        plot.panel_title(axes, "", f"{len(beyond)} beyond {MOST_SIGMA:g} σ")
 
 
-def _other_spectra(
-    axes: Axes,
-    spectrum: pd.DataFrame,
-    others: Sequence[tuple[Fit, Keywords]],
-    fit: Fit,
-    rate: float,
-) -> None:
-    """Data, and the models of other estimators, named in the panel."""
-    limits, f = _density_axes(axes, spectrum, rate)
-    axes.plot(spectrum["f_hz"], spectrum["psd_mm2_hz"], **DOTS)
-    for other, look in others:
-        values = _near(other.model.psd(f, rate, fit.form), limits)
-        axes.plot(f, values, label=other.estimator, **look)
-    how: Keywords = {"fontsize": SMALL_PT - 1, "frameon": True, "framealpha": 0.8}
-    axes.legend(loc="lower left", edgecolor="none", **how)
-
-
-def _caption(fit: Fit, others: bool, estimated: bool, lines_subtracted: bool) -> str:
+def _caption(fit: Fit, others: bool, estimated: bool) -> str:
     """What the panels show, what was not detected, and what the signs mean."""
-    words = [captions.FIT, captions.OTHER_FITS if others else ""]
-    words.append("" if estimated else f"No estimate by {fit.estimator}.")
-    if "misfit" in fit.trouble:
-        words.append("Misfit: the model does not describe the data; no number of it is valid.")
-    if fit.absent:
-        words.append(f"Not detected (95 % limits): {', '.join(fit.absent)}.")
-    if fit.under:
-        words.append(
-            f"Under the noise: {fit.under}; subtracted from the spectrum; part of the Allan "
-            "deviation of the data and of the model."
-        )
-    if any(isinstance(part.component, GaussMarkov) for part in fit.parts):
-        words.append(captions.GAUSS_MARKOV)
-    if fit.model.lines:
-        gone = ", which it was subtracted from" if lines_subtracted else ""
-        words.append(f"The stem at f_0 is as high as the sinusoid would raise its bin{gone}.")
-    return " ".join(filter(None, words))
+    slow = next((p.text for p in fit.parts if isinstance(p.component, Deterministic)), "")
+    slow, kinds = slow.removeprefix("warm-up: "), {type(part.component) for part in fit.parts}
+    applies = {
+        captions.FIT: True,
+        captions.OTHER_FITS: others,
+        "No estimate by {estimator}.": not estimated,
+        MISFIT: "misfit" in fit.trouble,
+        "Not detected (95 % limits): {absent}.": bool(fit.absent),
+        UNDER: bool(slow),
+        captions.GAUSS_MARKOV: GaussMarkov in kinds,
+        STEM: Sinusoid in kinds,
+    }
+    text = " ".join(sentence for sentence, holds in applies.items() if holds)
+    return text.format(estimator=fit.estimator, absent=", ".join(fit.absent), slow=slow)

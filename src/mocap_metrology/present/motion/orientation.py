@@ -8,33 +8,26 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mocap_metrology.noise.motion.orientation import AXES, Orientation
-from mocap_metrology.present.plot.curves import (
-    ADEV_AXES,
-    ALLAN_SLOPES,
-    adev_curves,
-    curves_picture,
-)
+from mocap_metrology.present.plot import curves
 from mocap_metrology.present.plot.figure import LOOKS, Picture, styled, words_picture
 from mocap_metrology.present.recording.recording_figures import source_words
 from mocap_metrology.present.tables import Record, Row
 from mocap_metrology.present.text import captions
 
 TURNS_RAD = 0.0175  # 1 degree: what turns further is moved, and not measured for its noise
+TURNS = "the body turns: this is its motion, not noise"
 
 
 def in_radians(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Columns of an Allan table with the units of angles in their names."""
-    return {
-        name.replace("_mm2", "_rad2").replace("_mm", "_rad"): values
-        for name, values in columns.items()
-    }
+    return {name.replace("_mm", "_rad"): values for name, values in columns.items()}
 
 
 def orientation_rows(
     recording: str,
     source: str,
     allan: Mapping[str, np.ndarray],
-    found: Orientation,
+    orientation: Orientation,
     refused: str = "",
 ) -> list[Row]:
     """One row an axis: noise of one frame, smallest Allan deviation, and how rigid the body is.
@@ -42,31 +35,23 @@ def orientation_rows(
     `note` states that the body turned, which the Allan variance assumes it did not, or why there is
     no orientation (`refused`).
     """
+    best = {"adev_min_rad": "adev_rad", "adev_min_lower_rad": "adev_lower_rad"}
+    best |= {"adev_min_upper_rad": "adev_upper_rad", "tau_min_s": "tau_s"}
+    spread, turned = orientation.spread_mm, orientation.range_rad
+    of_all = {
+        "residual_rms_mm": _rms(orientation.residual_mm),
+        "spread_mm": None if math.isnan(spread) else spread,
+        "turned_rad": None if math.isnan(turned) else turned,
+        "note": TURNS if turned > TURNS_RAD else refused,
+    }
     rows = []
     for axis in AXES:
-        pick = allan["series"] == axis
-        tau, adev = allan["tau_s"][pick], allan["adev_rad"][pick]
-        best = int(adev.argmin()) if adev.size else None
-        values = {
-            "adev_1_rad": adev[0] if adev.size else None,
-            "adev_min_rad": None if best is None else adev[best],
-            "adev_min_lower_rad": None if best is None else allan["adev_lower_rad"][pick][best],
-            "adev_min_upper_rad": None if best is None else allan["adev_upper_rad"][pick][best],
-            "tau_min_s": None if best is None else tau[best],
-        }
-        turned = found.range_rad > TURNS_RAD
-        rows.append(
-            {
-                "recording": recording,
-                "source": source,
-                "axis": axis,
-                **values,
-                "residual_rms_mm": _rms(found.residual_mm),
-                "spread_mm": None if math.isnan(found.spread_mm) else found.spread_mm,
-                "turned_rad": None if math.isnan(found.range_rad) else found.range_rad,
-                "note": "the body turns: this is its motion, not noise" if turned else refused,
-            }
-        )
+        at = np.flatnonzero(allan["series"] == axis)
+        adev = allan["adev_rad"][at]
+        row: Row = {"recording": recording, "source": source, "axis": axis}
+        row["adev_1_rad"] = adev[0] if at.size else None
+        row |= {k: allan[of][at[adev.argmin()]] if at.size else None for k, of in best.items()}
+        rows.append(row | of_all)
     return rows
 
 
@@ -79,7 +64,7 @@ def _rms(values: np.ndarray) -> float | None:
 @styled()
 def orientation_figure(
     allan: Mapping[str, np.ndarray],
-    found: Orientation,
+    orientation: Orientation,
     origin: Record,
     cluster: Sequence[str],
     refused: str = "",
@@ -91,22 +76,22 @@ def orientation_figure(
     if refused:
         return words_picture(refused, title, source)
     words = [captions.ORIENTATION]
-    residual = _rms(found.residual_mm)
+    residual = _rms(orientation.residual_mm)
     if residual is not None:
         words.append(
             f"Cluster: {', '.join(cluster)} (Kabsch, frame by frame). The markers are "
-            f"{found.spread_mm:.0f} mm from their centre (rms) and {1000 * residual:.3g} µm off a "
-            "rigid body (rms)."
+            f"{orientation.spread_mm:.0f} mm from their centre (rms) and {1000 * residual:.3g} µm "
+            "off a rigid body (rms)."
         )
-    if found.range_rad > TURNS_RAD:
-        degrees = np.degrees(found.range_rad)
+    if orientation.range_rad > TURNS_RAD:
+        degrees = np.degrees(orientation.range_rad)
         words.append(f"It turns by {degrees:.3g} degrees: the figure shows motion, not noise.")
-    curves = adev_curves(allan, {axis: axis for axis in AXES}, unit="rad")
-    curves[["y", "lower", "upper"]] *= 1e6
-    return curves_picture(
-        {"Orientation": curves},
-        (ADEV_AXES[0], "Allan deviation (µrad)"),
-        ALLAN_SLOPES,
+    adev = curves.adev_curves(allan, {axis: axis for axis in AXES}, unit="rad")
+    adev[["y", "lower", "upper"]] *= 1e6
+    return curves.curves_picture(
+        {"Orientation": adev},
+        (curves.ADEV_AXES[0], "Allan deviation (µrad)"),
+        curves.ALLAN_SLOPES,
         (title, source, " ".join(words)),
         f"{100 * origin['allan']['confidence']:.3g} % interval",
         looks={f"r{axis}": look for axis, look in LOOKS.items()},

@@ -7,36 +7,20 @@ where there is none), and optionally `thin`, the name of another estimator of th
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.present.plot.figure import (
-    BAND,
-    GREY,
-    LOOKS,
-    OTHER_LOOKS,
-    SMALL_PT,
-    Keywords,
-    Look,
-    Picture,
-    clipped,
-    coordinate_of,
-    legend_below,
-    literal,
-    log_axes,
-    new_figure,
-    panel_title,
-    say,
-    short,
-)
+from mocap_metrology.present.plot import figure as plot
+from mocap_metrology.present.plot.figure import GREY, Keywords, Look, coordinate_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_MARKERS = 6  # with a panel each
-MOST_SINGLE = len(OTHER_LOOKS)  # curves in one panel that can be distinguished
+MOST_SINGLE = len(plot.OTHER_LOOKS)  # curves in one panel that can be distinguished
 MOST_VECTORS = 60  # lines of a family; more become an image
 NOTHING = "no valid samples"
 FARTHEST_BAND = 4.0  # an interval counts for the limits up to so many times the value
@@ -64,20 +48,15 @@ FAMILY: dict[str, Keywords] = {
 def facets(series: Iterable[str], most: int = MOST_MARKERS) -> dict[str, list[str]]:
     """Series by title of their panel: a panel a marker, or with more than `most` markers a panel a
     coordinate; then one of all distances."""
-    names = list(dict.fromkeys(series))
-    places = {name: coordinate_of(name) for name in names}
-    markers = sorted({place[1] for place in places.values() if place})
-    panels: dict[str, list[str]] = (
-        {f"Marker {k}": [] for k in markers}
-        if len(markers) <= most
-        else {axis: [] for axis in LOOKS}
-    )
+    places = {name: coordinate_of(name) for name in series}
+    markers = {place[1] for place in places.values() if place}
+    few = len(markers) <= most
     distances = [name for name, place in places.items() if not place]
-    for name, place in places.items():
-        if place:
-            panels[f"Marker {place[1]}" if len(markers) <= most else place[0]].append(name)
-    panels["Distance" if len(distances) == 1 else "Distances"] = distances
-    return {title: own for title, own in panels.items() if own}
+    panels = dict.fromkeys([f"Marker {k}" for k in sorted(markers)] if few else plot.LOOKS)
+    titles = {n: f"Marker {p[1]}" if few else p[0] for n, p in places.items() if p}
+    found = {title: [n for n, of in titles.items() if of == title] for title in panels}
+    found["Distance" if len(distances) == 1 else "Distances"] = distances
+    return {title: names for title, names in found.items() if names}
 
 
 def groups_of(frame: pd.DataFrame, column: str) -> list[tuple[str, pd.DataFrame]]:
@@ -88,9 +67,8 @@ def groups_of(frame: pd.DataFrame, column: str) -> list[tuple[str, pd.DataFrame]
 def looks_of(series: Iterable[str]) -> dict[str, Look]:
     """The look of each series: of its coordinate, or the next of the others."""
     names = list(dict.fromkeys(series))
-    others = [name for name in names if not coordinate_of(name)]
-    looks = {name: OTHER_LOOKS[k % len(OTHER_LOOKS)] for k, name in enumerate(others)}
-    return {name: looks.get(name) or LOOKS[name[0]] for name in names}
+    others = cycle(plot.OTHER_LOOKS)
+    return {name: plot.LOOKS[name[0]] if coordinate_of(name) else next(others) for name in names}
 
 
 def adev_curves(
@@ -100,14 +78,15 @@ def adev_curves(
     is a curve of one NaN. The first estimator is drawn with its interval, others are thin."""
     keys = {"tau_s": "x", f"adev_{unit}": "y"}
     keys |= {f"adev_lower_{unit}": "lower", f"adev_upper_{unit}": "upper"}
-    pick = np.isin(np.asarray(allan["series"]).astype(str), list(names))
-    frame = pd.DataFrame({key: np.asarray(allan[key])[pick] for key in ("series", *keys)})
-    estimator = np.asarray(allan["estimator"]).astype(str)[pick]
-    main = next((e for e in ("oadev", *THIN) if (estimator == e).any()), "oadev")
-    frame["thin"] = np.where(estimator == main, "", estimator)
-    lacking = [name for name in names if name not in set(frame["series"])]
-    frame = pd.concat([frame, pd.DataFrame({"series": lacking, "thin": ""})]) if lacking else frame
-    frame = frame.rename(columns=keys).astype(dict.fromkeys(keys.values(), float))
+    frame = pd.DataFrame({key: np.asarray(allan[key]) for key in ("series", "estimator", *keys)})
+    frame = frame.astype({"series": str, "estimator": str, **dict.fromkeys(keys, float)})
+    frame = frame[frame["series"].isin(list(names))].rename(columns=keys)
+    estimators = set(frame["estimator"])
+    main = next((e for e in ("oadev", *THIN) if e in estimators), "oadev")
+    lacking = pd.DataFrame({"series": [n for n in names if n not in set(frame["series"])]})
+    if len(lacking):
+        frame = pd.concat([frame, lacking.assign(estimator=main)])
+    frame["thin"] = frame["estimator"].replace(main, "")
     if not band:
         frame[["lower", "upper"]] = np.nan
     return frame.assign(curve=frame["series"].map(dict(names))).reset_index(drop=True)
@@ -122,7 +101,7 @@ def curves_picture(
     *,
     looks: Looks | None = None,
     limits: tuple[Limits, Limits] | None = None,
-) -> Picture:
+) -> plot.Picture:
     """The panels (title -> curves) on common axes, their slopes in the cell after the last one, a
     legend below.
 
@@ -130,24 +109,24 @@ def curves_picture(
     the shaded band is; looks: by curve, without them curves are series, which have their own. Call
     it within `styled`.
     """
-    panels = panels or {
-        "": pd.DataFrame(columns=["curve", "x", "y", "lower", "upper"], dtype=float)
-    }
+    columns = ["curve", "x", "y", "lower", "upper"]
+    panels = panels or {"": pd.DataFrame(columns=columns, dtype=float)}
     limits = limits or curve_limits(pd.concat(panels.values()))
-    columns = 2 if len(panels) in (1, 3) else 3
-    rows = -(-(len(panels) + 1) // columns)
-    body = new_figure(texts[0], texts[1], 26.0 + rows * (58.0 if columns == 2 else 48.0))
-    grid = body.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    log_axes(grid[0, 0], limits)
+    n_columns = 2 if len(panels) in (1, 3) else 3
+    n_rows = -(-(len(panels) + 1) // n_columns)
+    body = plot.new_figure(*texts[:2], 26.0 + n_rows * (58.0 if n_columns == 2 else 48.0))
+    grid = body.subplots(n_rows, n_columns, sharex=True, sharey=True, squeeze=False)
+    plot.log_axes(grid[0, 0], limits)
     for axes, (title, curves) in zip(grid.flat, panels.items(), strict=False):
         draw_curves(axes, curves, limits[1], looks, band)
-        panel_title(axes, short(title), literal(invisible(curves, limits[1][0])))
+        remark = plot.literal(invisible(curves, limits[1][0]))
+        plot.panel_title(axes, plot.short(title), remark)
     slope_fan(grid.flat[len(panels)], limits, slopes)
     for axes in grid.flat[len(panels) + 1 :]:
         axes.axis("off")
     label_outer(grid, len(panels), axis_labels)
-    legend_below(body, grid.flat[: len(panels)])
-    return Picture(body, texts[2])
+    plot.legend_below(body, grid.flat[: len(panels)])
+    return plot.Picture(body, texts[2])
 
 
 def curve_limits(
@@ -172,7 +151,7 @@ def label_outer(grid: np.ndarray, n_panels: int, labels: tuple[str, str]) -> Non
             axes.set_ylabel(labels[1])
 
 
-def positive(values: Iterable[float]) -> np.ndarray:
+def positive(values: Iterable[float] | pd.DataFrame) -> np.ndarray:
     """What a logarithmic axis can show; NaN of the rest."""
     values = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(values) & (values > 0), values, np.nan)
@@ -188,29 +167,28 @@ def draw_curves(
     """All curves of a panel, labelled for the legend; a family if they are too many to distinguish;
     words where there is nothing to draw."""
     if not (curves["y"] > 0).any():
-        say(axes, "all zero" if curves["y"].notna().any() else NOTHING)
+        plot.say(axes, "all zero" if curves["y"].notna().any() else NOTHING)
         return
     if looks is None and curves["curve"].nunique() > MOST_SINGLE:
         _draw_family(axes, curves)
         return
-    own = looks_of(curves["curve"]) if looks is None else looks
+    looks_here = looks_of(curves["curve"]) if looks is None else looks
     curves = curves if "thin" in curves else curves.assign(thin="")
     for order, (name, rows) in enumerate(groups_of(curves, "curve")):
-        look = own[name]
+        look = looks_here[name]
         main, others = rows[rows["thin"] == ""], rows[rows["thin"] != ""]
-        if main[["lower", "upper"]].notna().all(axis=1).any():
-            low, high = (
-                main[["lower", "upper"]].clip(y_limits[0] / 10, y_limits[1] * 10).to_numpy().T
-            )
-            axes.fill_between(main["x"], low, high, where=main["y"] > 0, color=look.colour, **BAND)
+        ends = main[["lower", "upper"]].clip(y_limits[0] / 10, y_limits[1] * 10)
+        if ends.notna().all(axis=1).any():
+            how: Keywords = {"where": main["y"] > 0, "color": look.colour, **plot.BAND}
+            axes.fill_between(main["x"], ends["lower"], ends["upper"], **how)
             axes.fill([], [], color=GREY, alpha=0.3, lw=0, label=band)
         for other, part in groups_of(others, "thin"):
-            how: Keywords = {"ls": THIN[other], "lw": 0.8, "alpha": 0.7}
+            how = {"ls": THIN[other], "lw": 0.8, "alpha": 0.7}
             axes.plot(part["x"], positive(part["y"]), color=look.colour, **how)
             axes.plot([], [], color=GREY, label=other, **how)
-        text = name[0] if looks is None and coordinate_of(name) else short(name)
-        every = {"markevery": markers_every(len(main), order)}
-        axes.plot(main["x"], positive(main["y"]), label=text, **look.line(**every))
+        label = name[0] if looks is None and coordinate_of(name) else plot.short(name)
+        how = look.line(label=label, markevery=markers_every(len(main), order))
+        axes.plot(main["x"], positive(main["y"]), **how)
 
 
 def markers_every(size: int, order: int) -> int | tuple[int, int]:
@@ -245,14 +223,13 @@ def invisible(curves: pd.DataFrame, bottom: float) -> str:
     greatest = curves.groupby("curve", sort=False)["y"].max()
     if not (greatest > 0).any():
         return ""
-    why = np.select(
-        [greatest.isna(), greatest <= 0, greatest < bottom], [NOTHING, "zero", "below the axis"], ""
-    )
+    cases = {NOTHING: greatest.isna(), "zero": greatest <= 0}
+    cases["below the axis"] = (greatest > 0) & (greatest < bottom)
     notes = []
-    for reason in dict.fromkeys(why[why != ""]):
-        names = greatest.index[why == reason]
-        which = ", ".join(map(clipped, names)) if len(names) <= 3 else f"{len(names)} series"
-        notes.append(f"{which}: {reason}")
+    for reason, applies in cases.items():
+        names = greatest.index[applies]
+        which = ", ".join(map(plot.clipped, names)) if len(names) <= 3 else f"{len(names)} series"
+        notes += [f"{which}: {reason}"] * bool(len(names))
     return "; ".join(notes)
 
 
@@ -266,15 +243,13 @@ def log_limits(
     `most_decades` caps how far down they go, for rounding errors of a constant series are positive
     too.
     """
-    values = np.concatenate([np.zeros(0), *(np.asarray(a, float).ravel() for a in arrays)])
-    values = values[np.isfinite(values) & (values > 0)]
-    if not values.size:
+    values = np.concatenate([np.zeros(0), *(positive(a).ravel() for a in arrays)])
+    if np.isnan(values).all():
         return 0.1, 10.0
-    low, high = np.log10(values.min()), np.log10(values.max())
-    low = max(low, high - most_decades) - 0.1
-    high += 0.1
-    missing = max(least_decades - (high - low), 0.0)
-    return float(10 ** (low - missing / 2)), float(10 ** (high + missing / 2))
+    high = np.log10(np.nanmax(values))
+    low = max(np.log10(np.nanmin(values)), high - most_decades)
+    pad = 0.1 + max(least_decades - (high - low) - 0.2, 0.0) / 2
+    return float(10 ** (low - pad)), float(10 ** (high + pad))
 
 
 def slope_fan(
@@ -288,7 +263,7 @@ def slope_fan(
     reach = min(0.24 * (right - left), 0.42 * (top - bottom) / steepest)  # decades of x
     x, y = left + 0.05 * (right - left), (bottom + top) / 2
     arrow = {"arrowstyle": "-", "color": GREY, "lw": 0.4, "shrinkA": 1, "shrinkB": 1}
-    how: Keywords = {"textcoords": "axes fraction", "va": "center", "fontsize": SMALL_PT}
+    how: Keywords = {"textcoords": "axes fraction", "va": "center", "fontsize": plot.SMALL_PT}
     for (slope, text), at in zip(slopes, np.linspace(0.92, 0.08, len(slopes)), strict=True):
         end = (10 ** (x + reach), 10 ** (y + slope * reach))
         axes.plot([10**x, end[0]], [10**y, end[1]], color=GREY, lw=0.8)

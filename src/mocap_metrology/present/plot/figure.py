@@ -1,10 +1,8 @@
 """One look for every figure of the project, and figures whose bytes repeat.
 
-A figure function returns a `Picture`: matplotlib's figure, laid out by its constrained layout, and
-the caption, which pages and reports show below it. The figure itself has a title, axes, a
-legend and one line on where the data come from. Colours differ in lightness as much as in hue (CIE
-L* about 20, 35 and 50), so that they differ in grey and for colour-blind readers; line
-style and marker differ as well.
+A figure function returns a `Picture`: matplotlib's figure in constrained layout, and the caption,
+which pages show below it. Colours differ in lightness as much as in hue (CIE L* about 20, 35 and
+50), so that they differ in grey and for colour-blind readers; line style and marker differ as well.
 """
 
 from __future__ import annotations
@@ -39,8 +37,7 @@ SMALL_PT = 7.5
 ENTRY_MM, LETTER_MM = 12.0, 1.5  # of a legend: sample and space, and a letter of the text
 MOST_MINOR = 2.5  # decades of an axis with ticks between them,
 LABELLED = {"x": 1.2, "y": 2.2}  # and with labels at 2 and 5 too
-LEAST_DECADES = 0.8  # from which ticks are at 1, 2 and 5
-MOST_DECADES = 6  # labelled
+LEAST_DECADES, MOST_DECADES = 0.8, 6  # of a logarithmic axis with ticks at 1, 2 and 5; labelled
 NEAR_ONE = 5e-4, 5e3  # limits of an axis whose numbers are written out
 
 INK, GREY, FAINT = "#222222", "#6b6b6b", "#d4d4d4"
@@ -60,11 +57,8 @@ class Look:
 
     def line(self, **more: Any) -> Keywords:
         """The arguments of `plot` that draw it, open markers."""
-        return {
-            **{"color": self.colour, "ls": self.dashes, "marker": self.marker},
-            "markerfacecolor": "white",
-            **more,
-        }
+        own = {"color": self.colour, "ls": self.dashes, "marker": self.marker}
+        return {**own, "markerfacecolor": "white", **more}
 
 
 LOOKS = {
@@ -157,15 +151,15 @@ def literal(text: str) -> str:
     return re.sub("^_", " _", text).replace("$", r"\$")
 
 
-def short(name: str, most: int = LONGEST_NAME) -> str:
-    """As much of a user's name as a legend (or what holds `most` characters) has room for."""
-    return literal(clipped(name, most))
-
-
 def clipped(name: str, most: int = LONGEST_NAME) -> str:
-    """The same, for a text that is made literal as a whole."""
+    """As much of a user's name as a legend (or what holds `most` characters) has room for."""
     name = plain(name)
     return name if len(name) <= most else f"{name[: most - 1]}…"
+
+
+def short(name: str, most: int = LONGEST_NAME) -> str:
+    """The same, literal."""
+    return literal(clipped(name, most))
 
 
 def panel_title(axes: Axes, title: str, remark: str = "") -> None:
@@ -197,7 +191,7 @@ def log_axis(axes: Axes, which: Literal["x", "y"], limits: tuple[float, float]) 
     axis.set_major_locator(steps if high - low < LEAST_DECADES else decades)
     axis.set_major_formatter(FuncFormatter(lambda value, _: log_label(value, written_out)))
     axis.set_minor_formatter(NullFormatter())
-    if high - low > MOST_MINOR or high - low < LEAST_DECADES:  # ticks are artists, and slow
+    if not LEAST_DECADES <= high - low <= MOST_MINOR:  # ticks are artists, and slow
         axis.set_minor_locator(NullLocator())
 
 
@@ -240,17 +234,17 @@ def say(axes: Axes, text: str) -> None:
 def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int = 6) -> None:
     """One legend of everything labelled in these axes, each text once, below them, in as many
     columns as there is room for, `columns` at most."""
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for one in axes:
         for handle, text in zip(*one.get_legend_handles_labels(), strict=True):
-            found.setdefault(text, handle)
-    if found:
-        widths = [ENTRY_MM + LETTER_MM * len(re.sub(r"[$\\_{}]", "", text)) for text in found]
-        columns = min(columns, len(found))  # filled one after the other, the first ones longer
+            entries.setdefault(text, handle)
+    if entries:
+        widths = [ENTRY_MM + LETTER_MM * len(re.sub(r"[$\\_{}]", "", text)) for text in entries]
+        columns = min(columns, len(entries))  # filled one after the other, the first ones longer
         while columns > 1 and sum(map(max, np.array_split(widths, columns))) > WIDTH_MM:
             columns -= 1
         where: Keywords = {"loc": "outside lower left", "ncols": columns}
-        figure.legend(list(found.values()), list(found), **where)
+        figure.legend(list(entries.values()), list(entries), **where)
 
 
 def words_picture(words: str, title: str, source: str) -> Picture:
@@ -266,29 +260,28 @@ def save(picture: Picture, path: str | Path) -> tuple[Path, Path]:
     """Write `<path>.svg` and `<path>.png`, both whole or neither; return their paths. `path` may be
     that of either.
 
-    The caption goes into both as the description of the image, from which pages read it
-    (`caption_of`). No date, host or version goes in and SVG identifiers are hashes of the content,
-    so the same figure gives the same bytes on one set of packages.
+    The caption goes into both as the description of the image (`caption_of`). No date, host or
+    version goes in and SVG identifiers are hashes of the content, so the same figure gives the same
+    bytes on one set of packages.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure, stem = picture.figure, str(path).removesuffix(".svg").removesuffix(".png")
     svg, png = Path(f"{stem}.svg"), Path(f"{stem}.png")
-    told = {"Title": figure.get_label(), "Description": plain(picture.caption)}
-    known = {key: str(text) for key, text in told.items() if text}
+    texts = {"Title": figure.get_label(), "Description": plain(picture.caption)}
+    texts = {key: str(text) for key, text in texts.items() if text}
     with styled(), whole(svg) as svg_part, whole(png) as png_part:
         figure.set_dpi(DPI)  # laid out as the PNG is drawn: hinting makes small text wider,
         FigureCanvasAgg(figure)  # by the same renderer, which measures every text once
         if engine := figure.get_layout_engine():
             engine.execute(figure)
         figure.set_layout_engine(None)  # else every `savefig` would lay it out and draw it twice
-        metadata = {"Date": None, "Creator": None, **known}
-        longer = figure.get_figheight() / MM / IMAGE_PAGE_MM
-        image_dpi = round(IMAGE_DPI / max(longer, 1.0) ** 0.5)
-        figure.savefig(svg_part, format="svg", dpi=image_dpi, metadata=metadata)
-        packed = {"compress_level": PNG_LEVEL}
-        metadata = {"Software": None, **known}
-        figure.savefig(png_part, format="png", dpi=DPI, metadata=metadata, pil_kwargs=packed)
+        longer = max(figure.get_figheight() / MM / IMAGE_PAGE_MM, 1.0)
+        how: Keywords = {"dpi": round(IMAGE_DPI / longer**0.5)}
+        how["metadata"] = {"Date": None, "Creator": None, **texts}
+        figure.savefig(svg_part, format="svg", **how)
+        how = {"dpi": DPI, "metadata": {"Software": None, **texts}}
+        figure.savefig(png_part, format="png", pil_kwargs={"compress_level": PNG_LEVEL}, **how)
     return svg, png
 
 
@@ -297,14 +290,11 @@ def caption_of(image: str | Path) -> tuple[str, str]:
     from PIL import Image
 
     with Image.open(image) as opened:
-        told = opened.info
-    return str(told.get("Title", "")), str(told.get("Description", ""))
-
-
-COORDINATE = re.compile(r"([xyz])(\d+)")
+        texts = opened.info
+    return str(texts.get("Title", "")), str(texts.get("Description", ""))
 
 
 def coordinate_of(name: str) -> tuple[str, int] | None:
     """("x", 1) of "x1"; None of a distance or any other name."""
-    found = COORDINATE.fullmatch(name)
-    return (found[1], int(found[2])) if found else None
+    match = re.fullmatch(r"([xyz])(\d+)", name)
+    return (match[1], int(match[2])) if match else None

@@ -5,21 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import pandas as pd
 
-from mocap_metrology.present.plot.curves import (
-    ADEV_AXES,
-    ALLAN_SLOPES,
-    adev_curves,
-    curves_picture,
-    facets,
-)
+from mocap_metrology.present.plot import curves as plot
 from mocap_metrology.present.plot.figure import Picture, styled
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm
 
 MOST_NAMED = 2  # files
+LEAST_STEP_MM = 1e-9  # as of float64; smaller sizes in mm are written as 0
 
 
 def source_words(origin: Record) -> str:
@@ -29,8 +23,8 @@ def source_words(origin: Record) -> str:
     """
     if origin["twin"]:
         return f"simulated stand-in (twin) {origin['twin']}"
-    files = [part["path"].rpartition("/")[2] for part in origin.get("segments") or ()]
-    files = list(dict.fromkeys(files))
+    paths = (part["path"] for part in origin.get("segments") or ())
+    files = list(dict.fromkeys(path.rpartition("/")[2] for path in paths))
     if len(files) > MOST_NAMED:
         return f"measured, {files[0]} and {len(files) - 1} more files"
     return ", ".join(["measured", " and ".join(files)] if files else ["measured"])
@@ -45,9 +39,6 @@ def step_words(resolution_mm: float, kind: str) -> str:
     return f"step {mm(resolution_mm, 2)} ({kind})"
 
 
-LEAST_STEP_MM = 1e-9  # as of float64; smaller sizes in mm are written as 0
-
-
 @styled()
 def allan_figure(
     columns: Mapping[str, np.ndarray],
@@ -60,24 +51,17 @@ def allan_figure(
 ) -> Picture:
     """Allan deviation over averaging time of every series of a recording.
 
-    columns: of `allan_masked.parquet`, one row a point: `series`, `estimator`, `tau_s`, `adev_mm`,
-    `adev_lower_mm`, `adev_upper_mm`. oadev is drawn with its interval, other estimators as thin
-    lines; without oadev, the first estimator available. `source`: the line
-    at the foot; `remarks`: what the caption adds; `expected`: series that should be there, one that
-    is not is drawn as without valid samples; `confidence` (0 ... 1) of the interval.
+    columns: of `allan_masked.parquet`, one row a point (see `adev_curves`); `source`: the line at
+    the foot; `remarks`: what the caption adds; `expected`: series that should be there, one that is
+    not is drawn as without valid samples; `confidence` (0 ... 1) of the interval.
     """
     names = [*np.asarray(columns["series"]).astype(str).tolist(), *expected]
-    curves = adev_curves(columns, {name: name for name in names})
-    return curves_picture(
-        by_panel(curves),
-        ADEV_AXES,
-        ALLAN_SLOPES,
+    curves = plot.adev_curves(columns, {name: name for name in names})
+    facets = plot.facets(curves["curve"]).items()
+    return plot.curves_picture(
+        {title: curves[curves["curve"].isin(own)] for title, own in facets},
+        plot.ADEV_AXES,
+        plot.ALLAN_SLOPES,
         (title, source, f"{captions.ADEV} {remarks}"),
         "interval" if confidence is None else f"{100 * confidence:.3g} % interval",
     )
-
-
-def by_panel(curves: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """Curves of series by the title of their panel."""
-    panels = facets(curves["curve"]).items()
-    return {title: curves[curves["curve"].isin(names)] for title, names in panels}

@@ -6,28 +6,17 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from mocap_metrology.noise.trace import MARKED_SIGMA, Trace, trace_of
+from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import NOTHING, facets
-from mocap_metrology.present.plot.figure import (
-    GREY,
-    SMALL_PT,
-    Keywords,
-    Picture,
-    coordinate_of,
-    legend_below,
-    new_figure,
-    panel_title,
-    say,
-    short,
-    styled,
-    words_picture,
-)
 from mocap_metrology.present.plot.units import TimeAxis, length_unit, time_axis
-from mocap_metrology.present.recording.traces import GAP, MARKED_SIGMA, Trace, draw, trace
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number, significant
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import SubFigure
 
 MOST_PANELS = 20  # six markers and two distances; more are drawn as rows
@@ -36,9 +25,11 @@ PANELS_MM, PANEL_MM = 140.0, (13.5, 45.0)
 LABEL_AT = -0.09  # of the width of the axes
 ROWS_MM, ROW_MM, NAME_MM = 190.0, (2.2, 9.0), 2.9
 TYPICAL, ROW_OF_CORE = 0.9, 1.6  # a row is so many times this quantile of the series' ranges
+RAW, CLEAN, MEAN, OUTLIER, GAP = "#949494", "#b4d3ee", "#10307a", "#cf4a2c", "#ececec"
+CLEAN_EDGE = "#5f9bd1"  # darker, that a column of its own is seen
 
 
-@styled()
+@plot.styled()
 def trajectory_figure(
     raw: Mapping[str, np.ndarray],
     clean: Mapping[str, np.ndarray],
@@ -47,7 +38,7 @@ def trajectory_figure(
     title: str,
     source: str = "",
     remarks: str = "",
-) -> Picture:
+) -> plot.Picture:
     """Every series of a recording against time, about its mean.
 
     raw, clean: name -> (n,) values in mm, NaN where missing; outliers: name -> (n,) bool. A panel a
@@ -59,54 +50,102 @@ def trajectory_figure(
     `remarks`: what the caption adds.
     """
     if not raw:
-        return words_picture("No series.", title, source)
+        return plot.words_picture("No series.", title, source)
     many = len(raw) > MOST_PANELS
     n_columns = COLUMNS // len(facets(raw, 0)) if many else COLUMNS
     traces = [
-        trace(name, values, clean[name], outliers[name], frame_rate_hz, n_columns)
+        trace_of(name, values, clean[name], outliers[name], frame_rate_hz, n_columns)
         for name, values in raw.items()
     ]
     time = time_axis(max(one.n for one in traces), frame_rate_hz)
     body = (_rows if many else _panels)(traces, time, title, source)
-    legend_below(body, body.axes)
-    return Picture(body, f"{captions.TRAJECTORY} {remarks}".strip())
+    plot.legend_below(body, body.axes)
+    return plot.Picture(body, f"{captions.TRAJECTORY} {remarks}".strip())
+
+
+def draw(
+    axes: Axes,
+    one: Trace,
+    time: TimeAxis,
+    scale: float,
+    limits: tuple[float, float],
+    offset: float = 0.0,
+) -> None:
+    """Gaps at the back, then raw, cleaned, outliers, mean, each labelled for the legend.
+
+    `scale * value + offset` is the place of a value within `limits` (mm); what lies beyond is
+    marked at its edge. All but the mean becomes one image in an SVG (neighbours in zorder do).
+    """
+
+    def place(values: pd.Series) -> np.ndarray:
+        return np.asarray(scale * values.clip(*limits) + offset)
+
+    edges = np.append(one.raw["first"], one.n) * time.per_frame
+    middles = (edges[1:] + edges[:-1]) / 2
+    empty = one.raw.assign(low=limits[0], high=limits[1])[["low", "high"]]
+    empty[one.raw["n_valid"] > 0] = np.nan
+    for rows, colour, edge, zorder, label in (
+        (empty, GAP, GAP, 2.0, NOTHING),
+        (one.raw, RAW, RAW, 2.1, "range of raw samples"),
+        (one.clean, CLEAN, CLEAN_EDGE, 2.2, "range of cleaned samples"),
+    ):
+        if rows["low"].notna().any():
+            how: plot.Keywords = {"fill": True, "fc": colour, "ec": edge, "lw": 0.5}
+            how |= {"baseline": place(rows["low"]), "zorder": zorder, "rasterized": True}
+            axes.stairs(place(rows["high"]), edges, label=label, **how)
+    if len(one.means):
+        at = (one.means["first"] + one.means["stop"]) / 2 * time.per_frame
+        label = f"mean over {one.mean_s:.3g} s"
+        axes.plot(at, place(one.means["mean"]), color=MEAN, lw=0.8, zorder=2.6, label=label)
+    dots: plot.Keywords = {"ls": "", "mew": 0, "rasterized": True}
+    inside = one.marked[one.marked.between(*limits)]
+    if len(inside):
+        how = {"marker": "o", "ms": 2.2, "color": OUTLIER, "zorder": 2.3, **dots}
+        how["label"] = f"outliers beyond {MARKED_SIGMA:g} σ"
+        axes.plot((inside.index + 0.5) * time.per_frame, place(inside), **how)
+    dots |= {"ms": 3.4, "color": plot.INK, "clip_on": False, "zorder": 2.4}
+    for over, limit, marker in (
+        (one.raw["high"] > limits[1], limits[1], "^"),
+        (one.raw["low"] < limits[0], limits[0], "v"),
+    ):
+        if over.any():  # else layout would make room for a sign at the origin
+            edge_line = np.full(over.sum(), scale * limit + offset)
+            axes.plot(middles[over], edge_line, marker=marker, label="beyond the axis", **dots)
 
 
 def _panels(traces: Sequence[Trace], time: TimeAxis, title: str, source: str) -> SubFigure:
     """A panel a series, numbers beside it."""
     height = float(np.clip(PANELS_MM / len(traces), *PANEL_MM))
-    body = new_figure(title, source, 30.0 + len(traces) * (height + 2.0))
+    body = plot.new_figure(title, source, 30.0 + len(traces) * (height + 2.0))
     grid = body.subplots(len(traces), 1, sharex=True, squeeze=False)[:, 0]
     unit = length_unit([np.ptp(one.limits) for one in traces if one.n_missing < one.n])
     for axes, one in zip(grid, traces, strict=True):
         axes.set(xlim=time.limits, ylim=np.multiply(one.limits, unit.per_mm))
-        axes.set_ylabel(f"{short(one.name, 8)} ({unit.symbol})")
+        axes.set_ylabel(f"{plot.short(one.name, 8)} ({unit.symbol})")
         axes.yaxis.set_label_coords(LABEL_AT, 0.5)  # faster than `align_ylabels` by half a second
         if one.n_missing == one.n:
             axes.set(facecolor=GAP, yticks=[])
-            say(axes, NOTHING)
+            plot.say(axes, NOTHING)
             continue
-        draw(axes, one, time.per_frame, unit.per_mm, one.limits)
-        beside = "\n".join(_numbers(one))
-        axes.text(1.02, 0.5, beside, transform=axes.transAxes, size=SMALL_PT, va="center")
+        draw(axes, one, time, unit.per_mm, one.limits)
+        how: plot.Keywords = {"transform": axes.transAxes, "size": plot.SMALL_PT, "va": "center"}
+        axes.text(1.02, 0.5, "\n".join(_numbers(one)), **how)
     grid[-1].set_xlabel(time.label)
     return body
 
 
 def _numbers(one: Trace) -> list[str]:
     """Text beside a panel."""
-    valid, marked = one.n - one.n_missing, one.outliers[0].size
-    facts = [
-        f"mean {number(one.centre, 3)} mm",
-        f"outliers {number(one.n_outliers)} ({100 * one.n_outliers / valid:.2g} %)",
-    ]
-    if marked:
-        facts.append(f"beyond {MARKED_SIGMA:g} σ: {number(marked)}")
+    share = 100 * one.n_outliers / (one.n - one.n_missing)
+    facts = [f"mean {number(one.centre, 3)} mm"]
+    facts.append(f"outliers {number(one.n_outliers)} ({share:.2g} %)")
+    if len(one.marked):
+        facts.append(f"beyond {MARKED_SIGMA:g} σ: {number(len(one.marked))}")
     if one.n_missing:
         facts.append(f"missing {number(one.n_missing)} ({100 * one.n_missing / one.n:.2g} %)")
-    if one.n_beyond:
-        farthest = number(one.farthest, 2, sign=True)
-        facts.append(f"off the axis {number(one.n_beyond)}, to {farthest} mm")
+    if one.beyond.size:
+        farthest = number(max(one.beyond.tolist(), key=abs), 2, sign=True)
+        facts.append(f"off the axis {number(one.beyond.size)}, to {farthest} mm")
     return facts
 
 
@@ -119,24 +158,24 @@ def _rows(traces: Sequence[Trace], time: TimeAxis, title: str, source: str) -> S
     n_rows = max(len(names) for names in panels.values())
     row_mm = float(np.clip(ROWS_MM / n_rows, *ROW_MM))
     every = next(k for k in (1, 2, 5, 10, 20, 50) if k * row_mm >= NAME_MM or k == 50)
-    body = new_figure(title, source, 35.0 + n_rows * row_mm)
+    body = plot.new_figure(title, source, 35.0 + n_rows * row_mm)
     grid = body.subplots(1, len(panels), sharex=True, squeeze=False)[0]
-    words: Keywords = {"ha": "center", "va": "center_baseline", "fontsize": 6.0, "color": GREY}
+    words: plot.Keywords = {"ha": "center", "va": "center_baseline", "fontsize": 6.0}
     for axes, (panel, names) in zip(grid, panels.items(), strict=True):
         axes.set(xlim=time.limits, ylim=(n_rows - 0.5, -0.5), xlabel=time.label)
         axes.grid(visible=len(names) == n_rows)
         for place, one in enumerate(by_name[name] for name in names):
             if one.n_missing < one.n:
-                draw(axes, one, time.per_frame, -1 / step, (-0.48 * step, 0.48 * step), place)
+                draw(axes, one, time, -1 / step, (-0.48 * step, 0.48 * step), place)
             else:
-                axes.text(float(np.mean(time.limits)), place, NOTHING, **words)
+                axes.text(float(np.mean(time.limits)), place, NOTHING, color=plot.GREY, **words)
         shown = [k for k in range(len(names)) if k == 0 or (k + 1) % every == 0]
-        labels = [names[k][1:] if coordinate_of(names[k]) else short(names[k], 8) for k in shown]
-        axes.set_yticks(shown, labels, fontsize=SMALL_PT)
+        marker = {k: names[k][1:] for k in shown if plot.coordinate_of(names[k])}
+        labels = [marker.get(k, plot.short(names[k], 8)) for k in shown]
+        axes.set_yticks(shown, labels, fontsize=plot.SMALL_PT)
         axes.tick_params(axis="y", length=0)
         n_outliers = sum(by_name[name].n_outliers for name in names)
-        title = panel if coordinate_of(names[0]) else "L"
-        panel_title(axes, title, f"{number(n_outliers)} outliers")
+        plot.panel_title(axes, panel if marker else "L", f"{number(n_outliers)} outliers")
     unit = length_unit([step])
     grid[0].set_ylabel(f"Marker; a row is {significant(step * unit.per_mm, 2)} {unit.symbol} high")
     return body

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.noise.model.components import Form, NoiseModel, PowerLaw
-from mocap_metrology.present.fits.model import drawn_m, total_avar
+from mocap_metrology.noise.model.curves import drawn_m, total_avar
 from mocap_metrology.present.plot.curves import ADEV_AXES, log_limits, positive
 from mocap_metrology.present.plot.decimate import log_bins
 from mocap_metrology.present.plot.figure import (

@@ -14,10 +14,12 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_metadata, read_table
 from mocap_metrology.common.hampel import SHORT_WINDOW, hampel
 from mocap_metrology.noise.cameras.diagnosis import additions, diagnose, moments
-from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR
+from mocap_metrology.noise.cameras.findings import Row, addition_rows, law_rows
+from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow
 from mocap_metrology.noise.series import AXES
-from mocap_metrology.present.cameras.camera_tables import addition_rows, law_rows
-from mocap_metrology.present.tables import Row
+
+Ids = Mapping[str, Sequence[int | str]]  # ids of cameras by recording
+Deviations = Mapping[str, Mapping[str, float]]  # mm, by recording and series
 
 
 class Take:
@@ -34,34 +36,30 @@ class Take:
 
     def comparable(self) -> list[str]:
         """Recordings with the frame rate and the number of markers of the first."""
-        first = next(iter(self.origins.values()))
-        return [
-            name
-            for name, origin in self.origins.items()
-            if origin["frame_rate_hz"] == first["frame_rate_hz"]
-            and len(origin["labels"]) == len(first["labels"])
-        ]
+        kinds = {n: (o["frame_rate_hz"], len(o["labels"])) for n, o in self.origins.items()}
+        first = next(iter(kinds.values()))
+        return [name for name, kind in kinds.items() if kind == first]
 
     def n_frames(self, name: str) -> int:
+        """Frames of a recording."""
         return len(read_table(self.paths[name], ["frame"])[0]["frame"])
 
     def _read(self, name: str, marker: int) -> np.ndarray:
         """(3, n) coordinates in mm of one marker, numbered from 1; NaN where missing or masked."""
         origin = self.origins[name]
-        wanted = [f"{axis}{marker}_mm" for axis in AXES]
-        columns, _ = read_table(self.paths[name], wanted)
+        names = [f"{axis}{marker}_mm" for axis in AXES]
+        columns, _ = read_table(self.paths[name], names)
         half = max(round(self.half_window_s * origin["frame_rate_hz"]), SHORT_WINDOW)
-        step = origin["resolution_mm"]
-        series = (columns[column] for column in wanted)
-        return np.array([hampel(s, half, self.mask_sigma, "mask", step).values for s in series])
+        how = half, self.mask_sigma, "mask", origin["resolution_mm"]
+        return np.array([hampel(columns[column], *how).values for column in names])
 
 
-def of_take(
+def take_rows(
     camera_type: str,
-    camera_ids: Mapping[str, Sequence[int | str]],
+    camera_ids: Ids,
     take: Take,
-    sigma_mm: Mapping[str, Mapping[str, float]],
-    noise: Mapping[str, Sequence[Row]],
+    sigma_mm: Deviations,
+    noise: Mapping[str, Sequence[NoiseRow]],
     rise: float,
     log: logging.Logger,
 ) -> tuple[list[Row], list[Row]]:
@@ -70,22 +68,19 @@ def of_take(
     for name in camera_ids.keys() - set(names):
         log.warning("%s: frame rate or markers differ from those of %s; excluded", name, names[0])
     ids = {name: camera_ids[name] for name in names}
-    found = additions(ids)
     rows: list[Row] = []
-    if found:
+    if found := additions(ids):
         origin = take.origins[names[0]]
-        labels = origin["labels"]
+        labels, rate = origin["labels"], origin["frame_rate_hz"]
         n_frames = min(take.n_frames(name) for name in names)
         steps = {name: take.origins[name]["resolution_mm"] for name in names}
-        rate = origin["frame_rate_hz"]
         try:
             sums = moments(found, take.read, len(labels), rate, n_frames, steps)
         except Refusal as refusal:  # the law needs no shared frames
             log.warning("%s: %s", camera_type, refusal)
         else:
             labels = [labels[k] for k in sums.markers]
-            told = diagnose(sums, found, ids)
-            rows = addition_rows(camera_type, found, ids, labels, told, rise)
+            rows = addition_rows(camera_type, found, ids, labels, diagnose(sums, found, ids), rise)
     h_0 = {
         name: {
             row["series"]: row["value"]
@@ -94,8 +89,7 @@ def of_take(
         }
         for name in names
     }
-    counts = {name: len(ids[name]) for name in names}
-    return rows, law_rows(camera_type, counts, {n: sigma_mm[n] for n in names}, h_0)
+    return rows, law_rows(camera_type, {n: len(i) for n, i in ids.items()}, sigma_mm, h_0)
 
 
 def one_frame(covariance: pd.DataFrame) -> dict[str, float]:
@@ -104,11 +98,9 @@ def one_frame(covariance: pd.DataFrame) -> dict[str, float]:
     return dict(zip(own["series_1"], own["covariance_mm2"] ** 0.5, strict=True))
 
 
-def levels_of(
-    camera_ids: Mapping[str, Sequence[int | str]], sigma_mm: Mapping[str, Mapping[str, float]]
-) -> dict[str, Row]:
-    """What `camera_figure` needs of each recording: number of cameras, ids that the largest subset
-    has and this one lacks, deviations."""
+def levels_of(camera_ids: Ids, sigma_mm: Deviations) -> dict[str, Row]:
+    """Of each recording the number `n` of cameras, the ids of the largest subset that it is
+    `without`, and its deviations."""
     largest = max(camera_ids.values(), key=len)
     return {
         name: {"n": len(ids), "without": [i for i in largest if i not in ids], **sigma_mm[name]}

@@ -1,0 +1,211 @@
+"""Recordings beside each other: rows of <group>_compare, <group>_trend and <group>_places, and the
+curves of their figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from mocap_metrology.common.errors import Refusal
+from mocap_metrology.noise.allan.confidence import interval
+from mocap_metrology.noise.changes.compare import (
+    Curve,
+    adev_ratio,
+    adev_trend,
+    ratios_to_mean,
+    words_of,
+)
+from mocap_metrology.noise.diagnosis.export import MOST, rounding_share
+
+Columns = Mapping[str, np.ndarray]  # of allan_masked.parquet
+Row = dict[str, Any]  # of a table: numbers, words, gaps
+TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)  # at which changes are worded, besides a single frame
+NO_TREND = "none found"
+COARSE = "resolution"  # the word where the file's steps decide
+N_TAUS = 60  # of a curve of ratios
+
+
+def curve_of(columns: Columns, series: str) -> Curve:
+    """Overlapping Allan deviation of a series, where it is usable."""
+    pick = (columns["series"] == series) & (columns["estimator"] == "oadev")
+    values = (np.asarray(columns[k][pick], float) for k in ("tau_s", "adev_mm", "edf"))
+    return Curve(*values).usable()
+
+
+def series_in_all(allan: Sequence[Columns]) -> list[str]:
+    """Series that all recordings have, in the order of the first."""
+    first, *others = ([str(s) for s in dict.fromkeys(c["series"].tolist())] for c in allan)
+    return [name for name in first if all(name in names for names in others)]
+
+
+def coarse_steps(columns: Columns, step_mm: float | None) -> dict[str, float]:
+    """The step of the file by series whose noise it hides, by the Allan variance at one frame.
+
+    Where in a step a marker is then decides on its Allan deviations (`noise.diagnosis.export`).
+    """
+    if step_mm is None or not step_mm > 0 or math.isinf(step_mm):
+        return {}
+    frame = (columns["estimator"] == "oadev") & (np.asarray(columns["m"]) == 1)
+    levels = dict(zip(columns["series"][frame], columns["adev_mm"][frame], strict=True))
+    return {
+        name: float(step_mm)
+        for name in series_in_all([columns])
+        if rounding_share(step_mm, float(levels.get(name, math.nan)) ** 2, name[0] == "L") > MOST
+    }
+
+
+def taus_of(allan: Sequence[Columns]) -> np.ndarray:
+    """A single frame (of the slowest recording) and decades of a second."""
+    frame = max(float(np.min(columns["tau_s"])) for columns in allan)
+    return np.array([frame, *(tau for tau in TAUS_S if tau > 1.5 * frame)])
+
+
+def compare_rows(
+    recording: str,
+    reference: str,
+    new: Columns,
+    old: Columns,
+    margin: float,
+    alpha: float,
+    confidence: float,
+    coarse: Mapping[str, float] | None = None,
+) -> list[Row]:
+    """One row a series both have and averaging time both reach; `overall` is the word of the
+    series' largest change, `same` where there is none.
+
+    alpha: probability, at most, that any series of two equal recordings has a word other than
+    `same`: each series has its share of it (Bonferroni). coarse: series of which the export's
+    resolution decides, in either recording (`coarse_steps`).
+    """
+    rows: list[Row] = []
+    series, coarse = series_in_all([new, old]), coarse or {}
+    for name in series:
+        curves = curve_of(new, name), curve_of(old, name)
+        ratio = adev_ratio(*curves, taus_of([new, old]), confidence)
+        words = words_of(ratio, margin, alpha / len(series))
+        changes = zip(ratio.value, words, strict=True)
+        changed = [(abs(math.log(v)), w) for v, w in changes if w in ("better", "worse")]
+        overall = COARSE if name in coarse else max(changed, default=(0.0, "same"))[1]
+        for k in (k for k, word in enumerate(words) if word):
+            row: Row = {"recording": recording, "reference": reference, "series": name}
+            row |= {"tau_s": ratio.tau_s[k], "ratio": ratio.value[k], "lower": ratio.lower[k]}
+            row |= {"upper": ratio.upper[k], "p": ratio.p[k]}
+            row |= {"word": COARSE if name in coarse else words[k], "overall": overall}
+            rows.append(row | {"step_mm": coarse.get(name)})
+    if not rows:
+        raise Refusal(f"{recording} and {reference}: no series or averaging time in common")
+    return rows
+
+
+def ratio_curves(new: Columns, old: Columns, confidence: float) -> pd.DataFrame:
+    """`series`, `tau_s`, `value`, `lower`, `upper` of the ratio of each series that both have, over
+    the averaging times that both reach."""
+    keys = ("tau_s", "value", "lower", "upper")
+    parts = [pd.DataFrame(columns=["series", *keys]).astype(dict.fromkeys(keys, float))]
+    for name in series_in_all([new, old]):
+        curves = curve_of(new, name), curve_of(old, name)
+        low, high = (
+            pick((c.tau_s[end] for c in curves if c.tau_s.size), default=0.0)
+            for pick, end in ((max, 0), (min, -1))
+        )
+        if all(c.tau_s.size for c in curves) and high > low:
+            ratio = adev_ratio(*curves, np.geomspace(low, high, N_TAUS), confidence)
+            parts.append(pd.DataFrame({k: getattr(ratio, k) for k in keys}).assign(series=name))
+    return pd.concat(parts[1:] or parts)
+
+
+def days_of(dates: Sequence[str]) -> list[float]:
+    """Days since the first date; dates with a time zone and without one do not mix."""
+    moments = [datetime.fromisoformat(date) for date in dates]
+    try:
+        first = min(moments)
+    except TypeError as error:
+        raise Refusal(
+            "dates: some have a time zone and some have none; expected one way"
+        ) from error
+    return [(moment - first).total_seconds() / 86400 for moment in moments]
+
+
+def trend_rows(
+    names: Sequence[str],
+    dates: Sequence[str],
+    allan: Mapping[str, Columns],
+    alpha: float,
+    confidence: float,
+    coarse: Mapping[str, float] | None = None,
+) -> list[Row]:
+    """One row a series and averaging time that three or more recordings of different days have.
+    alpha is that of one series, over its averaging times; coarse as in `compare_rows`, of any."""
+    days, rows, every = days_of(dates), [], [allan[name] for name in names]
+    taus = taus_of(every)
+    for series in series_in_all(every):
+        curves = [curve_of(columns, series).at(taus) for columns in every]
+        adev, edf = (np.array([getattr(c, k) for c in curves]) for k in ("adev", "edf"))
+        known = np.isfinite(adev).all(axis=0)
+        for k in np.flatnonzero(known):
+            trend = adev_trend(days, adev[:, k].tolist(), edf[:, k].tolist(), confidence)
+            clear = trend.p < alpha / known.sum()
+            word = ("worse" if trend.per_month > 1 else "better") if clear else NO_TREND
+            row: Row = {"series": series, "tau_s": taus[k], "n_recordings": trend.n}
+            row |= {"from": min(dates), "to": max(dates)}
+            row["percent_per_month"] = 100 * (trend.per_month - 1)
+            row |= {end: 100 * (getattr(trend, end) - 1) for end in ("lower", "upper")}
+            row |= {"p": trend.p, "scatter": trend.scatter}
+            rows.append(row | {"word": COARSE if coarse and series in coarse else word})
+    return rows
+
+
+def dated_curves(
+    names: Sequence[str],
+    dates: Sequence[str],
+    allan: Mapping[str, Columns],
+    series: Sequence[str],
+    taus_s: np.ndarray,
+    confidence: float,
+) -> pd.DataFrame:
+    """`series`, `tau_s`, `date`, `adev` (µm) with its interval `lower`, `upper` of each series of
+    each recording that reaches an averaging time."""
+    parts = []
+    for one in series:
+        for name, date in zip(names, dates, strict=True):
+            curve = curve_of(allan[name], one).at(taus_s)
+            values = {"tau_s": taus_s, "adev": 1000 * curve.adev, "edf": curve.edf}
+            moment = datetime.fromisoformat(date)
+            parts.append(pd.DataFrame(values).assign(series=one, date=[moment] * len(taus_s)))
+    points = pd.concat(parts).dropna(subset="adev")
+    low, high = interval(points["adev"].to_numpy() ** 2, points["edf"].to_numpy(), confidence)
+    return points.assign(lower=low, upper=high)
+
+
+def places_rows(
+    recordings: Sequence[Mapping[str, Any]],
+    allan: Mapping[str, Columns],
+    means: Mapping[str, Mapping[str, float]],
+) -> list[Row]:
+    """One row a recording and series: where it was, its noise, and by what `factor` it exceeds the
+    geometric mean of all places (`ratios_to_mean`), at one frame and at 1 s."""
+    rows: list[Row] = []
+    names = [row["recording"] for row in recordings]
+    for series in series_in_all([allan[name] for name in names]):
+        curves = [curve_of(allan[name], series) for name in names]
+        taus = np.array([max([c.tau_s[0] for c in curves if c.tau_s.size], default=0.0), 1.0])
+        levels = np.array([curve.at(taus).adev for curve in curves])
+        if not np.isfinite(levels[:, 0]).any():
+            continue
+        quietest = names[np.nanargmin(levels[:, 0])]
+        ratios = ratios_to_mean(curves, taus)
+        for recording, level, ratio in zip(recordings, levels, ratios, strict=True):
+            name = recording["recording"]
+            row = {"recording": name, "place": recording["place"], **means[name], "series": series}
+            for k, label in enumerate(("1_frame", "1_s")):
+                row |= {f"adev_{label}_mm": level[k], f"factor_{label}": ratio.value[k]}
+                row |= {f"factor_{label}_{e}": getattr(ratio, e)[k] for e in ("lower", "upper")}
+            rows.append(row | {"quietest": name == quietest})
+    if not rows:
+        raise Refusal(f"{', '.join(names)}: expected a series that all places have")
+    return rows

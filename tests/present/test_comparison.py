@@ -8,10 +8,11 @@ import re
 import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS
+from mocap_metrology.papers import coefficient_tables as appendix
 from mocap_metrology.present import tables
 from mocap_metrology.present.jansen.jansen_tables import jansen_table
 from mocap_metrology.present.pages import comparison, details, document, summary
-from mocap_metrology.present.skurowski import appendix, camera_tables
+from mocap_metrology.present.skurowski import camera_tables
 
 GAP = math.nan
 
@@ -98,7 +99,7 @@ def test_a_coefficient_agrees_within_its_interval(status, lower, upper, expected
 
 
 def test_every_printed_coefficient_is_in_the_short_table() -> None:
-    rows = appendix.table_a("Bonita", {}, {})
+    rows = appendix.table_a("Bonita", {}, {}, {})
     found = comparison.compare("skurowski_tableA2", rows)
     assert len(found.table.rows) == len(rows)
     assert found.counts == "all cited"

@@ -154,7 +154,7 @@ rule skurowski_case:
         mem_mb=memory(2500),
         runtime=minutes(10),
     params:
-        code=source("skurowski_case.py", "coordinates.py", "noise", "present"),
+        code=source("skurowski_case.py", "coordinates.py", "noise", "papers", "present"),
         caption=lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
         others=columns("recording", "twin", of=BESIDE_IT),

@@ -25,7 +25,6 @@ from mocap_metrology.present.plot.curves import (
     slope_fan,
 )
 from mocap_metrology.present.plot.figure import (
-    Look,
     Picture,
     legend_below,
     letters,
@@ -150,27 +149,23 @@ def family_figure(
     return panels_picture(panels, looks or None, texts, confidence)
 
 
-@styled()
-def compared_figure(
-    allan: Mapping[str, tuple[Mapping[str, np.ndarray], Look]],
-    series: Sequence[str],
-    texts: tuple[str, str, str],
-    confidence: float | None = None,
-) -> Picture:
-    """Named recordings with given looks, a panel a series, with intervals of that confidence;
-    allan: columns of allan_masked.parquet and look, by the name in the legend; texts: title,
-    source line and caption."""
-    columns = {name: table for name, (table, _) in allan.items()}
-    panels = {one: series_curves(columns, one, {name: name for name in allan}) for one in series}
-    looks = {name: look for name, (_, look) in allan.items()}
-    picture = panels_picture(panels, looks, texts, confidence)
-    letters(picture.body.axes[: len(panels)])
-    return picture
+def compared(
+    allan: Allan, series: Sequence[str], labels: Mapping[str, str], band: bool = True
+) -> Panels:
+    """A panel a series with the curves of named recordings; labels: by recording."""
+    return {one: series_curves(allan, one, labels, band) for one in series}
 
 
 def panels_picture(
-    panels: Panels, looks: Looks | None, texts: tuple[str, str, str], confidence: float | None
+    panels: Panels,
+    looks: Looks | None,
+    texts: tuple[str, str, str],
+    confidence: float | None,
+    lettered: bool = False,
 ) -> Picture:
     """The figure of such panels on common axes, with the slopes beside; call it within `styled`."""
     band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
-    return curves_picture(panels, ADEV_AXES, ALLAN_SLOPES, texts, band, looks=looks)
+    picture = curves_picture(panels, ADEV_AXES, ALLAN_SLOPES, texts, band, looks=looks)
+    if lettered:
+        letters(picture.body.axes[: len(panels)])
+    return picture

@@ -14,20 +14,9 @@ from mocap_metrology.noise.twins.published import SERIES
 from mocap_metrology.papers.coefficient_tables import searched_ends
 from mocap_metrology.papers.subsets import TYPES
 from mocap_metrology.present.groups import slots
+from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import log_limits
-from mocap_metrology.present.plot.figure import (
-    FAINT,
-    GREY,
-    INK,
-    SMALL_PT,
-    Keywords,
-    Picture,
-    legend_below,
-    log_axes,
-    new_figure,
-    say,
-    styled,
-)
+from mocap_metrology.present.plot.figure import FAINT, GREY, INK, SMALL_PT, Keywords, Picture
 from mocap_metrology.present.skurowski.gaussian_figures import SETS
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
@@ -72,7 +61,7 @@ def marks_of(rows: Sequence[Row]) -> pd.DataFrame:
     return slots.frame_of(marks)
 
 
-@styled()
+@fig.styled()
 def colour_figure(
     rows: Sequence[Row], source: str, remarks: str = "", *, logarithmic: bool = True
 ) -> Picture:
@@ -85,13 +74,13 @@ def colour_figure(
     number = 14 if logarithmic else 15
     scale = "logarithmic" if logarithmic else "linear"
     title = f"{captions.PAPER}, Figure {number}: colour noise coefficients, {scale}"
-    body = new_figure(title, source, 42.0 + ROW_MM * len(ALPHAS))
+    body = fig.new_figure(title, source, 42.0 + ROW_MM * len(ALPHAS))
     grid = body.subplots(
         len(ALPHAS), len(TYPES), sharex="col", sharey="row" if logarithmic else False
     )
     _coefficients(grid, marks, [f"h_{alpha}" for alpha in ALPHAS], slots.FLOOR, logarithmic)
     slots.label_marks(grid[0, 0], marks[marks["coefficient"].str.startswith("h_")])
-    legend_below(body, [grid[0, 0]], columns=3)
+    fig.legend_below(body, [grid[0, 0]], columns=3)
     return Picture(body, f"{captions.SKUROWSKI[number]} {remarks}")
 
 
@@ -116,7 +105,7 @@ def _coefficients(
                 _linear_axis(axes, own)
             slots.draw(axes, own, groups, SERIES, floor if logarithmic else -np.inf)
             if own.empty:
-                say(axes, "no numbers")
+                fig.say(axes, "no numbers")
         row[0].set_ylabel(f"{mathtext(name)} ({unit(name)})")
     for letter, kind, top, bottom in zip("abc", TYPES, grid[0], grid[-1], strict=True):
         top.set_title(f"({letter}) {kind}", pad=3.5 if logarithmic else 12.0)
@@ -134,7 +123,7 @@ def _linear_axis(axes: Axes, marks: pd.DataFrame) -> None:
     axes.locator_params(axis="y", nbins=4)
 
 
-@styled()
+@fig.styled()
 def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Picture:
     """S Figure 16 of the rows of `table_a`: (a) to (c) T_c and q_c against the number of cameras, a
     column a camera type, (d) to (f) q_c against T_c with the classes of S 4.6 shaded, a panel a
@@ -144,7 +133,7 @@ def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Pi
     """
     marks = marks_of(rows)
     marks = marks[marks["coefficient"].isin(["T_c", "q_c"])]
-    body = new_figure(f"{captions.PAPER}, Figure 16: correlated noise", source, 255.0)
+    body = fig.new_figure(f"{captions.PAPER}, Figure 16: correlated noise", source, 255.0)
     grid = body.subplots(3, len(TYPES), sharey="row", height_ratios=(3, 3, 4))
     _coefficients(grid[:2], marks, ("T_c", "q_c"), LEAST_Q_C)
     for axes in grid[0]:
@@ -156,7 +145,7 @@ def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Pi
     terms = slots.terms_of(marks)
     across, (low, high) = (log_limits([terms[name]]) for name in ("T_c", "q_c"))
     for letter, (name, axes) in zip("def", zip(SOURCES, grid[2], strict=True), strict=True):
-        log_axes(axes, (across, (low / 30, high * 30)))  # room for the words
+        fig.log_axes(axes, (across, (low / 30, high * 30)))  # room for the words
         axes.tick_params(labelsize=SMALL_PT)
         slots.shade_classes(axes, across)
         own = terms[terms["source"] == name]
@@ -174,7 +163,7 @@ def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Pi
     for kind in TYPES:
         grid[2, 0].plot([], [], **SETS[kind].line(ls="", markersize=3.6, label=f"(d)-(f) {kind}"))
     grid[2, 0].fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
-    legend_below(body, [grid[0, 0], grid[2, 0]], columns=3)
+    fig.legend_below(body, [grid[0, 0], grid[2, 0]], columns=3)
     return Picture(body, f"{captions.SKUROWSKI[16]} {remarks}")
 
 

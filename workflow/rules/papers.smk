@@ -307,7 +307,7 @@ rule jansen_studies:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen_studies.py", "lighthouse", "noise", "papers", "present"),
+        code=source("jansen_studies.py", "lighthouse", "papers", "present"),
         settings=config["jansen_studies"],
         seed=config["seed"],
     message:
@@ -356,6 +356,7 @@ rule claims:
             "coordinates.py",
             "noise",
             "lighthouse",
+            "papers",
             "present",
         ),
         recordings=columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),

@@ -47,25 +47,22 @@ def noise_rows(models, spread: float = 0.05, seed: int = 1) -> list[dict]:
 
 
 def group(keys=None):
-    """Sheet, noise, expected and crlb for `table_a`, of all published rows or of some."""
-    keys = published_keys() if keys is None else keys
-    sheet, noise, expected, crlb = {}, {}, {}, {}
-    for k, (kind, n) in enumerate(keys):
+    """Sheet, noise and expected (with least standard errors: 10 % of a coefficient, of h_-1 and
+    h_2 twenty times) for `table_a`, of all published rows or of some."""
+    sheet, noise, expected = {}, {}, {}
+    for k, (kind, n) in enumerate(published_keys() if keys is None else keys):
         name, models = f"{kind}-{n}", published_row(kind, n)
         row = {"recording": name, "twin": name, "camera_type": kind, "n_cameras": n}
         sheet[name] = row
         noise[name] = noise_rows(models, seed=k)
         expected[name] = [r for r in noise_rows(models, 0.01, k) if r["estimator"] == PAPER]
-        for series in SERIES:
-            values = models[series].coefficients()
-            crlb[kind, n, series] = {
-                c: v * (20.0 if c in ("h_-1", "h_2") else 0.1) for c, v in values.items()
-            }
-    return sheet, noise, expected, crlb
-
-
-def bounds(crlb, camera_type: str):
-    return {(n, series): v for (kind, n, series), v in crlb.items() if kind == camera_type}
+        expected[name] += [
+            {"series": series, "estimator": "published", "parameter": parameter}
+            | {"crlb": value * (20.0 if parameter in ("h_-1", "h_2") else 0.1)}
+            for series in SERIES
+            for parameter, value in models[series].coefficients().items()
+        ]
+    return sheet, noise, expected
 
 
 def allan_arrays(model: NoiseModel, n: int = 101, last: int = 1_296_000, seed: int = 3):

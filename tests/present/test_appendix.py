@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import csv
 import math
-import re
 from collections import Counter
 
 import pytest
-from noise_data import DEFAULT, PAPER, bounds, estimate, group
+from noise_data import DEFAULT, PAPER, estimate, group
 
 from mocap_metrology.noise.fit.estimates import rows as noise_csv
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
-from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row
-from mocap_metrology.present.skurowski import appendix
-from mocap_metrology.present.skurowski.appendix_text import table_a_markdown
+from mocap_metrology.noise.twins.published import SERIES, printed_row, published_keys, published_row
+from mocap_metrology.papers import coefficient_tables as appendix
+from mocap_metrology.present.skurowski.appendix import (
+    CAPTION,
+    table_a_markdown,
+    white_level_sentence,
+)
 from mocap_metrology.present.tables import write_with
 from mocap_metrology.present.text.numbers import significant
 
@@ -22,12 +25,13 @@ KEY = ("camera_type", "n_cameras", "series", "parameter")
 
 
 @pytest.fixture(scope="module")
-def everything():
-    sheet, noise, expected, crlb = group()
-    return {
-        kind: appendix.table_a(kind, sheet, noise, expected, bounds(crlb, kind))
-        for kind in appendix.TABLES
-    }
+def given():
+    return group()
+
+
+@pytest.fixture(scope="module")
+def everything(given):
+    return {kind: appendix.table_a(kind, *given) for kind in appendix.TABLES}
 
 
 def test_every_printed_number_occurs_exactly_once(everything, reference) -> None:
@@ -46,8 +50,8 @@ def test_every_printed_number_occurs_exactly_once(everything, reference) -> None
     assert {k: len(v) for k, v in everything.items()} == {"T40": 679, "Bonita": 567, "Vantage": 616}
 
 
-def test_numbers_beside_the_published_one_are_those_of_noise_csv(everything) -> None:
-    _, noise, expected, crlb = group()
+def test_numbers_beside_the_published_one_are_those_of_noise_csv(given, everything) -> None:
+    _, noise, expected = given
     published = {key: published_row(*key) for key in published_keys()}
     for kind, rows in everything.items():
         for row in rows:
@@ -63,44 +67,53 @@ def test_numbers_beside_the_published_one_are_those_of_noise_csv(everything) -> 
             assert row["regenerated"] == pytest.approx(value, rel=near)
             of_series = [r for r in noise[name] if r["series"] == series]
             assert row["regenerated"] in {r["value"] for r in of_series if r["estimator"] == PAPER}
-            assert row["expected"] in {r["value"] for r in expected[name]}
+            assert row["expected"] in {r.get("value") for r in expected[name]}
             if row["likelihood_status"] == "not_detected":
                 assert (row["likelihood"], row["likelihood_upper_95"]) == (None, 1e-11)
             else:
                 assert row["likelihood"] == pytest.approx(value, rel=near)
                 assert row["likelihood_lower_95"] < row["likelihood"] < row["likelihood_upper_95"]
-            bound = crlb[kind, row["n_cameras"], series][parameter]
-            assert row["published_crlb"] == bound
+            weak = parameter in ("h_-1", "h_2")
+            assert row["crlb_relative"] == pytest.approx(20.0 if weak else 0.1)
+            assert row["published_crlb"] == pytest.approx(row["crlb_relative"] * value)
             assert row["supported"] is (parameter not in ("h_-1", "h_2"))
 
 
-def _table(published: NoiseModel, fitted: dict[str, NoiseModel], monkeypatch, **crlb):
-    """The rows of T40, ten cameras, x1, with this model as the published one."""
-    sheet, *_ = group([("T40", 10)])
-    printed = {"x1": published.coefficients()}
-    monkeypatch.setattr(appendix, "published_keys", lambda: [("T40", 10)])
-    monkeypatch.setattr(appendix, "printed_row", lambda *_: printed)
-    monkeypatch.setattr(appendix, "published_row", lambda *_: {"x1": published})
-    noise = [
-        row
-        for name, model in fitted.items()
-        for row in noise_csv("x1", estimate(model, name, 0.0, 1))
-    ]
-    rows = appendix.table_a("T40", sheet, {"T40-10": noise}, None, {(10, "x1"): crlb})
-    return {row["parameter"]: row for row in rows}
+@pytest.fixture
+def table(monkeypatch):
+    """Function of a published model, fitted ones by estimator, and bounds: the rows of T40, ten
+    cameras, x1, with this model as the published one, by parameter."""
+
+    def rows_of(published: NoiseModel, fitted: dict, more=(), **crlb) -> dict:
+        sheet = {"T40-10": {"twin": "T", "camera_type": "T40", "n_cameras": 10}}
+        names = appendix.published
+        monkeypatch.setattr(names, "published_keys", lambda: [("T40", 10)])
+        monkeypatch.setattr(names, "printed_row", lambda *_: {"x1": published.coefficients()})
+        monkeypatch.setattr(names, "published_row", lambda *_: {"x1": published})
+        noise = [
+            row
+            for name, model in fitted.items()
+            for row in noise_csv("x1", estimate(model, name, 0.0, 1))
+        ]
+        of_x1 = {"series": "x1", "estimator": "published"}
+        bounds = [of_x1 | {"parameter": name, "crlb": value} for name, value in crlb.items()]
+        noise += [noise[0] | row for row in more]
+        rows = appendix.table_a("T40", sheet, {"T40-10": noise}, {"T40-10": bounds})
+        return {row["parameter"]: row for row in rows}
+
+    return rows_of
 
 
-def test_partners_and_leftovers(monkeypatch) -> None:
+def test_partners_and_leftovers(table) -> None:
     published = NoiseModel((PowerLaw(0, 1e-6), GaussMarkov(0.5, 10.0), GaussMarkov(0.2, 0.1)))
     short, middle, far = GaussMarkov(0.21, 0.11), GaussMarkov(0.4, 30.0), GaussMarkov(0.9, 2000.0)
     line = Sinusoid(1e-3, 14.4)
-    rows = _table(
+    rows = table(
         published,
         {
             PAPER: NoiseModel((PowerLaw(0, 2e-6), short, far)),
             DEFAULT: NoiseModel((PowerLaw(0, 1e-6), short, middle, far, line)),
         },
-        monkeypatch,
         h_0=1e-6,
         T_c1=10.001,
         q_c1=math.inf,
@@ -127,19 +140,14 @@ def test_partners_and_leftovers(monkeypatch) -> None:
     assert rows["T_c2"]["supported"] is None and rows["T_c2"]["crlb_relative"] is None
 
 
-def test_a_term_without_a_partner_has_the_limit_of_its_class(monkeypatch) -> None:
+def test_a_term_without_a_partner_has_the_limit_of_its_class(table) -> None:
     published = NoiseModel((GaussMarkov(0.2, 0.1), GaussMarkov(1e-4, 2000.0)))
-    sheet, *_ = group([("T40", 10)])
-    monkeypatch.setattr(appendix, "published_keys", lambda: [("T40", 10)])
-    monkeypatch.setattr(appendix, "printed_row", lambda *_: {"x1": published.coefficients()})
-    monkeypatch.setattr(appendix, "published_row", lambda *_: {"x1": published})
-    noise = noise_csv("x1", estimate(NoiseModel((GaussMarkov(0.2, 0.1),)), DEFAULT, 0.0, 1))
-    limit = {"value": math.nan, "status": "not_detected", "upper_95": 5e-4}
-    for number, kind in ((2, "medium"), (3, "long")):
-        note = f"class {kind}: limit for every T_c from 100 to 2000 s"
-        noise.append(noise[0] | limit | {"parameter": f"q_c{number}", "note": note})
-        limit = limit | {"upper_95": 7e-4}
-    rows = {r["parameter"]: r for r in appendix.table_a("T40", sheet, {"T40-10": noise})}
+    limit = {"value": math.nan, "status": "not_detected"}
+    limits = [
+        limit | {"parameter": f"q_c{k}", "upper_95": upper, "note": f"class {kind}: limit"}
+        for k, kind, upper in ((2, "medium", 5e-4), (3, "long", 7e-4))
+    ]
+    rows = table(published, {DEFAULT: NoiseModel((GaussMarkov(0.2, 0.1),))}, limits)
     assert rows["q_c2"]["likelihood_status"] == "not_detected"
     assert (rows["q_c2"]["likelihood"], rows["q_c2"]["likelihood_upper_95"]) == (None, 7e-4)
     assert rows["T_c2"]["likelihood_status"] == "unpaired"
@@ -147,10 +155,10 @@ def test_a_term_without_a_partner_has_the_limit_of_its_class(monkeypatch) -> Non
     assert "< 7.00×10⁻⁴" in table_a_markdown(list(rows.values()), "T", "C")
 
 
-def test_a_line_elsewhere_is_said(monkeypatch) -> None:
+def test_a_line_elsewhere_is_said(table) -> None:
     published = NoiseModel((Sinusoid(1e-3, 10.0),))
     fitted = {PAPER: NoiseModel((Sinusoid(1e-3, 13.0),)), DEFAULT: published}
-    rows = _table(published, fitted, monkeypatch)
+    rows = table(published, fitted)
     assert rows["f_0"]["regenerated"] == 13.0
     assert rows["f_0"]["note"] == f"{PAPER}: f_0 differs by +30 %"
 
@@ -164,25 +172,19 @@ def test_what_was_left_out_or_corrected_is_noted(everything) -> None:
     assert all("failing" in row["note"] for row in vantage)
 
 
-@pytest.mark.parametrize("given", ["nothing", "one recording", "recordings without estimates"])
-def test_missing_subsets(given) -> None:
-    sheet, noise, _, _ = group([("T40", 10)] if given == "one recording" else [("Bonita", 4)])
-    if given == "nothing":
-        sheet, noise = {}, {}
-    elif given == "recordings without estimates":
-        sheet["Bonita-4"]["camera_type"], noise = "T40", {}
-    rows = appendix.table_a("T40", sheet, noise)
-    assert len(rows) == 679
-    cited = [row for row in rows if row["source"] == "cited"]
-    assert len(cited) == {"nothing": 679}.get(given, 679 - 97)
-    assert all(row["regenerated"] is row["recording"] is None for row in cited)
+@pytest.mark.parametrize(("key", "cited"), [(None, 679), (("T40", 10), 582), (("Bonita", 4), 679)])
+def test_missing_subsets(key, cited) -> None:
+    rows = appendix.table_a("T40", *(group([key]) if key else ({}, {}, {})))
+    found = [row for row in rows if row["source"] == "cited"]
+    assert (len(rows), len(found)) == (679, cited)
+    assert all(row["regenerated"] is row["recording"] is row["supported"] is None for row in found)
     text = table_a_markdown(rows, "T", "C")
-    assert "was not computed" in text and text.count("## (") == 7
+    assert ("was not computed" in text) == (cited == 679) and text.count("## (") == 7
 
 
 def test_markdown_shows_every_printed_number(everything) -> None:
     for rows in everything.values():
-        text = table_a_markdown(rows, "Table", appendix.CAPTION)
+        text = table_a_markdown(rows, "Table", CAPTION)
         panels = text.split("\n## ")[1:]
         assert [p.split("\n")[0] for p in panels] == [
             f"({a}) {s}" for a, s in zip("abcdefg", SERIES, strict=True)
@@ -204,24 +206,26 @@ def test_markdown_shows_every_printed_number(everything) -> None:
                     assert ("†" in cell) == (name in row and row[name]["supported"] is False)
 
 
-def test_the_plain_colony_has_a_column_and_a_line_of_its_own(monkeypatch) -> None:
+def test_the_plain_colony_has_a_column_and_a_line_of_its_own(table) -> None:
     published = NoiseModel((PowerLaw(0, 1e-6),))
     plain = "annealing-ant-colony-plain"
     fitted = {PAPER: published, plain: NoiseModel((PowerLaw(0, 3e-6), PowerLaw(2, 1e-9)))}
-    rows = _table(published, fitted, monkeypatch, h_0=1e-7)
+    rows = table(published, fitted, h_0=1e-7)
     assert (rows["h_0"]["regenerated"], rows["h_0"]["plain"]) == (1e-6, 3e-6)
     assert rows[f"h_2 ({plain})"]["plain"] == 1e-9
-    text = table_a_markdown(list(rows.values()), "T", "C")
-    assert re.search(rf"\| +\| {plain} +\| 3.00×10⁻⁶", text)
-    without = _table(published, {PAPER: published}, monkeypatch, h_0=1e-7)
+    lines = table_a_markdown(list(rows.values()), "T", "C").splitlines()
+    (line,) = (line.split("|") for line in lines if line.startswith("|") and plain in line)
+    assert [cell.strip() for cell in line[1:4]] == ["", plain, "3.00×10⁻⁶"]
+    assert f"- 10 cameras, {plain}, not published: h_2 1.00×10⁻⁹ mm^2/Hz^3" in lines
+    without = table(published, {PAPER: published}, h_0=1e-7)
     assert without["h_0"]["plain"] is without["h_0"]["plain_status"] is None
     assert f"| {plain}" not in table_a_markdown(list(without.values()), "T", "C")
 
 
-def test_markdown_marks_and_leftovers(monkeypatch) -> None:
+def test_markdown_marks_and_leftovers(table) -> None:
     published = NoiseModel((PowerLaw(0, 1e-6), GaussMarkov(0.2, 0.1)))
     fitted = {DEFAULT: NoiseModel((PowerLaw(0, 1e-13), GaussMarkov(0.5, 100.0)))}
-    rows = list(_table(published, fitted, monkeypatch, h_0=1e-5).values())
+    rows = list(table(published, fitted, h_0=1e-5).values())
     rows[0]["regenerated"], rows[0]["regenerated_status"] = 2.5, "at_bound"
     text = table_a_markdown(rows, "T", "C")
     assert "1.00×10⁻⁶†" in text and "< 1.00×10⁻¹¹" in text and "2.50§" in text and "–" in text
@@ -261,3 +265,25 @@ def test_csv_keeps_every_digit(everything, tmp_path) -> None:
     for row, line in zip(rows, read, strict=True):
         for column in ("published", "regenerated", "expected", "likelihood", "crlb_relative"):
             assert line[column] == ("" if row[column] is None else repr(float(row[column])))
+
+
+def test_white_levels_are_those_of_the_rows_and_counted(everything) -> None:
+    levels = appendix.white_levels([row for rows in everything.values() for row in rows])
+    found = {(r["camera_type"], r["n_cameras"], r["series"]): r["published"] for r in levels}
+    printed = {(*key, s): row["h_0"] for key in published_keys()
+               for s, row in printed_row(*key).items()}  # fmt: skip
+    assert found == printed and len(levels) == 154
+    for row in levels:
+        for name, base in (("likelihood", "published"), ("regenerated", "expected")):
+            assert row[name] == pytest.approx(row[base] * (1 + row[f"{name}_percent"] / 100))
+        assert row["likelihood_allowed_percent"] == pytest.approx(30.0)  # three bounds of 10 %
+    far = sum(abs(row["regenerated_percent"]) > 5 for row in levels)
+    sentence = white_level_sentence(levels)
+    assert sentence.startswith("Of 154 series, expected deviates by more than 5 % in 0, ")
+    assert f"from expected by more than 5 % in {far}, and" in sentence
+    assert sentence.endswith("5 % and 3 bounds in 0.")
+    for odd in (31.0, -31.0, None):
+        assert white_level_sentence([levels[0] | {"likelihood_percent": odd}]).endswith(
+            "in 1 (T40-10 x1)."
+        )
+    assert white_level_sentence([levels[0] | {"recording": None}]).startswith("Of 0 series")

@@ -7,22 +7,21 @@ import pandas as pd
 import pytest
 from family_data import row as sheet_row
 from figure_data import ODD_TEXT, check, check_saved, every_text
-from noise_data import assert_texts_apart, bounds, group, noise_rows
+from noise_data import assert_texts_apart, group, noise_rows
 
 from mocap_metrology.noise.fit.estimates import correlation_class, refused_rows
 from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
+from mocap_metrology.papers.coefficient_tables import TABLES, searched_ends, table_a
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.groups.coefficients import coefficients_figure
 from mocap_metrology.present.groups.coefficients import correlated_figure as group_correlated
 from mocap_metrology.present.groups.members import family_of
-from mocap_metrology.present.skurowski.appendix import TABLES, table_a
 from mocap_metrology.present.skurowski.coefficients import (
     TYPES,
     colour_figure,
     correlated_figure,
     marks_of,
-    searched_ends,
 )
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -31,11 +30,11 @@ UPPER = "likelihood_upper_95"
 
 
 def table_rows(keys=None):
-    sheet, noise, expected, crlb = group(keys)
+    given = group(keys)
     kinds = TABLES if keys is None else dict.fromkeys(kind for kind, _ in keys)
     return [
         row for kind in kinds
-        for row in table_a(kind, sheet, noise, expected, bounds(crlb, kind))
+        for row in table_a(kind, *given)
         if keys is None or (kind, row["n_cameras"]) in keys
     ]  # fmt: skip
 
@@ -70,7 +69,7 @@ def places(own: pd.DataFrame, column: str, groups) -> np.ndarray:
 
 @pytest.mark.parametrize("logarithmic", [True, False])
 def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None:
-    made = colour_figure(rows, "t", "s", "n", logarithmic=logarithmic)
+    made = colour_figure(rows, "s", "n", logarithmic=logarithmic)
     grid = np.array(made.body.axes).reshape(5, 3)
     table = pd.DataFrame(rows)
     for (j, k), axes in np.ndenumerate(grid):
@@ -103,7 +102,7 @@ def test_colours_of_noise_show_every_number(rows, logarithmic, tmp_path) -> None
 
 
 def test_correlated_terms(rows, tmp_path) -> None:
-    made = correlated_figure(rows, "t", "s", "n")
+    made = correlated_figure(rows, "s", "n")
     table = pd.DataFrame(
         [r for r in rows if r["parameter"][1:3] == "_c" and "(" not in r["parameter"]]
     )
@@ -141,7 +140,7 @@ def test_a_limit_of_an_amplitude_shows_its_class_of_correlation_time() -> None:
         row |= {"likelihood": None, UPPER: 0.01, "likelihood_status": "ok"}
         if row["parameter"].startswith("q_c"):
             row["likelihood_status"] = "not_detected"
-    amplitudes = correlated_figure(made, "t", "s").body.axes[3]
+    amplitudes = correlated_figure(made, "s").body.axes[3]
     for kind, style in slots.CLASS_LIMITS.items():
         terms = [r for r in made if r["parameter"].startswith("T_c")]
         own = pd.DataFrame([r for r in terms if correlation_class(r["published"]) == kind])
@@ -158,11 +157,11 @@ def test_ends_of_the_search_are_no_estimates() -> None:
     for row, end in zip(ended, (1 / 60, 60.0, 60.0, 1e-6), strict=True):
         row |= {"regenerated": end, "regenerated_status": "at_bound"}
     assert searched_ends(made) == [1 / 60, 60.0]
-    picture = correlated_figure(made, "t", "s")
+    picture = correlated_figure(made, "s")
     dashed = [line for line in picture.body.axes[0].lines if line.get_linestyle() == "--"]
     assert [line.get_ydata()[0] for line in dashed] == [1 / 60, 60.0]
     assert any(text.endswith("terms, 3 at an end") for text in every_text(picture))
-    h_0 = colour_figure(made, "t", "s").body.axes[6]
+    h_0 = colour_figure(made, "s").body.axes[6]
     assert drawn(h_0, slots.S_END)[:, 1] == [1e-6]
     assert 1e-6 not in drawn(h_0, slots.S_VALUE)[:, 1]
 
@@ -174,7 +173,7 @@ def test_a_bar_that_is_cut_ends_in_an_arrow(logarithmic) -> None:
         row |= {"likelihood": row["published"], "likelihood_status": "ok"}
         row |= {"likelihood_lower_95": row["published"] / 2, UPPER: row["published"] * 2}
     made[0]["likelihood_lower_95"], made[1][UPPER] = 0.0, 1.0
-    axes = colour_figure(made, "t", "s", logarithmic=logarithmic).body.axes[6]
+    axes = colour_figure(made, "s", logarithmic=logarithmic).body.axes[6]
     low, high = axes.get_ylim()
     if logarithmic:
         ((_, end),) = drawn(axes, marker=slots.DOWN)
@@ -202,11 +201,11 @@ def test_terms_that_were_not_published_are_terms_too() -> None:
 def test_odd_coefficients(draw, case) -> None:
     made = table_rows({"none": [], "one": [("Bonita", 4)]}.get(case, [("T40", 10)]))
     if case == "cited":
-        made = table_a("T40", {}, {})
+        made = table_a("T40", {}, {}, {})
     elif case == "not detected":
         for row in made:
             row |= {"likelihood": None, "likelihood_status": "not_detected", "regenerated": None}
-    check(draw(made, ODD_TEXT, ODD_TEXT, ODD_TEXT), draw=case == "not detected")
+    check(draw(made, ODD_TEXT, ODD_TEXT), draw=case == "not detected")
 
 
 # ---- of any group

@@ -8,10 +8,11 @@ import re
 import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS
+from mocap_metrology.papers import coefficient_tables as appendix
 from mocap_metrology.present import tables
 from mocap_metrology.present.jansen.jansen_tables import jansen_table
 from mocap_metrology.present.pages import comparison, details, document, summary
-from mocap_metrology.present.skurowski import appendix, camera_tables
+from mocap_metrology.present.skurowski import camera_tables
 
 GAP = math.nan
 
@@ -92,7 +93,7 @@ def test_cameras_are_cited_and_subsets_are_those_of_the_sheet() -> None:
     found = comparison.compare("skurowski_table3", rows)
     assert words(found)[:2] == ["differs", "agrees"]
     assert found.counts == f"{len(rows) - 1} of {len(rows)} agree, 1 differ"
-    rows = appendix.table_a("Bonita", {}, {})
+    rows = appendix.table_a("Bonita", {}, {}, {})
     found = comparison.compare("skurowski_tableA2", rows)
     assert len(found.table.rows) == len(rows) and found.counts == "all cited"
 

@@ -11,15 +11,15 @@ from mocap_workflow.recording_twins import twin_from_mapping
 from noise_data import assert_texts_apart
 
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
+from mocap_metrology.noise.diagnosis.shock import find_shock
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
-from mocap_metrology.present.skurowski.allan_families import guess_a1
+from mocap_metrology.present.skurowski.allan_figures import guess_a1
 from mocap_metrology.present.skurowski.crump import (
     CUT,
     RECORDED,
     Shaken,
     crump_figure,
-    find_shock,
     guessed,
 )
 
@@ -115,7 +115,7 @@ def test_the_figure(shaken, quiet, other, tmp_path) -> None:
     raw["x1"][int(121 * RATE)] -= 1.0
     given = Shaken(raw, clean, columns(series), RATE)
     label = ("Q, without a shock", columns(quiet)) if other else None
-    figure = crump_figure(given, label, "t", "s", "n")
+    figure = crump_figure(given, label, "s", "n")
     texts = every_text(figure)
     assert "from 120.0 s" in figure.caption and " 1 of " in figure.caption
     assert ("(b) Q, without a shock" in texts) == other

@@ -11,10 +11,10 @@ from noise_data import RATE, TAU0, assert_texts_apart
 
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import SERIES, published_row
+from mocap_metrology.papers import subsets
 from mocap_metrology.present.groups.adev import family_figure, ratios, series_curves
 from mocap_metrology.present.groups.members import count_looks, family_of, shown_series
-from mocap_metrology.present.skurowski import allan_families as paper
-from mocap_metrology.present.skurowski.allan_families import DROPS, at_tau, subsets_figure
+from mocap_metrology.present.skurowski import allan_figures as paper
 
 pytestmark = pytest.mark.filterwarnings("error")
 T40 = (10, 8, 6, 5, 4, 3, 2)
@@ -137,63 +137,69 @@ def test_odd_families(count) -> None:
     assert ("Lowest and highest recording of x1: " in figure.caption) == (count > 7)
 
 
-def subsets(kinds=("T40", "Bonita", "Vantage")) -> dict:
-    numbers = {"Vantage": (2, 3, 4, 5, 6, 8, 9)}
-    return {k: {n: published(k, n) for n in numbers.get(k, sorted(T40))} for k in kinds}
+# ---- Figures of S
+
+
+def sheet(kinds=("T40", "Bonita", "Vantage", "All")) -> dict:
+    counts = {"T40": T40, "Bonita": T40, "Vantage": (10, 9, 8, 6, 5, 4, 3, 2), "All": (30,)}
+    return {
+        f"{kind}-{n}": row(f"{kind}-{n}", kind, n, twin=f"{kind}-{n}")
+        for kind in kinds
+        for n in counts[kind]
+    }
+
+
+def allan_of(rows: dict) -> dict:
+    return {
+        name: published(r["camera_type"], r["n_cameras"])
+        if r["camera_type"] != "All"
+        else published("T40", 10)
+        for name, r in rows.items()
+    }
 
 
 def test_subsets_show_curves_and_the_drops_of_s(tmp_path) -> None:
-    given = subsets()
-    figure = subsets_figure(given, "t", "s", "n")
-    for k, (kind, of_kind) in enumerate(given.items()):
+    rows = sheet()
+    figure = paper.numbers_figure(rows, allan_of(rows), "s", "n")
+    numbers = {"T40": sorted(T40), "Bonita": sorted(T40), "Vantage": [2, 3, 4, 5, 6, 8, 9]}
+    assert {k: list(v) for k, v in subsets.sound_subsets(rows).items()} == numbers
+    for k, (kind, counts) in enumerate(numbers.items()):
         *families, narrow = figure.body.axes[4 * k : 4 * k + 4]
         for axes, series in zip(families, ("x1", "x2", "L"), strict=True):
-            for curve, n in zip(drawn(axes), of_kind, strict=True):
+            for curve, n in zip(drawn(axes), counts, strict=True):
                 assert np.allclose(curve, adev(kind, n, series), rtol=1e-12)
         # At 10 s, between two averaging times of the table: 1 % by interpolation
         for curve, series in zip(drawn(narrow), ("x1", "x2", "L"), strict=True):
-            exact = [np.sqrt(published_row(kind, n)[series].avar(1200, RATE)) for n in of_kind]
+            exact = [np.sqrt(published_row(kind, n)[series].avar(1200, RATE)) for n in counts]
             assert np.allclose(curve, np.ravel(exact), rtol=0.01)
         shaded = narrow.patches[0].get_extents().transformed(narrow.transData.inverted())
-        assert (shaded.x0 + shaded.x1) / 2 == pytest.approx(DROPS[kind])
+        assert (shaded.x0 + shaded.x1) / 2 == pytest.approx(paper.DROPS[kind])
     check_saved(figure, tmp_path / "f")
     assert_texts_apart(figure)
 
 
-@pytest.mark.parametrize("kinds", [(), ("Bonita",)])
+@pytest.mark.parametrize("kinds", [("All",), ("Bonita",)])
 def test_subsets_of_some_types(kinds) -> None:
-    given = {kind: {} for kind in ("T40", "Bonita", "Vantage")} | subsets(kinds)
-    figure = subsets_figure(given, ODD_TEXT, ODD_TEXT)
+    rows = sheet(kinds)
+    figure = paper.numbers_figure(rows, allan_of(rows), ODD_TEXT, ODD_TEXT)
     check(figure)
-    assert ("no recording of such a subset" in every_text(figure)) == (not kinds)
+    assert ("no recording of such a subset" in every_text(figure)) == (kinds == ("All",))
 
 
 def test_a_deviation_between_two_averaging_times() -> None:
-    given = published("T40", 10)
-    curve = series_curves({"": given}, "x1", {"": ""})
-    assert at_tau(curve, M[20] * TAU0) == pytest.approx(adev("T40", 10, "x1")[20])
-    assert np.isnan(at_tau(curve, 1e-3)) and np.isnan(at_tau(curve, 1e5))
-
-
-# ---- Figures of S
-
-
-def sheet() -> dict:
-    counts = {"T40": T40, "Bonita": T40, "Vantage": (10, 9, 8, 6, 5, 4, 3, 2), "All": (30,)}
-    return {
-        f"{kind}-{n}": row(f"{kind}-{n}", kind, n, twin=f"{kind}-{n}")
-        for kind, numbers in counts.items()
-        for n in numbers
-    }
+    tau, white = np.array([0.1, 1.0, 10.0]), np.array([3.0, 3e-1**0.5, 0.3]) / 10
+    white = 0.3 * tau**-0.5
+    assert subsets.at_tau(tau, white, 3.0) == pytest.approx(0.3 * 3.0**-0.5)
+    gap = np.where(tau == 1.0, np.nan, white)
+    assert subsets.at_tau(tau, gap, 3.0) == pytest.approx(0.3 * 3.0**-0.5)
+    assert subsets.at_tau(tau, white, 0.1) == pytest.approx(white[0])
+    assert np.isnan([subsets.at_tau(tau, white, t) for t in (0.09, 11)]).all()
+    assert np.isnan(subsets.at_tau(tau, 0 * white, 1.0))
 
 
 def test_figures_of_s_show_the_recordings_they_are_about(tmp_path) -> None:
     rows = sheet()
-    given = {
-        n: published(*n.split("-")[:1], r["n_cameras"]) for n, r in rows.items() if "All" not in n
-    }
-    given["All-30"] = published("T40", 10)
-    assert list(paper.subsets_of(rows)["Vantage"]) == [2, 3, 4, 5, 6, 8, 9]
+    given = allan_of(rows)
     failing = paper.failing_figure(rows, given, "s", "n", 0.683)
     types = paper.types_figure(rows, given, "s", "n", 0.683)
     for j, series in enumerate(("x1", "x2", "L")):

@@ -16,7 +16,7 @@ from mocap_metrology.present.text.numbers import with_interval
 
 
 def test_long_rows_are_those_of_noise_csv() -> None:
-    _, noise, _, _ = group([("T40", 10), ("Bonita", 2)])
+    _, noise, _ = group([("T40", 10), ("Bonita", 2)])
     rows = noise_table(noise, {"T40-10": "twin", "Bonita-2": "measured"})
     given = [row for name in noise for row in noise[name]]
     assert len(rows) == len(given) and tuple(rows[0]) == COLUMNS
@@ -27,7 +27,7 @@ def test_long_rows_are_those_of_noise_csv() -> None:
 
 
 def test_markdown_has_a_block_a_recording(tmp_path) -> None:
-    _, noise, _, _ = group([("T40", 10), ("Bonita", 2)])
+    _, noise, _ = group([("T40", 10), ("Bonita", 2)])
     noise["empty"] = [row for row in noise["T40-10"] if row["estimator"] != DEFAULT][:3]
     rows = noise_table(noise, dict.fromkeys(noise, "twin"))
     text = noise_markdown(rows, "T", "C")

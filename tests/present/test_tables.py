@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.papers.gaussian_table import table_4
 from mocap_metrology.present import tables
 from mocap_metrology.present.groups import group_tables
 from mocap_metrology.present.skurowski import camera_tables
@@ -204,7 +205,7 @@ def test_a_measured_recording_stands_before_a_twin_in_both_tables() -> None:
         for name, twin in {"a": "T40-10", "b": None, "c": None}.items()
     }
     third = next(r for r in camera_tables.table_3(rows) if r["regenerated"])
-    fourth = camera_tables.table_4(rows, {"b": {"mu_1_mm": 1.0}})[0]
+    fourth = table_4(rows, {"b": {"mu_1_mm": 1.0}}, {})[0]
     assert (third["recording"], third["source"]) == ("b", "measured")
     assert (fourth["recording"], fourth["source"], fourth["regenerated"]) == ("b", "measured", 1.0)
 

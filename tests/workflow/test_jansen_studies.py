@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
+from mocap_metrology.papers.studies import findings
+from mocap_metrology.papers.studies.findings import SHOWN, rows_of
 from mocap_metrology.papers.studies.ranks import Interval
 from mocap_metrology.papers.studies.study import STUDIES
 from mocap_metrology.present import tables
 from mocap_metrology.present.plot.figure import save
-from mocap_metrology.present.studies import points
-from mocap_metrology.present.studies.document import markdown
-from mocap_metrology.present.studies.figures import study_figure
-from mocap_metrology.present.studies.points import SHOWN, rows_of
+from mocap_metrology.present.studies import markdown, study_figure
 
 SMALL = "{recordings: 2, duration_s: 1.0, diodes: [3, 6, 32], distances_m: [2.0, 5.0]}"
 NAMES = {shown.name: shown for shown in SHOWN}
@@ -164,11 +163,14 @@ def test_recordings_without_a_pose_are_drawn_and_counted(tmp_path: Path) -> None
 
 
 def test_limits_of_the_words() -> None:
-    assert points.marginal_word(Interval(1.1, 1.0, 1.2)) == "holds"
-    assert points.marginal_word(Interval(1.1, 1.0, 1.3)) == "undecided"
-    assert points.marginal_word(Interval(2.0, 1.3, 3.0)) == "does not"
-    assert points.side_word(Interval(2.0, 1.1, 3.0), 1.0) == "holds"
-    assert points.side_word(Interval(2.0, 1.1, 3.0), 1.0, below=True) == "does not"
-    assert points.influence_word(Interval(0.2, 0.1, 0.32)) == "undecided"
+    for interval, word in (
+        ((1.0, 1.2), "holds"),
+        ((1.0, 1.3), "undecided"),
+        ((1.3, 3), "does not"),
+    ):
+        assert findings.within_word(Interval(1.1, *interval), 1 / 1.25, 1.25) == word
+    assert findings.side_word(Interval(2.0, 1.1, 3.0), 1.0) == "holds"
+    assert findings.side_word(Interval(2.0, 1.1, 3.0), 1.0, below=True) == "does not"
+    assert findings.influence_word(Interval(0.2, 0.1, 0.32)) == "undecided"
     t = 2.0243941639  # of Student, 38 degrees of freedom, 97.5 %
-    assert abs(points.NOTICEABLE - t / math.sqrt(38 + t**2)) < 0.003
+    assert abs(findings.NOTICEABLE - t / math.sqrt(38 + t**2)) < 0.003

@@ -139,7 +139,7 @@ def with_and_without_failing(rows: Sequence[RecordingRow]) -> list[RecordingRow]
 def full_sets(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
     """Recordings for the rows of the first paper's Table 4: of the largest sound set of
     each type. If none is there, the first recording."""
-    from mocap_metrology.present.skurowski.camera_tables import TABLE_4, standing_for
+    from mocap_metrology.papers.subsets import TABLE_4, standing_for
 
     columns = ("camera_type", "n_cameras", "twin")
     known = {row.recording: {name: getattr(row, name) for name in columns} for row in rows}

@@ -180,7 +180,7 @@ for NAME, OF in COMPARISONS.items():
             runtime=minutes(30),
         params:
             **OF["params"],
-            code=source(f"{NAME}.py", "io", "noise", "present"),
+            code=source(f"{NAME}.py", "io", "noise", "papers", "present"),
             script=NAME,
         message:
             f"{{wildcards.group}}: {OF['message']}"

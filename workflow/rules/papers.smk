@@ -154,7 +154,7 @@ rule skurowski_case:
         mem_mb=memory(2500),
         runtime=minutes(10),
     params:
-        code=source("skurowski_case.py", "coordinates.py", "noise", "present"),
+        code=source("skurowski_case.py", "coordinates.py", "noise", "papers", "present"),
         caption=lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
         others=columns("recording", "twin", of=BESIDE_IT),
@@ -307,7 +307,7 @@ rule jansen_studies:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen_studies.py", "lighthouse", "noise", "papers", "present"),
+        code=source("jansen_studies.py", "lighthouse", "papers", "present"),
         settings=config["jansen_studies"],
         seed=config["seed"],
     message:
@@ -356,6 +356,7 @@ rule claims:
             "coordinates.py",
             "noise",
             "lighthouse",
+            "papers",
             "present",
         ),
         recordings=columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),

@@ -20,6 +20,7 @@ with step(snakemake) as log:
     from mocap_metrology.noise.diagnosis.shock import shock_effect
     from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.noise.series import all_series
+    from mocap_metrology.papers.gaussian_table import cleaning_of
     from mocap_metrology.present import tables
     from mocap_metrology.present.claims.claim import COLUMNS
     from mocap_metrology.present.claims.jansen import Calibrations
@@ -27,7 +28,6 @@ with step(snakemake) as log:
     from mocap_metrology.present.claims.study import Regenerated
     from mocap_metrology.present.claims.table import claim_rows, claims_markdown
     from mocap_metrology.present.jansen.jansen_tables import source_of
-    from mocap_metrology.present.skurowski.gaussian_table import cleaning_of
 
     given, files = snakemake.params, snakemake.input
 

@@ -5,11 +5,10 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
+    from mocap_metrology.papers.studies.findings import SHOWN, rows_of
     from mocap_metrology.present import tables
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.studies.document import markdown
-    from mocap_metrology.present.studies.figures import study_figure
-    from mocap_metrology.present.studies.points import SHOWN, rows_of
+    from mocap_metrology.present.studies import markdown, study_figure
 
     given, seed = snakemake.params.settings, snakemake.params.seed
     found = {Path(path).stem: tables.read(path) for path in snakemake.input}

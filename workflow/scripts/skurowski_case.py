@@ -9,7 +9,7 @@ with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
     from mocap_metrology.noise.series import all_series
     from mocap_metrology.present.plot.figure import save
-    from mocap_metrology.present.skurowski import allan_families, crump, gather
+    from mocap_metrology.present.skurowski import allan_figures, crump, gather
 
     given, files = snakemake.params, snakemake.input
     rows = {row["recording"]: row for row in given.rows}
@@ -37,18 +37,18 @@ with step(snakemake) as log:
             f"Recording {next(iter(rows))}; the paper shows one of all its cameras. "
             f"{f'{other} {chance}' if other else ''}{crump.guessed(given.crumps)}{remarks}"
         )
-        return crump.crump_figure(shaken, quiet, allan_families.TITLES[7], source, remarks)
+        return crump.crump_figure(shaken, quiet, source, remarks)
 
     def beside(figure, *shown, paper=True):
         source, remarks = gather.sources(every, lengths, paper)
-        guess = allan_families.guess_a1(given.left_out) if given.left_out else ""
+        guess = allan_figures.guess_a1(given.left_out) if given.left_out else ""
         remarks = f"{gather.filter_sentence(origin)} {remarks} {guess}".strip()
         return figure(*shown, columns, source, remarks, confidence)
 
     draw = {
         "07": shocked,
-        "08": lambda: beside(allan_families.failing_figure, rows),
+        "08": lambda: beside(allan_figures.failing_figure, rows),
         # S: no length after repair
-        "A1": lambda: beside(allan_families.repaired_figure, rows, others, paper=False),
+        "A1": lambda: beside(allan_figures.repaired_figure, rows, others, paper=False),
     }
     save(draw[snakemake.wildcards.number](), snakemake.output[0])

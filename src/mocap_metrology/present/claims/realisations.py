@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from mocap_metrology.noise.gaussian.moments import Cleaning
 from mocap_metrology.noise.twins.twin import Twin
+from mocap_metrology.papers.gaussian_table import realisations
 from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN, Claim, Finding
 from mocap_metrology.present.claims.study import Drawn, Key
-from mocap_metrology.present.skurowski.gaussian_table import realisations
 
 REPEATS = 200
 SURE = 0.95

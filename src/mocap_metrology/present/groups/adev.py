@@ -9,32 +9,10 @@ import numpy as np
 import pandas as pd
 
 from mocap_metrology.present.groups.members import CAMERAS, Family, left_out, shown_series
-from mocap_metrology.present.plot.curves import (
-    ADEV_AXES,
-    ALLAN_SLOPES,
-    MOST_SINGLE,
-    Limits,
-    Looks,
-    adev_curves,
-    curve_limits,
-    curves_picture,
-    draw_curves,
-    family_ends,
-    groups_of,
-    markers_every,
-    slope_fan,
-)
-from mocap_metrology.present.plot.figure import (
-    Look,
-    Picture,
-    legend_below,
-    letters,
-    log_axes,
-    new_figure,
-    panel_title,
-    short,
-    styled,
-)
+from mocap_metrology.present.plot import curves as plot
+from mocap_metrology.present.plot import figure as fig
+from mocap_metrology.present.plot.curves import Limits, Looks, groups_of
+from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.text import captions
 
 COLUMNS = 3
@@ -51,7 +29,9 @@ def series_curves(
 ) -> pd.DataFrame:
     """Curves of one series of several recordings by the overlapping Allan deviation; labels: name
     of the curve by recording."""
-    curves = [adev_curves(allan[name], {series: label}, band) for name, label in labels.items()]
+    curves = [
+        plot.adev_curves(allan[name], {series: label}, band) for name, label in labels.items()
+    ]
     frame = pd.concat(curves, ignore_index=True)
     return frame[frame["thin"] == ""]
 
@@ -62,35 +42,35 @@ def ratio_picture(panels: Panels, looks: Looks, texts: tuple[str, str, str]) -> 
     panels: curves by title, the smallest subset first; texts: title, source line and caption. The
     ratio is computed where both have the averaging time. Call it within `styled`.
     """
-    rows, limits = -(-len(panels) // COLUMNS), curve_limits(pd.concat(panels.values()))
-    body = new_figure(*texts[:2], 24.0 + rows * ROW_MM)
+    rows, limits = -(-len(panels) // COLUMNS), plot.curve_limits(pd.concat(panels.values()))
+    body = fig.new_figure(*texts[:2], 24.0 + rows * ROW_MM)
     grid = body.subplots(2 * rows, COLUMNS, sharex=True, squeeze=False, height_ratios=(5, 3) * rows)
     above, below = grid[::2].ravel(), grid[1::2].ravel()
     found = [ratios(curves) for curves in panels.values()]
     extent = _extent(pd.concat(found)["ratio"])
     for k, (title, curves) in enumerate(panels.items()):
-        log_axes(above[k], limits)
-        draw_curves(above[k], curves, limits[1], looks)
-        panel_title(above[k], short(title))
+        fig.log_axes(above[k], limits)
+        plot.draw_curves(above[k], curves, limits[1], looks)
+        fig.panel_title(above[k], fig.short(title))
         below[k].set_ylim(extent)
         below[k].locator_params(axis="y", nbins=5)
         for order, (name, own) in enumerate(groups_of(found[k], "curve")):
-            every = markers_every(len(own), order)
+            every = plot.markers_every(len(own), order)
             below[k].plot(own["x"], own["ratio"], **looks[name].line(markevery=every))
         for axes in (above[k], below[k]):
             axes.tick_params(labelleft=k % COLUMNS == 0, which="both")
         if k % COLUMNS == 0:
-            above[k].set_ylabel(ADEV_AXES[1])
-            below[k].set_ylabel(f"Ratio to\n{short(curves['curve'].iloc[0])}")
+            above[k].set_ylabel(plot.ADEV_AXES[1])
+            below[k].set_ylabel(f"Ratio to\n{fig.short(curves['curve'].iloc[0])}")
         if k + COLUMNS >= len(panels):
-            below[k].set_xlabel(ADEV_AXES[0])
+            below[k].set_xlabel(plot.ADEV_AXES[0])
             below[k].tick_params(labelbottom=True)
     for axes in (*above[len(panels) :], *below[len(panels) :]):
         axes.axis("off")
     if len(panels) < above.size:
-        log_axes(above[len(panels)], limits)
-        slope_fan(above[len(panels)], limits, ALLAN_SLOPES)
-    legend_below(body, above[: len(panels)])
+        fig.log_axes(above[len(panels)], limits)
+        plot.slope_fan(above[len(panels)], limits, plot.ALLAN_SLOPES)
+    fig.legend_below(body, above[: len(panels)])
     return Picture(body, texts[2])
 
 
@@ -110,7 +90,7 @@ def _extent(ratio: pd.Series) -> Limits:
     return max(low - room, 0.0), high + room
 
 
-@styled()
+@fig.styled()
 def family_figure(
     family: Family,
     allan: Allan,
@@ -141,36 +121,34 @@ def family_figure(
         caption = f"{captions.ADEV} {captions.ADEV_RATIOS} {words}"
         return ratio_picture(panels, looks, (title, source, caption))
     names = [
-        f"{series}: {' and '.join(family_ends(curves))}"
+        f"{series}: {' and '.join(plot.family_ends(curves))}"
         for series, curves in ({} if looks else panels).items()
-        if curves["curve"].nunique() > MOST_SINGLE and (curves["y"] > 0).any()
+        if curves["curve"].nunique() > plot.MOST_SINGLE and (curves["y"] > 0).any()
     ]
     note = captions.ADEV_ENDS.format(names="; ".join(names)) if names else ""
     texts = title, source, f"{captions.ADEV} {note} {words}"
     return panels_picture(panels, looks or None, texts, confidence)
 
 
-@styled()
-def compared_figure(
-    allan: Mapping[str, tuple[Mapping[str, np.ndarray], Look]],
-    series: Sequence[str],
-    texts: tuple[str, str, str],
-    confidence: float | None = None,
-) -> Picture:
-    """Named recordings with given looks, a panel a series, with intervals of that confidence;
-    allan: columns of allan_masked.parquet and look, by the name in the legend; texts: title,
-    source line and caption."""
-    columns = {name: table for name, (table, _) in allan.items()}
-    panels = {one: series_curves(columns, one, {name: name for name in allan}) for one in series}
-    looks = {name: look for name, (_, look) in allan.items()}
-    picture = panels_picture(panels, looks, texts, confidence)
-    letters(picture.body.axes[: len(panels)])
-    return picture
+def compared(
+    allan: Allan, series: Sequence[str], labels: Mapping[str, str], band: bool = True
+) -> Panels:
+    """A panel a series with the curves of named recordings; labels: by recording."""
+    return {one: series_curves(allan, one, labels, band) for one in series}
 
 
 def panels_picture(
-    panels: Panels, looks: Looks | None, texts: tuple[str, str, str], confidence: float | None
+    panels: Panels,
+    looks: Looks | None,
+    texts: tuple[str, str, str],
+    confidence: float | None,
+    lettered: bool = False,
 ) -> Picture:
     """The figure of such panels on common axes, with the slopes beside; call it within `styled`."""
     band = "interval" if confidence is None else f"{100 * confidence:.3g} % interval"
-    return curves_picture(panels, ADEV_AXES, ALLAN_SLOPES, texts, band, looks=looks)
+    picture = plot.curves_picture(
+        panels, plot.ADEV_AXES, plot.ALLAN_SLOPES, texts, band, looks=looks
+    )
+    if lettered:
+        fig.letters(picture.body.axes[: len(panels)])
+    return picture

@@ -13,24 +13,9 @@ from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, limit_class
 from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.present.groups import slots
 from mocap_metrology.present.groups.members import RECORDING, Family, left_out, shown_series
+from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import groups_of, log_limits
-from mocap_metrology.present.plot.figure import (
-    FAINT,
-    OTHER_LOOKS,
-    Keywords,
-    Look,
-    Picture,
-    coordinate_of,
-    legend_below,
-    letters,
-    log_axes,
-    new_figure,
-    panel_title,
-    say,
-    short,
-    styled,
-    words_picture,
-)
+from mocap_metrology.present.plot.figure import FAINT, OTHER_LOOKS, Keywords, Picture
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import mathtext, unit
@@ -47,7 +32,8 @@ NO_MODEL = (
 NO_TERM = "Correlated noise was not detected in any recording."
 MOST_COLUMNS = 8  # of a legend
 MOST_FULL = 8  # recordings with a slot a series; of more only the distance, ordered by its noise
-ANY = Look(OTHER_LOOKS[2].colour, "-", "o")  # where there are too many recordings to distinguish
+# Where there are too many recordings to distinguish
+ANY = fig.Look(OTHER_LOOKS[2].colour, "-", "o")
 Noise = Mapping[str, Sequence[Record]]  # rows of noise.csv by recording
 
 
@@ -71,7 +57,7 @@ def _shown(family: Family, marks: pd.DataFrame) -> tuple[Family, pd.DataFrame, l
     shown, others = shown_series(names)
     words = [captions.SLOTS.format(order=", ".join(shown)), left_out(others)]
     if len(family.labels) > MOST_FULL:
-        shown = [name for name in shown if not coordinate_of(name)][:1] or shown[:1]
+        shown = [name for name in shown if not fig.coordinate_of(name)][:1] or shown[:1]
         words = [captions.ONE_SERIES.format(series=", ".join(shown))]
         if family.by == RECORDING:
             h_0 = marks[(marks["coefficient"] == "h_0") & marks["series"].isin(shown)]
@@ -82,7 +68,7 @@ def _shown(family: Family, marks: pd.DataFrame) -> tuple[Family, pd.DataFrame, l
     return family, marks[marks["series"].isin(shown)], shown, " ".join(filter(None, words))
 
 
-@styled()
+@fig.styled()
 def coefficients_figure(
     family: Family, noise: Noise, title: str, source: str, remarks: str = ""
 ) -> Picture:
@@ -91,20 +77,20 @@ def coefficients_figure(
     what the caption adds."""
     family, marks, shown, words = _shown(family, marks_of(family, noise))
     if marks.empty:
-        return words_picture(NO_MODEL, title, source)
-    body = new_figure(title, source, REST_MM + len(ALPHAS) * ROW_MM + _names_mm(family))
+        return fig.words_picture(NO_MODEL, title, source)
+    body = fig.new_figure(title, source, REST_MM + len(ALPHAS) * ROW_MM + _names_mm(family))
     panels = body.subplots(len(ALPHAS), sharex=True)
     for axes, alpha in zip(panels, ALPHAS, strict=True):
         _panel(axes, marks, f"h_{alpha}", shown, family)
     panels[-1].set_xlabel(family.by)
     slots.label_marks(panels[0], marks[marks["coefficient"].str.startswith("h_")], shown)
-    legend_below(body, panels, MOST_COLUMNS)
+    fig.legend_below(body, panels, MOST_COLUMNS)
     return Picture(body, f"{captions.COEFFICIENTS} {words} {remarks}")
 
 
 def _names_mm(family: Family) -> float:
     """Height of the labels of groups, where they are vertical."""
-    labels = [short(label) for label in family.labels.values()]
+    labels = [fig.short(label) for label in family.labels.values()]
     return NAME_MM * max(map(len, labels)) if slots.upright(labels) else 0.0
 
 
@@ -118,10 +104,10 @@ def _panel(
     slots.draw(axes, own, groups, shown, slots.FLOOR, coloured=True)
     axes.set_ylabel(f"{mathtext(name)} ({unit(name)})")
     if own.empty:
-        say(axes, "not detected in any recording")
+        fig.say(axes, "not detected in any recording")
 
 
-@styled()
+@fig.styled()
 def correlated_figure(
     family: Family, noise: Noise, title: str, source: str, remarks: str = ""
 ) -> Picture:
@@ -130,27 +116,27 @@ def correlated_figure(
     shaded; where no recording has such a term, the limits of q_c alone."""
     family, marks, shown, words = _shown(family, marks_of(family, noise))
     if marks.empty:
-        return words_picture(NO_MODEL, title, source)
+        return fig.words_picture(NO_MODEL, title, source)
     marks = marks[marks["coefficient"].isin(["T_c", "q_c"])]
     if marks.empty:
-        return words_picture(NO_TERM, title, source)
+        return fig.words_picture(NO_TERM, title, source)
     terms = slots.terms_of(marks)
     names = ["q_c"] if terms.empty else ["T_c", "q_c"]
     heights = [12.0 + len(names) * ROW_MM + _names_mm(family)] + [SCATTER_MM] * (len(names) - 1)
-    body = new_figure(title, source, sum(heights) + 18.0)
+    body = fig.new_figure(title, source, sum(heights) + 18.0)
     parts = body.subfigures(len(heights), height_ratios=heights, squeeze=False)[:, 0]
     panels = parts[0].subplots(len(names), sharex=True, squeeze=False)[:, 0]
     for axes, name in zip(panels, names, strict=True):
         _panel(axes, marks, name, shown, family)
-        panel_title(axes, {"T_c": "Correlation time", "q_c": "Amplitude"}[name])
+        fig.panel_title(axes, {"T_c": "Correlation time", "q_c": "Amplitude"}[name])
     panels[-1].set_xlabel(family.by)
     slots.label_marks(panels[0], marks, shown)
     if len(terms):
         scatter = parts[1].subplots()
         _scatter(scatter, terms, family)
-        legend_below(parts[1], [scatter])
-        letters([*panels, scatter])
-    legend_below(parts[0], panels, MOST_COLUMNS)
+        fig.legend_below(parts[1], [scatter])
+        fig.letters([*panels, scatter])
+    fig.legend_below(parts[0], panels, MOST_COLUMNS)
     caption = captions.CORRELATED if len(terms) else f"{NO_TERM} {captions.CORRELATED_LIMITS}"
     return Picture(body, f"{caption} {words} {remarks}")
 
@@ -158,17 +144,17 @@ def correlated_figure(
 def _scatter(axes: Axes, terms: pd.DataFrame, family: Family) -> None:
     """q_c against T_c, a look a recording, with bars as long as the intervals that are known."""
     across, (low, high) = (log_limits([terms[name]], 2.0) for name in ("T_c", "q_c"))
-    log_axes(axes, (across, (low / 4, high * 2)))
+    fig.log_axes(axes, (across, (low / 4, high * 2)))
     slots.shade_classes(axes, across)
     for label, own in groups_of(terms, "group"):
         look = family.looks.get(label, ANY)
         how: Keywords = {"ls": "", "marker": look.marker, "markersize": 3.4, "mew": 0, "alpha": 0.9}
         how |= {"color": look.colour, "elinewidth": 0.4}
-        how |= {"label": short(family.said(label))} if family.looks else {}
+        how |= {"label": fig.short(family.said(label))} if family.looks else {}
         for name, which in (("T_c", "xerr"), ("q_c", "yerr")):
             ends = own[f"{name}_lower"].clip(lower=own[name] / 1e3)  # zero is not on this axis
             how |= {which: np.nan_to_num([own[name] - ends, own[f"{name}_upper"] - own[name]])}
         axes.errorbar(own["T_c"], own["q_c"], **how)
     axes.fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
-    panel_title(axes, "Amplitude against correlation time", f"{len(terms)} terms")
+    fig.panel_title(axes, "Amplitude against correlation time", f"{len(terms)} terms")
     axes.set(xlabel="$T_c$ (s)", ylabel=f"$q_c$ ({unit('q_c')})")

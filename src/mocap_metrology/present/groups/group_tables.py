@@ -15,17 +15,8 @@ from mocap_metrology.present.tables import Record, Row, aligned, source_of
 from mocap_metrology.present.text.numbers import MARKS, STATUS_SIGNS, significant, with_interval
 
 FROM_CSV = (
-    "series",
-    "estimator",
-    "parameter",
-    "value",
-    "unit",
-    "std_error",
-    "lower_95",
-    "upper_95",
-    "status",
-    "class",
-    "note",
+    *("series", "estimator", "parameter", "value", "unit", "std_error"),
+    *("lower_95", "upper_95", "status", "class", "note"),
 )
 COLUMNS = ("recording", "source", *FROM_CSV)
 CAPTION = (
@@ -55,38 +46,27 @@ def noise_markdown(
     """Markdown of `noise_table`: a block a recording, a column a series, by one estimator."""
     lines = [f"# {title}", "", caption, f"Estimator: {estimator}.", ""]
     for name in dict.fromkeys(row["recording"] for row in rows):
-        of_it = [r for r in rows if r["recording"] == name]
-        lines += [f"## {name} ({of_it[0]['source']})", ""]
-        asked = [r for r in of_it if r["estimator"] == estimator]
-        chosen = [r for r in asked if r["status"] != "refused"]
-        series = list(dict.fromkeys(r["series"] for r in chosen))
-        lines += _refused([r for r in asked if r["status"] == "refused"])
-        if not asked:
-            lines += [f"No coefficients by {estimator}.", ""]
-        for k in range(0, len(series), MOST_SERIES):
-            lines += [*_block(chosen, series[k : k + MOST_SERIES]), ""]
-    if not rows:
-        lines += ["No coefficients.", ""]
-    return "\n".join(lines)
-
-
-def _refused(rows: Sequence[Row]) -> list[str]:
-    """Why there are no numbers: one line a reason."""
-    reasons: dict[str, list[str]] = {}
-    for row in rows:
-        reasons.setdefault(row["note"], []).append(row["series"])
-    lines = [f"- {', '.join(series)}: no coefficients: {why}." for why, series in reasons.items()]
-    return [*lines, ""] if lines else []
-
-
-def _block(rows: Sequence[Row], series: Sequence[str]) -> list[str]:
-    cells = {(r["parameter"], r["series"]): r for r in rows if r["series"] in series}
-    names = sorted({parameter for parameter, _ in cells}, key=_rank)
-    lines: list[list[str]] = [["", "unit", *series]]
-    for name in names:
-        texts = [_cell(cells.get((name, one))) for one in series]
-        lines.append([name, unit_of(name), *texts])
-    return aligned(lines)
+        every = [row for row in rows if row["recording"] == name]
+        own = [row for row in every if row["estimator"] == estimator]
+        lines += [f"## {name} ({every[0]['source']})", ""]
+        lines += [] if own else [f"No coefficients by {estimator}.", ""]
+        reasons: dict[str, list[str]] = {}
+        cells: dict[str, dict[str, Row]] = {}  # by series and parameter
+        for row in own:
+            if row["status"] == "refused":
+                reasons.setdefault(row["note"], []).append(row["series"])
+            else:
+                cells.setdefault(row["series"], {})[row["parameter"]] = row
+        lines += [f"- {', '.join(of)}: no coefficients: {why}." for why, of in reasons.items()]
+        lines += [""] if reasons else []
+        for k in range(0, len(cells), MOST_SERIES):
+            series = list(cells)[k : k + MOST_SERIES]
+            block = [["", "unit", *series]]
+            for parameter in sorted({p for one in series for p in cells[one]}, key=_rank):
+                texts = [_cell(cells[one].get(parameter)) for one in series]
+                block.append([parameter, unit_of(parameter), *texts])
+            lines += [*aligned(block), ""]
+    return "\n".join(lines if rows else [*lines, "No coefficients.", ""])
 
 
 def _rank(parameter: str) -> tuple[int, int, int]:
@@ -102,21 +82,18 @@ def _cell(row: Row | None) -> str:
     if row is None:
         return ""
     if row["status"] == "not_detected":
-        upper = row["upper_95"]
-        known = upper is not None and upper == upper
+        if row["upper_95"] is None or math.isnan(row["upper_95"]):
+            return "not detected"
         kind = limit_class(row)
-        of_class = f" ({kind})" if kind else ""
-        return f"< {significant(float(upper))}{of_class}" if known else "not detected"
+        return f"< {significant(float(row['upper_95']))}{f' ({kind})' if kind else ''}"
     text = with_interval(row["value"], row["lower_95"], row["upper_95"])
     return text + MARKS.get(row["status"], "")
 
 
 FIRST = ("tau_1_s", "adev_1_mm")
-
 MINIMUM = ("adev_min_mm", "tau_min_s", "adev_min_lower_mm", "adev_min_upper_mm")
-
+CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
 SUBSETS = "The recordings of the group as in the sheet."
-
 GAUSSIAN = (
     "Moments of the cleaned coordinates, along x as in S and along the line between the markers "
     "(axis pair). Only the sigma_C of axis pair can be compared with sigma_L. mu_1, mu_2, "
@@ -131,7 +108,6 @@ GAUSSIAN = (
     "there are few, the test rejects hardly anything. Drift and range, of marker 1, of marker 2 "
     "and of L, are of one-second means (of tenths of a recording below 10 s)."
 )
-
 OUTLIERS = (
     "Samples replaced by the Hampel filter as outliers. In clean Gaussian noise the filter "
     "replaces the share given in share_of_clean_gaussian_noise (0.34 % at 3 sigma and 241 "
@@ -140,7 +116,6 @@ OUTLIERS = (
     "resolution: the smallest step that the file can hold (int16 or float32 spacing, or a "
     "coarser rounding found in the values)."
 )
-
 ALLAN = (
     "Overlapping Allan deviation as recorded, gross outliers masked: adev_1_mm at a single "
     "frame, tau_1_s long; adev_0.1s_mm, adev_1s_mm and so on at averaging times of 0.1 s, 1 s "
@@ -149,20 +124,13 @@ ALLAN = (
     "configured confidence."
 )
 
-CHOSEN_TAUS_S = (0.1, 1.0, 10.0, 100.0, 1000.0)
-
 
 def subsets(recordings: Sequence[Record]) -> list[Row]:
     """One row for each recording: its entries in the sheet."""
     return [
-        {
-            "recording": row["recording"],
-            "source": source_of(row),
-            "camera_type": row["camera_type"],
-            "n_cameras": row["n_cameras"],
-            "camera_ids": ";".join(map(str, row["camera_ids"])),
-            "comment": row["comment"],
-        }
+        {"recording": row["recording"], "source": source_of(row)}
+        | {"camera_type": row["camera_type"], "n_cameras": row["n_cameras"]}
+        | {"camera_ids": ";".join(map(str, row["camera_ids"])), "comment": row["comment"]}
         for row in recordings
     ]
 

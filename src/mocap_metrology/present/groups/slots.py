@@ -14,19 +14,9 @@ import numpy as np
 import pandas as pd
 
 from mocap_metrology.noise.fit.estimates import CLASSES, DEFAULT_ESTIMATOR, S_ESTIMATOR, unit_key
+from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import Limits, looks_of
-from mocap_metrology.present.plot.figure import (
-    FAINT,
-    GREY,
-    INK,
-    OTHER_LOOKS,
-    SMALL_PT,
-    Keywords,
-    coordinate_of,
-    log_axis,
-    log_label,
-    short,
-)
+from mocap_metrology.present.plot.figure import FAINT, GREY, INK, OTHER_LOOKS, SMALL_PT, Keywords
 from mocap_metrology.present.text.numbers import power_of_ten
 
 if TYPE_CHECKING:
@@ -90,7 +80,7 @@ def frame_of(marks: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 def label_marks(axes: Axes, marks: pd.DataFrame, series: Sequence[str] = ()) -> None:
     """Legend entries of the styles in use; of `series`, where these have a look each."""
-    looks = {name[0] if coordinate_of(name) else "L": v for name, v in looks_of(series).items()}
+    looks = {name[0] if fig.coordinate_of(name) else "L": v for name, v in looks_of(series).items()}
     for name, look in looks.items():
         axes.plot([], [], ls="", mew=0, color=look.colour, marker=look.marker, label=name)
     used = set(marks["style"])
@@ -108,7 +98,7 @@ def group_axis(axes: Axes, labels: Sequence[object]) -> None:
     axes.set_xlim(-0.5, max(len(labels), 1) - 0.5)
     for k in range(1, len(labels), 2):
         axes.axvspan(k - 0.5, k + 0.5, color=FAINT, alpha=0.4, lw=0, zorder=0)
-    texts = [short(str(label)) for label in labels]
+    texts = [fig.short(str(label)) for label in labels]
     every = max(-(-len(labels) // MOST_LABELS), 1)
     axes.set_xticks(range(0, len(labels), every), texts[::every])
     axes.tick_params(axis="x", length=0, labelrotation=90 if upright(texts) else 0)
@@ -128,13 +118,13 @@ def floor_axis(axes: Axes, marks: pd.DataFrame, floor: float = FLOOR) -> None:
     above = values[values >= floor]
     low, high = (above.min() / ROOM, above.max() * ROOM) if len(above) else (1e-3, 1.0)
     if len(above) == len(values):
-        log_axis(axes, "y", (low, high))
+        fig.log_axis(axes, "y", (low, high))
         return
-    log_axis(axes, "y", (floor * 10**-BAND_DECADES, high))
+    fig.log_axis(axes, "y", (floor * 10**-BAND_DECADES, high))
     ticks = LogLocator(numticks=5).tick_values(floor, high)
     ticks = [t for t in ticks if 30 * floor <= t <= high]
     least = f"< {power_of_ten(round(np.log10(floor)))}"
-    axes.set_yticks([in_band(floor), *ticks], [least, *(log_label(t, False) for t in ticks)])
+    axes.set_yticks([in_band(floor), *ticks], [least, *(fig.log_label(t, False) for t in ticks)])
     axes.axhspan(floor * 10**-BAND_DECADES, floor, color="#bdbdbd", alpha=0.45, lw=0, zorder=0.5)
 
 

@@ -11,22 +11,13 @@ import pandas as pd
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR, correlation_class
 from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.noise.twins.published import SERIES
+from mocap_metrology.papers.coefficient_tables import searched_ends
+from mocap_metrology.papers.subsets import TYPES
 from mocap_metrology.present.groups import slots
+from mocap_metrology.present.plot import figure as fig
 from mocap_metrology.present.plot.curves import log_limits
-from mocap_metrology.present.plot.figure import (
-    FAINT,
-    GREY,
-    INK,
-    SMALL_PT,
-    Keywords,
-    Picture,
-    legend_below,
-    log_axes,
-    new_figure,
-    say,
-    styled,
-)
-from mocap_metrology.present.skurowski.densities import SETS
+from mocap_metrology.present.plot.figure import FAINT, GREY, INK, SMALL_PT, Keywords, Picture
+from mocap_metrology.present.skurowski.gaussian_figures import SETS
 from mocap_metrology.present.tables import Row
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.coefficients import mathtext, unit
@@ -34,7 +25,6 @@ from mocap_metrology.present.text.coefficients import mathtext, unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-TYPES = ("T40", "Bonita", "Vantage")
 LEAST_Q_C = 1e-7  # mm/√s; smaller amplitudes are drawn in a band below it
 HELD = 0.9  # share of the positive numbers within a linear axis
 PALE = 0.4  # opacity of published terms below their least standard error
@@ -71,9 +61,9 @@ def marks_of(rows: Sequence[Row]) -> pd.DataFrame:
     return slots.frame_of(marks)
 
 
-@styled()
+@fig.styled()
 def colour_figure(
-    rows: Sequence[Row], title: str, source: str, remarks: str = "", *, logarithmic: bool = True
+    rows: Sequence[Row], source: str, remarks: str = "", *, logarithmic: bool = True
 ) -> Picture:
     """Coefficients h_-2 ... h_2 of the rows of `table_a`, a row of panels each, and a column a
     camera type: S Figure 14 (logarithmic) or 15 (linear, each panel to its own scale).
@@ -81,14 +71,17 @@ def colour_figure(
     source: the line at the foot; remarks: what the caption adds.
     """
     marks = marks_of(rows)
-    body = new_figure(title, source, 42.0 + ROW_MM * len(ALPHAS))
+    number = 14 if logarithmic else 15
+    scale = "logarithmic" if logarithmic else "linear"
+    title = f"{captions.PAPER}, Figure {number}: colour noise coefficients, {scale}"
+    body = fig.new_figure(title, source, 42.0 + ROW_MM * len(ALPHAS))
     grid = body.subplots(
         len(ALPHAS), len(TYPES), sharex="col", sharey="row" if logarithmic else False
     )
     _coefficients(grid, marks, [f"h_{alpha}" for alpha in ALPHAS], slots.FLOOR, logarithmic)
     slots.label_marks(grid[0, 0], marks[marks["coefficient"].str.startswith("h_")])
-    legend_below(body, [grid[0, 0]], columns=3)
-    return Picture(body, f"{captions.SKUROWSKI[14 if logarithmic else 15]} {remarks}")
+    fig.legend_below(body, [grid[0, 0]], columns=3)
+    return Picture(body, f"{captions.SKUROWSKI[number]} {remarks}")
 
 
 def _coefficients(
@@ -112,7 +105,7 @@ def _coefficients(
                 _linear_axis(axes, own)
             slots.draw(axes, own, groups, SERIES, floor if logarithmic else -np.inf)
             if own.empty:
-                say(axes, "no numbers")
+                fig.say(axes, "no numbers")
         row[0].set_ylabel(f"{mathtext(name)} ({unit(name)})")
     for letter, kind, top, bottom in zip("abc", TYPES, grid[0], grid[-1], strict=True):
         top.set_title(f"({letter}) {kind}", pad=3.5 if logarithmic else 12.0)
@@ -130,8 +123,8 @@ def _linear_axis(axes: Axes, marks: pd.DataFrame) -> None:
     axes.locator_params(axis="y", nbins=4)
 
 
-@styled()
-def correlated_figure(rows: Sequence[Row], title: str, source: str, remarks: str = "") -> Picture:
+@fig.styled()
+def correlated_figure(rows: Sequence[Row], source: str, remarks: str = "") -> Picture:
     """S Figure 16 of the rows of `table_a`: (a) to (c) T_c and q_c against the number of cameras, a
     column a camera type, (d) to (f) q_c against T_c with the classes of S 4.6 shaded, a panel a
     source.
@@ -140,7 +133,7 @@ def correlated_figure(rows: Sequence[Row], title: str, source: str, remarks: str
     """
     marks = marks_of(rows)
     marks = marks[marks["coefficient"].isin(["T_c", "q_c"])]
-    body = new_figure(title, source, 255.0)
+    body = fig.new_figure(f"{captions.PAPER}, Figure 16: correlated noise", source, 255.0)
     grid = body.subplots(3, len(TYPES), sharey="row", height_ratios=(3, 3, 4))
     _coefficients(grid[:2], marks, ("T_c", "q_c"), LEAST_Q_C)
     for axes in grid[0]:
@@ -152,7 +145,7 @@ def correlated_figure(rows: Sequence[Row], title: str, source: str, remarks: str
     terms = slots.terms_of(marks)
     across, (low, high) = (log_limits([terms[name]]) for name in ("T_c", "q_c"))
     for letter, (name, axes) in zip("def", zip(SOURCES, grid[2], strict=True), strict=True):
-        log_axes(axes, (across, (low / 30, high * 30)))  # room for the words
+        fig.log_axes(axes, (across, (low / 30, high * 30)))  # room for the words
         axes.tick_params(labelsize=SMALL_PT)
         slots.shade_classes(axes, across)
         own = terms[terms["source"] == name]
@@ -170,18 +163,8 @@ def correlated_figure(rows: Sequence[Row], title: str, source: str, remarks: str
     for kind in TYPES:
         grid[2, 0].plot([], [], **SETS[kind].line(ls="", markersize=3.6, label=f"(d)-(f) {kind}"))
     grid[2, 0].fill([], [], color=FAINT, alpha=0.8, lw=0, label="classes of $T_c$ (S 4.6)")
-    legend_below(body, [grid[0, 0], grid[2, 0]], columns=3)
+    fig.legend_below(body, [grid[0, 0], grid[2, 0]], columns=3)
     return Picture(body, f"{captions.SKUROWSKI[16]} {remarks}")
-
-
-def searched_ends(rows: Sequence[Row]) -> list[float]:
-    """The T_c, in s, at which the search of S's estimator ended: shortest and longest."""
-    ended = [
-        row["regenerated"]
-        for row in rows
-        if row["parameter"].startswith("T_c") and row["regenerated_status"] == "at_bound"
-    ]
-    return sorted({min(ended), max(ended)}) if ended else []
 
 
 def _scatter(axes: Axes, terms: pd.DataFrame, *, hollow: bool) -> None:

@@ -1,0 +1,219 @@
+"""Studies of J's claims: medians, paired ratios and rank correlations of the errors of simulated
+recordings, and what they say about each claim.
+
+A correlation is noticeable from `NOTICEABLE` on: what 40 recordings, as J has, show with p < 0.05.
+J's recordings differ in everything at once, those of a study in one circumstance, so a study shows
+weaker influences than J could have seen.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
+from mocap_metrology.papers.studies.errors import UNWEIGHTED, WEIGHTED
+from mocap_metrology.papers.studies.ranks import NONE, Interval, median_interval, rank_correlation
+from mocap_metrology.papers.studies.study import ESTIMATED, REAL
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+NOTICEABLE = 0.31  # |r| with p = 0.05 in 40 pairs: t / sqrt(38 + t^2), t = 2.024
+MARGINAL = 1.25  # ratio of errors, as in claims.tsv
+FAR_OFF_DEG = math.degrees(MIRRORED_RAD)
+METHOD = ["estimator", "stage", "variant"]
+HOLDS, DOES_NOT, UNKNOWN = "holds", "does not", "undecided"
+NO_INFLUENCE, FALLS, OPEN, BETTER = "no influence", "falls", "open", "better"
+SETUP = "VII: the setup has no noticeable influence"
+MARGINAL_CLAIM = "IV: full interpolation is more accurate; the difference is marginal"
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A study as a table and a figure. data: of `papers.studies`; kind: what J claims of the
+    correlation, or (BETTER) of the ratio to the reference; reference: variants whose errors in the
+    same recordings those of other variants are divided by; only: estimators and stages; without: a
+    variant that another study shows."""
+
+    number: int
+    name: str
+    data: str
+    title: str
+    parameter: str
+    unit: str
+    claim: str
+    kind: str = NO_INFLUENCE
+    reference: tuple[str, ...] = ()
+    only: tuple[tuple[str, str], ...] = ()
+    without: str = ""
+
+
+SHOWN = (
+    Shown(
+        *(1, "reconstruction", "reconstruction", "three ways of reconstruction"),
+        *("speed of the board", "m/s", "VII, VIII: the speed has no noticeable influence"),
+        reference=("full-interpolation",),
+    ),
+    Shown(
+        *(2, "pattern", "pattern", "motion pattern", "motion pattern", ""),
+        "VII: the motion pattern has no noticeable influence",
+    ),
+    Shown(
+        *(3, "distance", "distance", "distance of the board", "board to both stations", "m"),
+        SETUP,
+        without=UNWEIGHTED,
+    ),
+    Shown(4, "baseline", "baseline", "baseline", "distance of the stations", "m", SETUP),
+    Shown(
+        *(5, "diodes", "diodes", "number of diodes", "number of diodes", ""),
+        *("III: more diodes lower the ambiguity and make up for poor readings", FALLS),
+    ),
+    Shown(
+        *(6, "weights", "distance", "Kabsch with and without weights"),
+        *("board to both stations", "m"),
+        *("VI-E: weights by the remaining error emphasise the accurate poses", BETTER),
+        reference=(UNWEIGHTED,),
+        only=(("paper", "kabsch"), ("paper-lm", "kabsch")),
+    ),
+    Shown(
+        *(7, "lasers", "lasers", "a common centre of the lasers against their real places"),
+        *("laser to the middle of its station", "mm"),
+        *("V-A: open how far a common centre of both lasers affects the accuracy", OPEN),
+        reference=(REAL, ESTIMATED),
+    ),
+)
+
+
+def rows_of(shown: Shown, recordings: pd.DataFrame) -> list[Row]:
+    """A row for each method and value of a study; recordings: as `papers.studies` writes them, NaN
+    for errors of recordings without a pose."""
+    table = _selected(shown, recordings)
+    boards = table.groupby("distance_m", sort=False) if shown.name == "lasers" else [("nan", table)]
+    rows: list[Row] = []
+    for board_m, part in boards:
+        for method, own in part.groupby(METHOD, sort=False):
+            name = dict(zip(METHOD, map(str, method), strict=True))
+            ratio = _ratio(shown, part, own, name)
+            of_method = (
+                None if isinstance(own["value"].iloc[0], str) else _overall(shown, own, ratio)
+            )
+            for value, point in own.groupby("value", sort=False):
+                row: Row = {"study": shown.name, "parameter": shown.parameter, "unit": shown.unit}
+                row |= {"board_m": float(str(board_m)), **name, "value": value} | _point(point)
+                row |= _cells("ratio", median_interval(ratio[point.index].dropna().to_numpy()))
+                rows.append(row | (of_method or _of_kind(shown, own, value)))
+    return rows
+
+
+def _selected(shown: Shown, table: pd.DataFrame) -> pd.DataFrame:
+    """The methods of a study; an error of NaN as infinite."""
+    table = table.astype({"variant": object})  # nothing but gaps is read as numbers
+    table = table.fillna({"variant": "", "error_mm": math.inf, "error_deg": math.inf})
+    table = table[table["variant"] != shown.without] if shown.without else table
+    if shown.only:
+        return table[[tuple(pair) in shown.only for pair in table[METHOD[:2]].to_numpy()]]
+    return table.replace({"variant": {WEIGHTED: ""}})
+
+
+def _ratio(shown: Shown, part: pd.DataFrame, own: pd.DataFrame, name: Row) -> pd.Series:
+    """Error in mm over that of the reference in the same recording, NaN without one or where
+    neither has a pose."""
+    same = (part["estimator"] == name["estimator"]) & (part["stage"] == name["stage"])
+    reference = part[same & part["variant"].isin(shown.reference)]
+    if reference.empty or name["variant"] in shown.reference:
+        return own["error_mm"] * math.nan
+    keys = ["value", "recording"]
+    beside = own[keys].merge(reference[[*keys, "error_mm"]], on=keys, how="left")["error_mm"]
+    return own["error_mm"] / beside.to_numpy()
+
+
+def _point(point: pd.DataFrame) -> Row:
+    """Medians of one method at one value, and what became of the recordings."""
+    mm, deg = (point[name].to_numpy(dtype=float) for name in ("error_mm", "error_deg"))
+    return {
+        "n": len(mm),
+        "failed": int(np.isinf(mm).sum()),
+        "beyond_8_deg": int((np.isfinite(deg) & (deg > FAR_OFF_DEG)).sum()),
+        "mirrored_percent": 100 * float(point["mirrored"].astype(float).median()),
+        **_cells("mm", median_interval(mm), "median_mm"),
+        **_cells("deg", median_interval(deg), "median_deg"),
+    }
+
+
+def _cells(name: str, interval: Interval, first: str = "") -> Row:
+    """Three columns of an interval; what is infinite is empty."""
+    cells = zip((first or name, f"lower_{name}", f"upper_{name}"), interval, strict=True)
+    return {key: value if math.isfinite(value) else math.nan for key, value in cells}
+
+
+def _overall(shown: Shown, own: pd.DataFrame, ratio: pd.Series) -> Row:
+    """Correlations and finding of a method from all its recordings, without values at which none
+    has a pose."""
+    some = own[own.groupby("value")["error_mm"].transform("min") < math.inf]
+    x = some["value"].to_numpy(dtype=float)
+    mm, deg = _correlations(some, x) if len(some) else (NONE, NONE)
+    overall = median_interval(ratio.dropna().to_numpy())
+    claim, finding = shown.claim, influence_word(mm)
+    if shown.kind == BETTER:
+        finding = "" if math.isnan(overall.value) else side_word(overall, 1.0, below=True)
+    elif shown.name == "reconstruction" and not math.isnan(overall.value):
+        marginal = within_word(overall, 1 / MARGINAL, MARGINAL)
+        claim, finding = MARGINAL_CLAIM, f"{side_word(overall, 1.0)}; {marginal}"
+    elif shown.kind == FALLS:
+        finding = side_word(mm, 0.0, below=True)
+    elif shown.kind == OPEN:
+        finding = "no noticeable influence" if finding == HOLDS else UNKNOWN
+        if mm.lower > 0 or mm.upper < 0:
+            finding = f"error {'rises' if mm.lower > 0 else 'falls'}"
+    return _judged(mm, deg, overall, claim, finding)
+
+
+def _of_kind(shown: Shown, own: pd.DataFrame, value: object) -> Row:
+    """The same of one kind against all others: correlation with 1 for this kind, 0 for others."""
+    mm, deg = _correlations(own, (own["value"] == value).to_numpy(dtype=float))
+    return _judged(mm, deg, NONE, shown.claim, influence_word(mm))
+
+
+def _correlations(own: pd.DataFrame, x: np.ndarray) -> tuple[Interval, Interval]:
+    """Rank correlations of the errors in mm and in degrees with x."""
+    mm, deg = (own[name].to_numpy(dtype=float) for name in ("error_mm", "error_deg"))
+    return rank_correlation(x, mm), rank_correlation(x, deg)
+
+
+def _judged(mm: Interval, deg: Interval, ratio: Interval, claim: str, finding: str) -> Row:
+    cells = _cells("correlation_mm", mm) | _cells("correlation_deg", deg)
+    return cells | _cells("overall_ratio", ratio) | {"claim": claim, "finding": finding}
+
+
+def side_word(interval: Interval, limit: float, below: bool = False) -> str:
+    """Whether a number is above (or below) a limit."""
+    above, under = interval.lower > limit, interval.upper < limit
+    if not (above or under):
+        return UNKNOWN
+    return HOLDS if under == below else DOES_NOT
+
+
+def within_word(interval: Interval, low: float, high: float) -> str:
+    """Whether a number is within limits."""
+    if interval.lower > low and interval.upper < high:
+        return HOLDS
+    return DOES_NOT if interval.lower > high or interval.upper < low else UNKNOWN
+
+
+def influence_word(r: Interval) -> str:
+    """Whether a circumstance has no noticeable influence, by its rank correlation."""
+    return within_word(r, -NOTICEABLE, NOTICEABLE)
+
+
+def first_of_methods(rows: list[Row]) -> list[Row]:
+    """One row of each method (and kind), for what they have in common."""
+    first: dict[tuple[str, ...], Row] = {}
+    for row in rows:
+        kind = row["value"] if isinstance(row["value"], str) else ""
+        first.setdefault((*(str(row[key]) for key in ("board_m", *METHOD)), kind), row)
+    return list(first.values())

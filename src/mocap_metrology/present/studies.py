@@ -1,0 +1,227 @@
+"""The studies of J's claims as a person reads them: a document of tables, and a figure each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from mocap_metrology.papers.studies.findings import NOTICEABLE, SHOWN, Shown, first_of_methods
+from mocap_metrology.present.plot import figure as fig
+from mocap_metrology.present.plot.curves import log_limits
+from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text.numbers import significant
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+CAPTION = (
+    "Simulated recordings ({n} at each point, {seconds:g} s each, seed {seed}): one circumstance "
+    "varies, the others are those of a base case (flat board of 32 diodes, moved by hand at up to "
+    "0.4 m/s, 3 m from both stations, which are 2 m apart). Angles have 53 µrad of noise in common "
+    "to a sweep and 49 µrad of each hit, quantisation included; rotors are ideal. Errors are those "
+    "of the slave's pose between the optical frames. paper: J's simplex; paper-lm: "
+    "Levenberg-Marquardt with the mirror test; batch: all hits in one estimate; pnp, geometric: "
+    "the peers that J discusses; kabsch: before the last minimisation, final: after it. Medians "
+    "have the interval of order statistics that contains the median with at least 95 %. r is "
+    "Spearman's rank correlation of the error in mm with the circumstance over single recordings, "
+    "its 95 % interval by Fisher's z with the variance of Bonett & Wright (2000); of motion "
+    "patterns, with whether a recording has this one. A recording without a pose counts as worse "
+    "than any with one; values at which no recording has one are not in r. Ratios are medians over "
+    "recordings of the error divided by that of full interpolation, unweighted Kabsch or the real "
+    "places of the lasers in the same recording. Noticeable: "
+    f"|r| of {NOTICEABLE} or more, what 40 recordings, as J has, show with p < 0.05; undecided: "
+    "the interval is on both sides of that limit. beyond 8°: poses of the slave that are wrong by "
+    "more than 8°; mirrored: median share of board poses in the mirrored minimum."
+)
+FIGURE_CAPTION = (
+    "Median error of the slave's pose against the {parameter}, with the 95 % interval of the "
+    "median (order statistics), {n} recordings at each point; the values of different methods are "
+    "drawn beside each other. {more}"
+)
+MORE = {
+    "reconstruction": "batch needs no reconstruction and is the same in all columns. ",
+    "lasers": "0 is drawn at a third of the next value; paper, final is in the table alone. ",
+}
+ALL_HAVE_POSES = "No recording was without a pose."
+FAILED = (
+    "Of {n} estimates {failed} found no pose; they count as worse than all others, and where they "
+    "are the majority there is no median."
+)
+WORDS = {"full-interpolation": "full interpolation", "kabsch": "Kabsch"}
+WAYS = (("paper", "kabsch"), ("paper", "final"), ("paper-lm", "final"))
+ROOM = 1.25  # factor between the first and last value and the edge of the axis
+ASIDE, ASIDE_KINDS = 0.014, 0.04  # of the axis, from the bars of one method to those of the next
+UNITS = {"mm": "Position error (mm)", "deg": "Rotation error (°)"}
+
+
+def method_text(row: Mapping[str, Any], *columns: str) -> str:
+    """`paper, Kabsch, weighted`, or some of these."""
+    parts = (str(row[key]) for key in columns or ("estimator", "stage", "variant"))
+    return ", ".join(WORDS.get(part, part) for part in parts if part)
+
+
+def markdown(rows: Sequence[Row], n: int, seconds: float, seed: int) -> str:
+    """All studies: for each what J claims, a table of methods and one of points."""
+    text = CAPTION.format(n=n, seconds=seconds, seed=seed)
+    parts = ["# Jansen et al. 2019: claims in simulated studies", text]
+    for shown in SHOWN:
+        own = [row for row in rows if row["study"] == shown.name]
+        if own:
+            parts += [f"## {shown.number}. {shown.title.capitalize()}", *_tables(shown, own)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _tables(shown: Shown, rows: list[Row]) -> list[str]:
+    """The table of methods, and that of points; with boards at several distances, by these."""
+
+    def line(row: Row, *cells: str) -> list[str]:
+        return [*([f"{row['board_m']:g}"] if head else []), *cells]
+
+    head = ["board m"] if shown.name == "lasers" else []
+    methods = [[*head, "method", "r", "ratio", "claim", "finding"]]
+    for row in first_of_methods(rows):
+        kind = f": {row['value']}" if isinstance(row["value"], str) else ""
+        numbers = _interval(row, "correlation_mm", 2), _interval(row, "overall_ratio", 3)
+        methods.append(line(row, method_text(row) + kind, *numbers, row["claim"], row["finding"]))
+    value = f"{shown.parameter}{f' {shown.unit}' if shown.unit else ''}"
+    points = [[*head, "method", value, "error mm", "error °", "ratio"]]
+    points[0] += ["failed", "beyond 8°", "mirrored %"]
+    for row in rows:
+        mirrored = row["mirrored_percent"]
+        cells = (
+            _value(row["value"]),
+            _interval(row, "median_mm", 3, "mm"),
+            _interval(row, "median_deg", 2, "deg"),
+            _interval(row, "ratio", 3),
+            f"{row['failed']} of {row['n']}",
+            f"{row['beyond_8_deg']} of {row['n']}",
+            "" if math.isnan(mirrored) else f"{mirrored:.0f}",
+        )
+        points.append(line(row, method_text(row), *cells))
+    return ["\n".join(aligned(methods)), "\n".join(aligned(points))]
+
+
+def _value(value: object) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def _interval(row: Row, name: str, digits: int, unit: str = "") -> str:
+    """`1.23 (1.02 to 1.50)`."""
+    value, *ends = (row[key] for key in (name, f"lower_{unit or name}", f"upper_{unit or name}"))
+    text = significant(value, digits)
+    if any(map(math.isnan, (value, *ends))):
+        return text
+    return f"{text} ({significant(ends[0], digits)} to {significant(ends[1], digits)})"
+
+
+def panels_of(shown: Shown, rows: Sequence[Row]) -> pd.DataFrame:
+    """Rows of a study with the title of their `panel` and the name of their `line`."""
+    table = pd.DataFrame(rows)
+    method = pd.Series(list(zip(table["estimator"], table["stage"], strict=True)))
+    if shown.name == "reconstruction":
+        parts = []
+        for estimator, stage in WAYS:
+            panel = f"{estimator}, {WORDS.get(stage, stage)}"
+            own = table[method == (estimator, stage)]
+            batch = table[method == ("batch", "final")].assign(line="batch")
+            own = own.assign(line=own["variant"].replace(WORDS))
+            parts.append(pd.concat([own, batch]).assign(panel=panel))
+        return pd.concat(parts)
+    if shown.name == "weights":
+        return table.assign(panel=table["estimator"] + ", Kabsch", line=table["variant"])
+    table["line"] = [method_text(row) for row in rows]
+    if shown.name == "lasers":
+        table["panel"] = [f"board at {row['board_m']:g} m" for row in rows]
+        return table[method != ("paper", "final")]
+    return table.assign(panel="")[method != ("paper-lm", "kabsch")]
+
+
+@fig.styled()
+def study_figure(shown: Shown, rows: Sequence[Row], source: str) -> fig.Picture:
+    """Errors of position and rotation, both axes logarithmic; recordings without a pose are
+    counted in the panel."""
+    table = panels_of(shown, rows)
+    panels, lines = table["panel"].unique(), table["line"].unique()
+    looks = dict(zip(lines, (*fig.LOOKS.values(), *fig.OTHER_LOOKS), strict=False))
+    alone = len(panels) == 1
+    title = f"Jansen et al. 2019, study {shown.number}: {shown.title}"
+    body = fig.new_figure(title, source, 92.0 if alone else 138.0)
+    shape = (1, 2) if alone else (2, len(panels))
+    grid = body.subplots(*shape, squeeze=False, sharex=True, sharey=False if alone else "row")
+    at = _places(table["value"].drop_duplicates())
+    x_label = shown.parameter[0].upper() + shown.parameter[1:]
+    x_label += f" ({shown.unit})" if shown.unit else ""
+    both = [(unit, panel) for unit in UNITS for panel in panels]
+    for axes, (unit, panel) in zip(grid.flat, both, strict=True):
+        own = table[table["panel"] == panel]
+        _draw_methods(axes, own, unit, looks, at)
+        _count_failures(axes, own, at)
+        where = axes.get_subplotspec()
+        if where.is_first_row():
+            axes.set_title(panel)
+        if where.is_last_row():
+            axes.set_xlabel(x_label, fontsize=fig.SMALL_PT if len(panels) > 2 else None)
+        if alone or where.is_first_col():
+            ends = [f"{key}_{unit}" for key in ("median", "lower", "upper")]
+            axes.set_ylabel(UNITS[unit])
+            fig.log_axis(axes, "y", log_limits([table[ends].to_numpy(float)]))
+        if not alone:
+            axes.label_outer()
+    fig.letters(grid.flat)
+    fig.legend_below(body, grid.flat)
+    failed, n = (sum(row[key] for row in rows) for key in ("failed", "n"))
+    more = MORE.get(shown.name, "")
+    more += FAILED.format(n=n, failed=failed) if failed else ALL_HAVE_POSES
+    most = max(row["n"] for row in rows)
+    caption = FIGURE_CAPTION.format(parameter=shown.parameter, n=most, more=more)
+    return fig.Picture(body, caption)
+
+
+def _places(values: pd.Series) -> pd.Series:
+    """Where values are on the x axis: numbers at themselves (0 at a third of the next), kinds
+    beside each other."""
+    if isinstance(values.iloc[0], str):
+        return pd.Series(np.arange(1.0, len(values) + 1), values)
+    return pd.Series(values.where(values > 0, values[values > 0].min() / 3).to_numpy(), values)
+
+
+def _draw_methods(
+    axes: Axes, table: pd.DataFrame, unit: str, looks: Mapping[str, fig.Look], at: pd.Series
+) -> None:
+    """Medians with their intervals, a line a method, those of one value beside each other."""
+    names = table["line"].unique()
+    order = np.arange(len(names)) - (len(names) - 1) / 2
+    kinds = isinstance(at.index[0], str)
+    if kinds:
+        axes.set_xlim(0.5, len(at) + 0.5)
+    else:
+        axes.set(xscale="log", xlim=(at.min() / ROOM, at.max() * ROOM))
+    axes.set_xticks(at, [value if kinds else f"{value:g}" for value in at.index])
+    axes.set_xticks([], minor=True)
+    for name, aside in zip(names, order, strict=True):
+        own = table[table["line"] == name]
+        x = own["value"].map(at).to_numpy()
+        x = (
+            x + ASIDE_KINDS * len(at) * aside
+            if kinds
+            else x * (at.max() / at.min()) ** (ASIDE * aside)
+        )
+        y, low, high = (own[f"{key}_{unit}"].to_numpy() for key in ("median", "lower", "upper"))
+        how = looks[name].line(ms=4.0, lw=0.9, elinewidth=0.9, capsize=1.6, label=name)
+        how |= {"ls": ""} if kinds else {}
+        axes.errorbar(x, y, yerr=np.nan_to_num([y - low, high - y]), **how)
+
+
+def _count_failures(axes: Axes, table: pd.DataFrame, at: pd.Series) -> None:
+    """At values where recordings have no pose: how many of all, over the methods."""
+    how: fig.Keywords = {"color": fig.GREY, "fontsize": fig.SMALL_PT, "rotation": 90}
+    how |= {"ha": "center", "va": "top", "transform": axes.get_xaxis_transform()}
+    for value, own in table.groupby("value"):
+        failed, n = own["failed"].sum(), own["n"].sum()
+        if failed:
+            text = "refused" if failed == n else f"{failed} of {n} failed"
+            axes.text(at[value], 0.97, text, **how)

@@ -1,1 +1,0 @@
-"""Studies of J's claims: tables, text and figures."""

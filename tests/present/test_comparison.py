@@ -8,8 +8,8 @@ import re
 import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS
+from mocap_metrology.papers.jansen import jansen_table
 from mocap_metrology.present import tables
-from mocap_metrology.present.jansen.jansen_tables import jansen_table
 from mocap_metrology.present.pages import comparison, details, document, summary
 from mocap_metrology.present.skurowski import appendix, camera_tables
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
+from mocap_metrology.papers.claims.decide import DOES_NOT, HOLDS, UNKNOWN
 from mocap_metrology.papers.studies.errors import UNWEIGHTED, WEIGHTED
 from mocap_metrology.papers.studies.ranks import (
     NONE,
@@ -25,7 +26,6 @@ from mocap_metrology.papers.studies.ranks import (
     rank_correlation,
 )
 from mocap_metrology.papers.studies.study import ESTIMATED, REAL
-from mocap_metrology.present.claims.claim import DOES_NOT, HOLDS, UNKNOWN
 from mocap_metrology.present.tables import Row
 
 if TYPE_CHECKING:

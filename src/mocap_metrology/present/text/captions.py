@@ -4,13 +4,18 @@ A figure adds to its caption what depends on its data. Plain text, no markup.
 """
 
 CALIBRATION = (
-    "The pose of the slave with its verdict and the data behind it. (a), (b) Stations and the "
-    "path of the board from above and from the right: dotted lines join the stations and the "
-    "middle of the path. (c) The path enlarged, seen from the side on which it extends most; "
-    "lines are of board poses by single stations. (d), (e) Uncertainty of the slave's position "
-    "about the chosen estimate, from above and from the right: 95 % regions of the two "
-    "coordinates and one standard deviation, and where other estimates with the same optics are; "
-    "what is far off stands on the border."
+    "Above, the result: verdict, pose of the slave, and (a) stations and the path of the board "
+    "from above; dotted lines join the stations and the middle of the path. Below, the evidence: "
+    "(b) the same from the right. (c), (d) Uncertainty of the slave's position about the chosen "
+    "estimate, from above and from the right: 95 % regions of the two coordinates and one "
+    "standard deviation, and where other estimates with the same optics are; what is far off "
+    "stands on the border. (e) The path enlarged, seen from the side on which it extends most; "
+    "lines are of board poses by single stations."
+)
+DIODES_SEEN = (
+    "Share of the sweeps of either station that each diode saw, pale where it is below half of "
+    "the usual share (faint: these, and those that the station never sees). A diode is reported as "
+    "dead if neither station sees it although other diodes that face the same way are seen."
 )
 CALIBRATION_BATCH = (
     "(f) to (h) Mean residuals of the hits (estimated minus measured), offsets of sweeps "
@@ -18,16 +23,11 @@ CALIBRATION_BATCH = (
     "Noise leaves them near 0; a rotor that differs from "
     "its model leaves a slope or curve against an angle, a moved station a step in time. (i) Root "
     "mean square residual of each diode, offsets of sweeps removed; excluded diodes are "
-    "crossed. (j), (k) Share of the sweeps of either station that each diode saw, pale where it "
-    "is below half of the usual share. A diode is reported as dead if neither station sees it "
-    "although other diodes that face the same way are seen."
+    f"crossed. (j) {DIODES_SEEN}"
 )
 CALIBRATION_BOARD_POSES = (
     "(f) Distance between the paths by both stations after R and t; dashed: its median. (g) Root "
-    "mean square of the angles about each board pose. (h), (i) Share of the sweeps of either "
-    "station that each diode saw, pale where it is below half of the usual share. A diode is "
-    "reported as dead if neither station sees it although other diodes that face the same way "
-    "are seen."
+    f"mean square of the angles about each board pose. (h) {DIODES_SEEN}"
 )
 CALIBRATION_EITHER = (
     f"{CALIBRATION} Where the pose is by batch: {CALIBRATION_BATCH} Otherwise: "

@@ -9,8 +9,8 @@ import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS
 from mocap_metrology.papers import coefficient_tables as appendix
+from mocap_metrology.papers.jansen import jansen_table
 from mocap_metrology.present import tables
-from mocap_metrology.present.jansen.jansen_tables import jansen_table
 from mocap_metrology.present.pages import comparison, details, document, summary
 from mocap_metrology.present.skurowski import camera_tables
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS, published_table
-from mocap_metrology.present.calibration.calibration_table import (
-    calibration_markdown,
-    calibration_rows,
-)
-from mocap_metrology.present.jansen.jansen_tables import (
+from mocap_metrology.papers.jansen import (
     OPTICS,
     STAGES,
     Variant,
     jansen_table,
     jansen_table_3,
     paper_setup,
+)
+from mocap_metrology.present.calibration.calibration_table import (
+    calibration_markdown,
+    calibration_rows,
 )
 from mocap_metrology.present.jansen.jansen_text import gain, markdown, reason
 

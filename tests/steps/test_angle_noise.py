@@ -14,7 +14,11 @@ from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin, MotionTwin, StationTwin
 from mocap_metrology.lighthouse.still_angles import still_angles
-from mocap_metrology.present.calibration.angle_table import HEAD, angle_markdown, angle_rows
+from mocap_metrology.present.calibration.calibration_table import (
+    ANGLE_HEAD,
+    angle_markdown,
+    angle_rows,
+)
 from mocap_metrology.settings import Allan
 
 COMMON, INDEPENDENT, SECONDS = 53e-6, 30e-6, 30.0
@@ -103,7 +107,7 @@ def test_a_board_that_moved_has_no_rows_but_a_reason(hits: Hits, tmp_path: Path)
 
 def test_rows_of_the_table(hits: Hits, tmp_path: Path) -> None:
     rows = angle_rows(NAMED, *written(tmp_path / "allan.parquet", hits))
-    assert [tuple(row) for row in rows] == [HEAD] * 4
+    assert [tuple(row) for row in rows] == [ANGLE_HEAD] * 4
     for row in rows:
         assert row["independent_exponent"] == 0
         assert row["independent_adev_1_urad"] == pytest.approx(30, rel=0.03)

@@ -252,7 +252,7 @@ rule jansen:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen.py", "calibration_records.py", "lighthouse", "present"),
+        code=source("jansen.py", "calibration_records.py", "lighthouse", "papers", "present"),
         caption=captions.of_jansen(*JANSEN_FIGURES),
         rows=columns("calibration", "setup", "source", of=OF_JANSEN),
         example=columns("calibration", "twin", of=EXAMPLE),

@@ -40,7 +40,7 @@ rule pages:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("pages.py", "noise", "lighthouse", "present"),
+        code=source("pages.py", "noise", "lighthouse", "papers", "present"),
         caption=captions.TABLE,
         summary=captions.SUMMARY,
         recordings=columns("recording", "group", of=EVERY_RECORDING),

@@ -6,7 +6,7 @@ with step(snakemake) as log:
     from calibration_records import records_of
 
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.present.calibration import angle_table, calibration_table, track_table
+    from mocap_metrology.present.calibration import calibration_table
     from mocap_metrology.present.tables import source_sentence, write_with
 
     group = snakemake.wildcards.group
@@ -22,16 +22,16 @@ with step(snakemake) as log:
     text = calibration_table.calibration_markdown(rows, f"{group}: calibrations", note=note)
     write_with(snakemake.output[0], rows, text)
     tracked = [
-        track_table.track_row(record, *read_table(path))
+        calibration_table.track_row(record, *read_table(path))
         for record, path in zip(records, snakemake.input.tracks, strict=True)
     ]
-    text = track_table.track_markdown(tracked, f"{group}: tracked receivers", note)
+    text = calibration_table.track_markdown(tracked, f"{group}: tracked receivers", note)
     write_with(snakemake.output[2], tracked, text)
     rotors = [
         row
         for named, path in zip(snakemake.params.at_rest, snakemake.input.allan, strict=True)
-        for row in angle_table.angle_rows(named, *read_table(path))
+        for row in calibration_table.angle_rows(named, *read_table(path))
     ]
-    text = angle_table.angle_markdown(rotors, f"{group}: noise of angles", note)
-    write_with(snakemake.output[4], rotors, text, angle_table.HEAD)
+    text = calibration_table.angle_markdown(rotors, f"{group}: noise of angles", note)
+    write_with(snakemake.output[4], rotors, text, calibration_table.ANGLE_HEAD)
     log.info("%s: %d calibrations", group, len(rows))

@@ -20,14 +20,12 @@ with step(snakemake) as log:
     from mocap_metrology.noise.diagnosis.shock import shock_effect
     from mocap_metrology.noise.fit.estimates import read_noise
     from mocap_metrology.noise.series import all_series
-    from mocap_metrology.papers.gaussian_table import cleaning_of
-    from mocap_metrology.present import tables
-    from mocap_metrology.present.claims.claim import COLUMNS
-    from mocap_metrology.present.claims.jansen import Calibrations
-    from mocap_metrology.present.claims.realisations import draw
-    from mocap_metrology.present.claims.study import Regenerated
-    from mocap_metrology.present.claims.table import claim_rows, claims_markdown
-    from mocap_metrology.present.jansen.jansen_tables import source_of
+    from mocap_metrology.papers.claims.jansen import Calibrations
+    from mocap_metrology.papers.claims.study import Regenerated
+    from mocap_metrology.papers.claims.table import REPEATS, SLOW_SAMPLES, decisions
+    from mocap_metrology.papers.gaussian_table import cleaning_of, realisations
+    from mocap_metrology.papers.jansen import source_of
+    from mocap_metrology.present import claims, tables
 
     given, files = snakemake.params, snakemake.input
 
@@ -75,12 +73,12 @@ with step(snakemake) as log:
         calibrations = Calibrations(records, motion, ways, seconds)
     kinds = sorted({row["source"] for row in given.recordings})
     sources = " and ".join(kinds), source_of(calibrations.records) if calibrations else ""
-    twins = {
-        (row["camera_type"], row["n_cameras"]): given.twins[name]
-        for row in given.recordings
-        if (name := row["recording"]) in given.twins
-    }
-    draws = draw(twins, cleaning_of(given.hampel))
-    rows = claim_rows(study, calibrations, sources, draws)
-    tables.write_with(snakemake.output.csv, rows, claims_markdown(rows), COLUMNS)
+    cleaning, moments = cleaning_of(given.hampel), {}
+    for row in given.recordings:
+        if (name := row["recording"]) in given.twins:
+            drawn = realisations(given.twins[name], REPEATS, cleaning, SLOW_SAMPLES)
+            moments[row["camera_type"], row["n_cameras"]] = drawn
+    rows = claims.claim_rows(decisions(study, calibrations, sources, moments))
+    text = claims.claims_markdown(rows)
+    tables.write_with(snakemake.output.csv, rows, text, claims.COLUMNS)
     log.info("%d claims", len(rows))

@@ -3,59 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from textwrap import wrap
+from textwrap import fill, wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
-from mocap_metrology.present.calibration.calibration_files import (
-    CalibrationFiles,
-    residuals_urad,
-    seen_shares,
-    thinned,
-)
-from mocap_metrology.present.calibration.pose_ellipses import PLANES, draw_ellipses
-from mocap_metrology.present.calibration.pose_text import (
-    BEYOND_SIGMA,
-    beyond_sigma,
-    expected_urad,
-    facts,
-    pose_rows,
-)
-from mocap_metrology.present.calibration.residual_panels import (
-    PANELS,
-    draw_diode_residuals,
-    draw_means,
-    residuals_of,
-)
-from mocap_metrology.present.calibration.views import (
-    ABOVE,
-    COLOURS,
-    MIRRORED,
-    RIGHT,
-    Scenery,
-    draw_path,
-    draw_view,
-)
+from mocap_metrology.lighthouse.assess.evidence import faint_diodes, residuals_urad, seen_shares
+from mocap_metrology.lighthouse.records import AXES, MASTER, ROLES, SLAVE
+from mocap_metrology.present.calibration import pose_text, stations
+from mocap_metrology.present.calibration.calibration_files import CalibrationFiles, thinned
+from mocap_metrology.present.calibration.stations import COLOURS, MARKS
+from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
-from mocap_metrology.present.plot.figure import (
-    GREY,
-    INK,
-    SMALL_PT,
-    UNKNOWN_WORD,
-    VERDICT_WORDS,
-    Keywords,
-    Picture,
-    legend_below,
-    letters,
-    log_axis,
-    new_figure,
-    panel_title,
-    say,
-    styled,
-    wrapped,
-)
+from mocap_metrology.present.plot.figure import GREY, INK, Keywords, Picture, panel_title, say
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import mm, significant
@@ -66,221 +26,236 @@ if TYPE_CHECKING:
 
 DENSE = 500  # so many dots are an image in an SVG
 MOST_DOTS, MOST_MARKS = 4000, 300
-UNSEEN, SELDOM = 0.01, 0.5  # share of sweeps seen; SELDOM of the median diode's
-FLAT = 0.05  # thickness of a board whose diodes all face the same way, over its width
 MOST_NAMED = 3  # diodes
-LINE_MM, SMALL_MM, SPACING = 3.95, 3.5, 1.3  # of lines
-REASON, FACT = 84, 57  # characters in a line
-LEGEND_MM = 30.0
-TOP = [(66.0, [["above", "right"]]), (51.0, [["path", "horizontal", "vertical"]])]
-BY_BATCH = [  # rows of panels: height in mm, panels
-    *TOP,
-    (43.0, [list(PANELS)]),
-    (50.0, [["diodes", "master"], ["diodes", "slave"]]),
-]
-BY_BOARD_POSES = [*TOP, (50.0, [["apart", "poses"]]), (36.0, [["master", "slave"]])]
+LEAST_URAD = 20.0  # half height of the panels of means
+HIGHEST = 4.0  # of a diode's residual, over the median
+REASON, FACT, LINE_MM = 84, 54, 4.2  # characters in a line; its height
+RESULT_MM, ROW_MM, LEGEND_MM = 78.0, 50.0, 32.0
+MEANS = {  # what mean residuals are shown against
+    "azimuth": ("angle_deg", "Azimuth (°)"),
+    "elevation": ("angle_deg", "Elevation (°)"),
+    "time": ("time_s", "Time (s)"),
+}
+SLAVE_SEEN = ["right", "horizontal", "vertical"]
+BY_BATCH = [SLAVE_SEEN, ["path", "azimuth", "elevation"], ["time", "diodes", "seen"]]
+BY_BOARD_POSES = [SLAVE_SEEN, ["path", "apart", "poses"], ["seen", "seen", "seen"]]
 DOT: Keywords = {"ls": "", "markersize": 1.5, "mew": 0, "alpha": 0.7}
+DOTTED: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (1, 1.5))}
 
 
-@styled()
-def calibration_figure(given: CalibrationFiles) -> Picture:
-    """One page of a calibration: verdict and pose in numbers; stations and path from above and from
-    the right; the path near by; uncertainty of the slave's position; residuals of `batch` by angle,
-    time and diode, of other estimators distance of both paths and residuals of board poses;
-    diodes.
+@figure.styled()
+def calibration_figure(files: CalibrationFiles) -> Picture:
+    """One page of a calibration. Above, the result: verdict, pose in numbers, stations from above.
+    Below, the evidence: stations from the right, uncertainty of the slave's position, the path,
+    residuals of `batch` by angle, time and diode (of other estimators distance of both paths and
+    residuals of board poses), diodes.
 
     Two plane views show the stations rather than one in 3-D, in which a point has no place that
     can be read off the paper. If the board was at rest or no pose was found, empty panels state
     the reason.
     """
-    scenery, why = Scenery.of(given), _why_empty(given)
-    reason, below = _words(given, scenery)
-    kind = f"simulated stand-in (twin) {given.twin}" if given.twin else "measured"
-    source = f"Source: {kind}. All positions are in the frame of the master."
-    residuals = residuals_of(given.chosen)
-    rows = BY_BATCH if residuals else BY_BOARD_POSES
-    lines = max(len(reason), 2), max(map(len, below))
-    head_mm = LINE_MM * lines[0] + SMALL_MM * lines[1] + 5.0
-    *high, last = (height for height, _ in rows)
-    heights = [head_mm, *high, last + LEGEND_MM]
-    page = new_figure(f"{given.name}: calibration", source, sum(heights))
-    head, *bodies = page.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
-    _draw_words(head, given.pose["verdict"]["word"], reason, below)
-    axes: dict[str, Axes] = {}
-    for body, (_, places) in zip(bodies, rows, strict=True):
-        axes |= body.subplot_mosaic(places)
-    draw_view(axes["above"], scenery, ABOVE)
-    draw_view(axes["right"], scenery, RIGHT)
-    panel_title(axes["above"], "Stations from above")
-    panel_title(axes["right"], "Stations from the right", "same scale")
-    still = given.chosen is not None and given.chosen["stage"] == "static"
-    seen_from = draw_path(axes["path"], scenery, still)
+    entry: Record = dict(files.chosen or {})
+    residuals = (entry.get("details") or {}).get("residuals")
+    places = BY_BATCH if residuals else BY_BOARD_POSES
+    reason = wrap(figure.wrapped(files.pose["verdict"]["reason"]), REASON)
+    head_mm = LINE_MM * max(len(reason), 2)
+    heights = [head_mm, RESULT_MM, ROW_MM * len(places) + LEGEND_MM]
+    source = f"Source: {files.kind}. All positions are in the frame of the master."
+    page = figure.new_figure(f"{files.name}: calibration", source, sum(heights))
+    head, result, evidence = page.subfigures(3, 1, squeeze=False, height_ratios=heights)[:, 0]
+    _write_verdict(head, files.pose["verdict"]["word"], reason)
+    numbers, above = result.subplots(1, 2, width_ratios=[5, 6])
+    evidence.suptitle("Evidence", x=0.01, ha="left")
+    axes: dict[str, Axes] = evidence.subplot_mosaic(places)
+    _write_pose(numbers, files)
+    stations.draw_view(above, files, stations.ABOVE)
+    stations.draw_view(axes["right"], files, stations.RIGHT)
+    panel_title(above, "Stations from above")
+    panel_title(axes["right"], "From the right")
+    still = entry.get("stage") == "static"
+    seen_from = stations.draw_path(axes["path"], files, still)
     panel_title(axes["path"], f"{'At rest,' if still else 'Path'} {seen_from}".strip(" ,"))
-    planes = zip(PLANES, ("horizontal", "vertical"), strict=True)
-    draw_ellipses({plane: axes[name] for plane, name in planes}, given)
-    said = [_draw_fit(axes, given, scenery, residuals)]
+    stations.draw_ellipses([axes["horizontal"], axes["vertical"]], files)
+    panel_title(axes["horizontal"], "Slave from above")
+    panel_title(axes["vertical"], "Slave from right")
+    remarks = []
+    if residuals:
+        _draw_means(axes, residuals)
+        noise = entry["details"]["noise_hit_urad"]
+        remarks.append(_draw_diodes(axes["diodes"], residuals, len(files.board), noise))
+    else:
+        _draw_disagreement(axes["apart"], files)
+        _draw_residuals(axes["poses"], files)
     for empty in (axes[name] for name in ("path", "apart", "poses") if name in axes):
         if not empty.lines:
             empty.set(xticks=[], yticks=[])
-            say(empty, why)
-    said += [draw_diodes(axes[ROLES[station]], given, station) for station in (MASTER, SLAVE)]
-    axes["slave"].set_xlabel("Diode (from 0)")
-    letters(axes.values())
-    legend_below(bodies[-1], axes.values())
-    said.append(BEYOND_SIGMA if given.chosen and beyond_sigma(given.chosen) else "")
+            say(empty, fill(_why_empty(files), 22))
+    remarks.append(_draw_seen(axes["seen"], files))
+    figure.letters([above, *axes.values()])
+    figure.legend_below(evidence, [above, *axes.values()])
+    remarks.append(pose_text.BEYOND_SIGMA if pose_text.beyond_sigma(entry) else "")
     fit = captions.CALIBRATION_BATCH if residuals else captions.CALIBRATION_BOARD_POSES
-    return Picture(bodies[-1], " ".join(filter(None, (captions.CALIBRATION, fit, *said))))
+    return Picture(evidence, " ".join(filter(None, (captions.CALIBRATION, fit, *remarks))))
 
 
-def _draw_fit(
-    axes: Mapping[str, Axes], given: CalibrationFiles, scenery: Scenery, residuals: Record | None
-) -> str:
-    """Residuals of `batch`, or those of board poses; a sentence on excluded diodes."""
-    if residuals is None:
-        draw_disagreement(axes["apart"], scenery, given.duration_s)
-        draw_residuals(axes["poses"], scenery, given)
-        return ""
-    draw_means({key: axes[key] for key in PANELS}, residuals)
-    entry: Record = dict(given.chosen or {})
-    noise = entry["details"]["noise_hit_urad"]
-    axes["master"].tick_params(labelbottom=False)
-    return draw_diode_residuals(axes["diodes"], residuals, len(given.board), noise)
-
-
-def _words(given: CalibrationFiles, scenery: Scenery) -> tuple[list[str], list[list[str]]]:
-    """Lines of the reason of the verdict; columns of lines below it: labels of the pose, its three
-    numbers, and its evidence."""
-    reason = wrap(wrapped(given.pose["verdict"]["reason"]), REASON)
-    rows = pose_rows(given.chosen) if given.chosen else [("No pose of the slave.", [""] * 3)]
-    lines = [line for fact in facts(given, scenery.board_m) for line in wrap(wrapped(fact), FACT)]
-    labels, numbers = zip(*rows, strict=True)
-    return reason, [list(labels), *map(list, zip(*numbers, strict=True)), lines]
-
-
-def _draw_words(head: SubFigure, word: str, reason: list[str], below: list[list[str]]) -> None:
-    """Verdict and its reason above; the pose on the left, its evidence on the right."""
-    colour, behind = VERDICT_WORDS.get(word, UNKNOWN_WORD)  # as on the pages
+def _write_verdict(head: SubFigure, word: str, reason: list[str]) -> None:
+    colour, behind = figure.VERDICT_WORDS.get(word, figure.UNKNOWN_WORD)  # as on the pages
     box = {"boxstyle": "round,pad=0.35", "facecolor": behind, "edgecolor": colour, "lw": 0.6}
-    how: Keywords = {"va": "top", "linespacing": SPACING}
-    head.text(0.02, 0.98, word, weight="bold", color=colour, bbox=box, **how)
-    head.text(0.15, 1.0, "\n".join(reason), **how)
-    rows = SMALL_MM * max(map(len, below)) + 2.0
-    at = rows / (LINE_MM * max(len(reason), 2) + rows + 1.0)
-    places = (
-        (0.01, GREY, "left"),
-        *((x, INK, "right") for x in (0.275, 0.37, 0.465)),
-        (0.5, INK, "left"),
-    )
-    for (x, ink, side), column in zip(places, below, strict=True):
-        how |= {"size": SMALL_PT, "color": ink, "ha": side}
-        head.text(x, at, "\n".join(column), **how)
+    head.text(0.02, 0.9, word, weight="bold", color=colour, bbox=box, va="top")
+    head.text(0.15, 0.98, "\n".join(reason), va="top", linespacing=1.3)
 
 
-def _why_empty(given: CalibrationFiles) -> str:
-    if given.chosen is None:
+def _write_pose(axes: Axes, files: CalibrationFiles) -> None:
+    """The pose as a table, and below it the data behind it."""
+    axes.axis("off")
+    rows = pose_text.pose_rows(files.chosen) if files.chosen else []
+    lines = [line for fact in pose_text.facts(files) for line in wrap(figure.wrapped(fact), FACT)]
+    lines = lines if rows else ["No pose of the slave.", *lines]
+    if rows:
+        labels, cells = zip(*rows, strict=True)
+        where: Keywords = {"bbox": (0.48, 1 - 0.07 * len(rows), 0.6, 0.07 * len(rows))}
+        table = axes.table(cellText=cells, rowLabels=labels, edges="open", **where)
+        table.auto_set_font_size(value=False)
+        table.set_fontsize(figure.SMALL_PT)
+    how: Keywords = {"size": figure.SMALL_PT, "va": "top", "linespacing": 1.4}
+    axes.text(0.0, 0.95 - 0.07 * len(rows), "\n".join(lines), transform=axes.transAxes, **how)
+
+
+def _why_empty(files: CalibrationFiles) -> str:
+    if files.chosen is None:
         return "No pose of the slave: verdict failed"
-    if given.paths(given.chosen["estimator"], given.chosen["optics"]) is not None:
+    if files.shown_paths() is not None:
         return "No moment with a pose from both stations"
-    still = given.chosen["stage"] == "static"
+    still = files.chosen["stage"] == "static"
     return "The board was at rest: no path" if still else "No board poses of this estimate"
 
 
-def draw_disagreement(axes: Axes, scenery: Scenery, duration_s: float) -> None:
+def _draw_disagreement(axes: Axes, files: CalibrationFiles) -> None:
     """Distance between both paths over time; mirrored moments and those of one station marked."""
-    panel_title(axes, "Distance between both paths")
-    both = scenery.both
+    panel_title(axes, "Distance of the paths")
+    both = files.agreement()
     if both is None:
         return
     value = np.maximum(both.apart_mm, 1e-3)
     median, most = float(np.median(value)), float(np.percentile(value, 95))
-    axes.set(xlim=(0.0, duration_s), xlabel="Time (s)", ylabel="Distance (mm)")
-    log_axis(axes, "y", log_limits([np.maximum(value, median / 300)], 2.0))
+    axes.set(xlim=(0.0, files.duration_s), xlabel="Time (s)", ylabel="Distance (mm)")
+    figure.log_axis(axes, "y", log_limits([np.maximum(value, median / 300)], 2.0))
     few = thinned(value.size, MOST_DOTS)
-    dense = value.size > DENSE
-    axes.plot(both.time_s[few], value[few], "o", color="#4d4d4d", rasterized=dense, **DOT)
+    axes.plot(both.time_s[few], value[few], "o", color="#4d4d4d", rasterized=value.size > DENSE,
+              **DOT)  # fmt: skip
     text = f"median distance: {mm(median, 2)}, 95 % below {mm(most, 2)}"
     axes.axhline(median, color=INK, lw=0.7, ls=(0, (5, 2)), label=text)
-    turned = np.flatnonzero(both.mirrored)
-    if turned.size:
+    if (turned := np.flatnonzero(both.mirrored)).size:
         turned = turned[thinned(turned.size, MOST_MARKS)]
-        how: Keywords = {"ls": "", "zorder": 4, "label": "mirrored pose of one station"} | MIRRORED
-        axes.plot(both.time_s[turned], value[turned], **how)
-    for station, level in enumerate((0.97, 0.92)):
-        alone = both.alone_s[station]
+        how: Keywords = stations.MIRRORED | {"ls": "", "label": "mirrored pose of one station"}
+        axes.plot(both.time_s[turned], value[turned], zorder=4, **how)
+    for station, alone in enumerate(both.alone_s):
         if alone.size:
-            how = {"ls": "", "marker": "|", "ms": 3.0, "mew": 0.5, "color": COLOURS[station]}
-            how |= {"label": f"only the {ROLES[station]} sees it", "rasterized": alone.size > DENSE}
-            at = np.full(alone.size, level)
-            axes.plot(alone, at, transform=axes.get_xaxis_transform(), **how)
+            at, label = np.full(alone.size, 0.97 - station / 20), f"only {ROLES[station]} sees it"
+            how = {"ms": 3.0, "mew": 0.5, "color": COLOURS[station], "label": label}
+            across = axes.get_xaxis_transform()
+            axes.plot(alone, at, "|", transform=across, rasterized=alone.size > DENSE, **how)
 
 
-def draw_residuals(axes: Axes, scenery: Scenery, given: CalibrationFiles) -> None:
+def _draw_residuals(axes: Axes, files: CalibrationFiles) -> None:
     """sqrt(epsilon / n_angles) of each board pose over time, both stations, and the noise of one
     angle to expect."""
-    panel_title(axes, "Residuals of board poses")
-    if scenery.paths is None:
+    panel_title(axes, "Residuals of poses")
+    paths = files.shown_paths()
+    if paths is None:
         return
-    expected = expected_urad(given.pose)
-    values = [residuals_urad(path) for path in scenery.paths]
+    expected = pose_text.expected_urad(files.pose)
+    values = [residuals_urad(path) for path in paths]
     shown = [np.maximum(v, np.median(v) / 100) for v in values]
-    axes.set(xlim=(0.0, given.duration_s), xlabel="Time (s)", ylabel="Residual (µrad)")
-    log_axis(axes, "y", log_limits([*shown, np.array([1.5 * expected])]))
-    for station, path in enumerate(scenery.paths):
-        few, colour = thinned(len(path), MOST_DOTS), COLOURS[station]
+    axes.set(xlim=(0.0, files.duration_s), xlabel="Time (s)", ylabel="Residual (µrad)")
+    figure.log_axis(axes, "y", log_limits([*shown, np.array([1.5 * expected])]))
+    for station, path in enumerate(paths):
+        few, colour, mark = thinned(len(path), MOST_DOTS), COLOURS[station], MARKS[station]
         how: Keywords = DOT | {"color": colour, "rasterized": len(path) > DENSE}
-        axes.plot(path.time_s[few], shown[station][few], "os"[station], zorder=2.2 - station, **how)
+        axes.plot(path.time_s[few], shown[station][few], mark, zorder=2.2 - station, **how)
         median = significant(float(np.median(values[station])), 2)
         text = f"residuals by the {ROLES[station]}: median {median} µrad"
-        axes.plot([], [], "os"[station], color=colour, ms=3.0, mew=0, label=text)
-    text = f"expected noise of an angle: {expected:.0f} µrad"
-    axes.axhline(expected, color=INK, lw=0.8, ls=(0, (1, 1.5)), label=text)
+        axes.plot([], [], mark, color=colour, ms=3.0, mew=0, label=text)
+    axes.axhline(expected, label=f"expected noise of an angle: {expected:.0f} µrad", **DOTTED)
 
 
-def draw_diodes(axes: Axes, given: CalibrationFiles, station: int) -> str:
-    """Share of the station's sweeps that each diode saw, a bar a diode; dead ones crossed. Returns
-    the diodes that it saw seldom or never, by number."""
-    n = len(given.board)
-    shares = np.array([seen_shares(given.sweeps, one, n) for one in (MASTER, SLAVE)])
-    states = faint_diodes(shares, given.board, station)
-    bars = axes.bar(np.arange(n), 100 * shares[station], 0.72, color=COLOURS[station])
-    for k in states["seldom"]:
-        bars[k].set_alpha(0.5)
-    if (dead := states["dead"]).size:
-        cross: Keywords = {"marker": "x", "color": INK, "ls": "", "markersize": 4, "mew": 1.1}
-        axes.plot(dead, np.full(dead.size, 9.0), label="dead diode", **cross)
+def _draw_means(panels: Mapping[str, Axes], residuals: Record) -> None:
+    """Mean residuals with their standard deviations by noise, against azimuth, elevation and time,
+    all on one scale."""
+    reach = [LEAST_URAD]
+    for key, (against, label) in MEANS.items():
+        axes, typical = panels[key], [0.0]
+        panel_title(axes, "Mean residuals" if key == "time" else f"{key.capitalize()} residuals")
+        axes.axhline(0.0, color=GREY, lw=0.8)
+        for row in residuals["against"]:
+            if row["against"] != against or key not in ("time", row["axis"]):
+                continue
+            mean, sd = np.array(row["mean_urad"]), np.array(row["sd_urad"])
+            typical.append(float(np.median(sd)))
+            reach.append(float(np.abs(mean).max()) + typical[-1])
+            station, open_ = ROLES.index(row["station"]), row["axis"] == AXES[1]
+            how: Keywords = {"color": COLOURS[station], "lw": 0.9, "ms": 3.2, "mew": 0.8}
+            how |= {"marker": MARKS[station], "ls": (0, (3, 1.5)) if open_ else "-"}
+            how |= {"markerfacecolor": "none"} if open_ else {}
+            if key == "time":
+                axes.plot(row["at"], mean, label=f"{row['station']}, {row['axis']}", **how)
+            else:
+                axes.errorbar(row["at"], mean, sd, elinewidth=0.7, **how)
+        axes.set(xlabel=label, ylabel="Mean (µrad)")
+    band: Keywords = {"color": GREY, "alpha": 0.2, "lw": 0, "label": "1 σ of a mean by noise"}
+    panels["time"].axhspan(-max(typical), max(typical), **band)
+    for key in MEANS:
+        panels[key].set_ylim(-1.12 * max(reach), 1.12 * max(reach))
+
+
+def _draw_diodes(axes: Axes, residuals: Record, n: int, expected: float) -> str:
+    """Root mean square residual of each diode by each station, those of excluded diodes crossed,
+    and the noise of a hit. Those far above the rest stand at the upper end. Returns a sentence on
+    diodes that the estimate excludes."""
+    panel_title(axes, "Residuals of diodes")
+    every = np.concatenate([row["rms_urad"] for row in residuals["by_diode"]])
+    if not every.size:
+        return ""
+    top = max(float(min(1.12 * every.max(), HIGHEST * np.median(every))), 1.5 * expected)
+    excluded = []
+    for station, row in enumerate(residuals["by_diode"]):
+        diode, rms = np.array(row["diode"]), np.array(row["rms_urad"])
+        at, shown = diode + 0.16 * (2 * station - 1), np.minimum(rms, 0.96 * top)
+        axes.plot(at, shown, MARKS[station], color=COLOURS[station], ms=3.2, mew=0)
+        out = np.isin(diode, row["excluded"])
+        if out.any():
+            axes.plot(at[out], shown[out], "x", color=INK, ms=6, mew=1.1, label="excluded diode")
+            pairs = zip(diode[out], rms[out], strict=True)
+            named = ", ".join(f"{k} ({r:.0f} µrad)" for k, r in pairs)
+            excluded.append(f"{row['station']}: {named}")
+    axes.axhline(expected, label=f"noise of a hit: {expected:.0f} µrad", **DOTTED)
+    axes.set(xlim=(-0.8, n - 0.2), ylim=(0, top), xlabel="Diode (from 0)", ylabel="rms (µrad)")
+    return f"Excluded from the estimate, {'; '.join(excluded)}." if excluded else ""
+
+
+def _draw_seen(axes: Axes, files: CalibrationFiles) -> str:
+    """Share of either station's sweeps that each diode saw, pale where it is seldom; dead ones
+    crossed. Returns the diodes that are dead, or seen seldom or never, by number."""
+    n = len(files.board)
+    shares, sentences, counts = seen_shares(files.sweeps, n), [], {"dead": 0, "faint": 0}
+    for station in (MASTER, SLAVE):
+        states = faint_diodes(shares, files.board, station)
+        at = np.arange(n) + 0.2 * (2 * station - 1)
+        bars = axes.bar(at, 100 * shares[station], 0.4, color=COLOURS[station])
+        for k in states["seldom"]:
+            bars[k].set_alpha(0.5)
+        dead = states["dead"]
+        if dead.size and station == MASTER:
+            axes.plot(dead, np.full(dead.size, 9.0), "x", color=INK, ms=4, mew=1.1, label="dead")
+        known = {word: own for word, own in states.items() if own.size}
+        counts["dead"] = dead.size
+        counts["faint"] += sum(own.size for word, own in known.items() if word != "dead")
+        words = "; ".join(f"{word}: {', '.join(map(str, own))}" for word, own in known.items())
+        words = words if shares[station].any() else "no sweep seen"
+        sentences += [f"Diodes of the {ROLES[station]}, {words}."] if words else []
     axes.set(xlim=(-0.8, n - 0.2), ylim=(0, 105), yticks=[0, 50, 100], ylabel="Seen (%)")
-    axes.set_xticks(range(0, n, 4 if n > 16 else 2))
+    axes.set_xlabel("Diode (from 0)")
     axes.grid(visible=False, axis="x")
-    known = {word: own for word, own in states.items() if own.size}
-    few = sum(own.size for own in known.values()) <= MOST_NAMED
-    remark = [f"{word}: {_named(own) if few else own.size}" for word, own in known.items()]
-    if not shares[station].any():
-        remark = ["no sweep seen"]
-    panel_title(axes, f"Diodes, {ROLES[station]}", ", ".join(remark or ["all seen"]))
-    said = "; ".join(f"{word}: {_named(own)}" for word, own in known.items())
-    return f"Diodes of the {ROLES[station]}, {said}." if said and not few else ""
-
-
-def _named(diodes: np.ndarray) -> str:
-    return ", ".join(map(str, diodes.tolist()))
-
-
-def faint_diodes(shares: np.ndarray, board: np.ndarray, station: int) -> dict[str, np.ndarray]:
-    """Numbers of the diodes that are dead, that this station has not seen, and that it has seen
-    less than half as often as the median one.
-
-    shares (2, n): of the sweeps of either station that each diode saw. Those on a flat board all
-    face the same way, so one that no station sees where others are seen is dead. On a board with
-    depth it may face away, or something may be in the way: it is `not seen`.
-    """
-    seen = shares >= UNSEEN
-    thickness, _, width = np.linalg.svd(board - board.mean(axis=0), compute_uv=False)[::-1]
-    proven = thickness < FLAT * width and seen.any()
-    dead = ~seen.any(axis=0) & proven
-    own = seen[station]
-    usual = np.median(shares[station][own]) if own.any() else 0.0
-    return {
-        "dead": np.flatnonzero(dead),
-        "not seen": np.flatnonzero(~own & ~dead),
-        "seldom": np.flatnonzero(own & (shares[station] < SELDOM * usual)),
-    }
+    remark = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+    panel_title(axes, "Diodes", remark or "all seen")
+    return " ".join(sentences)

@@ -1,14 +1,15 @@
-"""Calibrations of a group: one row each, the pose to use and how far to trust it."""
+"""Tables of a group of calibrations: poses to use, tracked receivers, noise of angles at rest."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from mocap_metrology.lighthouse.assess.evidence import AXES, KINDS, Columns, jitter, lengths
 from mocap_metrology.lighthouse.published import QUANTITIES
-from mocap_metrology.present.tables import Record, Row, aligned
+from mocap_metrology.present.tables import Record, Row, aligned, markdown
 from mocap_metrology.present.text.numbers import significant
 
 CAPTION = (
@@ -17,7 +18,37 @@ CAPTION = (
     " three axes. Error against the reference: length of t - t_true, and the angle of R R_true^T."
     " All numbers, by axis, are in the CSV."
 )
+TRACK_CAPTION = (
+    "Poses of the board with the calibrated stations, 60 a second. Standard deviations are lengths"
+    " of vectors of three axes, rms over all poses: by the noise of the hits (noise), by the error"
+    " of the slave's pose (calibration), by both and errors of optics and board (total). gain:"
+    " shift of the board for a slave shifted by 1 mm or turned by 1° in a random direction."
+    " jitter: standard deviation of the poses of a board at rest, without those of more than twice"
+    " the usual noise."
+    " Seen: share of the moments with a pose, and of those that one station alone sees."
+    " Stations: of the row's own calibration where empty."
+)
+ANGLE_CAPTION = (
+    "Allan deviation of the angles of boards at rest, 30 sweeps a second and rotor. common: of the"
+    " mean over the diodes of a sweep, without what the diodes' own noise adds to it; independent:"
+    " of single diodes beyond it. At one sweep, with 68.3 % intervals, and at its minimum over the"
+    " averaging time τ. exponent: of the power spectral density at one sweep (0 white, -1 flicker,"
+    " -2 random walk); h_0: one-sided density of white noise, where it is white. sd: of one diode."
+    " step: of the clock that times the pulses; a spread below it is mostly rounding."
+)
+NAMED = ("calibration", "setup", "source")
 CHOSEN = ("estimator", "stage", "optics")
+AXIS_NAMES = (*(f"{axis}_mm" for axis in "xyz"), *(f"r{axis}_deg" for axis in "xyz"))
+PARTS = ("common", "independent")
+OF_PART = (
+    *("adev_1_urad", "adev_1_lower_urad", "adev_1_upper_urad", "exponent", "adev_min_urad"),
+    *("tau_min_s", "h_0_urad2_hz"),
+)
+ANGLE_HEAD = (
+    *(*NAMED, "rotor", "n_diodes", "n_sweeps", "sd_urad"),
+    *(f"{part}_{name}" for part in PARTS for name in OF_PART),
+    *("step_urad", "below_step", "independent_below_step"),
+)
 
 
 def calibration_rows(records: Sequence[Record]) -> list[Row]:
@@ -25,77 +56,136 @@ def calibration_rows(records: Sequence[Record]) -> list[Row]:
 
     records: `calibration`, `setup`, `source` and `pose` (contents of pose.json).
     """
-    return [_row(record) for record in records]
+    return [_calibration_row(record) for record in records]
 
 
-def _row(record: Record) -> Row:
-    given = record["pose"]
-    pose = {} if given["chosen"] is None else given["poses"][given["chosen"]]
-    row: Row = {name: record[name] for name in ("calibration", "setup", "source")}
-    row |= {f"{role}_id": given["stations"][role]["id"] for role in ("master", "slave")}
+def _calibration_row(record: Record) -> Row:
+    document = record["pose"]
+    pose = {} if document["chosen"] is None else document["poses"][document["chosen"]]
+    row: Row = {name: record[name] for name in NAMED}
+    row |= {f"{role}_id": document["stations"][role]["id"] for role in ("master", "slave")}
     row |= {name: pose.get(name) for name in CHOSEN}
-    t = np.array(pose.get("translation_mm", [math.nan] * 3))
-    angles = [
-        pose.get("rotation_deg", {}).get(name, math.nan) for name in ("alpha", "beta", "gamma")
-    ]
-    row |= dict(zip(QUANTITIES, [*t.tolist(), *angles], strict=True))
+    t, turn = pose.get("translation_mm", [math.nan] * 3), pose.get("rotation_deg", {})
+    angles = [turn.get(name, math.nan) for name in ("alpha", "beta", "gamma")]
+    row |= dict(zip(QUANTITIES, [*map(float, t), *angles], strict=True))
     row["baseline_mm"] = float(np.linalg.norm(t))
-    sigma = _sigma(pose.get("covariance"))
-    axes = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")  # of a vector in master axes
-    row |= dict(zip((f"sigma_{a}" for a in axes), sigma.tolist(), strict=True))
+    covariance = pose.get("covariance")
+    variances = np.full(6, math.nan) if covariance is None else np.diag(np.array(covariance, float))
+    sigma = np.sqrt(variances).tolist()
+    row |= dict(zip((f"sigma_{axis}" for axis in AXIS_NAMES), sigma, strict=True))
     row |= {name: pose.get(name) for name in ("residual_rms_urad", "n_angles", "mirrored_share")}
-    found = pose.get("errors_mm") or [math.nan] * 3, pose.get("errors_deg") or [math.nan] * 3
-    row |= dict(zip((f"error_{a}" for a in axes), [*found[0], *found[1]], strict=True))
-    row["verdict"] = given["verdict"]["word"]
-    row["reason"] = given["verdict"]["reason"]
-    row["check_against"] = (given.get("check_against") or {}).get("sentence")
+    unknown = [math.nan] * 3
+    errors = [*(pose.get("errors_mm") or unknown), *(pose.get("errors_deg") or unknown)]
+    row |= dict(zip((f"error_{axis}" for axis in AXIS_NAMES), errors, strict=True))
+    row |= {"verdict": document["verdict"]["word"], "reason": document["verdict"]["reason"]}
+    row["check_against"] = (document.get("check_against") or {}).get("sentence")
     return row
 
 
-def _sigma(covariance: list[list[float]] | None) -> np.ndarray:
-    if covariance is None:
-        return np.full(6, math.nan)
-    sigma: np.ndarray = np.sqrt(np.diag(np.array(covariance, dtype=np.float64)))
-    return sigma
-
-
-def calibration_markdown(
-    rows: Sequence[Row], title: str, caption: str = CAPTION, note: str = ""
-) -> str:
+def calibration_markdown(rows: Sequence[Row], title: str, note: str = "") -> str:
     """Markdown of `calibration_rows`: the poses, then the reasons of the verdicts."""
-    lines = [f"# {title}", "", " ".join(filter(None, (caption, note))), ""]
+    lines = [f"# {title}", "", f"{CAPTION} {note}".strip(), ""]
     if not rows:
         return "\n".join([*lines, "No calibrations.", ""])
     head = ["calibration", "source", "master", "slave", "by", "t mm", "α β γ °", "baseline mm"]
     head += ["σ", "residual µrad", "hits", "error", "verdict"]
     lines += [*aligned([head, *(_cells(row) for row in rows)]), "", "## Verdicts", ""]
     lines += [f"- {row['calibration']}: {row['verdict']}. {row['reason']}" for row in rows]
-    moved = [row for row in rows if row["check_against"]]
-    if moved:
-        lines += ["", "## Against an earlier pose", ""]
-        lines += [f"- {row['calibration']}: {row['check_against']}" for row in moved]
+    moved = [f"- {row['calibration']}: {row['check_against']}" for row in rows
+             if row["check_against"]]  # fmt: skip
+    lines += ["", "## Against an earlier pose", "", *moved] if moved else []
     return "\n".join([*lines, ""])
 
 
-def _cells(row: Row) -> list[str]:
+def _cells(row: Row) -> list[object]:
     cells = [row["calibration"], row["source"], row["master_id"], row["slave_id"]]
     if row["estimator"] is None:
-        return [*map(_text, cells), *[""] * 8, row["verdict"]]
-    by = ", ".join(row[name] for name in CHOSEN)
-    t = " ".join(f"{row[q]:.1f}" for q in QUANTITIES[:3])
-    angles = " ".join(f"{row[q]:.3f}" for q in QUANTITIES[3:])
+        return [*cells, *[""] * 8, row["verdict"]]
+    cells.append(", ".join(row[name] for name in CHOSEN))
+    cells.append(" ".join(f"{row[q]:.1f}" for q in QUANTITIES[:3]))
+    cells.append(" ".join(f"{row[q]:.3f}" for q in QUANTITIES[3:]))
+    cells += [f"{row['baseline_mm']:.1f}", _mm_and_deg(row, "sigma")]
     residual = row["residual_rms_urad"]
-    shown = [by, t, angles, f"{row['baseline_mm']:.1f}", _mm_deg(row, "sigma", max)]
-    shown += ["" if residual is None else f"{residual:.0f}", row["n_angles"]]
-    return [*map(_text, [*cells, *shown]), _mm_deg(row, "error", math.hypot), row["verdict"]]
+    cells += ["" if residual is None else f"{residual:.0f}", row["n_angles"]]
+    return [*cells, _mm_and_deg(row, "error"), row["verdict"]]
 
 
-def _mm_deg(row: Row, kind: str, together: Callable[..., float]) -> str:
-    """`0.52 mm, 0.011°`; empty for what is unknown."""
-    mm = together(*(row[f"{kind}_{axis}_mm"] for axis in "xyz"))
-    deg = together(*(row[f"{kind}_r{axis}_deg"] for axis in "xyz"))
+def _mm_and_deg(row: Row, kind: str) -> str:
+    """`0.52 mm, 0.011°`, the largest sigma or the length of an error; empty if unknown."""
+    values = [row[f"{kind}_{axis}"] for axis in AXIS_NAMES]
+    mm, deg = (
+        max(own) if kind == "sigma" else math.hypot(*own) for own in (values[:3], values[3:])
+    )
     return "" if math.isnan(mm) else f"{significant(mm)} mm, {significant(deg)}°"
 
 
-def _text(value: object) -> str:
-    return "" if value is None else str(value)
+def track_row(named: Record, track: Columns, origin: Record) -> Row:
+    """One row of tracked receivers; named: `calibration`, `setup`, `source`; track, origin: of its
+    track.parquet."""
+    row: Row = {name: named[name] for name in NAMED}
+    row["stations"] = origin.get("tracked_with") or ""
+    master, slave = track["n_hits_master"] > 0, track["n_hits_slave"] > 0
+    seen, share = master | slave, 100 / max(master.size, 1)
+    row |= {"n_poses": int(seen.sum()), "seen_percent": share * float(seen.sum())}
+    row["one_station_percent"] = share * float((master ^ slave).sum())
+    for kind in KINDS:
+        row |= {f"{kind}_{unit}": _rms(lengths(track, kind, unit)) for unit in AXES}
+    row |= {name: _rms(track[name]) for name in ("gain_mm_per_mm", "gain_mm_per_deg")}
+    scatter = jitter(track) if origin.get("still") else (None, None)
+    row |= dict(zip(("jitter_mm", "jitter_deg"), scatter, strict=True))
+    row["residual_urad"] = _rms(track["residual_urad"])
+    row["note"] = origin.get("reason") or origin.get("note") or ""
+    return row
+
+
+def _rms(values: np.ndarray) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known.astype(np.float64) ** 2))) if known.size else None
+
+
+def track_markdown(rows: Sequence[Row], title: str, note: str) -> str:
+    """Markdown of some `track_row`."""
+    if not rows:
+        return f"# {title}\n\nNo calibrations.\n"
+    return markdown(list(rows), title, f"{TRACK_CAPTION} {note}".strip())
+
+
+def angle_rows(named: Record, allan: Mapping[str, np.ndarray], origin: Record) -> list[Row]:
+    """Rows of one calibration, one a rotor, none of a board that moved; named: `calibration`,
+    `setup`, `source`; allan, origin: of its allan.parquet."""
+    rows = []
+    for rotor in origin["rotors"]:
+        row: Row = {name: named[name] for name in NAMED}
+        row |= {"rotor": rotor["rotor"].replace("_", ", "), "n_diodes": len(rotor["diodes"])}
+        row |= {"n_sweeps": rotor["sweeps"], "sd_urad": 1e6 * rotor["sd_rad"]}
+        for part in PARTS:
+            of_part = _angle_cells(allan, f"{rotor['rotor']}_{part}")
+            row |= {f"{part}_{name}": value for name, value in of_part.items()}
+        step = rotor["step_rad"]
+        row["step_urad"] = None if step is None else 1e6 * step
+        rows.append(row | {name: rotor[name] for name in ANGLE_HEAD[-2:]})
+    return rows
+
+
+def _angle_cells(allan: Mapping[str, np.ndarray], series: str) -> Row:
+    own = (allan["series"] == series) & (allan["estimator"] == "oadev")
+    values: Row = dict.fromkeys(OF_PART)
+    if not own.any():
+        return values
+    tau, adev, alpha = (allan[name][own] for name in ("tau_s", "adev_rad", "alpha"))
+    best = int(adev.argmin())
+    values |= {"adev_min_urad": 1e6 * float(adev[best]), "tau_min_s": float(tau[best])}
+    if allan["m"][own][0] == 1:
+        for end in ("", "_lower", "_upper"):
+            values[f"adev_1{end}_urad"] = 1e6 * float(allan[f"adev{end}_rad"][own][0])
+        values["exponent"] = int(alpha[0])
+        if alpha[0] == 0:  # AVAR = h_0 / (2 tau)
+            values["h_0_urad2_hz"] = 2e12 * float(tau[0] * adev[0] ** 2)
+    return values
+
+
+def angle_markdown(rows: Sequence[Row], title: str, note: str) -> str:
+    """Markdown of some `angle_rows`."""
+    if not rows:
+        return f"# {title}\n\nNo calibration of a board at rest.\n"
+    return markdown(list(rows), title, f"{ANGLE_CAPTION} {note}".strip())

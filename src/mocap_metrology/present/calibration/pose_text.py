@@ -1,4 +1,4 @@
-"""A calibration in words and numbers: verdict, pose with deviations, stations."""
+"""A calibration in words and numbers: pose with deviations, data behind it, stations."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from mocap_metrology.lighthouse.assess.fit_checks import BOARD, EXPECTED_URAD
+from mocap_metrology.lighthouse.records import MASTER
 from mocap_metrology.present.calibration.calibration_files import CalibrationFiles
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text.numbers import number
@@ -18,13 +19,6 @@ BEYOND_SIGMA = (
 )
 
 
-def residual_limit(pose: Record) -> str:
-    """`good below 577`, or where it is not good `usable below 2164`: limit of the residual in µrad;
-    empty where none is known."""
-    limit, good = _limit(pose, "residual")
-    return "" if limit is None else f"{'good' if good else 'usable'} below {limit:.0f}"
-
-
 def expected_urad(pose: Record) -> float:
     """Noise of one angle that the checks went by, in µrad."""
     limit, good = _limit(pose, "board poses")
@@ -33,23 +27,26 @@ def expected_urad(pose: Record) -> float:
 
 def _limit(pose: Record, name: str) -> tuple[float | None, bool]:
     """Limit of a check and whether it is that of the word good; None where it has none."""
-    named = (check for check in pose.get("checks", ()) if check["name"] == name)
-    check: Record = next(named, {})
+    check: Record = next((c for c in pose.get("checks", ()) if c["name"] == name), {})
     limit = check.get("limit")
     return (limit if isinstance(limit, int | float) else None), bool(check.get("ok"))
+
+
+def _deviations(entry: Record) -> np.ndarray:
+    """Standard deviations (6,) in mm and deg, NaN where they are not known."""
+    if entry.get("covariance") is None:
+        return np.full(6, np.nan)
+    variance = np.diag(np.array(entry["covariance"], dtype=np.float64))
+    return np.asarray(np.sqrt(np.clip(variance, 0, None)))
 
 
 def beyond_sigma(entry: Record) -> bool:
     """Whether the error of an estimate against its reference is more than three standard deviations
     in a coordinate or about an axis."""
-    if entry.get("covariance") is None or entry.get("errors_mm") is None:
+    if entry.get("errors_mm") is None:
         return False
     off = np.abs([*entry["errors_mm"], *entry["errors_deg"]])
-    variance = np.diag(np.array(entry["covariance"], dtype=np.float64))
-    return bool((off > TIMES_SIGMA * np.sqrt(np.clip(variance, 0, None))).any())
-
-
-MM_DEG = slice(3), slice(3, 6)
+    return bool((off > TIMES_SIGMA * _deviations(entry)).any())
 
 
 def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
@@ -59,25 +56,21 @@ def pose_rows(entry: Record) -> list[tuple[str, list[str]]]:
     where that is larger, has with two significant digits.
     """
     angles = [entry["rotation_deg"][k] for k in ("alpha", "beta", "gamma")]
-    covariance = entry.get("covariance")
-    sd = [np.nan] * 6
-    if covariance is not None:
-        variance = np.diag(np.array(covariance, dtype=np.float64))
-        sd = np.sqrt(np.clip(variance, 0, None)).tolist()
-    off = [*(entry.get("errors_mm") or [np.nan] * 3), *(entry.get("errors_deg") or [np.nan] * 3)]
-    digits = [
-        _decimals([*sd[own], *off[own]], usual) for own, usual in zip(MM_DEG, (1, 2), strict=True)
-    ]
-    rows = [("t, slave in master (mm)", _cells(entry["translation_mm"], digits[0], sign=True))]
-    if covariance is not None:
-        rows.append(("1 σ along x, y, z (mm)", _cells(sd[:3], _decimals(sd[:3], 1))))
-    rows.append(("α, β, γ (°)", _cells(angles, digits[1], sign=True)))
-    if covariance is not None:
-        rows.append(("1 σ about x, y, z (°)", _cells(sd[3:], _decimals(sd[3:], 2))))
-    if entry.get("errors_mm"):
-        rows.append(("t − reference (mm)", _cells(off[:3], _decimals(off[:3], 1), sign=True)))
-        rows.append(("rotation from it (°)", _cells(off[3:], _decimals(off[3:], 2), sign=True)))
-    return rows
+    sd, errors = _deviations(entry).tolist(), entry.get("errors_mm")
+    off = [*errors, *entry["errors_deg"]] if errors else [np.nan] * 6
+    rows, compared = [], []
+    for name, values, own, usual in (
+        ("t, slave in master (mm)", entry["translation_mm"], slice(3), 1),
+        ("α, β, γ (°)", angles, slice(3, 6), 2),
+    ):
+        at_rest = "along x, y, z (mm)" if usual == 1 else "about x, y, z (°)"
+        rows.append((name, _cells(values, _decimals([*sd[own], *off[own]], usual), sign=True)))
+        if entry.get("covariance") is not None:
+            rows.append((f"1 σ {at_rest}", _cells(sd[own], _decimals(sd[own], usual))))
+        if errors:
+            label = "t − reference (mm)" if usual == 1 else "rotation from it (°)"
+            compared.append((label, _cells(off[own], _decimals(off[own], usual), sign=True)))
+    return rows + compared
 
 
 def _decimals(values: Sequence[float], usual: int) -> int:
@@ -91,29 +84,29 @@ def _cells(values: Iterable[float], digits: int, sign: bool = False) -> list[str
     return [number(float(value), digits, sign) for value in values]
 
 
-def facts(given: CalibrationFiles, board_m: np.ndarray | None) -> list[str]:
+def facts(files: CalibrationFiles) -> list[str]:
     """Lines beside the numbers: the data behind the pose, distances to where the board was on the
     whole, and the stations."""
-    entry, lines = given.chosen, []
+    entry, paths, lines = files.chosen, files.shown_paths(), []
     if entry is not None:
         baseline = np.linalg.norm(entry["translation_mm"]) / 1e3
         lines.append(f"{entry['estimator']}, stage {entry['stage']}, {entry['optics']} optics")
         lines.append(f"baseline {number(float(baseline), 3)} m")
         if (residual := entry.get("residual_rms_urad")) is not None:
-            limit = residual_limit(given.pose)
-            lines.append(
-                f"residual {residual:.0f} µrad of {number(entry['n_angles'])} angles"
-                + (f" ({limit})" if limit else "")
-            )
+            limit, good = _limit(files.pose, "residual")
+            below = f" ({'good' if good else 'usable'} below {limit:.0f})" if limit else ""
+            lines.append(f"residual {residual:.0f} µrad of {number(entry['n_angles'])} angles")
+            lines[-1] += below
         if (share := entry.get("mirrored_share")) is not None:
             lines.append(f"mirrored board poses {100 * share:.2g} %")
-    if board_m is not None:
-        far = f"board {number(float(np.linalg.norm(board_m)), 2)} m from the master"
+    if paths is not None:
+        both = files.agreement()
+        board_m = np.median(paths[MASTER].t_m if both is None else both.master_m, axis=0)
+        lines.append(f"board {number(float(np.linalg.norm(board_m)), 2)} m from the master")
         if entry is not None:
             slave = board_m - np.array(entry["translation_mm"]) / 1e3
-            far += f", {number(float(np.linalg.norm(slave)), 2)} m from the slave"
-        lines.append(far)
-    return lines + [_station(station) for station in given.stations]
+            lines[-1] += f", {number(float(np.linalg.norm(slave)), 2)} m from the slave"
+    return lines + [_station(station) for station in files.stations]
 
 
 def _station(station: Record) -> str:
@@ -121,8 +114,7 @@ def _station(station: Record) -> str:
     known = "id unknown" if station.get("id") is None else f"id {station['id']}"
     if station.get("factory") is None:
         factory = f"no factory values: {station.get('why') or 'none found'}"
-    elif station.get("frames_found"):
-        n = station["frames_found"]
+    elif n := station.get("frames_found"):
         factory = f"factory values from {n} frame{'' if n == 1 else 's'}"
     else:
         factory = "factory values from a file"

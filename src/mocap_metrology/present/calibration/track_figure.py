@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.calibration.angle_figure import draw_angles
-from mocap_metrology.present.calibration.track_table import deviations_mm, jitter, lengths, settled
-from mocap_metrology.present.calibration.views import NAMES as AXIS_NAMES
+from mocap_metrology.lighthouse.assess.evidence import (
+    Columns,
+    deviations_mm,
+    jitter,
+    lengths,
+    settled,
+)
+from mocap_metrology.lighthouse.records import ROLES
+from mocap_metrology.present.calibration.stations import COLOURS, NAMES
+from mocap_metrology.present.plot import figure
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import (
     BAND,
     FAINT,
+    GREY,
     INK,
     LOOKS,
-    SMALL_PT,
     Keywords,
     Picture,
-    legend_below,
-    letters,
-    log_axis,
-    new_figure,
     panel_title,
-    styled,
-    words_picture,
 )
 from mocap_metrology.present.tables import Record
 from mocap_metrology.present.text import captions
@@ -35,31 +35,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import SubFigure
 
-Columns = Mapping[str, np.ndarray]
-CURVES: dict[str, tuple[str, Keywords]] = {
-    "total": ("all, with optics and board", {"color": INK, "lw": 1.2}),
-    "calibration": (
-        "error of the calibration",
-        {"color": LOOKS["y"].colour, "lw": 1.1, "ls": (0, (5, 1.6))},
-    ),
-    "noise": ("noise of the hits", {"color": LOOKS["x"].colour, "lw": 0.8}),
+CURVES: dict[str, Keywords] = {
+    "total": {"label": "all, with optics and board", "color": INK, "lw": 1.2},
+    "calibration": {"label": "error of the calibration", "color": COLOURS[1], "ls": (0, (5, 1.6))},
+    "noise": {"label": "noise of the hits", "color": COLOURS[0], "lw": 0.8},
 }
-NAMES = {"mm": "Position (mm)", "deg": "Rotation (°)"}
-PLACES: list[Any] = [["path", "far"], ["place", "place"], ["mm", "mm"], ["deg", "deg"]]
 HEIGHT_MM = 195.0
 ROWS = (64, 48, 40, 40)  # round: with others the last digits of the layout vary between runs
 DENSE = 2000  # poses; more are an image in an SVG
-SPREAD = 0.08  # of the path's extent, left free on each side
+DASHES: dict[str, object] = {"common": "-", "independent": (0, (4, 1.5))}
+EDGES = np.sqrt(24)  # a pulse's middle has two edges, each rounded by step / sqrt(12)
 
 
-@styled()
+@figure.styled()
 def track_figure(
-    name: str,
-    twin: str | None,
-    track: Columns,
-    origin: Record,
-    allan: Columns,
-    noise: Record,
+    name: str, twin: str | None, track: Columns, origin: Record, allan: Columns, noise: Record
 ) -> Picture:
     """One page: path from above coloured by its standard deviation, the same against the distance,
     position over time, standard deviations of position and of rotation over time.
@@ -74,50 +64,52 @@ def track_figure(
     title = f"{name}: tracked receiver"
     if not np.isfinite(track["x_mm"]).any():
         why = origin.get("reason") or "no moment with a pose"
-        return words_picture(f"No path of the receiver: {why}.", title, source)
-    body = new_figure(title, source, HEIGHT_MM)
-    axes = body.subplot_mosaic(PLACES, height_ratios=ROWS)
-    at_rest = bool(noise.get("rotors"))
-    if at_rest:
-        draw_angles(axes["path"], allan, noise, "azimuth")
-        draw_angles(axes["far"], allan, noise, "elevation")
+        return figure.words_picture(f"No path of the receiver: {why}.", title, source)
+    body = figure.new_figure(title, source, HEIGHT_MM)
+    axes: dict[str, Axes] = body.subplot_mosaic(
+        [["path", "far"], ["place", "place"], ["mm", "mm"], ["deg", "deg"]], height_ratios=ROWS
+    )
+    if noise.get("rotors"):
+        above = captions.TRACK_AT_REST
+        _draw_angles(axes["path"], allan, noise, "azimuth")
+        _draw_angles(axes["far"], allan, noise, "elevation")
     else:
+        above = captions.TRACK_PATH
         _draw_path(body, axes["path"], track)
         _draw_distance(axes["far"], track)
     remark = _draw_place(axes["place"], track, bool(origin.get("still")))
-    for unit in NAMES:
-        _draw_deviations(axes[unit], track, unit)
-    for one in (axes["place"], axes["mm"]):
-        one.tick_params(labelbottom=False)
+    _draw_deviations(axes["mm"], track, "mm", "position", "Position (mm)")
+    _draw_deviations(axes["deg"], track, "deg", "rotation", "Rotation (°)")
+    one = (track["n_hits_master"] > 0) ^ (track["n_hits_slave"] > 0)
+    for key in ("place", "mm", "deg"):
+        if one.any():
+            how: Keywords = {"color": FAINT, "lw": 0, "zorder": 0, "label": "one station sees it"}
+            across = axes[key].get_xaxis_transform()
+            axes[key].fill_between(
+                track["time_s"], 0, 1, where=one, transform=across, step="mid", **how
+            )
+        axes[key].set(xlim=(track["time_s"][0], track["time_s"][-1]))
+        axes[key].tick_params(labelbottom=key == "deg")
     axes["deg"].set_xlabel("Time (s)")
-    drawn = [axes[key] for key in ("path", "far", "place", "mm", "deg")]
-    letters(drawn)
-    legend_below(body, drawn)
-    above = captions.TRACK_AT_REST if at_rest else captions.TRACK_PATH
+    figure.letters(axes.values())
+    figure.legend_below(body, axes.values())
     return Picture(body, f"{above} {captions.TRACK} {remark}".strip())
 
 
 def _draw_path(body: SubFigure, axes: Axes, track: Columns) -> None:
     """y against x on one scale, axes as in the calibration's figure; colour: total sd."""
-    from matplotlib.ticker import MaxNLocator
-
     panel_title(axes, "Path from above")
-    x, y = track["x_mm"] / 1e3, track["y_mm"] / 1e3
-    kind = "total" if np.isfinite(track["sd_x_mm"]).any() else "noise"
-    sd, good = lengths(track, kind, "mm"), settled(track)
+    x, y, good = track["x_mm"] / 1e3, track["y_mm"] / 1e3, settled(track)
+    sd = lengths(track, "total" if np.isfinite(track["sd_x_mm"]).any() else "noise", "mm")
     low, high = sd[good].min(), sd[good].max()
     how: Keywords = {"s": 7.0, "lw": 0, "cmap": "cividis", "rasterized": x.size > DENSE}
     dots = axes.scatter(x, y, c=sd, vmin=low, vmax=max(high, 1.001 * low), **how)
-    middle = [(v[good].max() + v[good].min()) / 2 for v in (x, y)]
-    half = max(np.ptp(v[good]) for v in (x, y)) * (0.5 + SPREAD) + 1e-4
-    across, up = ((m - half, m + half) for m in middle)
-    axes.set(xlim=across, ylim=up)
-    axes.set_aspect("equal")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
-    axes.set(xlabel=AXIS_NAMES[0], ylabel=AXIS_NAMES[1])
+    half = max(np.ptp(v[good]) for v in (x, y)) * 0.58 + 1e-4
+    across, up = ((v[good].max() + v[good].min()) / 2 + [-half, half] for v in (x, y))
+    axes.set(xlim=across, ylim=up, aspect="equal", xlabel=NAMES[0], ylabel=NAMES[1])
+    axes.locator_params(nbins=3, steps=[1, 2, 5, 10])
     bar = body.colorbar(dots, cax=axes.inset_axes((1.07, 0.05, 0.04, 0.88)))
-    bar.ax.set_title("mm", fontsize=SMALL_PT, fontweight="normal", loc="center")
+    bar.ax.set_title("mm", fontsize=figure.SMALL_PT, fontweight="normal", loc="center")
     bar.outline.set_visible(False)
 
 
@@ -125,10 +117,10 @@ def _draw_distance(axes: Axes, track: Columns) -> None:
     """Standard deviations of position against the distance from the master."""
     far = np.sqrt(sum((track[f"{axis}_mm"] / 1e3) ** 2 for axis in "xyz"))
     values = {kind: lengths(track, kind, "mm") for kind in CURVES}
-    for kind, (_, look) in CURVES.items():
+    for kind, look in CURVES.items():
         how: Keywords = {"ls": "", "marker": ".", "ms": 2.0, "mew": 0, "alpha": 0.6}
         axes.plot(far, values[kind], **how, color=look["color"], rasterized=far.size > DENSE)
-    log_axis(axes, "y", log_limits(values.values()))
+    figure.log_axis(axes, "y", log_limits(values.values()))
     good = far[settled(track)]
     room = 0.05 * np.ptp(good) + 1e-4
     panel_title(axes, "Position against distance")
@@ -138,50 +130,70 @@ def _draw_distance(axes: Axes, track: Columns) -> None:
 
 
 def _draw_place(axes: Axes, track: Columns, still: bool) -> str:
-    """Position about its mean over time, at rest with the noise that is to be expected; moments
-    that one station sees shaded. Returns a sentence on a board at rest."""
-    time, off = track["time_s"], deviations_mm(track)
-    unit, scale, remark, sentence = "m", 1e-3, "", ""
+    """Position about its mean over time, at rest with the noise that is to be expected. Returns a
+    sentence on a board at rest."""
+    off, remark, sentence = deviations_mm(track), "", ""
+    unit, scale = ("mm", 1.0) if still else ("m", 1e-3)
     if still:
-        unit, scale = "mm", 1.0
-        mm, deg = jitter(track)
-        remark = f"jitter {significant(mm, 2)} mm, {significant(deg, 2)}°"
-        noise = np.sqrt(np.nanmean(lengths(track, "noise", "mm") ** 2))
+        mm, deg = (significant(value, 2) for value in jitter(track))
+        noise = significant(float(np.sqrt(np.nanmean(lengths(track, "noise", "mm") ** 2))), 2)
+        remark = f"jitter {mm} mm, {deg}°"
         sentence = (
-            f"The board was at rest: (c) shows jitter of {significant(mm, 2)} mm, the noise of the"
-            f" hits makes {significant(float(noise), 2)} mm (both lengths of vectors)."
+            f"The board was at rest: (c) shows jitter of {mm} mm, the noise of the hits makes "
+            f"{noise} mm (both lengths of vectors)."
         )
     for k, (name, look) in enumerate(LOOKS.items()):
-        own: Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.9}
-        axes.plot(time, scale * off[:, k], label=f"{name}, about its mean", **own)
+        how: Keywords = {"color": look.colour, "ls": look.dashes, "lw": 0.9}
+        axes.plot(track["time_s"], scale * off[:, k], label=f"{name}, about its mean", **how)
         if still:
             sd = track[f"sd_noise_{name}_mm"]
-            axes.fill_between(time, -sd, sd, color=look.colour, **BAND)
+            axes.fill_between(track["time_s"], -sd, sd, color=look.colour, **BAND)
     shown = scale * off[settled(track)]
     room = 0.1 * np.ptp(shown) + 1e-6
-    axes.set(ylim=(shown.min() - room, shown.max() + room))
-    _shade_one_station(axes, track)
+    axes.set(ylim=(shown.min() - room, shown.max() + room), ylabel=f"Position ({unit})")
     panel_title(axes, "Position", remark)
-    axes.set(xlim=(time[0], time[-1]), ylabel=f"Position ({unit})")
     return sentence
 
 
-def _draw_deviations(axes: Axes, track: Columns, unit: str) -> None:
+def _draw_deviations(axes: Axes, track: Columns, unit: str, name: str, label: str) -> None:
     """Standard deviations over time: three curves."""
-    time = track["time_s"]
     values = {kind: lengths(track, kind, unit) for kind in CURVES}
-    for kind, (label, look) in CURVES.items():
-        axes.plot(time, values[kind], label=label, **look)
-    log_axis(axes, "y", log_limits(values.values()))
-    _shade_one_station(axes, track)
-    panel_title(axes, f"Standard deviation of {NAMES[unit].split(' ')[0].lower()}")
-    axes.set(xlim=(time[0], time[-1]), ylabel=NAMES[unit])
+    for kind, look in CURVES.items():
+        axes.plot(track["time_s"], values[kind], **look)
+    figure.log_axis(axes, "y", log_limits(values.values()))
+    panel_title(axes, f"Standard deviation of {name}")
+    axes.set_ylabel(label)
 
 
-def _shade_one_station(axes: Axes, track: Columns) -> None:
-    """Moments that one station alone sees."""
-    one = (track["n_hits_master"] > 0) ^ (track["n_hits_slave"] > 0)
-    if one.any():
-        how: Keywords = {"color": FAINT, "lw": 0, "zorder": 0, "label": "one station sees it"}
-        across = axes.get_xaxis_transform()
-        axes.fill_between(track["time_s"], 0, 1, where=one, transform=across, step="mid", **how)
+def _draw_angles(axes: Axes, allan: Columns, noise: Record, axis: str) -> None:
+    """Common and independent part of both stations against the averaging time, with intervals, and
+    the rounding of the clock: white noise of step / sqrt(24), as far as it is dithered."""
+    panel_title(axes, f"Angles at rest, {axis}")
+    shown, taus = [], []
+    for role, colour in zip(ROLES, COLOURS, strict=True):
+        for part, dashes in DASHES.items():
+            own = (allan["series"] == f"{role}_{axis}_{part}") & (allan["estimator"] == "oadev")
+            if not own.any():
+                continue
+            tau = np.asarray(allan["tau_s"][own], dtype=np.float64)
+            adev, low, high = (
+                1e6 * np.asarray(allan[f"adev{end}_rad"][own], dtype=np.float64)
+                for end in ("", "_lower", "_upper")
+            )
+            axes.plot(tau, adev, label=f"{role}, {part} part", color=colour, ls=dashes, lw=1.1)
+            axes.fill_between(tau, low, high, color=colour, **BAND)
+            shown.append(adev)
+            taus.append(tau)
+    if not taus:
+        figure.say(axes, "No diode was hit in half of the sweeps")
+        return
+    x = log_limits(taus, 1.0)
+    steps = [1e6 * r["step_rad"] for r in noise["rotors"] if r["step_rad"]]
+    if steps:
+        rounding = steps[0] / EDGES * np.sqrt(min(float(tau[0]) for tau in taus) / np.array(x))
+        how: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (1, 1.5))}
+        axes.plot(x, rounding, label="rounding by the clock, dithered", **how)
+        axes.axhline(steps[0], color=GREY, lw=0.8, label="step of the clock")
+        shown.append(np.array([steps[0], rounding[0]]))
+    figure.log_axes(axes, (x, log_limits(shown, 1.0)))
+    axes.set(xlabel="Averaging time τ (s)", ylabel="Allan deviation (µrad)")

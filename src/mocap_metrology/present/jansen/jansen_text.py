@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TypeVar
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mocap_metrology.lighthouse.published import (
-    AVERAGE,
-    AVERAGE_SD,
-    MAE,
-    NOTES,
-    OVERALL,
-    QUANTITIES,
-    RECORDINGS,
-    SETUPS,
-)
-from mocap_metrology.present.jansen.jansen_tables import Variant, paper_setup, pose_of
+from mocap_metrology.lighthouse import published
+from mocap_metrology.lighthouse.published import QUANTITIES, RECORDINGS, SETUPS
+from mocap_metrology.papers.jansen import LAST, Variant, paper_setup, pose_of
 from mocap_metrology.present.tables import Record, Row, aligned
 from mocap_metrology.present.text.numbers import significant
 
@@ -63,74 +54,79 @@ COMMON = (
     "poses in the wrong one of the two minima of a flat board."
 )
 
-
 ANGLES = (
     "An angle error of the optics moves the slave by angle times distance: at 2 to 6 m the "
     "published 1.2 to 1.8° would be 40 to 190 mm, but 20 to 29 mm are published. Part of J's "
     "angle errors may therefore come from the mounts: a mount rotated on its housing causes such "
     "errors without a change of position. The mounts of the twins are straight."
 )
-K = TypeVar("K")
+SIDE_BY_SIDE = "Stage final, of each estimator with factory values where it was run with them."
+CAUTION = (
+    "An SD of {n} calibrations (J: {of_paper}) is {low:.2g} to {high:.2g} times the true one (95 %,"
+    " normal errors), and one failed calibration can dominate it: read the ratios as orders of"
+    " magnitude."
+)
 
 
 def markdown(number: int, rows: Sequence[Row], records: Sequence[Record], note: str = "") -> str:
     """Markdown of `jansen_table` or `jansen_table_3`: all variants in one table, what differs by
     more than a factor of four and why, then each variant by setup. note: of the sources."""
+    caption = CAPTIONS[number], COMMON, published.NOTES[number], note
     lines = [f"# Jansen et al. 2019, Table {'I' * number}: {TITLES[number]}", ""]
-    lines += [" ".join(filter(None, (CAPTIONS[number], COMMON, NOTES[number], note))), ""]
+    lines += [" ".join(filter(None, caption)), ""]
     if number == 3:
-        for noise in dict.fromkeys(row["noise"] for row in rows):
-            of_noise = [row for row in rows if row["noise"] == noise]
-            n = max((row["n"] for row in of_noise), default=0)
-            setups = max((row["n_setups"] for row in of_noise), default=0)
-            counts = f"{_counted(setups, 'setup')}, {_counted(n, 'calibration')}"
-            lines += [f"## Noise: {noise} ({counts})", ""]
-            for last in (MAE, AVERAGE_SD):
-                lines += [f"### {last}", "", *_summary(of_noise, last), ""]
-                if last == AVERAGE_SD:
-                    lines += _caution([n // setups] if setups else [])
-                lines += _explained(of_noise, last, ideal_rotors=True)
-        return "\n".join(lines)
-    last = {1: OVERALL, 2: AVERAGE}[number]
+        return "\n".join([*lines, *_simulation(rows)])
+    last = LAST[number]
     lines += [f"## {last}", "", *_summary(rows, last), ""]
     if number == 2:
         lines += _caution([row["n"] for row in rows if row["setup"] != last])
     lines += _explained(rows, last)
-    gained = gain([r for r in records if paper_setup(r["setup"])]) if number == 1 else ""
-    lines += [gained, ""] if gained else []
-    lines += [ANGLES, ""] if number == 1 and any(row["n"] for row in rows) else []
-    lines += _beside(rows, last)
+    if number == 1:
+        gained = gain([r for r in records if paper_setup(r["setup"])])
+        lines += [gained, ""] if gained else []
+        lines += [ANGLES, ""] if any(row["n"] for row in rows) else []
+    by_variant = {v: own for v, own in _by_variant(rows).items() if any(row["n"] for row in own)}
+    lines += _beside(by_variant, last)
     lines += ["## By setup", "", "Regenerated, in brackets published.", ""]
-    for variant, own in _grouped(rows, _variant):
-        if any(row["n"] for row in own):
-            lines += [f"### {variant}", "", *_by_setup(own, last), ""]
+    for variant, own in by_variant.items():
+        lines += [f"### {variant}", "", *_by_setup(own, last), ""]
     return "\n".join(lines)
 
 
-def _variant(row: Row) -> Variant:
-    return Variant(row["estimator"], row["stage"], row["optics"])
+def _simulation(rows: Sequence[Row]) -> list[str]:
+    lines = []
+    for noise in dict.fromkeys(row["noise"] for row in rows):
+        own = [row for row in rows if row["noise"] == noise]
+        n, setups = (max((row[key] for row in own), default=0) for key in ("n", "n_setups"))
+        counts = f"{_counted(setups, 'setup')}, {_counted(n, 'calibration')}"
+        lines += [f"## Noise: {noise} ({counts})", ""]
+        for last in (published.MAE, published.AVERAGE_SD):
+            lines += [f"### {last}", "", *_summary(own, last), ""]
+            if last == published.AVERAGE_SD:
+                lines += _caution([n // setups] if setups else [])
+            lines += _explained(own, last, ideal_rotors=True)
+    return lines
 
 
-def _grouped(rows: Iterable[Row], key: Callable[[Row], K]) -> list[tuple[K, list[Row]]]:
-    groups: dict[K, list[Row]] = {}
+def _by_variant(rows: Sequence[Row]) -> dict[Variant, list[Row]]:
+    groups: dict[Variant, list[Row]] = {}
     for row in rows:
-        groups.setdefault(key(row), []).append(row)
-    return list(groups.items())
+        variant = Variant(row["estimator"], row["stage"], row["optics"])
+        groups.setdefault(variant, []).append(row)
+    return groups
 
 
 def _summary(rows: Sequence[Row], last: str) -> list[str]:
     """One line a variant, the published one first; in brackets regenerated over published."""
     own = [row for row in rows if row["setup"] == last]
-    published = {row["quantity"]: row["published"] for row in own}
+    printed = {row["quantity"]: row["published"] for row in own}
     table = [["estimator", "stage", "optics", *HEAD, "mirrored", "n"]]
-    table.append(["published", "", "", *(significant(published.get(q)) for q in QUANTITIES)])
-    table[-1] += ["", ""]
-    for variant, of_it in _grouped(own, _variant):
+    table.append(["published", "", "", *(significant(printed.get(q)) for q in QUANTITIES), "", ""])
+    for variant, of_it in _by_variant(own).items():
         cells = {row["quantity"]: _with_ratio(row) for row in of_it}
         share, n = of_it[0]["mirrored_share"], of_it[0]["n"]
         percent = "" if math.isnan(share) else f"{100 * share:.2g} %"
-        kind = [variant.estimator, variant.stage, variant.optics]
-        table.append([*kind, *(cells[q] for q in QUANTITIES), percent, str(n)])
+        table.append([*vars(variant).values(), *(cells[q] for q in QUANTITIES), percent, str(n)])
     return aligned(table)
 
 
@@ -153,79 +149,63 @@ def _caution(counts: Sequence[int]) -> list[str]:
     if n >= RECORDINGS:
         return []
     low, high = (math.sqrt(chi2.ppf(p, n - 1) / (n - 1)) for p in (0.025, 0.975))
-    said = (
-        f"An SD of {n} calibrations (J: {RECORDINGS}) is {low:.2g} to {high:.2g} times the true "
-        "one (95 %, normal errors), and one failed calibration can dominate it: read the ratios "
-        "as orders of magnitude."
-    )
-    return [said, ""]
+    return [CAUTION.format(n=n, of_paper=RECORDINGS, low=low, high=high), ""]
 
 
-def _beside(rows: Sequence[Row], last: str) -> list[str]:
+def _beside(by_variant: Mapping[Variant, Sequence[Row]], last: str) -> list[str]:
     """Published and the final stage of `BESIDE` in columns, a row a setup; of each estimator with
     factory values, where it has been run with these."""
-    found = {v: own for v, own in _grouped(rows, _variant) if any(row["n"] for row in own)}
     shown = {}
     for name in BESIDE:
-        finals = [v for v in found if (v.estimator, v.stage) == (name, "final")]
+        finals = [v for v in by_variant if (v.estimator, v.stage) == (name, "final")]
         if finals:
             best = next((v for v in finals if v.optics == "factory"), finals[0])
-            shown[best] = {(row["setup"], row["quantity"]): row for row in found[best]}
-    lines: list[str] = []
-    for quantities, head in ((QUANTITIES[:3], HEAD[:3]), (QUANTITIES[3:], HEAD[3:])):
-        unit = head[0].split()[1]
-        title = " / ".join(one.split()[0] for one in head) + f" {unit}"
+            shown[best] = {(row["setup"], row["quantity"]): row for row in by_variant[best]}
+    if not shown:
+        return []
+    columns = [("published", next(iter(shown.values())))]
+    columns += [("regenerated", cells) for cells in shown.values()]
+    lines = ["## Estimators side by side", "", SIDE_BY_SIDE, ""]
+    for own in (slice(3), slice(3, 6)):
+        title = " / ".join(one.split()[0] for one in HEAD[own]) + f" {HEAD[own][0].split()[1]}"
         table = [[title, "published", *(f"{v.estimator}, {v.optics}" for v in shown)]]
-        for setup in (s for s in (*SETUPS, last) if _calibrated(shown, s)):
-            columns = [("published", next(iter(shown.values())))] if shown else []
-            columns += [("regenerated", cells) for cells in shown.values()]
-            values = [[cells[setup, q][key] for q in quantities] for key, cells in columns]
-            table.append([setup, *(" / ".join(map(significant, v)) for v in values)])
+        for setup in (*SETUPS, last):
+            if any(np.isfinite(c[setup, "x_mm"]["regenerated"]) for c in shown.values()):
+                values = [[c[setup, q][key] for q in QUANTITIES[own]] for key, c in columns]
+                table.append([setup, *(" / ".join(map(significant, v)) for v in values)])
         lines += [*aligned(table), ""]
-    said = "Stage final, of each estimator with factory values where it was run with them."
-    return ["## Estimators side by side", "", said, "", *lines] if shown else []
-
-
-def _calibrated(shown: Mapping[Variant, Mapping[tuple[str, str], Row]], setup: str) -> bool:
-    return any(np.isfinite(c[setup, QUANTITIES[0]]["regenerated"]) for c in shown.values())
+    return lines
 
 
 def _by_setup(rows: Sequence[Row], last: str) -> list[str]:
     cells = {(row["setup"], row["quantity"]): row for row in rows}
-    counts = {row["setup"]: row["n"] for row in rows}
     table = [["setup", *HEAD, "n"]]
     for setup in (*SETUPS, last):
-        shown = [
-            f"{significant(row['regenerated'])} ({row['published']:g})".lstrip()
-            for row in (cells[setup, q] for q in QUANTITIES)
-        ]
-        table.append([setup, *shown, str(counts[setup])])
+        shown = [cells[setup, q] for q in QUANTITIES]
+        texts = [f"{significant(r['regenerated'])} ({r['published']:g})".lstrip() for r in shown]
+        table.append([setup, *texts, str(shown[0]["n"])])
     return aligned(table)
 
 
 def _explained(rows: Sequence[Row], last: str, ideal_rotors: bool = False) -> list[str]:
     """A line for the variants with the same values beyond the factor: which, and why."""
-    said: dict[str, list[str]] = {}
+    larger: dict[str, list[str]] = {}
     smaller = []
-    for variant, own in _grouped([r for r in rows if r["setup"] == last], _variant):
-        far = [r for r in own if r["ratio"] > FACTOR]
-        if far:
-            which = ", ".join(HEAD[QUANTITIES.index(r["quantity"])][0] for r in far)
+    for variant, own in _by_variant([r for r in rows if r["setup"] == last]).items():
+        which = [HEAD[QUANTITIES.index(r["quantity"])][0] for r in own if r["ratio"] > FACTOR]
+        if which:
             why = reason(variant, own[0]["mirrored_share"], ideal_rotors)
-            text = f"{which} above {FACTOR:g} times the published value: {why}."
-            said.setdefault(text, []).append(str(variant))
+            text = f"{', '.join(which)} above {FACTOR:g} times the published value: {why}."
+            larger.setdefault(text, []).append(str(variant))
         if any(r["ratio"] < 1 / FACTOR for r in own):
             smaller.append(str(variant))
-    lines = [f"- {'; '.join(variants)}: {text}" for text, variants in said.items()]
-    lines += [
-        f"- {cause.capitalize()}: {meaning}."
-        for cause, meaning in MEANINGS.items()
-        if any(cause in text for text in said)
-    ]
+    lines = [f"- {'; '.join(variants)}: {text}" for text, variants in larger.items()]
+    for cause, meaning in MEANINGS.items():
+        if any(cause in text for text in larger):
+            lines.append(f"- {cause.capitalize()}: {meaning}.")
     if smaller:
-        lines.append(
-            f"- Below a quarter of the published value in some column: {'; '.join(smaller)}."
-        )
+        names = "; ".join(smaller)
+        lines.append(f"- Below a quarter of the published value in some column: {names}.")
     return [*lines, ""] if lines else []
 
 
@@ -236,11 +216,8 @@ def reason(variant: Variant, mirrored: float, ideal_rotors: bool = False) -> str
     """
     causes = []
     if mirrored > MIRRORED:
-        last = (
-            " and the last minimisation assumes that their rotations are exact"
-            if variant.stage == "final" and variant.estimator != "paper-lm"
-            else ""
-        )
+        exact = variant.stage == "final" and variant.estimator != "paper-lm"
+        last = " and the last minimisation assumes that their rotations are exact" * exact
         share = f"{100 * mirrored:.2g} % of the board poses are mirrored"
         causes.append(f"{share}, as J's may have been{last}")
     if variant.optics == "ideal" and not ideal_rotors:
@@ -250,9 +227,10 @@ def reason(variant: Variant, mirrored: float, ideal_rotors: bool = False) -> str
     return "; ".join(causes or [OTHERS])
 
 
-def gain(records: Sequence[Record], estimator: str = "paper-lm", stage: str = "final") -> str:
-    """By what factor the factory values cut the errors, over calibrations that have both."""
-    ideal, factory = (Variant(estimator, stage, optics) for optics in ("ideal", "factory"))
+def gain(records: Sequence[Record]) -> str:
+    """By what factor the factory values cut the errors of `paper-lm`, over calibrations that have
+    both."""
+    ideal, factory = (Variant("paper-lm", "final", optics) for optics in ("ideal", "factory"))
     each = [(pose_of(r, ideal), pose_of(r, factory)) for r in records]
     pairs = [(a, b) for a, b in each if a is not None and b is not None]
     if not pairs:
@@ -265,7 +243,7 @@ def gain(records: Sequence[Record], estimator: str = "paper-lm", stage: str = "f
     )
     frame = "between the optical frames of the twins" if optical else "against the reference"
     return (
-        f"Factory values reduce the mean error of {estimator}, {stage}, {frame} from "
+        f"Factory values reduce the mean error of paper-lm, final, {frame} from "
         f"{significant(mm[0])} to {significant(mm[1])} mm ({mm[0] / mm[1]:.1f} times) and from "
         f"{significant(deg[0])} to {significant(deg[1])}° ({deg[0] / deg[1]:.1f} times; "
         f"{len(pairs)} calibrations)."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,40 +10,18 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
+from mocap_metrology.lighthouse.assess.pose_file import matrix_and_metres
 from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE, Path
 from mocap_metrology.present.calibration.calibration_files import (
     CalibrationFiles,
+    Paths,
     Pose,
-    pose_of,
     thinned,
 )
-from mocap_metrology.present.calibration.views import COLOURS
-from mocap_metrology.present.jansen.space import (
-    HEAD,
-    IN_SPACE,
-    arc,
-    arrow,
-    clearest,
-    draw_frame,
-    freest,
-    name,
-    outline,
-    ring,
-    show,
-    unclipped,
-    widest,
-)
-from mocap_metrology.present.plot.figure import (
-    FAINT,
-    GREY,
-    INK,
-    SMALL_PT,
-    Keywords,
-    Picture,
-    legend_below,
-    new_figure,
-    styled,
-)
+from mocap_metrology.present.calibration.stations import COLOURS
+from mocap_metrology.present.jansen import signal, space
+from mocap_metrology.present.plot import figure
+from mocap_metrology.present.plot.figure import FAINT, GREY, INK, Keywords, Picture
 from mocap_metrology.present.text import captions
 from mocap_metrology.present.text.numbers import number
 
@@ -51,22 +29,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
+TITLES = {
+    3: "signal of a photodiode over a measurement cycle",
+    5: "azimuth and elevation of a photodiode",
+    6: "board poses from both stations, both at the origin",
+    7: "the slave's path superposed on the master's",
+    8: "pose of the slave by T and R",
+}
 N_BOARDS = 7
 DENSE = 500  # so many dots are an image in an SVG
-DOTS: Keywords = {"ls": "", "mew": 0, "markersize": 1.9}
-BEFORE = DOTS | {"color": "#c06a52", "marker": "s", "markersize": 1.5}
-BETWEEN = DOTS | {"color": "#757575", "marker": "s", "markersize": 1.5}
-AFTER = DOTS | {"color": COLOURS[SLAVE], "marker": "s", "markersize": 1.6}
+DOTS: Keywords = {"ls": "", "mew": 0, "marker": "s", "markersize": 1.6}
+BEFORE, BETWEEN = DOTS | {"color": "#c06a52"}, DOTS | {"color": "#757575"}
+AFTER = DOTS | {"color": COLOURS[SLAVE]}
 OWN = DOTS | {"color": COLOURS[MASTER], "marker": "o", "markersize": 2.4}
-GHOST: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (2, 1.4))}
-PALE: Keywords = {"color": "#757575", "lw": 0.9}
-AXES, REFERENCE, TURN = 0.14, 1.15, 0.75  # length of axes in that of the room; in that of axes
-LEFT = -0.36  # title of a panel wider than its square
-NEAR_TICKS = 4
-WHOLE, NEAR = (1.2, 0.8), (0.84, 0.8)  # size of a drawing in its panel
-WIDE, HIGH, BESIDE = 0.8, 0.45, 0.6  # of names about a station, in lengths of axes
-CORE, ROOM = (5, 95), 0.2  # percentiles of a path, and what is added of their distance
-PAGE_MM = 180.0
+LENGTH = 0.14  # of the axes of a frame, in that of the room
+WHOLE, NEAR, ALONE = (0.76, 0.85), (0.76, 0.7), (1.25, 0.88)  # size of a drawing in its panel
 STAGES = {
     "kabsch": "from the superposition of both paths (Kabsch)",
     "final": "after the last minimisation",
@@ -74,11 +51,31 @@ STAGES = {
 }
 
 
+def jansen_figures(files: CalibrationFiles, pulses: Mapping[str, np.ndarray]) -> dict[int, Picture]:
+    """Figures 3, 5, 6, 7 and 8 of J from one calibration, by number.
+
+    pulses: columns of pulses.parquet. Figures 6 to 8 show the Kabsch stage of `paper` with ideal
+    optics, as J's do; of the chosen pose where the calibration has it not.
+    """
+    source = f"Source: calibration {files.name}, {files.kind}."
+    titles = {k: f"Jansen et al. 2019, Figure {k}: {text}" for k, text in TITLES.items()}
+    shown = Superposed.of(files)
+    point = space.clearest_point(shown.paths, files.board)
+    four_cycles = signal.signal_of(pulses, files.sweeps)
+    return {
+        3: signal.signal_figure(four_cycles, titles[3], source),
+        5: space.angles_figure(point, titles[5], source),
+        6: paths_figure(shown, titles[6], source),
+        7: superposition_figure(shown, titles[7], source),
+        8: slave_figure(shown, titles[8], source),
+    }
+
+
 @dataclass(frozen=True)
 class Superposed:
     """What the three figures show: both paths in their own frames, the pose, and the truth."""
 
-    paths: tuple[Path, Path]
+    paths: Paths
     board: np.ndarray
     pose: Pose
     reference: Pose | None
@@ -86,32 +83,30 @@ class Superposed:
     mirrored: float | None = None  # share of the board poses
 
     @classmethod
-    def of(
-        cls, given: CalibrationFiles, estimator: str = "paper", optics: str = "ideal"
-    ) -> Superposed:
-        """Of the Kabsch stage of an estimator; else of `paper-lm`, or of the chosen pose.
+    def of(cls, files: CalibrationFiles) -> Superposed:
+        """Of the Kabsch stage of `paper`, else of `paper-lm`, or of the chosen pose.
 
         Raises `Refusal` where the calibration has neither.
         """
-        known = (given.estimate(name, "kabsch", optics) for name in (estimator, "paper-lm"))
-        entry = next((one for one in known if one is not None), given.chosen)
-        paths = None if entry is None else given.paths(entry["estimator"], entry["optics"])
+        known = (files.estimate(name, "kabsch", "ideal") for name in ("paper", "paper-lm"))
+        entry = next((one for one in known if one is not None), files.chosen)
+        paths = None if entry is None else files.paths(entry["estimator"], entry["optics"])
         if entry is None or paths is None:
             raise Refusal(
-                f"{given.name}: no pose with a path of the board;"
+                f"{files.name}: no pose with a path of the board;"
                 " expected one for Figures 5 to 8 of J"
             )
         label = (
             f"Board poses by the estimator {entry['estimator']} with {entry['optics']} optics; R"
             f" and T {STAGES.get(entry['stage'], entry['stage'])}."
         )
-        share = entry.get("mirrored_share")
-        return cls(paths, given.board, pose_of(entry), given.reference, label, share)
+        pose, share = matrix_and_metres(entry), entry.get("mirrored_share")
+        return cls(paths, files.board, pose, files.reference, label, share)
 
-    def caption(self, figure: int, outside: Sequence[int] = ()) -> str:
+    def caption(self, number: int, outside: Sequence[int] = ()) -> str:
         """Caption of a figure: what the dots are, those off the path included; outside: how many
         are beyond each of its enlarged panels."""
-        apart = (
+        mirrored = (
             "Dots off the path: the search for that board pose ended elsewhere, in the other"
             f" minimum of a flat board (mirrored poses, {100 * self.mirrored:.2g} % here, many of"
             " them near the path) or before any minimum."
@@ -119,157 +114,124 @@ class Superposed:
             else ""
         )
         panels = zip("bc", outside, strict=False)
-        beyond = [f"{n} dots are outside of ({panel})" for panel, n in panels if n]
-        ends = [f"{' and '.join(beyond)}."] if beyond else []
-        return " ".join(filter(None, (captions.JANSEN[figure], self.label, apart, *ends)))
+        beyond = " and ".join(f"{n} dots are outside of ({panel})" for panel, n in panels if n)
+        parts = captions.JANSEN[number], self.label, mirrored, f"{beyond}." if beyond else ""
+        return " ".join(filter(None, parts))
 
 
-@styled()
-def paths_figure(given: Superposed, title: str, source: str) -> Picture:
+@figure.styled()
+def paths_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 6: board poses as each station sees them, both stations at the origin."""
-    body = new_figure(title, source, PAGE_MM)
+    body = figure.new_figure(title, source, 135.0)
     axes = _panels(body)
-    points = np.vstack([np.zeros((1, 3)), *(_usual(path.t_m) for path in given.paths)])
-    view, length = widest(points), AXES * float(np.ptp(points, axis=0).max())
-    floor = show(axes["all"], points, view, WHOLE)[0, 2]
+    points = np.vstack([np.zeros((1, 3)), *(_usual(path.t_m) for path in shown.paths)])
+    view, length = space.widest(points), LENGTH * float(np.ptp(points, axis=0).max())
+    space.show(axes["all"], points, view, WHOLE)
     outside = []
-    for station, (path, how) in enumerate(zip(given.paths, (OWN, AFTER), strict=True)):
-        near, boards = axes[("left", "right")[station]], _boards(path, given.board)
+    for station, (path, how) in enumerate(zip(shown.paths, (OWN, AFTER), strict=True)):
+        near, boards = axes[("left", "right")[station]], _boards(path, shown.board)
         near.set_title(f"({'bc'[station]}) As the {ROLES[station]} sees it", loc="left")
-        limits = show(near, np.vstack([path.t_m[_core(path.t_m)], *boards]), view, NEAR, NEAR_TICKS)
-        outside.append(_n_outside(limits, path.t_m))
+        core = np.vstack([path.t_m[_core(path.t_m)], *boards])
+        outside.append(_n_outside(space.show(near, core, view, NEAR, 4), path.t_m))
         for into in (axes["all"], near):
             _dots(into, path.t_m, f"path of the board from the {ROLES[station]}", how)
             _draw_boards(into, boards, COLOURS[station])
-        _drop(axes["all"], np.median(path.t_m, axis=0), floor)
-    axes["all"].set_title("(a) Both stations at the origin", loc="left", x=LEFT)
-    draw_frame(axes["all"], (np.eye(3), np.zeros(3)), length, INK, view)
-    _drop(axes["all"], np.zeros(3), floor)
-    unclipped(axes.values())
-    legend_below(body, axes.values())
-    return Picture(body, given.caption(6, outside))
+    axes["all"].set_title("(a) Both stations at the origin", loc="left")
+    space.draw_frame(axes["all"], (np.eye(3), np.zeros(3)), length, INK)
+    space.unclipped(axes.values())
+    figure.legend_below(body, axes.values())
+    return Picture(body, shown.caption(6, outside))
 
 
-@styled()
-def superposition_figure(given: Superposed, title: str, source: str) -> Picture:
+@figure.styled()
+def superposition_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 7: the slave's path moved onto the master's: shifted with its centroid, turned by R
     about it. The shift is not the T of Figure 8, R c + T = c + shift for the centroid c."""
-    master, slave = (path.t_m for path in given.paths)
-    R, t = given.pose
+    (master, slave), (R, t) = (path.t_m for path in shown.paths), shown.pose
     centre = _usual(slave).mean(axis=0)
     shift = R @ centre + t - centre
     moved, after = slave + shift, slave @ R.T + t
-    body = new_figure(title, source, PAGE_MM)
+    body = figure.new_figure(title, source, 135.0)
     axes = _panels(body)
     points = np.vstack([_usual(p) for p in (master, slave, moved, after)])
-    view, length = widest(points), float(np.linalg.norm(shift))
-    head = HEAD * AXES * float(np.ptp(points, axis=0).max())
-    show(axes["all"], points, view, WHOLE)
+    view = space.widest(points)
+    space.show(axes["all"], points, view, WHOLE)
     own = master, "path from the master", OWN
     shifted = moved, "path from the slave, shifted", BETWEEN
     turned = after, "and turned by R", AFTER
-    for path, text, how in ((slave, "path from the slave", BEFORE), shifted, own, turned):
-        _dots(axes["all"], path, text, how)
-    shown, outside = np.vstack([p[_core(p)] for p in (master, moved, after)]), []
+    for path in ((slave, "path from the slave", BEFORE), shifted, own, turned):
+        _dots(axes["all"], *path)
+    core, outside = np.vstack([p[_core(p)] for p in (master, moved, after)]), []
     for place, other, heading in (
         ("left", shifted, "(b) Shifted"),
         ("right", turned, "(c) And turned by R"),
     ):
-        limits = show(axes[place], shown, view, NEAR, NEAR_TICKS)
+        limits = space.show(axes[place], core, view, NEAR, 4)
         axes[place].set_title(heading, loc="left")
-        outside.append(sum(_n_outside(limits, path) for path, _, _ in (own, other)))
-        for path, text, how in (own, other):
-            _dots(axes[place], path, text, how)
-    axes["all"].set_title("(a) Shift of the centroid and rotation about it", loc="left", x=LEFT)
-    text = f"shift of the centroid, {number(length, 2)} m"
-    arrow(axes["all"], centre, shift, head, color=INK, lw=1.3, zorder=5, label=text)
+        outside.append(_n_outside(limits, own[0]) + _n_outside(limits, other[0]))
+        for path in (own, other):
+            _dots(axes[place], *path)
+    axes["all"].set_title("(a) Shift of the centroid and rotation about it", loc="left")
     about = centre + shift
-    turn = number(float(np.degrees(np.linalg.norm(rotation.log(R)))), 1)
-    for end in _ends(moved, about):
-        way = about + arc(moved[end] - about, R)
-        _curve(axes["all"], way, f"R, {turn}°", color=INK, lw=0.9, zorder=5)
-    unclipped(axes.values())
-    legend_below(body, axes.values())
-    return Picture(body, given.caption(7, outside))
+    how: Keywords = {"color": INK, "lw": 1.3, "zorder": 5}
+    label = f"shift of the centroid, {number(float(np.linalg.norm(shift)), 2)} m"
+    space.curve(axes["all"], np.array([centre, about]), label=label, **how)
+    label = f"R, {number(float(np.degrees(np.linalg.norm(rotation.log(R)))), 1)}°"
+    far = _usual(moved) - about
+    first = far[int(np.argmax(np.linalg.norm(far, axis=1)))]
+    for end in (first, far[int(np.argmin(far @ first))]):
+        space.curve(axes["all"], about + space.arc(end, R), label=label, **how | {"lw": 0.9})
+    space.unclipped(axes.values())
+    figure.legend_below(body, axes.values())
+    return Picture(body, shown.caption(7, outside))
 
 
-@styled()
-def slave_figure(given: Superposed, title: str, source: str) -> Picture:
+@figure.styled()
+def slave_figure(shown: Superposed, title: str, source: str) -> Picture:
     """J Figure 8: R and T applied to the slave at the origin give its pose; the truth beside it."""
-    (R, t), origin = given.pose, np.zeros(3)
-    master, after = given.paths[MASTER].t_m, given.paths[SLAVE].t_m @ R.T + t
+    (R, t), origin, reference = shown.pose, np.zeros(3), shown.reference
+    master, after = shown.paths[MASTER].t_m, shown.paths[SLAVE].t_m @ R.T + t
     places = [origin[None], t[None], _usual(master), _usual(after)]
-    places += [] if given.reference is None else [given.reference[1][None]]
-    longest = float(np.ptp(np.vstack(places), axis=0).max())
-    length = AXES * longest
-    frames = (MASTER, np.eye(3), origin), (SLAVE, R, t)
-    tips = [at + 1.2 * length * turn.T for _, turn, at in frames]
-    view = clearest(np.vstack([origin, t, *tips]))
-    body = new_figure(title, source, 140.0)
-    axes = body.subplots(subplot_kw=IN_SPACE)
-    reach = [place + 1.5 * length * np.vstack([turn.T, -turn.T]) for _, turn, place in frames]
-    floor = show(axes, np.vstack([*places, *reach]), view, (1.2, 0.84))[0, 2]
+    places += [] if reference is None else [reference[1][None]]
+    length = LENGTH * float(np.ptp(np.vstack(places), axis=0).max())
+    frames = (np.eye(3), origin), (R, t)
+    tips = [at + 1.3 * length * turn.T for turn, at in frames]
+    points = np.vstack([*places, *tips])
+    body = figure.new_figure(title, source, 135.0)
+    axes: Axes3D = body.subplots(subplot_kw=space.IN_SPACE)
+    space.show(axes, points, space.widest(points), ALONE)
     _dots(axes, master, "board, from the master", OWN)
     _dots(axes, after, "board, from the slave, after R and T", AFTER)
-    for place in (origin, t, np.median(after, axis=0)):
-        _drop(axes, place, floor)
-    T = f"T = ({_numbers(1e3 * t, 1)}) mm"
-    arrow(axes, origin, t, HEAD * length, color=INK, lw=1.3, zorder=4, label=T)
-    angles = np.degrees(rotation.to_angles(R))
-    turns = [f"{k} = {number(float(v), 2, sign=True)}°" for k, v in zip("αβγ", angles, strict=True)]
-    for k in range(3):
-        ends = np.array([t, t + length * np.eye(3)[k]])
-        _curve(axes, ends, f"axes before R: {', '.join(turns)}", head=False, **PALE)
-        _curve(axes, t + TURN * arc(length * np.eye(3)[k], R), "", **PALE)
-    if given.reference is not None:
-        R_true, t_true = given.reference
-        turned, off = np.degrees(rotation.error(R, R_true)), 1e3 * (t - t_true)
-        text = f"reference; from it T is off by ({_numbers(off, 1)}) mm, "
-        text += f"R turned by ({_numbers(turned, 2)})°"
-        for k in range(3):
-            ends = t_true + np.outer([0, REFERENCE * length], R_true[:, k])
-            _curve(axes, ends, text, head=False, zorder=3, **GHOST)
-    taken = [np.linspace(origin, t, 100)]
-    taken += [t + length * np.linspace(0, 1, 40)[:, None] * axis for axis in np.eye(3)]
-    taken += [t + TURN * arc(length * np.eye(3)[k], R) for k in range(3)]
-    if given.reference is not None:
-        ways = REFERENCE * length * given.reference[0].T
-        taken += [given.reference[1] + np.linspace(0, 1, 40)[:, None] * way for way in ways]
-    for station, turn, place in frames:
-        colour = COLOURS[station]
-        taken.append(draw_frame(axes, (turn, place), length, colour, view, taken))
-        taken.append(np.linspace(place, [*place[:2], floor], 40))
-    about = length * np.vstack([size * ring(view, WIDE, HIGH) for size in (1.0, 1.35)])
-    along = np.vstack([BESIDE * about + share * t for share in (0.5, 0.4, 0.6)])
-    named = zip((*ROLES, "T"), (about, t + about, along), (*COLOURS, INK), strict=True)
-    for text, around, colour in named:  # off all lines
-        taken.append(freest(around, np.vstack(taken), view, (2.5, 1.0))[None])
-        how: Keywords = {"color": colour, "weight": "bold", "size": SMALL_PT, "zorder": 7}
-        name(axes, taken[-1][0], text, **how)
-    unclipped([axes])
-    legend_below(body, [axes], columns=2)
-    return Picture(body, given.caption(8))
+    label = f"T = ({_numbers(1e3 * t, 1)}) mm"
+    space.curve(axes, np.array([origin, t]), color=INK, lw=1.3, zorder=4, label=label)
+    turns = zip("αβγ", np.degrees(rotation.to_angles(R)), strict=True)
+    label = ", ".join(f"{k} = {number(float(v), 2, sign=True)}°" for k, v in turns)
+    pale: Keywords = {"color": "#757575", "lw": 0.9, "label": f"axes before R: {label}"}
+    for way in length * np.eye(3):
+        space.curve(axes, np.array([t, t + way]), head=False, **pale)
+        space.curve(axes, t + 0.75 * space.arc(way, R), **pale)
+    if reference is not None:
+        turned, off = np.degrees(rotation.error(R, reference[0])), 1e3 * (t - reference[1])
+        label = f"reference; from it T is off by ({_numbers(off, 1)}) mm, "
+        label += f"R turned by ({_numbers(turned, 2)})°"
+        ghost: Keywords = {"color": INK, "lw": 0.8, "ls": (0, (2, 1.4)), "label": label}
+        for way in 1.15 * length * reference[0].T:
+            space.curve(axes, reference[1] + np.array([way * 0, way]), head=False, **ghost)
+    for (turn, at), role, colour in zip(frames, ROLES, COLOURS, strict=True):
+        space.draw_frame(axes, (turn, at), length, colour)
+        below = at - 0.6 * length * turn.mean(axis=1)
+        space.write(axes, below, role, color=colour, weight="bold")
+    space.write(axes, 0.5 * t, "T", weight="bold")
+    space.unclipped([axes])
+    figure.legend_below(body, [axes], columns=2)
+    return Picture(body, shown.caption(8))
 
 
 def _panels(body: SubFigure) -> dict[str, Axes3D]:
-    """One panel of all, and two enlarged ones below it."""
+    """A large panel of all, and two enlarged ones beside it."""
     return body.subplot_mosaic(
-        [["all", "all"], ["left", "right"]], height_ratios=[3, 2], subplot_kw=IN_SPACE
+        [["all", "left"], ["all", "right"]], width_ratios=[5, 3], subplot_kw=space.IN_SPACE
     )
-
-
-def _curve(axes: Axes3D, points: np.ndarray, label: str, head: bool = True, **how: object) -> None:
-    """A line through points (n, 3), with an arrow's head at its end."""
-    axes.plot(*points.T, label=label or None, **how)
-    if head:
-        tip = points[-1] - points[-8]
-        axes.quiver(*points[-8], *tip, arrow_length_ratio=1.0, **how)
-
-
-def _drop(axes: Axes3D, point: np.ndarray, floor: float) -> None:
-    """A line from a point down to the floor."""
-    foot = np.array([point, [point[0], point[1], floor]])
-    axes.plot(*foot.T, color=GREY, lw=0.5, ls=(0, (1, 2)), zorder=1)
 
 
 def _dots(axes: Axes3D, points: np.ndarray, label: str, how: Keywords) -> None:
@@ -290,7 +252,7 @@ def _numbers(values: np.ndarray, digits: int) -> str:
 
 
 def _usual(points: np.ndarray) -> np.ndarray:
-    """Ends of all but the farthest hundredth in each coordinate."""
+    """All but the farthest hundredth in each coordinate."""
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     inside = points[((points >= low) & (points <= high)).all(axis=1)]
     return inside if len(inside) else points
@@ -299,10 +261,9 @@ def _usual(points: np.ndarray) -> np.ndarray:
 def _core(points: np.ndarray) -> np.ndarray:
     """Which points are on the path: within the middle nine tenths in each coordinate and a little
     round them."""
-    low, high = np.percentile(points, CORE, axis=0)
-    room = ROOM * (high - low).max()
-    near: np.ndarray = ((points >= low - room) & (points <= high + room)).all(axis=1)
-    return near
+    low, high = np.percentile(points, [5, 95], axis=0)
+    room = 0.2 * (high - low).max()
+    return np.asarray(((points >= low - room) & (points <= high + room)).all(axis=1))
 
 
 def _boards(path: Path, board: np.ndarray) -> list[np.ndarray]:
@@ -310,11 +271,19 @@ def _boards(path: Path, board: np.ndarray) -> list[np.ndarray]:
     path = path.take(_core(path.t_m))
     step = np.linalg.norm(np.diff(path.t_m, axis=0), axis=1)
     far = np.concatenate([[0.0], np.cumsum(np.minimum(step, 5 * np.median(step)))])
-    once = far <= _one_way(path.t_m, far)
-    at = np.searchsorted(far, np.linspace(0, far[once].max(), N_BOARDS))
+    at = np.searchsorted(far, np.linspace(0, far.max(), N_BOARDS))
     corners = outline(board)
     which = np.unique(np.clip(at, 0, len(path) - 1))
     return [path.t_m[k] + corners @ path.R[k].T for k in which]
+
+
+def outline(board: np.ndarray) -> np.ndarray:
+    """Corners (4, 3) of the rectangle round a board in its principal plane, in its own frame."""
+    centre = board.mean(axis=0)
+    axes = np.linalg.svd(board - centre, full_matrices=False)[2][:2]
+    within = (board - centre) @ axes.T
+    (a, c), (b, d) = within.min(axis=0), within.max(axis=0)
+    return np.asarray(centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes)
 
 
 def _draw_boards(axes: Axes3D, boards: list[np.ndarray], colour: str) -> None:
@@ -323,24 +292,3 @@ def _draw_boards(axes: Axes3D, boards: list[np.ndarray], colour: str) -> None:
     axes.add_collection3d(Poly3DCollection(boards, fc=(colour, 0.1), ec=colour, lw=0.6, zorder=2))
     how: Keywords = {"marker": "s", "ls": "", "color": GREY, "markerfacecolor": FAINT, "ms": 6.0}
     axes.plot([], [], [], label="the board in some of its poses", **how)
-
-
-def _one_way(points: np.ndarray, far: np.ndarray) -> float:
-    """How far along the path the board has been everywhere once (within a tenth of its extent)."""
-    low, high = np.percentile(points, [2, 98], axis=0)
-    axis = int(np.argmax(high - low))
-    reach = points[:, axis]
-    tenth = 0.1 * (high - low)[axis]
-    ends = [np.flatnonzero(reach < low[axis] + tenth), np.flatnonzero(reach > high[axis] - tenth)]
-    return float(max(far[end[0]] for end in ends if end.size)) + 1e-9
-
-
-def _ends(points: np.ndarray, centre: np.ndarray) -> np.ndarray:
-    """Two points: the usual one farthest from the centre, and the one most opposite to it."""
-    inside = np.flatnonzero(
-        (np.abs(points - centre) <= np.percentile(np.abs(points - centre), 98, axis=0)).all(axis=1)
-    )
-    about = points[inside] - centre
-    first = int(np.argmax(np.linalg.norm(about, axis=1)))
-    second = int(np.argmin(about @ about[first]))
-    return inside[[first, second]]

@@ -1,74 +1,43 @@
-"""Drawings in space on matplotlib's own axes: parallel projection, equal scales."""
+"""Drawings in space on matplotlib's own axes, parallel projection and equal scales; J Figure 5."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mocap_metrology.present.plot.figure import FAINT, SMALL_PT, Keywords
+from mocap_metrology.lighthouse.records import Path
+from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
+from mocap_metrology.present.calibration.stations import COLOURS, NAMES
+from mocap_metrology.present.plot import figure
+from mocap_metrology.present.plot.figure import FAINT, GREY, INK, LOOKS, Keywords, Picture
+from mocap_metrology.present.text import captions
+from mocap_metrology.present.text.numbers import number
 
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-AZIMUTHS_DEG = (200, 215, 230, 245, 115, 130, 145, 160)  # of the viewer: behind the stations
-ELEVATIONS_DEG = (20, 28, 36)
+View = tuple[float, float]  # azimuth of the viewer, from x towards y, and elevation, in deg
+VIEWS = [(a, e) for a in (200, 215, 230, 245, 115, 130, 145, 160) for e in (20, 28, 36)]
 IN_SPACE: Keywords = {"projection": "3d", "proj_type": "ortho", "computed_zorder": False}
 LEAST = 0.25  # extent of an axis, of the longest one
-HEAD, ASIDE = 0.16, 0.3  # of an axis: head of its arrow, and distance of its letter
 DIAGONAL = 1.03  # of a box, as long as matplotlib draws it, in the side of its square
-LABEL_PT, TICK_PT, UP_PT = -2.0, -2.0, 2.0  # distances of labels and numbers, and of those of z
+LEAST_DEG = 22.0  # angles of Figure 5 as drawn, so that arcs can be distinguished
+MOST_MOMENTS = 60
 
 
-@dataclass(frozen=True)
-class View:
-    """A viewer at this azimuth, from x towards y, and elevation."""
-
-    azimuth_deg: float
-    elevation_deg: float
-
-    @property
-    def page(self) -> np.ndarray:
-        """(2, 3) unit vectors in space to the right and up the page."""
-        a, e = np.radians([self.azimuth_deg, self.elevation_deg])
-        right = [-np.sin(a), np.cos(a), 0.0]
-        return np.array([right, [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]])
-
-    def flat(self, points: np.ndarray) -> np.ndarray:
-        """(..., 3) to (..., 2) on the page, right and up, in the same unit."""
-        flat: np.ndarray = np.asarray(points) @ self.page.T
-        return flat
-
-
-VIEWS = tuple(View(a, e) for a in AZIMUTHS_DEG for e in ELEVATIONS_DEG)
+def flat(points: np.ndarray, view: View) -> np.ndarray:
+    """(..., 3) to (..., 2) on the page, right and up, in the same unit."""
+    a, e = np.radians(view)
+    right = [-np.sin(a), np.cos(a), 0.0]
+    page = np.array([right, [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]])
+    return np.asarray(np.asarray(points) @ page.T)
 
 
 def widest(points: np.ndarray) -> View:
-    """The view that spreads the points (n, 3) most over the page."""
-    return max(VIEWS, key=lambda view: float(np.linalg.det(np.cov(view.flat(points).T))))
-
-
-def clearest(points: np.ndarray) -> View:
-    """The view in which the nearest two of the points (n, 3) are farthest apart on the page."""
-
-    def least(view: View) -> float:
-        flat = view.flat(points)
-        apart = np.linalg.norm(flat[:, None] - flat[None], axis=2)
-        return float(apart[np.triu_indices(len(flat), 1)].min())
-
-    return max(VIEWS, key=least)
-
-
-def freest(
-    places: np.ndarray, taken: np.ndarray, view: View, shape: tuple[float, float] = (1.0, 1.0)
-) -> np.ndarray:
-    """Of the places (n, 3) the one farthest on the page from the points (k, 3) taken; shape: width
-    and height of what is drawn there, in any unit."""
-    apart = (view.flat(places)[:, None] - view.flat(taken)[None]) / np.array(shape)
-    place: np.ndarray = places[np.argmax(np.linalg.norm(apart, axis=2).min(axis=1))]
-    return place
+    """The view from behind the stations that spreads the points (n, 3) most over the page."""
+    return max(VIEWS, key=lambda view: float(np.linalg.det(np.cov(flat(points, view).T))))
 
 
 def show(
@@ -85,35 +54,48 @@ def show(
     longest = float((high - low).max())
     half = np.maximum(0.54 * (high - low), LEAST * longest / 2)
     limits: np.ndarray = (low + high) / 2 + np.array([[-1.0], [1.0]]) * half
-    axes.set(xlim=limits[:, 0], ylim=limits[:, 1], zlim=limits[:, 2])
-    axes.set(xlabel="x, forward (m)", ylabel="y, left (m)", zlabel="z, up (m)")
-    edges = np.array(np.meshgrid(*limits.T)).reshape(3, -1).T
-    extent = np.ptp(view.flat(edges), axis=0) / float(np.linalg.norm(2 * half))
+    axes.set(**dict(zip(("xlim", "ylim", "zlim"), limits.T, strict=True)))
+    axes.set(**dict(zip(("xlabel", "ylabel", "zlabel"), NAMES, strict=True)))
+    corners = np.array(np.meshgrid(*limits.T)).reshape(3, -1).T
+    extent = np.ptp(flat(corners, view), axis=0) / float(np.linalg.norm(2 * half))
     axes.set_box_aspect(tuple(2 * half), zoom=float((np.array(room) / extent).min()) / DIAGONAL)
-    axes.view_init(view.elevation_deg, view.azimuth_deg)
-    axes.tick_params(pad=TICK_PT)
-    axes.tick_params(axis="z", pad=UP_PT)
+    axes.view_init(view[1], view[0])
     step = float(np.diff(MaxNLocator(ticks, steps=[1, 2, 5, 10]).tick_values(0, 1.08 * longest))[0])
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(MultipleLocator(step))
         axis.set_pane_color("white")
-        axis.labelpad = UP_PT if axis is axes.zaxis else LABEL_PT
+        axis.labelpad = 2.0 if axis is axes.zaxis else -2.0
+        axis.set_tick_params(pad=2.0 if axis is axes.zaxis else -2.0)
         axis._axinfo["grid"].update(color=FAINT, linewidth=0.5)
     return limits
 
 
-def arrow(axes: Axes3D, start: np.ndarray, way: np.ndarray, head_m: float, **how: object) -> None:
-    """An arrow from a point (3,) along (3,)."""
-    ratio = min(head_m / max(float(np.linalg.norm(way)), 1e-9), 1.0)
-    axes.quiver(*start, *way, arrow_length_ratio=ratio, **how)
+def curve(axes: Axes3D, points: np.ndarray, head: bool = True, **how: object) -> None:
+    """A line through points (n, 3), with an arrow's head at its end."""
+    axes.plot(*points.T, **how)
+    if head:
+        before = points[-8] if len(points) > 8 else points[0] + 0.96 * (points[-1] - points[0])
+        how = {k: v for k, v in how.items() if k not in ("ls", "label")}
+        axes.quiver(*before, *(points[-1] - before), arrow_length_ratio=1.0, **how)
 
 
-def name(axes: Axes3D, place: np.ndarray, text: str, **how: object) -> None:
-    """Words about a place (3,), on the page: what they cover is known, as of all words on it."""
+def write(axes: Axes3D, place: np.ndarray, text: str, **how: object) -> None:
+    """Words about a place (3,), on a pale ground; on the page, so that layout knows their room."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
+    box = {"boxstyle": "square,pad=0.1", "facecolor": "white", "lw": 0, "alpha": 0.7}
+    how = {"ha": "center", "va": "center", "size": figure.SMALL_PT, "zorder": 7, **how}
     x, y, _ = proj_transform(*place, axes.get_proj())
-    axes.text2D(x, y, text, ha="center", va="center", **how)
+    axes.text2D(x, y, text, bbox=box, **how)
+
+
+def draw_frame(axes: Axes3D, pose: tuple[np.ndarray, np.ndarray], length_m: float,
+               colour: str) -> None:  # fmt: skip
+    """Axes x, y, z of a frame R (3, 3), t (3,), with their letters."""
+    R, t = pose
+    for letter, way in zip("xyz", length_m * R.T, strict=True):
+        axes.quiver(*t, *way, arrow_length_ratio=0.16, color=colour, lw=1.2, zorder=5)
+        write(axes, t + 1.25 * way, letter, color=colour)
 
 
 def unclipped(axes: Iterable[Axes3D]) -> None:
@@ -123,44 +105,81 @@ def unclipped(axes: Iterable[Axes3D]) -> None:
             artist.set(clip_on=False, in_layout=False)
 
 
-def ring(view: View, width: float, height: float) -> np.ndarray:
-    """(24, 3) points of an ellipse on the page about the origin."""
-    turn = np.radians(np.arange(0, 360, 15))[:, None]
-    points: np.ndarray = width * np.cos(turn) * view.page[0] + height * np.sin(turn) * view.page[1]
-    return points
-
-
-def draw_frame(
-    axes: Axes3D, pose: tuple[np.ndarray, np.ndarray], length_m: float, colour: str, view: View,
-    taken: Sequence[np.ndarray] = (),
-) -> np.ndarray:  # fmt: skip
-    """Axes x, y, z of a frame R (3, 3), t (3,), with their letters, off the points (k, 3) taken.
-    Returns all points that they take."""
-    R, t = pose
-    ends = t + length_m * R.T
-    own = [np.linspace(t, end, 40) for end in ends]
-    about = ring(view, ASIDE * length_m, ASIDE * length_m)
-    for letter, end in zip("xyz", ends, strict=True):
-        arrow(axes, t, end - t, HEAD * length_m, color=colour, lw=1.2, zorder=5)
-        own.append(freest(end + about, np.vstack([*own, *taken]), view)[None])
-        name(axes, own[-1][0], letter, color=colour, size=SMALL_PT, zorder=6)
-    return np.vstack(own)
-
-
-def outline(board: np.ndarray) -> np.ndarray:
-    """Corners (4, 3) of the rectangle round a board in its principal plane, in its own frame."""
-    centre = board.mean(axis=0)
-    axes = np.linalg.svd(board - centre, full_matrices=False)[2][:2]
-    within = (board - centre) @ axes.T
-    (a, c), (b, d) = within.min(axis=0), within.max(axis=0)
-    corners: np.ndarray = centre + np.array([[a, c], [b, c], [b, d], [a, d]]) @ axes
-    return corners
-
-
 def arc(start: np.ndarray, turn: np.ndarray, n: int = 40) -> np.ndarray:
     """Points (n, 3) that `start` passes on its way by the rotation matrix `turn`."""
     from scipy.spatial.transform import Rotation
 
     vector = Rotation.from_matrix(turn).as_rotvec()
-    points: np.ndarray = Rotation.from_rotvec(np.linspace(0, 1, n)[:, None] * vector).apply(start)
-    return points
+    steps = Rotation.from_rotvec(np.linspace(0, 1, n)[:, None] * vector)
+    return np.asarray(steps.apply(start))
+
+
+def clearest_point(paths: tuple[Path, Path], board: np.ndarray) -> np.ndarray:
+    """Of the diodes at some moments, in the frame of a station: the one farthest off both axes."""
+    some = [path.take(np.arange(0, len(path), max(len(path) // MOST_MOMENTS, 1))) for path in paths]
+    every = np.concatenate([
+        ((path.R @ board.T).transpose(0, 2, 1) + path.t_m[:, None]).reshape(-1, 3) for path in some
+    ])  # fmt: skip
+    every = np.ascontiguousarray(every[every[:, 0] > 0])
+    seen = np.abs(angles(every, rotor_parameters()))
+    return np.asarray(every[int(np.argmax(seen.min(axis=1)))])
+
+
+@figure.styled()
+def angles_figure(point: np.ndarray, title: str, source: str) -> Picture:
+    """P and its projection P' on the XZ plane, with theta = atan2(y, x), phi' = atan2(z, x) (J
+    Eq. 1, from the rotor model) and phi = atan2(z, sqrt(x^2 + y^2)).
+
+    point (3,) in m in the station's frame. Where its angles are small, y and z are drawn some times
+    as long, as the caption states.
+    """
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    least = np.abs(point[1:]).min() / point[0]
+    stretches = (k for k in range(1, 9) if np.degrees(np.arctan(k * least)) >= LEAST_DEG)
+    stretch = next(stretches, 8)
+    P = point * [1, stretch, stretch]
+    origin, along, below, behind = (P * k for k in ([0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 1]))
+    tips = np.diag(np.where(P > 0, 1.18, 0.5) * np.abs(P))
+    body = figure.new_figure(title, source, 108.0)
+    axes: Axes3D = body.subplots(subplot_kw=IN_SPACE)
+    corners = np.vstack([origin, tips, P, below, behind])
+    show(axes, corners, (48.0 if P[1] < 0 else -48.0, 22.0), (1.5, 1.05))
+    axes.axis("off")
+    axes.set(xlabel="", ylabel="", zlabel="")
+    plane = np.array([origin, 1.1 * along, 1.1 * behind, 1.1 * (behind - along)])
+    azimuth, elevation, spherical = *COLOURS, LOOKS["z"].colour
+    axes.add_collection3d(Poly3DCollection([plane], fc=(elevation, 0.07), zorder=0))
+    axes.plot(*np.array([origin, P]).T, color=INK, lw=1.3)
+    for end, colour in ((behind, elevation), (below, azimuth)):
+        axes.plot(*np.array([origin, end]).T, color=colour, lw=1.0, ls=(0, (4, 1.6)))
+        for start in (P, along):
+            axes.plot(*np.array([start, end]).T, color=GREY, lw=0.7, ls=(0, (1, 1.6)))
+    for tip, letter in zip(tips, "xyz", strict=True):
+        axes.quiver(*tip * 0, *tip, arrow_length_ratio=0.05, color=GREY, lw=1.0)
+        write(axes, 1.09 * tip, letter, color=GREY)
+    for place, letter in ((P, "P"), (behind, "P′")):
+        axes.plot(*place[:, None], "o", color=INK, ms=4.0, zorder=5)
+        write(axes, place + 0.1 * (P - below), letter, weight="bold")
+    axes.plot([0], [0], [0], "s", color=INK, ms=6.0, zorder=5, label="laser of the station")
+    metres = ", ".join(number(float(v), 3, sign=True) for v in point)
+    axes.plot([], [], [], "o", color=INK, ms=4.0, label=f"P = ({metres}) m")
+    axes.plot([], [], [], "s", color=elevation, alpha=0.2, ms=7.0, label="XZ plane")
+    theta, phi = np.degrees(angles(point[None], rotor_parameters())[0]).tolist()
+    of_P = float(np.degrees(np.arctan2(point[2], np.hypot(point[0], point[1]))))
+    for start, end, share, symbol, degrees, words, colour in (
+        (along, below, 0.82, r"$\theta$", theta, "azimuth of P", azimuth),
+        (along, behind, 0.62, r"$\phi'$", phi, "elevation of P′, as measured", elevation),
+        (below, P, 0.72, r"$\phi$", of_P, "elevation of P", spherical),
+    ):
+        first, last = (v / np.linalg.norm(v) for v in (start, end))
+        turn, s = np.arccos(np.clip(first @ last, -1, 1)), np.linspace(0, 1, 40)[:, None]
+        way = (np.sin((1 - s) * turn) * first + np.sin(s * turn) * last) / np.sin(turn)
+        way *= share * np.linalg.norm(start)
+        label = f"{symbol} = {number(degrees, 2, sign=True)}°, {words}"
+        curve(axes, way, color=colour, lw=1.2, label=label)
+        write(axes, 1.1 * way[20], symbol, color=colour, size=10)
+    unclipped([axes])
+    figure.legend_below(body, [axes], columns=3)
+    times = f" y and z are drawn {stretch} times as long as x." if stretch > 1 else ""
+    return Picture(body, captions.JANSEN[5] + times)

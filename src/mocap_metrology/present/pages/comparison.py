@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from mocap_metrology.present.jansen.jansen_tables import VARIANTS, Variant
+from mocap_metrology.papers.jansen import VARIANTS, Variant
 from mocap_metrology.present.jansen.jansen_text import FACTOR
 from mocap_metrology.present.pages import site
 from mocap_metrology.present.tables import Record, read, readable, shown

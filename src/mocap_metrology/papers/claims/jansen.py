@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 
@@ -18,27 +17,17 @@ from mocap_metrology.lighthouse.published import (
     SETUPS,
     published_table,
 )
-from mocap_metrology.present.claims.claim import (
+from mocap_metrology.papers import jansen
+from mocap_metrology.papers.claims.decide import (
     UNKNOWN,
-    Finding,
+    Answer,
     Missing,
-    Rules,
-    decided,
+    Quantity,
+    decides,
     within,
 )
-from mocap_metrology.present.jansen.jansen_tables import (
-    QUANTISED,
-    Variant,
-    by_setup,
-    mean_over,
-    pose_of,
-    setup_errors,
-    simulated,
-)
-from mocap_metrology.present.tables import Record
-from mocap_metrology.present.text.numbers import mm, significant
+from mocap_metrology.papers.jansen import QUANTISED, Record, Variant
 
-decides = Rules()
 KABSCH = Variant("paper", "kabsch", "ideal")
 FINAL = Variant("paper", "final", "ideal")
 BETTER = Variant("paper-lm", "final", "ideal")
@@ -50,15 +39,13 @@ SD_ERROR = 2 * math.hypot(1 / math.sqrt(2 * 4 * 8), 1 / math.sqrt(2 * 4 * 10))
 CYCLE_MS, SEEN_MS = 8.3, (1.2, 6.7)  # of the laser, and when a diode can see it in a cycle
 
 
-@dataclass(frozen=True)
 class PublishedTables:
     """J's Tables I to III."""
 
-    of_paper: ClassVar[bool] = True
-
     def table(self, number: int) -> dict[str, np.ndarray]:
-        found = published_table(number)
-        return {row: np.array([v[q] for q in QUANTITIES]) for row, v in found.items()}
+        """Row (6,) in the order of `QUANTITIES`, by setup or summary."""
+        rows = published_table(number).items()
+        return {name: np.array([values[q] for q in QUANTITIES]) for name, values in rows}
 
 
 @dataclass(frozen=True)
@@ -70,32 +57,30 @@ class Calibrations:
     motion: Mapping[str, Record] = field(default_factory=dict)
     reconstructions: Mapping[str, np.ndarray] = field(default_factory=dict)
     seconds: float = math.nan  # time of `paper` for one recording, from sweeps to pose
-    of_paper: ClassVar[bool] = False
 
     def table(self, number: int) -> dict[str, np.ndarray]:
         """The same rows, by `paper` at stage Kabsch with ideal optics."""
-        setups = simulated(self.records, QUANTISED) if number == 3 else self.real()
-        errors = {setup: setup_errors(own, KABSCH) for setup, own in setups.items()}
-        mae, sd = ({s: getattr(e, k)() for s, e in errors.items()} for k in ("mae", "sd"))
+        real = jansen.by_setup(self.records)
+        setups = jansen.simulated(self.records, QUANTISED) if number == 3 else real
+        errors = {setup: jansen.setup_errors(of_it, KABSCH) for setup, of_it in setups.items()}
+        mae, sd = {s: e.mae() for s, e in errors.items()}, {s: e.sd() for s, e in errors.items()}
         if number == 3:
-            return {MAE: mean_over(list(mae.values())), AVERAGE_SD: mean_over(list(sd.values()))}
-        rows, last = (mae, OVERALL) if number == 1 else (sd, "Average")
-        return rows | {last: mean_over(list(rows.values()))}
+            means = jansen.mean_over(mae.values()), jansen.mean_over(sd.values())
+            return dict(zip((MAE, AVERAGE_SD), means, strict=True))
+        rows = mae if number == 1 else sd
+        return rows | {jansen.LAST[number]: jansen.mean_over(rows.values())}
 
-    def real(self) -> dict[str, list[Record]]:
-        return by_setup(self.records, SETUPS)
-
-    def errors_mm(self, variant: Variant, prefix: str = QUANTISED) -> dict[str, np.ndarray]:
+    def errors_mm(self, variant: Variant) -> dict[str, np.ndarray]:
         """Error (3,) of each simulated calibration that has the variant."""
-        own = [r for group in simulated(self.records, prefix).values() for r in group]
-        found = {r["calibration"]: pose_of(r, variant) for r in own}
-        return {k: np.asarray(p["errors_mm"], float) for k, p in found.items() if p}
+        setups = jansen.simulated(self.records, QUANTISED).values()
+        poses = {r["calibration"]: jansen.pose_of(r, variant) for of_it in setups for r in of_it}
+        return {k: np.asarray(p["errors_mm"], float) for k, p in poses.items() if p}
 
     def medians(self) -> dict[str, np.ndarray]:
         """Median error (2,) by each way of reconstruction."""
         if not self.reconstructions:
             raise Missing("no simulated calibrations")
-        return {way: np.median(found, axis=0) for way, found in self.reconstructions.items()}
+        return {way: np.median(errors, axis=0) for way, errors in self.reconstructions.items()}
 
 
 Source = PublishedTables | Calibrations
@@ -106,8 +91,7 @@ def _real_over_simulated(source: Source, number: int, real: str, simulation: str
     rows = source.table(number)[real], source.table(3)[simulation]
     if not np.isfinite(rows).all():
         raise Missing("no calibrations of both kinds")
-    ratio: np.ndarray = rows[0] / rows[1]
-    return ratio
+    return np.asarray(rows[0] / rows[1])
 
 
 def _ratios(ratio: np.ndarray) -> str:
@@ -115,44 +99,51 @@ def _ratios(ratio: np.ndarray) -> str:
 
 
 @decides("J-VII-accuracy")
-def _more_accurate(source: Source) -> Finding:
+def _more_accurate(source: Source) -> Answer:
     ratio = _real_over_simulated(source, 1, OVERALL, MAE)
-    return decided(_ratios(ratio), bool((ratio > 1).all()))
+    return _ratios(ratio), (ratio > 1).all()
 
 
 @decides("J-VII-precision")
-def _as_precise(source: Source, low: float, high: float) -> Finding:
-    ratio = _real_over_simulated(source, 2, "Average", AVERAGE_SD)
+def _as_precise(source: Source, low: float, high: float) -> Answer:
+    ratio = _real_over_simulated(source, 2, jansen.LAST[2], AVERAGE_SD)
     words = [within(v, SD_ERROR, math.log(low), math.log(high)) for v in np.log(ratio).tolist()]
-    return decided(f"{_ratios(ratio)}, each ± {100 * SD_ERROR:.0f} %", *words)
+    return f"{_ratios(ratio)}, each ± {100 * SD_ERROR:.0f} %", *words
 
 
 @decides("J-VIII-decent")
-def _decent(source: Source) -> Finding:
+def _decent(source: Source) -> Answer:
     table = source.table(1)
     rows = np.array([table[s] for s in SETUPS if np.isfinite(table[s]).all()])
     if not len(rows):
         raise Missing("no calibrations")
-    worst = rows.max(axis=0).tolist()
-    lengths = ", ".join(significant(v) for v in worst[:3])
-    angles = ", ".join(significant(v, 2) for v in worst[3:])
-    return decided(f"worst of {len(rows)} setups {lengths} mm; {angles} deg", UNKNOWN)
+    x, y, z, *angles = rows.max(axis=0).tolist()
+    text: list[str | Quantity] = [f"worst of {len(rows)} setups "]
+    for value, digits, end in (
+        *((x, 3, ", "), (y, 3, ", "), (z, 3, " mm; ")),
+        *zip(angles, (2, 2, 2), (", ", ", ", " deg"), strict=True),
+    ):
+        text += [Quantity(value, digits), end]
+    return tuple(text), UNKNOWN
 
 
 @decides("J-VI-last")
-def _last_step(source: Calibrations) -> Finding:
+def _last_step(source: Calibrations) -> Answer:
     before, after = source.errors_mm(KABSCH), source.errors_mm(FINAL)
     both = sorted(before.keys() & after.keys())
     if not both:
         raise Missing("no calibration with both stages")
     first, last = (np.array([v[k] for k in both]) for v in (before, after))
-    a, b, c = (float(np.median(np.linalg.norm(v, axis=1))) for v in (first, last, first - last))
-    text = f"changes it by {mm(c)}; error {mm(a)} before, {mm(b)} after"
-    return decided(f"{text}, medians of {len(both)}", UNKNOWN)
+    a, b, c = (
+        Quantity(float(np.median(np.linalg.norm(v, axis=1))), 3, "mm")
+        for v in (first, last, first - last)
+    )
+    text = ("changes it by ", c, "; error ", a, " before, ", b, " after")
+    return (*text, f", medians of {len(both)}"), UNKNOWN
 
 
 @decides("J-VII-influence")
-def _no_influence(source: Calibrations, noticeable: float, power: float) -> Finding:
+def _no_influence(source: Calibrations, noticeable: float, power: float) -> Answer:
     """Pattern, speed and distance against errors within setups; see `influence`. noticeable: a
     factor in the error seen by eye, with five calibrations of each setup."""
     errors = {k: float(np.linalg.norm(v)) for k, v in source.errors_mm(KABSCH).items()}
@@ -171,36 +162,35 @@ def _no_influence(source: Calibrations, noticeable: float, power: float) -> Find
         "distance": np.log([[np.linalg.norm(m["centre_m"])] for m in motion]),
     }
     size, setups = np.log([errors[k] for k in known]), [setup_of[k] for k in known]
-    found = {k: influence(size, v, setups, ALPHA, power) for k, v in circumstances.items()}
+    tests = {k: influence(size, v, setups, ALPHA, power) for k, v in circumstances.items()}
     text = "; ".join(
         f"{name}: p = {one.p:.2g}, a factor of {one.detectable:.1f} would be detected"
         if math.isfinite(one.detectable)
         else f"{name}: not varied"
-        for name, one in found.items()
+        for name, one in tests.items()
     )
-    sure = all(one.detectable <= noticeable for one in found.values())
-    return decided(text, not any(one.p < ALPHA for one in found.values()), sure or UNKNOWN)
+    sure = all(one.detectable <= noticeable for one in tests.values())
+    return text, not any(one.p < ALPHA for one in tests.values()), sure or UNKNOWN
 
 
 @decides("J-IV-full")
-def _full_interpolation(source: Calibrations) -> Finding:
+def _full_interpolation(source: Calibrations) -> Answer:
     median = source.medians()
     text = "; ".join(f"{way}: {mm:.2f} mm, {deg:.3f} deg" for way, (mm, deg) in median.items())
-    best = min(median, key=lambda way: median[way][0])
-    return decided(text, best == "full-interpolation")
+    return text, min(median, key=lambda way: median[way][0]) == "full-interpolation"
 
 
 @decides("J-IV-marginal")
-def _marginal(source: Calibrations, most: float) -> Finding:
+def _marginal(source: Calibrations, most: float) -> Answer:
     errors_mm = [median[0] for median in source.medians().values()]
     spread = max(errors_mm) / min(errors_mm)
-    return decided(f"the worst is {spread:.1f} times the best", bool(spread < most))
+    return f"the worst is {spread:.1f} times the best", spread < most
 
 
 @decides("J-VIII-parameters")
-def _parameters(source: Calibrations) -> Finding:
-    own = [r for group in source.real().values() for r in group]
-    pairs = [(pose_of(r, BETTER), pose_of(r, FACTORY)) for r in own]
+def _parameters(source: Calibrations) -> Answer:
+    records = [r for of_it in jansen.by_setup(source.records).values() for r in of_it]
+    pairs = [(jansen.pose_of(r, BETTER), jansen.pose_of(r, FACTORY)) for r in records]
     ratios = [
         np.linalg.norm(a["truth_errors_mm"]) / np.linalg.norm(b["truth_errors_mm"])
         for a, b in pairs
@@ -209,26 +199,26 @@ def _parameters(source: Calibrations) -> Finding:
     if not ratios:
         raise Missing("no calibration with both optics and a truth")
     middle = float(np.median(ratios))
-    return decided(f"error {middle:.1f} times smaller in the median of {len(ratios)}", middle > 1)
+    return f"error {middle:.1f} times smaller in the median of {len(ratios)}", middle > 1
 
 
 @decides("J-VIII-minutes")
-def _minutes(source: Calibrations, most: float) -> Finding:
+def _minutes(source: Calibrations, most: float) -> Answer:
     """In steps, because it varies from run to run."""
     if not math.isfinite(source.seconds):
         raise Missing("no simulated calibrations")
     step = next((s for s in (10, 60, most) if source.seconds < s), math.inf)
     text = f"less than {step} s" if math.isfinite(step) else f"more than {most} s"
-    return decided(f"{text} by paper, one recording", source.seconds < most)
+    return f"{text} by paper, one recording", source.seconds < most
 
 
 @decides("J-IV-time")
-def _cycle(source: Source) -> Finding:
+def _cycle(source: Source) -> Answer:
     """From the start of one sweep to the end of the next: a cycle, and the time in which the laser
     is visible."""
-    if not source.of_paper:
+    if isinstance(source, Calibrations):
         raise Missing("arithmetic, no data needed")
     begin, end = SEEN_MS
     most = CYCLE_MS + end - begin
     text = f"{CYCLE_MS} + {end} - {begin} = {most:.1f} ms, {most:.1f} mm at 1 m/s"
-    return decided(text, abs(most - 13.8) < 0.05 and 13 <= most <= 14)
+    return text, abs(most - 13.8) < 0.05 and 13 <= most <= 14

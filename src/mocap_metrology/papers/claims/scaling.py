@@ -11,30 +11,23 @@ import numpy as np
 from mocap_metrology.noise.cameras.scaling import fit_scaling
 from mocap_metrology.noise.model.components import PowerLaw
 from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, SERIES
-from mocap_metrology.present.claims.claim import (
+from mocap_metrology.papers.claims.decide import (
     DOES_NOT,
     HOLDS,
     UNKNOWN,
-    Finding,
+    Answer,
     Missing,
-    Rules,
+    Quantity,
+    Text,
     at_least,
-    decided,
+    decides,
     median_error,
     orders,
     share,
     within,
 )
-from mocap_metrology.present.claims.study import (
-    COORDINATES,
-    FRAME_S,
-    TYPES,
-    Study,
-    cases,
-)
-from mocap_metrology.present.text.numbers import significant
+from mocap_metrology.papers.claims.study import COORDINATES, FRAME_S, TYPES, Study, cases
 
-decides = Rules()
 RANGES_S: dict[str, Sequence[float] | np.ndarray] = {
     "up to 0.1 s": (FRAME_S, 0.02, 0.05, 0.1),
     "1 to 100 s": np.geomspace(1, 100, 9),
@@ -65,7 +58,7 @@ def _half(n: int, *laws: tuple[float, float]) -> str:
 
 
 @decides("S-4.2-law-{0}")
-def _standard_error(study: Study, kind: str) -> Finding:
+def _standard_error(study: Study, kind: str) -> Answer:
     """ADEV at one frame against n, geometric mean over the seven series."""
     ns = TYPES[kind]
     levels = [
@@ -73,20 +66,20 @@ def _standard_error(study: Study, kind: str) -> Finding:
         for n in ns
     ]
     b, error = _exponent(ns, levels)
-    return decided(f"exponent {b:.2f} ± {error:.2f}", _half(len(ns), (b, error)))
+    return f"exponent {b:.2f} ± {error:.2f}", _half(len(ns), (b, error))
 
 
 @decides("S-4.2-sigma-{0}")
-def _sigma(study: Study, kind: str) -> Finding:
+def _sigma(study: Study, kind: str) -> Answer:
     """Standard deviations of whole recordings, which S's Figure 11a shows."""
     rows = [study.gaussian((kind, n)) for n in TYPES[kind]]
     laws = [_exponent(TYPES[kind], [r[f"sigma_{k}_mm"] for r in rows]) for k in (1, 2)]
     text = ", ".join(f"x{k}: {b:.2f} ± {error:.2f}" for k, (b, error) in enumerate(laws, 1))
-    return decided(text, _half(len(rows), *laws))
+    return text, _half(len(rows), *laws)
 
 
 @decides("S-4.2-covariance")
-def _covariance(study: Study, most: float) -> Finding:
+def _covariance(study: Study, most: float) -> Answer:
     flat, texts = [], []
     for kind in TYPES:
         ns = TYPES[kind][2:]
@@ -94,13 +87,13 @@ def _covariance(study: Study, most: float) -> Finding:
         slope = np.polyfit(np.log(ns), [r["sigma_12_mm2"] for r in rows], 1)[0]
         change = slope * np.log(ns[-1] / ns[0])
         product = float(np.mean([r["sigma_1_mm"] * r["sigma_2_mm"] for r in rows]))
-        flat.append(bool(abs(change) < most * product))
+        flat.append(abs(change) < most * product)
         texts.append(f"{kind}: {change:+.2g} of {product:.2g} mm^2")
-    return decided("; ".join(texts), *flat)
+    return "; ".join(texts), *flat
 
 
 @decides("S-4.3-gradual")
-def _gradual(study: Study, least: float) -> Finding:
+def _gradual(study: Study, least: float) -> Answer:
     """Whether ADEV falls at each addition of cameras, for all types and series."""
     texts, words = [], []
     for name, tau_s in (("one frame", FRAME_S), ("1 s", 1.0)):
@@ -111,12 +104,13 @@ def _gradual(study: Study, least: float) -> Finding:
                 falls += [bool(b < a) for a, b in pairwise(levels)]
         texts.append(f"{name}: {share(falls)}")
         words.append(at_least(falls, least))
-    return decided("; ".join(texts), *words)
+    return "; ".join(texts), *words
 
 
 @decides("S-4.3-drop-{0}")
-def _drop(study: Study, kind: str, n_drop: int, most: float) -> Finding:
-    """Fall of ADEV at each addition beyond that of Eq. 3, geometric mean over tau and series."""
+def _drop(study: Study, kind: str, n_drop: int, most: float) -> Answer:
+    """Fall of ADEV at each addition beyond that of Eq. 3, geometric mean over tau and series; one
+    range of tau is enough."""
     ns = np.array(TYPES[kind])
     texts, words = [], []
     at = list(ns).index(n_drop) - 1
@@ -131,7 +125,7 @@ def _drop(study: Study, kind: str, n_drop: int, most: float) -> Finding:
         texts.append(f"{name} {beyond[at]:+.0f} ± {error:.0f} % at {n_drop}, {steepest}")
         words.append(within(float(beyond[at]), error, -100.0, most))
     word = HOLDS if HOLDS in words else UNKNOWN if UNKNOWN in words else DOES_NOT
-    return Finding("; ".join(texts), word)
+    return "; ".join(texts), word
 
 
 def _of_types(study: Study, name: str, series: Sequence[str]) -> list[tuple[str, Numbers, Numbers]]:
@@ -150,43 +144,43 @@ def _exponent_above(ns: Numbers, values: Numbers, least: float) -> float | None:
 
 
 @decides("S-4.5-white-law", "S-4.5-walk-law")
-def _coefficient_law(study: Study, name: str, low: float, high: float) -> Finding:
+def _coefficient_law(study: Study, name: str, low: float, high: float) -> Answer:
     """h against n by type: median exponent over the coordinates and L, where h is present."""
-    found: dict[str, list[float]] = {}
+    laws: dict[str, list[float]] = {}
     for kind, ns, values in _of_types(study, name, SERIES):
         if (exponent := _exponent_above(ns, values, LEAST_H)) is not None:
-            found.setdefault(kind, []).append(exponent)
-    if not found:
+            laws.setdefault(kind, []).append(exponent)
+    if not laws:
         raise Missing("not enough coefficients above zero")
     texts, words = [], []
-    for kind, exponents in found.items():
+    for kind, exponents in laws.items():
         first, middle, last = np.quantile(exponents, [0.16, 0.5, 0.84])
         error = median_error(exponents)
         texts.append(f"{kind}: {middle:.2f} ± {error:.2f} ({first:.1f} to {last:.1f})")
         words.append(within(float(middle), error, low, high))
-    return decided(f"exponent of {name}: " + "; ".join(texts), *words)
+    return f"exponent of {name}: " + "; ".join(texts), *words
 
 
 @decides("S-4.5-general")
-def _falls_but_violet(study: Study, limit: float) -> Finding:
+def _falls_but_violet(study: Study, limit: float) -> Answer:
     """Rank correlation of every h with n, by type and series."""
     from scipy.stats import spearmanr
 
     texts, words = [], []
     for name in ("h_-2", "h_-1", "h_0", "h_1", "h_2"):
-        found = [
+        ranks = [
             spearmanr(ns, values).statistic
             for _, ns, values in _of_types(study, name, SERIES)
             if len(set(values)) > 2
         ]
-        middle, error = (float(np.median(found)) if found else np.nan), median_error(found)
+        middle, error = (float(np.median(ranks)) if ranks else np.nan), median_error(ranks)
         texts.append(f"{name} {middle:+.2f} ± {error:.2f}")
         words.append(within(middle, error, *((limit, 1.0) if name == "h_2" else (-1.5, limit))))
-    return decided("median rank correlation with n: " + ", ".join(texts), *words)
+    return "median rank correlation with n: " + ", ".join(texts), *words
 
 
 @decides("S-4.5-order-white", "S-4.5-order-walk")
-def _order(study: Study, exponent: float, name: str, most: float = math.inf) -> Finding:
+def _order(study: Study, exponent: float, name: str, most: float = math.inf) -> Answer:
     """Orders of magnitude of a coefficient, and whether it changes by a factor of `most` at most.
     What ended at a limit of the search is no estimate; if that applies to most, the median is
     unknown."""
@@ -194,45 +188,47 @@ def _order(study: Study, exponent: float, name: str, most: float = math.inf) -> 
     values = [v for _, _, of in table for v in of]
     ended = sum(name in study.ended(*case) for case in cases())
     if ended > len(values) / 2:
-        return decided(f"{name}: {ended} of {len(values)} at the limit of the search", UNKNOWN)
-    found = orders(values, name)
-    text = found.text
-    rest = found.between(exponent - 2, exponent + 2) and found.zeros <= 0.05 * len(values)
-    answers: list[bool | str] = [found.near(exponent, 1), rest]
-    if most < math.inf:
-        factor = 10 ** _change(table)
-        text += f", changes by a factor of {significant(factor, 2)} from fewest to most cameras"
-        answers.append(factor <= most)
-    return decided(text, *answers)
+        return (f"{name}: {ended} of {len(values)} at the limit of the search",), UNKNOWN
+    sizes = orders(values, name)
+    answers = [
+        sizes.near(exponent, 1),
+        sizes.between(exponent - 2, exponent + 2) and sizes.zeros <= 0.05,
+    ]
+    if math.isinf(most):
+        return sizes.text, *answers
+    factor = 10 ** _change(table)
+    end = ", changes by a factor of ", Quantity(factor, 2), " from fewest to most cameras"
+    return (*sizes.text, *end), *answers, factor <= most
 
 
 @decides("S-4.5-order-flicker-blue")
-def _constant(study: Study, exponent: float, most: float, *names: str) -> Finding:
-    found = [_order(study, exponent, name, most) for name in names]
-    return decided("; ".join(one.value for one in found), *(one.word for one in found))
+def _constant(study: Study, exponent: float, most: float, first: str, second: str) -> Answer:
+    one, other = (_order(study, exponent, name, most) for name in (first, second))
+    text: Text = (*one[0], "; ", *other[0])
+    return text, *one[1:], *other[1:]
 
 
 def _change(table: Sequence[tuple[str, Numbers, Numbers]]) -> float:
     """Median over the series of |log10| of the factor between fewest and most cameras, by a power
     law through the values above zero; NaN without four of them."""
-    found = [
+    decades = [
         abs(b) * math.log10(ns[-1] / ns[0])
         for _, ns, values in table
         if (b := _exponent_above(ns, values, 0.0)) is not None
     ]
-    return float(np.median(found)) if found else np.nan
+    return float(np.median(decades)) if decades else np.nan
 
 
 @decides("S-4.5-violet")
-def _violet(study: Study, percent: float) -> Finding:
+def _violet(study: Study, percent: float) -> Answer:
     """h_2, and its largest share of the Allan variance at one frame, 3 f_h h_2 / (2 pi tau)^2."""
-    values, shares = [], []
-    for key, series in cases():
-        h_2 = study.printed(key, series).get("h_2", 0.0)
-        own = PowerLaw(2, h_2).avar(np.ones(1), FRAME_RATE_HZ, "continuous")[0]
-        values.append(h_2)
-        shares.append(own / study.adev(key, series, (FRAME_S,))[0] ** 2)
+    values = [study.printed(key, series).get("h_2", 0.0) for key, series in cases()]
+    shares = [
+        PowerLaw(2, h_2).avar(np.ones(1), FRAME_RATE_HZ, "continuous")[0]
+        / study.adev(key, series, (FRAME_S,))[0] ** 2
+        for h_2, (key, series) in zip(values, cases(), strict=True)
+    ]
     if not any(v > 0 for v in values):
-        return decided("none above zero", True)
-    text = f"{orders(values, 'h_2').text}; at most {100 * max(shares):.1f} % of AVAR at one frame"
-    return decided(text, max(shares) < percent / 100)
+        return "none above zero", True
+    end = f"; at most {100 * max(shares):.1f} % of AVAR at one frame"
+    return (*orders(values, "h_2").text, end), max(shares) < percent / 100

@@ -4,22 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from mocap_metrology.noise.diagnosis.shock import ShockEffect
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, S_ESTIMATOR
 from mocap_metrology.noise.model.components import Component, NoiseModel
-from mocap_metrology.noise.twins.published import (
-    FRAME_RATE_HZ,
-    SERIES,
-    printed_row,
-    published_gaussian,
-    published_row,
-)
-from mocap_metrology.present.claims.claim import Missing
-from mocap_metrology.present.tables import Record
+from mocap_metrology.noise.twins import published
+from mocap_metrology.noise.twins.published import FRAME_RATE_HZ, SERIES
+from mocap_metrology.papers.claims.decide import Missing
 
 TYPES = {
     "T40": (2, 3, 4, 5, 6, 8, 10),
@@ -32,6 +26,9 @@ Key = tuple[str, int]
 WHOLE = {kind: (kind, ns[-1]) for kind, ns in TYPES.items()}  # subset with most cameras
 SUBSETS = [(kind, n) for kind, ns in TYPES.items() for n in ns]  # all that S compares
 LEAST_VARIANCE = 1e-9  # mm^2, of a correlated component that counts
+Record = Mapping[str, Any]  # a row of a table
+Moments = Mapping[Key, Mapping[str, np.ndarray]]
+T = TypeVar("T")
 
 
 def cases(series: Sequence[str] = COORDINATES) -> Iterator[tuple[Key, str]]:
@@ -44,33 +41,30 @@ class Published:
     """S's tables; Allan deviations are those of the models in Tables A1-A3, in continuous time as
     S fits them."""
 
-    of_paper: ClassVar[bool] = True
-
     def adev(self, key: Key, series: str, tau_s: Sequence[float] | np.ndarray) -> np.ndarray:
         """Allan deviation (k,) in mm at averaging times (k,)."""
-        found: np.ndarray = np.sqrt(avar(model_of(self, key, series), tau_s))
-        return found
+        return np.asarray(np.sqrt(avar(model_of(self, key, series), tau_s)))
 
     def longest_s(self, key: Key) -> float:
         return np.inf
 
     def coefficients(self, key: Key, series: str) -> dict[str, float]:
-        return published_row(*key)[series].coefficients()
+        return published.published_row(*key)[series].coefficients()
 
     estimates = coefficients
 
     def printed(self, key: Key, series: str) -> dict[str, float]:
-        return printed_row(*key)[series]
+        return published.printed_row(*key)[series]
 
     def ended(self, key: Key, series: str) -> set[str]:
         """S does not report where its search ended."""
         return set()
 
-    def gaussian(self, key: Key) -> dict[str, float]:
+    def gaussian(self, key: Key) -> Mapping[str, float]:
         """Table 4 has one row for each type, that of most cameras."""
         if key not in WHOLE.values() and key[0] != "All":
             raise Missing("Table 4 covers the largest sets only")
-        return published_gaussian(key[0])
+        return published.published_gaussian(key[0])
 
     def lines(self, key: Key, series: str) -> list[tuple[float, float]]:
         """(f_0, A_s) of periodic disturbances below the Nyquist frequency."""
@@ -89,7 +83,6 @@ class Regenerated:
     gaussians: Mapping[Key, Sequence[Record]]
     shock: ShockEffect | None = None
     repaired: Mapping[str, Sequence[Record]] = field(default_factory=dict)
-    of_paper: ClassVar[bool] = False
 
     def adev(self, key: Key, series: str, tau_s: Sequence[float] | np.ndarray) -> np.ndarray:
         """Interpolated in logarithms; refused with `Missing` outside the range of tau."""
@@ -97,8 +90,7 @@ class Regenerated:
         wanted = np.asarray(tau_s, float)
         if not tau.size or wanted.max() > tau[-1] * 1.02 or wanted.min() < tau[0] * 0.98:
             raise Missing(f"no Allan deviation of {key[0]} {key[1]} at all averaging times")
-        between: np.ndarray = np.exp(np.interp(np.log(wanted), np.log(tau), np.log(adev)))
-        return between
+        return np.asarray(np.exp(np.interp(np.log(wanted), np.log(tau), np.log(adev))))
 
     def longest_s(self, key: Key) -> float:
         """Longest averaging time of L."""
@@ -106,7 +98,7 @@ class Regenerated:
 
     def curve(self, key: Key, series: str) -> tuple[np.ndarray, np.ndarray]:
         """tau in s and Allan deviation in mm."""
-        columns = _of(self.allan, key)
+        columns = of_recording(self.allan, key)
         pick = (columns["series"] == series) & (columns["estimator"] == "oadev")
         pick &= columns["adev_mm"] > 0
         return columns["tau_s"][pick], columns["adev_mm"][pick]
@@ -117,8 +109,7 @@ class Regenerated:
     def printed(self, key: Key, series: str) -> dict[str, float]:
         """Without those that ended at a limit of the search, which are no estimates (`ended`)."""
         ended = self.ended(key, series)
-        found = self.coefficients(key, series)
-        return {name: value for name, value in found.items() if name not in ended}
+        return {k: v for k, v in self.coefficients(key, series).items() if k not in ended}
 
     estimates = printed
 
@@ -136,12 +127,12 @@ class Regenerated:
         }
 
     def _rows(self, key: Key, series: str, estimator: str) -> list[Record]:
-        wanted = series, estimator
-        return [r for r in _of(self.noise, key) if (r["series"], r["estimator"]) == wanted]
+        rows = of_recording(self.noise, key)
+        return [r for r in rows if (r["series"], r["estimator"]) == (series, estimator)]
 
-    def gaussian(self, key: Key) -> dict[str, float]:
+    def gaussian(self, key: Key) -> Mapping[str, float]:
         """Along x, as S; `pair_sigma_L_mm` and so on along the line between the markers."""
-        rows = {row["axis"]: row for row in _of(self.gaussians, key)}
+        rows = {row["axis"]: row for row in of_recording(self.gaussians, key)}
         return dict(rows["x"]) | {f"pair_{k}": v for k, v in rows["pair"].items()}
 
     def lines(self, key: Key, series: str) -> list[tuple[float, float]]:
@@ -150,28 +141,27 @@ class Regenerated:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class Realisation:
     """Moments of one more realisation of the same systems: rows as of gaussian.csv, along x."""
 
     moments: Mapping[Key, Mapping[str, float]]
-    of_paper: ClassVar[bool] = False
 
     def gaussian(self, key: Key) -> Mapping[str, float]:
-        return _of(self.moments, key)
+        return of_recording(self.moments, key)
 
 
 Study = Published | Regenerated
-T = TypeVar("T")
 
 
-def _of(found: Mapping[Key, T], key: Key) -> T:
-    if key not in found:
+def of_recording(by_key: Mapping[Key, T], key: Key) -> T:
+    """What belongs to a recording; `Missing` without it."""
+    if key not in by_key:
         raise Missing(f"no recording {key[0]} with {key[1]} cameras")
-    return found[key]
+    return by_key[key]
 
 
-def _line(found: Mapping[str, float]) -> list[tuple[float, float]]:
-    return [(found["f_0"], found["A_s"])] if "f_0" in found and "A_s" in found else []
+def _line(values: Mapping[str, float]) -> list[tuple[float, float]]:
+    return [(values["f_0"], values["A_s"])] if {"f_0", "A_s"} <= values.keys() else []
 
 
 def model_of(study: Study, key: Key, series: str) -> NoiseModel:
@@ -200,6 +190,6 @@ def share_of_avar(
 def active_terms(study: Study, key: Key, series: str) -> list[tuple[float, float]]:
     """(q_c, T_c) of the correlated components of `LEAST_VARIANCE` or more, excluding those at a
     limit of the search."""
-    found = study.estimates(key, series)
-    terms = [(found.get(f"q_c{k}", 0.0), found.get(f"T_c{k}", 0.0)) for k in (1, 2, 3, 4)]
+    values = study.estimates(key, series)
+    terms = [(values.get(f"q_c{k}", 0.0), values.get(f"T_c{k}", 0.0)) for k in (1, 2, 3, 4)]
     return [(q, t) for q, t in terms if q**2 * t / 2 >= LEAST_VARIANCE]

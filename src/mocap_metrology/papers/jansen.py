@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,12 +22,16 @@ from mocap_metrology.lighthouse.published import (
     SETUPS,
     published_value,
 )
-from mocap_metrology.present.tables import Record, Row
 
+Record = Mapping[
+    str, Any
+]  # of a calibration: `calibration`, `setup`, `source`, and its `pose.json`
 ESTIMATORS = ("paper", "paper-tight", "paper-lm", "batch")
 STAGES = ("kabsch", "final")
 OPTICS = ("ideal", "factory")
 QUANTISED, NOISY = "sim-", "noise-"  # setups of Table III: sample error alone, and further noise
+NOISES = {QUANTISED: "quantisation", NOISY: "quantisation and jitter"}
+LAST = {1: OVERALL, 2: AVERAGE}
 
 
 @dataclass(frozen=True, order=True)
@@ -70,8 +75,8 @@ def paper_setup(setup: str) -> str | None:
     None for those of the simulation and for numbers that J has not."""
     if setup.startswith((QUANTISED, NOISY)):
         return None
-    found = re.fullmatch(r"(?:.*[^0-9])?0*([0-9]+)", setup)
-    return found[1] if found and found[1] in SETUPS else None
+    number = re.fullmatch(r"(?:.*[^0-9])?0*([0-9]+)", setup)
+    return number[1] if number and number[1] in SETUPS else None
 
 
 def pose_of(record: Record, variant: Variant) -> Record | None:
@@ -95,9 +100,9 @@ def setup_errors(records: Sequence[Record], variant: Variant) -> SetupErrors:
     )
 
 
-def mean_over(rows: Sequence[np.ndarray]) -> np.ndarray:
+def mean_over(rows: Iterable[np.ndarray]) -> np.ndarray:
     """Mean (6,) over the setups that have a value; NaN without one."""
-    values = np.array(rows, dtype=np.float64).reshape(-1, len(QUANTITIES))
+    values = np.array(list(rows), dtype=np.float64).reshape(-1, len(QUANTITIES))
     values = values[np.isfinite(values).all(axis=1)]
     return values.mean(axis=0) if len(values) else np.full(len(QUANTITIES), np.nan)
 
@@ -108,60 +113,43 @@ def source_of(records: Sequence[Record]) -> str:
     return " and ".join(kinds) if kinds else "cited"
 
 
-def by_setup(records: Sequence[Record], rows: Sequence[str]) -> dict[str, list[Record]]:
+def by_setup(records: Sequence[Record]) -> dict[str, list[Record]]:
     """Records of each setup of Tables I and II; empty lists for those without any."""
-    found: dict[str, list[Record]] = {row: [] for row in rows}
-    for record in records:
-        setup = paper_setup(record["setup"])
-        if setup in found:
-            found[setup].append(record)
-    return found
+    return {s: [r for r in records if paper_setup(r["setup"]) == s] for s in SETUPS}
 
 
 def simulated(records: Sequence[Record], prefix: str) -> dict[str, list[Record]]:
     """Records of each simulated setup whose name begins so, in order of appearance."""
-    found: dict[str, list[Record]] = {}
-    for record in records:
-        if record["setup"].startswith(prefix):
-            found.setdefault(record["setup"], []).append(record)
-    return found
+    setups = dict.fromkeys(r["setup"] for r in records if r["setup"].startswith(prefix))
+    return {setup: [r for r in records if r["setup"] == setup] for setup in setups}
 
 
-def variants_of(records: Sequence[Record]) -> tuple[Variant, ...]:
+def _variants_of(records: Sequence[Record]) -> tuple[Variant, ...]:
     """Variants that at least one record has, in the order of `VARIANTS`; all without records."""
     have = tuple(v for v in VARIANTS if any(pose_of(record, v) for record in records))
     return have or VARIANTS
 
 
-LAST = {1: OVERALL, 2: AVERAGE}
-NOISES = {QUANTISED: "quantisation", NOISY: "quantisation and jitter"}
-
-
-def jansen_table(number: int, records: Sequence[Record]) -> list[Row]:
+def jansen_table(number: int, records: Sequence[Record]) -> list[dict[str, Any]]:
     """J Table 1 (mean absolute error) or 2 (standard deviation), long form.
 
     One row a variant, setup and quantity: `published`, `regenerated`, `ratio`, `n` calibrations,
     `mirrored_share` (mean), `source`. The last row of each variant is the mean over its setups.
     """
-    setups = by_setup(records, SETUPS)
+    setups = by_setup(records)
     used = [record for of_it in setups.values() for record in of_it]
     rows = []
-    for variant in variants_of(used):
-        found = {setup: setup_errors(of_it, variant) for setup, of_it in setups.items()}
-        values = {s: e.mae() if number == 1 else e.sd() for s, e in found.items()}
-        for setup in SETUPS:
-            shares = found[setup].mirrored
-            rows += _rows(
-                number, variant, setup, values[setup], found[setup].n, shares, setups[setup]
-            )
-        shares = np.concatenate([e.mirrored for e in found.values()])
-        total = sum(e.n for e in found.values())
-        mean = mean_over(list(values.values()))
-        rows += _rows(number, variant, LAST[number], mean, total, shares, used)
+    for variant in _variants_of(used):
+        errors = {setup: setup_errors(of_it, variant) for setup, of_it in setups.items()}
+        values = {s: e.mae() if number == 1 else e.sd() for s, e in errors.items()}
+        for setup, of_it in setups.items():
+            rows += _rows(number, variant, setup, values[setup], [errors[setup]], of_it)
+        mean = mean_over(values.values())
+        rows += _rows(number, variant, LAST[number], mean, list(errors.values()), used)
     return rows
 
 
-def jansen_table_3(records: Sequence[Record]) -> list[Row]:
+def jansen_table_3(records: Sequence[Record]) -> list[dict[str, Any]]:
     """J Table 3, long form: MAE and SD of a setup, both averaged over the setups.
 
     `noise` is `quantisation`, as J simulates, or `quantisation and jitter`, published beside the
@@ -171,48 +159,32 @@ def jansen_table_3(records: Sequence[Record]) -> list[Row]:
     for prefix, noise in NOISES.items():
         setups = simulated(records, prefix)
         used = [record for of_it in setups.values() for record in of_it]
-        variants = variants_of(used) if used or prefix == QUANTISED else ()
+        variants = _variants_of(used) if used or prefix == QUANTISED else ()
         for variant in (v for v in variants if v.optics == "ideal"):  # as the simulated rotors are
-            found = [setup_errors(of_it, variant) for of_it in setups.values()]
-            shares = np.concatenate([[], *(e.mirrored for e in found)])
-            values = {
-                MAE: mean_over([e.mae() for e in found]),
-                AVERAGE_SD: mean_over([e.sd() for e in found]),
-            }
-            for row, value in values.items():
-                made = _rows(3, variant, row, value, sum(e.n for e in found), shares, used)
-                rows += [
-                    {"noise": noise} | r | {"n_setups": sum(e.n > 0 for e in found)} for r in made
-                ]
+            errors = [setup_errors(of_it, variant) for of_it in setups.values()]
+            mae, sd = mean_over(e.mae() for e in errors), mean_over(e.sd() for e in errors)
+            n_setups = sum(e.n > 0 for e in errors)
+            for name, value in ((MAE, mae), (AVERAGE_SD, sd)):
+                of_it = _rows(3, variant, name, value, errors, used)
+                rows += [{"noise": noise} | row | {"n_setups": n_setups} for row in of_it]
     return rows
 
 
 def _rows(
     number: int,
     variant: Variant,
-    row: str,
+    setup: str,
     values: np.ndarray,
-    n: int,
-    shares: np.ndarray,
+    errors: Sequence[SetupErrors],
     records: Sequence[Record],
-) -> list[Row]:
+) -> list[dict[str, Any]]:
+    n, shares = sum(e.n for e in errors), np.concatenate([[], *(e.mirrored for e in errors)])
     known = shares[np.isfinite(shares)]
-    made = []
+    rows = []
     for quantity, value in zip(QUANTITIES, values.tolist(), strict=True):
-        published = published_value(number, row, quantity)
-        made.append(
-            {
-                "estimator": variant.estimator,
-                "stage": variant.stage,
-                "optics": variant.optics,
-                "setup": row,
-                "quantity": quantity,
-                "published": published,
-                "regenerated": value,
-                "ratio": value / published if published else math.nan,
-                "n": n,
-                "mirrored_share": float(known.mean()) if known.size else math.nan,
-                "source": source_of(records) if n else "cited",
-            }
-        )
-    return made
+        published = published_value(number, setup, quantity)
+        row = {**vars(variant), "setup": setup, "quantity": quantity, "published": published}
+        row |= {"regenerated": value, "ratio": value / published if published else math.nan}
+        row |= {"n": n, "mirrored_share": float(known.mean()) if known.size else math.nan}
+        rows.append(row | {"source": source_of(records) if n else "cited"})
+    return rows

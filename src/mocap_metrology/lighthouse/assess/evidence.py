@@ -1,0 +1,133 @@
+"""What supports a calibration: both paths compared, diodes seen, scatter of tracked poses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_metrology.lighthouse.calibrate.superpose import at_times
+from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
+from mocap_metrology.lighthouse.records import MASTER, SLAVE, Path
+from mocap_metrology.lighthouse.rotation import log, mean
+
+UNSEEN, SELDOM = 0.01, 0.5  # share of sweeps seen; SELDOM of the median diode's
+FLAT = 0.05  # thickness of a board whose diodes all face the same way, over its width
+AXES = {"mm": ("x_mm", "y_mm", "z_mm"), "deg": ("rx_deg", "ry_deg", "rz_deg")}
+KINDS = {"noise": "sd_noise_", "calibration": "sd_calibration_", "total": "sd_"}
+Columns = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Both paths of the board in the master's frame, at times of the master's poses.
+
+    time_s (n,), master_m, slave_m (n, 3), apart_mm (n,), turned_deg (n,): angle between the board's
+    rotations; alone_s: times between them of poses that only master, only slave has.
+    """
+
+    time_s: np.ndarray
+    master_m: np.ndarray
+    slave_m: np.ndarray
+    apart_mm: np.ndarray
+    turned_deg: np.ndarray
+    alone_s: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def mirrored(self) -> np.ndarray:
+        """Moments at which one of both poses is in the other minimum."""
+        return np.asarray(self.turned_deg > np.degrees(MIRRORED_RAD))
+
+
+def agreement(paths: tuple[Path, Path], pose: tuple[np.ndarray, np.ndarray]) -> Agreement:
+    """p_m against R p_s + t and R_m against R R_s, p_s and R_s interpolated (J VI-C)."""
+    (master, slave), (R, t) = paths, pose
+    then, common = at_times(slave, master.time_s)
+    _, both = at_times(master, slave.time_s)
+    own, moved = master.take(common), then.t_m @ R.T + t
+    trace = np.einsum("nij,ik,nkj->n", own.R, R, then.R)
+    first, last = (own.time_s[0], own.time_s[-1]) if len(own) else (np.inf, -np.inf)
+    alone = master.time_s[~common], slave.time_s[~both]
+    return Agreement(
+        own.time_s,
+        own.t_m,
+        moved,
+        1e3 * np.linalg.norm(own.t_m - moved, axis=1),
+        np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))),
+        tuple(t_s[(t_s > first) & (t_s < last)] for t_s in alone),
+    )
+
+
+def residuals_urad(path: Path) -> np.ndarray:
+    """Root mean square of C - M of each board pose, sqrt(epsilon / n_angles), in urad."""
+    return np.asarray(1e6 * np.sqrt(path.epsilon / np.maximum(path.n_angles, 1)))
+
+
+def seen_shares(sweeps: Columns, n_diodes: int) -> np.ndarray:
+    """Share of each station's sweeps that each diode saw, (2, n), of those that any diode saw."""
+    shares = []
+    for station in (MASTER, SLAVE):
+        own = np.asarray(sweeps["station"]) == station
+        cycle, diode = np.asarray(sweeps["cycle"])[own], np.asarray(sweeps["diode"])[own]
+        pairs = np.unique(np.column_stack([cycle, diode]).astype(np.int64), axis=0)
+        counts = np.bincount(pairs[:, 1], minlength=n_diodes)[:n_diodes]
+        shares.append(counts / max(np.unique(cycle).size, 1))
+    return np.array(shares)
+
+
+def faint_diodes(shares: np.ndarray, board: np.ndarray, station: int) -> dict[str, np.ndarray]:
+    """Numbers of the diodes that are dead, that this station has not seen, and that it has seen
+    less than half as often as the median one.
+
+    shares (2, n): of the sweeps of either station that each diode saw. Those on a flat board all
+    face the same way, so one that no station sees where others are seen is dead. On a board with
+    depth it may face away, or something may be in the way: it is `not seen`.
+    """
+    seen = shares >= UNSEEN
+    thickness, _, width = np.linalg.svd(board - board.mean(axis=0), compute_uv=False)[::-1]
+    dead = ~seen.any(axis=0) & (thickness < FLAT * width and seen.any())
+    own = seen[station]
+    usual = np.median(shares[station][own]) if own.any() else 0.0
+    return {
+        "dead": np.flatnonzero(dead),
+        "not seen": np.flatnonzero(~own & ~dead),
+        "seldom": np.flatnonzero(own & (shares[station] < SELDOM * usual)),
+    }
+
+
+def lengths(track: Columns, kind: str, unit: str) -> np.ndarray:
+    """Length (n,) of the vector of standard deviations of tracked poses; kind: one of `KINDS`;
+    unit: mm or deg."""
+    names = [f"{KINDS[kind]}{axis}" for axis in AXES[unit]]
+    squares = [np.asarray(track[name], dtype=np.float64) ** 2 for name in names]
+    return np.asarray(np.sqrt(np.sum(squares, axis=0)))
+
+
+def settled(track: Columns) -> np.ndarray:
+    """Poses (n,) of no more than twice the usual noise: not at an end, nor where hits are few."""
+    noise = lengths(track, "noise", "mm")
+    known = np.isfinite(noise)
+    return known & (noise <= 2 * np.median(noise[known])) if known.any() else known
+
+
+def deviations_mm(track: Columns) -> np.ndarray:
+    """(n, 3) of the position from the mean of `settled` poses."""
+    place = np.column_stack([track[f"{axis}_mm"] for axis in "xyz"])
+    good = settled(track)
+    return np.asarray(place - place[good].mean(axis=0)) if good.any() else place
+
+
+def jitter(track: Columns) -> tuple[float, float]:
+    """Standard deviation of the `settled` poses about their mean: lengths in mm and deg."""
+    from scipy.spatial.transform import Rotation
+
+    good = settled(track)
+    if good.sum() < 2:
+        return math.nan, math.nan
+    q = np.column_stack([track[name][good] for name in ("qx", "qy", "qz", "qw")])
+    R = Rotation.from_quat(q).as_matrix()
+    both = deviations_mm(track)[good], np.degrees(log(R @ mean(R).T))
+    mm, deg = (float(np.sqrt(own.var(axis=0, ddof=1).sum())) for own in both)
+    return mm, deg

@@ -1,0 +1,209 @@
+"""Stations, the board's path and the position's uncertainty, as panels in the master's frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mocap_metrology.lighthouse.assess.pose_file import PoseEntry, matrix_and_metres
+from mocap_metrology.lighthouse.records import MASTER, ROLES, SLAVE
+from mocap_metrology.present.calibration.calibration_files import (
+    CalibrationFiles,
+    Pose,
+    thinned,
+    usual,
+)
+from mocap_metrology.present.plot.figure import GREY, INK, LOOKS, SMALL_PT, Keywords, say
+from mocap_metrology.present.text.numbers import mm
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLOURS = LOOKS["x"].colour, LOOKS["y"].colour  # of master and slave
+MARKS = "os"  # of master and slave
+PATHS: tuple[Keywords, ...] = (
+    {"color": COLOURS[MASTER], "lw": 1.2, "label": "path of the board, by the master"},
+    {"color": COLOURS[SLAVE], "lw": 0.8, "ls": (0, (3, 1.5)), "label": "by the slave, after R, t"},
+)
+MIRRORED: Keywords = {"marker": "v", "color": INK, "markerfacecolor": "#ffcc33", "ms": 4.2}
+NAMES = ("x, forward (m)", "y, left (m)", "z, up (m)")
+ABOVE, RIGHT, FRONT = (0, 1), (0, 2), (1, 2)  # coordinates across and up the paper
+SEEN_FROM = {ABOVE: "from above", RIGHT: "from the right", FRONT: "from the front"}
+FIELD_DEG = 60.0  # half of what a laser sweeps (J II)
+CONE, ARROW = 0.38, 0.15  # lengths in half widths of a view
+LEAST_VIEW_M, LEAST_PATH_M, LONGEST_GAP_S = 1.5, 0.01, 0.1  # half widths; a gap in a path
+AREA = float(np.sqrt(-2 * np.log(0.05)))  # half axes of a 95 % ellipse of two coordinates over σ
+FARTHEST = 3.0  # of what is drawn at its place, in extents of the largest ellipse
+ELLIPSES: tuple[tuple[str, float, Keywords], ...] = (
+    ("covariance", AREA, {"label": "95 % region of the position", "color": INK, "lw": 1.1}),
+    ("covariance", 1, {"label": "1 σ of the position", "color": INK, "lw": 0.7, "ls": (0, (5, 2))}),
+    ("covariance_noise", AREA, {"label": "95 % region by noise alone", "color": COLOURS[1]}),
+)
+OTHERS: tuple[Keywords, ...] = (
+    {"marker": "s", "color": LOOKS["x"].colour, "markerfacecolor": "none", "ms": 4.5},
+    {"marker": "^", "color": LOOKS["z"].colour, "markerfacecolor": "none", "ms": 4.5},
+    {"marker": "D", "color": INK, "markerfacecolor": "none", "ms": 4.5},
+)
+REFERENCE: Keywords = {"marker": "+", "color": INK, "ms": 8.0, "mew": 1.1}
+
+
+def draw_view(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
+    """One view with equal scales: stations, what they can see, the board's path, lines between."""
+    frames: list[Pose] = [(np.eye(3), np.zeros(3))]
+    frames += [] if files.chosen is None else [matrix_and_metres(files.chosen)]
+    paths, own = files.shown_paths(), list(view)
+    reference = [] if files.reference is None else [files.reference[1]]
+    board = [] if paths is None else [np.median(paths[MASTER].t_m, axis=0)]
+    ends = [] if paths is None else usual(paths[MASTER].t_m).tolist()
+    every = np.vstack([*(t for _, t in frames), *reference, *ends])
+    low, high = every.min(axis=0), every.max(axis=0)
+    half = max(float(((high - low) * [0.86, 1.17, 1.17]).max()), LEAST_VIEW_M)  # room for names
+    draw_paths(axes, files, view)
+    places = [t for _, t in frames] + board
+    for k, place in enumerate(places):
+        axes.plot(*np.array([place, places[k - 1]])[:, own].T, color=GREY, lw=0.6, ls=(0, (1, 2)))
+    for station, pose in enumerate(frames):
+        others = np.array([place for k, place in enumerate(places) if k != station])
+        _draw_station(axes, pose, station, view, half, others)
+    for place in reference:
+        axes.plot(*place[own], ls="", zorder=5, **REFERENCE)
+    _equal(axes, view, (low + high) / 2, half, 0.68)
+
+
+def _draw_station(
+    axes: Axes, pose: Pose, station: int, view: tuple[int, int], half: float, others: np.ndarray
+) -> None:
+    """Axes x, y, z of a station, what it can see, and, from above, its name, away from other places
+    (n, 3)."""
+    (R, t), colour, own = pose, COLOURS[station], list(view)
+    turn, rays = np.radians(np.linspace(-FIELD_DEG, FIELD_DEG, 25)), np.zeros((25, 3))
+    rays[:, 0], rays[:, view[1]] = np.cos(turn), np.sin(turn)
+    fan = np.vstack([t, t + CONE * half * rays @ R.T])[:, own]
+    label = f"120° in view of the {ROLES[station]}"
+    axes.fill(*fan.T, color=colour, alpha=0.12, lw=0, zorder=1, label=label)
+    at = t[own]
+    axes.plot(*at, MARKS[station], color=colour, markersize=3.2, zorder=4)
+    how: Keywords = {"color": colour, "size": SMALL_PT, "ha": "center", "va": "center", "zorder": 6}
+    arrow: Keywords = {"arrowstyle": "<|-,head_width=0.14,head_length=0.28", "color": colour}
+    arrow |= {"shrinkA": 0, "shrinkB": 0, "lw": 0.9}
+    for letter, way in zip("xyz", R.T[:, own], strict=True):
+        if np.linalg.norm(way) > 0.5:
+            tip = at + ARROW * half * way * (1 + 0.25 / np.linalg.norm(way))
+            axes.annotate(letter, tuple(at), tuple(tip), arrowprops=arrow, **how)
+    if view == ABOVE:
+        away = -R[own, 0] if not len(others) else at - others[:, own].mean(axis=0) - R[own, 0]
+        off = away / max(float(np.linalg.norm(away)), 1e-9) * [25.0, 13.0]
+        how |= {"weight": "bold", "textcoords": "offset points"}
+        axes.annotate(ROLES[station], tuple(at), tuple(off), **how)
+
+
+def draw_paths(axes: Axes, files: CalibrationFiles, view: tuple[int, int]) -> None:
+    """Both paths of the board, or the master's alone where there is no other; gaps stay gaps."""
+    both, paths, own = files.agreement(), files.shown_paths(), list(view)
+    if both is not None:
+        few = thinned(len(both.time_s))
+        step = np.diff(both.time_s[few], prepend=both.time_s[0])
+        gap = step > max(LONGEST_GAP_S, 3 * np.median(step))
+        for points, how in zip((both.master_m, both.slave_m), PATHS, strict=True):
+            shown = np.where(gap[:, None], np.nan, points[few])
+            axes.plot(*shown[:, own].T, zorder=3, **how)
+    elif paths is not None:
+        alone = paths[MASTER].t_m
+        axes.plot(*alone[thinned(len(alone)), own[0] : own[1] + 1 : own[1] - own[0]].T,
+                  zorder=3, **PATHS[MASTER])  # fmt: skip
+
+
+def draw_path(axes: Axes, files: CalibrationFiles, still: bool) -> str:
+    """Both paths in detail, in the view in which the board's path is largest, dots where the
+    board is at rest; returns from where, nothing where there is no path."""
+    both, paths = files.agreement(), files.shown_paths()
+    path = both.master_m if both is not None else None if paths is None else paths[MASTER].t_m
+    if path is None or len(path) < 2:
+        return ""
+    low, high = usual(path)
+    inside = path[((path >= low) & (path <= high)).all(axis=1)]
+    spread = np.cov((inside if len(inside) > 2 else path).T)
+    view = max(SEEN_FROM, key=lambda own: float(np.linalg.det(spread[np.ix_(own, own)])))
+    draw_paths(axes, files, view)
+    if still:
+        for line in axes.lines:
+            line.set(linestyle="none", marker=".", markersize=2.0, rasterized=True)
+    if both is not None and both.mirrored.any():
+        axes.plot(*both.master_m[both.mirrored][:200, list(view)].T, ls="", zorder=4, **MIRRORED)
+    half = max(0.6 * float((high - low)[list(view)].max()), LEAST_PATH_M)
+    _equal(axes, view, (low + high) / 2, half, 1.0, 3)
+    return SEEN_FROM[view]
+
+
+def _equal(
+    axes: Axes, view: tuple[int, int], centre: np.ndarray, half: float, high: float, ticks: int = 6
+) -> None:
+    """Equal scales, `half` metres to the left and right of the centre, `high` times that up."""
+    across, up = (float(centre[k]) for k in view)
+    axes.set(xlim=(across - half, across + half), ylim=(up - high * half, up + high * half))
+    axes.set(xlabel=NAMES[view[0]], ylabel=NAMES[view[1]], aspect="equal")
+    axes.locator_params(nbins=ticks, steps=[1, 2, 5, 10])
+
+
+def ellipse(covariance: np.ndarray, plane: tuple[int, int], scale: float) -> np.ndarray:
+    """Points (n, 2) with d^T C^-1 d = scale^2, C the block of the plane of a covariance."""
+    values, vectors = np.linalg.eigh(covariance[np.ix_(plane, plane)])
+    turn = np.linspace(0, 2 * np.pi, 121)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    return np.asarray(scale * (circle * np.sqrt(np.clip(values, 0, None))) @ vectors.T)
+
+
+def draw_ellipses(panels: Sequence[Axes], files: CalibrationFiles) -> None:
+    """Ellipses about the chosen position in mm, seen from above and from the right, on one scale;
+    other estimates of the same frame and optics, and the reference, on the border where they are
+    far off."""
+    entry = files.chosen
+    matrices = {} if entry is None else {
+        name: np.array(entry.get(name) or [[np.nan]], dtype=np.float64) for name, *_ in ELLIPSES
+    }  # fmt: skip
+    known = [one for one in ELLIPSES if one[0] in matrices and np.isfinite(matrices[one[0]]).all()]
+    if entry is None or not known:
+        for axes in panels:
+            axes.set(xticks=[], yticks=[])
+            say(axes, "No covariance")
+        return
+    reach = AREA * np.sqrt(max(np.diag(matrices["covariance"])[:3]))
+    others = _others(files, entry)
+    near = [r for _, off, _ in others if (r := np.abs(off).max()) < FARTHEST * reach]
+    half = 1.2 * float(max([reach, *near]))
+    for axes, plane in zip(panels, (ABOVE, RIGHT), strict=True):
+        for name, scale, how in known:
+            axes.plot(*ellipse(matrices[name], plane, scale).T, **how)
+        label = f"chosen estimate: {entry['estimator']}, {entry['stage']}"
+        axes.plot(0, 0, "o", color=INK, ms=3.0, label=label)
+        for label, off, how in others:
+            at = off[list(plane)] / max(np.abs(off[list(plane)]).max() / half, 1.0)
+            axes.plot(*at, clip_on=False, ls="", label=label, zorder=4, **how)
+        axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
+        axes.set(xlabel=f"{'xyz'[plane[0]]} (mm)", ylabel=f"{'xyz'[plane[1]]} (mm)")
+        axes.locator_params(nbins=4, steps=[1, 2, 5, 10])
+
+
+def _others(files: CalibrationFiles, entry: PoseEntry) -> list[tuple[str, np.ndarray, Keywords]]:
+    """Label, distance (3,) in mm from the chosen estimate, and look."""
+    at = np.array(entry["translation_mm"])
+    same = [
+        p
+        for p in files.pose["poses"]
+        if (p["optics"], p["frame"]) == (entry["optics"], entry["frame"])
+        and p["stage"] != "kabsch"
+        and p["estimator"] != entry["estimator"]
+    ]
+    others = [
+        (f"{p['estimator']}, {p['stage']}", np.array(p["translation_mm"]) - at, how)
+        for p, how in zip(same, OTHERS, strict=False)
+    ]
+    if files.reference is not None:
+        others.append(("reference", 1e3 * files.reference[1] - at, REFERENCE))
+    return [
+        (f"{label}: {mm(float(np.linalg.norm(off)), 2)} away", off, how)
+        for label, off, how in others
+        if np.isfinite(off).all()
+    ]

@@ -1,0 +1,76 @@
+"""The table of claims of both papers: rows of `claims.csv`, and their text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mocap_metrology.papers.claims.decide import UNKNOWN, Text
+from mocap_metrology.papers.claims.table import Decision
+from mocap_metrology.present.tables import Row, aligned
+from mocap_metrology.present.text.numbers import significant, with_unit
+
+COLUMNS = (
+    *("id", "paper", "section", "claim", "statistic", "criterion"),
+    *("published", "published_word", "regenerated", "realisations", "regenerated_word"),
+    *("source", "note"),
+)
+TITLE = "Claims of both papers"
+CAPTION = (
+    "Claims of Skurowski & Pawlyta 2019 (S) and Jansen et al. 2019 (J) that data can decide, "
+    "tested with the published tables and with the results of this run. Simulated stand-ins "
+    "(twins) for S are made from its published coefficients, so they give the same answer "
+    "wherever the coefficients decide. Regenerated coefficients are those of "
+    "annealing-ant-colony, excluding those at a limit of its search; periodic disturbances are "
+    "those of likelihood. ±: two standard errors; a claim is undecided if its criterion lies "
+    "within them. realisations: standard deviations and covariances of nine hours are mostly "
+    "random walk, so many recordings are simulated from the same coefficients. Of those precise "
+    "enough to decide, such a claim must hold in 95 %; it does not hold if it does in 5 % or "
+    "fewer. Between, or if fewer than half decide, it is undecided."
+)
+SHOWN = ("claim", "decision rule", "published", "regenerated")
+
+
+def claim_rows(decisions: Sequence[Decision]) -> list[Row]:
+    """Rows of claims.csv."""
+    rows = []
+    for claim, published, regenerated, realisations, source in decisions:
+        cells = (
+            *(claim.id, claim.paper, claim.section, claim.claim, claim.statistic, claim.criterion),
+            *(_text(published.value), published.word, _text(regenerated.value), realisations),
+            *(regenerated.word, "" if regenerated.word == UNKNOWN else source, claim.note),
+        )
+        rows.append(dict(zip(COLUMNS, cells, strict=True)))
+    return rows
+
+
+def _text(parts: Text) -> str:
+    return "".join(
+        part
+        if isinstance(part, str)
+        else with_unit(part.value, part.unit, part.digits)
+        if part.unit
+        else significant(part.value, part.digits)
+        for part in parts
+    )
+
+
+def claims_markdown(rows: Sequence[Row]) -> str:
+    """Title, caption, numbers of claims that hold or not, and a table of what readers need."""
+    kinds = ("published", "regenerated")
+    words = dict.fromkeys(row[f"{kind}_word"] for kind in kinds for row in rows)
+    counts = [
+        f"{kind}: " + ", ".join(f"{w} {sum(r[f'{kind}_word'] == w for r in rows)}" for w in words)
+        for kind in kinds
+    ]
+    table = "\n".join(aligned([SHOWN, *map(_line, rows)]))
+    return f"# {TITLE}\n\n{CAPTION}\n\nOf {len(rows)} claims, {'; '.join(counts)}.\n\n{table}\n"
+
+
+def _line(row: Row) -> tuple[str, ...]:
+    """A row as shown, words before their reasons."""
+    answers = [f"{row[f'{kind}_word']}: {row[kind]}" for kind in ("published", "regenerated")]
+    if row["realisations"]:
+        answers[1] += f"; {row['realisations']}"
+    note = f" ({row['note']})" if row["note"] else ""
+    rule = f"{row['statistic']}; holds if {row['criterion']}{note}"
+    return (f"{row['id']}: {row['claim']}", rule, *answers)

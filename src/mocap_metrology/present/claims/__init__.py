@@ -1,1 +1,0 @@
-"""Every claim of both papers that data can decide, held against published numbers and twins."""

@@ -281,12 +281,8 @@ def allan_curve(
     keep = np.isfinite(found.variance)
     m, variance, n_terms = found.m[keep], found.variance[keep], found.n_terms[keep]
     alpha = noise_exponents(series, m, estimator)
-    full = np.array(
-        [
-            equivalent_dof(int(a), int(k), series.size, estimator)
-            for a, k in zip(alpha, m, strict=True)
-        ]
-    )
-    edf = np.maximum(full * n_terms / found.n_full[keep] * found.kept[keep] ** 2, 1.0)
+    pairs = zip(alpha.tolist(), m.tolist(), strict=True)
+    dof = np.array([equivalent_dof(a, k, series.size, estimator) for a, k in pairs])
+    edf = np.maximum(dof * n_terms / found.n_full[keep] * found.kept[keep] ** 2, 1.0)
     lower, upper = interval(variance, edf, confidence)
     return AllanCurve(m, m / frame_rate_hz, variance, n_terms, alpha, edf, lower, upper)

@@ -72,7 +72,7 @@ def _lag1_exponent(means: np.ndarray, max_differences: int) -> float | None:
         if n_known < MIN_MEANS - max_differences:
             return None
         if n_known == means.size:
-            z, n_pairs = means - means.mean(), means.size - 1
+            z, n_pairs = means - means.mean(), n_known - 1
         else:
             z = np.where(known, means - means[known].mean(), 0.0)
             n_pairs = np.count_nonzero(known[1:] & known[:-1])

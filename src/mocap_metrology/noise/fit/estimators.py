@@ -156,7 +156,7 @@ def estimate_series(
         ),
         "slopes": lambda: slopes(*cleaned, frame_rate_hz),
     }
-    estimates, refused = [], {}
+    estimates, refused = [], dict[str, str]()
     for name in noise.estimators:
         try:
             estimates.append(with_crlb(runs[name](), raw.size, frame_rate_hz, frames))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -78,12 +79,11 @@ def coefficients(
     return tuple(rows)
 
 
-def _ends(value: float, error: float) -> dict[str, float]:
+def _ends(value: float, error: float) -> dict[str, Any]:
     """Of the normal intervals, from 0 up."""
-    levels = ((68, Z_68), (95, Z_95))
     return {
         f"{end}_{level}": max(value + sign * z * error, 0.0)
-        for level, z in levels
+        for level, z in ((68, Z_68), (95, Z_95))
         for end, sign in (("lower", -1), ("upper", 1))
     }
 
@@ -92,7 +92,7 @@ def _positive(
     name: str, value: float, error: float, bound: float, status: str = "ok"
 ) -> Coefficient:
     """A scale, with log-normal intervals."""
-    ends = {
+    ends: dict[str, Any] = {
         f"{end}_{level}": value * math.exp(min(sign * z * (error / value), 700.0))
         for level, z in ((68, Z_68), (95, Z_95))
         for end, sign in (("lower", -1), ("upper", 1))
@@ -196,7 +196,7 @@ def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coef
         # By averages over a frame
         left = Sinusoid(1.0, line.f_0).recorded(bins.frame_rate_hz, bins.form)
         rows = [
-            _positive("A_s", *(v / left for v in (line.A_s, errors[0], bounds[0]))),
+            _positive("A_s", line.A_s / left, errors[0] / left, bounds[0] / left),
             Coefficient("f_0", line.f_0, errors[1], bounds[1], **_ends(line.f_0, errors[1])),
         ]
         if line.wide:

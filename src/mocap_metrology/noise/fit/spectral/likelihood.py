@@ -122,7 +122,7 @@ def likelihood(
     if settings.either and fit.spectrum.size:
         rows = _of_either_form(rows, fit, data, line, wants_line)
     if components is None and settings.deterministic:
-        rows += deterministic_rows(parts, frame_rate_hz)
+        rows += deterministic_rows(parts)
     notes = [_lines_note(lines[1:] if line else lines, len(lines) == settings.max_lines)]
     notes.append(undecided(fit, near, cost))
     beyond = Likelihood(data).misfit(fit)

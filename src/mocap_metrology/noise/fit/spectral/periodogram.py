@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -123,7 +123,7 @@ def _joined(parts: Sequence[T]) -> T:
     if len(parts) == 1:
         return parts[0]
     names = [name for name, value in vars(parts[0]).items() if isinstance(value, np.ndarray)]
-    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    columns: Any = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     return replace(parts[0], **columns)
 
 

@@ -17,7 +17,7 @@ from mocap_metrology.noise.diagnosis.periodic import mains_of
 from mocap_metrology.noise.fit.allan import annealing
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral import gaps, likelihood, whittle
-from mocap_metrology.noise.fit.spectral.line import Line, _folded
+from mocap_metrology.noise.fit.spectral.line import Line, folded
 from mocap_metrology.noise.fit.spectral.lines import find_slow_lines
 from mocap_metrology.noise.gaussian.two_markers import correlation_time, kernel_density
 from mocap_metrology.noise.model.components import Sinusoid
@@ -158,7 +158,7 @@ def test_errors_of_a_line_near_nyquist_are_those_of_the_inverse_information() ->
     matrix, line = 30 * rng.normal(size=(12, 3)), Line(2.0, 49.99, 0.3, 1e-4, 100.0)
     x = 2.0 * np.array([math.sin(0.3), math.cos(0.3)])
     covariance = np.linalg.inv(matrix.T @ matrix) * 1e-4 * n / (4 * spacing_s)
-    found = _folded(line, x, matrix, n, spacing_s)
+    found = folded(line, x, matrix, n, spacing_s)
     along = np.r_[x / 2, 0]
     assert found.f_error == pytest.approx(math.sqrt(covariance[2, 2]) / 10)
     assert found.A_error == pytest.approx(math.sqrt(along @ covariance @ along))

@@ -74,7 +74,7 @@ class Misfit:
     def residual(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k,) w (model - obs) at x, and its derivatives (d, k) by the coordinates."""
         jacobian = np.empty((x.size, self.m.size))
-        return descent.residual(x, self._problem, jacobian, True), jacobian
+        return descent.residual(x, self._problem, jacobian), jacobian
 
     def polished(self, x: np.ndarray, iterations: int = 100) -> tuple[np.ndarray, float]:
         """The local minimum below x inside the bounds, and its cost (see `descent.descend`)."""
@@ -98,18 +98,6 @@ class Misfit:
             norm = self._norm(Sinusoid(1.0, f_0))
             parts.append(Sinusoid(math.sqrt(math.exp(x[-2]) / norm), f_0))
         return NoiseModel(tuple(parts)).ordered()
-
-    def point(self, model: NoiseModel) -> np.ndarray:
-        """The point of a model that has these components, moved into the bounds."""
-        if Components.of(model) != self.components:
-            raise Refusal(f"{Components.of(model)}, expected {self.components}")
-        x: list[float] = []
-        for part in model.ordered().components:
-            share = self._norm(part)
-            x.append(math.log(share) if share > 0 else -math.inf)
-            if not isinstance(part, PowerLaw):
-                x.append(math.log(part.T_c if isinstance(part, GaussMarkov) else part.f_0))
-        return np.clip(x, self.lower, self.upper)
 
     def at_bound(self, x: np.ndarray) -> dict[str, bool]:
         """By coefficient (named as in `model`): whether x lies on a bound there. Where a share

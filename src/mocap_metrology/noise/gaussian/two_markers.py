@@ -274,12 +274,13 @@ def _blocks(series: np.ndarray, frame_rate_hz: float, least: int) -> np.ndarray:
 
 def _drift(values: np.ndarray, known: np.ndarray, frames: int, frame_rate_hz: float) -> Drift:
     """Of one value a block, of the blocks `known` by number."""
+    block_s = max(frames, 1) / frame_rate_hz
     if known.size < 2:
-        return Drift(math.nan, math.nan, frames / frame_rate_hz)
+        return Drift(math.nan, math.nan, block_s)
     hours = known * frames / frame_rate_hz / 3600
     hours = hours - hours.mean()
     slope = float(np.sum(hours * (values - values.mean())) / np.sum(hours**2))
-    return Drift(slope, float(np.ptp(values)), frames / frame_rate_hz)
+    return Drift(slope, float(np.ptp(values)), block_s)
 
 
 def drift(series: np.ndarray, frame_rate_hz: float) -> Drift:

@@ -29,6 +29,7 @@ from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, Stretch,
 from mocap_metrology.noise.fit.spectral.rivals import Rival, judged, undecided
 from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum, dictionary
 from mocap_metrology.noise.model.components import ALPHAS, Form
+from mocap_metrology.noise.model.deterministic import Deterministic
 
 LEAST_SAMPLES = 1000
 NAMED = 8  # of the lines found, in a note
@@ -202,8 +203,7 @@ class _Search:
             bare = self._without(parts, lines, at)
             data, series = self._filled(bare, lines)
         best = self._fitted(data)
-        t = (self.starts[at] + np.arange(series[at].size)) * (1 / rate)
-        still = series[at] - best[0].part.values.at(t)
+        still = series[at] - self.wave(best[0].part.values, at, series[at].size)
         level = self._density(best[0].fit.spectrum)
         slow = periodic.find_slow_lines(still, rate, level, most - len(lines))
         if slow:
@@ -214,6 +214,10 @@ class _Search:
             level = self._density(best[0].fit.spectrum)
             slow = [replace(s, psd=float(level(np.array([s.f_0]))[0])) for s in slow]
         return best, sorted([*lines, *slow], key=lambda line: -line.gain)
+
+    def wave(self, part: Deterministic, at: int, n: int) -> np.ndarray:
+        """The deterministic part in stretch `at` of n samples."""
+        return part.at((self.starts[at] + np.arange(n)) * (1 / self.frame_rate_hz))
 
     def _fitted(self, data: Periodogram) -> list[Alternative]:
         settings, components = self.settings, self.components

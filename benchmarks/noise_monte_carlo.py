@@ -110,8 +110,9 @@ def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, E
     from mocap_metrology.common.hampel import hampel
     from mocap_metrology.noise.allan.confidence import allan_curve
     from mocap_metrology.noise.allan.variance import averaging_factors
-    from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_run
+    from mocap_metrology.noise.fit.allan.annealing import annealing_run
     from mocap_metrology.noise.fit.spectral.likelihood import likelihood
+    from mocap_metrology.settings import Annealing
 
     components = Components.of(truth)
     masked = hampel(series, 120, 6.0, "mask").values
@@ -121,7 +122,7 @@ def _fit_series(series: np.ndarray, truth: NoiseModel, seed: int) -> dict[str, E
         "likelihood, order known": likelihood(masked, RATE, components).estimate,
         "likelihood, order by BIC": likelihood(masked, RATE).estimate,
         "annealing-ant-colony, order known (3-sigma cleaned, continuous)": annealing_run(
-            cleaned.m, cleaned.variance, RATE, components, AnnealingSettings(), seed
+            cleaned.m, cleaned.variance, RATE, components, Annealing(), seed
         ).estimate,
     }
 

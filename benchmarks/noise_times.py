@@ -20,12 +20,13 @@ import numpy as np
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_run
+from mocap_metrology.noise.fit.allan.annealing import annealing_run
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
 from mocap_metrology.noise.fit.estimators import panel
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.twins.published import published_row
+from mocap_metrology.settings import Annealing
 
 RATE, FRAMES = 120.0, 3_888_000
 TAU0 = 1 / RATE
@@ -52,7 +53,7 @@ def main() -> None:
     m = averaging_factors(FRAMES, 100, 1, 1 / 3)
     curve = allan_curve(series, RATE, m)
     known = (curve.m, curve.variance, RATE, asked)
-    settings = AnnealingSettings()
+    settings = Annealing()
     steps: dict[str, Callable[[], object]] = {
         "masking of gross outliers (Hampel, 6 sigma)": lambda: hampel(series, 120, 6.0, "mask"),
         "Allan variances with intervals": lambda: allan_curve(series, RATE, m),

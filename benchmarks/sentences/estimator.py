@@ -21,11 +21,12 @@ from mocap_workflow.recording_twins import recording_twin, twin_from_mapping
 from benchmarks.sentences import _kinds
 from mocap_metrology.common.hampel import hampel
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
-from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings, annealing_run
+from mocap_metrology.noise.fit.allan.annealing import annealing_run, without_descents
 from mocap_metrology.noise.fit.estimators import panel, published_estimate
 from mocap_metrology.noise.gaussian.two_markers import chi_squared_normal
 from mocap_metrology.noise.twins.published import SERIES, printed_row, published_keys, published_row
 from mocap_metrology.noise.twins.simulate import simulate
+from mocap_metrology.settings import Annealing
 
 RATE = 120.0
 TAU0 = 1 / RATE
@@ -157,7 +158,7 @@ def _supported(model, frames: int) -> bool:
 def _lines(n: int) -> Iterator[Row]:
     hits, every, plain_hits, total = 0, 0, 0, 0
     cost, white, gain = [], [], []
-    settings = AnnealingSettings()
+    settings = Annealing()
     for cameras, series, m, avar in curves():
         printed = printed_row("T40", cameras)[series]["f_0"]
         asked = panel("T40", cameras, series)
@@ -165,12 +166,16 @@ def _lines(n: int) -> Iterator[Row]:
         best = annealing_run(*fit, settings, 1, "continuous", NINE_HOURS_S).estimate
         hits += abs(best.values["f_0"] / printed - 1) < 0.1
         all_tau = annealing_run(
-            *fit, replace(settings, longest_tau_share=1.0), 1, "continuous", NINE_HOURS_S
+            *fit,
+            settings.model_copy(update={"longest_tau_share": 1.0}),
+            1,
+            "continuous",
+            NINE_HOURS_S,
         )
         every += abs(all_tau.estimate.values["f_0"] / printed - 1) < 0.1
         total += 1
         if n >= WHOLE:
-            run = annealing_run(*fit, settings.plain, 1, "continuous", NINE_HOURS_S)
+            run = annealing_run(*fit, without_descents(settings), 1, "continuous", NINE_HOURS_S)
             plain = run.estimate
             gain.append(run.colony_gain)
             plain_hits += abs(plain.values["f_0"] / printed - 1) < 0.1

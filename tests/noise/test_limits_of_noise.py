@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,12 +16,14 @@ from mocap_metrology.noise.diagnosis.periodic import mains_of
 from mocap_metrology.noise.fit.allan import annealing
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral import gaps, likelihood, whittle
-from mocap_metrology.noise.fit.spectral.line import Line, _folded
+from mocap_metrology.noise.fit.spectral.line import Line, folded
 from mocap_metrology.noise.fit.spectral.lines import find_slow_lines
 from mocap_metrology.noise.gaussian.two_markers import correlation_time, kernel_density
 from mocap_metrology.noise.model.components import Sinusoid
+from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.motion.place import evenness
 from mocap_metrology.noise.twins.take import Take, TakeTwin, simulate_take
+from mocap_metrology.settings import Annealing
 
 
 def test_one_valid_sample_has_the_least_correlation_time() -> None:
@@ -129,15 +130,15 @@ def test_a_lone_gap_beside_another_is_drawn_given_the_valid_samples_about_it() -
 def test_only_what_lies_at_its_end_is_held() -> None:
     """Newton's step of one coefficient: gradient over information; at 0 none goes below it."""
     one, step = np.ones((1, 1)), np.array([-0.1])
-    assert whittle._trial(np.array([0.5]), 1, step, one, 0.0, 0.0, 1.0)[0] == pytest.approx(0.4)
-    assert whittle._trial(np.array([0.0]), 1, step, one, 0.0, 0.0, 1.0)[0] == 0
-    assert whittle._trial(np.array([0.0]), 1, -step, one, 0.0, 0.0, 1.0)[0] == pytest.approx(0.1)
+    assert whittle._trial(np.array([0.5]), 1, step, one, 0.0, (0.0, 1.0))[0] == pytest.approx(0.4)
+    assert whittle._trial(np.array([0.0]), 1, step, one, 0.0, (0.0, 1.0))[0] == 0
+    assert whittle._trial(np.array([0.0]), 1, -step, one, 0.0, (0.0, 1.0))[0] == pytest.approx(0.1)
 
 
 def test_a_wave_in_a_later_stretch_runs_on_from_the_first() -> None:
-    asked = likelihood._Asked([0, 100], 50.0, None, None)
-    clock = SimpleNamespace(part=SimpleNamespace(values=SimpleNamespace(at=lambda t: t)))
-    assert asked.wave(clock, 1, 4) == pytest.approx([2.0, 2.02, 2.04, 2.06])
+    search = likelihood._Search([0, 100], 50.0, None, None, None)
+    wave = search.wave(Deterministic(drift=3600.0), 1, 4)
+    assert wave == pytest.approx([2.0, 2.02, 2.04, 2.06])
 
 
 def test_noise_of_the_one_camera_added_is_relative_to_those_before() -> None:
@@ -158,7 +159,7 @@ def test_errors_of_a_line_near_nyquist_are_those_of_the_inverse_information() ->
     matrix, line = 30 * rng.normal(size=(12, 3)), Line(2.0, 49.99, 0.3, 1e-4, 100.0)
     x = 2.0 * np.array([math.sin(0.3), math.cos(0.3)])
     covariance = np.linalg.inv(matrix.T @ matrix) * 1e-4 * n / (4 * spacing_s)
-    found = _folded(line, x, matrix, n, spacing_s)
+    found = folded(line, x, matrix, n, spacing_s)
     along = np.r_[x / 2, 0]
     assert found.f_error == pytest.approx(math.sqrt(covariance[2, 2]) / 10)
     assert found.A_error == pytest.approx(math.sqrt(along @ covariance @ along))
@@ -195,44 +196,32 @@ def test_guides_of_the_colony_are_drawn_by_their_rank() -> None:
         seen.append(points[:, 0])
         return points[:, 0].copy()
 
-    settings = annealing.Colony(k, 60_000, q, 1e-9, 1)
+    settings = Annealing(ants=60_000, q=q, xi=1e-9, colony_iterations=1)
     archive = np.arange(k, dtype=float)[::-1, None]
-    low, high = np.array([-1.0]), np.array([9.0])
-    annealing.colony(costs, archive, low, high, settings, np.random.default_rng(2))
+    bounds = np.array([-1.0]), np.array([9.0])
+    annealing.colony(costs, archive, bounds, settings, np.random.default_rng(2))
     share = np.bincount(np.rint(seen[1]).astype(int), minlength=k) / 60_000
     weight = np.exp(-(np.arange(k) ** 2) / (2 * (q * k) ** 2))
     assert share == pytest.approx(weight / weight.sum(), abs=0.01)
 
 
-def test_freedom_of_an_estimate_is_that_within_the_agreed_cost() -> None:
-    """A cost 0.1 % of itself higher, whatever its size."""
-    model = SimpleNamespace(coefficients=lambda: {"N": 1.0})
-    asked = []
-    problem = SimpleNamespace(
-        model=lambda x: model,
-        at_bound=lambda x: {"N": False},
-        freedom=lambda x, cost: asked.append(cost) or {"N": 0.7},
-        form="continuous",
-    )
-    settings = annealing.AnnealingSettings(agreement=1e-3)
-    found = annealing._estimate(problem, np.zeros(1), 50.0, [np.zeros(1)] * 3, settings)
-    assert asked == pytest.approx([0.05])
-    assert "at a cost 0.1% higher, it could change N by 70%" in found.note
-
-
 def test_starts_of_plain_annealing_are_where_it_stopped() -> None:
-    """Without a descent from there, as S did it."""
+    """Without a descent from there, as S did it; what can move by more than 5 % at a cost 0.1 % of
+    itself higher is named."""
     m = np.array([1, 2, 4, 8, 16, 32, 64, 128])
     avar = 1e-3 / m + 1e-6 * m
-    settings = annealing.AnnealingSettings(
-        starts=2, plain_iterations=20, plain_colony_iterations=1
-    ).plain
-    of = m, avar, 100.0, Components((0, -2), 0, False)
+    settings = Annealing(starts=2, plain_iterations=20, plain_colony_iterations=1)
+    settings = annealing.without_descents(settings)
+    of = m, avar, 100.0, Components((-2, 0), 0, False)
     run = annealing.annealing_run(*of, settings, seed=4)
-    problem = annealing.misfit(*of, "continuous", "relative", settings.range, None)
+    problem = annealing.misfit(*of, "continuous", "relative", settings, None)
     for cost, seed in zip(run.starts_cost, np.random.SeedSequence(4).spawn(3)[1:], strict=True):
         x = annealing._anneal(problem, settings, np.random.default_rng(seed))
         assert cost == pytest.approx(problem.costs(x[None])[0])
+    x, _ = problem.polished(x)
+    assert problem.freedom(x, 0.05)["h_0"] == pytest.approx(
+        np.sqrt(0.05 * np.linalg.inv(problem.residual(x)[1] @ problem.residual(x)[1].T)[1, 1])
+    )
 
 
 def test_the_tail_is_the_median_of_the_greatest_of_24_parts() -> None:

@@ -23,7 +23,6 @@ from mocap_metrology.common.sections import choices_of, fields
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.diagnosis.recording import DiagnosisSettings
-from mocap_metrology.noise.fit.allan.annealing import AnnealingSettings
 from mocap_metrology.settings import Hampel, Noise, Settings, checked
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -193,8 +192,6 @@ def plain(settings: Any) -> dict[str, Any]:
 def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     config = Settings().model_dump(mode="json")
     moving = config["still"]["range_mm"]
-    annealing = plain(AnnealingSettings())
-    assert {key: annealing[key] for key in config["annealing"]} == config["annealing"]
     still = {"still_range_mm": moving, "horizon_s": config["verdict"]["horizon_s"]}
     assert plain(DiagnosisSettings()) == config["diagnosis"] | still
     lighthouse = config["lighthouse"] | {"lasers_m": config["lighthouse"]["lasers_mm"]}

@@ -13,7 +13,6 @@ with step(snakemake) as log:
     from pathlib import Path
 
     from mocap_metrology.common.files import write_csv
-    from mocap_metrology.noise.allan.variance import averaging_factors
     from mocap_metrology.noise.fit import estimates
     from mocap_metrology.noise.fit.estimators import (
         NoiseSettings,
@@ -30,7 +29,7 @@ with step(snakemake) as log:
         rate = twin.frame_rate_hz
         n = round(twin.duration_s * rate)
         settings = NoiseSettings.of(Settings(**given.settings), rate, subset=subset)
-        m = averaging_factors(n, settings.n_taus, settings.min_m, settings.max_fraction)
+        m = settings.averaging_factors(n)
         table = []
         for name, model in published_row(*subset).items():
             model = replace(model, form=given.forms[recording])

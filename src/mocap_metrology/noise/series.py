@@ -107,15 +107,15 @@ def allan_columns(series: str, curve: AllanCurve, estimator: str = "oadev") -> C
     return dict(zip(ALLAN, values, strict=True))
 
 
-def periodogram_columns(series: str, found: Periodogram | None) -> Columns:
+def periodogram_columns(series: str, periodogram: Periodogram | None) -> Columns:
     """Columns of periodogram.parquet of one series: what the likelihood was fitted to, lines
     subtracted; stretch_s is the duration of the stretch without long gaps a bin comes from."""
-    if found is None:
+    if periodogram is None:
         return {name: np.array([]) for name in PERIODOGRAM}
-    bins = found.bins
+    bins = periodogram.bins
     values = (
         *(np.full(bins.n.size, series, dtype=object), bins.centre_hz, bins.f_lower_hz),
-        *(bins.f_upper_hz, found.psd, found.weight, bins.duration_s),
+        *(bins.f_upper_hz, periodogram.psd, periodogram.weight, bins.duration_s),
     )
     return dict(zip(PERIODOGRAM, values, strict=True))
 

@@ -177,7 +177,7 @@ def noise_coefficients(
         name, values = one
         own = (allan["series"] == name) & (allan["estimator"] == "oadev") & (allan["avar_mm2"] > 0)
         given = allan["m"][own], allan["avar_mm2"][own]
-        curves = [curve(name, values, kind) for kind in how.curves if kind != "oadev"]
+        curves = [curve(name, values, kind) for kind in how.allan.estimators if kind != "oadev"]
         seed = crc32(f"{recording} {name}".encode()) + how.seed
         asked, among = how.components(name), outliers(name, values)
         try:
@@ -192,7 +192,7 @@ def noise_coefficients(
         curves += own
         if isinstance(found, str):
             refused.setdefault(found, []).append(name)
-            rows += estimates.refused_rows(name, how.estimators, found)
+            rows += estimates.refused_rows(name, how.noise.estimators, found)
             continue
         rows += _rows(name, found)
         periodograms.append(periodogram_columns(name, found.periodogram))

@@ -24,6 +24,7 @@ from mocap_metrology.noise.gaussian.two_markers import gaussian_model
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.twins.twin import Twin
+from tests.noise.model.textbook import density
 
 RATE = 120.0
 TAU0 = 1 / RATE
@@ -60,7 +61,8 @@ def by_spectrum(density, T: float, f_h: float) -> tuple[float, float]:
 )
 def test_closed_forms_are_integrals_over_the_spectrum(part) -> None:
     T, f_h = 60.0, 60.0
-    found = by_spectrum(lambda f: float(part.psd_continuous(f)) if f > 0 else 0.0, T, f_h)
+
+    found = by_spectrum(lambda f: float(density(part, f)) if f > 0 else 0.0, T, f_h)
     model = NoiseModel((part,))
     assert expected_variance(model, T, 2 * f_h) == pytest.approx(found[0], rel=2e-3)
     assert mean_variance(model, T, 2 * f_h) == pytest.approx(found[1], rel=2e-3)

@@ -19,6 +19,7 @@ from mocap_metrology.noise.model.synthesis import (
 )
 from mocap_metrology.noise.twins.published import published_keys, published_row
 from mocap_metrology.noise.twins.simulate import Twin, simulate
+from tests.noise.model.textbook import density
 
 RATE = 120.0
 TAU0 = 1 / RATE
@@ -52,7 +53,7 @@ def test_spectrum_is_the_folded_sum_of_what_an_average_leaves(part):
     f = np.array([1e-4, 0.3, 12.0, 41.0, 60.0])
     k = np.arange(-40_000, 40_001)[:, None] * 120.0
     seen = np.abs(f + k)
-    folded = part.psd_continuous(seen) * np.sinc(seen * TAU0) ** 2
+    folded = density(part, seen) * np.sinc(seen * TAU0) ** 2
     assert part.psd(f, RATE, form="continuous") == pytest.approx(folded.sum(axis=0), rel=2e-5)
 
 
@@ -60,7 +61,7 @@ def test_violet_is_averaged_up_to_nyquist_and_blue_nearly_so():
     f = np.array([0.01, 6.0, 30.0, 60.0])
     for alpha, nearest in ((2, 1e-12), (1, 0.28)):
         part = PowerLaw(alpha, 1.0)
-        up_to_nyquist = part.psd_continuous(f) * np.sinc(f * TAU0) ** 2
+        up_to_nyquist = density(part, f) * np.sinc(f * TAU0) ** 2
         assert part.psd(f, RATE, form="continuous") == pytest.approx(up_to_nyquist, rel=nearest)
 
 

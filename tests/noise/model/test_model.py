@@ -11,6 +11,7 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
+from tests.noise.model.textbook import density
 
 RATE = 120.0
 TAU0 = 1 / RATE
@@ -156,7 +157,7 @@ def test_spectrum_integrates_to_the_variance_and_is_the_folded_one(T_c):
     aliases = np.arange(-20_000, 20_001)[:, None] * 120.0
     # what lies beyond the last alias falls as 1/f^2
     rest = 2 * 2 * part.q_c**2 / (2 * np.pi) ** 2 / (120 * 20_000.5 * 120)
-    folded = part.psd_continuous(f + aliases).sum(0) + rest
+    folded = density(part, f + aliases).sum(0) + rest
     assert part.psd(f, RATE) == pytest.approx(folded, rel=1e-6)
 
 
@@ -261,11 +262,3 @@ def test_coefficients_that_make_no_model_are_refused(coefficients, words):
     with pytest.raises(Refusal) as refusal:
         NoiseModel.from_coefficients(coefficients)
     assert words in str(refusal.value)
-
-
-def test_unfolded_spectrum_is_the_sum_of_its_parts():
-    """One-sided: h_0 + h_-2 / f^2 + 2 (q_c T_c)^2 / (1 + (2 pi f T_c)^2)."""
-    f = np.array([0.01, 0.5, 3.0, 1000.0])
-    parts = (PowerLaw(0, 3e-6), PowerLaw(-2, 2e-7), GaussMarkov(0.05, 1.5), Sinusoid(0.1, 2.0))
-    expected = 3e-6 + 2e-7 / f**2 + 2 * 0.075**2 / (1 + (3 * np.pi * f) ** 2)
-    np.testing.assert_allclose(NoiseModel(parts).psd_continuous(f), expected, rtol=1e-12)

@@ -40,46 +40,42 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     has.) NaN samples are left out of the means, windows without any out of the sum.
     """
     valid = np.isfinite(series)
-    whole = bool(valid.all())
-    known = series if whole else series[valid]
-    mean = known.mean() if known.size else 0.0
-    sums = running_sum(series - mean if whole else np.where(valid, series - mean, 0.0))
-    counts = None if whole else running_sum(valid)
+    if valid.all():
+        sums, counts = running_sum(series - series.mean() if series.size else series), None
+    else:
+        mean = series[valid].mean() if valid.any() else 0.0
+        sums, counts = running_sum(np.where(valid, series - mean, 0.0)), running_sum(valid)
     exponents = np.zeros(len(m), dtype=np.int64)
     last = None
     for k in np.argsort(m):
         if series.size // m[k] >= MIN_MEANS:
             with np.errstate(invalid="ignore", divide="ignore"):
-                means = np.diff(sums[:: m[k]]) / (
-                    m[k] if counts is None else np.diff(counts[:: m[k]])
-                )
-            found = _lag1_exponent(means, DIFFERENCING[estimator], whole)
-            if found is not None and (last is None or _departs(found, last, means.size)):
+                held = m[k] if counts is None else np.diff(counts[:: m[k]])
+                means = np.diff(sums[:: m[k]]) / held
+            exponent = _lag1_exponent(means, DIFFERENCING[estimator])
+            if exponent is not None and (last is None or _departs(exponent, last, means.size)):
                 steepest_rise = 2 if last is None else max(last, 0)
-                last = min(max(round(found), STEEPEST[estimator]), steepest_rise)
+                last = min(max(round(exponent), STEEPEST[estimator]), steepest_rise)
         exponents[k] = last or 0
     return exponents
 
 
-def _departs(found: float, last: int, n_means: int) -> bool:
-    errors = 0 if found < last and last > 0 else 2
-    return abs(found - last) > 0.5 + errors * 2 / math.sqrt(n_means)
+def _departs(exponent: float, last: int, n_means: int) -> bool:
+    errors = 0 if exponent < last and last > 0 else 2
+    return abs(exponent - last) > 0.5 + errors * 2 / math.sqrt(n_means)
 
 
-def _lag1_exponent(means: np.ndarray, max_differences: int, whole: bool) -> float | None:
-    """whole: all means are finite."""
+def _lag1_exponent(means: np.ndarray, max_differences: int) -> float | None:
     for differences in range(max_differences + 1):
-        known = None if whole else np.isfinite(means)
-        n_known = means.size if known is None else np.count_nonzero(known)
+        known = np.isfinite(means)
+        n_known = np.count_nonzero(known)
         if n_known < MIN_MEANS - max_differences:
             return None
-        z = means - (
-            means.mean() if known is None or n_known == means.size else means[known].mean()
-        )
-        n_pairs = z.size - 1
-        if known is not None and n_known < z.size:
+        if n_known == means.size:
+            z, n_pairs = means - means.mean(), n_known - 1
+        else:
+            z = np.where(known, means - means[known].mean(), 0.0)
             n_pairs = np.count_nonzero(known[1:] & known[:-1])
-            z[~known] = 0.0
         power = z @ z
         if not n_pairs or not power > 0:
             return None
@@ -285,12 +281,8 @@ def allan_curve(
     keep = np.isfinite(found.variance)
     m, variance, n_terms = found.m[keep], found.variance[keep], found.n_terms[keep]
     alpha = noise_exponents(series, m, estimator)
-    full = np.array(
-        [
-            equivalent_dof(int(a), int(k), series.size, estimator)
-            for a, k in zip(alpha, m, strict=True)
-        ]
-    )
-    edf = np.maximum(full * n_terms / found.n_full[keep] * found.kept[keep] ** 2, 1.0)
+    pairs = zip(alpha.tolist(), m.tolist(), strict=True)
+    dof = np.array([equivalent_dof(a, k, series.size, estimator) for a, k in pairs])
+    edf = np.maximum(dof * n_terms / found.n_full[keep] * found.kept[keep] ** 2, 1.0)
     lower, upper = interval(variance, edf, confidence)
     return AllanCurve(m, m / frame_rate_hz, variance, n_terms, alpha, edf, lower, upper)

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.types import Floats, Integers
 
 BLOCK = 8192  # samples worked on for every tau before moving on: 64 KB stay in the cache
 EXCESS_SAMPLES = 1_000_000  # samples looked at for each tau: the correction is then known to 0.3 %
 EXCESS_TERMS = 10_000  # and terms at least
 # Reassociation lets the compiler add in vector lanes; it reorders sums and changes nothing else.
 REORDER = {"reassoc", "nsz", "contract"}
+Three = tuple[Floats, Floats, Floats]
+Four = tuple[Floats, Floats, Floats, Floats]
 
 
 def running_sum(series: np.ndarray) -> np.ndarray:
@@ -24,14 +27,11 @@ def running_sum(series: np.ndarray) -> np.ndarray:
 def full(series: np.ndarray, m: np.ndarray, n_full: np.ndarray, estimator: str) -> np.ndarray:
     """(k,) sums of the squared terms of a series (n,) of mean 0 without gaps, over the averaging
     factors m (k,), of which n_full (k,) terms there are; as `variance` scales them."""
-    sums = running_sum(series)
-    total = np.zeros(m.size)
+    sums, total = running_sum(series), np.zeros(m.size)
     if estimator == "mdev":
         _sum_modified(sums, m, n_full, total)
-    elif estimator == "hdev":
-        _sum_hadamard(sums, m, n_full, total)
     else:
-        _sum_allan(sums, m, n_full, total)
+        _sum(sums, m, n_full, estimator == "hdev", total)
     return total
 
 
@@ -49,25 +49,34 @@ def gapped(
     counts = running_sum(valid)
     # One sample has no scatter, so a window needs two
     least = np.maximum(np.minimum(m, 2), np.ceil(min_coverage * m)).astype(np.float64)
-    total = np.zeros(m.size)
-    n_terms = np.zeros(m.size)
-    if estimator == "mdev":
+    total, n_terms = np.zeros(m.size), np.zeros(m.size)
+    modified, hadamard = estimator == "mdev", estimator == "hdev"
+    if modified:
         _sum_modified_gapped(sums, counts, m, least, n_full, total, n_terms)
-        weights = np.array([1.0, 1.0, 0.0])
-        # Averaging over m overlapping windows leaves this much of what a single one has
-        kept: np.ndarray | float = (m**2.0 + 1) / (2 * m**2.0)
-    elif estimator == "hdev":
-        _sum_hadamard_gapped(sums, counts, m, least, n_full, total, n_terms)
-        weights, kept = np.array([1.0, 4.0, 1.0]), 1.0
     else:
-        _sum_allan_gapped(sums, counts, m, least, n_full, total, n_terms)
-        weights, kept = np.array([1.0, 1.0, 0.0]), 1.0
+        _sum_gapped(sums, counts, m, least, n_full, hadamard, total, n_terms)
+    weights = np.array([1.0, 4.0, 1.0] if hadamard else [1.0, 1.0, 0.0])
     excess = _gap_excess(sums, squares, counts, m, least, n_full, weights)
-    return total, n_terms.astype(np.int64), kept * excess
+    # Averaging over m overlapping windows leaves this much of what a single one has
+    left = (m**2.0 + 1) / (2 * m**2.0) if modified else 1.0
+    return total, n_terms.astype(np.int64), left * excess
+
+
+@njit
+def _three(x: Floats, start: int, stop: int, m: int) -> Three:
+    """Parts of a running sum that begin m apart."""
+    return x[start:stop], x[start + m : stop + m], x[start + 2 * m : stop + 2 * m]
+
+
+@njit
+def _four(x: Floats, start: int, stop: int, m: int) -> Four:
+    a, b, c = _three(x, start, stop, m)
+    return a, b, c, x[start + 3 * m : stop + 3 * m]
 
 
 @njit(fastmath=REORDER)
-def _block_allan(near: np.ndarray, middle: np.ndarray, far: np.ndarray) -> float:
+def _allan_block(sums: Three) -> float:
+    near, middle, far = sums
     total = 0.0
     for i in range(near.size):
         difference = far[i] - 2.0 * middle[i] + near[i]
@@ -75,27 +84,9 @@ def _block_allan(near: np.ndarray, middle: np.ndarray, far: np.ndarray) -> float
     return total
 
 
-@njit
-def _sum_allan(sums: np.ndarray, m: np.ndarray, n_full: np.ndarray, total: np.ndarray) -> None:
-    """Sum of squared differences, block by block of the series and not tau by tau: the block stays
-    in the cache while all taus use it."""
-    for start in range(0, sums.size, BLOCK):
-        for k in range(m.size):
-            stop = min(start + BLOCK, n_full[k])
-            if stop > start:
-                total[k] += _block_allan(
-                    sums[start:stop],
-                    sums[start + m[k] : stop + m[k]],
-                    sums[start + 2 * m[k] : stop + 2 * m[k]],
-                )
-    for k in range(m.size):
-        total[k] /= float(m[k]) ** 2
-
-
 @njit(fastmath=REORDER)
-def _block_hadamard(
-    first: np.ndarray, second: np.ndarray, third: np.ndarray, fourth: np.ndarray
-) -> float:
+def _hadamard_block(sums: Four) -> float:
+    first, second, third, fourth = sums
     total = 0.0
     for i in range(first.size):
         difference = fourth[i] - 3.0 * third[i] + 3.0 * second[i] - first[i]
@@ -104,49 +95,48 @@ def _block_hadamard(
 
 
 @njit
-def _sum_hadamard(sums: np.ndarray, m: np.ndarray, n_full: np.ndarray, total: np.ndarray) -> None:
-    for start in range(0, sums.size, BLOCK):
+def _sum(s: Floats, m: Integers, n_full: Integers, hadamard: bool, total: Floats) -> None:
+    """Sum of squared differences, block by block of the series and not tau by tau: the block stays
+    in the cache while all taus use it."""
+    for start in range(0, s.size, BLOCK):
         for k in range(m.size):
             stop = min(start + BLOCK, n_full[k])
-            if stop > start:
-                total[k] += _block_hadamard(
-                    sums[start:stop],
-                    sums[start + m[k] : stop + m[k]],
-                    sums[start + 2 * m[k] : stop + 2 * m[k]],
-                    sums[start + 3 * m[k] : stop + 3 * m[k]],
-                )
+            if stop > start and hadamard:
+                total[k] += _hadamard_block(_four(s, start, stop, m[k]))
+            elif stop > start:
+                total[k] += _allan_block(_three(s, start, stop, m[k]))
     for k in range(m.size):
         total[k] /= float(m[k]) ** 2
 
 
 @njit
-def _sum_modified(sums: np.ndarray, m: np.ndarray, n_full: np.ndarray, total: np.ndarray) -> None:
+def _sum_modified(s: Floats, m: Integers, n_full: Integers, total: Floats) -> None:
     """The inner mean slides: one difference enters, one leaves. (A second running sum would be
     quicker and, at nine hours of drift, lose all digits of the first taus.)"""
     for k in range(m.size):
-        factor = m[k]
+        f = m[k]
         inner = 0.0
-        for i in range(min(factor, sums.size - 2 * factor)):
-            inner += sums[i + 2 * factor] - 2.0 * sums[i + factor] + sums[i]
+        for i in range(min(f, s.size - 2 * f)):
+            inner += s[i + 2 * f] - 2.0 * s[i + f] + s[i]
         squares = inner * inner
         for i in range(n_full[k] - 1):
-            inner += (sums[i + 3 * factor] - 2.0 * sums[i + 2 * factor] + sums[i + factor]) - (
-                sums[i + 2 * factor] - 2.0 * sums[i + factor] + sums[i]
+            inner += (s[i + 3 * f] - 2.0 * s[i + 2 * f] + s[i + f]) - (
+                s[i + 2 * f] - 2.0 * s[i + f] + s[i]
             )
             squares += inner * inner
-        total[k] = squares / float(factor) ** 4
+        total[k] = squares / float(f) ** 4
 
 
 @njit
 def _gap_excess(
-    sums: np.ndarray,
-    squares: np.ndarray,
-    counts: np.ndarray,
-    m: np.ndarray,
-    least: np.ndarray,
-    n_full: np.ndarray,
-    weights: np.ndarray,
-) -> np.ndarray:
+    sums: Floats,
+    squares: Floats,
+    counts: Floats,
+    m: Integers,
+    least: Floats,
+    n_full: Integers,
+    weights: Floats,
+) -> Floats:
     """Mean over the terms of sum_w weights_w (1/c_w - 1/m) s_w^2: what the gaps of the windows of a
     term add to its square. Taken over evenly spread terms, not all."""
     excess = np.zeros(m.size)
@@ -154,8 +144,7 @@ def _gap_excess(
     for k in range(m.size):
         factor = m[k]
         used = 0
-        n_looked_at = max(EXCESS_TERMS, EXCESS_SAMPLES // factor)
-        stride = max(1, n_full[k] // n_looked_at)
+        stride = max(1, n_full[k] // max(EXCESS_TERMS, EXCESS_SAMPLES // factor))
         for start in range(0, n_full[k] - stride + 1, stride):
             state = (state * 1103515245 + 12345) & 0x7FFFFFFF
             i = start + (state >> 8) % stride  # anywhere in the stride: no beat with regular gaps
@@ -179,16 +168,10 @@ def _gap_excess(
 
 
 @njit(fastmath=REORDER)
-def _block_allan_gapped(
-    s0: np.ndarray,
-    s1: np.ndarray,
-    s2: np.ndarray,
-    c0: np.ndarray,
-    c1: np.ndarray,
-    c2: np.ndarray,
-    least: float,
-) -> tuple[float, float]:
+def _allan_block_gapped(sums: Three, counts: Three, least: float) -> tuple[float, float]:
     """Sum of squares and number of terms. Branches as factors 0 and 1: so it runs in lanes."""
+    s0, s1, s2 = sums
+    c0, c1, c2 = counts
     total = 0.0
     n_terms = 0.0
     for i in range(s0.size):
@@ -202,17 +185,9 @@ def _block_allan_gapped(
 
 
 @njit(fastmath=REORDER)
-def _block_hadamard_gapped(
-    s0: np.ndarray,
-    s1: np.ndarray,
-    s2: np.ndarray,
-    s3: np.ndarray,
-    c0: np.ndarray,
-    c1: np.ndarray,
-    c2: np.ndarray,
-    c3: np.ndarray,
-    least: float,
-) -> tuple[float, float]:
+def _hadamard_block_gapped(sums: Four, counts: Four, least: float) -> tuple[float, float]:
+    s0, s1, s2, s3 = sums
+    c0, c1, c2, c3 = counts
     total = 0.0
     n_terms = 0.0
     for i in range(s0.size):
@@ -227,52 +202,34 @@ def _block_hadamard_gapped(
 
 
 @njit
-def _sum_allan_gapped(
-    s: np.ndarray,
-    c: np.ndarray,
-    m: np.ndarray,
-    least: np.ndarray,
-    n_full: np.ndarray,
-    total: np.ndarray,
-    n_terms: np.ndarray,
+def _sum_gapped(
+    s: Floats,
+    c: Floats,
+    m: Integers,
+    least: Floats,
+    n_full: Integers,
+    hadamard: bool,
+    total: Floats,
+    n_terms: Floats,
 ) -> None:
     for start in range(0, s.size, BLOCK):
         for k in range(m.size):
-            a, stop = m[k], min(start + BLOCK, n_full[k])
-            if stop > start:
-                i, j, h = slice(start, stop), slice(start + a, stop + a), 2 * a
-                far = slice(start + h, stop + h)
-                part, terms = _block_allan_gapped(s[i], s[j], s[far], c[i], c[j], c[far], least[k])
-                total[k] += part
-                n_terms[k] += terms
-
-
-@njit
-def _sum_hadamard_gapped(
-    s: np.ndarray,
-    c: np.ndarray,
-    m: np.ndarray,
-    least: np.ndarray,
-    n_full: np.ndarray,
-    total: np.ndarray,
-    n_terms: np.ndarray,
-) -> None:
-    for start in range(0, s.size, BLOCK):
-        for k in range(m.size):
-            a, stop = m[k], min(start + BLOCK, n_full[k])
-            if stop > start:
-                i, j = slice(start, stop), slice(start + a, stop + a)
-                p, q = slice(start + 2 * a, stop + 2 * a), slice(start + 3 * a, stop + 3 * a)
-                part, terms = _block_hadamard_gapped(
-                    s[i], s[j], s[p], s[q], c[i], c[j], c[p], c[q], least[k]
-                )
-                total[k] += part
-                n_terms[k] += terms
+            stop = min(start + BLOCK, n_full[k])
+            if stop <= start:
+                continue
+            if hadamard:
+                sums, counts = _four(s, start, stop, m[k]), _four(c, start, stop, m[k])
+                part, terms = _hadamard_block_gapped(sums, counts, least[k])
+            else:
+                near, known = _three(s, start, stop, m[k]), _three(c, start, stop, m[k])
+                part, terms = _allan_block_gapped(near, known, least[k])
+            total[k] += part
+            n_terms[k] += terms
 
 
 @njit(fastmath=REORDER)
 def _differences_gapped(
-    s: np.ndarray, c: np.ndarray, factor: int, least: float, difference: np.ndarray, use: np.ndarray
+    s: Floats, c: Floats, factor: int, least: float, difference: Floats, use: Floats
 ) -> None:
     for i in range(difference.size):
         first, second = c[i + factor] - c[i], c[i + 2 * factor] - c[i + factor]
@@ -283,13 +240,13 @@ def _differences_gapped(
 
 @njit
 def _sum_modified_gapped(
-    s: np.ndarray,
-    c: np.ndarray,
-    m: np.ndarray,
-    least: np.ndarray,
-    n_full: np.ndarray,
-    total: np.ndarray,
-    n_terms: np.ndarray,
+    s: Floats,
+    c: Floats,
+    m: Integers,
+    least: Floats,
+    n_full: Integers,
+    total: Floats,
+    n_terms: Floats,
 ) -> None:
     """As `_sum_modified`, over the differences that exist; a term needs nine tenths of them."""
     differences, uses = np.empty(s.size), np.empty(s.size)

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypedDict, cast
 
-import numpy as np
-
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.common.types import Row
@@ -22,7 +20,6 @@ from mocap_metrology.noise.model.components import (
     PowerLaw,
     check_form,
 )
-from mocap_metrology.noise.model.deterministic import PARAMETERS as DETERMINISTIC
 from mocap_metrology.noise.model.deterministic import UNITS as DETERMINISTIC_UNITS
 from mocap_metrology.noise.model.deterministic import Deterministic
 
@@ -46,13 +43,15 @@ class Components:
     sinusoid: bool = False
 
     def __post_init__(self) -> None:
-        if not (set(self.alphas) <= set(ALPHAS) and self.gauss_markov >= 0):
-            raise Refusal(f"{self}, expected alphas out of {ALPHAS} and gauss_markov >= 0")
+        object.__setattr__(self, "alphas", tuple(sorted(self.alphas)))
+        once = len(set(self.alphas)) == len(self.alphas)
+        if not (set(self.alphas) <= set(ALPHAS) and once and self.gauss_markov >= 0):
+            raise Refusal(f"{self}, expected alphas out of {ALPHAS}, each once; gauss_markov >= 0")
 
     @classmethod
     def of(cls, model: NoiseModel) -> Components:
         """Those a model has."""
-        alphas = tuple(sorted(c.alpha for c in model.components if isinstance(c, PowerLaw)))
+        alphas = tuple(c.alpha for c in model.components if isinstance(c, PowerLaw))
         correlated = sum(isinstance(c, GaussMarkov) for c in model.components)
         return cls(alphas, correlated, bool(model.lines))
 
@@ -61,7 +60,7 @@ class Components:
         """`h_-2` ..., `q_c1`, `T_c1`, ..., `A_s`, `f_0`, as in `NoiseModel.coefficients`."""
         correlated = [f"{p}{k + 1}" for k in range(self.gauss_markov) for p in ("q_c", "T_c")]
         line = ["A_s", "f_0"] if self.sinusoid else []
-        return [f"h_{alpha}" for alpha in sorted(self.alphas)] + correlated + line
+        return [f"h_{alpha}" for alpha in self.alphas] + correlated + line
 
 
 @dataclass(frozen=True)
@@ -85,6 +84,11 @@ class Coefficient:
     detected: bool = True
     status: str = "ok"
     note: str = ""
+
+    @classmethod
+    def limit(cls, name: str, upper: float = math.nan, note: str = "") -> Coefficient:
+        """Of what was not detected: its 95 % limit, if there is one."""
+        return cls(name, math.nan, upper_95=upper, detected=False, status="not_detected", note=note)
 
 
 class NoiseRow(TypedDict, total=False):
@@ -156,26 +160,16 @@ def limit_class(row: Mapping[str, Any]) -> str | None:
 
 def rows(series: str, estimate: Estimate) -> list[Row]:
     """The rows of noise.csv of one series; column `class` for Gauss-Markov terms (S 4.6)."""
-    values = estimate.values
-    lines: list[Row] = []
+    values, lines = estimate.values, []
     for c in estimate.coefficients:
-        T_c = values.get(f"T_c{c.parameter[3:]}") if c.parameter[1:3] == "_c" else None
-        lines.append(
-            {
-                "series": series,
-                "estimator": estimate.estimator,
-                "model": estimate.form,
-                "parameter": c.parameter,
-                "value": c.value,
-                "unit": unit_of(c.parameter),
-                **{k: getattr(c, k) for k in ("std_error", "crlb")},
-                **{k: getattr(c, k) for k in ("lower_68", "upper_68", "lower_95", "upper_95")},
-                "detected": c.detected,
-                "status": c.status,
-                "class": correlation_class(T_c) if T_c is not None and np.isfinite(T_c) else "",
-                "note": c.note,
-            }
-        )
+        correlated = c.parameter[1:3] == "_c"
+        T_c = values.get(f"T_c{c.parameter[3:]}", math.nan) if correlated else math.nan
+        origin = {"series": series, "estimator": estimate.estimator, "model": estimate.form}
+        size = {"parameter": c.parameter, "value": c.value, "unit": unit_of(c.parameter)}
+        line = {**origin, **size, **vars(c)}
+        note = line.pop("note")
+        line["class"] = correlation_class(T_c) if math.isfinite(T_c) else ""
+        lines.append(line | {"note": note})
     return lines
 
 
@@ -196,32 +190,29 @@ def unit_key(parameter: str) -> str:
 
 def unit_of(parameter: str) -> str:
     """Of a parameter of noise.csv."""
-    units = {**NoiseModel.UNITS, **DETERMINISTIC_UNITS}
-    return units.get(unit_key(parameter), "")
+    return {**NoiseModel.UNITS, **DETERMINISTIC_UNITS}.get(unit_key(parameter), "")
 
 
 def _noise_of(values: Mapping[str, float], form: Form) -> NoiseModel:
-    kept = {name: value for name, value in values.items() if name not in DETERMINISTIC}
-    return NoiseModel.from_coefficients(kept, form)
+    noise = {name: value for name, value in values.items() if name not in DETERMINISTIC_UNITS}
+    return NoiseModel.from_coefficients(noise, form)
+
+
+def _detected(noise_rows: Iterable[NoiseRow]) -> dict[str, float]:
+    absent = ("not_detected", "refused")
+    return {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] not in absent}
 
 
 def model_of(noise_rows: Sequence[NoiseRow]) -> NoiseModel:
     """The fitted noise out of rows of noise.csv of one series and estimator (see `rows`), in the
     form that was fitted; what is no noise: `deterministic_of`."""
-    absent = ("not_detected", "refused")
-    found = {r["parameter"]: float(r["value"]) for r in noise_rows if r["status"] not in absent}
-    named = (check_form(r["model"]) for r in noise_rows if r.get("model") in FORMS)
-    form: Form = next(named, "sampled")
-    return _noise_of(found, form)
+    forms = (check_form(r["model"]) for r in noise_rows if r.get("model") in FORMS)
+    return _noise_of(_detected(noise_rows), next(forms, "sampled"))
 
 
 def deterministic_of(noise_rows: Iterable[NoiseRow]) -> Deterministic:
     """What was detected, out of rows of noise.csv of one series and estimator."""
-    found = {
-        r["parameter"]: float(r["value"])
-        for r in noise_rows
-        if r["parameter"] in DETERMINISTIC and r["status"] not in ("not_detected", "refused")
-    }
-    if not found.get("T_w", 0.0) > 0 or not math.isfinite(found.get("A_w", math.nan)):
-        found = {k: v for k, v in found.items() if k == "drift"}
-    return Deterministic(**found)
+    values = {k: v for k, v in _detected(noise_rows).items() if k in DETERMINISTIC_UNITS}
+    if not values.get("T_w", 0.0) > 0 or not math.isfinite(values.get("A_w", math.nan)):
+        return Deterministic(drift=values.get("drift", 0.0))
+    return Deterministic(**values)

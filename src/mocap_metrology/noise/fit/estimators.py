@@ -1,7 +1,5 @@
 """Every estimator of noise coefficients on one series, beside the published row.
 
-    found = estimate_series(raw, (m, avar), 120, NoiseSettings(), components, seed=1)
-
 `likelihood` gets the series as recorded with gross outliers masked; S's estimator and its baselines
 get the Allan variances of the series cleaned as in S.
 """
@@ -17,52 +15,34 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import hampel, mask_half_window
 from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.fit.allan.annealing import (
-    AnnealingRun,
-    AnnealingSettings,
-    annealing_run,
-)
+from mocap_metrology.noise.fit.allan import annealing
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
-from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.fit.spectral.fisher import crlb
-from mocap_metrology.noise.fit.spectral.likelihood import (
-    LikelihoodSettings,
-    check_series,
-    likelihood,
+from mocap_metrology.noise.fit.estimates import (
+    PLAIN_ESTIMATOR,
+    S_ESTIMATOR,
+    Coefficient,
+    Components,
+    Estimate,
 )
+from mocap_metrology.noise.fit.spectral import likelihood as spectral
+from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
 from mocap_metrology.noise.model.components import Form, NoiseModel
 from mocap_metrology.noise.twins.published import printed_row, published_keys
-from mocap_metrology.settings import Settings
-
-ESTIMATORS = ("likelihood", "annealing-ant-colony", "levenberg-marquardt", "slopes")
+from mocap_metrology.settings import Allan, Annealing, Noise, Settings
 
 
 @dataclass(frozen=True)
 class NoiseSettings:
-    """estimators: which are run; mask_sigma, half_window: of the Hampel filter that masks gross
-    outliers (samples to each side); criterion, max_gauss_markov, sinusoid: of the choice of order;
-    form: of the model the estimators of S fit; gauss_markov: terms they fit where the paper prints
-    no panel; n_taus, min_m, max_fraction, min_coverage, confidence: of the Allan variances; curves:
-    kinds of these; frames: form of the recording's, for `likelihood`, None where the exposure is
-    not known; seed: of all draws; subset: type and number of cameras whose panel of Tables A1-A3
-    they fit."""
+    """noise, allan, annealing, seed: of the configuration; half_window: of the Hampel filter that
+    masks gross outliers (samples to each side); frames: form of the recording's, for `likelihood`,
+    None where the exposure is not known; subset: type and number of cameras whose panel of Tables
+    A1-A3 the estimators of S fit."""
 
-    estimators: tuple[str, ...] = ESTIMATORS
-    mask_sigma: float = 6.0
+    noise: Noise = field(default_factory=Noise)
+    allan: Allan = field(default_factory=Allan)
+    annealing: Annealing = field(default_factory=Annealing)
     half_window: int = 120
-    criterion: str = "bic"
-    max_gauss_markov: int = 4
-    sinusoid: bool = True
-    form: Form = "continuous"
-    gauss_markov: int = 3
-    n_taus: int = 100
-    min_m: int = 1
-    max_fraction: float = 1 / 3
-    min_coverage: float = 0.5
-    confidence: float = 0.683
-    curves: tuple[str, ...] = ("oadev",)
-    annealing: AnnealingSettings = field(default_factory=AnnealingSettings)
     frames: Form | None = "sampled"
     seed: int = 0
     subset: tuple[str, int] | None = None
@@ -77,22 +57,20 @@ class NoiseSettings:
     ) -> NoiseSettings:
         """Out of the configuration; frames: of the recording, `form` in its metadata where it has
         one."""
-        averaging = settings.allan.model_dump(exclude={"estimators"})
-        return cls(
-            half_window=mask_half_window(settings.hampel.half_window_s, frame_rate_hz),
-            **settings.noise.model_dump(),
-            **averaging,
-            curves=settings.allan.estimators,
-            annealing=AnnealingSettings(**settings.annealing.model_dump()),
-            frames=frames,
-            seed=settings.seed,
-            subset=subset and (subset[0], subset[1]),
-        )
+        half_window = mask_half_window(settings.hampel.half_window_s, frame_rate_hz)
+        sections = settings.noise, settings.allan, settings.annealing
+        return cls(*sections, half_window, frames, settings.seed, subset)
 
     def components(self, series: str = "") -> Components:
         """What S's estimators fit: the series' panel, where the paper prints one."""
         printed = panel(*self.subset, series) if self.subset else None
-        return printed or Components(gauss_markov=self.gauss_markov, sinusoid=self.sinusoid)
+        noise = self.noise
+        return printed or Components(gauss_markov=noise.gauss_markov, sinusoid=noise.sinusoid)
+
+    def averaging_factors(self, n: int) -> np.ndarray:
+        """Of the Allan variances of n samples."""
+        allan = self.allan
+        return averaging_factors(n, allan.n_taus, allan.min_m, allan.max_fraction)
 
 
 @dataclass(frozen=True)
@@ -127,13 +105,11 @@ def masked_curve(
 ) -> tuple[np.ndarray, AllanCurve]:
     """The series without its gross outliers (NaN), and its Allan curve: what a lab is shown.
     among: as of `hampel`."""
-    tau0 = 1 / frame_rate_hz
-    found = hampel(raw, settings.half_window, settings.mask_sigma, "mask", resolution, among)
-    masked = found.values
-    m = averaging_factors(raw.size, settings.n_taus, settings.min_m, settings.max_fraction)
-    how = (settings.confidence, settings.min_coverage)
-    curve = allan_curve(masked, 1 / tau0, m, estimator, *how)
-    return masked, curve.as_scattered(masked, settings.confidence)
+    window, threshold, allan = settings.half_window, settings.noise.mask_sigma, settings.allan
+    masked = hampel(raw, window, threshold, "mask", resolution, among).values
+    m, how = settings.averaging_factors(raw.size), (allan.confidence, allan.min_coverage)
+    curve = allan_curve(masked, frame_rate_hz, m, estimator, *how)
+    return masked, curve.as_scattered(masked, allan.confidence)
 
 
 def estimate_series(
@@ -153,49 +129,40 @@ def estimate_series(
     a sinusoid); among: as of `hampel`. Raises Refusal for a series without noise to estimate; the
     refusal of a single estimator is in the result.
     """
-    tau0 = 1 / frame_rate_hz
-    check_series(raw, resolution)
+    spectral.check_series(raw, resolution)
     masked, curve = masked_curve(raw, frame_rate_hz, settings, resolution, among=among)
-    check_series(masked, resolution)
-    n = raw.size
-    components = components or settings.components()
-    order = LikelihoodSettings(
-        settings.criterion,
-        settings.max_gauss_markov,
-        settings.sinusoid,
-        form=settings.frames or "sampled",
-        either=settings.frames is None,
-    )
-    kept: list[Periodogram] = []
+    spectral.check_series(masked, resolution)
+    noise, frames, search = settings.noise, settings.frames or "sampled", settings.annealing
+    fit = (*cleaned, frame_rate_hz, components or settings.components())
+    duration = raw.size * (1 / frame_rate_hz)
+    periodograms: list[Periodogram] = []
 
     def by_likelihood() -> Estimate:
-        run = likelihood(masked, frame_rate_hz, None, order, seed)
-        kept.append(run.periodogram)
+        order = noise.criterion, noise.max_gauss_markov, noise.sinusoid
+        how = spectral.LikelihoodSettings(*order, form=frames, either=settings.frames is None)
+        run = spectral.likelihood(masked, frame_rate_hz, None, how, seed)
+        periodograms.append(run.periodogram)
         return _coarse(run.estimate, masked, resolution)
 
-    fit = (*cleaned, frame_rate_hz, components)
-
-    def annealing(how: AnnealingSettings) -> Estimate:
-        return annealing_run(*fit, how, seed, settings.form, n * tau0).estimate
+    def by_annealing(search: Annealing) -> Estimate:
+        return annealing.annealing_run(*fit, search, seed, noise.form, duration).estimate
 
     runs: dict[str, Callable[[], Estimate]] = {
         "likelihood": by_likelihood,
-        "annealing-ant-colony": lambda: annealing(settings.annealing),
-        "annealing-ant-colony-plain": lambda: annealing(settings.annealing.plain),
+        S_ESTIMATOR: lambda: by_annealing(search),
+        PLAIN_ESTIMATOR: lambda: by_annealing(annealing.without_descents(search)),
         "levenberg-marquardt": lambda: levenberg_marquardt(
-            *fit, seed, settings.form, within=settings.annealing.every_tau, duration=n * tau0
+            *fit, seed, noise.form, search, duration
         ),
         "slopes": lambda: slopes(*cleaned, frame_rate_hz),
     }
-    estimates, refused = [], {}
-    for name in settings.estimators:
+    estimates, refused = [], dict[str, str]()
+    for name in noise.estimators:
         try:
-            estimates.append(
-                with_crlb(runs[name](), n, frame_rate_hz, settings.frames or "sampled")
-            )
+            estimates.append(with_crlb(runs[name](), raw.size, frame_rate_hz, frames))
         except Refusal as refusal:
             refused[name] = str(refusal)
-    return SeriesNoise(tuple(estimates), curve, kept[0] if kept else None, refused)
+    return SeriesNoise(tuple(estimates), curve, next(iter(periodograms), None), refused)
 
 
 def _coarse(estimate: Estimate, series: np.ndarray, resolution: float) -> Estimate:
@@ -205,24 +172,20 @@ def _coarse(estimate: Estimate, series: np.ndarray, resolution: float) -> Estima
     if noise >= 0.5 * resolution:
         return estimate
     why = f"the file's resolution ({resolution:.3g} mm) hides the noise of a frame ({noise:.2g} mm)"
-    coefficients = tuple(
-        replace(c, note=why) if c.parameter == "h_0" else c for c in estimate.coefficients
-    )
-    return replace(
-        estimate, coefficients=coefficients, note="; ".join(filter(None, [estimate.note, why]))
-    )
+    marked = [replace(c, note=why) if c.parameter == "h_0" else c for c in estimate.coefficients]
+    note = "; ".join(filter(None, [estimate.note, why]))
+    return replace(estimate, coefficients=tuple(marked), note=note)
 
 
 def regression(
     m: np.ndarray, avar: np.ndarray, frame_rate_hz: float, settings: NoiseSettings, series: str
-) -> tuple[AnnealingRun, Estimate]:
+) -> tuple[annealing.AnnealingRun, Estimate]:
     """What S Figure 6 compares: every start of annealing with its result, and ordinary least
     squares, of one series."""
-    asked, seed = settings.components(series), settings.seed
-    run = annealing_run(m, avar, frame_rate_hz, asked, settings.annealing, seed, settings.form)
-    return run, levenberg_marquardt(
-        m, avar, frame_rate_hz, asked, seed, settings.form, within=settings.annealing.every_tau
-    )
+    fit, search = (m, avar, frame_rate_hz, settings.components(series)), settings.annealing
+    form, seed = settings.noise.form, settings.seed
+    run = annealing.annealing_run(*fit, search, seed, form)
+    return run, levenberg_marquardt(*fit, seed, form, search)
 
 
 def expected_estimate(
@@ -237,22 +200,16 @@ def expected_estimate(
 
     Of point samples it differs from the truth where S's formulas, for continuous time, do.
     """
-    tau0 = 1 / frame_rate_hz
-    avar = truth.avar(m, frame_rate_hz)
-    asked, duration = settings.components(series), n * tau0
-    found = annealing_run(
-        m, avar, frame_rate_hz, asked, settings.annealing, settings.seed, settings.form, duration
-    ).estimate
-    return with_crlb(found, n, frame_rate_hz, truth.form)
+    fit = m, truth.avar(m, frame_rate_hz), frame_rate_hz, settings.components(series)
+    how = settings.annealing, settings.seed, settings.noise.form, n * (1 / frame_rate_hz)
+    return with_crlb(annealing.annealing_run(*fit, *how).estimate, n, frame_rate_hz, truth.form)
 
 
 def published_estimate(truth: NoiseModel, n: int, frame_rate_hz: float) -> Estimate:
     """The model itself as an estimate, with the Cramer-Rao bounds of n samples."""
-    bounds = crlb(truth, n, frame_rate_hz)
-    found = tuple(
-        Coefficient(name, value, crlb=bounds[name]) for name, value in truth.coefficients().items()
-    )
-    return Estimate("published", truth.form, found, np.nan)
+    printed = tuple(Coefficient(name, value) for name, value in truth.coefficients().items())
+    estimate = Estimate("published", truth.form, printed, np.nan)
+    return with_crlb(estimate, n, frame_rate_hz, truth.form)
 
 
 def with_crlb(

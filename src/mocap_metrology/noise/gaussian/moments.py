@@ -114,13 +114,12 @@ class Cleaning:
 @dataclass(frozen=True)
 class _Slow:
     """What is drawn: spectral amplitudes (3, k) over bins of x1, x2 and of what y and z add to the
-    distance, the coherence of the first two, and what the faster bins have: a covariance (2, 2) of
-    x1 and x2, and the variance of the third; n_slow of every step-th frame."""
+    distance, and the coherence of the first two; n_slow of every step-th frame. fast: covariance
+    (3, 3) of the faster bins."""
 
     amplitude: np.ndarray
     coherence: np.ndarray
     fast: np.ndarray
-    fast_across: float
     length: int
     n_slow: int
 
@@ -145,9 +144,8 @@ def pair_moments(
     """
     slow = _slow(twin, slow_samples)
     scale = np.array([twin.scale.get("x1", 1.0), twin.scale.get("x2", 1.0), 1.0])
-    fast = np.zeros((3, 3))
-    fast[:2, :2] = slow.fast + _line_covariance(twin)
-    fast[2, 2] = slow.fast_across
+    fast = slow.fast.copy()
+    fast[:2, :2] += _line_covariance(twin)
     tiny = 1e-12 * np.trace(fast) + 1e-300
     spread = np.linalg.cholesky(fast + tiny * np.eye(3))
     along = direction(twin)[0]
@@ -188,58 +186,34 @@ def _quantities(found: np.ndarray, sign: float) -> dict[str, np.ndarray]:
 def _slow(twin: Twin, slow_samples: int) -> _Slow:
     """Spectra of the differences at the lowest bins of the circle, divided by the gain of the
     difference (but in bin 0, the drift), and the rest's variance."""
-    n, tau0 = round(twin.duration_s * twin.frame_rate_hz), 1 / twin.frame_rate_hz
+    rate = twin.frame_rate_hz
+    n, tau0 = round(twin.duration_s * rate), 1 / rate
     step = max(n // slow_samples, 1)
     n_slow = -(-n // step)
     short = circle_length(n_slow + 1)
     length, bins = step * short, short // 2
-    spectra = np.array(
-        [
-            increment_spectrum(twin.models[s], length, twin.frame_rate_hz, bins, twin.form)
-            for s in _names(twin)
-        ]
-    )
-    k = np.arange(bins)
-    edge = (bins - 0.5) / (length * tau0)
-    rise = (np.exp(2j * np.pi * k / length) - 1) * step
-    rise[0] = 1.0
 
     def of_differences(series: str) -> np.ndarray:
-        return increment_spectrum(twin.models[series], length, twin.frame_rate_hz, bins, twin.form)
+        return increment_spectrum(twin.models[series], length, rate, bins, twin.form)
 
+    spectra = np.array([of_differences(series) for series in _names(twin)])
+    rise = (np.exp(2j * np.pi * np.arange(bins) / length) - 1) * step
+    rise[0] = 1.0
     drawn = np.array([*spectra[:2], _across(twin, of_differences)])
-    return _Slow(
-        np.sqrt(drawn * (length / (2 * tau0))) / rise,
-        _coherence(twin, spectra),
-        _fast_covariance(twin, edge, twin.frame_rate_hz),
-        _fast_across(twin, edge, twin.frame_rate_hz),
-        short,
-        n_slow,
-    )
+    amplitude = np.sqrt(drawn * (length / (2 * tau0))) / rise
+    fast = _fast_covariance(twin, (bins - 0.5) / (length * tau0))
+    return _Slow(amplitude, _coherence(twin, spectra), fast, short, n_slow)
 
 
 def _across(twin: Twin, spectrum: Callable[[str], np.ndarray]) -> np.ndarray:
     """Spectrum of what y and z add to the distance, given one of any of their series."""
     total: np.ndarray = np.zeros(())
     for letter, part in zip("yz", direction(twin)[1:], strict=True):
-        first, second = (twin.scale.get(f"{letter}{k}", 1.0) ** 2 * spectrum(f"{letter}{k}")
-                         for k in (1, 2))  # fmt: skip
+        names = [f"{letter}{k}" for k in (1, 2)]
+        first, second = (twin.scale.get(name, 1.0) ** 2 * spectrum(name) for name in names)
         difference = first + second - 2 * twin.yz_coherence * np.sqrt(first * second)
         total = total + part**2 * difference
     return total
-
-
-def _fast_across(twin: Twin, edge_hz: float, frame_rate_hz: float) -> float:
-    """Integral of the same from `edge_hz` up."""
-    f, log_f = _fast_frequencies(edge_hz, frame_rate_hz)
-    across = _across(twin, lambda s: twin.models[s].psd(f, frame_rate_hz, twin.form))
-    return float(np.trapezoid(across * f, log_f))
-
-
-def _fast_frequencies(edge_hz: float, frame_rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
-    tau0 = 1 / frame_rate_hz
-    log_f = np.linspace(math.log(edge_hz), math.log(0.5 / tau0), FAST_POINTS)
-    return np.exp(log_f), log_f
 
 
 def _names(twin: Twin) -> tuple[str, ...]:
@@ -253,13 +227,21 @@ def _coherence(twin: Twin, spectra: np.ndarray) -> np.ndarray:
     return np.clip(implied_coherence(*spectra), -1.0, 1.0) * twin.coherence_factor
 
 
-def _fast_covariance(twin: Twin, edge_hz: float, frame_rate_hz: float) -> np.ndarray:
-    """(2, 2) integral of the spectra of x1 and x2 and of their common part from `edge_hz` up."""
-    f, log_f = _fast_frequencies(edge_hz, frame_rate_hz)
-    spectra = np.array([twin.models[s].psd(f, frame_rate_hz, twin.form) for s in _names(twin)])
+def _fast_covariance(twin: Twin, edge_hz: float) -> np.ndarray:
+    """(3, 3) integrals of the spectra from `edge_hz` up: of x1 and x2, their common part, and of
+    what y and z add to the distance."""
+    tau0 = 1 / twin.frame_rate_hz
+    log_f = np.linspace(math.log(edge_hz), math.log(0.5 / tau0), FAST_POINTS)
+    f = np.exp(log_f)
+
+    def density(series: str) -> np.ndarray:
+        return twin.models[series].psd(f, twin.frame_rate_hz, twin.form)
+
+    spectra = np.array([density(series) for series in _names(twin)])
     common = _coherence(twin, spectra) * np.sqrt(spectra[0] * spectra[1])
-    v_1, v_2, v_12 = (np.trapezoid(s * f, log_f) for s in (*spectra[:2], common))
-    return np.array([[v_1, v_12], [v_12, v_2]])
+    parts = (*spectra[:2], common, _across(twin, density))
+    v_1, v_2, v_12, across = (np.trapezoid(s * f, log_f) for s in parts)
+    return np.array([[v_1, v_12, 0.0], [v_12, v_2, 0.0], [0.0, 0.0, across]])
 
 
 def _lost(twin: Twin, cleaning: Cleaning, along: float) -> tuple[np.ndarray, float]:
@@ -267,28 +249,27 @@ def _lost(twin: Twin, cleaning: Cleaning, along: float) -> tuple[np.ndarray, flo
     if cleaning.kept == 1.0 or cleaning.above_hz >= twin.frame_rate_hz / 2:
         return np.zeros((2, 2)), 0.0
     scale = [twin.scale.get(s, 1.0) for s in ("x1", "x2")]
-    fast = _fast_covariance(twin, cleaning.above_hz, twin.frame_rate_hz)
-    fast = fast * np.outer(scale, scale)
+    whole = _fast_covariance(twin, cleaning.above_hz)
+    fast = whole[:2, :2] * np.outer(scale, scale)
     once, twice = 1 - cleaning.kept, 1 - cleaning.kept**2
     of_L = once * along**2 * (fast[0, 0] + fast[1, 1] - 2 * fast[0, 1])
-    of_L += once * _fast_across(twin, cleaning.above_hz, twin.frame_rate_hz)
+    of_L += once * whole[2, 2]
     return fast * np.array([[once, twice], [twice, once]]), float(of_L)
 
 
 def _line_covariance(twin: Twin) -> np.ndarray:
     """(2, 2) of the sinusoids, whole periods of them; L's goes half into x1 and x2 (`simulate`)."""
-    found = np.zeros((2, 2))
-
-    def high(line: Sinusoid) -> float:
-        return line.recorded(twin.frame_rate_hz, twin.form)
-
+    covariance = np.zeros((2, 2))
+    squares = {
+        series: [line.recorded(twin.frame_rate_hz, twin.form) ** 2 for line in model.lines]
+        for series, model in twin.models.items()
+    }
     for k, series in enumerate(("x1", "x2")):
-        found[k, k] += sum(high(line) ** 2 / 2 for line in twin.models[series].lines)
-    lines = twin.models["L"].lines if "L" in twin.models else ()
+        covariance[k, k] += sum(square / 2 for square in squares[series])
     if twin.distance_line == "split":
-        share = sum(high(line) ** 2 / 8 for line in lines)
-        found += share * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    return found
+        share = sum(square / 8 for square in squares.get("L", ()))
+        covariance += share * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return covariance
 
 
 def _draw(slow: _Slow, rng: np.random.Generator) -> np.ndarray:

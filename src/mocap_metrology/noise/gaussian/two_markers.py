@@ -263,6 +263,26 @@ def _pearson(sample: np.ndarray, mu: float, sigma: float, bins: int) -> float:
     return float(np.sum((counts - expected) ** 2) / expected)
 
 
+def _blocks(series: np.ndarray, frame_rate_hz: float, least: int) -> np.ndarray:
+    """(blocks, frames) of a second, or a tenth of a shorter series, but `least` frames where the
+    series has twice as many."""
+    block = max(min(round(frame_rate_hz), series.size // 10), 1)
+    block = max(block, min(least, series.size // 2))
+    n_blocks = max(series.size // block, 1)
+    return series[: n_blocks * block].reshape(n_blocks, -1)
+
+
+def _drift(values: np.ndarray, known: np.ndarray, frames: int, frame_rate_hz: float) -> Drift:
+    """Of one value a block, of the blocks `known` by number."""
+    block_s = max(frames, 1) / frame_rate_hz
+    if known.size < 2:
+        return Drift(math.nan, math.nan, block_s)
+    hours = known * frames / frame_rate_hz / 3600
+    hours = hours - hours.mean()
+    slope = float(np.sum(hours * (values - values.mean())) / np.sum(hours**2))
+    return Drift(slope, float(np.ptp(values)), block_s)
+
+
 def drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     """Drift velocity (unit per hour) and drift range of a series (n,) [Jensenius et al., in S 2.1].
 
@@ -270,19 +290,12 @@ def drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     range tells how far the marker seemed to wander and not how noisy a single frame is. Blocks
     without a valid sample are left out.
     """
-    block = max(min(round(frame_rate_hz), series.size // 10), 1)
-    n_blocks = max(series.size // block, 1)
-    blocks = series[: n_blocks * block].reshape(n_blocks, -1)
+    blocks = _blocks(series, frame_rate_hz, 1)
     valid = np.isfinite(blocks)
     counts = valid.sum(axis=1)
-    known = counts > 0
-    if np.count_nonzero(known) < 2:
-        return Drift(math.nan, math.nan, block / frame_rate_hz)
+    known = np.flatnonzero(counts)
     means = np.where(valid, blocks, 0.0).sum(axis=1)[known] / counts[known]
-    hours = np.flatnonzero(known) * block / frame_rate_hz / 3600
-    hours = hours - hours.mean()
-    slope = float(np.sum(hours * (means - means.mean())) / np.sum(hours**2))
-    return Drift(slope, float(np.ptp(means)), block / frame_rate_hz)
+    return _drift(means, known, blocks.shape[1], frame_rate_hz)
 
 
 def median_drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
@@ -290,23 +303,15 @@ def median_drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     move a mean by kilometres. Blocks have `LEAST_OF_MEDIAN` frames or more where the series (n,)
     has twice as many; those with less than half as many valid samples as is usual are left out.
     """
-    block = max(min(round(frame_rate_hz), series.size // 10), 1)
-    block = max(block, min(LEAST_OF_MEDIAN, series.size // 2))
-    n_blocks = max(series.size // block, 1)
-    blocks = series[: n_blocks * block].reshape(n_blocks, -1)
+    blocks = _blocks(series, frame_rate_hz, LEAST_OF_MEDIAN)
     valid = np.isfinite(blocks)
     counts = valid.sum(axis=1)
     seen = counts[counts > 0]
     known = np.flatnonzero(counts >= max(np.median(seen) / 2, 1)) if seen.size else seen
-    if known.size < 2:
-        return Drift(math.nan, math.nan, block / frame_rate_hz)
     rising = np.sort(np.where(valid, blocks, np.nan)[known], axis=1)  # NaN come last
-    counts, rows = counts[known], np.arange(known.size)
-    medians = (rising[rows, (counts - 1) // 2] + rising[rows, counts // 2]) / 2
-    hours = known * block / frame_rate_hz / 3600
-    hours = hours - hours.mean()
-    slope = float(np.sum(hours * (medians - medians.mean())) / np.sum(hours**2))
-    return Drift(slope, float(np.ptp(medians)), block / frame_rate_hz)
+    counts, row = counts[known], np.arange(known.size)
+    medians = (rising[row, (counts - 1) // 2] + rising[row, counts // 2]) / 2
+    return _drift(medians, known, blocks.shape[1], frame_rate_hz)
 
 
 LONG_S = 60.0  # length from which a drift per hour is reported
@@ -325,67 +330,39 @@ def gaussian_rows(
     and drift and drift range of either marker along the axis and of L. Without a pair, one row for
     each marker with what it alone can tell.
     """
-    rows = []
+    rows, unknown = [], Drift(math.nan, math.nan, math.nan)
     for number in range(1, len(labels) + 1) if not pairs else ():
         x = np.asarray(series[f"x{number}"], float)
         model = GaussianModel(float(np.nanmean(x)), float(np.nanstd(x, ddof=1)), *[math.nan] * 11)
-        moves = (drift(x, frame_rate_hz), *[Drift(math.nan, math.nan, math.nan)] * 2)
-        test = ChiSquared(math.nan, 0, math.nan, 0, 0)
-        rows.append(_row("", labels[number - 1], "", "x", model, test, moves))
+        test, moves = ChiSquared(math.nan, 0, math.nan, 0, 0), [drift(x, frame_rate_hz), unknown]
+        rows.append(_row(("", labels[number - 1], "", "x"), model, test, [*moves, unknown]))
     for pair in pairs:
-        name = pair_name(pair, pairs)
-        length = np.asarray(series[name], float)
+        length = np.asarray(series[pair_name(pair, pairs)], float)
         sample = gaussian_sample(length, n_bins)
-        ends = labels[pair[0] - 1], labels[pair[1] - 1]
+        ends = [[np.asarray(series[f"{axis}{k}"], float) for axis in AXES] for k in pair]
         for axis in ("x", "pair"):
-            model, moves = _modelled(*_along_axis(series, pair, axis), length, frame_rate_hz)
+            first, second = (ends[0][0], ends[1][0]) if axis == "x" else along_pair(*ends)
+            model = gaussian_model(first, second, length)
             test = chi_squared_normal(length, model.mu_e, model.sigma_C, n_bins, sample)
-            rows.append(_row(name, *ends, axis, model, test, moves))
+            names = pair_name(pair, pairs), labels[pair[0] - 1], labels[pair[1] - 1], axis
+            moves = [drift(one, frame_rate_hz) for one in (first, second, length)]
+            rows.append(_row(names, model, test, moves))
     return rows
 
 
-def _modelled(
-    first: np.ndarray, second: np.ndarray, length: np.ndarray, frame_rate_hz: float
-) -> tuple[GaussianModel, tuple[Drift, ...]]:
-    moves = tuple(drift(s, frame_rate_hz) for s in (first, second, length))
-    return gaussian_model(first, second, length), moves
-
-
-def _along_axis(
-    series: Mapping[str, np.ndarray], pair: tuple[int, int], axis: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) float64 of both markers, along `x` or the line of the `pair`."""
-    if axis == "pair":
-        return along_pair(*([series[f"{k}{number}"] for k in AXES] for number in pair))
-    first, second = (np.asarray(series[f"{axis}{number}"], float) for number in pair)
-    return first, second
-
-
 def _row(
-    name: str,
-    first: str,
-    second: str,
-    axis: str,
-    model: GaussianModel,
-    test: ChiSquared,
-    moves: Sequence[Drift],
+    names: tuple[str, str, str, str], model: GaussianModel, test: ChiSquared, moves: Sequence[Drift]
 ) -> Row:
     units = {"rho_12": "rho_12", "sigma_12": "sigma_12_mm2"}
+    ends = ("_1", "_2", "")
     return {
-        "pair": name,
-        "marker_1": first,
-        "marker_2": second,
-        "axis": axis,
+        **dict(zip(("pair", "marker_1", "marker_2", "axis"), names, strict=True)),
         **{units.get(key, f"{key}_mm"): value for key, value in asdict(model).items()},
         "chi2": test.statistic,
         "chi2_dof": test.dof,
         "chi2_p": test.p_value,
         "thinning_frames": test.step,
         "n_independent": test.n_independent,
-        "drift_1_mm_per_h": moves[0].per_hour,
-        "drift_2_mm_per_h": moves[1].per_hour,
-        "drift_mm_per_h": moves[2].per_hour,
-        "range_1_mm": moves[0].range,
-        "range_2_mm": moves[1].range,
-        "range_mm": moves[2].range,
+        **{f"drift{end}_mm_per_h": move.per_hour for end, move in zip(ends, moves, strict=True)},
+        **{f"range{end}_mm": move.range for end, move in zip(ends, moves, strict=True)},
     }

@@ -18,9 +18,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -68,17 +67,11 @@ class PowerLaw:
         h (pi tau0)^2 / sin^2(pi f tau0): steps of variance 2 pi^2 tau0 h. The others are h f^alpha
         up to Nyquist. `gain`: `four_sin2(f, frame_rate_hz)` where the caller has it. `form`
         continuous: of frames that are averages over the frame period (`sampling`)."""
-        tau0 = 1 / frame_rate_hz
+        gain = four_sin2(f, frame_rate_hz) if gain is None else gain
         if form == "continuous":
-            gain = four_sin2(f, frame_rate_hz) if gain is None else gain
             return self.h * power_law_means(self.alpha, f, frame_rate_hz, gain)
         if self.alpha == -2:
-            gain = four_sin2(f, frame_rate_hz) if gain is None else gain
-            return self.h * (2 * np.pi * tau0) ** 2 / gain
-        return self.psd_continuous(f)
-
-    def psd_continuous(self, f: np.ndarray) -> np.ndarray:
-        """h f^alpha."""
+            return self.h * (2 * np.pi * (1 / frame_rate_hz)) ** 2 / gain
         return self.h * np.asarray(f, float) ** float(self.alpha)
 
     def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form = "sampled") -> np.ndarray:
@@ -88,7 +81,6 @@ class PowerLaw:
         tau = m * tau0
         if self.alpha == 0:
             return self.h / (2 * tau)
-        nyquist = 0.5 / tau0
         if form == "sampled" and self.alpha == -2:
             return self.h * np.pi**2 * tau0 * (2 * m**2 + 1) / (3 * m)
         if form == "sampled":
@@ -98,6 +90,7 @@ class PowerLaw:
             return self.h * 2 * np.pi**2 / 3 * tau
         if self.alpha == -1:
             return self.h * 2 * np.log(2) * np.ones_like(tau)
+        nyquist = 0.5 / tau0
         if self.alpha == 1:
             # 3 gamma - ln 2 = 1.0385, printed 1.038
             bracket = 3 * (np.euler_gamma + np.log(2 * np.pi * nyquist * tau)) - np.log(2)
@@ -140,10 +133,6 @@ class GaussMarkov:
         # 1 - 2 phi cos + phi^2 = (1 - phi)^2 + 4 phi sin^2, which keeps its digits as phi -> 1
         denominator = np.expm1(-a) ** 2 + math.exp(-a) * gain
         return 2 * tau0 * self.variance * -np.expm1(-2 * a) / denominator
-
-    def psd_continuous(self, f: np.ndarray) -> np.ndarray:
-        """2 (q_c T_c)^2 / (1 + (2 pi f T_c)^2): one-sided, so twice the form printed in S."""
-        return 2 * (self.q_c * self.T_c) ** 2 / (1 + (2 * np.pi * self.T_c * np.asarray(f)) ** 2)
 
     def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form = "sampled") -> np.ndarray:
         """Closed forms; with x = m tau0/T_c, a = tau0/T_c, G(x) = 2x - 3 + 4 e^-x - e^-2x:
@@ -246,11 +235,6 @@ class NoiseModel:
         gain = four_sin2(f, frame_rate_hz)
         return sum((c.psd(f, frame_rate_hz, gain, form) for c in self.broadband), np.zeros_like(f))
 
-    def psd_continuous(self, f: np.ndarray) -> np.ndarray:
-        """Unfolded one-sided spectrum, mm^2/Hz; without the sinusoid."""
-        f = np.asarray(f, float)
-        return sum((c.psd_continuous(f) for c in self.broadband), np.zeros_like(f))
-
     def avar(self, m: np.ndarray, frame_rate_hz: float, form: Form | None = None) -> np.ndarray:
         """Allan variance, mm^2, at tau = m tau0 (m whole numbers >= 1, any shape)."""
         form = check_form(form or self.form)
@@ -268,17 +252,16 @@ class NoiseModel:
     def coefficients(self) -> dict[str, float]:
         """`h_-2` ... `h_2`, `q_c1`, `T_c1`, ... (numbered in their order), `A_s`, `f_0`, and
         `width_f` where there is one."""
-        found: dict[str, float] = {}
-        for c in sorted(self.broadband, key=lambda c: getattr(c, "alpha", 9)):
-            if isinstance(c, PowerLaw):
-                found[f"h_{c.alpha}"] = c.h
-            else:
-                number = sum(name.startswith("q_c") for name in found) + 1
-                found |= {f"q_c{number}": c.q_c, f"T_c{number}": c.T_c}
+        values: dict[str, float] = {}
+        laws = sorted((c for c in self.broadband if isinstance(c, PowerLaw)), key=_rank)
+        terms = (c for c in self.broadband if isinstance(c, GaussMarkov))
+        values |= {f"h_{c.alpha}": c.h for c in laws}
+        for k, c in enumerate(terms, start=1):
+            values |= {f"q_c{k}": c.q_c, f"T_c{k}": c.T_c}
         for line in self.lines:
-            found |= {"A_s": line.A_s, "f_0": line.f_0}
-            found |= {"width_f": line.width_f} if line.width_f else {}
-        return found
+            values |= {"A_s": line.A_s, "f_0": line.f_0}
+            values |= {"width_f": line.width_f} if line.width_f else {}
+        return values
 
     @classmethod
     def from_coefficients(
@@ -293,28 +276,27 @@ class NoiseModel:
             )
             number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
             _require(number, f"noise coefficient {name}: {value!r}, expected a number")
+        values = {name: float(value) for name, value in coefficients.items()}
         parts: list[Component] = [
-            PowerLaw(a, float(coefficients[f"h_{a}"])) for a in ALPHAS if f"h_{a}" in coefficients
+            PowerLaw(a, values[f"h_{a}"]) for a in ALPHAS if f"h_{a}" in values
         ]
-        numbers = {int(name[3:]) for name in coefficients if name[:3] in ("q_c", "T_c")}
-        pairs: list[tuple[str, str, Callable[[float, float], Component]]]
-        pairs = [(f"q_c{n}", f"T_c{n}", GaussMarkov) for n in sorted(numbers)]
-        width = float(coefficients.get("width_f", 0.0))
-        if {"A_s", "f_0", "width_f"} & set(coefficients):
-            pairs.append(("A_s", "f_0", partial(Sinusoid, width_f=width)))
-        for first, second, kind in pairs:
-            missing = [name for name in (first, second) if name not in coefficients]
-            _require(not missing, f"noise coefficients {first}, {second}: {missing} is missing")
-            parts.append(kind(float(coefficients[first]), float(coefficients[second])))
+        numbers = sorted({int(name[3:]) for name in values if name[:3] in ("q_c", "T_c")})
+        pairs = [(f"q_c{n}", f"T_c{n}") for n in numbers]
+        for pair in [*pairs, ("A_s", "f_0")] if {"A_s", "f_0", "width_f"} & {*values} else pairs:
+            missing = [name for name in pair if name not in values]
+            _require(not missing, f"noise coefficients {', '.join(pair)}: {missing} is missing")
+            first, second = (values[name] for name in pair)
+            line = pair[0] == "A_s"
+            width = values.get("width_f", 0.0)
+            parts.append(Sinusoid(first, second, width) if line else GaussMarkov(first, second))
         return cls(tuple(parts), form)
 
 
 def check_form(form: object, where: str = "") -> Form:
     """The form, if it is one."""
-    for known in FORMS:
-        if form == known:
-            return known
-    raise Refusal(f"{where}form {form!r}, expected {' or '.join(FORMS)}")
+    if form not in FORMS:
+        raise Refusal(f"{where}form {form!r}, expected {' or '.join(FORMS)}")
+    return "sampled" if form == "sampled" else "continuous"
 
 
 def _require(condition: bool, message: str) -> None:

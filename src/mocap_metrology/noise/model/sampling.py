@@ -32,12 +32,13 @@ BLOCK = 2048  # values of m at a time: 13 MB a work array
 DEGREE = 12  # of the smooth parts in x^2 on [0, 1/4]: 1e-12
 
 
-@lru_cache(maxsize=1)
-def _nodes() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss-Legendre on [0, 1]: nodes and weights, 12 for a panel and 64 for the rest."""
-    inner = np.polynomial.legendre.leggauss(12)
-    outer = np.polynomial.legendre.leggauss(64)
-    return (inner[0] + 1) / 2, inner[1] / 2, (outer[0] + 1) / 2, outer[1] / 2
+def _nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Legendre on [0, 1]: nodes and weights."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    return (x + 1) / 2, w / 2
+
+
+PANEL, REST = _nodes(12), _nodes(64)
 
 
 def band_limited(alpha: int, m: np.ndarray) -> np.ndarray:
@@ -56,7 +57,7 @@ def band_limited(alpha: int, m: np.ndarray) -> np.ndarray:
 
 
 def _block(alpha: int, m: np.ndarray) -> np.ndarray:
-    x, w, _, _ = _nodes()
+    x, w = PANEL
     v = ((np.arange(PANELS)[:, None] + x) / 2).ravel()  # m u
     weight = np.tile(w / 2, PANELS) * np.sin(np.pi * v) ** 4
     inside = v < m[:, None] / 2  # m = 64 or less: m panels reach u = 1/2
@@ -70,7 +71,7 @@ def _block(alpha: int, m: np.ndarray) -> np.ndarray:
 
 def _rest(alpha: int, m: np.ndarray) -> np.ndarray:
     """The part of `band_limited` from U = PANELS / (2m) to 1/2, m > PANELS."""
-    _, _, x, w = _nodes()
+    x, w = REST
     start = PANELS / (2 * m)
     span = np.log(0.5 / start)[:, None]
     u = start[:, None] * np.exp(span * x)
@@ -117,18 +118,15 @@ def power_law_means(
     if alpha == 2:
         return gain / (2 * np.pi * tau0) ** 2
     x = np.asarray(f, float) * tau0
+    smooth = polynomial.polyval(x * x, _smooth(alpha))
     if alpha == -1:
-        return tau0 / (4 * np.pi**2) * gain * (x**-3 + _smooth(-1, x))
-    return gain / (2 * np.pi**2 * tau0) * (0.5 / x + _smooth(1, x))
-
-
-def _smooth(alpha: int, x: np.ndarray) -> np.ndarray:
-    """What is left of the bracket without its pole: even in x."""
-    return polynomial.polyval(x * x, _coefficients(alpha))
+        return tau0 / (4 * np.pi**2) * gain * (x**-3 + smooth)
+    return gain / (2 * np.pi**2 * tau0) * (0.5 / x + smooth)
 
 
 @lru_cache(maxsize=2)
-def _coefficients(alpha: int) -> np.ndarray:
+def _smooth(alpha: int) -> np.ndarray:
+    """Coefficients, in x^2, of what is left of the bracket without its pole."""
     from scipy.special import digamma, zeta
 
     def flicker(u: np.ndarray) -> np.ndarray:

@@ -78,12 +78,8 @@ def simulated_avar(
     alpha: int, m: np.ndarray, n: int, frame_rate_hz: float, repeats: int, rng: np.random.Generator
 ) -> np.ndarray:
     """(repeats, k) overlapping Allan variances at m tau0 of `averaged_samples`."""
-    return np.array(
-        [
-            allan_variance(averaged_samples(alpha, n, frame_rate_hz, rng), m).variance
-            for _ in range(repeats)
-        ]
-    )
+    runs = (averaged_samples(alpha, n, frame_rate_hz, rng) for _ in range(repeats))
+    return np.array([allan_variance(series, m).variance for series in runs])
 
 
 def mean_and_error(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -158,43 +158,37 @@ def draw_pair(
     Per frequency, with independent complex normals n1 and n2 and the real coherence c:
     X1 = sqrt(S1) n1, X2 = sqrt(S2) (c n1 + sqrt(1 - c^2) n2).
     """
-    tau0 = 1 / frame_rate_hz
     length = circle_length(n)
-    slow = 0 if shared is None else min(int(shared.below_hz * length * tau0) + 1, length // 2)
-    spectra = [
-        increment_spectrum(model, length, frame_rate_hz, form=form) for model in (first, second)
-    ]
-    difference = cross.difference
-    if difference is None:
-        c = np.full_like(spectra[0], cross.constant)
+    both = [increment_spectrum(one, length, frame_rate_hz, form=form) for one in (first, second)]
+    if cross.difference is None:
+        c = np.full_like(both[0], cross.constant)
     else:
-        third = increment_spectrum(difference, length, frame_rate_hz, form=form)
-        c = implied_coherence(spectra[0], spectra[1], third)
+        third = increment_spectrum(cross.difference, length, frame_rate_hz, form=form)
+        c = implied_coherence(both[0], both[1], third)
         np.clip(c, -1.0, 1.0, out=c)
         c *= cross.factor
         del third
-    slow_first, slow_own = (
-        (np.empty(0), np.empty(0))
-        if shared is None
-        else (circle_normals(2 * slow, shared.rng)[:slow] for _ in range(2))
-    )
+    slow_first, slow_own = np.empty(0), np.empty(0)
+    if shared is not None:
+        slow = min(int(shared.below_hz * length * (1 / frame_rate_hz)) + 1, length // 2)
+        slow_first, slow_own = (circle_normals(2 * slow, shared.rng)[:slow] for _ in range(2))
     again = deepcopy(rng)  # the first normals are drawn twice: of 90 hours they are 1.2 GB
     amplitude = circle_normals(length, rng)
     amplitude[: slow_first.size] = slow_first
     for start in range(0, amplitude.size, BLOCK):
-        amplitude[start : start + BLOCK] *= np.sqrt(spectra[0][start : start + BLOCK])
-    del spectra[0]
+        amplitude[start : start + BLOCK] *= np.sqrt(both[0][start : start + BLOCK])
+    del both[0]
     one = _series(amplitude, n, length, frame_rate_hz)
     del amplitude
     amplitude = circle_normals(length, again)
     amplitude[: slow_first.size] = slow_first
     for part, own in _normals(length, rng):
-        given = slow_own[part]
-        own[: given.size] = given
+        common = slow_own[part]
+        own[: common.size] = common
         own *= np.sqrt(1 - c[part] * c[part])
         own += amplitude[part] * c[part]
-        amplitude[part] = own * np.sqrt(spectra[0][part])
-    del c, spectra
+        amplitude[part] = own * np.sqrt(both[0][part])
+    del c, both
     return one, _series(amplitude, n, length, frame_rate_hz)
 
 

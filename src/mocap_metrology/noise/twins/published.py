@@ -18,8 +18,7 @@ FRAME_RATE_HZ = 120.0
 COEFFICIENTS = (
     *(f"h_{alpha}" for alpha in ALPHAS),
     *(f"{name}{k}" for k in (1, 2, 3, 4) for name in ("q_c", "T_c")),
-    "A_s",
-    "f_0",
+    *("A_s", "f_0"),
 )
 # (camera type, cameras, series, coefficient): value used instead of the printed one, and why
 CORRECTED = {
@@ -41,9 +40,9 @@ def _table(name: str) -> tuple[dict[str, str], ...]:
 def _coefficients() -> dict[tuple[str, int], dict[str, dict[str, float]]]:
     rows: dict[tuple[str, int], dict[str, dict[str, float]]] = {}
     for line in _table("noise_coefficients_wide.csv"):
-        found = {name: float(line[name]) for name in COEFFICIENTS if line[name]}
+        values = {name: float(line[name]) for name in COEFFICIENTS if line[name]}
         key = line["camera_type"], int(line["n_cameras"])
-        rows.setdefault(key, {})[line["series"]] = found
+        rows.setdefault(key, {})[line["series"]] = values
     return rows
 
 
@@ -54,57 +53,55 @@ def published_keys() -> list[tuple[str, int]]:
 
 def printed_row(camera_type: str, n_cameras: int) -> dict[str, dict[str, float]]:
     """Coefficients of every series exactly as printed, misprints included."""
-    try:
-        row = _coefficients()[camera_type, n_cameras]
-    except KeyError:
+    row = _coefficients().get((camera_type, n_cameras))
+    if row is None:
         known = sorted(n for kind, n in _coefficients() if kind == camera_type)
         expected = f"{camera_type} with {known} cameras" if known else "T40, Bonita or Vantage"
         raise Refusal(
             f"no published noise coefficients for {camera_type} with {n_cameras} cameras, "
             f"expected {expected}"
-        ) from None
+        )
     return {series: dict(row[series]) for series in SERIES}
 
 
 def published_row(camera_type: str, n_cameras: int) -> dict[str, NoiseModel]:
     """Noise model of every series (S Tables A1-A3), changed as `published_notes` lists."""
-    models = {}
-    for series, found in printed_row(camera_type, n_cameras).items():
-        for name in found:
-            correction = CORRECTED.get((camera_type, n_cameras, series, name))
-            found[name] = correction[0] if correction else found[name]
-        if _beyond_nyquist(found):
-            del found["A_s"], found["f_0"]
-        models[series] = NoiseModel.from_coefficients(found)
-    return models
+    row = printed_row(camera_type, n_cameras)
+    for (*printed, series, name), (value, _) in CORRECTED.items():
+        if printed == [camera_type, n_cameras]:
+            row[series][name] = value
+    for values in row.values():
+        if _beyond_nyquist(values):
+            del values["A_s"], values["f_0"]
+    return {series: NoiseModel.from_coefficients(values) for series, values in row.items()}
 
 
 def published_notes(camera_type: str, n_cameras: int) -> list[str]:
     """What `published_row` changed, and what to beware of: one line each."""
     notes = []
-    for series, found in printed_row(camera_type, n_cameras).items():
+    for series, values in printed_row(camera_type, n_cameras).items():
         for (*row, name), (_, reason) in CORRECTED.items():
             if row == [camera_type, n_cameras, series]:
                 notes.append(f"{series} {name}: {reason}")
-        if _beyond_nyquist(found):
+        if _beyond_nyquist(values):
             notes.append(
-                f"{series} A_s, f_0: omitted; f_0 = {found['f_0']:.3g} Hz is above half of the "
+                f"{series} A_s, f_0: omitted; f_0 = {values['f_0']:.3g} Hz is above half of the "
                 f"frame rate ({FRAME_RATE_HZ / 2:g} Hz), so the pair is not a tone in the "
                 "recording"
             )
-        short = [k for k, v in found.items() if k.startswith("T_c") and v < 1 / FRAME_RATE_HZ]
         notes += [
-            f"{series} {name}: {found[name]:.3g} s is shorter than a frame; retained, but such a "
+            f"{series} {name}: {T_c:.3g} s is shorter than a frame; retained, but such a "
             "component of a sampled recording is white noise"
-            for name in short
+            for name, T_c in values.items()
+            if name.startswith("T_c") and T_c < 1 / FRAME_RATE_HZ
         ]
     if (camera_type, n_cameras) == ("Vantage", 10):
         notes.append("all series: the row includes the camera that was failing (S section 3.5)")
     return notes
 
 
-def _beyond_nyquist(found: dict[str, float]) -> bool:
-    return found.get("f_0", 0.0) > FRAME_RATE_HZ / 2
+def _beyond_nyquist(values: dict[str, float]) -> bool:
+    return values.get("f_0", 0.0) > FRAME_RATE_HZ / 2
 
 
 def published_gaussian(camera_type: str) -> dict[str, float]:
@@ -122,7 +119,7 @@ def published_subsets() -> dict[tuple[str, int], tuple[int, ...]]:
     camera."""
     return {
         (line["camera_type"], int(line["n_cameras"])): tuple(
-            int(i) for i in line["camera_ids"].split(";")
+            map(int, line["camera_ids"].split(";"))
         )
         for line in _table("camera_subsets_table3.csv")
     }

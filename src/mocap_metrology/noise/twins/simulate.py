@@ -11,10 +11,8 @@ other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TypedDict
 from zlib import crc32
 
 import numpy as np
@@ -22,19 +20,12 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.large import Scratch
 from mocap_metrology.common.types import Row
-from mocap_metrology.noise.model.synthesis import Cross, Shared, clipped_bands, coherence, draw_pair
+from mocap_metrology.noise.model.synthesis import Cross, Shared, clipped_bands, draw_pair
 from mocap_metrology.noise.twins.twin import COORDINATES, Twin
-
-__all__ = [
-    "SimulatedRecording",
-    "Twin",
-    "clipped_bands",
-    "coherence",
-    "simulate",
-]
 
 AXES = ("x", "y", "z")
 SWINGS = 20  # a crump is followed for so many decay times: exp(-20) = 2e-9
+LEAST_FRAMES = 16
 
 
 @dataclass(frozen=True)
@@ -47,22 +38,22 @@ class SimulatedRecording:
     truth: Row
 
 
-class _Line(TypedDict):
-    """A sinusoid as added to the coordinate `series`; `of`: the requested one."""
-
-    of: str
-    series: str
-    amplitude_mm: float
-    f_0_hz: float
-    phase_rad: float
-
-
 def stream(twin_name: str, seed: int, purpose: str) -> np.random.Generator:
     """PCG64 of SeedSequence([seed, crc32(twin name), crc32(purpose)]): every twin and, within it,
     every purpose (`x`, `y`, `z`, `phases`, `outliers`, `crump`, `gaps`) has a stream of its own,
     so nothing depends on the order of drawing, and adding outliers leaves the noise as it was."""
     words = [seed, crc32(twin_name.encode()), crc32(purpose.encode())]
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(words)))
+
+
+def frames_of(name: str, duration_s: float, frame_rate_hz: float) -> int:
+    """Number of frames of a twin's recording; refused where they are too few."""
+    n = round(duration_s * frame_rate_hz)
+    if n < LEAST_FRAMES:
+        raise Refusal(
+            f"twin {name}: duration {duration_s:g} s, expected {LEAST_FRAMES} frames at least"
+        )
+    return n
 
 
 def simulate(
@@ -80,9 +71,7 @@ def simulate(
     """
     duration = twin.duration_s if duration_s is None else duration_s
     seed = twin.seed if seed is None else seed
-    n = round(duration * twin.frame_rate_hz)
-    if n < 16:
-        raise Refusal(f"twin {twin.name}: duration {duration:g} s, expected 16 frames at least")
+    n = frames_of(twin.name, duration, twin.frame_rate_hz)
     scratch = Scratch((2, 3, n), folder)
     position = scratch.values
     lines = _add_noise(scratch, twin, seed)
@@ -95,76 +84,61 @@ def simulate(
     truth["crump"] = _add_crump(position, twin, seed)
     truth["outliers"] = _add_outliers(position, twin, seed)
     if twin.resolution_mm:
-        for own in position.reshape(-1, n):
-            np.round(own / twin.resolution_mm, out=own)
-            own *= twin.resolution_mm
+        for coordinate in position.reshape(-1, n):
+            np.round(coordinate / twin.resolution_mm, out=coordinate)
+            coordinate *= twin.resolution_mm
     truth["gaps"] = _cut_gaps(position, twin, seed)
     return SimulatedRecording(twin.frame_rate_hz, position, truth)
 
 
 def _add_noise(scratch: Scratch, twin: Twin, seed: int) -> list[Row]:
     """Fill the scratch with noise that starts at 0; return the sinusoids that went in."""
-    position = scratch.values
-    n, tau0 = position.shape[2], 1 / twin.frame_rate_hz
+    position, rate, slow = scratch.values, twin.frame_rate_hz, twin.slow
+    n, tau0 = position.shape[2], 1 / rate
     for axis, letter in enumerate(AXES):
         first, second = (twin.models[f"{letter}{marker}"] for marker in (1, 2))
+        cross = Cross(constant=twin.yz_coherence)
         if letter == "x":
             cross = Cross(twin.models.get("L"), twin.coherence_factor)
-        else:
-            cross = Cross(constant=twin.yz_coherence)
+        # What drives the slow noise of an axis in all twins of its take
+        shared = Shared(stream(slow.take, seed, f"{letter} slow"), slow.below_hz) if slow else None
         rng = stream(twin.name, seed, letter)
-        position[0, axis], position[1, axis] = draw_pair(
-            first, second, cross, n, twin.frame_rate_hz, rng, twin.form, _shared(twin, seed, letter)
-        )
+        position[:2, axis] = draw_pair(first, second, cross, n, rate, rng, twin.form, shared)
         scratch.put_away()
-    lines = _lines(twin, stream(twin.slow.take if twin.slow else twin.name, seed, "phases"))
+    lines = _lines(twin, stream(slow.take if slow else twin.name, seed, "phases"))
     t = np.arange(n if lines else 0) * tau0
-    for line in lines:
-        wave = np.sin(2 * np.pi * line["f_0_hz"] * t + line["phase_rad"])
+    for _, series, amplitude, f_0, phase in lines:
+        wave = np.sin(2 * np.pi * f_0 * t + phase)
         wave -= wave[0]
-        wave *= line["amplitude_mm"]
-        position[_place(line["series"])] += wave
+        wave *= amplitude
+        position[_place(series)] += wave
     for series, factor in twin.scale.items():
         position[_place(series)] *= factor
-    return [{**line, "scale": twin.scale.get(line["series"], 1.0)} for line in lines]
-
-
-def _shared(twin: Twin, seed: int, letter: str) -> Shared | None:
-    """What drives the slow noise of an axis in all twins of its take."""
-    if twin.slow is None:
-        return None
-    return Shared(stream(twin.slow.take, seed, f"{letter} slow"), twin.slow.below_hz)
+    names = ("of", "series", "amplitude_mm", "f_0_hz", "phase_rad")
+    scales = [twin.scale.get(line[1], 1.0) for line in lines]
+    return [
+        {**dict(zip(names, line, strict=True)), "scale": scale}
+        for line, scale in zip(lines, scales, strict=True)
+    ]
 
 
 def _place(series: str) -> tuple[int, int]:
     return int(series[1]) - 1, AXES.index(series[0])
 
 
-def _lines(twin: Twin, rng: np.random.Generator) -> list[_Line]:
-    """Sinusoids of the coordinates, each with a random phase; L's goes half into x1 and half, with
-    the opposite sign, into x2."""
-    found: list[_Line] = []
+def _lines(twin: Twin, rng: np.random.Generator) -> list[tuple[str, str, float, float, float]]:
+    """Sinusoids of the coordinates: series of the model, coordinate, amplitude, frequency, phase.
+    Each has a random phase; L's goes half into x1 and half, with the opposite sign, into x2."""
+    lines = []
     for series in (*COORDINATES, "L"):
         phase = float(rng.uniform(0, 2 * np.pi))  # drawn for all, so that phases do not shift
+        places = {series: 1.0}
+        if series == "L":
+            places = {"x1": 0.5, "x2": -0.5} if twin.distance_line == "split" else {}
         for line in twin.models[series].lines if series in twin.models else ():
-            if series != "L":
-                places = [(series, 1.0)]
-            elif twin.distance_line == "split":
-                places = [("x1", 0.5), ("x2", -0.5)]
-            else:
-                places = []
             height = line.recorded(twin.frame_rate_hz, twin.form)
-            found += [
-                {
-                    "of": series,
-                    "series": s,
-                    "amplitude_mm": share * height,
-                    "f_0_hz": line.f_0,
-                    "phase_rad": phase,
-                }
-                for s, share in places
-            ]
-    return found
+            lines += [(series, s, share * height, line.f_0, phase) for s, share in places.items()]
+    return lines
 
 
 def _origin(twin: Twin, seed: int, n: int) -> Row:
@@ -216,16 +190,10 @@ def _add_crump(position: np.ndarray, twin: Twin, seed: int) -> Row | None:
     return asdict(crump) | {"time_s": start_s, "weights": weights.tolist(), "frames": t.size}
 
 
-def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> dict[str, Sequence[float | str]]:
+def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> Row:
     outliers, n = twin.outliers, position.shape[2]
-    found: dict[str, Sequence[float | str]] = {
-        "frame": [],
-        "marker": [],
-        "axis": [],
-        "amplitude_mm": [],
-    }
     if outliers is None:
-        return found
+        return {"frame": [], "marker": [], "axis": [], "amplitude_mm": []}
     rng = stream(twin.name, seed, "outliers")
     expected = outliers.per_hour * n / (3600 * twin.frame_rate_hz)
     count = min(n, int(rng.poisson(expected)))
@@ -236,18 +204,19 @@ def _add_outliers(position: np.ndarray, twin: Twin, seed: int) -> dict[str, Sequ
     else:
         amplitude = rng.exponential(outliers.amplitude_mm, count) * rng.choice([-1.0, 1.0], count)
     position[marker, axis, frame] += amplitude
-    found["frame"] = frame.tolist()
-    found["marker"] = [twin.labels[i] for i in marker]
-    found["axis"] = [AXES[i] for i in axis]
-    found["amplitude_mm"] = amplitude.tolist()
-    return found
+    return {
+        "frame": frame.tolist(),
+        "marker": [twin.labels[i] for i in marker],
+        "axis": [AXES[i] for i in axis],
+        "amplitude_mm": amplitude.tolist(),
+    }
 
 
 def _cut_gaps(position: np.ndarray, twin: Twin, seed: int) -> dict[str, list[int | str]]:
     gaps, n, rate = twin.gaps, position.shape[2], twin.frame_rate_hz
-    found: dict[str, list[int | str]] = {"marker": [], "first_frame": [], "frames": []}
+    cut: dict[str, list[int | str]] = {"marker": [], "first_frame": [], "frames": []}
     if gaps is None:
-        return found
+        return cut
     rng = stream(twin.name, seed, "gaps")
     for marker, label in enumerate(twin.labels):
         count = int(rng.poisson(gaps.per_hour * n / (3600 * rate)))
@@ -255,7 +224,7 @@ def _cut_gaps(position: np.ndarray, twin: Twin, seed: int) -> dict[str, list[int
         lengths = np.maximum(1, np.round(rng.exponential(gaps.mean_s * rate, count))).astype(int)
         for start, length in zip(starts.tolist(), lengths.tolist(), strict=True):
             position[marker, :, start : start + length] = np.nan
-            found["marker"].append(label)
-            found["first_frame"].append(start)
-            found["frames"].append(min(length, n - start))
-    return found
+            cut["marker"].append(label)
+            cut["first_frame"].append(start)
+            cut["frames"].append(min(length, n - start))
+    return cut

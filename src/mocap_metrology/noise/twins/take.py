@@ -21,12 +21,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
-from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.types import Row
+from mocap_metrology.common.types import Floats, Row
 from mocap_metrology.noise.model.components import NoiseModel
-from mocap_metrology.noise.twins.simulate import AXES, SimulatedRecording, stream
+from mocap_metrology.noise.twins.simulate import AXES, SimulatedRecording, frames_of, stream
 from mocap_metrology.noise.twins.twin import Point
 
 HALL_MM = (9000.0, 5000.0, 3000.0)  # S section 3.1
@@ -189,9 +187,7 @@ def facility(take: Take) -> tuple[Facility, np.ndarray]:
     return found, noise
 
 
-def centroid_errors(
-    take: Take, seed: int, camera: int, n_frames: int
-) -> Iterator[npt.NDArray[np.float64]]:
+def centroid_errors(take: Take, seed: int, camera: int, n_frames: int) -> Iterator[Floats]:
     """(2 directions, n) errors in pixels that one camera, numbered from 1, makes of either
     marker."""
     noise = facility(take)[1][camera - 1]
@@ -220,11 +216,7 @@ def motion(take: Take, labels: tuple[str, str], seed: int, rate_hz: float, n: in
 def simulate_take(twin: TakeTwin, seed: int | None = None) -> SimulatedRecording:
     """Simulate `twin` with `seed` (default: its own). Same twin and seed: same bytes."""
     seed = twin.seed if seed is None else seed
-    n = round(twin.duration_s * twin.frame_rate_hz)
-    if n < 16:
-        raise Refusal(
-            f"twin {twin.name}: duration {twin.duration_s:g} s, expected 16 frames at least"
-        )
+    n = frames_of(twin.name, twin.duration_s, twin.frame_rate_hz)
     hall, noise = facility(twin.take)
     subset = sorted(camera - 1 for camera in twin.camera_ids)
     gains = [gain_matrices(hall, marker, [subset])[0] for marker in (0, 1)]

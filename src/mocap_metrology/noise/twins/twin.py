@@ -137,31 +137,27 @@ def wand(x1: float, x2: float, distance: float) -> tuple[Point, Point]:
 
 def of_coefficients(table: Mapping[str, Mapping[str, float]]) -> Origin:
     """Coefficients by series; `all`: those of the six coordinates that are not named."""
-    found = {name: table.get(name, table.get("all", {})) for name in COORDINATES}
-    found |= {name: table[name] for name in SERIES[6:] if name in table}
-    return Origin({name: NoiseModel.from_coefficients(of) for name, of in found.items()})
+    values = {name: table.get(name, table.get("all", {})) for name in COORDINATES}
+    values |= {"L": table["L"]} if "L" in table else {}
+    return Origin({name: NoiseModel.from_coefficients(own) for name, own in values.items()})
 
 
 def leave_out(origin: Origin, names: Sequence[str], T_c_below_s: float) -> Origin:
     """The same without these components, and without Gauss-Markov terms that are faster; notes say
     so. Raises `Refusal` for a component that no series has."""
-    models = origin.models
-    known = {name for model in models.values() for name in model.coefficients()} - {"f_0"}
-    known = {name for name in known if not name.startswith("T_c")}
+    printed = {series: model.coefficients() for series, model in origin.models.items()}
+    every = {name for values in printed.values() for name in values}
+    known = sorted(name for name in every if name[:3] not in ("f_0", "T_c"))
     for name in names:
         if name not in known:
-            raise Refusal(f"without: {name!r}, expected one of {', '.join(sorted(known))}")
-    kept, notes = {}, []
-    for series, model in models.items():
-        found = model.coefficients()
-        fast = [k for k, v in found.items() if k.startswith("T_c") and v < T_c_below_s]
-        gone = [n for n in names if n in found] + [f"q_c{k[3:]}" for k in fast]
-        for name in gone:
-            partner = {"q_c": f"T_c{name[3:]}", "A_s": "f_0"}.get(name[:3])
-            found.pop(name, None)
-            if partner:
-                found.pop(partner, None)
-        kept[series] = NoiseModel.from_coefficients(found)
+            raise Refusal(f"without: {name!r}, expected one of {', '.join(known)}")
+    models, notes = {}, []
+    for series, values in printed.items():
+        fast = [k for k, v in values.items() if k.startswith("T_c") and v < T_c_below_s]
+        gone = [n for n in names if n in values] + [f"q_c{k[3:]}" for k in fast]
+        partners = [{"q_c": f"T_c{n[3:]}", "A_s": "f_0"}.get(n[:3], n) for n in gone]
+        left = {k: v for k, v in values.items() if k not in (*gone, *partners)}
+        models[series] = NoiseModel.from_coefficients(left)
         if gone:
             notes.append(f"{series}: omitted on request: {', '.join(dict.fromkeys(gone))}")
-    return replace(origin, models=kept, notes=(*origin.notes, *notes))
+    return replace(origin, models=models, notes=(*origin.notes, *notes))

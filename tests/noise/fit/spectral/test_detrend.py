@@ -10,7 +10,7 @@ from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.estimates import deterministic_of, rows
 from mocap_metrology.noise.fit.spectral.detrend import line_column, warm_up_column
 from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
-from mocap_metrology.noise.fit.spectral.periodogram import periodogram
+from mocap_metrology.noise.fit.spectral.periodogram import Stretch, periodogram
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import Deterministic
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
@@ -39,7 +39,7 @@ def test_columns_are_the_cosine_transforms_of_line_and_exponential(start):
         (np.exp(-t / 11), lambda slow: warm_up_column(slow, RATE, 11.0)),
         (np.exp(-t / 0.5), lambda slow: warm_up_column(slow, RATE, 0.5)),
     ):
-        slow = periodogram([x], [1.0], [start], RATE, [[]]).slow
+        slow = periodogram([Stretch(x, start=start)], RATE).slow
         expected = np.sqrt(2 * TAU0) * dct(x, norm="ortho")[slow.k]
         assert np.allclose(column(slow), expected, atol=1e-9 * np.abs(expected).max())
 

@@ -13,6 +13,7 @@ from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, li
 from mocap_metrology.noise.fit.spectral.order import penalty
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
+from mocap_metrology.settings import Noise
 
 RATE, N = 120.0, 1 << 17
 TAU0 = 1 / RATE
@@ -145,7 +146,7 @@ def test_a_term_that_is_not_there_is_not_detected():
 def test_coarse_resolution_is_noted():
     series = np.round(0.002 * np.random.default_rng(2).normal(size=N) / 0.01) * 0.01
     m = np.array([1, 2, 4, 8])
-    settings = NoiseSettings(estimators=("likelihood",))
+    settings = NoiseSettings(Noise(estimators=("likelihood",)))
     run = estimate_series(series, (m, 1.0 / m), RATE, settings, resolution=0.01)
     assert "the file's resolution (0.01 mm) hides the noise" in run.estimates[0].note
     run = estimate_series(drawn(1), (m, 1.0 / m), RATE, settings, resolution=1e-5)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mocap_metrology.noise.fit.spectral.lines import (
+    Line,
     find_lines,
     find_slow_lines,
-    line_at,
+    line_again,
     line_errors,
 )
 
@@ -85,7 +86,7 @@ def test_slow_line_is_found_against_the_density_of_its_noise():
 def test_line_at_a_given_frequency():
     rng = np.random.default_rng(7)
     series = rng.normal(size=N) + sine(0.05, 14.4, 1.0)
-    line = line_at(series, RATE, 14.4, 2 * TAU0)
+    line = line_again(series, RATE, Line(1.0, 14.4, 0.0, 2 * TAU0, 1.0))
     assert np.isclose(line.A_s, 0.05, atol=0.03)
     assert np.isclose(line.f_0, 14.4, atol=1 / (N * TAU0))
 

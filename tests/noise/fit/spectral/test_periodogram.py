@@ -7,12 +7,13 @@ import pytest
 from scipy.fft import dct
 from scipy.linalg import toeplitz
 
+from mocap_metrology.noise.fit.spectral import periodogram as module
 from mocap_metrology.noise.fit.spectral.periodogram import (
-    binned,
+    Stretch,
     bins_of,
     edges,
     gauss_markov_unit,
-    joined,
+    periodogram,
     power_law_unit,
 )
 from mocap_metrology.noise.model.components import GaussMarkov, PowerLaw
@@ -27,13 +28,20 @@ def expected_exactly(covariance: np.ndarray) -> np.ndarray:
     return 2 * TAU0 * np.diag(dct(half, type=2, norm="ortho", axis=1))[1:]
 
 
+@pytest.fixture
+def single(monkeypatch):
+    """One coefficient a bin."""
+    monkeypatch.setattr(module, "BINS_PER_DECADE", 10_000)
+
+
+@pytest.mark.usefixtures("single")
 @pytest.mark.parametrize("share", [1e-5, 0.002, 0.02, 0.1, 0.25])
 def test_gauss_markov_expectation_is_exact_but_for_a_percent(share):
     n = 1024
     T_c = share * n * TAU0
     phi = np.exp(-TAU0 / T_c)
     exact = expected_exactly(T_c / 2 * toeplitz(phi ** np.arange(n)))
-    bins = bins_of(n, RATE, per_decade=10_000)  # one coefficient a bin
+    bins = bins_of(n, RATE)
     assert np.all(bins.n == 1)
     ours = gauss_markov_unit(bins, T_c)
     # The end correction is of the continuous process; frames matter where T_c is near one
@@ -48,16 +56,18 @@ def test_without_the_end_correction_the_slowest_coefficients_are_a_third_off():
     assert exact[0] / plain[0] < 0.7
 
 
+@pytest.mark.usefixtures("single")
 def test_random_walk_and_white_noise_are_exact():
     n = 512
     step = 2 * np.pi**2 * TAU0  # variance of a step for h_-2 = 1
     walk = step * np.minimum.outer(np.arange(n), np.arange(n))
-    bins = bins_of(n, RATE, per_decade=10_000)
+    bins = bins_of(n, RATE)
     assert np.allclose(power_law_unit(bins, -2), expected_exactly(walk), rtol=1e-8)
     white = np.eye(n) / (2 * TAU0)
     assert np.allclose(power_law_unit(bins, 0), expected_exactly(white), rtol=1e-12)
 
 
+@pytest.mark.usefixtures("single")
 @pytest.mark.parametrize("share", [1e-5, 0.0005, 0.002, 0.02, 0.1, 0.25])
 def test_averages_over_a_frame_have_the_expectation_of_their_covariance(share):
     # Integrals of exp(-|t| / T_c) over two frames, and over one
@@ -67,7 +77,7 @@ def test_averages_over_a_frame_have_the_expectation_of_their_covariance(share):
     covariance = 4 * np.sinh(a / 2) ** 2 / a**2 * np.exp(-a * lag)
     covariance[0] = 2 * (a + np.expm1(-a)) / a**2
     exact = expected_exactly(T_c / 2 * toeplitz(covariance))
-    bins = bins_of(n, RATE, per_decade=10_000, form="continuous")
+    bins = bins_of(n, RATE, "continuous")
     assert np.allclose(gauss_markov_unit(bins, T_c), exact, rtol=0.005)
     # Random walk: covariance min(i, j) + 1/2 steps, and i + 1/3 of a frame with itself
     walk = np.minimum.outer(lag, lag) + 0.5 - np.eye(n) / 6
@@ -96,27 +106,37 @@ def test_wide_bins_hold_the_mean_of_their_coefficients(alpha):
     assert np.allclose(power_law_unit(bins, alpha)[wide], mean[wide], rtol=1e-6)
 
 
-def test_binned_sums_to_the_variance():
-    x = np.random.default_rng(1).normal(size=10_007)
-    bins = bins_of(x.size, RATE)
-    psd = binned(x, RATE, bins)
-    # Parseval: the coefficients but the mean hold the sum of squares
-    assert np.isclose((psd * bins.n).sum() / (2 * TAU0), x.var() * x.size, rtol=1e-12)
-    assert bins.n.sum() == x.size - 1
-
-
-@pytest.mark.parametrize("n", [16, 17, 1000, 4096])
-def test_bins_hold_every_coefficient_once(n):
-    bins = bins_of(n, RATE)
-    assert bins.n.sum() == n - 1
-    assert np.allclose(bins.f_upper_hz[:-1], bins.f_lower_hz[1:])
-    assert bins.f_hz.max() < 0.5 / TAU0
-    assert bins.f_hz.min() > 0
-
-
-def test_joined_bins_keep_their_stretch():
-    both = joined([bins_of(1000, RATE), bins_of(5000, RATE)])
-    assert both.span_s == 50.0
-    assert both.n.sum() == 999 + 4999
-    alone = gauss_markov_unit(bins_of(5000, RATE), 3.0)
-    assert np.array_equal(gauss_markov_unit(both, 3.0)[-alone.size :], alone)
+def test_coefficients_outside_the_bands_hold_their_power():
+    """Two stretches of white noise: Parseval, bins without holes, and a band left out."""
+    parts = [np.random.default_rng(k).normal(size=n) for k, n in ((1, 10_007), (2, 4096))]
+    data = periodogram([Stretch(x, 0.5, 100) for x in parts], RATE)
+    bins, slow = data.bins, data.slow
+    assert bins.span_s == pytest.approx(100.07) and np.array_equal(data.weight, bins.n * 0.5)
+    first = bins.duration_s > 50
+    for own, x in ((first, parts[0]), (~first, parts[1])):
+        total = (data.psd * bins.n)[own].sum() / (2 * TAU0)
+        assert total == pytest.approx(x.var() * x.size, rel=1e-12)
+        assert bins.n[own].sum() == x.size - 1
+        assert np.allclose(bins.f_upper_hz[own][:-1], bins.f_lower_hz[own][1:])
+        assert 0 < bins.f_hz[own].min() < bins.f_hz[own].max() < RATE / 2
+    alone = gauss_markov_unit(bins_of(4096, RATE), 3.0)
+    assert np.array_equal(gauss_markov_unit(bins, 3.0)[-alone.size :], alone)
+    for k, x in enumerate(parts):
+        c = np.sqrt(2 * TAU0) * dct(x, norm="ortho")
+        own = slow.n == x.size
+        assert slow.value[own] == pytest.approx(c[slow.k[own]], abs=1e-12)
+        assert slow.k[own].size > 1900 and np.allclose(slow.start_s, 1.0)
+        inside = bins.n[slow.bin[own]] > 0
+        assert inside.all() and np.all(np.isclose(bins.duration_s[slow.bin[own]], x.size * TAU0)), k
+    band = (10.0, 12.0)
+    without = periodogram([Stretch(parts[0], bands=[band])], RATE)
+    whole = periodogram([Stretch(parts[0])], RATE)
+    at = (without.bins.f_lower_hz > band[0]) & (without.bins.f_upper_hz < band[1])
+    away = (without.bins.f_upper_hz < band[0]) | (without.bins.f_lower_hz > band[1])
+    assert at.any() and np.all(without.weight[at] < 1e-5 * without.bins.n[at])
+    assert np.allclose(without.psd[away], whole.psd[away], rtol=1e-12)
+    assert np.array_equal(without.weight[away], whole.weight[away])
+    c, f = dct(parts[0], norm="ortho")[1:], np.arange(1, parts[0].size) / (2 * parts[0].size * TAU0)
+    left = 2 * TAU0 * np.sum(c[(f < band[0]) | (f > band[1])] ** 2)
+    used = without.weight > 0.01
+    assert np.sum((without.psd * without.weight)[used]) == pytest.approx(left, rel=1e-12)

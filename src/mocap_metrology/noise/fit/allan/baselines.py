@@ -17,18 +17,18 @@ import math
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.fit.allan.relative import SearchRange, checked, misfit
+from mocap_metrology.noise.fit.allan.annealing import AGREEMENT, NO_MISFIT
+from mocap_metrology.noise.fit.allan.relative import checked, misfit
 from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
 from mocap_metrology.noise.model.components import Form
+from mocap_metrology.settings import Annealing
 
-STEPS = 300  # of each descent at most
-AGREEMENT = 1e-3  # relative difference of costs that count as one
+STARTS, STEPS = 10, 300  # random points, and steps of the descent from each at most
 # alpha: slope of the deviation, AVAR at tau = 1 s of h = 1
-SEGMENTS = {
-    -2: (0.5, 2 * math.pi**2 / 3),
-    -1: (0.0, 2 * math.log(2)),
-    0: (-0.5, 0.5),
-}
+SEGMENTS = {-2: (0.5, 2 * math.pi**2 / 3), -1: (0.0, 2 * math.log(2)), 0: (-0.5, 0.5)}
+TOLERANCE = 0.1  # of a slope
+DECADES = 0.5  # of tau in a segment
+LONGEST_SHARE = 0.3  # of the longest tau: beyond, too few differences are averaged for a slope
 
 
 def levenberg_marquardt(
@@ -38,83 +38,64 @@ def levenberg_marquardt(
     components: Components,
     seed: int,
     form: Form = "continuous",
-    starts: int = 10,
-    within: SearchRange | None = None,
+    search: Annealing | None = None,
     duration: float | None = None,
 ) -> Estimate:
-    """argmin sum_k (avar_k - model_k)^2 over `components`, avar (k,) in mm^2 at tau = m tau0 (s).
+    """argmin sum_k (avar_k - model_k)^2 over `components`; m, avar, duration: as of
+    `relative.misfit`.
 
-    Levenberg-Marquardt in logarithms of the coefficients, inside the bounds `within`, from
-    `starts` random points, of which the best result is given. duration: as in
-    `annealing.annealing_run`. The cost is the sum of squares over that of the variances, times
-    their number, so that it has no unit and 1 a point is a model of nothing. Standard errors and
-    intervals are NaN. status: `at_bound`, or `not_converged` where no two starts ended at one cost.
+    Levenberg-Marquardt in logarithms of the coefficients, within the range `search` (at every tau),
+    from ten random points, of which the best result is given. The cost is the sum of squares over
+    that of the variances, times their number, so that it has no unit and 1 a point is a model of
+    nothing. Standard errors and intervals are NaN. status: `at_bound`, or `not_converged` where no
+    two starts ended at one cost.
     """
-    if starts < 1:
-        raise Refusal(f"levenberg-marquardt: {starts} starts, expected at least 1")
-    problem = misfit(m, avar, frame_rate_hz, components, form, "equal", within, duration)
+    every_tau = (search or Annealing()).model_copy(update={"longest_tau_share": 1.0})
+    problem = misfit(m, avar, frame_rate_hz, components, form, "equal", every_tau, duration)
     rng = np.random.default_rng(seed)
     ends = [
-        problem.polished(rng.uniform(problem.lower, problem.upper), STEPS) for _ in range(starts)
+        problem.polished(rng.uniform(problem.lower, problem.upper), STEPS) for _ in range(STARTS)
     ]
     x, cost = min(ends, key=lambda end: end[1])
-    least = AGREEMENT * cost + 1e-8 * problem.m.size
-    equal = sum(c <= cost + least for _, c in ends)
-    at_bound = problem.at_bound(x)
-    otherwise = "ok" if equal >= min(2, starts) else "not_converged"
+    equal = sum(c <= cost + AGREEMENT * cost + NO_MISFIT * problem.m.size for _, c in ends)
+    at_bound, otherwise = problem.at_bound(x), "ok" if equal >= 2 else "not_converged"
     coefficients = tuple(
         Coefficient(name, value, status="at_bound" if at_bound[name] else otherwise)
         for name, value in problem.model(x).coefficients().items()
     )
-    note = f"{equal} of {starts} starts reached the cost of the result"
+    note = f"{equal} of {STARTS} starts reached the cost of the result"
     return Estimate("levenberg-marquardt", form, coefficients, cost, note)
 
 
-def slopes(
-    m: np.ndarray,
-    avar: np.ndarray,
-    frame_rate_hz: float,
-    tolerance: float = 0.1,
-    decades: float = 0.5,
-    longest_share: float = 0.3,
-) -> Estimate:
+def slopes(m: np.ndarray, avar: np.ndarray, frame_rate_hz: float) -> Estimate:
     """h_-2, h_-1 and h_0 from Allan variances avar (k,) in mm^2 at tau = m tau0 (s).
 
-    Lines are fitted to log ADEV over every window of `decades` of tau, and over either half of it
-    (three points at least each). Where all three slopes are within `tolerance` of the one asked
-    for, the segment is that noise's (a valley, level on the average, is none); of several, the one
-    closest in slope, of equal ones the first. Its coefficient is the mean over the segment with
-    the slope held at -1/2, 0 or +1/2; `not_detected` where no segment has the slope.
-    longest_share: of the longest tau; what is beyond is left out, as too few differences are
-    averaged there for a slope (by default from about a tenth of the recording).
+    Lines are fitted to log ADEV over every window of half a decade of tau, and over either half of
+    it (three points at least each), up to 0.3 of the longest tau. Where all three slopes are within
+    0.1 of the noise's, the segment is that noise's (a valley, level on the average, is none); of
+    several, the one closest in slope, of equal ones the first. Its coefficient is the mean over the
+    segment with the slope held at -1/2, 0 or +1/2; `not_detected` where no segment has the slope.
 
     Only what dominates somewhere is seen, whatever else there is adds to it, and the flanks of a
     Gauss-Markov bump pass for white noise and random walk: that is this method. No errors. cost:
     sum of squares of log10 ADEV about the lines.
     """
-    if not (0 < tolerance < 0.25 and decades > 0 and 0 < longest_share <= 1):
-        raise Refusal(
-            f"slopes: tolerance {tolerance}, decades {decades}, longest_share {longest_share}, "
-            "expected in (0, 0.25), > 0, in (0, 1]"
-        )
     m, avar = checked(m, avar, frame_rate_hz)
-    tau0 = 1 / frame_rate_hz
-    kept = m <= longest_share * m[-1:]
-    log_tau, log_adev = np.log10(m[kept] * tau0), 0.5 * np.log10(avar[kept])
-    windows = _windows(log_tau, decades)
+    used = m <= LONGEST_SHARE * m[-1:]
+    log_tau, log_adev = np.log10(m[used] * (1 / frame_rate_hz)), 0.5 * np.log10(avar[used])
+    windows = _windows(log_tau)
     if not windows:
         raise Refusal(
-            f"{log_tau.size} Allan variances up to {longest_share:g} of the longest tau, expected "
-            f"more, over at least {decades:g} decades of tau"
+            f"{log_tau.size} Allan variances up to {LONGEST_SHARE:g} of the longest tau, expected "
+            f"more, over at least {DECADES:g} decades of tau"
         )
     fitted = np.array([_slopes(log_tau[w], log_adev[w]) for w in windows])
     coefficients, cost = [], 0.0
     for alpha, (slope, unit) in SEGMENTS.items():
         distance = np.round(np.abs(fitted - slope), 9)  # so that equal slopes are equal
-        fits = np.all(distance <= tolerance, axis=1)
+        fits = np.all(distance <= TOLERANCE, axis=1)
         if not fits.any():
-            missing = Coefficient(f"h_{alpha}", math.nan, detected=False, status="not_detected")
-            coefficients.append(missing)
+            coefficients.append(Coefficient.limit(f"h_{alpha}"))
             continue
         best = windows[np.argmin(np.where(fits, distance[:, 0], np.inf))]
         level = log_adev[best] - slope * log_tau[best]
@@ -123,19 +104,17 @@ def slopes(
     return Estimate("slopes", "continuous", tuple(coefficients), cost)
 
 
-def _windows(log_tau: np.ndarray, decades: float) -> list[slice]:
-    """Every run of at least five points that spans `decades`, as short as can be."""
-    ends = np.searchsorted(log_tau, log_tau + decades - 1e-9)
+def _windows(log_tau: np.ndarray) -> list[slice]:
+    """Every run of at least five points that spans `DECADES`, as short as can be."""
+    ends = np.searchsorted(log_tau, log_tau + DECADES - 1e-9)
     pairs = [(i, max(int(end) + 1, i + 5)) for i, end in enumerate(ends)]
     return [slice(i, end) for i, end in pairs if end <= log_tau.size]
 
 
 def _slopes(x: np.ndarray, y: np.ndarray) -> list[float]:
     """Slope of all of it, of the first half and of the second; the middle point is in both."""
-    middle = x.size // 2
-    return [_slope(x, y), _slope(x[: middle + 1], y[: middle + 1]), _slope(x[middle:], y[middle:])]
-
-
-def _slope(x: np.ndarray, y: np.ndarray) -> float:
-    x = x - x.mean()
-    return float(x @ y / (x @ x))
+    middle, slopes = x.size // 2, []
+    for part in (slice(None), slice(middle + 1), slice(middle, None)):
+        off = x[part] - x[part].mean()
+        slopes.append(float(off @ y[part] / (off @ off)))
+    return slopes

@@ -12,6 +12,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import solve
+from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.model.sampling import correlated_bracket
 
 # Table of F(x) = G(x) / x^2 (see `model.GaussMarkov.avar`): e^-23 <= x <= e^23, 128 steps an e-fold
@@ -21,8 +22,8 @@ SINGULAR = 1e-15  # what is left of a diagonal element, over it
 # What a cost depends on besides the point; `residual` names the nine in order. A plain tuple, as
 # numba takes 0.7 us a call to check the class of a named one.
 Problem = tuple[
-    *tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
-    *tuple[float, int, bool, np.ndarray],
+    *tuple[Floats, Floats, Floats, Floats, Floats],
+    *tuple[float, int, bool, Floats],
 ]
 
 
@@ -45,21 +46,13 @@ def correlated_table() -> np.ndarray:
 
 
 @njit
-def _correlated(
-    m: np.ndarray,
-    log_m: np.ndarray,
-    log_T: float,
-    tau0: float,
-    sampled: bool,
-    table: np.ndarray,
-    curve: np.ndarray,
-    slope: np.ndarray,
-) -> None:
+def _correlated(log_T: float, problem: Problem, curve: Floats, slope: Floats) -> None:
     """Allan variance of a Gauss-Markov term of variance 1 at m, and its derivative by log T_c.
 
     `model.GaussMarkov.avar`: with a = tau0 / T_c, x = m a, continuous F(x), sampled
     (2m (sinh a - a) + x^2 F) / (2m sinh(a/2))^2, which is a factor times F plus a rest over m.
     """
+    _, m, log_m, _, _, tau0, _, sampled, table = problem
     log_a = math.log(tau0) - log_T
     factor, rest, factor_slope, rest_slope = 1.0, 0.0, 0.0, 0.0
     if sampled:
@@ -93,10 +86,9 @@ def _points(a: float) -> tuple[float, float, float, float]:
 
 
 @njit
-def _line(
-    m: np.ndarray, f_0: float, tau0: float, sampled: bool, curve: np.ndarray, slope: np.ndarray
-) -> None:
+def _line(f_0: float, problem: Problem, curve: Floats, slope: Floats) -> None:
     """Allan variance of a sinusoid of amplitude 1, and its derivative by log f_0."""
+    _, m, _, _, _, tau0, _, sampled, _ = problem
     x = math.pi * f_0 * tau0
     below = math.sin(x) if sampled else x
     falling = x / math.tan(x) if sampled else 1.0
@@ -108,14 +100,7 @@ def _line(
 
 @njit
 def _add(
-    x: np.ndarray,
-    i: int,
-    weights: np.ndarray,
-    curve: np.ndarray,
-    slope: np.ndarray,
-    r: np.ndarray,
-    jacobian: np.ndarray,
-    want: bool,
+    x: Floats, i: int, weights: Floats, curve: Floats, slope: Floats, r: Floats, jacobian: Floats
 ) -> None:
     """Add the component of coordinates i, i + 1 at its share: w curve / rms(w curve) * share."""
     squares, product = 0.0, 0.0
@@ -129,15 +114,15 @@ def _add(
     for k in range(r.size):
         part = scale * curve[k]
         r[k] += part
-        if want:
+        if jacobian.shape[0] == x.size:
             jacobian[i, k] = part
             jacobian[i + 1, k] = scale * slope[k] - lost * part
 
 
 @njit
-def residual(x: np.ndarray, problem: Problem, jacobian: np.ndarray, want: bool) -> np.ndarray:
-    """(k,) w (model - obs); its derivatives go to `jacobian` (d, k) if wanted."""
-    fixed, m, log_m, weights, target, tau0, gauss_markov, sampled, table = problem
+def residual(x: Floats, problem: Problem, jacobian: Floats) -> Floats:
+    """(k,) w (model - obs); its derivatives go to `jacobian`, (d, k), or (0, k) if not wanted."""
+    fixed, m, _, weights, target, _, gauss_markov, _, _ = problem
     r = -target
     n = fixed.shape[0]
     for i in range(n):
@@ -145,21 +130,21 @@ def residual(x: np.ndarray, problem: Problem, jacobian: np.ndarray, want: bool) 
         for k in range(r.size):
             part = share * fixed[i, k]
             r[k] += part
-            if want:
+            if jacobian.shape[0] == x.size:
                 jacobian[i, k] = part
     curve, slope = np.empty(m.size), np.empty(m.size)
     for i in range(n, x.size, 2):
         if i < n + 2 * gauss_markov:
-            _correlated(m, log_m, x[i + 1], tau0, sampled, table, curve, slope)
+            _correlated(x[i + 1], problem, curve, slope)
         else:
-            _line(m, math.exp(x[i + 1]), tau0, sampled, curve, slope)
-        _add(x, i, weights, curve, slope, r, jacobian, want)
+            _line(math.exp(x[i + 1]), problem, curve, slope)
+        _add(x, i, weights, curve, slope, r, jacobian)
     return r
 
 
 @njit
 def cost_at(x: np.ndarray, problem: Problem) -> float:
-    r = residual(x, problem, np.empty((1, 1)), False)
+    r = residual(x, problem, np.empty((0, 1)))
     total = 0.0
     for k in range(r.size):
         total += r[k] * r[k]
@@ -186,8 +171,8 @@ def descend(
     d, n = start.size, problem[1].size
     x = np.minimum(np.maximum(start, lower), upper)
     jacobian = np.empty((d, n))
-    none = np.empty((1, 1))
-    r = residual(x, problem, jacobian, True)
+    none = np.empty((0, 1))
+    r = residual(x, problem, jacobian)
     cost = np.dot(r, r)
     damping, stalled = 1.0, 0
     for _ in range(iterations):
@@ -205,7 +190,7 @@ def descend(
             step = gradient.copy()
             solve(damped, step, 0.0, SINGULAR, np.inf)
             trial = np.minimum(np.maximum(x - step, lower), upper)
-            found = residual(trial, problem, none, False)
+            found = residual(trial, problem, none)
             if np.dot(found, found) < cost:
                 better = True
                 break
@@ -214,7 +199,7 @@ def descend(
             break
         gain = cost - np.dot(found, found)
         x, damping = trial, max(damping / 8, 1e-12)
-        r = residual(x, problem, jacobian, True)
+        r = residual(x, problem, jacobian)
         stalled = stalled + 1 if gain < 1e-9 * cost else 0
         cost -= gain
         if stalled == 3:

@@ -21,59 +21,22 @@ from typing import Literal
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.noise.fit.allan.descent import (
-    Problem,
-    correlated_table,
-    cost_at,
-    costs_at,
-    descend,
-    residual,
-)
+from mocap_metrology.noise.fit.allan import descent
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.model.components import (
-    ALPHAS,
     Component,
     Form,
     GaussMarkov,
     NoiseModel,
     PowerLaw,
     Sinusoid,
+    check_form,
 )
+from mocap_metrology.settings import Annealing
 
 Weighting = Literal["relative", "equal"]
 PER_COEFFICIENT = 3  # Allan variances that are fitted in any case
-
-
-@dataclass(frozen=True)
-class SearchRange:
-    """Where the coefficients are looked for.
-
-    negligible, largest: least and greatest share of a component (see above). What ends at the
-    least is absent to the fit; the best fit has a root mean square of at most 1, or scaling it
-    would pay. shortest_frames, longest_share: T_c in frames, and as a share of the recording: what
-    is shorter is white and what is longer a random walk to any Allan variance of it. lowest_hz:
-    least f_0, but never below 1 / T of the recording; the greatest is Nyquist. longest_tau_share:
-    longest tau fitted, as a share of the recording, but three variances a coefficient at least:
-    relative residuals weigh longer ones, which are a handful of independent differences, like short
-    ones, and a slow sinusoid or correlated term then fits their chance.
-    """
-
-    negligible: float = 1e-5
-    largest: float = 1.5
-    shortest_frames: float = 2.0
-    longest_share: float = 0.1
-    lowest_hz: float = 0.01
-    longest_tau_share: float = 1.0
-
-    def __post_init__(self) -> None:
-        good = 0 < self.negligible < 0.1 and self.largest >= 1 and self.shortest_frames >= 0.1
-        good = good and 0 < self.longest_share <= 1 and 0 < self.longest_tau_share <= 1
-        if not (good and self.lowest_hz > 0):
-            raise Refusal(
-                f"search range {self}, expected negligible in (0, 0.1), largest >= 1, "
-                "shortest_frames >= 0.1, longest_share in (0, 1], longest_tau_share in (0, 1], "
-                "lowest_hz > 0"
-            )
+WITHIN = 1e-6  # of a bound: on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,66 +59,50 @@ class Misfit:
     upper: np.ndarray
 
     @cached_property
-    def _problem(self) -> Problem:
+    def _problem(self) -> descent.Problem:
         tau0, sampled = 1 / self.frame_rate_hz, self.form == "sampled"
         target = self.weights * self.avar
         return (
             *(self.fixed, self.m, np.log(self.m), self.weights, target),
-            *(tau0, self.components.gauss_markov, sampled, correlated_table()),
+            *(tau0, self.components.gauss_markov, sampled, descent.correlated_table()),
         )
-
-    def cost(self, x: np.ndarray) -> float:
-        """Sum of squares at the point x (d,)."""
-        return float(cost_at(x, self._problem))
 
     def costs(self, points: np.ndarray) -> np.ndarray:
         """(n,) sums of squares at the points (n, d)."""
-        return costs_at(np.ascontiguousarray(points), self._problem)
+        return descent.costs_at(np.ascontiguousarray(points), self._problem)
 
     def residual(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k,) w (model - obs) at x, and its derivatives (d, k) by the coordinates."""
         jacobian = np.empty((x.size, self.m.size))
-        return residual(x, self._problem, jacobian, True), jacobian
+        return descent.residual(x, self._problem, jacobian), jacobian
 
     def polished(self, x: np.ndarray, iterations: int = 100) -> tuple[np.ndarray, float]:
         """The local minimum below x inside the bounds, and its cost (see `descent.descend`)."""
-        return descend(x, self.lower, self.upper, iterations, self._problem)
+        return descent.descend(x, self.lower, self.upper, iterations, self._problem)
 
     def model(self, x: np.ndarray) -> NoiseModel:
         """The noise model at x, Gauss-Markov terms by rising T_c; T_c and f_0 kept if absent."""
         n = len(self.components.alphas)
-        shares = np.exp(x)
         parts: list[Component] = [
-            PowerLaw(alpha, float(shares[i] * self.unit[i]))
-            for i, alpha in enumerate(self.components.alphas)
+            PowerLaw(alpha, float(share * unit))
+            for alpha, share, unit in zip(
+                self.components.alphas, np.exp(x[:n]), self.unit, strict=True
+            )
         ]
-        for i in range(self.components.gauss_markov):
-            log_share, log_T_c = x[n + 2 * i : n + 2 * i + 2]
-            T_c = math.exp(log_T_c)
+        for i in range(n, n + 2 * self.components.gauss_markov, 2):
+            T_c = math.exp(x[i + 1])
             norm = self._norm(GaussMarkov(math.sqrt(2 / T_c), T_c))
-            parts.append(GaussMarkov(math.sqrt(2 / T_c * math.exp(log_share) / norm), T_c))
+            parts.append(GaussMarkov(math.sqrt(2 / T_c * math.exp(x[i]) / norm), T_c))
         if self.components.sinusoid:
             f_0 = math.exp(x[-1])
             norm = self._norm(Sinusoid(1.0, f_0))
             parts.append(Sinusoid(math.sqrt(math.exp(x[-2]) / norm), f_0))
         return NoiseModel(tuple(parts)).ordered()
 
-    def point(self, model: NoiseModel) -> np.ndarray:
-        """The point of a model that has these components, moved into the bounds."""
-        if Components.of(model) != self.components:
-            raise Refusal(f"{Components.of(model)}, expected {self.components}")
-        x: list[float] = []
-        for part in model.ordered().components:
-            share = self._norm(part)
-            x.append(math.log(share) if share > 0 else -math.inf)
-            if not isinstance(part, PowerLaw):
-                x.append(math.log(part.T_c if isinstance(part, GaussMarkov) else part.f_0))
-        return np.clip(x, self.lower, self.upper)
-
-    def at_bound(self, x: np.ndarray, within: float = 1e-6) -> dict[str, bool]:
+    def at_bound(self, x: np.ndarray) -> dict[str, bool]:
         """By coefficient (named as in `model`): whether x lies on a bound there. Where a share
         does, so do q_c and T_c, or A_s and f_0, together: an absent component has no T_c."""
-        on = (x <= self.lower + within) | (x >= self.upper - within)
+        on = (x <= self.lower + WITHIN) | (x >= self.upper - WITHIN)
         n, count = len(self.components.alphas), self.components.gauss_markov
         pairs = [(on[i], on[i] or on[i + 1]) for i in range(n, x.size, 2)]
         order = np.argsort(x[n + 1 : n + 2 * count : 2], kind="stable")
@@ -167,19 +114,16 @@ class Misfit:
         """By power law off its bounds: how far, relatively, its coefficient can move from the
         minimum x while the cost, with all others refitted, grows by `rise` (in the quadratic
         approximation: sqrt(rise [(J'J)^-1]_ii))."""
-        inside = np.flatnonzero((x > self.lower + 1e-6) & (x < self.upper - 1e-6))
+        inside = np.flatnonzero((x > self.lower + WITHIN) & (x < self.upper - WITHIN))
         jacobian = self.residual(x)[1][inside]
         scale = np.sqrt(np.sum(jacobian**2, axis=1))
         values, vectors = np.linalg.eigh((jacobian @ jacobian.T) / np.outer(scale, scale))
         inverse = vectors**2 @ (1 / np.maximum(values, 1e-15)) / scale**2
-        names = [f"h_{alpha}" for alpha in self.components.alphas]
-        return {
-            names[i]: float(np.sqrt(rise * variance))
-            for i, variance in zip(inside, inverse, strict=True)
-            if i < len(names)
-        }
+        by_place = dict(zip(inside.tolist(), np.sqrt(rise * inverse).tolist(), strict=True))
+        alphas = self.components.alphas
+        return {f"h_{a}": by_place[i] for i, a in enumerate(alphas) if i in by_place}
 
-    def _norm(self, part: PowerLaw | GaussMarkov | Sinusoid) -> float:
+    def _norm(self, part: Component) -> float:
         return _rms(self.weights * part.avar(self.m, self.frame_rate_hz, self.form))
 
 
@@ -190,35 +134,39 @@ def misfit(
     components: Components,
     form: Form = "continuous",
     weighting: Weighting = "relative",
-    within: SearchRange | None = None,
+    search: Annealing | None = None,
     duration: float | None = None,
 ) -> Misfit:
     """The misfit of `components` to Allan variances `avar` (k,) in mm^2 at tau = m tau0 (s).
 
-    duration: of the recording, s; by default three times the longest tau. Variances beyond
-    `SearchRange.longest_tau_share` of it are left out.
+    search: `negligible` ... `longest_tau_share` of the settings are the range of the coefficients;
+    what ends at the least share is absent to the fit, and the best fit has a root mean square of at
+    most 1, or scaling it would pay. duration: of the recording, s; by default three times the
+    longest tau. Variances beyond `longest_tau_share` of it are left out, but for three a
+    coefficient at least: relative residuals weigh them, which are a handful of independent
+    differences, like short ones, and a slow sinusoid or correlated term then fits their chance.
     """
     m, avar = checked(m, avar, frame_rate_hz)
-    tau0 = 1 / frame_rate_hz
-    components = _checked_components(components, m.size)
-    if form not in ("sampled", "continuous"):
-        raise Refusal(f"form {form!r}, expected sampled or continuous")
-    within = within or SearchRange()
+    search, tau0 = search or Annealing(), 1 / frame_rate_hz
+    n = len(components.names)
+    if n == 0:
+        raise Refusal(f"{components}, expected at least one component to fit")
+    if m.size < n:
+        raise Refusal(f"{m.size} Allan variances for {n} coefficients, expected at least {n}")
+    check_form(form)
     duration = 3 * m[-1] * tau0 if duration is None else duration
-    if not m[-1] * tau0 < duration < 1e8 * tau0 / min(within.shortest_frames, 1):
+    if not m[-1] * tau0 < duration < 1e8 * tau0 / min(search.shortest_frames, 1):
         raise Refusal(
             f"recording of {duration} s, expected more than the longest tau, {m[-1] * tau0:.4g} s, "
             "and less than 10^8 frames"
         )
-    fitted = max(
-        np.count_nonzero(m * tau0 <= within.longest_tau_share * duration),
-        PER_COEFFICIENT * len(components.names),
-    )
+    within = np.count_nonzero(m * tau0 <= search.longest_tau_share * duration)
+    fitted = max(within, PER_COEFFICIENT * n)
     m, avar = m[:fitted], avar[:fitted]
     weights = 1 / avar if weighting == "relative" else np.full(avar.size, 1 / _rms(avar))
     fixed = weights * _unit_curves(components.alphas, m.tobytes(), frame_rate_hz, form)
     unit = 1 / np.sqrt(np.mean(fixed**2, axis=1))
-    lower, upper = _bounds(components, frame_rate_hz, within, duration)
+    lower, upper = _bounds(components, frame_rate_hz, search, duration)
     scaled = fixed * unit[:, None]
     return Misfit(m, avar, frame_rate_hz, components, form, weights, scaled, unit, lower, upper)
 
@@ -243,19 +191,6 @@ def checked(m: np.ndarray, avar: np.ndarray, frame_rate_hz: float) -> tuple[np.n
     return m, avar
 
 
-def _checked_components(components: Components, n_points: int) -> Components:
-    alphas = tuple(sorted(components.alphas))
-    if not set(alphas) <= set(ALPHAS) or len(set(alphas)) < len(alphas):
-        raise Refusal(f"power laws {components.alphas}, expected some of {ALPHAS}, each once")
-    components = Components(alphas, components.gauss_markov, components.sinusoid)
-    n = len(components.names)
-    if n == 0 or components.gauss_markov < 0:
-        raise Refusal(f"{components}, expected at least one component to fit")
-    if n_points < n:
-        raise Refusal(f"{n_points} Allan variances for {n} coefficients, expected at least {n}")
-    return components
-
-
 @lru_cache(maxsize=16)
 def _unit_curves(alphas: tuple[int, ...], m: bytes, frame_rate_hz: float, form: Form) -> np.ndarray:
     """(n_alpha, k) Allan variances of h = 1; kept, as the sampled ones take integrals."""
@@ -265,22 +200,22 @@ def _unit_curves(alphas: tuple[int, ...], m: bytes, frame_rate_hz: float, form: 
 
 
 def _bounds(
-    components: Components, frame_rate_hz: float, within: SearchRange, duration: float
+    components: Components, frame_rate_hz: float, search: Annealing, duration: float
 ) -> tuple[np.ndarray, np.ndarray]:
     tau0 = 1 / frame_rate_hz
-    shortest, longest = within.shortest_frames * tau0, within.longest_share * duration
+    shortest, longest = search.shortest_frames * tau0, search.longest_share * duration
     if components.gauss_markov and shortest >= longest:
         raise Refusal(
             f"{duration:.4g} s of recording: T_c would be searched from {shortest:.3g} s to "
             f"{longest:.3g} s, expected a longer recording"
         )
-    lowest, highest = max(within.lowest_hz, 1 / duration), 0.5 / tau0
+    lowest, highest = max(search.lowest_hz, 1 / duration), 0.5 / tau0
     if components.sinusoid and lowest >= highest:
         raise Refusal(
             f"f_0 would be searched from {lowest:.3g} Hz to {highest:.3g} Hz, half of the frame "
             "rate; expected a lower lowest_hz or a longer recording"
         )
-    share = (math.log(within.negligible), math.log(within.largest))
+    share = (math.log(search.negligible), math.log(search.largest))
     ranges = [share] * len(components.alphas)
     ranges += [share, (math.log(shortest), math.log(longest))] * components.gauss_markov
     ranges += [share, (math.log(lowest), math.log(highest))] * components.sinusoid
@@ -294,7 +229,7 @@ def _rms(values: np.ndarray) -> float:
 
 def warm_up() -> None:
     """Compile for float64."""
-    m = np.array([1.0, 2, 4, 8])
-    problem = misfit(m, 1 / m, 1.0, Components((0,), 1), within=SearchRange(longest_share=0.5))
+    m, search = np.array([1.0, 2, 4, 8]), Annealing(longest_share=0.5)
+    problem = misfit(m, 1 / m, 1.0, Components((0,), 1), search=search)
     problem.costs(np.array([problem.polished(problem.lower)[0]]))
     problem.residual(problem.lower)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,104 +89,88 @@ def warm_up_column(slow: Slow, frame_rate_hz: float, T_w: float) -> np.ndarray:
     return unit * np.exp(-slow.start_s / T_w) * np.sqrt(4 * tau0 / slow.n)
 
 
-def T_w_range(slow: Slow, frame_rate_hz: float) -> tuple[float, float]:
-    """T_w that are searched, s."""
-    tau0 = 1 / frame_rate_hz
-    span = float(np.max(slow.start_s + slow.n * tau0))
-    return min(max(SHORTEST * span, LEAST_FRAMES * tau0), span / 2), span
-
-
-def _least_squares(
-    columns: np.ndarray, value: np.ndarray, weight: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, float]:
+class LeastSquares(NamedTuple):
     """Coefficients (p,), covariance (p, p), and by how much they lower the sum of squares."""
-    normal = (columns * weight) @ columns.T
-    scale = 1 / np.sqrt(np.diag(normal))
-    covariance = np.linalg.pinv(normal * scale * scale[:, None], hermitian=True) * scale
-    covariance *= scale[:, None]
-    right = (columns * weight) @ value
-    found = covariance @ right
-    return found, covariance, float(right @ found)
+
+    values: np.ndarray
+    covariance: np.ndarray
+    gain: float
 
 
 class Designs:
-    """Columns of every kind over the slow coefficients of one recording, computed once."""
+    """Columns of every kind over the slow coefficients of one recording, computed once.
 
-    def __init__(self, slow: Slow, frame_rate_hz: float) -> None:
-        self.slow, self.frame_rate_hz = slow, frame_rate_hz
-        self.bounds = T_w_range(slow, frame_rate_hz)
-        self.line = line_column(slow, frame_rate_hz) / HOUR
+    bounds: of the T_w that are searched, s; grid: of T_w. weight: (M,), 1/variance of the
+    coefficients.
+    """
+
+    def __init__(self, data: Periodogram) -> None:
+        self.slow, self.frame_rate_hz = slow_of(data), data.bins.frame_rate_hz
+        tau0 = 1 / self.frame_rate_hz
+        span = float(np.max(self.slow.start_s + self.slow.n * tau0))
+        self.bounds = min(max(SHORTEST * span, LEAST_FRAMES * tau0), span / 2), span
+        self.line = line_column(self.slow, self.frame_rate_hz) / HOUR
         self.grid = np.geomspace(*self.bounds, GRID)
-        self.warm_ups = [self.warm_up(T_w) for T_w in self.grid]
+        self._warm_ups = [self.warm_up(T_w) for T_w in self.grid]
 
     def warm_up(self, T_w: float) -> np.ndarray:
         """(M,) of A_w = 1."""
         return warm_up_column(self.slow, self.frame_rate_hz, T_w)
 
-    def columns(self, kind: str, warm_up: np.ndarray) -> np.ndarray:
-        """(p, M) of what is linear."""
-        own = [self.line] if "drift" in KINDS[kind] else []
-        return np.stack([*own, warm_up] if "A_w" in KINDS[kind] else own)
+    def _fit(self, columns: np.ndarray, weight: np.ndarray) -> LeastSquares:
+        normal = (columns * weight) @ columns.T
+        scale = 1 / np.sqrt(np.diag(normal))
+        covariance = np.linalg.pinv(normal * scale * scale[:, None], hermitian=True) * scale
+        covariance *= scale[:, None]
+        right = (columns * weight) @ self.slow.value
+        values = covariance @ right
+        return LeastSquares(values, covariance, float(right @ values))
+
+    def _linear(self, kind: str, warm_up: np.ndarray) -> np.ndarray:
+        """(p, M) of what is linear: drift and A_w."""
+        return np.stack([self.line, warm_up] if "drift" in KINDS[kind] else [warm_up])
+
+    def linear(self, kind: str, weight: np.ndarray, T_w: float) -> LeastSquares:
+        """Drift and A_w with T_w known."""
+        return self._fit(self._linear(kind, self.warm_up(T_w)), weight)
 
     def part(self, kind: str, weight: np.ndarray) -> Part:
-        """Least squares with weights (M,), 1/variance of the coefficients."""
+        """The part of this kind by least squares."""
         if kind == "line":
-            found, covariance, _ = _least_squares(self.line[None], self.slow.value, weight)
-            return Part(kind, Deterministic(float(found[0])), covariance)
+            fit = self._fit(self.line[None], weight)
+            return Part(kind, Deterministic(float(fit.values[0])), fit.covariance)
         T_w = self._best_T_w(kind, weight)
-        return self.given(kind, weight, T_w)
-
-    def given(self, kind: str, weight: np.ndarray, T_w: float) -> Part:
-        """The same with T_w known; the covariance has its row nevertheless."""
-        columns = self.columns(kind, self.warm_up(T_w))
-        found, _, _ = _least_squares(columns, self.slow.value, weight)
-        A_w = float(found[-1])
-        drift = float(found[0]) if "drift" in KINDS[kind] else 0.0
-        up, down = (self.warm_up(T_w * math.exp(s * STEP)) for s in (1, -1))
-        columns = np.vstack([columns, A_w * (up - down) / (2 * STEP)])
-        _, covariance, _ = _least_squares(columns, self.slow.value, weight)
-        return Part(kind, Deterministic(drift, A_w, T_w), covariance)
-
-    def linear(self, kind: str, weight: np.ndarray, T_w: float) -> tuple[np.ndarray, np.ndarray]:
-        """Values and covariance of drift and A_w with T_w known."""
-        columns = self.columns(kind, self.warm_up(T_w))
-        return _least_squares(columns, self.slow.value, weight)[:2]
-
-    def gain(self, kind: str, weight: np.ndarray, T_w: float) -> float:
-        """By how much line and warm-up of this T_w lower the weighted sum of squares."""
-        columns = self.columns(kind, self.warm_up(T_w))
-        return _least_squares(columns, self.slow.value, weight)[2]
+        linear = self.linear(kind, weight, T_w).values.tolist()
+        values = Deterministic(linear[0] if "drift" in KINDS[kind] else 0.0, linear[-1], T_w)
+        covariance = self._fit(self.derivatives(kind, values), weight).covariance
+        return Part(kind, values, covariance)
 
     def _best_T_w(self, kind: str, weight: np.ndarray) -> float:
         from scipy.optimize import minimize_scalar
 
-        gains = [
-            _least_squares(self.columns(kind, column), self.slow.value, weight)[2]
-            for column in self.warm_ups
-        ]
+        gains = [self._fit(self._linear(kind, w), weight).gain for w in self._warm_ups]
         at = int(np.argmax(gains))
         ends = np.log(self.grid[[max(at - 1, 0), min(at + 1, GRID - 1)]])
-        found = minimize_scalar(
-            lambda log: -self.gain(kind, weight, math.exp(log)),
+        lowest = minimize_scalar(
+            lambda log: -self.linear(kind, weight, math.exp(log)).gain,
             bounds=tuple(ends),
             method="bounded",
         )
-        best = (-found.fun, math.exp(found.x)), (gains[at], float(self.grid[at]))
+        best = (-lowest.fun, math.exp(lowest.x)), (gains[at], float(self.grid[at]))
         return max(best)[1]
 
-    def of(self, part: Part) -> np.ndarray:
-        """(p, M): derivatives of the slow coefficients by the part's parameters."""
-        if part.kind == "line":
+    def derivatives(self, kind: str, values: Deterministic) -> np.ndarray:
+        """(p, M): of the slow coefficients by the parameters of a part, T_w by its logarithm."""
+        if kind == "line":
             return self.line[None]
-        T_w = part.values.T_w
-        up, down = (self.warm_up(T_w * math.exp(s * STEP)) for s in (1, -1))
-        own = self.columns(part.kind, self.warm_up(T_w))
-        return np.vstack([own, part.values.A_w * (up - down) / (2 * STEP)])
+        up, down = (self.warm_up(values.T_w * math.exp(s * STEP)) for s in (1, -1))
+        linear = self._linear(kind, self.warm_up(values.T_w))
+        return np.vstack([linear, values.A_w * (up - down) / (2 * STEP)])
 
-    def wave(self, part: Part) -> np.ndarray:
-        """(M,) slow coefficients of the part."""
-        out = part.values.drift * self.line
-        return out + part.values.A_w * self.warm_up(part.values.T_w) if part.values.A_w else out
+    def wave(self, values: Deterministic) -> np.ndarray:
+        """(M,) slow coefficients of a part."""
+        line = values.drift * self.line
+        return line + values.A_w * self.warm_up(values.T_w) if values.A_w else line
 
 
 def slow_of(data: Periodogram) -> Slow:
@@ -205,9 +190,9 @@ def _left(data: Periodogram, designs: Designs, part: Part, restored: bool) -> Pe
     """The periodogram without the part; restored: with the power that its estimate removed (X V
     X')."""
     slow = slow_of(data)
-    power = (slow.value - designs.wave(part)) ** 2
+    power = (slow.value - designs.wave(part.values)) ** 2
     if restored:
-        columns = designs.of(part)
+        columns = designs.derivatives(part.kind, part.values)
         power += np.einsum("pm,pq,qm->m", columns, part.covariance, columns)
     count = np.bincount(slow.bin, minlength=data.psd.size)
     mean = np.bincount(slow.bin, power, data.psd.size) / np.maximum(count, 1)
@@ -219,39 +204,35 @@ def _minus_two_log(data: Periodogram, density: np.ndarray) -> float:
     return float(np.sum(data.weight * (np.log(density) + data.psd / density)))
 
 
+def _mixture_density(data: Periodogram) -> np.ndarray:
+    likelihood = Likelihood(data)
+    return likelihood.density(dictionary(likelihood, ALPHAS))
+
+
 def _quick(data: Periodogram, designs: Designs, kind: str) -> tuple[Periodogram, float]:
     """What is left, and -2 ln L, with a mixture of every noise: no order is chosen."""
     left = data
-    for step in range(ROUNDS + 1):
-        likelihood = Likelihood(left, data.bins.T_c_range)
-        density = likelihood.density(dictionary(likelihood, ALPHAS))
-        if kind == "none":
-            return data, _minus_two_log(data, density)
-        if step == ROUNDS:
-            break
-        part = designs.part(kind, slow_weight(data, density))
+    for step in range(ROUNDS):
+        part = designs.part(kind, slow_weight(data, _mixture_density(left)))
         left = _left(data, designs, part, restored=step > 0)
+    density = _mixture_density(left)
     return left, _minus_two_log(_left(data, designs, part, restored=False), density)
-
-
-def _settled(
-    data: Periodogram, designs: Designs, kind: str, left: Periodogram, fit: Fit
-) -> tuple[Part, Periodogram, Fit]:
-    """Least squares with the fit's weights, and the fit of what it leaves, in turn."""
-    for _ in range(ROUNDS):
-        density = Likelihood(left, data.bins.T_c_range).density(fit.spectrum)
-        part = designs.part(kind, slow_weight(data, density))
-        left = _left(data, designs, part, restored=True)
-        fit = Likelihood(left, data.bins.T_c_range).fit(fit.spectrum)
-    return part, left, fit
 
 
 def without_part(data: Periodogram, fit: Fit, cost: Callable[[int], float]) -> Alternative:
     """The alternative that all is noise."""
-    offset = float(np.sum(data.weight * (1 + np.log(data.psd))))
-    score = fit.deviance + offset + cost(fit.spectrum.size)
     nothing = Part("none", Deterministic(), np.empty((0, 0)))
-    return Alternative(nothing, data, fit, score, offset)
+    return _alternative(nothing, data, fit, cost, 0.0)
+
+
+def _alternative(
+    part: Part, left: Periodogram, fit: Fit, cost: Callable[[int], float], price: float
+) -> Alternative:
+    # sum of X V X' / S = p: taken off, so that the likelihood is that of the data
+    p = len(part.names)
+    offset = float(np.sum(left.weight * (1 + np.log(left.psd)))) - p + price + cost(p)
+    score = fit.deviance + offset + cost(fit.spectrum.size)
+    return Alternative(part, left, fit, score, offset)
 
 
 def alternatives(
@@ -262,20 +243,19 @@ def alternatives(
     fitted: the choice of a noise model for a periodogram; cost: of so many parameters, in units of
     twice the log likelihood (`order.penalty`).
     """
-    found = [without_part(data, fitted(data), cost)]
-    if data.slow is None:
-        return found
-    designs = Designs(data.slow, data.bins.frame_rate_hz)
-    bare = _quick(data, designs, "none")[1]
+    compared = [without_part(data, fitted(data), cost)]
+    designs = Designs(data)
+    bare = _minus_two_log(data, _mixture_density(data))
     for kind in list(KINDS)[1:]:
         left, value = _quick(data, designs, kind)
-        p = len(KINDS[kind])
-        price = UNLIKELY * (("drift" in KINDS[kind]) + ("A_w" in KINDS[kind]))
-        if value + price + cost(p) > bare + PROMISING:
+        price = UNLIKELY * len({"drift", "A_w"} & {*KINDS[kind]})
+        if value + price + cost(len(KINDS[kind])) > bare + PROMISING:
             continue
-        part, left, fit = _settled(data, designs, kind, left, fitted(left))
-        # sum of X V X' / S = p: taken off, so that the likelihood is that of the data
-        offset = float(np.sum(left.weight * (1 + np.log(left.psd)))) - p + price + cost(p)
-        score = fit.deviance + offset + cost(fit.spectrum.size)
-        found.append(Alternative(part, left, fit, score, offset))
-    return sorted(found, key=lambda one: one.score)
+        fit = fitted(left)
+        for _ in range(ROUNDS):  # least squares with the fit's weights, the fit of what it leaves
+            density = Likelihood(left).density(fit.spectrum)
+            part = designs.part(kind, slow_weight(data, density))
+            left = _left(data, designs, part, restored=True)
+            fit = Likelihood(left).fit(fit.spectrum)
+        compared.append(_alternative(part, left, fit, cost, price))
+    return sorted(compared, key=lambda one: one.score)

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +20,9 @@ from mocap_metrology.noise.fit.spectral.detrend import (
     Alternative,
     Designs,
     Part,
-    slow_of,
     slow_weight,
 )
-from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood
 from mocap_metrology.noise.model.deterministic import PARAMETERS
 
 SLOW_LAWS = (-2, -1)  # noise that a deterministic part competes with
@@ -38,121 +38,103 @@ ABSENT = 0.01  # standard error, of the one there is, given to a parameter that 
 Row = tuple[float, np.ndarray, np.ndarray]
 
 
-@dataclass(frozen=True)
-class Mixture:
-    """Normal distributions: weight, mean and standard deviation, (k,) each."""
+def quantile(rows: Sequence[tuple[float, float, float]], p: float) -> float:
+    """Value below which the share p of a mixture of normal distributions lies; rows: share, mean
+    and standard deviation of each."""
+    from scipy.optimize import brentq
+    from scipy.special import ndtr
 
-    weight: np.ndarray
-    mean: np.ndarray
-    sd: np.ndarray
-
-    @classmethod
-    def of(cls, rows: Sequence[tuple[float, float, float]]) -> Mixture:
-        """From (weight, mean, standard deviation)."""
-        weight, mean, sd = (np.array(column) for column in zip(*rows, strict=True))
-        return cls(weight / weight.sum(), mean, np.maximum(sd, 1e-300))
-
-    def quantile(self, p: float) -> float:
-        """Value below which the share p lies."""
-        from scipy.optimize import brentq
-        from scipy.special import ndtr
-
-        low, high = float((self.mean - 9 * self.sd).min()), float((self.mean + 9 * self.sd).max())
-        return float(brentq(lambda x: self.weight @ ndtr((x - self.mean) / self.sd) - p, low, high))
+    weight, mean, sd = (np.array(column) for column in zip(*rows, strict=True))
+    weight, sd = weight / weight.sum(), np.maximum(sd, 1e-300)
+    low, high = float((mean - 9 * sd).min()), float((mean + 9 * sd).max())
+    return float(brentq(lambda x: weight @ ndtr((x - mean) / sd) - p, low, high))
 
 
-def deterministic_rows(
-    alternatives: Sequence[Alternative], frame_rate_hz: float
-) -> tuple[Coefficient, ...]:
+def deterministic_rows(alternatives: Sequence[Alternative]) -> tuple[Coefficient, ...]:
     """drift, A_w and T_w: value, errors and intervals, or limits. alternatives: the best first."""
     best = alternatives[0]
-    designs = Designs(slow_of(best.data), frame_rate_hz)
-    likely = [math.exp((best.score - one.score) / 2) for one in alternatives]
-    kept = [(w, one) for w, one in zip(likely, alternatives, strict=True) if w > LEAST_WEIGHT]
-    own = [(w, one.part.names, list(_distributions(one, designs))) for w, one in kept]
+    designs = Designs(best.data)
+    noises = _weights_of(best)
+    mixture = []
+    for one in alternatives:
+        share = math.exp((best.score - one.score) / 2)
+        if share > LEAST_WEIGHT:
+            own = noises if one is best else _weights_of(one)
+            mixture.append((share, one.part.names, list(_distributions(one, own, designs))))
+    limits = {"drift": _drift_limit, "A_w": _warm_up_limit}
     rows = []
     for name in PARAMETERS:
         if name in best.part.names:
-            rows.append(_found(name, best, own, designs))
+            rows.append(_detected(name, best, mixture, designs))
+        elif name in limits:  # of its size, given the rest of the best alternative
+            rows.append(limits[name](_kind_with(best, name), noises, designs))
         else:
-            rows.append(_limit(name, best, designs))
+            rows.append(Coefficient.limit(name))
     return tuple(rows)
 
 
-def rival_noises(one: Alternative) -> list[tuple[Fit, float]]:
-    """Kinds of noise round a deterministic part, with weights: its fit, and slow noise more."""
-    likelihood = Likelihood(one.data, one.data.bins.T_c_range)
+def _weights_of(one: Alternative) -> list[tuple[float, np.ndarray]]:
+    """Kinds of noise round a deterministic part, its fit, and slow noise more: the share of each,
+    and the weights of the slow coefficients that it gives."""
+    likelihood = Likelihood(one.data)
     fits = [one.fit]
     for alpha in SLOW_LAWS:
-        if one.fit.spectrum.h.get(alpha, 0.0) > 0:
-            continue
-        start = 0.1 * float(np.min(one.data.psd / likelihood.laws[alpha]))
-        h = {**one.fit.spectrum.h, alpha: start}
-        fits.append(likelihood.fit(replace(one.fit.spectrum, h=h)))
+        if not one.fit.spectrum.h.get(alpha, 0.0) > 0:
+            start = 0.1 * float(np.min(one.data.psd / likelihood.laws[alpha]))
+            h = {**one.fit.spectrum.h, alpha: start}
+            fits.append(likelihood.fit(replace(one.fit.spectrum, h=h)))
     scores = [fit.deviance + PRICE * fit.spectrum.size for fit in fits]
-    least = min(scores)
-    return [(fit, math.exp((least - s) / 2)) for fit, s in zip(fits, scores, strict=True)]
+    shares = [math.exp((min(scores) - score) / 2) for score in scores]
+    weights = [slow_weight(one.data, likelihood.density(fit.spectrum)) for fit in fits]
+    return list(zip(shares, weights, strict=True))
 
 
-def _density(one: Alternative, fit: Fit) -> np.ndarray:
-    return Likelihood(one.data, one.data.bins.T_c_range).density(fit.spectrum)
-
-
-def _found(
+def _detected(
     name: str,
     best: Alternative,
-    own: Sequence[tuple[float, tuple[str, ...], list[Row]]],
+    mixture: Sequence[tuple[float, tuple[str, ...], list[Row]]],
     designs: Designs,
 ) -> Coefficient:
-    """own: weight, names and distributions of every alternative."""
+    """mixture: share, names and distributions of every alternative."""
     values, place = best.part.values, best.part.names.index(name)
     value = getattr(values, name)
     size = values.T_w if name == "T_w" else 1.0
     error = size * math.sqrt(best.part.covariance[place, place])
-    whole = designs.of(best.part) / np.sqrt(_density(best, best.fit))[slow_of(best.data).bin]
+    density = Likelihood(best.data).density(best.fit.spectrum)
+    whole = designs.derivatives(best.part.kind, values) / np.sqrt(density)[designs.slow.bin]
     bound = size * math.sqrt(np.linalg.pinv(whole @ whole.T, hermitian=True)[place, place])
     rows = []
-    for likely, names, found in own:
+    for likely, names, distributions in mixture:
         if name in names:
             at = names.index(name)
-            rows += [(likely * share, mean[at], sd[at]) for share, mean, sd in found]
+            rows += [(likely * share, mean[at], sd[at]) for share, mean, sd in distributions]
         elif name != "T_w":
             rows.append((likely, 0.0, ABSENT * error))
-    mixture = Mixture.of(rows)
-    ends = {end: mixture.quantile(p) for end, p in QUANTILES.items()}
+    ends: dict[str, Any] = {end: quantile(rows, p) for end, p in QUANTILES.items()}
+    status = "ok"
     if name == "T_w":
         ends = {end: math.exp(v) for end, v in ends.items()}
-    at_end = name == "T_w" and np.min(np.abs(np.log(value / np.array(designs.bounds)))) < AT_BOUND
-    status = "at_bound" if at_end else "ok"
-    return Coefficient(
-        name,
-        value,
-        error,
-        bound,
-        ends["lower_68"],
-        ends["upper_68"],
-        ends["lower_95"],
-        ends["upper_95"],
-        status=status,
-    )
+        at_end = np.min(np.abs(np.log(value / np.array(designs.bounds)))) < AT_BOUND
+        status = "at_bound" if at_end else "ok"
+    return Coefficient(name, value, error, bound, **ends, status=status)
 
 
-def _distributions(one: Alternative, designs: Designs) -> Iterator[Row]:
-    """Weight (they add up to 1), means and standard deviations of the parameters (ln T_w in place
+def _distributions(
+    one: Alternative, noises: Sequence[tuple[float, np.ndarray]], designs: Designs
+) -> Iterator[Row]:
+    """Share (they add up to 1), means and standard deviations of the parameters (ln T_w in place
     of T_w) of one alternative, over the kinds of noise round it and over T_w."""
-    noises = rival_noises(one) if one.part.names else []
-    total = sum(likely for _, likely in noises)
-    for fit, likely in noises:
-        weight = slow_weight(one.data, _density(one, fit))
-        part = designs.part(one.part.kind, weight)
-        if one.part.kind == "line":
+    kind, total = one.part.kind, sum(share for share, _ in noises)
+    for likely, weight in noises if one.part.names else ():
+        part = designs.part(kind, weight)
+        if kind == "line":
             yield likely / total, np.array([part.values.drift]), np.sqrt(np.diag(part.covariance))
             continue
         logs, shares, step = _places(part, designs, weight)
         for log, share in zip(logs, shares, strict=True):
-            mean, variance = designs.linear(one.part.kind, weight, math.exp(log))
-            sd = np.append(np.sqrt(np.diag(variance)), step / 2)
-            yield likely / total * share, np.append(mean, log), sd
+            fit = designs.linear(kind, weight, math.exp(log))
+            sd = np.append(np.sqrt(np.diag(fit.covariance)), step / 2)
+            yield likely / total * share, np.append(fit.values, log), sd
 
 
 def _places(
@@ -163,24 +145,10 @@ def _places(
     middle, low, high = (math.log(T) for T in (part.values.T_w, *designs.bounds))
     ends = max(middle - REACH * spread, low), min(middle + REACH * spread, high)
     logs = np.linspace(*ends, PLACES)
-    gains = np.array([designs.gain(part.kind, weight, math.exp(log)) for log in logs])
+    gains = np.array([designs.linear(part.kind, weight, math.exp(log)).gain for log in logs])
     shares = np.exp((gains - gains.max()) / 2)
     keep = shares > LEAST_WEIGHT
     return logs[keep], shares[keep] / shares[keep].sum(), (ends[1] - ends[0]) / (PLACES - 1)
-
-
-def _limit(name: str, best: Alternative, designs: Designs) -> Coefficient:
-    """Of what was not detected: 95 % limit of its size, given the rest of the best alternative."""
-    upper, note = math.nan, ""
-    if name == "drift":
-        upper = _drift_limit(best, designs)
-    elif name == "A_w":
-        upper = _warm_up_limit(best, designs)
-        note = f"limit for every T_w from {designs.bounds[0]:.3g} to "
-        note += f"{LONGEST * designs.bounds[1]:.3g} s"
-    return Coefficient(
-        name, math.nan, upper_95=upper, detected=False, status="not_detected", note=note
-    )
 
 
 def _kind_with(best: Alternative, name: str) -> str:
@@ -188,24 +156,26 @@ def _kind_with(best: Alternative, name: str) -> str:
     return next(kind for kind, names in KINDS.items() if set(names) == wanted)
 
 
-def _drift_limit(best: Alternative, designs: Designs) -> float:
-    kind = _kind_with(best, "drift")
+def _drift_limit(
+    kind: str, noises: Sequence[tuple[float, np.ndarray]], designs: Designs
+) -> Coefficient:
     rows = []
-    for fit, likely in rival_noises(best):
-        weight = slow_weight(best.data, _density(best, fit))
+    for share, weight in noises:
         part = designs.part(kind, weight)
-        rows.append((likely, abs(part.values.drift), math.sqrt(part.covariance[0, 0])))
-    return Mixture.of(rows).quantile(0.95)
+        rows.append((share, abs(part.values.drift), math.sqrt(part.covariance[0, 0])))
+    return Coefficient.limit("drift", quantile(rows, 0.95))
 
 
-def _warm_up_limit(best: Alternative, designs: Designs) -> float:
-    kind = _kind_with(best, "A_w")
-    found = []
-    fits = [(fit, slow_weight(best.data, _density(best, fit)), w) for fit, w in rival_noises(best)]
-    for T_w in designs.grid[designs.grid <= LONGEST * designs.bounds[1]]:
-        rows = []
-        for _, weight, likely in fits:
-            mean, variance = designs.linear(kind, weight, T_w)
-            rows.append((likely, abs(float(mean[-1])), math.sqrt(variance[-1, -1])))
-        found.append(Mixture.of(rows).quantile(0.95))
-    return max(found, default=math.nan)
+def _warm_up_limit(
+    kind: str, noises: Sequence[tuple[float, np.ndarray]], designs: Designs
+) -> Coefficient:
+    limits, longest = [], LONGEST * designs.bounds[1]
+    for T_w in designs.grid[designs.grid <= longest]:
+        fits = [(share, designs.linear(kind, weight, T_w)) for share, weight in noises]
+        rows = [
+            (share, abs(float(fit.values[-1])), math.sqrt(fit.covariance[-1, -1]))
+            for share, fit in fits
+        ]
+        limits.append(quantile(rows, 0.95))
+    note = f"limit for every T_w from {designs.bounds[0]:.3g} to {longest:.3g} s"
+    return Coefficient.limit("A_w", max(limits, default=math.nan), note)

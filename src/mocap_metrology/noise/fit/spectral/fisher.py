@@ -27,12 +27,6 @@ def model_of(spectrum: Spectrum, form: Form = "sampled") -> NoiseModel:
     return NoiseModel((*laws, *terms), form)
 
 
-def parameter_names(spectrum: Spectrum) -> list[str]:
-    """`h_-2`, ..., `q_c1`, `T_c1`, ...: the order of the information matrix."""
-    terms = [f"{p}{k + 1}" for k in range(len(spectrum.T_c)) for p in ("q_c", "T_c")]
-    return [f"h_{a}" for a in spectrum.h] + terms
-
-
 def standard_errors(information: np.ndarray, spectrum: Spectrum) -> dict[str, float]:
     """Square roots of the diagonal of the inverse information, by parameter name.
 
@@ -50,11 +44,11 @@ def standard_errors(information: np.ndarray, spectrum: Spectrum) -> dict[str, fl
         value, vector = np.linalg.eigh(correlation)
         value = np.maximum(value, 1e-15)
         error[known] = scale * np.sqrt((vector**2 / value).sum(axis=1))
-    n_h = len(spectrum.h)
-    pairs = zip(spectrum.q2, spectrum.T_c, strict=True)
-    size = [v for q2, T in pairs for v in (math.sqrt(q2) / 2, T)]
-    error[n_h:] *= size
-    return dict(zip(parameter_names(spectrum), error.tolist(), strict=True))
+    size = np.stack([np.sqrt(spectrum.q2) / 2, spectrum.T_c], axis=1)
+    error[len(spectrum.h) :] *= size.ravel()
+    terms = [f"{p}{k + 1}" for k in range(len(spectrum.T_c)) for p in ("q_c", "T_c")]
+    names = [f"h_{a}" for a in spectrum.h] + terms
+    return dict(zip(names, error.tolist(), strict=True))
 
 
 def crlb(model: NoiseModel, n: int, frame_rate_hz: float) -> dict[str, float]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import cholesky
-from mocap_metrology.common.types import Floats
+from mocap_metrology.common.types import Floats, Integers
 
 NEIGHBOURS = 16  # samples on each side a draw is conditioned on
 CHUNK = 128  # samples drawn at once; a longer gap is filled from left to right
@@ -71,11 +71,9 @@ def filled(
     level = float(np.nanmean(series))
     out = series - level
     step = np.diff(np.concatenate([[0], missing.view(np.int8), [0]]))
-    draws = rng.standard_normal(int(missing.sum()))
-    _fill(
-        out, missing, np.flatnonzero(step == 1), np.flatnonzero(step == -1),
-        _covariance(density, frame_rate_hz, series.size), draws,
-    )  # fmt: skip
+    gaps = np.flatnonzero(step == 1), np.flatnonzero(step == -1)
+    covariance = _covariance(density, frame_rate_hz, series.size)
+    _fill(out, missing, gaps, covariance, rng.standard_normal(int(missing.sum())))
     out += level
     np.copyto(out, series, where=~missing)
     return out
@@ -100,16 +98,16 @@ def _covariance(
 
 @njit
 def _fill(
-    x: np.ndarray,
+    x: Floats,
     missing: np.ndarray,
-    begins: np.ndarray,
-    ends: np.ndarray,
-    covariance: np.ndarray,
-    draws: np.ndarray,
+    gaps: tuple[Integers, Integers],
+    covariance: Floats,
+    draws: Floats,
 ) -> None:
-    """Fill x in place. The joint covariance of known and unknown samples, known first, is L L^T:
-    unknown = L_uk L_kk^-1 known + L_uu draw. A lone gap among valid samples is the common case
-    and its L is kept."""
+    """Fill x in place; gaps: where they begin and end. The joint covariance of known and unknown
+    samples, known first, is L L^T: unknown = L_uk L_kk^-1 known + L_uu draw. A lone gap among valid
+    samples is the common case and its L is kept."""
+    begins, ends = gaps
     size = 2 * NEIGHBOURS + CHUNK
     place = np.empty(size, np.int64)
     lone, root = np.empty((size, size)), np.empty((size, size))
@@ -125,7 +123,7 @@ def _fill(
                 place[known] = i
                 known += 1
             i = ends[g]
-            contiguous = stop - start == 1 and left == NEIGHBOURS and stop == ends[g]
+            contiguous = stop - start == 1 and left == NEIGHBOURS and stop == i
             while known < left + NEIGHBOURS and i < x.size and i < ends[g] + 4 * NEIGHBOURS:
                 if not missing[i]:
                     place[known] = i
@@ -151,7 +149,7 @@ def _fill(
 
 
 @njit
-def _root(place: np.ndarray, total: int, covariance: np.ndarray, out: np.ndarray) -> None:
+def _root(place: Integers, total: int, covariance: Floats, out: Floats) -> None:
     """Cholesky factor of the covariance of the samples at `place`."""
     for i in range(total):
         for j in range(i + 1):
@@ -161,14 +159,7 @@ def _root(place: np.ndarray, total: int, covariance: np.ndarray, out: np.ndarray
 
 
 @njit
-def _draw(
-    x: np.ndarray,
-    place: np.ndarray,
-    known: int,
-    total: int,
-    root: np.ndarray,
-    draws: np.ndarray,
-) -> None:
+def _draw(x: Floats, place: Integers, known: int, total: int, root: Floats, draws: Floats) -> None:
     """Draw the samples at place[known:total] given those at place[:known]; x has mean 0."""
     z = np.empty(total)
     for i in range(total):

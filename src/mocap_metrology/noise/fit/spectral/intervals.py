@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from mocap_metrology.noise.fit.estimates import (
     Coefficient,
     Components,
 )
-from mocap_metrology.noise.fit.spectral.fisher import model_of, parameter_names, standard_errors
+from mocap_metrology.noise.fit.spectral.fisher import model_of, standard_errors
 from mocap_metrology.noise.fit.spectral.lines import Line, line_errors, threshold
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, gauss_markov_unit
 from mocap_metrology.noise.fit.spectral.rivals import Rival, widened
@@ -48,30 +49,28 @@ def coefficients(
     near: `rivals` of the fit, whose intervals theirs are joined with; cost: of p parameters by the
     criterion that chose the fit (`order.penalty`), which limits must know (`upper_limit`).
     """
-    bins = data.bins
-    weight = bins.n.astype(float)
-    likelihood = Likelihood(data, bins.T_c_range)
-    complete = Likelihood(Periodogram(bins, data.psd, weight), likelihood.bounds)
-    spectrum = fit.spectrum
+    likelihood = Likelihood(data)
+    complete = Likelihood(replace(data, weight=data.bins.n.astype(float)))
+    spectrum, rows = fit.spectrum, []
     error = standard_errors(fit.information, spectrum)
     bound = standard_errors(complete.information(spectrum), spectrum)
-    status = {} if fit.converged else dict.fromkeys(parameter_names(spectrum), "not_converged")
-    status |= _at_bound(fit, likelihood.bounds)
-    rows = []
+    status = dict.fromkeys(error, "ok" if fit.converged else "not_converged")
+    at = np.isclose(spectrum.T_c[:, None], likelihood.bounds).any(axis=1)
+    status |= {f"T_c{k + 1}": "at_bound" for k in np.flatnonzero(at)}
     for alpha in components.alphas if components else ALPHAS:
         name = f"h_{alpha}"
-        h = spectrum.h.get(alpha, 0.0)
-        if h > 0:
-            rows.append(_law(name, h, error[name], bound[name], status.get(name, "ok")))
+        if (h := spectrum.h.get(alpha, 0.0)) > 0:
+            rows.append(_law(name, h, error[name], bound[name], status[name]))
         else:
-            rows.append(_limit(name, law_limit(likelihood, fit, alpha, cost(1))))
+            upper = law_limit(likelihood, fit, alpha, cost(1))
+            rows.append(Coefficient.limit(name, upper))
     for k, (q2, T_c) in enumerate(zip(spectrum.q2, spectrum.T_c, strict=True), start=1):
         gone = error[f"q_c{k}"] > GONE_RELATIVE_ERROR * math.sqrt(q2)
         for name, value in ((f"q_c{k}", math.sqrt(q2)), (f"T_c{k}", float(T_c))):
-            kind = status.get(name, "ok")
-            found = _positive(name, value, error[name], bound[name], kind)
             # With the number of terms given, one that is not there ends anywhere
-            rows.append(_limit(name, math.nan, "no such term was detected") if gone else found)
+            gone_row = Coefficient.limit(name, note="no such term was detected")
+            row = _positive(name, value, error[name], bound[name], status[name])
+            rows.append(gone_row if gone else row)
     rows = list(widened(rows, fit, near, likelihood.bounds[1]))
     if components is None and len(spectrum.T_c) < most_terms:
         rows += _class_limits(likelihood, fit, most_terms, cost(2))
@@ -80,42 +79,32 @@ def coefficients(
     return tuple(rows)
 
 
-def _at_bound(fit: Fit, bounds: tuple[float, float]) -> dict[str, str]:
-    at = np.isclose(fit.spectrum.T_c, bounds[0]) | np.isclose(fit.spectrum.T_c, bounds[1])
-    return {f"T_c{k + 1}": "at_bound" for k in np.flatnonzero(at)}
+def _ends(value: float, error: float) -> dict[str, Any]:
+    """Of the normal intervals, from 0 up."""
+    return {
+        f"{end}_{level}": max(value + sign * z * error, 0.0)
+        for level, z in ((68, Z_68), (95, Z_95))
+        for end, sign in (("lower", -1), ("upper", 1))
+    }
 
 
-def _linear(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
-    ends = [max(value + sign * z * error, 0.0) for z in (Z_68, Z_95) for sign in (-1, 1)]
-    low_68, high_68, low_95, high_95 = ends
-    return Coefficient(name, value, error, bound, low_68, high_68, low_95, high_95, status=status)
+def _positive(
+    name: str, value: float, error: float, bound: float, status: str = "ok"
+) -> Coefficient:
+    """A scale, with log-normal intervals."""
+    ends: dict[str, Any] = {
+        f"{end}_{level}": value * math.exp(min(sign * z * (error / value), 700.0))
+        for level, z in ((68, Z_68), (95, Z_95))
+        for end, sign in (("lower", -1), ("upper", 1))
+    }
+    return Coefficient(name, value, error, bound, **ends, status=status)
 
 
 def _law(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
     """h: its error grows with it, so one that came out low has too small an error, and the upper
     end is the log-normal one; the lower is the normal one, which reaches zero."""
-    low, high = (
-        _linear(name, value, error, bound, status),
-        _positive(name, value, error, bound, status),
-    )
-    return replace(low, upper_68=high.upper_68, upper_95=high.upper_95)
-
-
-def _positive(name: str, value: float, error: float, bound: float, status: str) -> Coefficient:
-    relative = error / value
-    ends = [value * _exp(sign * z * relative) for z in (Z_68, Z_95) for sign in (-1, 1)]
-    low_68, high_68, low_95, high_95 = ends
-    return Coefficient(name, value, error, bound, low_68, high_68, low_95, high_95, status=status)
-
-
-def _exp(x: float) -> float:
-    return math.exp(min(x, 700.0))
-
-
-def _limit(name: str, upper: float, note: str = "") -> Coefficient:
-    return Coefficient(
-        name, math.nan, upper_95=upper, detected=False, status="not_detected", note=note
-    )
+    normal, log = _ends(value, error), _positive(name, value, error, bound, status)
+    return replace(log, lower_68=normal["lower_68"], lower_95=normal["lower_95"])
 
 
 def _one_step(likelihood: Likelihood, fit: Fit, column: np.ndarray) -> tuple[float, float]:
@@ -147,7 +136,6 @@ def upper_limit(likelihood: Likelihood, fit: Fit, column: np.ndarray, price: flo
     from scipy.optimize import brentq
 
     most = ONE_SIDED_95**2 + price
-
     estimate, error = _one_step(likelihood, fit, column)
     if not math.isfinite(error):
         return math.inf
@@ -192,35 +180,32 @@ def _class_limits(likelihood: Likelihood, fit: Fit, most: int, price: float) -> 
         worst = max(units, key=lambda unit: sum(_one_step(likelihood, fit, unit)))
         upper = math.sqrt(upper_limit(likelihood, fit, worst, price))
         note = f"class {name}: limit for every T_c from {low:.3g} to {high:.3g} s"
-        rows.append(_limit(f"q_c{number}", upper, note))
+        rows.append(Coefficient.limit(f"q_c{number}", upper, note))
     return rows
 
 
 def _line_rows(line: Line | None, likelihood: Likelihood, fit: Fit) -> list[Coefficient]:
-    duration = likelihood.bins.span_s
+    bins, duration = likelihood.bins, likelihood.bins.span_s
     if line is not None:
-        bins = likelihood.bins
         tau0 = 1 / bins.frame_rate_hz
         frequency = np.array([min(line.f_0, 0.5 / tau0)])
         psd = float(model_of(fit.spectrum, bins.form).psd(frequency, bins.frame_rate_hz)[0])
         bounds = line_errors(line.A_s, psd, duration)
         share = float(likelihood.weight.sum() / bins.n.sum())
         errors = [error / math.sqrt(share) for error in line.errors(duration, psd)]
-        taken = Sinusoid(1.0, line.f_0).recorded(
-            bins.frame_rate_hz, bins.form
-        )  # by averages over a frame
-        height, height_error, least = (v / taken for v in (line.A_s, errors[0], bounds[0]))
+        # By averages over a frame
+        left = Sinusoid(1.0, line.f_0).recorded(bins.frame_rate_hz, bins.form)
         rows = [
-            _positive("A_s", height, height_error, least, "ok"),
-            _linear("f_0", line.f_0, errors[1], bounds[1], "ok"),
+            _positive("A_s", line.A_s / left, errors[0] / left, bounds[0] / left),
+            Coefficient("f_0", line.f_0, errors[1], bounds[1], **_ends(line.f_0, errors[1])),
         ]
-        width = line.width_f, line.width_error, math.nan, "ok"
-        return [*rows, _positive("width_f", *width)] if line.wide else rows
-    from_hz = min(max(LINE_FROM_HZ, 12 / duration), likelihood.bins.centre_hz.max())
-    above = likelihood.bins.centre_hz >= from_hz
-    psd = float(likelihood.density(fit.spectrum)[above].max())
+        if line.wide:
+            rows.append(_positive("width_f", line.width_f, line.width_error, math.nan))
+        return rows
+    from_hz = min(max(LINE_FROM_HZ, 12 / duration), bins.centre_hz.max())
+    psd = float(likelihood.density(fit.spectrum)[bins.centre_hz >= from_hz].max())
     # gain = A^2 T / S must exceed the threshold; its root has unit variance
-    root = math.sqrt(threshold(int(likelihood.bins.n.sum()))) + ONE_SIDED_95
-    upper = root * math.sqrt(psd / duration)
+    root = math.sqrt(threshold(int(bins.n.sum()))) + ONE_SIDED_95
     note = f"a line of this size, from {from_hz:.3g} Hz up, is detected in 95 of 100 recordings"
-    return [_limit("A_s", upper, note), _limit("f_0", math.nan)]
+    upper = root * math.sqrt(psd / duration)
+    return [Coefficient.limit("A_s", upper, note), Coefficient.limit("f_0")]

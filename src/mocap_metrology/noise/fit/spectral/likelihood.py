@@ -17,24 +17,19 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.fit.estimates import Z_95, Coefficient, Components, Estimate
+from mocap_metrology.noise.fit.spectral import lines as periodic
 from mocap_metrology.noise.fit.spectral.detrend import Alternative, alternatives, without_part
 from mocap_metrology.noise.fit.spectral.detrend_rows import deterministic_rows
 from mocap_metrology.noise.fit.spectral.fisher import model_of
 from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
 from mocap_metrology.noise.fit.spectral.intervals import coefficients
-from mocap_metrology.noise.fit.spectral.lines import (
-    Line,
-    bands_of,
-    find_lines,
-    find_slow_lines,
-    line_again,
-    waves,
-)
+from mocap_metrology.noise.fit.spectral.lines import Line
 from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
-from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, periodogram
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, Stretch, periodogram
 from mocap_metrology.noise.fit.spectral.rivals import Rival, judged, undecided
 from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum, dictionary
 from mocap_metrology.noise.model.components import ALPHAS, Form
+from mocap_metrology.noise.model.deterministic import Deterministic
 
 LEAST_SAMPLES = 1000
 NAMED = 8  # of the lines found, in a note
@@ -113,59 +108,50 @@ def likelihood(
             f"no {LEAST_SAMPLES} valid samples without a gap of more than {LONGEST_GAP}, "
             "expected a longer stretch of recording"
         )
-    asked = _Asked([cut.start for cut in cuts], frame_rate_hz, components, settings)
-    found_parts, lines = _converged([series[cut] for cut in cuts], asked, seed)
-    best = found_parts[0]
-    data, fit = best.data, best.fit
-    line = lines[0] if lines and _wants_line(components, settings) else None
+    starts, rng = [cut.start for cut in cuts], np.random.default_rng(seed)
+    search = _Search(starts, frame_rate_hz, components, settings, rng)
+    parts, lines = search.converged([series[cut] for cut in cuts])
+    data, fit = parts[0].data, parts[0].fit
+    wants_line = components.sinusoid if components else settings.sinusoid
+    line = lines[0] if lines and wants_line else None
     cost = penalty(settings.criterion, float(data.psd.size))
     most = settings.max_gauss_markov
     near: tuple[Rival, ...] = ()
     if components is None:
-        fit, near = judged(found_parts, ALPHAS, most, cost)
-    wants_line = _wants_line(components, settings)
-    found = coefficients(data, fit, line, components, most, wants_line, near, cost)
+        fit, near = judged(parts, ALPHAS, most, cost)
+    rows = coefficients(data, fit, line, components, most, wants_line, near, cost)
     if settings.either and fit.spectrum.size:
-        found = _of_either_form(found, fit, data, line, most, wants_line)
+        rows = _of_either_form(rows, fit, data, line, wants_line)
     if components is None and settings.deterministic:
-        found += deterministic_rows(found_parts, frame_rate_hz)
-    beyond = Likelihood(data, data.bins.T_c_range).misfit(fit)
+        rows += deterministic_rows(parts)
     notes = [_lines_note(lines[1:] if line else lines, len(lines) == settings.max_lines)]
     notes.append(undecided(fit, near, cost))
+    beyond = Likelihood(data).misfit(fit)
     if beyond > MISFIT:
         notes.append(
             "the model does not describe the spectrum: its deviance is "
             f"{beyond:.0f} standard deviations more than chance explains"
         )
-        found = tuple(_misfit(c, notes[-1]) for c in found)
+        rows = tuple(_misfit(c, notes[-1]) for c in rows)
     note = "; ".join(filter(None, notes))
-    return LikelihoodRun(
-        Estimate("likelihood", settings.form, found, fit.deviance, note),
-        data,
-        tuple(lines),
-        tuple(found_parts),
-    )
+    estimate = Estimate("likelihood", settings.form, rows, fit.deviance, note)
+    return LikelihoodRun(estimate, data, tuple(lines), tuple(parts))
 
 
 def _of_either_form(
-    found: tuple[Coefficient, ...],
-    fit: Fit,
-    data: Periodogram,
-    line: Line | None,
-    most: int,
-    wants_line: bool,
+    rows: tuple[Coefficient, ...], fit: Fit, data: Periodogram, line: Line | None, wants_line: bool
 ) -> tuple[Coefficient, ...]:
     """Coefficients where frames may be points or averages over the frame period: the mean of both,
     weighted by their likelihoods, with what they differ by in the errors. (An exposure of the whole
     period fitted as points has h_0 1.4 % low beside a correlation time of 0.3 s.)"""
     other: Form = "sampled" if data.bins.form == "continuous" else "continuous"
     anew = replace(data, bins=replace(data.bins, form=other))
-    second = Likelihood(anew, anew.bins.T_c_range)
-    refitted = fit_known(second, list(fit.spectrum.h), len(fit.spectrum.T_c))
+    terms = len(fit.spectrum.T_c)
+    refitted = fit_known(Likelihood(anew), list(fit.spectrum.h), terms)
     share = 1 / (1 + math.exp(min((refitted.deviance - fit.deviance) / 2, 700.0)))
-    asked = Components(tuple(fit.spectrum.h), len(fit.spectrum.T_c), wants_line)
-    others = {c.parameter: c for c in coefficients(anew, refitted, line, asked, most, wants_line)}
-    return tuple(_between(c, others.get(c.parameter), share) for c in found)
+    known = Components(tuple(fit.spectrum.h), terms, wants_line)
+    others = {c.parameter: c for c in coefficients(anew, refitted, line, known, 0, wants_line)}
+    return tuple(_between(c, others.get(c.parameter), share) for c in rows)
 
 
 def _between(c: Coefficient, other: Coefficient | None, share: float) -> Coefficient:
@@ -191,86 +177,110 @@ def _misfit(c: Coefficient, why: str) -> Coefficient:
     return replace(c, note=why, status="misfit" if c.status == "ok" else c.status)
 
 
-def _wants_line(components: Components | None, settings: LikelihoodSettings) -> bool:
-    return components.sinusoid if components else settings.sinusoid
-
-
 @dataclass(frozen=True)
-class _Asked:
-    """starts: first frames of the stretches; what is fitted, and how."""
+class _Search:
+    """Lines, gaps and model of the stretches of a series, which begin in the frames `starts`."""
 
     starts: list[int]
     frame_rate_hz: float
     components: Components | None
     settings: LikelihoodSettings
+    rng: np.random.Generator
 
-    def fitted(self, data: Periodogram) -> list[Alternative]:
-        """Deterministic parts with the noise round them, the best first."""
-        cost = penalty(self.settings.criterion, float(data.psd.size))
-        choice = partial(_fitted, components=self.components, settings=self.settings)
-        if self.components is None and self.settings.deterministic:
-            return alternatives(data, choice, cost)
-        return [without_part(data, choice(data), cost)]
+    def converged(self, parts: list[np.ndarray]) -> tuple[list[Alternative], list[Line]]:
+        """Deterministic parts with the noise round them, the best first, and the lines; `parts` are
+        the stretches, with NaN in their short gaps."""
+        rate, settings = self.frame_rate_hz, self.settings
+        most = settings.max_lines if settings.sinusoid else 0
+        at = max(range(len(parts)), key=lambda k: parts[k].size)
+        lines = periodic.find_lines(bridged(parts[at]), rate, most)
+        bare = self._without(parts, lines, at)
+        data, series = self._filled(bare, lines)
+        for _ in range(_rounds(parts[at], LINES_TO) if lines else 0):
+            # The first search saw nothing of the lines in the gaps
+            lines = _again(series[at], lines, rate)
+            del bare, series  # of long recordings each is 300 MB
+            bare = self._without(parts, lines, at)
+            data, series = self._filled(bare, lines)
+        best = self._fitted(data)
+        still = series[at] - self.wave(best[0].part.values, at, series[at].size)
+        level = self._density(best[0].fit.spectrum)
+        slow = periodic.find_slow_lines(still, rate, level, most - len(lines))
+        if slow:
+            bare = self._without(bare, slow, at)
+            data, _ = self._filled(bare, [*lines, *slow])
+            best = self._fitted(data)
+            # Found against a spectrum that still held them
+            level = self._density(best[0].fit.spectrum)
+            slow = [replace(s, psd=float(level(np.array([s.f_0]))[0])) for s in slow]
+        return best, sorted([*lines, *slow], key=lambda line: -line.gain)
 
-    def wave(self, best: Alternative, at: int, n: int) -> np.ndarray:
+    def wave(self, part: Deterministic, at: int, n: int) -> np.ndarray:
         """The deterministic part in stretch `at` of n samples."""
-        tau0 = 1 / self.frame_rate_hz
-        return best.part.values.at((self.starts[at] + np.arange(n)) * tau0)
+        return part.at((self.starts[at] + np.arange(n)) * (1 / self.frame_rate_hz))
 
+    def _fitted(self, data: Periodogram) -> list[Alternative]:
+        settings, components = self.settings, self.components
+        cost = penalty(settings.criterion, float(data.psd.size))
 
-def _converged(
-    parts: list[np.ndarray], asked: _Asked, seed: int
-) -> tuple[list[Alternative], list[Line]]:
-    """Lines, gaps and model in turn; `parts` are the stretches, with NaN in their short gaps."""
-    rng, rate, settings = np.random.default_rng(seed), asked.frame_rate_hz, asked.settings
-    most = settings.max_lines if settings.sinusoid else 0
-    at = max(range(len(parts)), key=lambda k: parts[k].size)
-    lines = find_lines(bridged(parts[at]), rate, most)
-    bare = _without(parts, lines, rate, at)
-    data, series = _filled(bare, asked, rng, lines)
-    for _ in range(_rounds(parts[at], LINES_TO) if lines else 0):
-        # The first search saw nothing of the lines in the gaps
-        lines = _again(series[at], lines, rate)
-        del bare, series  # of long recordings each is 300 MB
-        bare = _without(parts, lines, rate, at)
-        data, series = _filled(bare, asked, rng, lines)
-    found = asked.fitted(data)
-    still = series[at] - asked.wave(found[0], at, series[at].size)
-    level = _density(found[0].fit.spectrum, rate, settings.form)
-    slow = find_slow_lines(still, rate, level, most - len(lines))
-    if slow:
-        bare = _without(bare, slow, rate, at)
-        data, _ = _filled(bare, asked, rng, [*lines, *slow])
-        found = asked.fitted(data)
-        # Found against a spectrum that still held them
-        level = _density(found[0].fit.spectrum, rate, settings.form)
-        slow = [replace(s, psd=float(level(np.array([s.f_0]))[0])) for s in slow]
-    return found, sorted([*lines, *slow], key=lambda line: -line.gain)
+        def fit(data: Periodogram) -> Fit:
+            likelihood = Likelihood(data)
+            if components is None:
+                return choose(likelihood, ALPHAS, settings.max_gauss_markov, settings.criterion)
+            return fit_known(likelihood, components.alphas, components.gauss_markov)
 
+        if components is None and settings.deterministic:
+            return alternatives(data, fit, cost)
+        return [without_part(data, fit(data), cost)]
 
-def _without(
-    parts: list[np.ndarray], lines: list[Line], frame_rate_hz: float, at: int
-) -> list[np.ndarray]:
-    """The stretches less the lines: stretch `at` with their phase, others each with its own."""
-    bare = []
-    for k, part in enumerate(parts):
-        for line in lines:
-            own = line if k == at else line_again(bridged(part), frame_rate_hz, line)
-            part = part - own.wave(part.size, frame_rate_hz)
-        bare.append(part)
-    return bare
+    def _without(self, parts: list[np.ndarray], lines: list[Line], at: int) -> list[np.ndarray]:
+        """The stretches less the lines: `at` with their phase, others each with its own."""
+        rate, bare = self.frame_rate_hz, []
+        for k, part in enumerate(parts):
+            for line in lines:
+                here = line if k == at else periodic.line_again(bridged(part), rate, line)
+                part = part - here.wave(part.size, rate)
+            bare.append(part)
+        return bare
+
+    def _filled(
+        self, parts: list[np.ndarray], lines: list[Line]
+    ) -> tuple[Periodogram, list[np.ndarray]]:
+        """Periodogram of the stretches with their gaps filled, without the bands of wide lines, and
+        the filled stretches."""
+        rate, form = self.frame_rate_hz, self.settings.form
+        shares = [float(np.isfinite(part).mean()) for part in parts]
+        bands = [periodic.bands_of(lines, part.size * (1 / rate)) for part in parts]
+
+        def spectrum(series: list[np.ndarray]) -> Periodogram:
+            whole = map(Stretch, series, shares, self.starts, bands)
+            return periodogram(list(whole), rate, form)
+
+        series = [bridged(part) for part in parts]
+        data = spectrum(series)
+        for _ in range(max(_rounds(part, FILLED_TO) for part in parts)):
+            # This model only fills gaps: a mixture needs no order
+            density = self._density(dictionary(Likelihood(data), ALPHAS))
+            del series
+            series = [filled(part, density, rate, self.rng) for part in parts]
+            data = spectrum(series)
+        return data, series
+
+    def _density(self, spectrum: Spectrum) -> Callable[[np.ndarray], np.ndarray]:
+        model = model_of(spectrum, self.settings.form)
+        return partial(model.psd, frame_rate_hz=self.frame_rate_hz)
 
 
 def _again(series: Floats, lines: list[Line], frame_rate_hz: float) -> list[Line]:
     """The lines that were taken out of a complete series, each measured anew without the others."""
-    whole = waves(lines, series.size, frame_rate_hz)
+    whole = periodic.waves(lines, series.size, frame_rate_hz)
     whole += series
-
-    def alone(one: Line) -> Floats:
-        others = waves([x for x in lines if x is not one], whole.size, frame_rate_hz)
-        return np.subtract(whole, others, out=others)
-
-    return [line_again(alone(one), frame_rate_hz, one) for one in lines]
+    anew = []
+    for one in lines:
+        others = periodic.waves([x for x in lines if x is not one], whole.size, frame_rate_hz)
+        alone = np.subtract(whole, others, out=others)
+        anew.append(periodic.line_again(alone, frame_rate_hz, one))
+    return anew
 
 
 def _rounds(part: np.ndarray, left: float) -> int:
@@ -279,51 +289,14 @@ def _rounds(part: np.ndarray, left: float) -> int:
     return math.ceil(math.log(left) / math.log(missing)) if missing else 0
 
 
-def _filled(
-    parts: list[np.ndarray], asked: _Asked, rng: np.random.Generator, lines: list[Line]
-) -> tuple[Periodogram, list[np.ndarray]]:
-    """Periodogram of the stretches with their gaps filled, without the bands of wide lines, and the
-    filled stretches."""
-    series = [bridged(part) for part in parts]
-    shares = [float(np.isfinite(part).mean()) for part in parts]
-    tau0 = 1 / asked.frame_rate_hz
-    bands = [bands_of(lines, part.size * tau0) for part in parts]
-    form = asked.settings.form
-    data = periodogram(series, shares, asked.starts, asked.frame_rate_hz, bands, form)
-    for _ in range(max(_rounds(part, FILLED_TO) for part in parts)):
-        # This model only fills gaps: a mixture needs no order
-        likelihood = Likelihood(data, data.bins.T_c_range)
-        density = _density(dictionary(likelihood, ALPHAS), asked.frame_rate_hz, form)
-        del series
-        series = [filled(part, density, asked.frame_rate_hz, rng) for part in parts]
-        data = periodogram(series, shares, asked.starts, asked.frame_rate_hz, bands, form)
-    return data, series
-
-
-def _density(
-    spectrum: Spectrum, frame_rate_hz: float, form: Form
-) -> Callable[[np.ndarray], np.ndarray]:
-    return partial(model_of(spectrum, form).psd, frame_rate_hz=frame_rate_hz)
-
-
-def _fitted(data: Periodogram, components: Components | None, settings: LikelihoodSettings) -> Fit:
-    likelihood = Likelihood(data, data.bins.T_c_range)
-    if components is None:
-        return choose(likelihood, ALPHAS, settings.max_gauss_markov, settings.criterion)
-    return fit_known(likelihood, components.alphas, components.gauss_markov)
-
-
 def _lines_note(further: list[Line], all_taken: bool) -> str:
     """Lines beyond the model's one, in words."""
     if not further:
         return ""
-    listed = ", ".join(_named(line) for line in further[:NAMED])
+    named = []
+    for line in further[:NAMED]:
+        width = f", wanders by {line.width_f:.2g} Hz" if line.wide else ""
+        named.append(f"{line.f_0:.5g} Hz ({line.A_s:.2g} mm{width})")
     rest = f" and {len(further) - NAMED} more" if len(further) > NAMED else ""
-    said = "; this is the largest number searched for, so there may be others" if all_taken else ""
-    return f"further lines, removed before the fit: {listed}{rest}{said}"
-
-
-def _named(line: Line) -> str:
-    """`49.98 Hz (0.015 mm)`, or `49.98 Hz (0.015 mm, wanders by 0.02 Hz)`."""
-    width = f", wanders by {line.width_f:.2g} Hz" if line.wide else ""
-    return f"{line.f_0:.5g} Hz ({line.A_s:.2g} mm{width})"
+    end = "; this is the largest number searched for, so there may be others" if all_taken else ""
+    return f"further lines, removed before the fit: {', '.join(named)}{rest}{end}"

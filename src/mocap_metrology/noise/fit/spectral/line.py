@@ -26,19 +26,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from mocap_metrology.common.transforms import irfft
+from mocap_metrology.common.transforms import irfft, rfft
 from mocap_metrology.common.types import Floats, Integers
 
 ROW = 2048  # samples of a sinusoid made at once
 MEDIAN_OF = 4096  # coefficients of a median, at most
 SIDE_OCTAVES, SIDE_LEAST = 1 / 16, 32  # width of the bands beside a line, and their coefficients
-SIDE_STANDARD_ERRORS = (
-    2.0  # standard errors by which a band beside a line must exceed the level to count
-)
+SIDE_STANDARD_ERRORS = 2.0  # by which a band beside a line must exceed the level to count
 TINY = np.finfo(float).tiny
-NEAR_COEFFICIENTS = (
-    8  # coefficients on each side that the least squares uses: 99 % of a line's power
-)
+NEAR_COEFFICIENTS = 8  # on each side that the least squares uses: 99 % of a line's power
 END_FRAMES = 16  # averaged at each end for the ramp
 FOLD, STEP = 2.0, 1e-3  # coefficients from Nyquist that a line overlaps with its fold; a derivative
 APART_GAIN = 6.0  # gain by not being Nyquist: chi-squared of two, 95 %
@@ -120,8 +116,8 @@ def line_errors(A_s: float, psd: float, duration_s: float) -> tuple[float, float
 def level(power: Floats, k: Integers) -> Floats:
     """Noise density at coefficients k (ascending, without holes): medians of bands a quarter octave
     wide, interpolated in log-log."""
-    edge = np.geomspace(k[0] / 1.1, k[-1] + 1, max(round(math.log2(k[-1] / k[0]) * 4), 2) + 1)
-    edge = np.unique(edge.astype(np.int64))
+    bands = max(round(math.log2(k[-1] / k[0]) * 4), 2)
+    edge = np.unique(np.geomspace(k[0] / 1.1, k[-1] + 1, bands + 1).astype(np.int64))
     middle = np.sqrt(edge[:-1] * (edge[1:] - 1.0))
     return np.exp(np.interp(np.log(k), np.log(middle), np.log(_medians(power, edge))))
 
@@ -136,11 +132,9 @@ def beside(power: np.ndarray, k: np.ndarray) -> np.ndarray:
     edge = [int(k[0])]
     while edge[-1] <= k[-1]:
         edge.append(edge[-1] + max(int(edge[-1] * (2**SIDE_OCTAVES - 1)), SIDE_LEAST))
-    if len(edge) > 2:  # the last band is a whole one
-        edge[-1] = int(k[-1]) + 1
-        edge = edge if edge[-1] - edge[-2] >= SIDE_LEAST else [*edge[:-2], edge[-1]]
-    else:
-        edge[-1] = int(k[-1]) + 1
+    edge[-1] = int(k[-1]) + 1
+    if len(edge) > 2 and edge[-1] - edge[-2] < SIDE_LEAST:  # the last band is a whole one
+        del edge[-2]
     width = np.diff(edge)
     sure = np.exp(-SIDE_STANDARD_ERRORS / (math.log(2) * np.sqrt(np.minimum(width, MEDIAN_OF))))
     own = _medians(power, np.array(edge)) * sure
@@ -164,30 +158,156 @@ def _medians(power: np.ndarray, edge: np.ndarray) -> Floats:
     return np.maximum(np.array(found) / math.log(2), TINY)
 
 
-def without_ramp(series: np.ndarray) -> np.ndarray:
-    """Less the straight line through the means of both ends: a loop has no jump to leak."""
-    width = min(END_FRAMES, series.size // 2)
-    jump = series[-width:].mean() - series[:width].mean()
-    slope = jump / max(series.size - width, 1)
-    out = np.arange(series.size, dtype=np.float64)
-    out *= -slope
-    out += series
-    out -= out.mean()
-    return out
+@dataclass(frozen=True)
+class Transform:
+    """Fourier coefficients (rfft) of n samples, spacing_s apart (frames, or means of several), less
+    the straight line through the means of both ends: a loop has no jump to leak."""
 
+    coefficients: np.ndarray
+    n: int
+    spacing_s: float
 
-def kernel(f_0: float, k: np.ndarray, n: int, spacing_s: float) -> np.ndarray:
-    """(2, k): Fourier coefficients k >= 1 of cos and sin (2 pi f_0 t) over n samples,
-    spacing_s apart (frames, or means of several), less the ramp `without_ramp` takes from them, in
-    closed form."""
-    forward, backward = (_dirichlet(sign * f_0 * spacing_s - k / n, n) for sign in (1, -1))
-    waves = np.stack([(forward + backward) / 2, (forward - backward) / 2j])
-    width = min(END_FRAMES, n // 2)
-    angle = 2 * np.pi * f_0 * spacing_s * np.stack([np.arange(width), np.arange(n - width, n)])
-    ends = np.stack([np.cos(angle), np.sin(angle)]).mean(axis=2)
-    slope = (ends[:, 1] - ends[:, 0]) / max(n - width, 1)
-    ramp = n / np.expm1(-2j * np.pi * k / n)
-    return waves - slope[:, None] * ramp
+    @classmethod
+    def of(cls, series: np.ndarray, spacing_s: float) -> Transform:
+        """Of a complete series (n,)."""
+        n = series.size
+        width = min(END_FRAMES, n // 2)
+        slope = (series[-width:].mean() - series[:width].mean()) / max(n - width, 1)
+        level = np.arange(n, dtype=np.float64)
+        level *= -slope
+        level += series
+        level -= level.mean()
+        return cls(rfft(level, overwrite_x=True), n, spacing_s)
+
+    @property
+    def duration_s(self) -> float:
+        """Of the series."""
+        return self.n * self.spacing_s
+
+    @property
+    def nyquist_hz(self) -> float:
+        """Half of the sampling rate."""
+        return 0.5 / self.spacing_s
+
+    def power(self, part: slice | np.ndarray = slice(None)) -> Floats:
+        """One-sided density of the coefficients, or of a part of them."""
+        c = self.coefficients[part]
+        return 2 * self.spacing_s / self.n * (c.real**2 + c.imag**2)
+
+    def kernel(self, f_0: float, k: np.ndarray) -> np.ndarray:
+        """(2, k): coefficients k >= 1 of cos and sin (2 pi f_0 t) over the samples, less their
+        ramp, in closed form."""
+        n, spacing_s = self.n, self.spacing_s
+        forward, backward = (_dirichlet(sign * f_0 * spacing_s - k / n, n) for sign in (1, -1))
+        waves = np.stack([(forward + backward) / 2, (forward - backward) / 2j])
+        width = min(END_FRAMES, n // 2)
+        angle = 2 * np.pi * f_0 * spacing_s * np.stack([np.arange(width), np.arange(n - width, n)])
+        ends = np.stack([np.cos(angle), np.sin(angle)]).mean(axis=2)
+        slope = (ends[:, 1] - ends[:, 0]) / max(n - width, 1)
+        ramp = n / np.expm1(-2j * np.pi * k / n)
+        return waves - slope[:, None] * ramp
+
+    def refined(self, start: float, psd: float) -> Line:
+        """Line by least squares of the coefficients within NEAR_COEFFICIENTS of `start` (in units
+        of 1/T), in noise of density `psd`."""
+        from scipy.optimize import minimize_scalar
+
+        n, duration, near = self.n, self.duration_s, NEAR_COEFFICIENTS
+        first, last = max(1, round(start) - near), round(start) + near
+        k = np.arange(first, min(self.coefficients.size - 1, last) + 1)
+        root = np.where(2 * k == n, math.sqrt(0.5), 1.0)  # Nyquist's coefficient is real
+
+        def stacked(parts: np.ndarray) -> np.ndarray:
+            return np.concatenate([root * parts.real, root * parts.imag], axis=-1)
+
+        y = stacked(self.coefficients[k])
+
+        def solved(place: float) -> tuple[np.ndarray, float]:
+            matrix = stacked(self.kernel(place / duration, k)).T
+            x, *_ = np.linalg.lstsq(matrix, y, rcond=None)
+            return x, float(np.sum((y - matrix @ x) ** 2))
+
+        best = minimize_scalar(
+            lambda place: solved(place)[1],
+            bounds=(max(start - 1, 0.5), min(start + 1, n / 2)),
+            method="bounded",
+            options={"xatol": 1e-6},
+        )
+        x, rest = solved(best.x)
+        gain = float((np.sum(y**2) - rest) * 2 * self.spacing_s / n / psd * 2)
+        line = Line(math.hypot(*x), float(best.x) / duration, math.atan2(*x), psd, gain)
+        if best.x < n / 2 - FOLD:
+            return line
+        # Change of the line's coefficients with its place in units of 1/T
+        low, high = (self.kernel((best.x + step) / duration, k) for step in (-STEP, STEP))
+        slope = stacked(x @ (high - low) / (2 * STEP))
+        matrix = np.vstack([stacked(self.kernel(line.f_0, k)), slope]).T
+        whole = folded(line, x, matrix, n, self.spacing_s)
+        half = self._alternating(line, stacked(self.kernel(self.nyquist_hz, k))[0], y)
+        return whole if whole and line.gain - half.gain > APART_GAIN else half
+
+    def _alternating(self, line: Line, wave: np.ndarray, y: np.ndarray) -> Line:
+        """The line as a difference of odd and even samples; wave: coefficients of (-1)^i, i of the
+        sample."""
+        energy, nyquist, step = float(wave @ wave), self.nyquist_hz, 1 / self.duration_s
+        size = float(wave @ y) / energy
+        gain = size**2 * energy * 4 * self.spacing_s / self.n / line.psd
+        phase = math.copysign(math.pi / 2, size)
+        f_error = min(max(nyquist - line.f_0, step / 4), step)
+        return Line(abs(size), nyquist, phase, line.psd, gain, f_error=f_error)
+
+    def measured(self, low: int, high: int, psd: float | None = None) -> Line:
+        """The line of finite width in coefficients low ... high.
+
+        psd: of the noise; without it, the median of what stands on both sides.
+        """
+        size, duration = high - low + 1, self.duration_s
+        away, side = min(size, low // 8), max(LEAST_SIDE, min(max(MOST_SIDE, 2 * size), low // 8))
+        if psd is None:
+            power = self.power(slice(high + 1 + away + side))
+            psd = around(power, low - away, high + away, side)
+        band = self.coefficients[low : high + 1].copy()
+        A_s, f_0, width = self._moments(band, low, psd)
+        gain = A_s**2 * duration / psd
+        noise = math.sqrt(gain + size + size**2 / (2 * side)) * psd / duration
+        A_error, f_error, width_error = self._jackknife(band, low, psd)
+        A_error = max(noise / A_s, A_error) if A_s > 0 else math.sqrt(noise)
+        if high >= (self.n - 1) // 2:
+            A_error = math.hypot(A_error, A_s / math.sqrt(PHASES * max(width * duration, 1.0)))
+            f_error = max(f_error, (self.nyquist_hz - f_0) / FOLDED)
+        f_error = max(f_error, 0.5 / duration / math.sqrt(max(gain, 1.0)))
+        step = 1 / duration
+        return Line(
+            A_s, f_0, math.nan, psd, gain, width, A_error, f_error, max(width_error, f_error),
+            band_hz=((low - 0.5) * step, (high + 0.5) * step), parts=band, first=low, period=self.n,
+        )  # fmt: skip
+
+    def _moments(
+        self, band: np.ndarray, low: int, psd: float, share: float = 1.0
+    ) -> tuple[float, float, float]:
+        """A_s, f_0, width_f of the band's coefficients, of which a share of the time was kept."""
+        k, step = np.arange(low, low + band.size), 1 / self.duration_s
+        power = 2 * self.spacing_s / self.n * (band.real**2 + band.imag**2) / share
+        excess = np.where(2 * k == self.n, 0.5, 1.0) * (power - psd)
+        total = float(excess.sum())
+        if total <= 0:
+            return 0.0, float(k.mean()) / self.duration_s, 0.0
+        centre = float(np.clip(excess @ k / total, k[0], k[-1]))
+        width = math.sqrt(max(excess @ (k - centre) ** 2 / total, LEAST_WIDTH**2))
+        return math.sqrt(2 * total * step), centre * step, width * step
+
+    def _jackknife(self, band: np.ndarray, low: int, psd: float) -> list[float]:
+        """Standard errors of `_moments` from what they are without one block of time each."""
+        from scipy.fft import fft, ifft
+
+        blocks, student = next((b, t) for least, b, t in BLOCKS if band.size >= least)
+        wave = ifft(band)
+        of, left = np.arange(wave.size) * blocks // wave.size, []
+        for block in range(blocks):
+            kept = of != block
+            left.append(self._moments(fft(np.where(kept, wave, 0)), low, psd, kept.mean()))
+        scatter = np.std(left, axis=0) * math.sqrt(blocks - 1)
+        return [float(student * s) for s in scatter]
 
 
 def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
@@ -199,81 +319,21 @@ def _dirichlet(delta: np.ndarray, n: int) -> np.ndarray:
     return np.exp(1j * np.pi * (n - 1) * delta) * size
 
 
-def refined(spectrum: np.ndarray, start: float, n: int, spacing_s: float, psd: float) -> Line:
-    """Least squares of the coefficients within NEAR_COEFFICIENTS of `start` (in units of 1/T)."""
-    from scipy.optimize import minimize_scalar
-
-    k = np.arange(
-        max(1, round(start) - NEAR_COEFFICIENTS),
-        min(spectrum.size - 1, round(start) + NEAR_COEFFICIENTS) + 1,
-    )
-    root = np.where(2 * k == n, math.sqrt(0.5), 1.0)  # Nyquist's coefficient is real
-
-    def stacked(parts: np.ndarray) -> np.ndarray:
-        return np.concatenate([root * parts.real, root * parts.imag], axis=-1)
-
-    y = stacked(spectrum[k])
-
-    def solved(place: float) -> tuple[np.ndarray, float]:
-        matrix = stacked(kernel(place / (n * spacing_s), k, n, spacing_s)).T
-        x, *_ = np.linalg.lstsq(matrix, y, rcond=None)
-        return x, float(np.sum((y - matrix @ x) ** 2))
-
-    best = minimize_scalar(
-        lambda place: solved(place)[1],
-        bounds=(max(start - 1, 0.5), min(start + 1, n / 2)),
-        method="bounded",
-        options={"xatol": 1e-6},
-    )
-    x, rest = solved(best.x)
-    gain = float((np.sum(y**2) - rest) * 2 * spacing_s / n / psd * 2)
-    line = Line(math.hypot(*x), float(best.x) / (n * spacing_s), math.atan2(*x), psd, gain)
-    if best.x < n / 2 - FOLD:
-        return line
-    slope = stacked(_slope(best.x, x, k, n, spacing_s))
-    matrix = np.vstack([stacked(kernel(line.f_0, k, n, spacing_s)), slope]).T
-    whole = _folded(line, x, matrix, n, spacing_s)
-    half = _alternating(line, stacked(kernel(0.5 / spacing_s, k, n, spacing_s))[0], y, n, spacing_s)
-    return whole if whole and line.gain - half.gain > APART_GAIN else half
-
-
-def _slope(place: float, x: np.ndarray, k: np.ndarray, n: int, spacing_s: float) -> np.ndarray:
-    """Change of a line's coefficients with its place in units of 1/T."""
-    low, high = (
-        kernel((place + step) / (n * spacing_s), k, n, spacing_s) for step in (-STEP, STEP)
-    )
-    return x @ (high - low) / (2 * STEP)
-
-
-def _folded(line: Line, x: np.ndarray, matrix: np.ndarray, n: int, spacing_s: float) -> Line | None:
+def folded(line: Line, x: np.ndarray, matrix: np.ndarray, n: int, spacing_s: float) -> Line | None:
     """A line so near to Nyquist that it overlaps with its own fold, with errors by the inverse
     information; None where they leave its size open."""
     noise = math.sqrt(line.psd * n / (4 * spacing_s))  # of a part of a coefficient
     information = matrix.T @ matrix / noise**2
-    scale = 1 / np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
-    covariance = np.linalg.pinv(information * np.outer(scale, scale), 1e-12) * np.outer(
-        scale, scale
-    )
-    along = np.array([*(x / max(line.A_s, np.finfo(float).tiny)), 0.0])
+    scale = 1 / np.sqrt(np.maximum(np.diag(information), TINY))
+    scaled = information * np.outer(scale, scale)
+    covariance = np.linalg.pinv(scaled, 1e-12) * np.outer(scale, scale)
+    along = np.array([*(x / max(line.A_s, TINY)), 0.0])
     A_error = math.sqrt(max(along @ covariance @ along, 0.0))
     f_error = min(math.sqrt(max(covariance[2, 2], 0.0)), 1.0) / (n * spacing_s)
-    sure = np.linalg.eigvalsh(information * np.outer(scale, scale))[0] > 1e-10
+    sure = np.linalg.eigvalsh(scaled)[0] > 1e-10
     if sure and A_error < DETERMINED_SHARE * line.A_s:
         return replace(line, A_error=A_error, f_error=f_error)
     return None
-
-
-def _alternating(line: Line, wave: np.ndarray, y: np.ndarray, n: int, spacing_s: float) -> Line:
-    """The line as a difference of odd and even samples; wave: coefficients of (-1)^i, i of the
-    sample."""
-    energy = float(wave @ wave)
-    size = float(wave @ y) / energy
-    gain = size**2 * energy * 4 * spacing_s / n / line.psd
-    nyquist, step = 0.5 / spacing_s, 1 / (n * spacing_s)
-    return Line(
-        abs(size), nyquist, math.copysign(math.pi / 2, size), line.psd, gain,
-        f_error=min(max(nyquist - line.f_0, step / 4), step),
-    )  # fmt: skip
 
 
 def grown(ratio: np.ndarray, offset: int, low: int, high: int) -> tuple[int, int]:
@@ -297,68 +357,3 @@ def grown(ratio: np.ndarray, offset: int, low: int, high: int) -> tuple[int, int
         moved = (up and high < last) or (down and low > first)
     half = (high - low) // 2
     return max(low - half, first), min(high + half, last)
-
-
-def measured(
-    spectrum: np.ndarray, low: int, high: int, n: int, spacing_s: float, psd: float | None = None
-) -> Line:
-    """The line of finite width in coefficients low ... high of `spectrum`, rfft of n samples.
-
-    psd: of the noise; without it, the median of what stands on both sides.
-    """
-    size = high - low + 1
-    away, side = min(size, low // 8), max(LEAST_SIDE, min(max(MOST_SIDE, 2 * size), low // 8))
-    if psd is None:
-        near = spectrum[: high + 1 + away + side]
-        power = 2 * spacing_s / n * (near.real**2 + near.imag**2)
-        psd = around(power, low - away, high + away, side)
-    band = spectrum[low : high + 1].copy()
-    folded = high >= (n - 1) // 2
-    duration = n * spacing_s
-    whole = _moments(band, low, n, spacing_s, psd)
-    A_s, f_0, width = whole
-    gain = A_s**2 * duration / psd
-    noise = math.sqrt(gain + size + size**2 / (2 * side)) * psd / duration
-    own = _jackknife(band, low, n, spacing_s, psd)
-    errors = [max(noise / A_s, own[0]) if A_s > 0 else math.sqrt(noise), own[1], own[2]]
-    if folded:
-        errors[0] = math.hypot(errors[0], A_s / math.sqrt(PHASES * max(width * duration, 1.0)))
-        errors[1] = max(errors[1], (0.5 / spacing_s - f_0) / FOLDED)
-    errors[1] = max(errors[1], 0.5 / duration / math.sqrt(max(gain, 1.0)))
-    errors[2] = max(errors[2], errors[1])
-    step = 1 / duration
-    return Line(
-        A_s, f_0, math.nan, psd, gain, width, errors[0], errors[1], errors[2],
-        band_hz=((low - 0.5) * step, (high + 0.5) * step), parts=band, first=low, period=n,
-    )  # fmt: skip
-
-
-def _moments(
-    band: np.ndarray, low: int, n: int, spacing_s: float, psd: float, share: float = 1.0
-) -> tuple[float, float, float]:
-    """A_s, f_0, width_f of the band's coefficients, of which a share of the time was kept."""
-    k = np.arange(low, low + band.size)
-    power = 2 * spacing_s / n * (band.real**2 + band.imag**2) / share
-    excess = np.where(2 * k == n, 0.5, 1.0) * (power - psd)
-    total = float(excess.sum())
-    if total <= 0:
-        return 0.0, float(k.mean()) / (n * spacing_s), 0.0
-    centre = float(np.clip(excess @ k / total, k[0], k[-1]))
-    width = math.sqrt(max(excess @ (k - centre) ** 2 / total, LEAST_WIDTH**2))
-    step = 1 / (n * spacing_s)
-    return math.sqrt(2 * total * step), centre * step, width * step
-
-
-def _jackknife(band: np.ndarray, low: int, n: int, spacing_s: float, psd: float) -> list[float]:
-    """Standard errors of `_moments` from what they are without one block of time each."""
-    from scipy.fft import fft, ifft
-
-    blocks, student = next((b, t) for least, b, t in BLOCKS if band.size >= least)
-    wave = ifft(band)
-    of = np.arange(wave.size) * blocks // wave.size
-    left = []
-    for block in range(blocks):
-        kept = of != block
-        left.append(_moments(fft(np.where(kept, wave, 0)), low, n, spacing_s, psd, kept.mean()))
-    scatter = np.std(left, axis=0) * math.sqrt(blocks - 1)
-    return [float(student * s) for s in scatter]

@@ -15,31 +15,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
-from mocap_metrology.common.transforms import rfft
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.fit.spectral.line import (
     MARGIN,
     NEAR_COEFFICIENTS,
     Line,
+    Transform,
     beside,
     grown,
-    kernel,
     level,
     line_errors,
-    measured,
-    refined,
-    without_ramp,
 )
 
-__all__ = [
-    "Line",
-    "bands_of",
-    "find_lines",
-    "find_slow_lines",
-    "line_again",
-    "line_at",
-    "line_errors",
-]
+__all__ = ["Line", "bands_of", "find_lines", "find_slow_lines", "line_again", "line_errors"]
 
 FIRST_CYCLES = 10  # fewer cycles in a recording look like a random walk
 MEDIAN_FROM = 128  # below, a band of a quarter octave holds too few coefficients for its median
@@ -64,11 +52,7 @@ def threshold(n: int) -> float:
     return max(3 * math.log(n), 2 * math.log(1250 * n))
 
 
-def find_lines(
-    series: np.ndarray,
-    frame_rate_hz: float,
-    at_most: int = 40,
-) -> list[Line]:
+def find_lines(series: np.ndarray, frame_rate_hz: float, at_most: int = 40) -> list[Line]:
     """Lines of a complete series (n,), strongest (greatest gain) first, up to `at_most`; from 128
     cycles in the recording up to Nyquist, which counts too: a difference of odd and even frames.
 
@@ -76,12 +60,17 @@ def find_lines(
     taken from medians of bands a quarter octave wide, or of the bands on either side of the line
     where they are higher.
     """
-    tau0 = 1 / frame_rate_hz
-    n = series.size
-    last = (n - 1) // 2  # Nyquist's coefficient has no partner
+    last = (series.size - 1) // 2  # Nyquist's coefficient has no partner
     if last < MEDIAN_FROM + 2 * NEAR_COEFFICIENTS:
         return []
-    return _search(series, tau0, (MEDIAN_FROM, last), None, at_most, threshold(n))
+    transform = Transform.of(series, 1 / frame_rate_hz)
+    k = np.arange(MEDIAN_FROM, last + 1)
+    power = transform.power()
+    noise = level(power, k)
+    floor = np.maximum(noise, beside(power, k))
+    del k  # of a long recording 160 MB
+    search = _Search(transform, power, noise, floor, MEDIAN_FROM, False, threshold(series.size))
+    return search.lines(at_most)
 
 
 def find_slow_lines(
@@ -99,8 +88,12 @@ def find_slow_lines(
     last = min(MEDIAN_FROM, (means.size - 1) // 2)
     if last < FIRST_CYCLES + 2 * NEAR_COEFFICIENTS:
         return []
-    found = _search(means, tau0 * step, (FIRST_CYCLES, last), density, at_most, threshold(n))
-    return [_of_means(line, step, tau0) for line in found]
+    transform = Transform.of(means, tau0 * step)
+    k = np.arange(FIRST_CYCLES, last + 1)
+    noise = np.maximum(density(k / transform.duration_s), np.finfo(float).tiny)
+    least_gain = threshold(n)
+    search = _Search(transform, transform.power(), noise, noise, FIRST_CYCLES, True, least_gain)
+    return [_of_means(line, step, tau0) for line in search.lines(at_most)]
 
 
 def _of_means(line: Line, step: int, tau0: float) -> Line:
@@ -115,20 +108,22 @@ def _of_means(line: Line, step: int, tau0: float) -> Line:
 
 
 @dataclass
-class _State:
-    """What a search works on. power, level: of coefficients 1/T apart, level from `first` on;
-    floor: the level that a line must stand out of; given: whether the level was, so that it needs
-    no measuring beside a line."""
+class _Search:
+    """power: of the coefficients; level: of the noise, from coefficient `first` on; floor: the
+    level that a line must stand out of; known: whether the level needs no measuring beside a line;
+    least_gain: that a line must bring."""
 
-    spectrum: np.ndarray
+    transform: Transform
     power: Floats
     level: Floats
     floor: Floats
     first: int
-    n: int
-    spacing_s: float
-    given: bool
+    known: bool
     least_gain: float
+
+    @property
+    def duration_s(self) -> float:
+        return self.transform.duration_s
 
     def at(self, place: float) -> int:
         """Index into `level` of a place in units of 1/T."""
@@ -138,131 +133,125 @@ class _State:
         """Power relative to the level that a line must exceed."""
         return self.power[self.first : self.first + self.level.size] / self.floor
 
+    def lines(self, at_most: int) -> list[Line]:
+        """The strongest first."""
+        transform, n, lines = self.transform, self.transform.n, list[Line]()
+        scale, sought = 2 * transform.spacing_s / n, self.floor.copy()
+        for _ in range(2 * at_most + TRIES):
+            if len(lines) >= at_most:
+                break
+            start, peak = _highest(transform.coefficients, self.power, sought, self.first, scale)
+            if peak < 0.4 * self.least_gain:
+                break
+            line = transform.refined(start, float(self.floor[self.at(start)]))
+            if line.gain < self.least_gain:
+                sought[int(start) - self.first] = np.inf
+                continue
+            self.take_out(line)
+            lines = self.joined([*lines, line])
+        if self.first + self.level.size - 1 == (n - 1) // 2 and n % 2 == 0 and len(lines) < at_most:
+            line = self.at_nyquist()
+            if line.gain >= self.least_gain:
+                self.take_out(line)
+                lines = self.joined([*lines, line])
+        return sorted(self.widened(lines), key=lambda line: -line.gain)
 
-def _search(
-    series: np.ndarray,
-    spacing_s: float,
-    between_k: tuple[int, int],
-    density: Callable[[np.ndarray], np.ndarray] | None,
-    at_most: int,
-    least_gain: float,
-) -> list[Line]:
-    n = series.size
-    spectrum = rfft(without_ramp(series), overwrite_x=True)
-    scale = 2 * spacing_s / n
-    power = scale * (spectrum.real**2 + spectrum.imag**2)
-    first, last = between_k
-    k = np.arange(first, last + 1)
-    own = (
-        np.maximum(density(k / (n * spacing_s)), np.finfo(float).tiny)
-        if density
-        else level(power, k)
-    )
-    floor = own if density else np.maximum(own, beside(power, k))
-    del k  # of a long recording 160 MB
-    state = _State(
-        spectrum, power, own, floor, first, n, spacing_s, density is not None, least_gain
-    )
-    found: list[Line] = []
-    sought = floor.copy()
-    for _ in range(2 * at_most + TRIES):
-        if len(found) >= at_most:
-            break
-        start, peak = _highest(spectrum, power, sought, first, scale)
-        if peak < 0.4 * least_gain:
-            break
-        line = refined(spectrum, start, n, spacing_s, float(floor[state.at(start)]))
-        if line.gain < least_gain:
-            sought[int(start) - first] = np.inf
-            continue
-        _take_out(state, line)
-        found = _joined(state, [*found, line])
-    if last == (n - 1) // 2 and n % 2 == 0 and len(found) < at_most:
-        for line in _at_nyquist(spectrum[-1].real, n, spacing_s, float(floor[-1]), least_gain):
-            _take_out(state, line)
-            found = _joined(state, [*found, line])
-    found = _widened(state, found)
-    return sorted(found, key=lambda line: -line.gain)
+    def joined(self, lines: list[Line]) -> list[Line]:
+        """The lines, the last of which is new; those too near to it are merged with it."""
+        group, left = [lines[-1]], lines[:-1]
+        while True:
+            near = [a for a in left if any(_apart(a, b) < self.reach(b) for b in group)]
+            if not near:
+                break
+            group, left = [*group, *near], [a for a in left if a not in near]
+        if len(group) == 1:
+            return lines
+        one = any(line.wide for line in group) or len(group) >= ONE_BAND or self.sidebands(group)
+        return [*left, *self.as_band(group)] if one else lines
 
+    def reach(self, line: Line) -> float:
+        """Hz within which another line belongs to the same: sidebands of a frequency that goes up
+        and down within 20 s or more, or a few coefficients."""
+        return max(6 / self.duration_s, min(0.05, line.f_0 / 200))
 
-def _joined(state: _State, found: list[Line]) -> list[Line]:
-    """The lines, the last of which is new; those too near to it are merged with it."""
-    duration = state.n * state.spacing_s
-    new = found[-1]
-    group, left = [new], found[:-1]
-    while True:
-        near = [a for a in left if any(_apart(a, b) < _reach(b, duration) for b in group)]
-        if not near:
-            break
-        group, left = [*group, *near], [a for a in left if a not in near]
-    if len(group) == 1:
-        return found
-    one = any(line.wide for line in group) or len(group) >= ONE_BAND or _sidebands(state, group)
-    return [*left, *_as_band(state, group)] if one else found
+    def sidebands(self, pair: list[Line]) -> bool:
+        """Whether two lines are one: not resolved, or with power on the other side of the stronger,
+        or on both sides of Nyquist, where that is undecided."""
+        strong, weak = sorted(pair, key=lambda line: -line.gain)
+        duration = self.duration_s
+        fold = self.transform.nyquist_hz - max(strong.f_0, weak.f_0) < self.reach(strong)
+        if fold or abs(strong.f_0 - weak.f_0) * duration < UNRESOLVED:
+            return True
+        mirror = self.at((2 * strong.f_0 - weak.f_0) * duration)
+        return bool(self.ratio()[max(mirror - 1, 0) : mirror + 2].max() > MIRRORED)
 
+    def widened(self, lines: list[Line]) -> list[Line]:
+        """The lines; as bands those that one sinusoid does not remove."""
+        from scipy.special import gammaincc
 
-def _reach(line: Line, duration_s: float) -> float:
-    """Hz within which another line belongs to the same: sidebands of a frequency that goes up and
-    down within 20 s or more, or a few coefficients."""
-    return max(6 / duration_s, min(0.05, line.f_0 / 200))
+        for line in sorted(lines, key=lambda line: -line.gain):
+            if line.wide or line not in lines:
+                continue
+            at, ratio = self.at(line.f_0 * self.duration_s), self.ratio()
+            for side in REST:
+                near = ratio[max(at - side, 0) : at + side + 1]
+                near = near[near > 0]  # not what a band has removed
+                if near.size > 2 and gammaincc(near.size - 1.5, near.sum()) < REST_P:
+                    lines = [x for x in lines if x is not line]
+                    for band in self.as_band([line]):
+                        within = [x for x in lines if _apart(x, band) == 0]
+                        lines = [x for x in lines if x not in within]
+                        lines += self.as_band([band, *within]) if within else [band]
+                    break
+        return lines
+
+    def as_band(self, group: list[Line]) -> list[Line]:
+        """The lines of a group as one of finite width, taken out of the spectrum; none where it is
+        so wide that it is a hump of the noise."""
+        for line in group:
+            self.take_out(line, -1)
+        n, step = self.transform.n, 1 / self.duration_s
+        ends = [end / step for line in group for end in (line.band_hz or (line.f_0, line.f_0))]
+        low, high = math.floor(min(ends)) - MARGIN, math.ceil(max(ends)) + MARGIN
+        low, high = max(low, self.first), min(high, self.first + self.level.size - 1)
+        low, high = grown(self.ratio(), self.first, low, high)
+        if high == (n - 1) // 2:
+            high = n // 2  # Nyquist's own, if there is one
+        psd = float(self.level[self.at(low) : self.at(high) + 1].mean()) if self.known else None
+        line = self.transform.measured(low, high, psd)
+        self.take_out(line)
+        narrow = line.width_f < max(WIDEST * line.f_0, UNRESOLVED * step)
+        return [line] if narrow and line.gain > self.least_gain else []
+
+    def at_nyquist(self) -> Line:
+        """The line at Nyquist: its coefficient is real, with one degree of freedom."""
+        transform, psd = self.transform, float(self.floor[-1])
+        coefficient = transform.coefficients[-1].real
+        gain = 2 * transform.spacing_s / transform.n * coefficient**2 / psd
+        height, phase = abs(coefficient) / transform.n, math.copysign(math.pi / 2, coefficient)
+        return Line(float(height), transform.nyquist_hz, phase, psd, float(gain))
+
+    def take_out(self, line: Line, sign: int = 1) -> None:
+        """Subtract a line from the spectrum and its power, as far as it can be seen; -1: put it
+        back."""
+        spectrum = self.transform.coefficients
+        if line.parts is not None:
+            k = np.arange(line.first, line.first + line.parts.size)
+            spectrum[k] = line.parts if sign < 0 else 0.0
+        else:
+            centre = round(line.f_0 * self.transform.n * self.transform.spacing_s)
+            reach = int(100 + 10 * math.sqrt(line.gain))
+            k = np.arange(max(1, centre - reach), min(spectrum.size, centre + reach))
+            cosine, sine = self.transform.kernel(line.f_0, k)
+            wave = math.sin(line.phase) * cosine + math.cos(line.phase) * sine
+            spectrum[k] -= sign * line.A_s * wave
+        self.power[k] = self.transform.power(k)
 
 
 def _apart(a: Line, b: Line) -> float:
     """Hz between the edges of two lines."""
     (low, high), (other_low, other_high) = (x.band_hz or (x.f_0, x.f_0) for x in (a, b))
     return max(low - other_high, other_low - high, 0.0)
-
-
-def _sidebands(state: _State, pair: list[Line]) -> bool:
-    """Whether two lines are one: not resolved, or with power on the other side of the stronger, or
-    on both sides of Nyquist, where that is undecided."""
-    strong, weak = sorted(pair, key=lambda line: -line.gain)
-    duration = state.n * state.spacing_s
-    folded = 0.5 / state.spacing_s - max(strong.f_0, weak.f_0) < _reach(strong, duration)
-    if folded or abs(strong.f_0 - weak.f_0) * duration < UNRESOLVED:
-        return True
-    mirror = state.at((2 * strong.f_0 - weak.f_0) * duration)
-    return bool(state.ratio()[max(mirror - 1, 0) : mirror + 2].max() > MIRRORED)
-
-
-def _widened(state: _State, found: list[Line]) -> list[Line]:
-    """The lines; as bands those that one sinusoid does not remove."""
-    from scipy.special import gammaincc
-
-    for line in sorted(found, key=lambda line: -line.gain):
-        if line.wide or line not in found:
-            continue
-        at, ratio = state.at(line.f_0 * state.n * state.spacing_s), state.ratio()
-        for side in REST:
-            near = ratio[max(at - side, 0) : at + side + 1]
-            near = near[near > 0]  # not what a band has removed
-            if near.size > 2 and gammaincc(near.size - 1.5, near.sum()) < REST_P:
-                found = [x for x in found if x is not line]
-                for band in _as_band(state, [line]):
-                    within = [x for x in found if _apart(x, band) == 0]
-                    found = [x for x in found if x not in within]
-                    found += _as_band(state, [band, *within]) if within else [band]
-                break
-    return found
-
-
-def _as_band(state: _State, group: list[Line]) -> list[Line]:
-    """The lines of a group as one of finite width, taken out of the spectrum; none where it is so
-    wide that it is a hump of the noise."""
-    for line in group:
-        _take_out(state, line, -1)
-    step = 1 / (state.n * state.spacing_s)
-    ends = [end / step for line in group for end in (line.band_hz or (line.f_0, line.f_0))]
-    low, high = math.floor(min(ends)) - MARGIN, math.ceil(max(ends)) + MARGIN
-    low, high = max(low, state.first), min(high, state.first + state.level.size - 1)
-    low, high = grown(state.ratio(), state.first, low, high)
-    if high == (state.n - 1) // 2:
-        high = state.n // 2  # Nyquist's own, if there is one
-    psd = float(state.level[state.at(low) : state.at(high) + 1].mean()) if state.given else None
-    line = measured(state.spectrum, low, high, state.n, state.spacing_s, psd)
-    _take_out(state, line)
-    narrow = line.width_f < max(WIDEST * line.f_0, UNRESOLVED * step)
-    return [line] if narrow and line.gain > state.least_gain else []
 
 
 @njit
@@ -289,52 +278,17 @@ def _highest(
     return place, best
 
 
-def _at_nyquist(
-    coefficient: float, n: int, spacing_s: float, psd: float, least_gain: float
-) -> list[Line]:
-    """The line at Nyquist if there is one: its coefficient is real, with one degree of freedom."""
-    gain = 2 * spacing_s / n * coefficient**2 / psd
-    if gain < least_gain:
-        return []
-    phase = math.copysign(math.pi / 2, coefficient)
-    return [Line(float(abs(coefficient)) / n, 0.5 / spacing_s, phase, psd, float(gain))]
-
-
-def _take_out(state: _State, line: Line, sign: int = 1) -> None:
-    """Subtract a line from `spectrum` and `power`, as far as it can be seen; -1: put it back."""
-    spectrum = state.spectrum
-    if line.parts is not None:
-        k = np.arange(line.first, line.first + line.parts.size)
-        spectrum[k] = line.parts if sign < 0 else 0.0
-    else:
-        centre = round(line.f_0 * state.n * state.spacing_s)
-        reach = int(100 + 10 * math.sqrt(line.gain))
-        k = np.arange(max(1, centre - reach), min(spectrum.size, centre + reach))
-        cosine, sine = kernel(line.f_0, k, state.n, state.spacing_s)
-        wave = math.sin(line.phase) * cosine + math.cos(line.phase) * sine
-        spectrum[k] -= sign * line.A_s * wave
-    state.power[k] = 2 * state.spacing_s / state.n * (spectrum[k].real ** 2 + spectrum[k].imag ** 2)
-
-
-def line_at(series: np.ndarray, frame_rate_hz: float, f_0: float, psd: float) -> Line:
-    """The line nearest to f_0 (within 1/T) of a complete series, significant or not."""
-    tau0 = 1 / frame_rate_hz
-    return refined(rfft(without_ramp(series)), f_0 * series.size * tau0, series.size, tau0, psd)
-
-
 def line_again(series: np.ndarray, frame_rate_hz: float, line: Line) -> Line:
     """A line that was found elsewhere in this complete series (n,): with amplitude and phase of its
     own, or what stands in its band."""
-    tau0 = 1 / frame_rate_hz
-    if line.band_hz is None:
-        return line_at(series, frame_rate_hz, line.f_0, line.psd)
-    n = series.size
-    low, high = (
-        round(f * n * tau0 + side) for f, side in zip(line.band_hz, (0.5, -0.5), strict=True)
-    )
+    tau0, n = 1 / frame_rate_hz, series.size
+    transform = Transform.of(series, tau0)
+    if line.band_hz is None:  # the one nearest to its frequency, within 1/T, significant or not
+        return transform.refined(line.f_0 * n * tau0, line.psd)
+    ends = zip(line.band_hz, (0.5, -0.5), strict=True)
+    low, high = (round(f * n * tau0 + side) for f, side in ends)
     more = 0 if n == line.period else MARGIN
-    low, high = max(low - more, 1), min(high + more, n // 2)
-    return measured(rfft(without_ramp(series)), low, high, n, tau0, line.psd)
+    return transform.measured(max(low - more, 1), min(high + more, n // 2), line.psd)
 
 
 def waves(lines: Sequence[Line], n: int, frame_rate_hz: float) -> Floats:

@@ -64,29 +64,25 @@ def choose(likelihood: Likelihood, alphas: Sequence[int], most: int, criterion: 
     bins, 95 of 100 recordings of pure white noise and more show nothing else (a test).
     """
     cost = penalty(criterion, float(likelihood.psd.size))
-    found: list[tuple[float, Fit]] = []
+    pruned: list[Fit] = []
     full: Fit | None = None
     mixture = dictionary(likelihood, alphas)
     for terms in range(most + 1):
         full = fit_order(likelihood, mixture, terms, full)
-        pruned = _pruned(likelihood, full, cost)
-        found.append((pruned.deviance + cost(pruned.spectrum.size), pruned))
-    return min(found, key=lambda scored: scored[0])[1]
+        pruned.append(_pruned(likelihood, full, cost))
+    return min(pruned, key=lambda fit: fit.deviance + cost(fit.spectrum.size))
 
 
 def _pruned(likelihood: Likelihood, fit: Fit, cost: Callable[[int], float]) -> Fit:
     """Power laws removed one by one while the criterion falls."""
     while len(fit.spectrum.h) + len(fit.spectrum.T_c) > 1 and fit.spectrum.h:
         saved = cost(fit.spectrum.size) - cost(fit.spectrum.size - 1)
-        empty = [a for a, h in fit.spectrum.h.items() if h <= 0]
-        if empty:  # nothing changes but the count
-            fit = _without(likelihood, fit, empty[0])
-            continue
-        tried = [_without(likelihood, fit, alpha) for alpha in fit.spectrum.h]
-        found = min(tried, key=lambda t: t.deviance)
-        if found.deviance - fit.deviance >= saved:
+        empty = [a for a, h in fit.spectrum.h.items() if h <= 0]  # nothing but the count changes
+        tried = [_without(likelihood, fit, alpha) for alpha in empty[:1] or fit.spectrum.h]
+        smaller = min(tried, key=lambda t: t.deviance)
+        if not empty and smaller.deviance - fit.deviance >= saved:
             return fit
-        fit = found
+        fit = smaller
     return fit
 
 

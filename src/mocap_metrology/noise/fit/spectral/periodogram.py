@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -103,109 +104,86 @@ class Periodogram:
     slow: Slow | None = None
 
 
-def edges(n: int, per_decade: int = BINS_PER_DECADE) -> np.ndarray:
+@dataclass(frozen=True)
+class Stretch:
+    """A complete stretch (n,) of a series: the share of its samples that was measured, the frame at
+    which it begins, and bands whose coefficients are left out, Hz."""
+
+    series: np.ndarray
+    share: float = 1.0
+    start: int = 0
+    bands: Sequence[tuple[float, float]] = ()
+
+
+T = TypeVar("T", Bins, Slow, Periodogram)
+
+
+def _joined(parts: Sequence[T]) -> T:
+    """Columns of several stretches one after the other; what is no column of the first."""
+    if len(parts) == 1:
+        return parts[0]
+    names = [name for name, value in vars(parts[0]).items() if isinstance(value, np.ndarray)]
+    columns: Any = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return replace(parts[0], **columns)
+
+
+def edges(n: int) -> np.ndarray:
     """First coefficient of each bin and, last, n: single ones at first, then even steps in log k;
     k = 1 ... n - 1."""
-    wanted = np.logspace(0, math.log10(n), max(round(math.log10(n) * per_decade), 1) + 1)
-    whole = np.unique(np.rint(wanted).astype(np.int64))
+    steps = max(round(math.log10(n) * BINS_PER_DECADE), 1)
+    whole = np.unique(np.rint(np.logspace(0, math.log10(n), steps + 1)).astype(np.int64))
     return np.unique(np.concatenate([whole[whole < n], [n]]))
 
 
-def bins_of(
-    n: int, frame_rate_hz: float, per_decade: int = BINS_PER_DECADE, form: Form = "sampled"
-) -> Bins:
+def bins_of(n: int, frame_rate_hz: float, form: Form = "sampled") -> Bins:
     """Bins of a stretch of n samples; coefficient k has the frequency k / (2 n tau0)."""
-    tau0 = 1 / frame_rate_hz
-    edge = edges(n, per_decade)
+    tau0, edge = 1 / frame_rate_hz, edges(n)
     first, last = edge[:-1], edge[1:] - 1
     count = last - first + 1
     # From half a step before the first coefficient to half a step after the last
     half = count[:, None] / 2
     k = (first + last)[:, None] / 2 + np.where(count[:, None] > 1, half * NODES, 0.0)
     step = 1 / (2 * n * tau0)
-    f_hz = k * step
-    parity = np.where(count > 1, 0, np.where(first % 2 == 0, 1, -1))
+    parity = np.where(count > 1, 0, np.where(first % 2 == 0, 1, -1)).astype(np.int64)
     return Bins(
-        f_hz,
-        four_sin2(f_hz, frame_rate_hz),
-        (first - 0.5) * step,
-        (last + 0.5) * step,
-        count,
-        np.full(count.size, n * tau0),
-        parity.astype(np.int64),
-        frame_rate_hz,
-        form,
+        f_hz=k * step,
+        gain=four_sin2(k * step, frame_rate_hz),
+        f_lower_hz=(first - 0.5) * step,
+        f_upper_hz=(last + 0.5) * step,
+        n=count,
+        duration_s=np.full(count.size, n * tau0),
+        parity=parity,
+        frame_rate_hz=frame_rate_hz,
+        form=form,
     )
-
-
-def joined(parts: Sequence[Bins]) -> Bins:
-    """Bins of several stretches as one."""
-    if len(parts) == 1:
-        return parts[0]
-    names = ("f_hz", "gain", "f_lower_hz", "f_upper_hz", "n", "duration_s", "parity")
-    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return Bins(**columns, frame_rate_hz=parts[0].frame_rate_hz, form=parts[0].form)
-
-
-def binned(series: np.ndarray, frame_rate_hz: float, bins: Bins) -> np.ndarray:
-    """(B,) mean of 2 tau0 c_k^2 in each bin, c_k the orthonormal DCT-II of `series` (n,), complete.
-
-    For white noise of variance s^2 its expectation is 2 tau0 s^2 = h_0.
-    """
-    return _binned(_transformed(series), frame_rate_hz, bins)
-
-
-def _transformed(series: np.ndarray) -> np.ndarray:
-    return dct(series - series.mean(), type=2, norm="ortho", overwrite_x=True)
-
-
-def _binned(c: np.ndarray, frame_rate_hz: float, bins: Bins) -> np.ndarray:
-    tau0 = 1 / frame_rate_hz
-    return 2 * tau0 * _mean_squares(c, edges(c.size)[:-1], bins.n)
 
 
 def periodogram(
-    parts: Sequence[np.ndarray],
-    shares: Sequence[float],
-    starts: Sequence[int],
-    frame_rate_hz: float,
-    bands: Sequence[Sequence[tuple[float, float]]],
-    form: Form = "sampled",
+    stretches: Sequence[Stretch], frame_rate_hz: float, form: Form = "sampled"
 ) -> Periodogram:
-    """Of complete stretches (n,) of a series; shares: of their samples that were measured; starts:
-    frames at which they begin; bands: that are left out of each (`_without`), Hz;
-    form: of the frames."""
-    tau0 = 1 / frame_rate_hz
-    found, slow, first = [], [], 0
-    for part, share, start, left_out in zip(parts, shares, starts, bands, strict=True):
-        own, c = bins_of(part.size, frame_rate_hz, form=form), _transformed(part)
-        data = Periodogram(own, _binned(c, frame_rate_hz, own), own.n * share)
-        found.append(_without(c, data, left_out))
-        slow.append(_slow(c, own, first, left_out))
-        k = slow[-1][0].size
-        slow[-1] += (np.full(k, share), np.full(k, part.size), np.full(k, start * tau0))
-        first += own.n.size
-    psd, weight = ([getattr(data, name) for data in found] for name in ("psd", "weight"))
-    return Periodogram(
-        joined([data.bins for data in found]),
-        np.concatenate(psd),
-        np.concatenate(weight),
-        Slow(*(np.concatenate(column) for column in zip(*slow, strict=True))),
-    )
+    """Mean of 2 tau0 c_k^2 in each bin of each stretch, c_k the orthonormal DCT-II, and the slow
+    coefficients; form: of the frames. For white noise of variance s^2 it expects 2 tau0 s^2 = h_0.
+    """
+    parts, slow, first = [], [], 0
+    for one in stretches:
+        bins = bins_of(one.series.size, frame_rate_hz, form)
+        c = dct(one.series - one.series.mean(), type=2, norm="ortho", overwrite_x=True)
+        parts.append(_binned(c, bins, one))
+        slow.append(_slow(c, bins, one, first))
+        first += bins.n.size
+    return replace(_joined(parts), bins=_joined([p.bins for p in parts]), slow=_joined(slow))
 
 
-def _slow(
-    c: np.ndarray, bins: Bins, first: int, bands: Sequence[tuple[float, float]]
-) -> tuple[np.ndarray, ...]:
-    """Values, k and bins of the slow coefficients of one stretch; first: its first bin among those
-    of all stretches."""
+def _slow(c: np.ndarray, bins: Bins, stretch: Stretch, first: int) -> Slow:
+    """Of a stretch of transform `c` (n,), whose first bin has the number `first` among all."""
     edge = edges(c.size)
     whole = int(np.searchsorted(edge[1:], SLOWEST, side="right"))
     k = np.arange(1, edge[whole])
-    own = np.repeat(np.arange(whole), bins.n[:whole]) + first
-    kept = _outside(k, c.size, bins.frame_rate_hz, bands)
+    left = _outside(k, c.size, bins.frame_rate_hz, stretch.bands)
+    k, own = k[left], (np.repeat(np.arange(whole), bins.n[:whole]) + first)[left]
     tau0 = 1 / bins.frame_rate_hz
-    return np.sqrt(2 * tau0) * c[k[kept]], k[kept], own[kept]
+    share, n, start_s = (np.full(k.size, v) for v in (stretch.share, c.size, stretch.start * tau0))
+    return Slow(np.sqrt(2 * tau0) * c[k], k, own, share, n, start_s)
 
 
 def _outside(
@@ -217,6 +195,22 @@ def _outside(
     return np.all([np.ones(k.size, bool), *((f < low) | (f > high) for low, high in bands)], axis=0)
 
 
+def _binned(c: np.ndarray, bins: Bins, stretch: Stretch) -> Periodogram:
+    """Of one stretch of transform `c` (n,). Without the coefficients in its bands, bins hold the
+    mean of what is left, with so many degrees of freedom less, and next to none (and what their
+    neighbours hold) where nothing is."""
+    tau0, first, weight = 1 / bins.frame_rate_hz, edges(c.size)[:-1], bins.n * stretch.share
+    if stretch.bands:
+        left = _outside(np.arange(c.size), c.size, bins.frame_rate_hz, stretch.bands)
+        count = np.add.reduceat(left.astype(np.int64), first)
+        known = np.flatnonzero(count)
+        if known.size:
+            total = 2 * tau0 * np.add.reduceat(np.where(left, c * c, 0.0), first)
+            psd = np.interp(np.arange(count.size), known, total[known] / count[known])
+            return Periodogram(bins, psd, weight * np.maximum(count / bins.n, LEAST_SHARE))
+    return Periodogram(bins, 2 * tau0 * _mean_squares(c, first, bins.n), weight)
+
+
 @njit
 def _mean_squares(c: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
     out = np.empty(first.size)
@@ -226,26 +220,6 @@ def _mean_squares(c: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.nda
             total += c[k] * c[k]
         out[b] = total / count[b]
     return out
-
-
-def _without(c: np.ndarray, data: Periodogram, bands: Sequence[tuple[float, float]]) -> Periodogram:
-    """The periodogram of one complete stretch of transform `c` (n,) without the coefficients in
-    `bands` (Hz): bins hold the mean of what is left, with so many degrees of freedom less, and next
-    to none (and what their neighbours hold) where nothing is."""
-    if not bands:
-        return data
-    bins, n = data.bins, c.size
-    left = _outside(np.arange(n), n, bins.frame_rate_hz, bands)
-    first = edges(n)[:-1]
-    count = np.add.reduceat(left.astype(np.int64), first)
-    tau0 = 1 / bins.frame_rate_hz
-    total = 2 * tau0 * np.add.reduceat(np.where(left, c * c, 0.0), first)
-    known = np.flatnonzero(count)
-    if not known.size:
-        return data
-    psd = np.interp(np.arange(count.size), known, total[known] / count[known])
-    share = np.maximum(count / bins.n, LEAST_SHARE)
-    return Periodogram(bins, psd, data.weight * share)
 
 
 def power_law_unit(bins: Bins, alpha: int) -> np.ndarray:
@@ -317,6 +291,4 @@ def _shape(a: float, averaged: bool) -> tuple[float, float, float]:
 
 def warm_up() -> None:
     """Compile the kernels."""
-    bins = bins_of(16, 1.0)
-    binned(np.arange(16.0), 1.0, bins)
-    gauss_markov_unit(bins, 3.0)
+    gauss_markov_unit(periodogram([Stretch(np.arange(16.0))], 1.0).bins, 3.0)

@@ -57,7 +57,7 @@ class Rival:
 
 
 def judged(
-    found: Sequence[Alternative],
+    parts: Sequence[Alternative],
     alphas: Sequence[int],
     most: int,
     cost: Callable[[int], float],
@@ -65,37 +65,35 @@ def judged(
     """The noise of the first alternative, and the rivals: models with an excess below 1.96^2, those
     round other deterministic parts that explain the recording as well among them, best first.
 
-    found: deterministic parts with the noise round them, the best first. The noise is that of the
+    parts: deterministic parts with the noise round them, the best first. The noise is that of the
     least criterion, which may be a rival that the search for it passed by. alphas: power laws a
     model may have; most: greatest number of Gauss-Markov terms; cost: of p parameters by the
     criterion (`order.penalty`).
     """
-    best = found[0]
     priced: list[tuple[float, Fit]] = []
-    own: list[Fit] = []
-    for one in found:
-        if one.score - best.score > Z_95**2:
+    for one in parts:
+        if one.score - parts[0].score > Z_95**2:
             break
-        likelihood = Likelihood(one.data, one.data.bins.T_c_range)
+        likelihood = Likelihood(one.data)
         fits = _explored(likelihood, one.fit, alphas, most)
         price = _price(likelihood)
         priced += [(price(fit) + one.offset, fit) for fit in fits]
-        own = own or fits
+        if one is parts[0]:
+            chosen = min(fits, key=lambda fit: fit.deviance + cost(fit.spectrum.size))
     least = min(price for price, _ in priced)
     near = [Rival(fit, price - least) for price, fit in priced if price - least < Z_95**2]
-    chosen = min(own, key=lambda fit: fit.deviance + cost(fit.spectrum.size))
     return chosen, tuple(sorted(near, key=lambda rival: rival.excess))
 
 
 def _explored(likelihood: Likelihood, chosen: Fit, alphas: Sequence[int], most: int) -> list[Fit]:
     """The chosen model, its neighbours, and the neighbours of those that fit as well."""
     price = _price(likelihood)
-    found = {_key(chosen.spectrum): chosen}
+    fits = {_key(chosen.spectrum): chosen}
     waiting, tried = [chosen], set()
-    while waiting and len(found) < MOST_MODELS:
+    while waiting and len(fits) < MOST_MODELS:
         waiting.sort(key=price, reverse=True)
         now = waiting.pop()
-        if price(now) - min(map(price, found.values())) > Z_95**2:
+        if price(now) - min(map(price, fits.values())) > Z_95**2:
             break
         for start in _neighbours(likelihood, now, alphas, most):
             if _key(start) in tried:
@@ -103,12 +101,12 @@ def _explored(likelihood: Likelihood, chosen: Fit, alphas: Sequence[int], most: 
             tried.add(_key(start))
             fit = likelihood.fit(with_power(likelihood, start))
             key = _key(fit.spectrum)
-            if key not in found:
+            if key not in fits:
                 waiting.append(fit)
-            elif fit.deviance >= found[key].deviance:
+            elif fit.deviance >= fits[key].deviance:
                 continue
-            found[key] = fit
-    return [*found.values()]
+            fits[key] = fit
+    return [*fits.values()]
 
 
 def _price(likelihood: Likelihood) -> Callable[[Fit], float]:
@@ -164,37 +162,29 @@ def widened(
     columns = [_of(rival.fit, chosen.spectrum, slowest) for rival in near]
     out = []
     for row in rows:
-        if not row.detected or not math.isfinite(row.value):
-            out.append(row)
-            continue
-        for z, low, high in ((Z_68, "lower_68", "upper_68"), (Z_95, "lower_95", "upper_95")):
-            ends = [getattr(row, low), getattr(row, high)]
-            for rival, own in zip(near, columns, strict=True):
+        for z, level in ((Z_68, 68), (Z_95, 95)) if row.detected and row.value < math.inf else ():
+            lower, upper = getattr(row, f"lower_{level}"), getattr(row, f"upper_{level}")
+            for rival, column in zip(near, columns, strict=True):
                 if rival.excess < z**2 and rival.fit is not chosen:
-                    _reach(ends, row, own.get(row.parameter), math.sqrt(z**2 - rival.excess))
-            row = replace(row, **{low: ends[0], high: ends[1]})
+                    own, errors = column.get(row.parameter), math.sqrt(z**2 - rival.excess)
+                    low, high = _reach(row, own, errors)
+                    lower, upper = min(lower, low), max(upper, high)
+            row = replace(row, **{f"lower_{level}": lower, f"upper_{level}": upper})
         out.append(row)
     return tuple(out)
 
 
-def _reach(
-    ends: list[float], row: Coefficient, own: tuple[float, float] | None, errors: float
-) -> None:
-    """Extend `ends` to the value of a rival: (value, standard error), or None where it has no such
+def _reach(row: Coefficient, own: tuple[float, float] | None, errors: float) -> tuple[float, float]:
+    """Ends that a rival adds to an interval: (value, standard error), or None where it has no such
     component."""
-    if own is None:
-        if row.parameter[0] != "T":  # without the component there is no T_c
-            ends[0] = 0.0
-        return
+    if own is None:  # without the component there is no T_c
+        return (math.inf if row.parameter[0] == "T" else 0.0), -math.inf
     value, error = own
     spread = math.exp(min(errors * error / value, 700.0))
-    low, high = value / spread, value * spread
-    if row.parameter[0] == "h":
-        low = max(value - errors * error, 0.0)
-    if value < row.value:
-        ends[0] = min(ends[0], low)
-    else:
-        ends[1] = max(ends[1], high)
+    if value >= row.value:
+        return math.inf, value * spread
+    normal = row.parameter[0] == "h"
+    return max(value - errors * error, 0.0) if normal else value / spread, -math.inf
 
 
 def _of(fit: Fit, chosen: Spectrum, slowest: float) -> dict[str, tuple[float, float]]:

@@ -34,38 +34,32 @@ def welch(
     none is left, segments are halved until one is. Without gaps it equals `scipy.signal.welch`.
     Raises Refusal when no stretch of 16 samples is complete enough.
     """
-    n = series.size
+    n, valid = series.size, np.isfinite(series)
+    counts = np.concatenate([[0], np.cumsum(valid)])
     segment = max(round(segment_s * frame_rate_hz), LEAST_SEGMENT)
     segment = min(segment, max(2 * n // 9, LEAST_SEGMENT))
-    valid = np.isfinite(series)
-    while segment <= n:
+    used = np.zeros(0, bool)
+    while LEAST_SEGMENT <= segment <= n and not used.any():
         starts = np.arange(0, n - segment + 1, max(round(segment * (1 - overlap)), 1))
-        counts = np.concatenate([[0], np.cumsum(valid)])
         missing = segment - (counts[starts + segment] - counts[starts])
         used = missing <= MAX_MISSING * segment
-        if used.any():
-            break
-        segment //= 2
-        if segment < LEAST_SEGMENT:
-            break
-    if segment < LEAST_SEGMENT or segment > n:
+        segment = segment if used.any() else segment // 2
+    if not used.any():
         raise Refusal(
             f"power spectrum: no {LEAST_SEGMENT} frames in a row without a gap; "
             "expected a longer series or fewer gaps"
         )
-    filled = series
+    bridged = series
     if not valid.all():
         at = np.flatnonzero(valid)
-        filled = np.interp(np.arange(n), at, series[at])
-    total = np.zeros(segment // 2 + 1)
+        bridged = np.interp(np.arange(n), at, series[at])
     window = _window(segment, frame_rate_hz)
-    chosen = starts[used]
+    total, chosen = np.zeros(segment // 2 + 1), starts[used]
     for batch in np.array_split(chosen, -(-chosen.size // BATCH)):
-        segments = np.stack([filled[start : start + segment] for start in batch])
+        segments = np.stack([bridged[start : start + segment] for start in batch])
         total = total + _periodograms(segments, window).sum(axis=0)
-    n_used = int(np.count_nonzero(used))
     f_hz = np.fft.rfftfreq(segment, 1 / frame_rate_hz)
-    return PowerSpectrum(f_hz, total / n_used, segment, n_used, int(missing[used].sum()))
+    return PowerSpectrum(f_hz, total / chosen.size, segment, chosen.size, int(missing[used].sum()))
 
 
 def _window(n: int, rate_hz: float) -> np.ndarray:

@@ -19,9 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.fit.spectral.periodogram import (
     Periodogram,
     Where,
+    bins_of,
     gauss_markov_unit,
     power_law_unit,
     unit_into,
@@ -37,21 +39,20 @@ GONE_INFORMATION = (
 LEAST_DENSITY = 1e-140  # its square must be a number too
 STEP_LN_T = 1e-3  # derivative of a Gauss-Markov spectrum by ln T_c: from this far to either side
 MAX_STEPS = 200
+GRID = 40  # values of T_c of a mixture
 TOLERANCE = 1e-5  # of twice the log likelihood, whose sampling scatter is of order 1
 
 
+# Power laws (L, B), a density (B,) that is not fitted, and what Gauss-Markov spectra need
+Model = tuple[Floats, Floats, Where]
+
+
 @njit
-def spectra(
-    p: np.ndarray,
-    laws: np.ndarray,
-    given: np.ndarray,
-    where: Where,
-    density: np.ndarray,
-    columns: np.ndarray,
-) -> None:
-    """Density (B,) and columns (p, B), its derivatives; `given` (B,) is not fitted."""
+def spectra(p: Floats, model: Model, density: Floats, columns: Floats) -> None:
+    """Density (B,) and columns (p, B), its derivatives."""
+    laws, fixed, where = model
     n_h, n_bins = laws.shape
-    density[:] = given
+    density[:] = fixed
     for i in range(n_h):
         for b in range(n_bins):
             columns[i, b] = laws[i, b]
@@ -70,16 +71,11 @@ def spectra(
 
 
 @njit
-def density_at(
-    p: np.ndarray,
-    laws: np.ndarray,
-    given: np.ndarray,
-    where: Where,
-    density: np.ndarray,
-) -> None:
+def density_at(p: Floats, model: Model, density: Floats) -> None:
     """Density (B,) alone."""
+    laws, fixed, where = model
     n_h, n_bins = laws.shape
-    density[:] = given
+    density[:] = fixed
     for i in range(n_h):
         for b in range(n_bins):
             density[b] += p[i] * laws[i, b]
@@ -92,7 +88,7 @@ def density_at(
 
 
 @njit
-def deviance_of(psd: np.ndarray, weight: np.ndarray, density: np.ndarray) -> float:
+def deviance_of(psd: Floats, weight: Floats, density: Floats) -> float:
     """sum nu (P/S - 1 - ln P/S); infinite where the density has vanished."""
     total = 0.0
     for b in range(psd.size):
@@ -105,12 +101,12 @@ def deviance_of(psd: np.ndarray, weight: np.ndarray, density: np.ndarray) -> flo
 
 @njit
 def normal_equations(
-    psd: np.ndarray,
-    weight: np.ndarray,
-    density: np.ndarray,
-    columns: np.ndarray,
-    gradient: np.ndarray,
-    information: np.ndarray,
+    psd: Floats,
+    weight: Floats,
+    density: Floats,
+    columns: Floats,
+    gradient: Floats,
+    information: Floats,
 ) -> None:
     """Gradient (p,) and Fisher information (p, p) of ln L."""
     gradient[:] = 0.0
@@ -131,19 +127,19 @@ def normal_equations(
 
 @njit
 def _trial(
-    p: np.ndarray,
+    p: Floats,
     n_h: int,
-    gradient: np.ndarray,
-    information: np.ndarray,
+    gradient: Floats,
+    information: Floats,
     damping: float,
-    low: float,
-    high: float,
-) -> np.ndarray:
+    bounds: tuple[float, float],
+) -> Floats:
     """p after one scoring step of the parameters that are free to move.
 
-    h stays >= 0 and ln T_c within low ... high; what lies at an end and is pulled out of it is
+    h stays >= 0 and ln T_c within its bounds; what lies at an end and is pulled out of it is
     held. The information is scaled to unit diagonal, so the damping has no unit.
     """
+    low, high = bounds
     free = np.empty(p.size, np.int64)
     n = 0
     for i in range(p.size):
@@ -183,28 +179,25 @@ def _trial(
 
 @njit
 def ascend(
-    p: np.ndarray,
-    laws: np.ndarray,
-    given: np.ndarray,
-    where: Where,
-    psd: np.ndarray,
-    weight: np.ndarray,
+    p: Floats,
+    model: Model,
+    psd: Floats,
+    weight: Floats,
     bounds: tuple[float, float],
-    max_steps: int,
     tolerance: float,
-) -> tuple[np.ndarray, float, bool]:
+) -> tuple[Floats, float, bool]:
     """Climb from p: the parameters, the deviance, and whether the last steps gained too little."""
-    n_h, n_bins = laws.shape
+    n_h, n_bins = model[0].shape
     density, columns = np.empty(n_bins), np.empty((p.size, n_bins))
     gradient, information = np.empty(p.size), np.empty((p.size, p.size))
-    spectra(p, laws, given, where, density, columns)
+    spectra(p, model, density, columns)
     deviance = deviance_of(psd, weight, density)
     damping, idle = 1e-3, 0
-    for _ in range(max_steps):
+    for _ in range(MAX_STEPS):
         normal_equations(psd, weight, density, columns, gradient, information)
         while True:
-            trial = _trial(p, n_h, gradient, information, damping, bounds[0], bounds[1])
-            density_at(trial, laws, given, where, density)
+            trial = _trial(p, n_h, gradient, information, damping, bounds)
+            density_at(trial, model, density)
             found = deviance_of(psd, weight, density)
             if found <= deviance or damping > MOST_DAMPING:
                 break
@@ -215,7 +208,7 @@ def ascend(
         p, deviance = trial, found
         if idle == 2:
             return p, deviance, True
-        spectra(p, laws, given, where, density, columns)
+        spectra(p, model, density, columns)
         damping = max(damping / DAMPING_FACTOR, LEAST_DAMPING)
     return p, deviance, False
 
@@ -247,33 +240,34 @@ class Fit:
 
 
 class Likelihood:
-    """Of one periodogram; T_c is confined to `bounds` (s)."""
+    """Of one periodogram; T_c is confined to `bounds` (s), by default those of its bins."""
 
-    def __init__(self, data: Periodogram, bounds: tuple[float, float]) -> None:
-        self.bins, self.weight, self.bounds = data.bins, data.weight, bounds
+    def __init__(self, data: Periodogram, bounds: tuple[float, float] | None = None) -> None:
+        self.bins, self.weight, self.bounds = data.bins, data.weight, bounds or data.bins.T_c_range
         # A stretch without any power in a bin would have no logarithm
         self.psd = np.maximum(data.psd, np.finfo(float).tiny)
         self.laws = {a: power_law_unit(self.bins, a) for a in ALPHAS}
-        self._nothing = np.zeros(self.psd.size)
+
+    def _model(self, spectrum: Spectrum, fixed: np.ndarray | None = None) -> Model:
+        laws = np.array([self.laws[a] for a in spectrum.h]).reshape(-1, self.psd.size)
+        return laws, np.zeros(self.psd.size) if fixed is None else fixed, self.bins.where
 
     def density(self, spectrum: Spectrum) -> np.ndarray:
         """(B,) expected periodogram."""
         out = np.empty(self.psd.size)
-        density_at(_packed(spectrum), self._laws(spectrum), self._nothing, self.bins.where, out)
+        density_at(_packed(spectrum), self._model(spectrum), out)
         return out
 
     def jacobian(self, spectrum: Spectrum) -> tuple[np.ndarray, np.ndarray]:
         """(B,) density and (B, p) its derivatives by h, ln q_c^2, ln T_c."""
         density, columns = np.empty(self.psd.size), np.empty((spectrum.size, self.psd.size))
-        laws, where = self._laws(spectrum), self.bins.where
-        spectra(_packed(spectrum), laws, self._nothing, where, density, columns)
+        spectra(_packed(spectrum), self._model(spectrum), density, columns)
         return density, columns.T
 
     def information(self, spectrum: Spectrum) -> np.ndarray:
         """(p, p) Fisher information sum nu/2 dlnS/dp_i dlnS/dp_j."""
         density, columns = self.jacobian(spectrum)
-        p = spectrum.size
-        gradient, information = np.empty(p), np.empty((p, p))
+        gradient, information = np.empty(spectrum.size), np.empty((spectrum.size, spectrum.size))
         normal_equations(self.psd, self.weight, density, columns.T, gradient, information)
         return information
 
@@ -291,34 +285,22 @@ class Likelihood:
         return float((fit.deviance - mean) / math.sqrt(variance))
 
     def fit(
-        self, start: Spectrum, given: np.ndarray | None = None, tolerance: float = TOLERANCE
+        self, start: Spectrum, fixed: np.ndarray | None = None, tolerance: float = TOLERANCE
     ) -> Fit:
         """Ascend from `start` by damped Fisher scoring; h >= 0, T_c within its bounds.
 
-        given: (B,) density that is there beside the spectrum and not fitted; tolerance: gain in
+        fixed: (B,) density that is there beside the spectrum and not fitted; tolerance: gain in
         twice the log likelihood below which a step counts as the last.
         """
+        model, (low, high) = self._model(start, fixed), map(math.log, self.bounds)
         p, deviance, converged = ascend(
-            _packed(start),
-            self._laws(start),
-            self._nothing if given is None else given,
-            self.bins.where,
-            self.psd,
-            self.weight,
-            (math.log(self.bounds[0]), math.log(self.bounds[1])),
-            MAX_STEPS,
-            tolerance,
+            _packed(start), model, self.psd, self.weight, (low, high), tolerance
         )
         n_h = len(start.h)
         q2, T_c = np.exp(p[n_h::2]), np.exp(p[n_h + 1 :: 2])
         order = np.argsort(T_c)
-        h = dict(zip(start.h, p[:n_h].tolist(), strict=True))
-        now = Spectrum(h, q2[order], T_c[order])
+        now = Spectrum(dict(zip(start.h, p[:n_h].tolist(), strict=True)), q2[order], T_c[order])
         return Fit(now, deviance, converged, self.information(now))
-
-    def _laws(self, spectrum: Spectrum) -> np.ndarray:
-        empty = np.empty((0, self.psd.size))
-        return np.stack([self.laws[a] for a in spectrum.h]) if spectrum.h else empty
 
 
 def _packed(spectrum: Spectrum) -> np.ndarray:
@@ -327,18 +309,7 @@ def _packed(spectrum: Spectrum) -> np.ndarray:
     return np.array([*map(float, spectrum.h.values()), *logs.ravel()])
 
 
-def warm_up() -> None:
-    """Compile the kernels."""
-    from mocap_metrology.noise.fit.spectral.periodogram import bins_of
-
-    bins = bins_of(64, 1.0)
-    data = Periodogram(bins, np.ones(bins.n.size), bins.n.astype(float))
-    for T_c in ([], [5.0]):
-        q2 = np.full(len(T_c), 1e-3)
-        Likelihood(data, (0.5, 10.0)).fit(Spectrum({0: 1.0}, q2, np.array(T_c)))
-
-
-def dictionary(likelihood: Likelihood, alphas: Sequence[int], n_T: int = 40) -> Spectrum:
+def dictionary(likelihood: Likelihood, alphas: Sequence[int]) -> Spectrum:
     """Non-negative mixture of power laws and Gauss-Markov spectra on a grid of T_c.
 
     Linear in all its coefficients, so its optimum needs no start: least squares of (P - S)/S by
@@ -346,11 +317,13 @@ def dictionary(likelihood: Likelihood, alphas: Sequence[int], n_T: int = 40) -> 
     """
     from scipy.optimize import nnls
 
-    grid = np.geomspace(*likelihood.bounds, n_T)
+    grid = np.geomspace(*likelihood.bounds, GRID)
     units = [gauss_markov_unit(likelihood.bins, T) for T in grid]
     columns = np.stack([*(likelihood.laws[a] for a in alphas), *units], axis=1)
     root = np.sqrt(likelihood.weight / 2)
-    density = _smoothed(likelihood.psd, likelihood.weight)
+    nine = np.ones(9)  # a running mean, as single coefficients scatter
+    density = np.convolve(likelihood.psd * likelihood.weight, nine, "same")
+    density /= np.convolve(likelihood.weight, nine, "same")
     for _ in range(5):
         scale = root / density
         matrix = columns * scale[:, None]
@@ -367,7 +340,9 @@ def dictionary(likelihood: Likelihood, alphas: Sequence[int], n_T: int = 40) -> 
     return Spectrum(h, np.array(total), np.array(T_c))
 
 
-def _smoothed(psd: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Running mean over 9 bins: the first weights, where single coefficients scatter."""
-    kernel = np.ones(9)
-    return np.convolve(psd * weight, kernel, "same") / np.convolve(weight, kernel, "same")
+def warm_up() -> None:
+    """Compile the kernels."""
+    bins = bins_of(64, 1.0)
+    likelihood = Likelihood(Periodogram(bins, np.ones(bins.n.size), bins.n.astype(float)))
+    for T_c in (np.array([]), np.array([5.0])):
+        likelihood.fit(Spectrum({0: 1.0}, np.full(T_c.size, 1e-3), T_c))

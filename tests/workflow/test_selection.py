@@ -125,7 +125,7 @@ def test_twins_and_what_they_are_made_of() -> None:
         recording("real", "T40", 10)
     ]
     assert names(selection.printed(rows, twins)) == ["same"]
-    assert selection.twin_values(rows, twins, "crump") == [crump]
+    assert selection.twin_values(rows, twins, "crump") == [crump | {"time_share": None}]
 
 
 def test_calibrations_shown_in_figures() -> None:

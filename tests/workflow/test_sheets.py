@@ -356,4 +356,4 @@ def test_a_twin_has_the_form_of_the_configuration_unless_it_has_one_of_its_own()
     wrong = {"defaults": {"recording": {"form": "both"}}, "twins": {"usual": common}}
     with pytest.raises(Faults) as caught:
         startup.recording_twins({"usual": simulated("usual")}, wrong, 600.0)
-    assert caught.value.lines == ["twin usual: form 'both', expected sampled or continuous"]
+    assert caught.value.lines == ["twin usual: form: 'both', expected sampled or continuous"]

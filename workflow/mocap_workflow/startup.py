@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,12 @@ from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.paths import exists
 from mocap_metrology.io.read import missing_marker
 from mocap_metrology.lighthouse.simulate.twin import LighthouseTwin
+from mocap_metrology.noise.twins.take import TakeTwin
 from mocap_metrology.settings import Settings, checked
 from mocap_workflow import remote, rows
 from mocap_workflow.calibration_twins import calibration_twin
 from mocap_workflow.calibrations import CalibrationRow
-from mocap_workflow.recording_twins import AnyTwin, SubsetTwin, recording_twin
+from mocap_workflow.recording_twins import AnyTwin, recording_twin
 from mocap_workflow.recordings import RecordingRow
 
 
@@ -136,8 +138,7 @@ def recording_twins(
     for name in _used(recordings):
         try:
             twin = recording_twin(document["twins"][name], name, common)
-            shorter = {"duration_s": min(twin.duration_s, duration_s)}
-            twins[name] = twin.model_copy(update=shorter)
+            twins[name] = replace(twin, duration_s=min(twin.duration_s, duration_s))
         except Faults as found:
             faults += found.lines
     faults = faults or _other_cameras(recordings, twins)
@@ -156,7 +157,7 @@ def _other_cameras(rows: Mapping[str, RecordingRow], twins: Mapping[str, AnyTwin
     faults = []
     for name, row in rows.items():
         twin = twins.get(row.twin or "")
-        if not isinstance(twin, SubsetTwin) or not row.camera_ids:
+        if not isinstance(twin, TakeTwin) or not row.camera_ids:
             continue
         if set(row.camera_ids) != set(twin.camera_ids):
             shown, own = (";".join(map(str, ids)) for ids in (row.camera_ids, twin.camera_ids))

@@ -73,7 +73,7 @@ rule expected_noise:
     params:
         code=source("expected_noise.py", "noise"),
         subsets={row.name: selection.subset(row) for row in PRINTED},
-        twins={row.name: TWINS[row.twin].made(row.twin) for row in PRINTED},
+        twins={row.name: TWINS[row.twin] for row in PRINTED},
         forms={row.name: selection.form(row, TWINS) for row in PRINTED},
         settings=settings(*NOISE),
     message:

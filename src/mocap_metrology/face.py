@@ -110,7 +110,7 @@ def check(
     """Verdict, diagnosis and figures of a recording into a folder, as the command `check` makes
     them; returns the contents of verdict.json (`word`, `reason`, `series`, `findings`, ...)."""
     from mocap_metrology.recording.analyse import analyse
-    from mocap_metrology.recording.check import Entry
+    from mocap_metrology.recording.clean import Entry
     from mocap_metrology.recording.progress import Progress
 
     place = Path(folder)

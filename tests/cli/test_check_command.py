@@ -239,7 +239,7 @@ def test_choice_of_markers() -> None:
     ],
 )
 def test_markers_that_are_chosen_of_real_files(file: str, chosen: str, samples: Path) -> None:
-    from mocap_metrology.recording.check import Entry
+    from mocap_metrology.recording.clean import Entry
 
     asked = Entry([str(samples / "c3d" / file)], (), None, accept_truncated=True)
     assert ", ".join(markers.chosen(asked, 2.0)[0]) == chosen

@@ -30,7 +30,7 @@ from laboratory import (
 from running import finished, write_sheet
 from sample_files import samples_folder
 
-from mocap_metrology.calibration.decode import Entry, checked
+from mocap_metrology.calibration.sweeps import Entry, checked
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.records import ROLES
 from mocap_metrology.lighthouse.rotation import error, to_angles

@@ -14,7 +14,7 @@ import yaml
 from mocap_workflow.calibration_twins import calibration_twin
 from running import write_sheet
 
-from mocap_metrology.calibration.files import write_board
+from mocap_metrology.calibration.sweeps import write_board
 from mocap_metrology.common.files import read_table
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump

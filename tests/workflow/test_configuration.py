@@ -17,7 +17,7 @@ from mocap_workflow.selection import any_of
 from mocap_workflow.startup import configuration
 from snakemake.io import PeriodicityDetector
 
-from mocap_metrology.calibration.decode import priors_of
+from mocap_metrology.calibration.pose import priors_of
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.sections import choices_of, fields
 from mocap_metrology.lighthouse.calibrate import pnp

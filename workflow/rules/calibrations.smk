@@ -24,15 +24,7 @@ checkpoint sweeps:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source(
-            "sweeps.py",
-            "io",
-            "lighthouse",
-            "noise",
-            "calibration",
-            "present/text/calibration.py",
-            "present/text/numbers.py",
-        ),
+        code=source("sweeps.py"),
         contents=contents(selection.decoded_files),
         row=columns("calibration", "twin", "path", "sha256", "format", "board"),
         lighthouse=LIGHTHOUSE,
@@ -75,7 +67,7 @@ rule pose:
         mem_mb=memory(1000),
         runtime=minutes(30),
     params:
-        code=source("pose.py", "io", "lighthouse", "noise", "calibration", "present"),
+        code=source("pose.py"),
         caption=captions.CALIBRATION_EITHER,
         contents=contents(selection.compared_files),
         row=columns(*ENTRIES),
@@ -109,15 +101,7 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             mem_mb=memory(1000),
             runtime=minutes(30),
         params:
-            code=source(
-                "calibration_twins.py",
-                "io",
-                "lighthouse",
-                "noise",
-                "calibration",
-                "present/text/calibration.py",
-                "present/text/numbers.py",
-            ),
+            code=source("calibration_twins.py"),
             contents=[list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
             rows=[{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
             at_rest=selection.names(at_rest(BATCH)),
@@ -161,7 +145,7 @@ rule calibration_figures:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("calibration_figures.py", "lighthouse", "calibration", "present"),
+        code=source("calibration_figures.py"),
         caption=captions.CALIBRATION_EITHER,
         twin=cell("twin"),
     message:
@@ -203,14 +187,7 @@ rule calibrate_setup:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source(
-            "calibrate_setup.py",
-            "io",
-            "lighthouse",
-            "calibration",
-            "present/text/calibration.py",
-            "present/text/numbers.py",
-        ),
+        code=source("calibrate_setup.py"),
         names=accepted_calibrations(selection.names, OF_SETUP),
         lighthouse=LIGHTHOUSE,
     message:
@@ -246,7 +223,7 @@ rule calibration_tables:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("calibration_tables.py", "calibration_records.py", "lighthouse", "present"),
+        code=source("calibration_tables.py"),
         rows=columns("calibration", "setup", "source", of=accepted_calibrations()),
         at_rest=columns("calibration", "setup", "source", of=accepted_calibrations(at_rest)),
         setups=setups(),

@@ -44,14 +44,12 @@ except Faults as faults:
     stop(faults)
 
 
-# Marks this process for workflow/run.py, which clears the remains of a killed run.
-runs.ends_with_process()
+# Clears what a killed run left in the folder of results.
 runs.claims(workflow, Path(config["results"]))
 reporting.without_markup()
 
 
 onstart:
-    runs.began()
     runs.without_rate_limit(workflow.scheduler)
 
 

@@ -26,7 +26,7 @@ rule group_tables:
         mem_mb=memory(500),
         runtime=minutes(10),
     params:
-        code=source("group_tables.py", "noise", "present"),
+        code=source("group_tables.py"),
         rows=columns(*SUBSET, "camera_ids", "comment", of=accepted()),
     message:
         "{wildcards.group}: tables of the group"
@@ -180,7 +180,7 @@ for NAME, OF in COMPARISONS.items():
             runtime=minutes(30),
         params:
             **OF["params"],
-            code=source(f"{NAME}.py", "io", "noise", "present"),
+            code=source(f"{NAME}.py"),
             script=NAME,
         message:
             f"{{wildcards.group}}: {OF['message']}"

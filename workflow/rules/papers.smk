@@ -51,7 +51,7 @@ rule skurowski_theory:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("skurowski_theory.py", "noise", "papers", "present"),
+        code=source("skurowski_theory.py"),
         caption=captions.of_skurowski(1, 2, 3),
     message:
         "Tables 1 and 2 and Figures 1-3 of Skurowski & Pawlyta 2019"
@@ -71,7 +71,7 @@ rule expected_noise:
         mem_mb=memory(1000),
         runtime=minutes(60),
     params:
-        code=source("expected_noise.py", "noise"),
+        code=source("expected_noise.py"),
         subsets={row.name: selection.subset(row) for row in PRINTED},
         twins={row.name: TWINS[row.twin] for row in PRINTED},
         forms={row.name: selection.form(row, TWINS) for row in PRINTED},
@@ -106,7 +106,7 @@ rule skurowski:
         mem_mb=memory(2000),
         runtime=minutes(30),
     params:
-        code=source("skurowski.py", "noise", "papers", "present"),
+        code=source("skurowski.py"),
         caption=captions.of_skurowski(6, *range(9, 18)),
         rows=columns(*SUBSET, "camera_ids", of=OF_SKUROWSKI),
         twins=TWINS_OF_PAPER,
@@ -154,7 +154,7 @@ rule skurowski_case:
         mem_mb=memory(2500),
         runtime=minutes(10),
     params:
-        code=source("skurowski_case.py", "coordinates.py", "noise", "present"),
+        code=source("skurowski_case.py"),
         caption=lambda wildcards: captions.of_skurowski(wildcards.number.lstrip("0")),
         rows=columns(*SUBSET, "compare_with", "comment", of=OF_CASE),
         others=columns("recording", "twin", of=BESIDE_IT),
@@ -252,7 +252,7 @@ rule jansen:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen.py", "calibration_records.py", "lighthouse", "present"),
+        code=source("jansen.py"),
         caption=captions.of_jansen(*JANSEN_FIGURES),
         rows=columns("calibration", "setup", "source", of=OF_JANSEN),
         example=columns("calibration", "twin", of=EXAMPLE),
@@ -276,7 +276,7 @@ rule jansen_study:
         mem_mb=memory(1000),
         runtime=minutes(120),
     params:
-        code=source("jansen_study.py", "lighthouse", "papers"),
+        code=source("jansen_study.py"),
         settings=lambda wildcards: {
             name: config["jansen_studies"][name]
             for name in ("recordings", "duration_s", *JANSEN_STUDIES[wildcards.study])
@@ -307,7 +307,7 @@ rule jansen_studies:
         mem_mb=memory(1000),
         runtime=minutes(10),
     params:
-        code=source("jansen_studies.py", "lighthouse", "noise", "papers", "present"),
+        code=source("jansen_studies.py"),
         settings=config["jansen_studies"],
         seed=config["seed"],
     message:
@@ -350,14 +350,7 @@ rule claims:
         mem_mb=memory(1500),
         runtime=minutes(30),
     params:
-        code=source(
-            "claims.py",
-            "calibration_records.py",
-            "coordinates.py",
-            "noise",
-            "lighthouse",
-            "present",
-        ),
+        code=source("claims.py"),
         recordings=columns("recording", "source", "camera_type", "n_cameras", of=OF_SKUROWSKI),
         repaired=columns("recording", of=OF_REPAIRED),
         calibrations=columns("calibration", "setup", "source", of=OF_JANSEN),

@@ -8,9 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from mocap_metrology.calibration.angle_noise import of_calibration
-from mocap_metrology.calibration.decode import Entry, checked
-from mocap_metrology.calibration.exports import FORMATS
-from mocap_metrology.calibration.files import write_decoded, write_poses
+from mocap_metrology.calibration.pose import FORMATS, write_poses
+from mocap_metrology.calibration.sweeps import Entry, checked, write_decoded
 from mocap_metrology.calibration.tables import TABLES
 from mocap_metrology.cli.beside import beside
 from mocap_metrology.cli.results import name_of, replaced, tell, tell_result

@@ -12,7 +12,7 @@ from mocap_metrology.io.labels import in_words
 from mocap_metrology.io.read import Kind, points_by_kind, read_recording
 from mocap_metrology.noise.gaussian.two_markers import median_drift
 from mocap_metrology.present.text.numbers import mm
-from mocap_metrology.recording.check import Entry
+from mocap_metrology.recording.clean import Entry
 
 # What is judged, the first kind of which the file has points, and what to say of it
 KINDS: dict[Kind, str] = {

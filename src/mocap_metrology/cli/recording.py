@@ -20,7 +20,7 @@ from mocap_metrology.io.text.table import HOW
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.present.verdict.words import verdict_lines
 from mocap_metrology.recording.analyse import FILES, N_STEPS, PICTURES, analyse
-from mocap_metrology.recording.check import Check, Entry, refused
+from mocap_metrology.recording.clean import Check, Entry, refused
 from mocap_metrology.recording.progress import Shown
 from mocap_metrology.settings import Noise, Settings
 

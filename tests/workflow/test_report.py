@@ -12,37 +12,21 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
 import pytest
 from browser import NAMES, browser
+from laboratory import ACTIVE
 from mocap_workflow import report
-from running import command, environment, write_sheet
+from running import command, environment
 
-from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.present.pages import summary
 
 ROOT = Path(__file__).resolve().parents[2]
-QUICK = ["noise={estimators: [likelihood], max_gauss_markov: 0}", "allan={n_taus: 20}"]
-QUICK += ["lighthouse={estimators: [paper-lm], optics: [factory]}"]
-RECORDING = ["recording", "path", "markers", "group", "camera_type", "comment"]
-# Labels, cells and the name of a file that are more than text to some program
-ACTIVE = [
-    *("![i](http://127.0.0.1:9/i.png)", "<img src=http://127.0.0.1:9/ onerror=alert(1)>"),
-    *("</script><script>alert(1)</script>", r"$\frac{x}$ $\undefined$", "=1+cmd|' /C calc'!A0"),
-]
-FILE = "[x](javascript:alert(1)) ![i](http:127.0.0.1:9).c3d"
-TWIN = ("simulate:sim-1-1", "gpio-dump")
-CALIBRATION = ["calibration", "setup", "group", "path", "format"]
-
-
-def sheet(folder: Path, name: str, header: list[str], *rows: tuple[str, ...]) -> str:
-    write_sheet(folder, header, *(dict(zip(header, row, strict=True)) for row in rows))
-    return f"{name}={(folder / 'sheet.tsv').rename(folder / f'{name}.tsv').name}"
+PLAIN = command()[3:]
 
 
 def write_report(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, ROOT / "workflow/write_report.py", "out/report.html", *arguments],
+        [sys.executable, ROOT / "workflow/write_report.py", "results/report.html", *arguments],
         cwd=folder,
         env=environment(),
         stdout=subprocess.PIPE,
@@ -53,31 +37,19 @@ def write_report(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory, snakemake):
-    """Folder with the report of a run over a twin, a file that is no recording, a calibration."""
-    folder = tmp_path_factory.mktemp("report")
-    (folder / "profiles").symlink_to(ROOT / "profiles")
-    (folder / "wrong.c3d").write_text("no recording\n")
-    values = np.random.default_rng(1).normal(100, 0.1, (1500, len(ACTIVE), 3))
-    write_c3d(folder / FILE, ACTIVE, 50.0, [values], len(values))
-    rows = (
-        ("short", "simulate:T40-10", "Wand1", "hall", "", ""),
-        ("wrong", "wrong.c3d", "A;B", "hall", "", ACTIVE[1]),
-        ("active", FILE, ";".join(ACTIVE), "hall", ACTIVE[1], " ".join(ACTIVE)),
-    )
-    settings = [
-        sheet(folder, "recordings", RECORDING, *rows),
-        sheet(folder, "calibrations", CALIBRATION, ("pair", "1", "hall", *TWIN)),
-    ]
-    settings += ["results=out", "duration_s=20", *QUICK]
-    arguments = ["-s", str(ROOT / "Snakefile"), "--cores", "2", "--config", *settings]
-    run = snakemake(folder, *arguments)
-    assert "recording wrong refused" in run.stdout
-    assert run.returncode == 1, run.stdout
-    plain = command()[3:]
-    written = write_report(folder, *plain, *arguments)
+def made(run) -> tuple[Path, str]:
+    """Folder of the run over everything with its report, and what was said of it."""
+    written = write_report(run.folder, *PLAIN, *run.arguments)
     assert written.returncode == 0, written.stdout
-    return folder, [*plain, *arguments], written.stdout
+    return run.folder, written.stdout
+
+
+@pytest.fixture(scope="module")
+def executable() -> str:
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    if found is None:
+        pytest.skip("no Chromium or Chrome in PATH")
+    return found
 
 
 READY = "document.querySelector('#app')?.innerText"
@@ -106,13 +78,10 @@ ACTIVE_LINKS = """[...document.querySelectorAll("a, iframe, object, embed")].fil
 LINKS = "[...document.querySelectorAll('.mm a')].map(a => [a.textContent, a.getAttribute('href')])"
 
 
-def test_opens_without_error_or_network(made, tmp_path) -> None:
-    folder, _, said = made
-    executable = next(filter(None, map(shutil.which, NAMES)), None)
-    if executable is None:
-        pytest.skip("no Chromium or Chrome in PATH")
-    assert re.fullmatch(r"out/report\.html: \d+\.\d MB\n", said)
-    page = folder / "out/report.html"
+def test_opens_without_error_or_network(made, executable, tmp_path) -> None:
+    folder, said = made
+    assert re.fullmatch(r"results/report\.html: \d+\.\d MB\n", said)
+    page = folder / "results/report.html"
     with browser(executable, tmp_path) as seen:
         seen.open(page.as_uri(), READY)
         front = seen.until("document.querySelector('#app').innerText")
@@ -133,10 +102,10 @@ def test_opens_without_error_or_network(made, tmp_path) -> None:
     for left, top, _ in titles:  # beside the menu, and not above or left of what can be reached
         assert 0 <= left < 30 and 0 <= top < 60
     assert titles[0][2] > 1000 and titles[1][2] > 300
-    for words in ("How good is", "hall: recordings", "hall: calibrations", "wrong", "refused"):
+    for words in ("How good is", "hall: recordings", "lab: calibrations", "zip", "refused"):
         assert words in front
-    assert links["short"] == "details/recordings/short.html"
-    assert links["pair"] == "details/calibrations/pair.html"
+    assert links["take"] == "details/recordings/take.html"
+    assert links["measured"] == "details/calibrations/measured.html"
     assert all((page.parent / path).is_file() for path in links.values())
     assert {Path(path).suffix for path in shown} == {".html", ".svg"}
     listed = [line.strip() for line in menu if line.strip() in report.CATEGORIES]
@@ -145,13 +114,12 @@ def test_opens_without_error_or_network(made, tmp_path) -> None:
     assert listed[-1] == "7 Provenance"
 
 
-def test_no_label_cell_or_file_name_asks_a_host_or_runs_in_a_page(made, tmp_path) -> None:
+def test_no_label_cell_or_file_name_asks_a_host_or_runs_in_a_page(
+    made, executable, tmp_path
+) -> None:
     """Nor is it a formula in a table, or a signal to a terminal."""
-    folder, _, _ = made
-    executable = next(filter(None, map(shutil.which, NAMES)), None)
-    if executable is None:
-        pytest.skip("no Chromium or Chrome in PATH")
-    pages = sorted((folder / "out").rglob("*.html"))
+    folder, _ = made
+    pages = sorted((folder / "results").rglob("*.html"))
     assert {"summary.html", "active.html", "hall_subsets.html"} <= {page.name for page in pages}
     with browser(executable, tmp_path) as seen:
         for page in pages:
@@ -160,9 +128,9 @@ def test_no_label_cell_or_file_name_asks_a_host_or_runs_in_a_page(made, tmp_path
             assert not [url for url in seen.requests if not url.startswith(("file:", "data:"))]
             assert not seen.evaluate(ACTIVE_LINKS), page
             assert seen.errors == [] and seen.dialogs == [], page
-    text = (folder / "out/details/recordings/active.html").read_text(encoding="utf-8")
+    text = (folder / "results/details/recordings/active.html").read_text(encoding="utf-8")
     assert html.escape(ACTIVE[0]) in text
-    for path in (folder / "out").rglob("*.csv"):
+    for path in (folder / "results").rglob("*.csv"):
         cells = [cell for row in csv.reader(path.open(encoding="utf-8")) for cell in row]
         assert not [cell for cell in cells if cell.startswith("=")], path
 
@@ -180,7 +148,7 @@ def test_no_cell_of_a_sheet_is_markup_in_the_data_of_the_report() -> None:
 
 def test_no_result_is_markup_in_the_report(made) -> None:
     """The data of a finished report are those that Snakemake wrote, without a tag."""
-    text = (made[0] / "out/report.html").read_text(encoding="utf-8")
+    text = (made[0] / "results/report.html").read_text(encoding="utf-8")
     for name in ("results", "rules", "categories", "metadata", "workflow_desc"):
         (data,) = re.findall(rf'<script id="[\w-]+">\s*var {name} = (.*);\n', text)
         json.loads(data)
@@ -188,8 +156,8 @@ def test_no_result_is_markup_in_the_report(made) -> None:
 
 
 def test_pages_and_provenance(made) -> None:
-    folder, _, _ = made
-    results = folder / "out"
+    folder, _ = made
+    results = folder / "results"
     found = json.loads((results / "provenance.json").read_text())
     tables = {path.name for path in (results / "tables").glob("*.csv")}
     assert set(found["tables"]) == tables
@@ -197,28 +165,27 @@ def test_pages_and_provenance(made) -> None:
         Path(name).stem for name in tables
     }
     inputs = {row["name"]: row for row in found["inputs"]}
-    twin, calibration = inputs["short"], inputs["pair"]
-    assert (twin["name"], twin["source"], twin["seed"]) == ("short", "twin", 110)
-    assert (calibration["name"], calibration["seed"]) == ("pair", 1011)
+    twin, calibration = inputs["T40-10"], inputs["twin"]
+    assert (twin["name"], twin["source"], twin["seed"]) == ("T40-10", "twin", 110)
+    assert calibration["source"] == "twin"
     rules = {row["rule"]: row["jobs"] for row in found["run_times"]}
-    assert (rules["noise"], rules["calibration_twins"]) == (2, 1)
+    assert (rules["noise"], rules["calibration_twins"]) == (5, 1)
     for name in ("provenance.json", "provenance.html", "summary.html", "report_front.html"):
         text = (results / name).read_text()
         assert str(folder) not in text, name
         assert str(ROOT) not in text, name
 
 
-def test_an_unfinished_run_is_one_line(made) -> None:
-    folder, arguments, _ = made
-    figure = folder / "out/calibrations/pair/calibration.svg"
+def test_an_unfinished_run_is_one_line(made, run) -> None:
+    figure = run.results / "calibrations/measured/calibration.svg"
     kept = figure.rename(figure.with_suffix(".kept"))
     try:
-        said = write_report(folder, *arguments)
+        said = write_report(run.folder, *PLAIN, *run.arguments)
     finally:
         kept.rename(figure)
     assert said.returncode == 1
-    assert said.stdout.count("\n") == 1
-    assert said.stdout.startswith("no report: out/calibrations/pair/calibration.svg is missing")
+    missing = "results/calibrations/measured/calibration.svg is missing"
+    assert said.stdout.count("\n") == 1 and said.stdout.startswith(f"no report: {missing}")
 
 
 @pytest.mark.parametrize(

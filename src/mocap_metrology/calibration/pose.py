@@ -271,7 +271,7 @@ def write_exports(
     else:
         world, poses = placed
         poses = _of_optics(poses, lasers_m)
-        remarks.append(f"worlds.World, in metres: {described(world)}.")
+        remarks.append(f"World, in metres: {described(world)}.")
         export, entry = formats.Export(stations, poses, remarks), _entry(world, stations, poses)
     for name, text in FORMATS.items():
         files.write_text(paths[name], text(export))

@@ -40,20 +40,7 @@ rule pose:
         unpack(of_row(stations_for)),
         **tables(DECODED),
     output:
-        report(
-            f"{FOLDER}/calibration.svg",
-            caption="../report/caption.rst",
-            category="6 Calibrations",
-            labels={"result": "{calibration}: paths, residuals, pose, verdict"},
-        ),
-        report(
-            f"{FOLDER}/track.svg",
-            caption="../report/caption.rst",
-            category="6 Calibrations",
-            labels={"result": "{calibration}: tracked receiver"},
-        ),
-        f"{FOLDER}/calibration.png",
-        f"{FOLDER}/track.png",
+        figures_of_calibration(),
         **tables(ESTIMATED),
         allan=f"{FOLDER}/allan.parquet",
     log:
@@ -121,20 +108,7 @@ rule calibration_figures:
     input:
         **tables(DECODED | ESTIMATED),
     output:
-        f"{FOLDER}/calibration.png",
-        f"{FOLDER}/track.png",
-        report(
-            f"{FOLDER}/calibration.svg",
-            caption="../report/caption.rst",
-            category="6 Calibrations",
-            labels={"result": "{calibration}: paths, residuals, pose, verdict"},
-        ),
-        report(
-            f"{FOLDER}/track.svg",
-            caption="../report/caption.rst",
-            category="6 Calibrations",
-            labels={"result": "{calibration}: tracked receiver"},
-        ),
+        figures_of_calibration(),
     log:
         "<logs>/calibration_figures/{calibration}.log",
     benchmark:
@@ -157,26 +131,11 @@ rule calibration_figures:
 # All recordings of a setup in one estimate.
 rule calibrate_setup:
     input:
-        sweeps=collect(
-            "<results>/calibrations/{row.calibration}/sweeps.parquet",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
-        inertial=collect(
-            "<results>/calibrations/{row.calibration}/inertial.parquet",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
-        stations=collect(
-            "<results>/calibrations/{row.calibration}/stations.json",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
-        board=collect(
-            "<results>/calibrations/{row.calibration}/board.csv",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
-        pose=collect(
-            "<results>/calibrations/{row.calibration}/pose.json",
-            row=accepted_calibrations(query=OF_SETUP),
-        ),
+        **{
+            name: of_each(file, accepted_calibrations(query=OF_SETUP), CALIBRATIONS)
+            for name, file in (DECODED | ESTIMATED).items()
+            if name in ("sweeps", "inertial", "stations", "board", "pose")
+        },
     output:
         "<results>/setups/{group}/{setup}/pose.json",
     log:
@@ -199,21 +158,12 @@ rule calibrate_setup:
 rule calibration_tables:
     input:
         checks=checks(CALIBRATIONS, OF_GROUP),
-        poses=collect(
-            "<results>/calibrations/{row.calibration}/pose.json", row=accepted_calibrations()
-        ),
-        tracks=collect(
-            "<results>/calibrations/{row.calibration}/track.parquet", row=accepted_calibrations()
-        ),
-        allan=collect(
-            "<results>/calibrations/{row.calibration}/allan.parquet",
-            row=accepted_calibrations(at_rest),
-        ),
+        poses=of_each("pose.json", accepted_calibrations(), CALIBRATIONS),
+        tracks=of_each("track.parquet", accepted_calibrations(), CALIBRATIONS),
+        allan=of_each("allan.parquet", accepted_calibrations(at_rest), CALIBRATIONS),
         setups=poses_of_setups(),
     output:
-        multiext("<results>/tables/{group}_calibrations", ".csv", ".md"),
-        multiext("<results>/tables/{group}_track", ".csv", ".md"),
-        multiext("<results>/tables/{group}_angles", ".csv", ".md"),
+        tables_of_group("calibrations", "track", "angles"),
     log:
         "<logs>/calibration_tables/{group}.log",
     benchmark:
@@ -240,22 +190,15 @@ promise(
             row=EVERY_CALIBRATION,
             file=[*DECODED.values(), *ESTIMATED.values()],
         ),
-        collect(
-            "<results>/calibrations/{row.calibration}/{file}",
-            row=accepted_calibrations(query=SIMULATED),
-            file=TWIN.values(),
+        *(
+            of_each(file, accepted_calibrations(query=SIMULATED), CALIBRATIONS)
+            for file in TWIN.values()
         ),
-        collect(
-            "<results>/calibrations/{row.calibration}/allan.parquet",
-            row=accepted_calibrations(at_rest, EVERY),
-        ),
+        of_each("allan.parquet", accepted_calibrations(at_rest, EVERY), CALIBRATIONS),
         poses_of_setups(EVERY),
     ),
     tables=collect(
-        "<results>/tables/{group}_{table}.{kind}",
-        table=("calibrations", "track", "angles"),
-        group=groups(sheet=CALIBRATIONS),
-        kind=TABLE,
+        tables_of_group("calibrations", "track", "angles"), group=groups(sheet=CALIBRATIONS)
     ),
     figures=collect(
         "<results>/calibrations/{row.calibration}/{figure}.{kind}",

@@ -62,7 +62,7 @@ rule skurowski_theory:
 # Result of S's estimator for the published noise without sampling errors. Depends on no recording.
 rule expected_noise:
     output:
-        collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
+        of_each("expected.csv", PRINTED),
     log:
         "<logs>/expected_noise.log",
     benchmark:
@@ -85,15 +85,12 @@ rule expected_noise:
 rule skurowski:
     input:
         checks=checks(RECORDINGS, SKUROWSKI),
-        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
-        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
-        expected=collect("<results>/recordings/{row.recording}/expected.csv", row=PRINTED),
-        allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
-        psd=collect("<results>/recordings/{row.recording}/psd.parquet", row=OF_SKUROWSKI),
-        clean=collect(
-            "<results>/recordings/{row.recording}/clean.parquet",
-            row=accepted(selection.full_sets, SKUROWSKI),
-        ),
+        gaussian=of_each("gaussian.csv", OF_SKUROWSKI),
+        noise=of_each("noise.csv", OF_SKUROWSKI),
+        expected=of_each("expected.csv", PRINTED),
+        allan=of_each("allan.parquet", OF_SKUROWSKI),
+        psd=of_each("psd.parquet", OF_SKUROWSKI),
+        clean=of_each("clean.parquet", accepted(selection.full_sets, SKUROWSKI)),
     output:
         collect("<results>/tables/skurowski_{table}.{kind}", table=SKUROWSKI_TABLES, kind=TABLE),
         [figure_of_skurowski(n) for n in (6, *range(9, 18))],
@@ -131,11 +128,9 @@ SHOCKED = by_wildcard("number", {"07": SHAKEN})
 rule skurowski_case:
     input:
         checks=checks(RECORDINGS, f"{SKUROWSKI} or {CRUMP} or {REPAIRED}"),
-        allan=collect(
-            "<results>/recordings/{row.recording}/allan.parquet", row=together(OF_CASE, BESIDE_IT)
-        ),
-        raw=collect("<results>/recordings/{row.recording}/trajectories.parquet", row=SHOCKED),
-        clean=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHOCKED),
+        allan=of_each("allan.parquet", together(OF_CASE, BESIDE_IT)),
+        raw=of_each("trajectories.parquet", SHOCKED),
+        clean=of_each("clean.parquet", SHOCKED),
     output:
         report(
             "<results>/figures/skurowski_fig{number}.svg",
@@ -226,12 +221,9 @@ JANSEN_STUDIES = {
 
 rule jansen:
     input:
-        **{
-            key: collect(f"<results>/calibrations/{{row.calibration}}/{file}", row=EXAMPLE)
-            for key, file in OF_EXAMPLE.items()
-        },
+        **{key: of_each(file, EXAMPLE, CALIBRATIONS) for key, file in OF_EXAMPLE.items()},
         checks=checks(CALIBRATIONS, JANSEN),
-        every=collect("<results>/calibrations/{row.calibration}/pose.json", row=OF_JANSEN),
+        every=of_each("pose.json", OF_JANSEN, CALIBRATIONS),
     output:
         collect("<results>/tables/jansen_table{n}.{kind}", n=(1, 2, 3), kind=TABLE),
         [
@@ -329,16 +321,16 @@ SETUPS = accepted_calibrations(selection.first_of_setups, JANSEN_TWINS)
 
 rule claims:
     input:
-        allan=collect("<results>/recordings/{row.recording}/allan.parquet", row=OF_SKUROWSKI),
-        noise=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_SKUROWSKI),
-        gaussian=collect("<results>/recordings/{row.recording}/gaussian.csv", row=OF_SKUROWSKI),
-        shocked=collect("<results>/recordings/{row.recording}/clean.parquet", row=SHAKEN),
-        repaired=collect("<results>/recordings/{row.recording}/noise.csv", row=OF_REPAIRED),
-        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=OF_JANSEN),
-        truth=collect("<results>/calibrations/{row.calibration}/truth.json", row=TWINS_OF_JANSEN),
-        sweeps=collect("<results>/calibrations/{row.calibration}/sweeps.parquet", row=SETUPS),
-        boards=collect("<results>/calibrations/{row.calibration}/board.csv", row=SETUPS),
-        truth_of_first=collect("<results>/calibrations/{row.calibration}/truth.json", row=SETUPS),
+        allan=of_each("allan.parquet", OF_SKUROWSKI),
+        noise=of_each("noise.csv", OF_SKUROWSKI),
+        gaussian=of_each("gaussian.csv", OF_SKUROWSKI),
+        shocked=of_each("clean.parquet", SHAKEN),
+        repaired=of_each("noise.csv", OF_REPAIRED),
+        poses=of_each("pose.json", OF_JANSEN, CALIBRATIONS),
+        truth=of_each("truth.json", TWINS_OF_JANSEN, CALIBRATIONS),
+        sweeps=of_each("sweeps.parquet", SETUPS, CALIBRATIONS),
+        boards=of_each("board.csv", SETUPS, CALIBRATIONS),
+        truth_of_first=of_each("truth.json", SETUPS, CALIBRATIONS),
     output:
         csv="<results>/tables/claims.csv",
         md="<results>/tables/claims.md",

@@ -170,20 +170,11 @@ def schemas() -> dict[str, str]:
     """Files of workflow/schemas."""
     made = {"config": Settings.model_json_schema(), "twins": twins_schema()}
     start = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return {f"{name}.schema.json": _text(_plain(start | made[name])) + "\n" for name in made}
-
-
-def _text(value: object, depth: int = 0) -> str:
-    """JSON with a line for each property."""
-    if (
-        depth > 3
-        or not isinstance(value, dict)
-        or not any(isinstance(v, dict) for v in value.values())
-    ):
-        return json.dumps(value, ensure_ascii=False)
-    indent = " " * depth
-    lines = [f"{indent} {json.dumps(k)}: {_text(v, depth + 1)}" for k, v in value.items()]
-    return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
+    plain = {name: _plain(start | schema) for name, schema in made.items()}
+    return {
+        f"{name}.schema.json": json.dumps(schema, ensure_ascii=False, indent=1) + "\n"
+        for name, schema in plain.items()
+    }
 
 
 def main() -> None:

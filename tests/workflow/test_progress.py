@@ -236,7 +236,7 @@ def test_ctrl_c_ends_all_in_one_line(root: Path, toy: Path, when: str) -> None:
         os.execve(call[0], call, environment())
     told, until = b"", time.monotonic() + 600
     begun = {
-        "starting": lambda: b"jobs to do" not in told and (toy / "results" / runs.CLAIM).exists(),
+        "starting": lambda: b"jobs to do" not in told and b"shared filesystem" in told,
         "running": lambda: (toy / "waiting").exists(),
     }[when]
     typed = -1
